@@ -64,6 +64,10 @@ class Parts:
     C: Matrix
     N: Matrix
     """Part of the stiffness proportional to Omega."""
+    H: Matrix
+    """Stiffness times loss factor of hysteretic material."""
+    N_h: Matrix
+    """Circulatory stiffness of hysteretic material that the shaft overtakes."""
     K_bearings: Matrix
     C_bearings: Matrix
 
@@ -88,6 +92,16 @@ class AssembledRotor(RotorElements):
         """Numbers (n_free,) of the degrees of freedom that nothing holds."""
         return self.layout.free
 
+    @property
+    def hysteretic(self) -> bool:
+        """Whether the shaft has hysteretic damping."""
+        return any(element.eta_h for element in self.shaft_elements)
+
+    @property
+    def by_whirl(self) -> bool:
+        """Whether stiffness or damping depend on the frequency of whirl, not on the speed alone."""
+        return self.hysteretic or any(bearing.whirl_frequency is not None for bearing in self.bearing_elements)
+
     def M(self) -> Matrix:
         """Mass matrix (ndof, ndof) [kg, kg m, kg m2]."""
         return self.parts.M.copy()
@@ -95,6 +109,8 @@ class AssembledRotor(RotorElements):
     def K(self, speed: float = 0.0, whirl: float | None = None) -> Matrix:
         """Stiffness matrix (ndof, ndof) [N/m, N, N m] at `speed` and `whirl` frequency [rad/s], else synchronous."""
         K = self.parts.K + self.parts.K_bearings + speed * self.parts.N
+        if self.hysteretic:
+            K = K + hysteretic_shares(speed, whirl)[0] * self.parts.N_h
         for bearing in self.bearing_elements:
             if not bearing.constant:
                 _add(self.layout, K, bearing, bearing.stiffness_at(speed, whirl))
@@ -103,6 +119,8 @@ class AssembledRotor(RotorElements):
     def C(self, speed: float = 0.0, whirl: float | None = None) -> Matrix:
         """Damping matrix (ndof, ndof) [N s/m, N s, N m s] at `speed` and `whirl` frequency [rad/s]."""
         C = self.parts.C + self.parts.C_bearings
+        if self.hysteretic:
+            C = C + hysteretic_shares(speed, whirl)[1] * self.parts.H
         for bearing in self.bearing_elements:
             if not bearing.constant:
                 _add(self.layout, C, bearing, bearing.damping_at(speed, whirl))
@@ -116,6 +134,16 @@ class AssembledRotor(RotorElements):
     def parts(self) -> Parts:
         """The assembled matrices of shaft and masses; not to be written into."""
         return assemble(self, self.layout)
+
+
+def hysteretic_shares(speed: float, whirl: float | None) -> tuple[float, float]:
+    """Share [1] of the circulatory stiffness N_h and time [s] of H at a speed and frequency [rad/s], else synchronous.
+
+    A motion at the frequency is a forward and a backward whirl, each strained at its frequency against the shaft.
+    """
+    omega = abs(speed) if whirl is None else whirl
+    forward, backward = np.sign(omega - speed), np.sign(-omega - speed)
+    return -(forward + backward) / 2, (forward - backward) / (2 * omega) if omega else 0.0
 
 
 def lay_out(rotor: RotorElements) -> DofLayout:
@@ -134,7 +162,7 @@ def lay_out(rotor: RotorElements) -> DofLayout:
     return DofLayout(last, internal, pedestals, axes, np.setdiff1d(np.arange(len(axes)), held))
 
 
-def assemble(rotor: RotorElements, layout: DofLayout) -> Parts:
+def assemble(rotor: AssembledRotor, layout: DofLayout) -> Parts:
     """The matrices that do not change with speed."""
 
     def shaft(matrix: Callable[[ShaftElement], Matrix]) -> Matrix:
@@ -153,18 +181,36 @@ def assemble(rotor: RotorElements, layout: DofLayout) -> Parts:
         first = layout.place(point.n)
         M[first, first] += point.mx
         M[first + 1, first + 1] += point.my
+    damped = _mass_damping(rotor, layout)
     N = shaft(_turning) if any(e.eta_v for e in rotor.shaft_elements) else np.zeros_like(M)
     C = (
         shaft(_material_damping)
         if any(e.alpha or e.beta or e.eta_v for e in rotor.shaft_elements)
         else np.zeros_like(M)
     )
+    C = C if damped is None else C + damped
+    H, N_h = (shaft(m) if rotor.hysteretic else np.zeros_like(M) for m in (_loss, _driving))
     constant = [b for b in rotor.bearing_elements if b.constant]
     K_b, C_b = np.zeros_like(M), np.zeros_like(M)
     for bearing in constant:
         _add(layout, K_b, bearing, bearing.stiffness)
         _add(layout, C_b, bearing, bearing.damping)
-    return Parts(M, G, shaft(_stiffness), C, N, K_b, C_b)
+    return Parts(M, G, shaft(_stiffness), C, N, H, N_h, K_b, C_b)
+
+
+def _mass_damping(rotor: RotorElements, layout: DofLayout) -> Matrix | None:
+    """Damping alpha M (ndof, ndof) of discs and point masses; None where none has any."""
+    if not any([*(disk.alpha for disk in rotor.disk_elements), *(p.alpha for p in rotor.point_mass_elements)]):
+        return None
+    C = np.zeros((layout.ndof, layout.ndof))
+    for disk in rotor.disk_elements:
+        place = slice(4 * disk.n, 4 * disk.n + 4)
+        C[place, place] += disk.alpha * elements.disk_mass_matrix(disk)
+    for point in rotor.point_mass_elements:
+        first = layout.place(point.n)
+        C[first, first] += point.alpha * point.mx
+        C[first + 1, first + 1] += point.alpha * point.my
+    return C
 
 
 def _add(layout: DofLayout, matrix: Matrix, bearing: BearingElement, block: Matrix) -> None:
@@ -183,15 +229,19 @@ def _stiffness(element: ShaftElement) -> Matrix:
     K = elements.stiffness_matrix(element)
     if element.torque:
         K = K + element.torque * elements.torque_matrix(element)
-    if element.eta_h:
-        root = np.hypot(1, element.eta_h)
-        K = K + ((1 + element.eta_h) / root - 1) * elements.elastic_matrix(element)
-        K = K + element.eta_h / root * elements.circulatory_matrix(element)
     return K
 
 
 def _turning(element: ShaftElement) -> Matrix:
     return element.eta_v * elements.circulatory_matrix(element)
+
+
+def _loss(element: ShaftElement) -> Matrix:
+    return element.eta_h * elements.elastic_matrix(element)
+
+
+def _driving(element: ShaftElement) -> Matrix:
+    return element.eta_h * elements.circulatory_matrix(element)
 
 
 def _material_damping(element: ShaftElement) -> Matrix:

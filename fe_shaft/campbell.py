@@ -117,6 +117,7 @@ def run_campbell(rotor: AssembledRotor, speeds: ArrayLike, frequencies: int | No
 
 def _lowest(rotor: AssembledRotor, speeds: NDArray[np.float64], count: int | None) -> list[modal.ModalResult]:
     constant = all(bearing.constant for bearing in rotor.bearing_elements) and not rotor.parts.N.any()
+    constant = constant and not rotor.hysteretic
     if count is None or not constant or len(rotor.free) <= _SMALL:
         return [_whole(rotor, float(speed), count) for speed in speeds]
     block = np.ix_(rotor.free, rotor.free)

@@ -26,6 +26,13 @@ def finite(owner: str, **values: float) -> None:
             raise ShaftError(f"{owner}: {name} = {value:g} is not a finite number; give one.")
 
 
+def not_negative(owner: str, **values: float) -> None:
+    """Raise ShaftError unless every value is 0 or more."""
+    for name, value in values.items():
+        if not value >= 0:
+            raise ShaftError(f"{owner}: {name} = {value:g} must not be negative.")
+
+
 def grid(owner: str, values: ArrayLike, increasing: bool = True) -> NDArray[np.float64]:
     """The values (n,) as an array; raises ShaftError if they are none, not finite or not `increasing`."""
     array = np.atleast_1d(np.asarray(values, dtype=float))

@@ -19,14 +19,22 @@ is the term -i T integral of w_j' times conj(w_i''). It couples the planes and i
 
 Damping in the turning frame acts on the velocity relative to it, dq/dt - Omega e_z x q: with loss eta of the
 stiffness K the force -eta K dq/dt is joined by the circulatory one -Omega eta N q, N = -K (e_z x). A hysteretic
-material of loss factor eta_h keeps its loss per cycle, so that Omega eta_v becomes Omega eta_v + eta_h / sqrt(1 +
-eta_h^2), with K times (1 + eta_h) / sqrt(1 + eta_h^2).
+material of loss factor eta_h loses the same in a cycle of any frequency: where w = x + i y whirls as exp(i omega t), it
+is strained at omega - Omega, and its stiffness is
+
+.. math:: K\,(1 + i\,\eta_h\,\mathrm{sgn}(\omega - \Omega))
+
+Whirl that overtakes the shaft is damped, whirl that the shaft overtakes is driven, and synchronous whirl, a constant
+strain, is neither. For the two whirls +omega and -omega of a motion together, with s the two signs, this is a damping
+eta_h K (s_+ - s_-) / (2 omega) and a circulatory stiffness -eta_h N (s_+ + s_-) / 2: all damping below Omega = omega,
+all circulatory above. It has no law in time.
 
 Source: Nelson & McVaugh, J. Eng. Ind. 98 (1976) 593; Nelson, J. Mech. Design 102 (1980) 793; Zorzi & Nelson, J. Eng.
-Power 99 (1977) 71 (internal damping) and J. Mech. Design 102 (1980) 158 (torque); Friswell et al. (2010), chapter 5.
+Power 99 (1977) 71 (viscous internal damping) and J. Mech. Design 102 (1980) 158 (torque); Genta, J. Vib. Acoust. 126
+(2004) 459 (hysteretic damping); Friswell et al. (2010), chapter 5.
 Assumes: small deflections, no torsion.
 
-Cites: friswell_2010, nelson_1976, nelson_1980, zorzi_1977, zorzi_1980.
+Cites: friswell_2010, genta_2004, nelson_1976, nelson_1980, zorzi_1977, zorzi_1980.
 """
 
 from __future__ import annotations

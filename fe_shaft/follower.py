@@ -363,9 +363,10 @@ class _Line:
                 (xa, xb, xc), (ga, gb, gc) = xs[k - 1 : k + 2], (points[x] for x in xs[k - 1 : k + 2])
                 if not (ga > 0) == (gb > 0) == (gc > 0) or abs(gb) > min(abs(ga), abs(gc)):
                     continue
-                curve = np.polyfit([xa - xb, 0.0, xc - xb], [ga, gb, gc], 2)
-                vertex = -curve[1] / (2 * curve[0]) if curve[0] else 0.0
-                lowest = np.polyval(curve, vertex)
+                first, second, width = (gb - ga) / (xb - xa), (gc - gb) / (xc - xb), xc - xa
+                bend, slope = (second - first) / width, (first * (xc - xb) + second * (xb - xa)) / width
+                vertex = -slope / (2 * bend) if bend else 0.0
+                lowest = gb + 0.5 * slope * vertex
                 if (lowest > 0) != (gb > 0) or abs(lowest) < 0.3 * abs(gb):
                     x = xb + vertex
                     if min(abs(x - other) for other in xs) > 1e-3 * (xc - xa):

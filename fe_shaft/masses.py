@@ -15,13 +15,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import isfinite, pi
 
-from fe_shaft.checks import ShaftError, positive
+from fe_shaft.checks import ShaftError, not_negative, positive
 from fe_shaft.shaft import Material
 
 
 @dataclass(frozen=True)
 class DiskElement:
     """Rigid disc on node `n`: mass `m` [kg], diametral and polar moments of inertia `Id`, `Ip` [kg m2].
+
+    `alpha` damps it at rest as that of a shaft element does: C = alpha M [1/s].
 
     Examples
     --------
@@ -34,6 +36,7 @@ class DiskElement:
     m: float
     Id: float
     Ip: float
+    alpha: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse negative inertia."""
@@ -42,6 +45,7 @@ class DiskElement:
                 f"disc at node {self.n}: m = {self.m:g} kg, Id = {self.Id:g}, Ip = {self.Ip:g} kg m2; "
                 "none may be negative or NaN."
             )
+        not_negative(f"disc at node {self.n}", alpha=self.alpha)
 
     @classmethod
     def from_geometry(cls, n: int, material: Material, width: float, i_d: float, o_d: float) -> DiskElement:
@@ -64,6 +68,8 @@ class DiskElement:
 class PointMass:
     """Mass `m` [kg] without inertia on node `n`, for instance the pedestal under a bearing; `mx`, `my` override it.
 
+    `alpha` damps it at rest: C = alpha M [1/s].
+
     Examples
     --------
     >>> import fe_shaft
@@ -75,6 +81,7 @@ class PointMass:
     m: float = 0.0
     mx: float = None  # type: ignore[assignment]  # a float after __post_init__
     my: float = None  # type: ignore[assignment]
+    alpha: float = 0.0
 
     def __post_init__(self) -> None:
         """Fill in both directions; refuse negative mass."""
@@ -84,3 +91,4 @@ class PointMass:
             raise ShaftError(
                 f"point mass at node {self.n}: mx = {self.mx:g} kg, my = {self.my:g} kg; none may be negative or NaN."
             )
+        not_negative(f"point mass at node {self.n}", alpha=self.alpha)

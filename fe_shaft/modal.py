@@ -5,8 +5,8 @@ r"""Natural frequencies, damping and whirl from the eigenvalues of the state mat
           \begin{bmatrix} q \\ \dot q \end{bmatrix}, \quad D = C + \Omega G, \quad
           \lambda = -\zeta\omega_n + i\omega_n\sqrt{1-\zeta^2}
 
-Bearings whose tables hang on the whirl frequency are taken, mode by mode, at that mode's own frequency |lambda|; the
-modes end where the tables do.
+Bearings whose tables hang on the whirl frequency, and hysteretic shafts, are taken, mode by mode, at that mode's own
+frequency |lambda|; the modes end where the tables do.
 
 Source: Friswell et al. (2010), chapters 3 and 5.
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 # Real eigenvalues (overdamped or rigid-body motion) that rounding has split into a pair are not oscillations.
 _REAL = 1e-6  # smallest wd / wn
-_MATCHED = 12  # modes that are matched with bearings whose tables hang on the whirl frequency
+_MATCHED = 12  # modes that are matched with what depends on the whirl frequency
 _PASSES = 50
 
 
@@ -173,7 +173,7 @@ def run_modal(rotor: AssembledRotor, speed: float) -> ModalResult:
 
     Repeated frequencies (a symmetric rotor at rest) have arbitrary shapes, and so an arbitrary whirl.
     """
-    if any(bearing.whirl_frequency is not None for bearing in rotor.bearing_elements):
+    if rotor.by_whirl:
         values, vectors = _matched(rotor, speed)
     else:
         values, vectors = oscillations(*free_matrices(rotor, speed))
@@ -224,4 +224,5 @@ def _matched(rotor: AssembledRotor, speed: float) -> tuple[NDArray[np.complex128
 
 def _start(rotor: AssembledRotor) -> float:
     """A whirl frequency [rad/s] inside every table."""
-    return float(max(np.asarray(b.whirl_frequency)[0] for b in rotor.bearing_elements if b.whirl_frequency is not None))
+    tables = [b.whirl_frequency for b in rotor.bearing_elements if b.whirl_frequency is not None]
+    return float(max((np.asarray(table)[0] for table in tables), default=0.0))

@@ -95,7 +95,8 @@ def modal_reduction(rotor: Rotor, springs: Mapping[int, float], n_modes: int, da
     Raises
     ------
     ShaftError
-        If a node is not on the shaft or the planes have not `n_modes` modes.
+        If a node is not on the shaft, the planes have not `n_modes` modes, or the shaft has damping in the turning
+        frame, which the reduced matrices at rest do not show.
 
     Examples
     --------
@@ -168,6 +169,11 @@ def _signs(deflection: Matrix) -> Matrix:
 
 
 def _check(rotor: Rotor, nodes: Iterable[int], n_modes: int) -> None:
+    turning = next((name for name in ("eta_v", "eta_h") if any(getattr(e, name) for e in rotor.shaft_elements)), None)
+    if turning:
+        raise ShaftError(
+            f"reduction: the shaft has {turning}, turning damping, which reduced matrices lack; leave it out."
+        )
     for node in nodes:
         if not 0 <= node < rotor.n_nodes:
             last = rotor.n_nodes - 1

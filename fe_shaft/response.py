@@ -177,10 +177,11 @@ def _solve(
     force: Callable[[float], NDArray[np.complex128]],
 ) -> NDArray[np.complex128]:
     """Displacements (ndof, n_in, n_freq) for forces (ndof, n_in) of each frequency."""
-    constant = all(bearing.constant for bearing in rotor.bearing_elements)
+    constant = all(bearing.constant for bearing in rotor.bearing_elements) and not rotor.hysteretic
     start = float(frequency[0]) if speed is None else speed
     K0, C0 = (rotor.K(0.0), rotor.C(0.0)) if constant else (rotor.K(start, frequency[0]), rotor.C(start, frequency[0]))
     pattern = (rotor.parts.M != 0) | (K0 != 0) | (C0 != 0) | (rotor.parts.G != 0) | (rotor.parts.N != 0)
+    pattern |= rotor.parts.N_h != 0
     order, width = _order(rotor, pattern | pattern.T)
     banded = [_band(matrix, order, width) for matrix in (rotor.parts.M, rotor.parts.G, rotor.parts.N, K0, C0)]
     M, G, N, K, C = banded

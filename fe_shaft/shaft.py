@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import isclose, pi
 
-from fe_shaft.checks import ShaftError, finite, positive
+from fe_shaft.checks import ShaftError, finite, not_negative, positive
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class ShaftElement:
     eta_v : float
         Viscous material damping in the turning frame [s]: C = eta_v K, and a circulatory stiffness Omega eta_v N.
     eta_h : float
-        Hysteretic material damping in the turning frame, the loss factor of the shaft [1].
+        Hysteretic material damping in the turning frame, the loss factor of the shaft [1]; for answers in frequency.
     internal : bool
         Two internal coordinates in each plane (elements.py): error of fourth instead of second order.
 
@@ -135,9 +135,8 @@ class ShaftElement:
                     f"shaft element: id{side} = {inner:g} m must be at least 0 and below od{side} = {outer:g} m."
                 )
         finite("shaft element", axial_force=self.axial_force, torque=self.torque)
-        for name in ("alpha", "beta", "eta_v", "eta_h"):
-            if not getattr(self, name) >= 0:
-                raise ShaftError(f"shaft element: {name} = {getattr(self, name):g} must not be negative.")
+        damping = {name: getattr(self, name) for name in ("alpha", "beta", "eta_v", "eta_h")}
+        not_negative("shaft element", **damping)
 
     @property
     def tapered(self) -> bool:

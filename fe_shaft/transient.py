@@ -106,8 +106,13 @@ def run_time_response(
     Raises
     ------
     ShaftError
-        If the shapes do not fit, times are uneven or something is not finite.
+        If the shapes do not fit, times are uneven, something is not finite, or the shaft has hysteretic damping.
     """
+    if rotor.hysteretic:
+        raise ShaftError(
+            "time response: hysteretic damping (eta_h) has no law in time; give viscous damping in its place, "
+            "eta_v = eta_h / (frequency of the whirl against the shaft)."
+        )
     t = np.atleast_1d(np.asarray(t, dtype=float))
     t, F, start = _checked(rotor, t, np.zeros((len(t), rotor.ndof)) if F is None else F, initial)
     if gravity:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from fmu.model import IDENTIFIER, Unit, software
+from fmu.model import Unit, identifier, software
 from fmu.units import fmi_name, unit_definitions
 from fmu.variables import Variable
 from rotorsim.base.quantity import UNLIMITED
@@ -15,7 +15,11 @@ ROWS = "What is read after communication step k (counted from 0) is row k + 1 of
 """Where a reader of the XML looks for it, because row k there is the state before sample k."""
 OUTPUTS = ("output", "pressure")
 GROUPS = {"Outputs": ("output",), "Derivatives": ("derivative",), "InitialUnknowns": ("output", "derivative")}
-CATEGORIES = {"logStatusError": "Sentences about what is refused.", "logEvents": "Touchdown and its end."}
+CATEGORIES = {
+    "logStatusError": "Sentences about what is refused, and where the physics end.",
+    "logStatusWarning": "Sentences, once in a run, about inputs beyond the range in which the model was checked.",
+    "logEvents": "Touchdown and its end.",
+}
 
 
 def text(root: Element) -> str:
@@ -32,7 +36,7 @@ def number(value: float) -> str:
 def description2(model: Unit) -> Element:
     """modelDescription of FMI 2.0."""
     root = _root(model, "2.0", "guid", "variableNamingConvention")
-    common = {"modelIdentifier": IDENTIFIER, "canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true"}
+    common = {"modelIdentifier": identifier(model), "canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true"}
     common["canNotUseMemoryManagementFunctions"] = "true"
     if model.continuous:
         common["providesDirectionalDerivative"] = "true"
@@ -80,7 +84,7 @@ def _initial(v: Variable) -> str | None:
 def description3(model: Unit) -> Element:
     """modelDescription of FMI 3.0."""
     root = _root(model, "3.0", "instantiationToken", "variableNamingConvention")
-    common = {"modelIdentifier": IDENTIFIER, "canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
+    common = {"modelIdentifier": identifier(model), "canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
     if model.continuous:
         common["providesDirectionalDerivatives"] = "true"
         SubElement(root, "ModelExchange", common, needsCompletedIntegratorStep="true")
@@ -125,7 +129,7 @@ def _root(model: Unit, fmi: str, token: str, naming: str) -> Element:
         "fmiModelDescription",
         {
             "fmiVersion": fmi,
-            "modelName": IDENTIFIER,
+            "modelName": model.unit_name,
             token: model.token,
             "description": f"{model.description.rstrip('. ')}. {ROWS}",
             "version": model.hash[:16],

@@ -9,7 +9,7 @@ from fmu.archive import write_archive
 from fmu.binaries import build, compilers, compiles
 from fmu.contents import contents
 from fmu.description import DESCRIPTIONS, text
-from fmu.model import IDENTIFIER, PlantUnit, Unit
+from fmu.model import PlantUnit, Unit, identifier
 from fmu.places import check_place, workspace
 from fmu.reference import Reference, make_reference
 from fmu.targets import Target, host
@@ -92,5 +92,5 @@ def core(model: Unit, version: int, targets: Sequence[Target], libraries: dict[s
     found = {"modelDescription.xml": text(DESCRIPTIONS[version](model)).encode()}
     for target in targets:
         folder = target.folder2 if version == 2 else target.folder3
-        found[f"binaries/{folder}/{IDENTIFIER}{target.suffix}"] = libraries[target.name]
+        found[f"binaries/{folder}/{identifier(model)}{target.suffix}"] = libraries[target.name]
     return found

@@ -26,9 +26,9 @@ from typing import Any
 
 from fmu.places import temporary_error, workspace
 from reynolds.compiler import link_only
-from reynolds.jit import cache_root
+from rotorsim.base.cache import in_cache
 from rotorsim.base.errors import DataError, RotorsimError
-from rotorsim.base.files import WriteError, make_folder, write_bytes
+from rotorsim.base.files import WriteError, write_bytes
 
 ENTRY = "rotorsim_serve"
 NO_PLACE = 3
@@ -80,7 +80,6 @@ def write_objects(
         file = _kept(kernels, target)
         if name in missing:
             with suppress(WriteError):  # the cache saves time and nothing else
-                make_folder(file.parent)
                 write_bytes(file, (folder / f"{name}.o").read_bytes())
         else:
             shutil.copy(file, folder / f"{name}.o")
@@ -94,7 +93,7 @@ def to_compile(kernels: str, jobs: Mapping[str, ObjectTarget]) -> dict[str, Obje
 def _kept(kernels: str, target: ObjectTarget) -> Path:
     """Where an object is kept: under everything that it depends on."""
     words = (kernels, repr(target), version("numba"), version("llvmlite"), Path(__file__).read_text(encoding="utf-8"))
-    return cache_root() / "objects" / f"{hashlib.sha256(repr(words).encode()).hexdigest()[:32]}.o"
+    return in_cache("objects") / f"{hashlib.sha256(repr(words).encode()).hexdigest()[:32]}.o"
 
 
 def _compile(machine_text: str, modules: Sequence[str], jobs: dict[str, ObjectTarget], folder: Path) -> None:
@@ -110,7 +109,7 @@ def _compile(machine_text: str, modules: Sequence[str], jobs: dict[str, ObjectTa
         environment = os.environ | ISOLATED | {"ROTORSIM_CACHE_DIR": str(cache), "NUMBA_CACHE_DIR": str(cache)}
         environment["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
         done = subprocess.run(
-            [sys.executable, "-m", "fmu.kernel_object"],
+            [sys.executable, "-P", "-m", "fmu.kernel_object"],
             input=json.dumps(request), text=True, capture_output=True, env=environment,
         )  # fmt: skip
     if done.returncode:

@@ -4,31 +4,43 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
 from fmu import law_unit as law_tables, linear_tables, tables
 from fmu.kernel_object import ObjectTarget, write_objects
 from fmu.law_unit import LawUnit
 from fmu.linear_model import LinearUnit
-from fmu.model import PlantUnit, Unit
+from fmu.model import PlantUnit, Unit, check_name
 from identification.errors import ModelError
 from identification.lpv.model import LpvModel
 from identification.model_file import load_model
-from rotorsim.base.constants import MPA
+from rotorsim.base.constants import MPA, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.control import Law, load_law
-from rotorsim.machine.rim_speed import ask_rim_speed
+from rotorsim.machine.passed_limits import speed_limit
+from rotorsim.machine.sampling import check_speed
 from rotorsim.plant import Plant
 
+AnyUnit = TypeVar("AnyUnit", PlantUnit, LinearUnit, LawUnit)
 VACUUM = 101325.0
 """Gauge pressure [Pa] below the standard atmosphere at which nothing is left."""
 SHARED = ("unit.c", "values.c", "state.c", "fmi2.c", "fmi3.c", "tables.c")
 
 
 def plant_unit(plant: Plant, speed: float, pressure: float) -> PlantUnit:
-    """A plant that starts at a speed [rad/s] and gauge pressure [Pa]."""
-    ask_rim_speed(plant.machine, speed)
+    """A plant that starts at a speed [rad/s] and gauge pressure [Pa]; raises DataError beyond the machine's limits."""
+    check_speed(plant.machine, speed)
+    limit, why = speed_limit(plant.machine)
+    if abs(speed) > limit:
+        raise DataError(f"speed: {speed * TO_RPM:.6g} rpm is above {limit * TO_RPM:.6g} rpm ({why}); start lower")
     return PlantUnit(plant, speed, pressure if plant.assembly.film.n_inj else 0.0)
+
+
+def named(unit: AnyUnit, name: str | None) -> AnyUnit:
+    """A unit under a chosen name, which also names its libraries; raises DataError for one that is no identifier."""
+    return unit if name is None else replace(unit, chosen_name=check_name(name))
 
 
 def linear_unit(given: LpvModel | str | Path, speed: float | None = None, pressure: float | None = None) -> LinearUnit:

@@ -33,6 +33,7 @@ class LawUnit:
     law: Law
     speed: float = 0.0
     pressure: float = 0.3e6
+    chosen_name: str = ""
     core = "law.c"
     continuous = False
 
@@ -40,6 +41,11 @@ class LawUnit:
     def name(self) -> str:
         """The law's name."""
         return self.law.name
+
+    @property
+    def unit_name(self) -> str:
+        """Name of the unit."""
+        return self.chosen_name or f"{self.name}_law"
 
     @property
     def description(self) -> str:

@@ -39,7 +39,13 @@ class LinearUnit:
     name: str
     speed: float
     pressure: float
+    chosen_name: str = ""
     core = "linear.c"
+
+    @property
+    def unit_name(self) -> str:
+        """Name of the unit."""
+        return self.chosen_name or f"{self.name}_model"
 
     @property
     def description(self) -> str:
@@ -128,13 +134,19 @@ def find_terms(matrices: Matrices, q: int, products: bool) -> Iterator[tuple[int
 def linear_variables(unit: LinearUnit) -> Iterator[Variable]:
     """Inputs as the plant's unit calls them, outputs, states and their derivatives."""
     (w0, p0), (w1, p1) = unit.lpv.low, unit.lpv.high
+    slack = unit.lpv.slack
     yield Variable("time", "time", "Simulation time.", "s")
     for k, axis in enumerate("xy"):
         yield Variable(f"piezo.ref_{axis}", "input", f"Reference along {axis}.", "V", k, start=0.0)
     doc = f"Operating point; identified from {w0:.6g} to {w1:.6g} rad/s."
-    yield Variable("shaft.speed_ref", "input", doc, "rad/s", 2, start=unit.speed)
+    text = "is outside those the model was identified at, {}; it extrapolates, and this input is in {}"
+    speeds = (w0 - slack[0], w1 + slack[0])
+    beyond = text.format(f"{w0:.6g} to {w1:.6g} rad/s", "rad/s")
+    yield Variable("shaft.speed_ref", "input", doc, "rad/s", 2, start=unit.speed, checked=speeds, beyond=beyond)
     doc = f"Operating point, gauge; identified from {p0:.6g} to {p1:.6g} Pa."
-    yield Variable("injection.pressure", "input", doc, "Pa", 3, start=unit.pressure)
+    pressures = (p0 - slack[1], p1 + slack[1])
+    beyond = text.format(f"{p0:.6g} to {p1:.6g} Pa", "Pa, gauge")
+    yield Variable("injection.pressure", "input", doc, "Pa", 3, start=unit.pressure, checked=pressures, beyond=beyond)
     for k, axis in enumerate("xy"):
         doc = f"Displacement at the disc along {axis}, from the operating point's."
         yield Variable(f"disc.{axis}", "output", doc, "m", k)

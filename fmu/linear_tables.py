@@ -35,8 +35,6 @@ def header(unit: LinearUnit) -> str:
         "MIDDLE": numbers(basis.middle),
         "HALF_RANGE": numbers(basis.half),
         "NOMINALS": numbers(unit.sizes),
-        "LOWEST": numbers(unit.lpv.low),
-        "HIGHEST": numbers(unit.lpv.high),
     }
     lines = [f"#define {name} {value}" for name, value in defines.items()]
     return "\n".join(["/* Written by the exporter. */", "#ifndef TABLES_H", "#define TABLES_H", *lines, "#endif", ""])

@@ -7,6 +7,7 @@ exported, a controller's law too.
 from __future__ import annotations
 
 import hashlib
+import re
 import uuid
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,10 +16,12 @@ from pathlib import Path
 from typing import Protocol
 
 from fmu.variables import Variable, plant_variables
+from rotorsim.base.errors import DataError
 from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly
 
-IDENTIFIER = "RotorGasBearing"
+LONGEST_NAME = 60
+"""Characters of an identifier that compilers and file systems take beside the suffix."""
 
 
 class Unit(Protocol):
@@ -27,6 +30,10 @@ class Unit(Protocol):
     @property
     def core(self) -> str:
         """C file that holds what the unit does."""
+
+    @property
+    def unit_name(self) -> str:
+        """Name of the unit: the chosen one, or that of its subject and of its kind."""
 
     @property
     def description(self) -> str:
@@ -60,8 +67,14 @@ class PlantUnit:
     plant: Plant
     speed: float
     pressure: float
+    chosen_name: str = ""
     core = "plant.c"
     continuous = False
+
+    @property
+    def unit_name(self) -> str:
+        """Name of the unit."""
+        return self.chosen_name or f"{self.plant.machine.name}_plant"
 
     @property
     def sample(self) -> float:
@@ -98,6 +111,22 @@ class PlantUnit:
     def modules(self) -> list[str]:
         """Modules that register the machine's effects."""
         return sorted({type(e).__module__ for es in self.plant.machine.effects.values() for e in es})
+
+
+def identifier(unit: Unit) -> str:
+    """The C identifier that names a unit's libraries: its name, with an underscore for what an identifier has not."""
+    found = re.sub(r"[^A-Za-z0-9_]+", "_", unit.unit_name).strip("_") or "unit"
+    return (found if found[0].isalpha() else f"unit_{found}")[:LONGEST_NAME]
+
+
+def check_name(name: str) -> str:
+    """A name that is asked for; raises DataError for one that is no C identifier, which the standard wants."""
+    if re.fullmatch(rf"[A-Za-z][A-Za-z0-9_]{{0,{LONGEST_NAME - 1}}}", name):
+        return name
+    raise DataError(
+        f"name: '{name[:80]}' is not a name of a unit; write at most {LONGEST_NAME} letters, digits and underscores, "
+        "a letter first"
+    )
 
 
 def software() -> str:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import WriteError
+from rotorsim.base.interrupt import undoing
 
 
 def check_place(path: Path) -> None:
@@ -29,7 +30,7 @@ def check_place(path: Path) -> None:
 def workspace() -> Iterator[Path]:
     """Temporary folder, removed at the end; raises DataError where the disk for temporary files takes no more."""
     try:
-        with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder, undoing():
             yield Path(folder)
     except OSError as error:
         if isinstance(error, WriteError):

@@ -48,7 +48,7 @@ def reference_inputs(model: Unit, n: int, step: float) -> dict[str, np.ndarray]:
         rows["piezo.ref_y"][2 * n // 3 :] = -VOLTS
     if "disc.force_x" in rows:
         rows["disc.force_x"][3 * n // 4 : 3 * n // 4 + 1] = FORCE
-    return rows
+    return {v.name: np.clip(rows[v.name], v.low, v.high) for v in input_variables(model)}
 
 
 def make_reference(model: Unit, path: Path) -> Reference:

@@ -11,7 +11,6 @@ refuses a system.
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, register_namespace
@@ -29,6 +28,7 @@ from fmu.targets import Target
 from fmu.units import exponents, fmi_name
 from fmu.variables import Variable
 from rotorsim.base.errors import DataError
+from rotorsim.base.exchange.archive import ArchiveError, read_archive
 
 SPACES = {
     "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
@@ -148,9 +148,9 @@ class System:
 
     def __init__(self, path: Path) -> None:
         try:
-            with zipfile.ZipFile(path) as archive:
-                files = {name: archive.read(f"resources/{name}.fmu") for name in PARTS}
-        except (OSError, KeyError, zipfile.BadZipFile) as error:
+            inside = read_archive(path)
+            files = {name: inside[f"resources/{name}.fmu"] for name in PARTS}
+        except (OSError, KeyError, ArchiveError) as error:
             raise DataError(f"{path}: is not a system of rotorsim; write one with 'rotorsim fmu system'") from error
         self.units = {}
         with workspace() as folder:

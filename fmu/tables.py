@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from itertools import groupby
 from typing import Any
@@ -11,8 +12,11 @@ import numpy as np
 from fmu.model import PlantUnit
 from fmu.variables import ROW, Variable
 from reynolds.grid import cells
+from rotorsim.base.quantity import UNLIMITED
+from rotorsim.effects.film.gas_heating import NOMINAL
+from rotorsim.machine.passed_limits import friction_heat, hottest
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.columns import COLUMNS
+from rotorsim.plant.columns import COLUMNS, HEAT_COLUMNS
 
 MAGIC = "rotsim1"
 EXTRA_COLUMNS = 3
@@ -54,8 +58,25 @@ def header(model: PlantUnit) -> str:
         "W_SPEED": a.rotor.speed,
         "W_LOAD": a.rotor.static_rhs,
     }
+    defines |= _ends(a)
     lines = [f"#define {name} {value}" for name, value in defines.items()]
     return "\n".join(["/* Written by the exporter. */", "#ifndef TABLES_H", "#define TABLES_H", *lines, "#endif", ""])
+
+
+def _ends(a: Assembly) -> dict[str, Any]:
+    """Places and limits of what ends a run: the gap and the temperatures of the films."""
+    machine = a.machine
+    warm = HEAT_COLUMNS * len(a.films) if a.rig.n_heat else 0
+    rise, heating = friction_heat(machine)
+    deepest = max((film.clearance for film in machine.films), default=0.0) if "contact" in machine.effects else 0.0
+    numbers = {
+        "DEEPEST": deepest,
+        "WARMTH": machine.gas.temperature + rise,
+        "HEATING": heating / NOMINAL**2,
+        "HOTTEST": min(hottest(machine), UNLIMITED),
+    }
+    places = {"H_MIN": COLUMNS.index("h_min") if a.films else -1, "FIRST_RISE": a.columns - warm, "N_RISES": warm}
+    return places | {name: float(value).hex() for name, value in numbers.items()}
 
 
 def source(model: PlantUnit) -> str:
@@ -90,9 +111,11 @@ def row(v: Variable) -> str:
         "state": "BEFORE_START",
     }
     unit = "" if v.unit == "1" else v.unit
+    texts = [json.dumps(text, ensure_ascii=False) for text in (v.why, v.beyond)]
     parts = [
         f'"{v.name}"', f'"{unit}"', v.kind.upper(), STORES[v.store], settable.get(v.store, "NEVER"), v.index,
         str(v.whole).lower(), float(v.low).hex(), float(v.high).hex(), float(v.start or 0.0).hex(),
+        *(float(x).hex() for x in v.checked), *texts,
     ]  # fmt: skip
     return "{" + ", ".join(map(str, parts)) + "}"
 

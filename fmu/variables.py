@@ -9,14 +9,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from fmu.limits import limits
+from fmu.limits import input_limits, limits
 from fmu.units import display_unit
 from identification.records.schema import warm_bodies
 from rotorsim.base.quantity import UNLIMITED, Quantity, quantities, quantity_of
 from rotorsim.effects import Effect
 from rotorsim.effects.base import WHERE
 from rotorsim.machine.actuators import Actuators, Drive
-from rotorsim.machine.bearings.film import Gas, Injector
+from rotorsim.machine.bearings.film import Injector
+from rotorsim.machine.bearings.gas import Gas
 from rotorsim.machine.part import Part
 from rotorsim.machine.probes import reading_unit
 from rotorsim.plant.assemble import Assembly
@@ -32,7 +33,11 @@ BEFORE_START = ("support", "rotating", "plenum")
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable: `store` is where its value lies ('input', 'output', 'parameter', ...), `index` its place there."""
+    """A variable: `store` is where its value lies ('input', 'output', 'parameter', ...), `index` its place there.
+
+    A value outside `low` to `high` is refused, for the reason `why`; one outside `checked` is warned of once, with the
+    sentence `beyond`.
+    """
 
     name: str
     store: str
@@ -47,6 +52,9 @@ class Variable:
     tunable: bool = False
     shape: tuple[int, ...] = ()
     typical: float | None = None
+    why: str = ""
+    checked: tuple[float, float] = (-UNLIMITED, UNLIMITED)
+    beyond: str = ""
 
     @property
     def causality(self) -> str:
@@ -110,8 +118,7 @@ def _inputs(a: Assembly, speed: float, pressure: float) -> Iterator[Variable]:
             (f"disc.force_{axis}", "N", 0.0, f"Force on the shaft where displacement is measured, along {axis}.")
         )
     for k, (name, unit, start, doc) in enumerate(rows):
-        low = 1.0 - a.machine.gas.ambient_pressure if name == "injection.pressure" else -UNLIMITED
-        yield Variable(name, "input", doc, unit, k, start=start, low=low)
+        yield Variable(name, "input", doc, unit, k, start=start, **input_limits(a.machine, name))
     doc = "Whether the drive holds the speed; off, the shaft coasts."
     yield Variable("drive.on", "input", doc, index=len(rows), kind="boolean", start=1.0, low=0.0, high=1.0)
 

@@ -102,7 +102,7 @@ def identify_sources(
     Parameters
     ----------
     sources : sequence of Source
-        Records, see `survey` and `rotorsim.reproduction.sources_of`.
+        Records, see `survey` and `rotorsim.study.sources_of`.
     model, order, method, settings, mapping
         As for `identify`, of every record.
     surfaces, refine

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
+
+from rotorsim.base.exchange import toml_text as tomllib
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from identification.errors import ModelError
 from identification.local.models import LinearModel
 from identification.lpv.model import LpvModel
 from rotorsim.base.errors import DataError
+from rotorsim.base.exchange import json_text as json
 from rotorsim.base.exchange.mat import is_mat, read_mat
 from rotorsim.base.own_files import instead
 
@@ -31,7 +31,7 @@ def load_model(path: str | Path) -> LinearModel | LpvModel:
     if is_mat(path) and path.is_file():
         return _of_mat(path)
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = json.loads(path.read_text(encoding="utf-8-sig"))
         kind = data["kind"]
         return LpvModel.from_dict(data) if kind == "lpv" else LinearModel.from_dict(data)
     except FileNotFoundError as error:

@@ -203,10 +203,10 @@ class GasBearing:
         layout, w0, ix = self._built
         w = w0.copy()
         position = np.asarray(journal, float)
-        h_min = self.clearance - float(np.hypot(*position))
-        if not h_min > 0:
-            raise FilmError(f"film: h_min = {h_min * TO_UM:.3g} um: the journal touches the sleeve; move it inwards")
         w[layout.journal : layout.journal + 2] = position
+        F = self.model.record()[0]
+        if layout.foil == 0:
+            _apart(kernels.least_gap(w, F, layout))
         w[layout.static_a : layout.static_a + 4] = (1.0, 0.0, 0.0, 1.0)
         w[layout.static_rhs : layout.static_rhs + 2] = position
         extensions = [i.pin for i in self.injectors] if pins is None else np.asarray(pins, float)
@@ -215,13 +215,13 @@ class GasBearing:
         for k, (injector, pin) in enumerate(zip(self.injectors, extensions, strict=True)):
             w[layout.pin_conductance + k] = injector.conductance(float(pin))
             w[layout.supply + k] = supply_pressure + self.ambient_pressure
-        F = self.model.record()[0]
         U = speed * self.radius
         converged = settle_film(
             w, layout, lambda iadt, tolerance: kernels.pseudo_step(w, ix, F, layout, U, iadt, tolerance, 0.0)
         )
         if not converged:
             raise FilmError(f"film: no steady state at journal {position}, speed {speed} rad/s; refine the grid")
+        _apart(kernels.least_gap(w, F, layout))
         return w, F, converged
 
     def _pressure(self, w: Array) -> Array:
@@ -240,10 +240,16 @@ class GasBearing:
             plenum=w[layout.plenum : layout.plenum + n].copy(),
             edge_flow=escaping,
             friction_torque=float(kernels.friction_torque(w, F, layout, speed)),
-            h_min=self.clearance - float(np.hypot(*w[layout.journal : layout.journal + 2])),
+            h_min=float(kernels.least_gap(w, F, layout)),
             p_max=float(w[layout.p + cells(layout)].max()),
             converged=converged,
         )
+
+
+def _apart(gap: float) -> None:
+    """Raise FilmError where the journal touches the sleeve: a gap [m] that is not positive."""
+    if not gap > 0:
+        raise FilmError(f"film: h_min = {gap * TO_UM:.3g} um: the journal touches the sleeve; move it inwards")
 
 
 def nodal_pressure(model: FilmModel, layout: Layout, w: Array) -> Array:

@@ -1,4 +1,4 @@
-r"""Film thickness, film forces and friction torque.
+r"""Film thickness, slip at the walls, film forces and friction torque.
 
 .. math:: h = c - X\cos\theta - Y\sin\theta, \qquad
           F_X = -\int (p - p_a)\cos\theta \,\mathrm dA, \quad F_Y = -\int (p - p_a)\sin\theta\,\mathrm dA
@@ -7,18 +7,50 @@ with theta on the bearing from x towards y, (X, Y) the journal's displacement, F
 thickness is kept above `h_min` by a parabola that joins h = 2 h_min smoothly, so that a touch leaves the equations
 regular; the contact force is an effect of its own. A foil (`reynolds.sleeve.Foil`) adds its deflection.
 
+Journal and sleeve are closest where the gap between them, `open_gap` at the nodes, has a local minimum round the
+sleeve. The sleeve's form (`reynolds.sleeve.stretches`) and the journal's part are exact there, what effects and a foil
+add is a cubic through the lines of the grid, Catmull & Rom's; over z the smallest counts. A plain sleeve has the one
+place e = (X^2 + Y^2)^(1/2) and the gap c - e. A groove leaves ridges, and a pocket as long as the film leaves the land
+at its sides, where a journal touches first.
+
 .. math:: M = \int R \left(\frac{\mu U}{h} + \frac{h}{2}\,\partial_y p\right) \mathrm dA
 
 is the friction torque against the rotation: Couette drag plus the pressure-driven part. Source: Hamrock (2004), section
 8.5.
 
-Cites: hamrock_2004.
+A gas that slips at both walls (first order, Burgdorfer 1959) passes a gap h as if h^3 were h^2 (h + 6 lambda), and
+drags as if h were h + 2 lambda, with the mean free path lambda = lambda_a p_a / p: at a wall its speed is that of the
+wall and lambda times the slope of the profile. The pressure-driven part of the friction balances the pressures on a gap
+and has no slip in it.
+
+Cites: burgdorfer_1959, hamrock_2004.
 """
 
 from __future__ import annotations
 
+import math
+
+from reynolds.grid import PLACE, STRETCH
 from reynolds.jit import inlined, view
 from reynolds.lanes import two_dots
+
+STEEPEST = 1e300
+"""Second derivative [m] of the gap at the edge of a pocket."""
+FLATTEST = 1e-9
+"""Least second derivative [m] of the gap where it is smallest."""
+JUMP, KINK = 1e-12, 1e-9
+"""Differences [m] of the gap and of its derivative between two stretches that are no rounding."""
+HALVINGS = 60
+
+
+@view
+def open_gap(w, L, k, x, y):
+    """Distance [m] from a journal at (x, y) to the sleeve at node k, land or ridge; negative where they overlap."""
+    return (
+        w[L.clearance + k] - x * w[L.cos + k] - y * w[L.sin + k]
+        if L.foil == 0
+        else w[L.clearance + k] - x * w[L.cos + k] - y * w[L.sin + k] + w[L.bend + k]
+    )
 
 
 @inlined
@@ -37,9 +69,7 @@ def thickness(w, F, L):
     low = F.h_min
     inverse = 0.25 / low
     for k in range(L.length):
-        gap = w[L.clearance + k] - x * w[L.cos + k] - y * w[L.sin + k]
-        if L.foil == 1:
-            gap = gap + w[L.bend + k]
+        gap = open_gap(w, L, k, x, y)
         near = gap if gap > 0.0 else 0.0
         near = near if near < 2.0 * low else 2.0 * low
         # the parabola lies above the gap and touches it at 2 h_min, where `near` ends
@@ -54,15 +84,180 @@ def thickness_slope(w, F, L):
     low = F.h_min
     inverse = 0.5 / low
     for k in range(L.length):
-        gap = w[L.clearance + k] - x * w[L.cos + k] - y * w[L.sin + k]
-        if L.foil == 1:
-            gap = gap + w[L.bend + k]
+        gap = open_gap(w, L, k, x, y)
         w[L.slope + k] = min(max(gap, 0.0), 2.0 * low) * inverse
+
+
+@inlined
+def outline(w, L):
+    """Least of what effects and foil add to the sleeve's form [m] at every line, over z, edges included."""
+    for i in range(L.n_theta):
+        line = L.first + i * L.stride
+        low = 1e300
+        for k in range(line + L.half - 1, line + L.n_rows + 1):
+            low = min(low, open_gap(w, L, k, 0.0, 0.0) - w[L.form + k])
+        w[L.outline + 1 + i] = low
+    w[L.outline] = w[L.outline + L.n_theta]
+    w[L.outline + L.n_theta + 1] = w[L.outline + 1]
+    w[L.outline + L.n_theta + 2] = w[L.outline + 2]
+
+
+@inlined
+def added_cubic(w, L, i):
+    """Coefficients of the cubic of the outline from line i to the next, in shares of the step between them."""
+    o = L.outline + 1 + i
+    a, b = w[o], w[o + 1]
+    before, after = 0.5 * (b - w[o - 1]), 0.5 * (w[o + 2] - a)
+    return a, before, 3.0 * (b - a) - 2.0 * before - after, 2.0 * (a - b) + before + after
+
+
+@inlined
+def gap_at_end(w, F, L, o, end, x, y):
+    """Gap [m] and its derivative after the angle at the low (0) or high (1) end of the stretch at w[o]."""
+    share, e = w[o + 1 + end], o + 5 + 4 * end
+    zero, one, two, three = added_cubic(w, L, int(w[o]))
+    gap = w[e + 2] + (((three * share + two) * share + one) * share + zero) - x * w[e] - y * w[e + 1]
+    added = ((3.0 * three * share + 2.0 * two) * share + one) * (F.radius / F.dy)
+    return gap, w[e + 3] + added + x * w[e + 1] - y * w[e]
+
+
+@inlined
+def gap_within(w, F, L, o, share, x, y):
+    """Sleeve's distance [m] from its centre in the stretch at w[o], the direction there, first and second derivative of
+    the gap after the angle."""
+    i = int(w[o])
+    zero, one, two, three = added_cubic(w, L, i)
+    per = F.radius / F.dy
+    angle = (i + share) / per
+    c, s = math.cos(angle), math.sin(angle)
+    arc_c, arc_s = F.lobe * math.cos(angle - w[o + 3]), F.lobe * math.sin(angle - w[o + 3])
+    sleeve = F.wide - arc_c + w[o + 4] + (((three * share + two) * share + one) * share + zero)
+    slope = arc_s + ((3.0 * three * share + 2.0 * two) * share + one) * per + x * s - y * c
+    return sleeve, c, s, slope, arc_c + (6.0 * three * share + 2.0 * two) * per * per + x * c + y * s
+
+
+@inlined
+def turning_point(w, F, L, o, x, y):
+    """Share of the step at which the gap of the stretch at w[o], falling at its low and rising at its high end, is
+    smallest."""
+    low, high = w[o + 1], w[o + 2]
+    share = 0.5 * (low + high)
+    for _ in range(HALVINGS):
+        _, _, _, slope, bend = gap_within(w, F, L, o, share, x, y)
+        if slope < 0.0:
+            low = share
+        else:
+            high = share
+        following = share - slope / bend * (F.radius / F.dy) if bend > 0.0 else low
+        if not low < following < high:
+            following = 0.5 * (low + high)
+        moved = abs(following - share)
+        share = following
+        if moved < 1e-15:
+            break
+    return share
+
+
+@inlined
+def keep_place(w, F, L, number, o, share, x, y, sharp):
+    """Write a place in the stretch at w[o], a `sharp` one at an edge; returns how many there are now."""
+    if number == L.n_theta:
+        return number
+    sleeve, c, s, _, bend = gap_within(w, F, L, o, share, x, y)
+    place = L.places + PLACE * number
+    w[place], w[place + 1] = sleeve, x * c + y * s
+    w[place + 2], w[place + 3] = c, s
+    w[place + 4] = STEEPEST if sharp else max(bend, FLATTEST)
+    return number + 1
+
+
+@inlined
+def closest_places(w, F, L, x, y, mean, uneven):
+    """Put the places where the gap round a journal at (x, y) is smallest into w[places]; returns their number.
+
+    `mean` [m] is the mean distance of the sleeve, the only one where nothing makes it `uneven`; there is no place
+    where the gap is the same all round.
+    """
+    if L.foil == 0 and uneven == 0.0 and F.recessed == 0.0:
+        e = math.sqrt(x * x + y * y)
+        if e == 0.0:
+            return 0
+        w[L.places], w[L.places + 1] = mean, e
+        w[L.places + 2], w[L.places + 3] = x / e, y / e
+        w[L.places + 4] = e
+        return 1
+    outline(w, L)
+    number, count = 0, int(F.stretches)
+    last = L.stretches + STRETCH * (count - 1)
+    gap, slope = gap_at_end(w, F, L, last, 1, x, y)
+    for k in range(count):
+        o = L.stretches + STRETCH * k
+        begins, falls = gap_at_end(w, F, L, o, 0, x, y)
+        if begins > gap + JUMP:
+            if slope <= 0.0:
+                number = keep_place(w, F, L, number, last, w[last + 2], x, y, True)
+        elif gap > begins + JUMP:
+            if falls >= 0.0:
+                number = keep_place(w, F, L, number, o, w[o + 1], x, y, True)
+        elif slope < 0.0 <= falls:
+            number = keep_place(w, F, L, number, o, w[o + 1], x, y, falls - slope > KINK)
+        gap, slope = gap_at_end(w, F, L, o, 1, x, y)
+        if falls < 0.0 <= slope:
+            number = keep_place(w, F, L, number, o, turning_point(w, F, L, o, x, y), x, y, False)
+        last = o
+    return number
+
+
+@inlined
+def smallest_gap(w, L, number, mean):
+    """Smallest gap [m], all angles and z, of the places that `closest_places` found; `mean` where there is none."""
+    if number == 0:
+        return mean
+    low = 1e300
+    for k in range(number):
+        o = L.places + PLACE * k
+        low = min(low, w[o] - w[o + 1])
+    return low
+
+
+@view
+def slip_length(w, L, p):
+    """6 lambda [m] of the gas at pressure p [Pa], 0 for one that does not slip; w[slip] is 6 lambda p."""
+    return w[L.slip] / p if L.rarefied == 1 else 0.0
+
+
+@view
+def shear_gap(h, slip):
+    """Gap [m] whose drag is that of the gap h [m] with slip = 6 lambda [m]."""
+    return h + slip * (1.0 / 3.0)
+
+
+@inlined
+def slip_flow(w, L, kt, kz):
+    """Add the flow of a gas that slips at both walls, with w[slip] = 6 lambda p at once for all cells."""
+    slip = 2.0 * w[L.slip]
+    for k in range(L.first - L.stride, L.first + L.n_theta * L.stride):
+        hf = 0.5 * (w[L.h + k] + w[L.h + k + L.stride])
+        hz = 0.5 * (w[L.h + k] + w[L.h + k + 1])
+        w[L.flow_t + k] -= kt * slip * (hf * hf) * (w[L.p + k + L.stride] - w[L.p + k])
+        w[L.flow_z + k] += kz * slip * w[L.link + k] * (hz * hz) * (w[L.p + k] - w[L.p + k + 1])
+
+
+@inlined
+def slip_jacobian(w, L, k, face_t, face_z, kt, kz):
+    """Derivative after q = p^2 at node k of the slip flow through a theta or z face with thickness face_t, face_z."""
+    return w[L.slip] / w[L.p + k] * kt * face_t * face_t, w[L.slip] / w[L.p + k] * kz * face_z * face_z
+
+
+@view
+def mean_gap(w, L, k):
+    """Mean thickness [m] in cell k, grooves and steps with it."""
+    return w[L.h + k] if L.textured == 0 else w[L.h + k] + w[L.deep + k]
 
 
 @view
 def stored(w, L, k):
-    """Mass p h of cell k (times R_g T); grooves and steps hold gas too, by their mean depth."""
+    """Mass p h of cell k (times R_g T); grooves and steps hold gas too."""
     return w[L.p + k] * w[L.h + k] if L.textured == 0 else w[L.p + k] * (w[L.h + k] + w[L.deep + k])
 
 
@@ -84,8 +279,9 @@ def force(w, L):
 
 
 @inlined
-def friction_torque(w, F, L, speed):
-    """Friction torque [N m] at shaft speed `speed` [rad/s]; positive brakes a positive speed."""
+def smooth_torque(w, F, L, speed):
+    """Friction torque [N m] of a film with a smooth gap at shaft speed `speed` [rad/s]; positive brakes a positive
+    speed."""
     drag = w[L.mu] * speed * F.radius
     inside = 0.0
     edges = 0.0
@@ -94,9 +290,11 @@ def friction_torque(w, F, L, speed):
         for j in range(L.n_rows):
             k = line + j
             slope = (w[L.p + k + L.stride] - w[L.p + k - L.stride]) / (2.0 * F.dy)
-            inside += w[L.weight + k] * (drag / w[L.h + k] + 0.5 * w[L.h + k] * slope)
+            gap = shear_gap(w[L.h + k], slip_length(w, L, w[L.p + k]))
+            inside += w[L.weight + k] * (drag / gap + 0.5 * w[L.h + k] * slope)
         # the edges carry half a cell of Couette drag on either side
-        upper = w[L.h + line + L.n_rows]
-        lower = upper if L.half == 1 else w[L.h + line - 1]
+        slip = slip_length(w, L, F.pa)
+        upper = shear_gap(w[L.h + line + L.n_rows], slip)
+        lower = upper if L.half == 1 else shear_gap(w[L.h + line - 1], slip)
         edges += 0.5 * drag * (1.0 / upper + 1.0 / lower)
     return F.radius * F.dy * F.dz * (inside * (1.0 + L.half) + edges)

@@ -25,7 +25,7 @@ FILM_ARRAYS = (
     "m_old", "rate", "m_mid", "dp", "force_x", "force_y", "p_1", "p_2", "p_3",
 )  # fmt: skip
 FOIL_ARRAYS = ("soft", "bend", "bend_rhs", "bend_old", "bend_rate", "bend_mid")
-TEXTURE_ARRAYS = ("depth", "share", "cos_squared", "sin_cos", "deep", "patch", "patch_south", "south", "north",
+TEXTURE_ARRAYS = ("depth", "share", "cos_squared", "sin_cos", "deep", "patch", "patch_south", "mixed", "south", "north",
                   "face_west", "face_east", "south_west", "south_east", "north_west", "north_east")  # fmt: skip
 """Arrays of films with a foil or with grooves and steps; other films have no room for them."""
 INJECTOR_ARRAYS = ("plenum", "plenum_rhs", "pin_conductance", "supply", "curtain", "capacity", "pin_flow", "film_flow",
@@ -33,6 +33,13 @@ INJECTOR_ARRAYS = ("plenum", "plenum_rhs", "pin_conductance", "supply", "curtain
                    "inj_cos", "inj_sin", "outward", "beta", "plenum_old", "plenum_rate", "plenum_mid", "plenum_1",
                    "plenum_2", "plenum_3", "local_p", "local_h")  # fmt: skip
 NOZZLE_TERMS = 16
+PLACE = 5
+"""Numbers of a place where the gap is smallest, in w[places]: distance of the sleeve from its centre, reach of the
+journal towards it, direction x and y, and the second derivative of the gap after the angle."""
+STRETCH = 13
+"""Numbers of a stretch of the sleeve that is smooth, in w[stretches]: line, first and last share of the step to the
+next, middle of its arc [rad], depth [m]; at either end the direction x and y, distance from the centre [m] and its
+derivative after the angle."""
 
 
 class Layout(NamedTuple):
@@ -46,6 +53,9 @@ class Layout(NamedTuple):
     rarefied: int
     foil: int
     textured: int
+    grooved: int
+    n_steps: int
+    pieces: int
     n_inj: int
     n_border: int
     length: int
@@ -96,6 +106,7 @@ class Layout(NamedTuple):
     deep: int
     patch: int
     patch_south: int
+    mixed: int
     south: int
     north: int
     face_west: int
@@ -104,6 +115,15 @@ class Layout(NamedTuple):
     south_east: int
     north_west: int
     north_east: int
+    line_piece: int
+    line_lift: int
+    line_aside: int
+    line_cover: int
+    row_piece: int
+    row_slant: int
+    row_cover: int
+    step_depth: int
+    groove: int
     plenum: int
     plenum_rhs: int
     pin_conductance: int
@@ -162,7 +182,27 @@ class Layout(NamedTuple):
     convergence: int
     mu: int
     slip: int
+    outline: int
+    places: int
+    stretches: int
     size: int
+
+
+@dataclass(frozen=True)
+class Texture:
+    """Kinds of forms that the films of a workspace have, which decide how many pieces a cell is cut into.
+
+    `steps` rows of pockets, grooves, lobes between which the gap jumps.
+    """
+
+    steps: int = 0
+    grooved: bool = False
+    jumps: bool = False
+
+    @property
+    def pieces(self) -> int:
+        """Most pieces of a cell in one direction: of each half, with any of the rows of pockets and on either side."""
+        return 2 * 2**self.steps * (2 if self.grooved or self.jumps else 1)
 
 
 @dataclass(frozen=True)
@@ -220,11 +260,12 @@ class Grid:
 
 def make_layout(
     grid: Grid, law: int, source_sizes: list[int], reader_sizes: list[int], rarefied: bool = False,
-    foil: bool = False, textured: bool = False,
+    foil: bool = False, texture: Texture | None = None, edges: int = 0,
 ) -> Layout:  # fmt: skip
-    """Lay the film's arrays out; sizes are the footprint cells of each injector.
+    """Lay the film's arrays out; sizes are the footprint cells of each injector, `edges` those of lobes and pockets.
 
-    A `rarefied` film slips at the walls by w[slip]; mu and slip stand in the workspace because effects change them.
+    A film whose gap is not smooth has a `texture`. A `rarefied` film slips at the walls by w[slip]; mu and slip stand
+    in the workspace because effects change them.
     """
     rows, stride, n_inj = grid.n_rows, grid.n_rows + (1 if grid.half else 2), len(source_sizes)
     first = _round(8 + stride)
@@ -232,7 +273,14 @@ def make_layout(
     span = _round(grid.n_theta * stride)
     borders, blocks = n_inj + 2, grid.n_theta * rows * rows
     sizes = {name: length for name in FILM_ARRAYS}
+    textured, form = texture is not None, texture or Texture()
     further = {name: length * foil for name in FOIL_ARRAYS} | {name: length * textured for name in TEXTURE_ARRAYS}
+    lines, patches = (textured * count * form.pieces for count in (grid.n_theta, rows + 1))
+    further |= {
+        "line_piece": lines, "line_lift": lines, "line_aside": lines, "line_cover": lines * form.steps,
+        "row_piece": patches, "row_slant": patches, "row_cover": patches * form.steps,
+        "step_depth": form.steps, "groove": 4 * textured,
+    }  # fmt: skip
     sizes |= {name: n_inj for name in INJECTOR_ARRAYS}
     sizes |= {
         "nozzle": NOZZLE_TERMS + 4, "source_weight": sum(source_sizes), "reader_weight": sum(reader_sizes),
@@ -242,6 +290,8 @@ def make_layout(
         "border_force": 2 * borders, "border_reader": max(n_inj, 1) * borders, "small": 2 * borders,
         "small_matrix": borders * borders, "lanes": 8 * _round(rows), "convergence": 8,
         "mu": 1, "slip": 1,
+        "outline": grid.n_theta + 3, "places": PLACE * grid.n_theta,
+        "stretches": STRETCH * (grid.n_theta + edges),
     } | further  # fmt: skip
     offsets, at = {}, 0
     for name, size in sizes.items():
@@ -254,7 +304,8 @@ def make_layout(
     }  # fmt: skip
     return Layout(
         n_theta=grid.n_theta, n_rows=rows, stride=stride, half=int(grid.half), law=law, rarefied=int(rarefied),
-        foil=int(foil), textured=int(textured), n_inj=n_inj, n_border=borders, length=length, span=span,
+        foil=int(foil), textured=int(textured), grooved=int(form.grooved), n_steps=form.steps,
+        pieces=form.pieces, n_inj=n_inj, n_border=borders, length=length, span=span,
         first=first, size=at, **offsets, **integers,
     )  # fmt: skip
 

@@ -13,22 +13,20 @@ from __future__ import annotations
 
 import hashlib
 import importlib.metadata
-import os
 import sys
-import tempfile
 from collections.abc import Callable, Iterable
-from contextlib import contextmanager
+from contextlib import suppress
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import numba
-import platformdirs
 from numba.core import config
 from numba.core.types.misc import unliteral
 
 from reynolds.compiler import KernelCompiler, LinkedCompiler, SharedCompiler, compiling
 from reynolds.kernel_cache import KernelCache
+from rotorsim.base.cache import in_cache, kernels_in
 from rotorsim.base.interrupt import apart
 
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False}
@@ -85,7 +83,8 @@ def kernel(function: Callable[..., Any], compiler: type[KernelCompiler] = Kernel
     module = sys.modules[function.__module__]
     own = Path(module.__file__ or "")
     dispatcher = numba.njit(pipeline_class=compiler, **_OPTIONS)(function)
-    with _cached_in(cache_folder(own.parent.glob("*.py") if module.__package__ else [own])):
+    folder = cache_folder(own.parent.glob("*.py") if module.__package__ else [own])
+    with kernels_in(folder, config), suppress(RuntimeError):  # of numba, if the folder takes nothing
         dispatcher._cache = KernelCache(function)
     dispatcher.compile = partial(apart, compiling()(dispatcher.compile))  # it takes long and receives no signals
     return dispatcher
@@ -93,34 +92,12 @@ def kernel(function: Callable[..., Any], compiler: type[KernelCompiler] = Kernel
 
 def cache_folder(sources: Iterable[Path]) -> Path:
     """Folder in the user's cache that belongs to exactly these sources, this Python and this numba."""
+    return in_cache(cache_digest(sources))
+
+
+def cache_digest(sources: Iterable[Path]) -> str:
+    """Hash of sources, this Python and this numba."""
     digest = hashlib.sha256(f"{sys.version}{importlib.metadata.version('numba')}".encode())
     for source in sorted(sources):
         digest.update(source.read_bytes())
-    return cache_root() / digest.hexdigest()[:16]
-
-
-def cache_root() -> Path:
-    """The user's cache folder for compiled kernels, or a private temporary one where that is not writable."""
-    root = Path(os.environ.get("ROTORSIM_CACHE_DIR") or platformdirs.user_cache_dir("rotorsim"))
-    try:
-        root.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=root):
-            return root
-    except OSError:
-        return private_root()
-
-
-def private_root() -> Path:
-    """The user's folder for what the cache does not take."""
-    return Path(tempfile.gettempdir()) / f"rotorsim-{os.getuid() if hasattr(os, 'getuid') else 'cache'}"
-
-
-@contextmanager
-def _cached_in(folder: Path) -> Any:
-    """Point numba's cache at `folder` while decorating, and leave other people's code alone."""
-    before = config.CACHE_DIR
-    config.CACHE_DIR = str(folder)
-    try:
-        yield
-    finally:
-        config.CACHE_DIR = before
+    return digest.hexdigest()[:16]

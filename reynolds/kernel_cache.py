@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import sys
 from contextlib import suppress
-from typing import Any
+from typing import Any, ClassVar
 
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
 
@@ -30,6 +30,9 @@ def _noted(result: Any) -> Any:
 
 class _Results(CompileResultCacheImpl):
     """What is kept of a kernel: its code, and which shared code that calls."""
+
+    _locator_classes: ClassVar = [c for c in CompileResultCacheImpl._locator_classes if "UserProvided" in c.__name__]
+    """The folder that was given, and no other: numba's further ones are not looked at for who can write there."""
 
     def reduce(self, result: Any) -> Any:
         """Places of the shared code, and numba's own form of the result."""

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from reynolds.film import force, friction_torque as torque
+from reynolds.film import closest_places, force, smallest_gap
 from reynolds.jit import kernel
 from reynolds.newton import NOT_CONVERGED, STALE_FACTORS, newton, refresh
 from reynolds.steady import begin_pseudo_step
+from reynolds.texture import friction_torque as torque
 from reynolds.transient import STAGE, end_stage, predict, stage_rhs, start
 
 
@@ -45,8 +46,15 @@ def pseudo_step(w, ix, F, L, U, iadt, tolerance, damping):
 
 @kernel
 def friction_torque(w, F, L, speed):
-    """`reynolds.film.friction_torque` as a call."""
+    """`reynolds.texture.friction_torque` as a call."""
     return torque(w, F, L, speed)
+
+
+@kernel
+def least_gap(w, F, L):
+    """Smallest gap [m] round the journal where it is, in a sleeve that no effect changes."""
+    places = closest_places(w, F, L, w[L.journal], w[L.journal + 1], F.clearance, F.uneven)
+    return smallest_gap(w, L, places, F.clearance)
 
 
 @kernel

@@ -8,8 +8,9 @@ film. Source: thesis eq. (1.4) with the viscosity and the sign of the injection 
 printed, "+12 p V_I" lacks mu and fits only a V_I counted out of the film); Hamrock (2004), ch. 16. Assumes an ideal
 isothermal gas, laminar flow, no inertia.
 
-A gas that slips at the walls (first order, Burgdorfer 1959) flows as if h^3 p were h^3 p + 6 \lambda_a p_a h^2, with
-lambda_a the mean free path at ambient pressure; a tilted or out-of-round gap is a matter of h alone.
+A gas that slips at the walls (first order, Burgdorfer 1959; `reynolds.film`) flows as if h^3 p were
+h^3 p + 6 \lambda_a p_a h^2, with lambda_a the mean free path at ambient pressure; a tilted or out-of-round gap is a
+matter of h alone.
 
 The unknown is p at the nodes; diffusion is written in q = p^2, storage in m = p h, both with face values of h; the
 shear flow is central and blended with upwind where the cell number 6 mu U dy / (p h^2) exceeds 2. Each residual is
@@ -22,7 +23,7 @@ from __future__ import annotations
 
 import math
 
-from reynolds.film import bend_foil, stored, thickness
+from reynolds.film import bend_foil, mean_gap, slip_flow, slip_jacobian, stored, thickness
 from reynolds.injector import nozzle, nozzle_table, pin_flow
 from reynolds.jit import inlined
 from reynolds.texture import textured_fluxes
@@ -54,23 +55,6 @@ def fluxes(w, F, L, U):
 
 
 @inlined
-def slip_flow(w, L, kt, kz):
-    """Add the flow of a gas that slips at both walls, with w[slip] = 6 lambda p at once for all cells."""
-    slip = 2.0 * w[L.slip]
-    for k in range(L.first - L.stride, L.first + L.n_theta * L.stride):
-        hf = 0.5 * (w[L.h + k] + w[L.h + k + L.stride])
-        hz = 0.5 * (w[L.h + k] + w[L.h + k + 1])
-        w[L.flow_t + k] -= kt * slip * (hf * hf) * (w[L.p + k + L.stride] - w[L.p + k])
-        w[L.flow_z + k] += kz * slip * w[L.link + k] * (hz * hz) * (w[L.p + k] - w[L.p + k + 1])
-
-
-@inlined
-def slip_jacobian(w, L, k, face_t, face_z, kt, kz):
-    """Derivative after q = p^2 at node k of the slip flow through a theta or z face with thickness face_t, face_z."""
-    return w[L.slip] / w[L.p + k] * kt * face_t * face_t, w[L.slip] / w[L.p + k] * kz * face_z * face_z
-
-
-@inlined
 def footprint_mean(w, ix, L, k):
     """Mean of q over the footprint of injector k; sets w[outward] to whether the sub-grid correction is in it.
 
@@ -96,7 +80,7 @@ def read_footprints(w, ix, F, L):
         q_loc = footprint_mean(w, ix, L, k)
         h_loc = 0.0
         for n in range(ix[L.source_start + k], ix[L.source_start + k + 1]):
-            h_loc += w[L.source_weight + n] * w[L.h + ix[L.source_cell + n]]
+            h_loc += w[L.source_weight + n] * mean_gap(w, L, ix[L.source_cell + n])
         w[L.local_h + k] = h_loc * (1.0 + L.half)
         w[L.local_p + k] = math.sqrt(max(q_loc, 1e-4 * F.pa * F.pa))
 

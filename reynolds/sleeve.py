@@ -16,6 +16,7 @@ Cites: heshmat_1983.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -58,13 +59,22 @@ class Lobes:
         wide = clearance / (1 - self.preload)
         return np.asarray(wide * (1 - self.preload * np.cos(phase)) - clearance)
 
+    @property
+    def edges(self) -> np.ndarray:
+        """Angles [rad] at which the gap jumps from one arc to the next; none where arcs meet alike."""
+        arc = 2 * np.pi / self.count
+        ends = np.cos(np.array([self.offset, 1 - self.offset]) * arc)
+        if self.preload == 0 or abs(ends[1] - ends[0]) < 1e-12:
+            return np.zeros(0)
+        return self.first_angle + arc * (np.arange(self.count) - self.offset)
+
 
 @dataclass(frozen=True)
 class Steps:
     """Equal pockets round the sleeve: a Rayleigh step, an axial groove, a recess.
 
     depth [m], arc [rad] and length [m] (None: that of the film) of each; `first_angle` [rad] is the middle of the
-    first. Their edges go to the nearest lines of the grid.
+    first. Their edges may lie anywhere between the lines of a grid.
 
     Examples
     --------
@@ -82,10 +92,26 @@ class Steps:
 
     def inside(self, theta: np.ndarray, z: np.ndarray, length: float) -> np.ndarray:
         """Whether places (theta, z) on a film of a length [m] are in a pocket."""
+        return np.asarray(self.covers(theta) & (np.abs(z) < self.reach(length)))
+
+    def covers(self, theta: np.ndarray) -> np.ndarray:
+        """Whether the angles theta [rad] are between the two ends of a pocket."""
         pitch = 2 * np.pi / self.count
         phase = np.mod(theta - self.first_angle + pitch / 2, pitch) - pitch / 2
-        reach = (length if self.length is None else self.length) / 2
-        return np.asarray((np.abs(phase) < self.arc / 2) & (np.abs(z) < reach))
+        return np.asarray(np.abs(phase) < self.arc / 2)
+
+    def reach(self, length: float) -> float:
+        """Distance [m] of both axial ends from the middle of a film of a length [m]."""
+        return (length if self.length is None else self.length) / 2
+
+    @property
+    def edges(self) -> np.ndarray:
+        """Angles [rad] of the ends of all pockets; none where pockets run into each other."""
+        pitch = 2 * np.pi / self.count
+        if self.arc >= pitch:
+            return np.zeros(0)
+        middles = self.first_angle + pitch * np.arange(self.count)
+        return np.concatenate([middles - self.arc / 2, middles + self.arc / 2])
 
 
 @dataclass(frozen=True)
@@ -161,8 +187,35 @@ class Sleeve:
 
     @property
     def textured(self) -> bool:
-        """Whether there are steps or grooves."""
-        return bool(self.steps) or self.grooves is not None
+        """Whether the gap is not smooth: steps, grooves, lobes between which it jumps."""
+        return bool(self.steps) or self.grooves is not None or self.jumps
+
+    @property
+    def jumps(self) -> bool:
+        """Whether the gap jumps between lobes."""
+        return self.lobes is not None and self.lobes.edges.size > 0
+
+    def recesses(self, length: float) -> tuple[Steps, ...]:
+        """Pockets as long as a film of a `length` [m], which leave no land at their angles."""
+        return tuple(row for row in self.steps if row.length is None or row.length >= length)
+
+    def edges(self, length: float) -> np.ndarray:
+        """Angles [rad] of the ends of lobes and of pockets as long as a film of a `length` [m]."""
+        found = [np.zeros(0)]
+        if self.lobes is not None:
+            found.append(
+                self.lobes.first_angle
+                + 2 * np.pi / self.lobes.count * (np.arange(self.lobes.count) - self.lobes.offset)
+            )
+        for row in self.recesses(length):
+            middles = row.first_angle + 2 * np.pi / row.count * np.arange(row.count)
+            found += [middles - row.arc / 2, middles + row.arc / 2]
+        return np.concatenate(found)
+
+    def arc(self, clearance: float) -> tuple[float, float]:
+        """Clearance [m] of an arc about its own centre, and the distance of that from the middle."""
+        wide = clearance if self.lobes is None else clearance / (1 - self.lobes.preload)
+        return wide, wide - clearance
 
     @property
     def symmetric(self) -> bool:
@@ -175,33 +228,179 @@ class Sleeve:
 
 
 PLAIN = Sleeve()
+NO_STEPS = Steps(1, 0.0, 0.0)
 
 
-def fill_texture(w: np.ndarray, layout: Layout, grid: Grid, sleeve: Sleeve) -> None:
-    """Write steps and grooves into the workspace: per patch between four nodes, and their mean depth at the nodes."""
-    rows = np.arange(layout.half - 1, grid.n_rows)
-    z = (rows + 0.5) * grid.dz if grid.half else (rows + 1.5) * grid.dz - grid.length / 2
-    theta, z = np.meshgrid(grid.theta + 0.5 * grid.dtheta, z, indexing="ij")
-    depth, share, angle = (np.zeros_like(theta) for _ in range(3))
-    if (grooves := sleeve.grooves) is not None:
-        slant = grooves.slant(z)
-        depth, share = (np.where(slant != 0, value, 0.0) for value in (grooves.depth, grooves.share))
-        angle = slant * grooves.angle
-    for step in sleeve.steps:
-        inside = step.inside(theta, z, grid.length)
-        depth, share = np.where(inside, step.depth, depth), np.where(inside, 1.0, share)
-    _fill_patches(w, layout, layout.depth, depth)
-    _fill_patches(w, layout, layout.share, share)
-    _fill_patches(w, layout, layout.cos_squared, np.cos(angle) ** 2)
-    _fill_patches(w, layout, layout.patch, np.ones_like(angle))
+class Pieces:
+    """Cells cut at the edges of pockets, lands and lobes, in theta (between lines) and in z (between rows).
+
+    Each half of a cell has `most` pieces, whose lengths are shares of the cell and may be 0: `lines` (n_theta, 2 most)
+    and `rows` (patches, 2 most). About a jump between lobes a piece differs by `lift` [m] from the mean thickness of
+    the cell's two lines, by `aside` [m] from that of the nearer line, and the mean about the nodes of a line by
+    `raised` [m] from that of the nodes. `line_cover` and `row_cover` (..., n_steps) say which pockets are there,
+    `slant` (patches, 2 most) the sign of the groove angle.
+    """
+
+    def __init__(self, layout: Layout, grid: Grid, sleeve: Sleeve, clearance: float) -> None:
+        self.most, lobes = layout.pieces // 2, sleeve.lobes
+        steps = (*sleeve.steps, *[NO_STEPS] * (layout.n_steps - len(sleeve.steps)))
+        jumps = np.zeros(0) if lobes is None else lobes.edges
+        cuts = (np.concatenate([jumps, *(s.edges for s in steps)]) / grid.dtheta) % grid.n_theta
+        arc = 2 * np.pi / max(jumps.size, 1)
+        first = jumps[0] if jumps.size else 0.0
+
+        def along(places: np.ndarray) -> np.ndarray:
+            """Pockets at places counted in lines, and which arc they are in."""
+            theta = places * grid.dtheta
+            side = np.floor((theta - first) / arc) if jumps.size else 0 * theta
+            return np.stack([*(s.covers(theta) for s in steps), side], axis=-1)
+
+        begins = np.arange(grid.n_theta)
+        self.lines, keys, middles = self._cut(begins, cuts, along, grid.n_theta)
+        self.line_cover = keys[..., :-1]
+        self.lift, self.aside, self.raised = np.zeros_like(self.lines), np.zeros_like(self.lines), np.zeros(begins.size)
+        if lobes is not None and jumps.size:
+            self._lift(sleeve.height(grid.theta, clearance), sleeve.height(middles * grid.dtheta, clearance), cuts)
+        rows = np.arange(layout.half - 1, grid.n_rows)
+        low = 0.0 if grid.half else grid.dz - grid.length / 2
+        ends = [s.reach(grid.length) for s in steps]
+        if sleeve.grooves is not None and sleeve.grooves.pattern == "herringbone":
+            ends.append(sleeve.grooves.land / 2)
+        z_cuts = (np.array([*ends, *(-end for end in ends)]) - low) / grid.dz
+
+        def across(places: np.ndarray) -> np.ndarray:
+            """Pockets at places counted in rows, and the slant of the grooves."""
+            z = low + places * grid.dz
+            slant = np.zeros_like(z) if sleeve.grooves is None else sleeve.grooves.slant(z)
+            return np.stack([*(np.abs(z) < s.reach(grid.length) for s in steps), slant], axis=-1)
+
+        self.rows, keys, _ = self._cut(rows, z_cuts, across, 0)
+        self.row_cover, self.slant = keys[..., :-1], keys[..., -1]
+
+    def _cut(
+        self, begins: np.ndarray, cuts: np.ndarray, kind: Callable[[np.ndarray], np.ndarray], period: int
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Lengths, kinds and middles of the pieces of cells that begin at the numbers `begins`."""
+        lengths = np.zeros((begins.size, 2 * self.most))
+        middles = np.repeat(begins[:, None] + np.array([0.25, 0.75]), self.most, axis=1)
+        kinds = np.array(kind(middles), float)
+        for cell, begin in enumerate(begins):
+            for half in range(2):
+                low = begin + 0.5 * half
+                inside = (cuts - low) % period if period else cuts - low
+                inside = np.sort(inside[(inside > ON_A_LINE) & (inside < 0.5 - ON_A_LINE)])
+                bounds = low + np.concatenate([[0.0], inside, [0.5]])
+                width, middle = np.diff(bounds), 0.5 * (bounds[1:] + bounds[:-1])
+                found, which = np.unique(kind(middle), axis=0, return_inverse=True)
+                for n, one in enumerate(found):
+                    at, of = half * self.most + n, which.ravel() == n
+                    lengths[cell, at], kinds[cell, at] = width[of].sum(), one
+                    middles[cell, at] = width[of] @ middle[of] / width[of].sum()
+        return lengths, kinds, middles
+
+    def _lift(self, nodes: np.ndarray, pieces: np.ndarray, cuts: np.ndarray) -> None:
+        """Thickness [m] of the pieces in cells with a jump, from that of nodes and of the pieces' middles."""
+        n = nodes.size
+        near = np.floor(np.concatenate([cuts - ON_A_LINE, cuts + ON_A_LINE])).astype(int) % n
+        jump = np.zeros(n, bool)
+        jump[near] = True
+        sides = np.repeat(np.stack([nodes, np.roll(nodes, -1)], axis=1), self.most, axis=1)
+        self.lift = np.where(jump[:, None], pieces - 0.5 * (sides[:, :1] + sides[:, -1:]), 0.0)
+        self.aside = np.where(jump[:, None], pieces - sides, 0.0)
+        halves = 2 * (self.lines * pieces).reshape(n, 2, -1).sum(axis=2)
+        about = 0.5 * (halves[:, 0] + np.roll(halves[:, 1], 1)) - nodes
+        self.raised = np.where(jump | np.roll(jump, 1), about, 0.0)
+
+    def texture(self, sleeve: Sleeve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Depth [m], groove share and slant of every piece, (n_theta, 2 most, patches, 2 most)."""
+        shape = (*self.lines.shape, *self.rows.shape)
+        slant = np.broadcast_to(self.slant, shape)
+        depth, share = np.zeros(shape), np.zeros(shape)
+        if (grooves := sleeve.grooves) is not None:
+            depth, share = (np.where(slant != 0, value, 0.0) for value in (grooves.depth, grooves.share))
+        for n, step in enumerate(sleeve.steps):
+            inside = (self.line_cover[..., n, None, None] > 0) & (self.row_cover[..., n] > 0)
+            depth, share = np.where(inside, step.depth, depth), np.where(inside, 1.0, share)
+            slant = np.where(inside, 0.0, slant)
+        return depth, share, slant
+
+
+ON_A_LINE = 1e-9
+"""Share of a cell within which an edge counts as on the line."""
+
+
+def fill_texture(w: np.ndarray, layout: Layout, grid: Grid, sleeve: Sleeve, clearance: float) -> None:
+    """Write steps, grooves and jumps into the workspace: per patch between four nodes, the pieces of the patches that
+    edges cut, and the mean depth about the nodes."""
+    pieces = Pieces(layout, grid, sleeve, clearance)
+    depth, share, slant = pieces.texture(sleeve)
+    area = pieces.lines[:, :, None, None] * pieces.rows
+    largest = area.transpose(0, 2, 1, 3).reshape(grid.n_theta, area.shape[2], -1).argmax(axis=2)
+    parts = []
+    mixed = np.zeros(largest.shape, bool)
+    for values in (depth, share, slant):
+        of_patch = values.transpose(0, 2, 1, 3).reshape(*largest.shape, -1)
+        parts.append(np.take_along_axis(of_patch, largest[..., None], axis=2)[..., 0])
+        flat = area.transpose(0, 2, 1, 3).reshape(of_patch.shape)
+        mixed |= ((of_patch != parts[-1][..., None]) & (flat > 0)).any(axis=2)
+    mixed |= (pieces.lift != 0).any(axis=1)[:, None]
+    angle = 0.0 if sleeve.grooves is None else sleeve.grooves.angle
+    turned = np.abs(parts[2])
+    _fill_patches(w, layout, layout.depth, parts[0])
+    _fill_patches(w, layout, layout.share, parts[1])
+    _fill_patches(w, layout, layout.cos_squared, np.cos(turned * angle) ** 2)
+    _fill_patches(w, layout, layout.sin_cos, parts[2] * np.sin(angle) * np.cos(angle))
+    _fill_patches(w, layout, layout.patch, np.ones_like(turned))
+    _fill_patches(w, layout, layout.mixed, mixed)
     # the midplane's cell is half a cell whose face counts whole: its patch below is the mirror image
-    _fill_patches(w, layout, layout.patch_south, np.where((z == z.min()) & bool(layout.half), 2.0, 1.0))
-    _fill_patches(w, layout, layout.sin_cos, np.sin(angle) * np.cos(angle))
-    mean = depth * share
-    mean = 0.5 * (mean + np.roll(mean, 1, axis=0))
+    middle = np.arange(turned.shape[1]) == 0 if grid.half else np.zeros(turned.shape[1], bool)
+    _fill_patches(w, layout, layout.patch_south, np.broadcast_to(np.where(middle, 2.0, 1.0), turned.shape))
+    for offset, values in (
+        (layout.line_piece, pieces.lines), (layout.line_lift, pieces.lift), (layout.line_aside, pieces.aside),
+        (layout.line_cover, pieces.line_cover),
+        (layout.row_piece, pieces.rows), (layout.row_slant, pieces.slant), (layout.row_cover, pieces.row_cover),
+        (layout.step_depth, np.array([step.depth for step in sleeve.steps])),
+    ):  # fmt: skip
+        w[offset : offset + values.size] = values.ravel()
+    if (grooves := sleeve.grooves) is not None:
+        w[layout.groove : layout.groove + 4] = (
+            grooves.depth, grooves.share, np.cos(angle) ** 2, np.sin(angle) * np.cos(angle)
+        )  # fmt: skip
+    most = pieces.most
+    halves = (area * depth * share).reshape(grid.n_theta, 2, most, -1, 2, most).sum(axis=(2, 5))  # line, side, row, end
+    about = halves[:, 0] + np.roll(halves[:, 1], 1, axis=0)  # at a line: of the patches on both of its sides
+    before, behind = about[..., 1], about[..., 0]
     # the row at the midplane of a half bearing has the same patch on either side
-    below = mean[:, :-1] if not grid.half else np.hstack([mean[:, :1], mean[:, :-1]])
-    fill(w, layout.deep, layout, 0.5 * (below + (mean if grid.half else mean[:, 1:])), 0.0)
+    below = np.hstack([behind[:, :1], before[:, :-1]]) if grid.half else before[:, :-1]
+    above = behind if grid.half else behind[:, 1:]
+    fill(w, layout.deep, layout, below + above + pieces.raised[:, None], 0.0)
+
+
+def stretches(sleeve: Sleeve, grid: Grid, clearance: float) -> np.ndarray:
+    """Stretches (n, STRETCH) between lines of the grid and edges of lobes and pockets, within which the form is smooth.
+
+    Pockets count where they are as long as the film: else the land at their ends is closer.
+    """
+    lobes, step = sleeve.lobes, grid.dtheta
+    arc = 2 * np.pi / (1 if lobes is None else lobes.count)
+    first = 0.0 if lobes is None else lobes.first_angle - lobes.offset * arc
+    cuts = np.concatenate([np.arange(grid.n_theta), (sleeve.edges(grid.length) / step) % grid.n_theta])
+    cuts = np.unique(np.round(cuts, 9) % grid.n_theta)
+    ends = np.append(cuts[1:], grid.n_theta)
+    middle = 0.5 * (cuts + ends) * step
+    pit = np.zeros_like(middle)
+    for row in sleeve.recesses(grid.length):
+        pit = np.where(row.inside(middle, 0 * middle, grid.length), row.depth, pit)
+    about = np.zeros_like(middle)
+    if lobes is not None:
+        about = first + arc * np.floor((middle - first) / arc) + lobes.offset * arc
+    line = np.floor(0.5 * (cuts + ends))
+    wide, lobe = sleeve.arc(clearance)
+    columns = [line, cuts - line, ends - line, about, pit]
+    for place in (cuts * step, ends * step):
+        form = wide - lobe * np.cos(place - about) + pit
+        columns += [np.cos(place), np.sin(place), form, lobe * np.sin(place - about)]
+    return np.stack(columns, axis=1)
 
 
 def _fill_patches(w: np.ndarray, layout: Layout, offset: int, values: np.ndarray) -> None:

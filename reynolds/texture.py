@@ -1,4 +1,4 @@
-r"""Fluxes of a film on a surface with many narrow grooves, or with steps.
+r"""Fluxes and friction of a film whose gap is not smooth: many narrow grooves, steps and pockets, jumps between lobes.
 
 Between four nodes lies a patch with one groove depth d, groove share alpha and groove angle beta from the
 circumferential direction. Pressure falls alike along ridges (thickness h) and grooves (h + d), and the flow across them
@@ -7,12 +7,27 @@ is the same through both, so that the mean flux of the narrow-groove theory is
 .. math:: \mathbf q = \tfrac{U}{2}\,p\,(S\cos\beta\,\mathbf e_s - T\sin\beta\,\mathbf e_n)
           - \frac{1}{24\mu}\left(A\,\mathbf e_s\mathbf e_s + B\,\mathbf e_n\mathbf e_n\right)\nabla p^2
 
-.. math:: A = \alpha (h+d)^3 + (1-\alpha) h^3, \quad B^{-1} = \alpha (h+d)^{-3} + (1-\alpha) h^{-3}, \quad
-          S = h + \alpha d, \quad T = B\,(\alpha (h+d)^{-2} + (1-\alpha) h^{-2})
+.. math:: A = \alpha G(h+d) + (1-\alpha) G(h), \quad B^{-1} = \alpha / G(h+d) + (1-\alpha) / G(h), \quad
+          S = h + \alpha d, \quad T = B\,(\alpha (h+d) / G(h+d) + (1-\alpha) h / G(h))
 
-with e_s along the grooves and e_n across. Grooves on the journal turn with it: there the relative flux has U reversed
-and all gas moves with the surface, which adds U p S. A step or pocket is a patch that is all groove (alpha = 1). Half a
-face of a cell lies in one patch; flux at it takes the gradient along the face from both of the patch's sides.
+with e_s along the grooves, e_n across, and G(h) = h^3, or h^2 (h + 6 lambda) for a gas that slips (`reynolds.film`).
+Grooves on the journal turn with it: there the relative flux has U reversed and all gas moves with the surface, which
+adds U p S. A step or pocket is a patch that is all groove (alpha = 1). Half a face of a cell lies in one patch; flux at
+it takes the gradient along the face from both of the patch's sides.
+
+A patch that edges cut is a laminate of its pieces, by the same two rules: the flux normal to an edge and the gradient
+along it are the same on both sides. A lane is what lies behind one another in the direction of a flux, and lanes lie
+side by side; both are exact for edges that cross the patch, wherever they do.
+
+The friction torque is that of `reynolds.film`, summed over what is there: the gap is that of ridge, groove or pocket,
+and so is the gradient,
+
+.. math:: \overline{h\,\partial_y p^2} = S\cos\beta\,\partial_s p^2 - T\sin\beta\,\partial_n p^2
+          + 12\mu U p \sin^2\!\beta\left(W - \frac{T^2}{B}\right), \quad
+          W = \frac{\alpha (h+d)^2}{G(h+d)} + \frac{(1-\alpha) h^2}{G(h)}
+
+with U reversed for grooves on the journal, whose flanks the pressure pushes: h dp/dy less that mean acts there in its
+place.
 
 Source: Vohr & Chow (1965), narrow-groove theory; Hamrock (2004), ch. 16.
 
@@ -21,17 +36,18 @@ Cites: hamrock_2004, vohr_1965.
 
 from __future__ import annotations
 
-from reynolds.jit import inlined
+from reynolds.film import shear_gap, slip_length, smooth_torque
+from reynolds.jit import inlined, kernel
 
 
 @inlined
-def mean_flow(h, depth, share):
+def mean_flow(h, depth, share, slip):
     """A, B [m3] and S, T [m] of a patch: conductances along and across its grooves, what the surface drags along and
     across."""
     g = h + depth
     rest = 1.0 - share
-    along = share * g * g * g + rest * h * h * h
-    a, b = share / (g * g), rest / (h * h)
+    along = share * g * g * (g + slip) + rest * h * h * (h + slip)
+    a, b = share / (g * (g + slip)), rest / (h * (h + slip))
     across = 1.0 / (a / g + b / h)
     return along, across, share * g + rest * h, across * (a + b)
 
@@ -42,7 +58,7 @@ def flux_along(w, F, L, k, U, h, p, dy, dz, jump):
 
     `jump` is the change of p over the face, which the flux is blended with where the cell number exceeds 2.
     """
-    a, b, s, t = mean_flow(h, w[L.depth + k], w[L.share + k])
+    a, b, s, t = mean_flow(h, w[L.depth + k], w[L.share + k], slip_length(w, L, p))
     cc, sc = w[L.cos_squared + k], w[L.sin_cos + k]
     conductance = a * cc + b * (1.0 - cc)
     drag = s + F.grooved * (cc * s + (1.0 - cc) * t - s)
@@ -54,7 +70,7 @@ def flux_along(w, F, L, k, U, h, p, dy, dz, jump):
 @inlined
 def flux_across(w, F, L, k, U, h, p, dy, dz):
     """Axial flux of patch k; as `flux_along`."""
-    a, b, s, t = mean_flow(h, w[L.depth + k], w[L.share + k])
+    a, b, s, t = mean_flow(h, w[L.depth + k], w[L.share + k], slip_length(w, L, p))
     cc, sc = w[L.cos_squared + k], w[L.sin_cos + k]
     conductance = a * (1.0 - cc) + b * cc
     return 0.5 * U * F.grooved * sc * (s - t) * p - ((a - b) * sc * dy + conductance * dz) / (24.0 * w[L.mu])
@@ -80,10 +96,180 @@ def patch_fluxes(w, F, L, U):
 
 
 @inlined
+def sides(w, F, L, k, axis):
+    """Thickness, pressure, gradient of p^2 along an axis (0: theta, 1: z) and change of p on the near and the far side
+    of patch k, and the mean gradient along the other axis."""
+    step, aside = (L.stride, 1) if axis == 0 else (1, L.stride)
+    length, width = (F.dy, F.dz) if axis == 0 else (F.dz, F.dy)
+    a, b, c, d = w[L.p + k], w[L.p + k + step], w[L.p + k + aside], w[L.p + k + aside + step]
+    near = 0.5 * (w[L.h + k] + w[L.h + k + step]), 0.5 * (a + b), (b * b - a * a) / length, b - a
+    far = 0.5 * (w[L.h + k + aside] + w[L.h + k + aside + step]), 0.5 * (c + d), (d * d - c * c) / length, d - c
+    return near, far, 0.5 * (c * c - a * a + d * d - b * b) / width
+
+
+@inlined
+def piece(w, F, L, i, j, axis, s, t, h):
+    """Thickness, depth, groove share, cos^2 and sin cos of the groove angle of piece (s, t) of the patch behind line i
+    and row j, where the thickness at the side of the patch along an axis is h."""
+    line, row = i * L.pieces + s, j * L.pieces + t
+    slant = w[L.row_slant + row]
+    depth, share, cc, sc = 0.0, 0.0, 1.0, 0.0
+    if slant != 0.0:
+        depth, share, cc, sc = w[L.groove], w[L.groove + 1], w[L.groove + 2], slant * w[L.groove + 3]
+    for n in range(L.n_steps):
+        if w[L.line_cover + line * L.n_steps + n] * w[L.row_cover + row * L.n_steps + n] > 0.0:
+            depth, share, cc, sc = w[L.step_depth + n], 1.0, 1.0, 0.0
+    lift = w[(L.line_lift if axis == 0 else L.line_aside) + line]
+    return max(h + lift, F.h_min), depth, share, cc, sc
+
+
+@inlined
+def medium(w, F, L, axis, h, depth, share, cc, sc, slip):
+    """Conductances [m3] of a piece along an axis, between both and along the other one; its drag [m] along both."""
+    a, b, s, t = mean_flow(h, depth, share, slip)
+    yy, zz = a * cc + b * (1.0 - cc), a * (1.0 - cc) + b * cc
+    to_y, to_z = s + F.grooved * (cc * s + (1.0 - cc) * t - s), F.grooved * sc * (s - t)
+    return (yy, (a - b) * sc, zz, to_y, to_z) if axis == 0 else (zz, (a - b) * sc, yy, to_z, to_y)
+
+
+@inlined
+def lane(w, F, L, i, j, axis, other, h, slip):
+    """`medium` of the pieces behind one another along an axis, in the other axis' piece `other`."""
+    inverse = cross = rest = drag = carry = 0.0
+    for m in range(L.pieces):
+        share = w[(L.line_piece + i * L.pieces if axis == 0 else L.row_piece + j * L.pieces) + m]
+        if share > 0.0:
+            s, t = (m, other) if axis == 0 else (other, m)
+            thick, depth, grooves, cc, sc = piece(w, F, L, i, j, axis, s, t, h)
+            along, between, aside, moved, moved_aside = medium(w, F, L, axis, thick, depth, grooves, cc, sc, slip)
+            inverse += share / along
+            cross += share * between / along
+            drag += share * moved / along
+            rest += share * (aside - between * between / along)
+            carry += share * (moved_aside - between * moved / along)
+    along = 1.0 / inverse
+    return along, along * cross, rest + along * cross * cross, along * drag, carry + along * cross * drag
+
+
+@inlined
+def flux_aside(w, F, L, i, j, axis, U, near, far, mean):
+    """Flux (times 24 mu) along the other axis, which is the same through all lanes along an axis."""
+    flow = inverse = 0.0
+    half = L.pieces // 2
+    for o in range(L.pieces):
+        share = w[(L.row_piece + j * L.pieces if axis == 0 else L.line_piece + i * L.pieces) + o]
+        if share > 0.0:
+            h, p, gradient, _ = near if o < half else far
+            _, between, aside, _, moved = lane(w, F, L, i, j, axis, o, h, slip_length(w, L, p))
+            flow += share * (12.0 * w[L.mu] * U * p * moved - between * gradient) / aside
+            inverse += share / aside
+    return (flow - mean) / inverse
+
+
+@inlined
+def lane_flux(w, F, L, i, j, axis, o, U, side, mean, flow):
+    """Flux (times 24 mu) along an axis in a lane, the gradient of p^2 along the other axis there, and drag [m] and
+    conductance [m3] of the lane."""
+    h, p, gradient, _ = side
+    along, between, aside, moved, moved_aside = lane(w, F, L, i, j, axis, o, h, slip_length(w, L, p))
+    carry = 12.0 * w[L.mu] * U * p
+    if L.grooved == 1:
+        mean = (carry * moved_aside - between * gradient - flow) / aside
+    return carry * moved - along * gradient - between * mean, mean, moved, along
+
+
+@inlined
+def mixed_fluxes(w, F, L, k, i, j, axis, U):
+    """Fluxes through the near and the far half face of a patch along an axis, weighted by their shares of the face."""
+    near, far, mean = sides(w, F, L, k, axis)
+    flow = 0.0
+    if L.grooved == 1:
+        flow = flux_aside(w, F, L, i, j, axis, U, near, far, mean)
+    sum_near = sum_far = 0.0
+    half = L.pieces // 2
+    for o in range(L.pieces):
+        share = w[(L.row_piece + j * L.pieces if axis == 0 else L.line_piece + i * L.pieces) + o]
+        if share > 0.0:
+            side = near if o < half else far
+            flux, _, drag, along = lane_flux(w, F, L, i, j, axis, o, U, side, mean, flow)
+            if axis == 0:
+                _, p, _, jump = side
+                blend = 6.0 * w[L.mu] * abs(U * drag) - 2.0 * along * p / F.dy
+                flux -= max(blend, 0.0) * jump
+            sum_near += share * flux if o < half else 0.0
+            sum_far += 0.0 if o < half else share * flux
+    return sum_near / (24.0 * w[L.mu]), sum_far / (24.0 * w[L.mu])
+
+
+@kernel
+def cut_patches(w, F, L, U):
+    """`patch_fluxes` of the patches that edges cut."""
+    for line in range(-1, L.n_theta):
+        i = line if line >= 0 else L.n_theta - 1
+        for j in range(L.n_rows + 1 - L.half):
+            k = L.first + line * L.stride + j + L.half - 1
+            if w[L.mixed + k] > 0.0:
+                south, north = mixed_fluxes(w, F, L, k, i, j, 0, U)
+                west, east = mixed_fluxes(w, F, L, k, i, j, 1, U)
+                w[L.south + k] = w[L.patch_south + k] * south / F.dy
+                w[L.north + k] = north / F.dy
+                w[L.face_west + k] = west / F.dz
+                w[L.face_east + k] = east / F.dz
+
+
+@inlined
 def textured_fluxes(w, F, L, U):
     """Flux per length through the theta and z faces behind each node, divided by the step."""
     patch_fluxes(w, F, L, U)
+    cut_patches(w, F, L, U)
     for k in range(L.first - L.stride, L.first + L.n_theta * L.stride):
         w[L.flow_t + k] = w[L.south + k] + w[L.north + k - 1]
     for k in range(L.first - 1, L.first + L.n_theta * L.stride):
         w[L.flow_z + k] = w[L.face_west + k] + w[L.face_east + k - L.stride]
+
+
+@inlined
+def traction(w, F, L, h, depth, share, cc, sc, slip, U, p, dy, dz):
+    """Mean stress [Pa] against the journal's motion in a piece with the gradients dy, dz of p^2."""
+    _, b, s, t = mean_flow(h, depth, share, slip)
+    g, rest = h + depth, 1.0 - share
+    sense = F.grooved if cc < 1.0 else 1.0
+    uneven = share / (g + slip) + rest / (h + slip) - t * t / b
+    push = s * (cc * dy + sc * dz) + t * ((1.0 - cc) * dy - sc * dz)
+    push += 12.0 * w[L.mu] * U * sense * (1.0 - cc) * p * uneven
+    shear = w[L.mu] * U * (share / shear_gap(g, slip) + rest / shear_gap(h, slip))
+    return shear + 0.25 * (sense * push + (1.0 - sense) * h * dy) / p
+
+
+@kernel
+def textured_torque(w, F, L, speed):
+    """As `film.smooth_torque`, patch by patch."""
+    U = speed * F.radius
+    total = 0.0
+    for i in range(L.n_theta):
+        for j in range(L.n_rows + 1 - L.half):
+            near, far, mean = sides(w, F, L, L.first + i * L.stride + j + L.half - 1, 0)
+            flow = 0.0
+            if L.grooved == 1:
+                flow = flux_aside(w, F, L, i, j, 0, U, near, far, mean)
+            for t in range(L.pieces):
+                width = w[L.row_piece + j * L.pieces + t]
+                if width > 0.0:
+                    side = near if t < L.pieces // 2 else far
+                    flux, dz, _, _ = lane_flux(w, F, L, i, j, 0, t, U, side, mean, flow)
+                    h, p, _, _ = side
+                    slip = slip_length(w, L, p)
+                    for s in range(L.pieces):
+                        length = w[L.line_piece + i * L.pieces + s]
+                        if length > 0.0:
+                            thick, depth, share, cc, sc = piece(w, F, L, i, j, 0, s, t, h)
+                            along, cross, _, drag, _ = medium(w, F, L, 0, thick, depth, share, cc, sc, slip)
+                            dy = (12.0 * w[L.mu] * U * p * drag - cross * dz - flux) / along
+                            total += width * length * traction(w, F, L, thick, depth, share, cc, sc, slip, U, p, dy, dz)
+    return F.radius * F.dy * F.dz * total * (1.0 + L.half)
+
+
+@inlined
+def friction_torque(w, F, L, speed):
+    """Friction torque [N m] at shaft speed `speed` [rad/s]; positive brakes a positive speed."""
+    return textured_torque(w, F, L, speed) if L.textured == 1 else smooth_torque(w, F, L, speed)

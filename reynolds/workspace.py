@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from reynolds.errors import FilmError
-from reynolds.grid import Grid, Layout, cells, fill, make_layout
+from reynolds.grid import Grid, Layout, Texture, cells, fill, make_layout
 from reynolds.injector import LAWS, Footprint, Injector, footprint, nozzle_coefficients
-from reynolds.sleeve import PLAIN, Sleeve, fill_texture
+from reynolds.sleeve import PLAIN, Sleeve, fill_texture, stretches
 
 CONSTANTS = (
     "mu", "mean_free_path", "radius", "dy", "dz", "pa", "area", "source", "clearance", "h_min", "uneven", "bend_time",
-    "grooved",
+    "grooved", "recessed", "wide", "lobe", "stretches",
 )  # fmt: skip
 FILM_DTYPE = np.dtype([(name, "f8") for name in CONSTANTS])
 
@@ -85,8 +86,14 @@ class FilmModel:
         row = (
             gas.viscosity, gas.mean_free_path, grid.radius, grid.dy, grid.dz, gas.ambient_pressure, area,
             rt / (grid.dy * grid.dz), self.clearance, self.h_min, uneven, bend_time, grooved,
+            float(sleeve.recesses(grid.length) != ()), *sleeve.arc(self.clearance), len(self.stretches),
         )  # fmt: skip
         return np.array([row], FILM_DTYPE).view(np.recarray)
+
+    @cached_property
+    def stretches(self) -> np.ndarray:
+        """Smooth stretches (n, STRETCH) round the sleeve."""
+        return stretches(self.sleeve, self.grid, self.clearance)
 
     def footprints(self) -> list[Footprint]:
         """Every injector on the grid."""
@@ -128,10 +135,11 @@ class FilmModel:
             fill(w, offset, layout, np.broadcast_to(gap[:, None], shape), gap)
         for offset in (layout.p, layout.p_1, layout.p_2, layout.p_3):
             fill(w, offset, layout, np.full(shape, self.gas.ambient_pressure), self.gas.ambient_pressure)
+        w[layout.stretches : layout.stretches + self.stretches.size] = self.stretches.ravel()
         if layout.foil and self.sleeve.foil is not None:
             w[layout.soft : layout.soft + layout.length] = 1 / self.sleeve.foil.stiffness
         if layout.textured:
-            fill_texture(w, layout, grid, self.sleeve)
+            fill_texture(w, layout, grid, self.sleeve, self.clearance)
 
     def _fill_footprints(self, w: np.ndarray, ix: np.ndarray, layout: Layout, prints: Sequence[Footprint]) -> None:
         index = cells(layout)
@@ -192,7 +200,8 @@ def build_films(films: Sequence[FilmModel]) -> tuple[Layout, np.ndarray, np.ndar
     rarefied = any(f.rarefied or f.gas.mean_free_path > 0 for f in films)
     layout = make_layout(
         first.grid, max(laws, default=0), sources, readers, rarefied,
-        foil=any(f.sleeve.foil is not None for f in films), textured=any(f.sleeve.textured for f in films),
+        foil=any(f.sleeve.foil is not None for f in films), texture=_texture([f.sleeve for f in films]),
+        edges=max(len(f.stretches) for f in films) - first.grid.n_theta,
     )  # fmt: skip
     w = np.zeros(len(films) * layout.size)
     ix = np.zeros(len(films) * layout.n_integers, np.int64)
@@ -200,6 +209,17 @@ def build_films(films: Sequence[FilmModel]) -> tuple[Layout, np.ndarray, np.ndar
         part = slice(k * layout.size, (k + 1) * layout.size)
         film.fill(w[part], ix[k * layout.n_integers : (k + 1) * layout.n_integers], layout, own)
     return layout, w, ix
+
+
+def _texture(sleeves: Sequence[Sleeve]) -> Texture | None:
+    """What all sleeves together ask for; None for smooth ones."""
+    if not any(sleeve.textured for sleeve in sleeves):
+        return None
+    return Texture(
+        max(len(sleeve.steps) for sleeve in sleeves),
+        any(sleeve.grooves is not None for sleeve in sleeves),
+        any(sleeve.jumps for sleeve in sleeves),
+    )
 
 
 def _largest(sizes: Sequence[Sequence[int]], count: int) -> list[int]:

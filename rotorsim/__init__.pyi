@@ -14,7 +14,6 @@ from identification import (
 from . import (
     analysis as analysis,
     balance as balance,
-    bench as bench,
     campaign as campaign,
     control as control,
     discrepancy as discrepancy,
@@ -26,8 +25,8 @@ from . import (
     machine as machine,
     plant as plant,
     report as report,
-    reproduction as reproduction,
     signals as signals,
+    study as study,
     verify as verify,
 )
 from .base.errors import RotorsimError as RotorsimError
@@ -43,6 +42,6 @@ from .machine import (
 )
 from .plant import Plant as Plant, compile_kernels as compile_kernels
 from .report import write_report as write_report
-from .reproduction.identify_records import identify_records as identify_records
 from .signals import open_record as open_record
+from .study.identify_records import identify_records as identify_records
 from .verify import closed_loop as closed_loop

@@ -7,50 +7,60 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Iterator
+from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rotorsim.base.errors import LeftOut, OtherMachine, RotorsimError, Unusual
+from rotorsim.base.errors import LeftOut, NoCache, NotCarried, OtherMachine, RotorsimError, Unusual
 from rotorsim.base.files import WriteError, write_error
 from rotorsim.base.interrupt import interrupted, leave, watched
+from rotorsim.base.sentences import Shown
 
 STDOUT = "standard output"
+LIMITS: dict[type[Exception], str] = {
+    MemoryError: "memory: this needs more than there is; make the grid, the shaft or the record coarser, or free some",
+    RecursionError: "input: something in it is nested too deeply; make it flatter",
+    BrokenExecutor: "workers: the system has ended a process, as it does for want of memory; free some, or use fewer",
+    UnicodeEncodeError: "a name or text has half a character, which no file takes; rename the file or correct it",
+}
+"""Errors that Python raises for an input that is too much for it."""
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Run a command, by default that of this process; ends in SystemExit.
+def main(arguments: list[str] | None = None, app: Any = None) -> None:
+    """Run a command, by default that of this process; ends in SystemExit. `app` stands for rotorsim's own commands.
 
     A user's error ends as a sentence on stderr and exit code 2, without a traceback, Ctrl-C as one with exit code 130.
     """
     if arguments is not None:
-        command(arguments)
+        command(arguments, app)
         return
     with watched():
         try:
-            _named_stdout()
-            command(sys.argv[1:])
+            _careful_streams()
+            command(sys.argv[1:], app)
         except KeyboardInterrupt:  # during the imports
             interrupted()
         except SystemExit as ended:
             leave(ended.code)
 
 
-def command(arguments: list[str]) -> None:
+def command(arguments: list[str], app: Any = None) -> None:
     """Run a command of these words."""
     debug, yes = "--debug" in arguments, "--yes" in arguments
     try:
         with warnings.catch_warnings(), printed():
             warnings.showwarning = partial(_show, warnings.showwarning)
-            from rotorsim.commands.app import app
+            if app is None:
+                from rotorsim.commands.app import app
 
             warnings.simplefilter("ignore" if yes else "error", Unusual)
-            app(args=[a for a in arguments if a not in ("--debug", "--yes")], prog_name="rotorsim")
+            app(args=[a for a in arguments if a not in ("--debug", "--yes")], prog_name=app.info.name)
     except BrokenPipeError:
         _print_no_more()
         sys.exit(1)
-    except (RotorsimError, OSError, Unusual) as error:
+    except (RotorsimError, OSError, Unusual, MemoryError, RecursionError, BrokenExecutor, UnicodeEncodeError) as error:
         if debug:
             raise
         print(as_option(sentence(error), arguments), file=sys.stderr)
@@ -59,7 +69,7 @@ def command(arguments: list[str]) -> None:
 
 def _show(usual: Callable[..., None], message: Warning | str, category: type[Warning], *where: Any) -> None:
     """Show a warning: one of ours as its sentence."""
-    if issubclass(category, (LeftOut, OtherMachine)):
+    if issubclass(category, (LeftOut, NoCache, NotCarried, OtherMachine)):
         print(message, file=sys.stderr)
     else:
         usual(message, category, *where)
@@ -96,16 +106,21 @@ class _Stdout(io.FileIO):
             raise
 
 
-def _named_stdout() -> None:
-    """Let an error of standard output name it: no other file's errors come without a name."""
+def _careful_streams() -> None:
+    """Let standard output and error take every text: what the encoding lacks is replaced, what acts is shown.
+
+    An error of standard output names it: no other file's errors come without a name.
+    """
     now: Any = sys.stdout
     before: Any = getattr(now, "buffer", None)
     if type(getattr(before, "raw", before)) is io.FileIO:
         own: Any = _Stdout(now.fileno(), "wb", closefd=False)
         sys.stdout = io.TextIOWrapper(
             io.BufferedWriter(own) if hasattr(before, "raw") else own,  # without a buffer under PYTHONUNBUFFERED
-            now.encoding, now.errors, line_buffering=now.line_buffering, write_through=now.write_through,
+            now.encoding, "replace", line_buffering=now.line_buffering, write_through=now.write_through,
         )  # fmt: skip
+    shown: Any = Shown(sys.stdout), Shown(sys.stderr)
+    sys.stdout, sys.stderr = shown
 
 
 def _print_no_more() -> None:
@@ -119,11 +134,14 @@ def as_option(text: str, arguments: list[str]) -> str:
     return f"--{text}" if option in (word.partition("=")[0] for word in arguments) else text
 
 
-def sentence(error: RotorsimError | OSError | Unusual) -> str:
+def sentence(error: Exception) -> str:
     """Message to the user about an error."""
     if isinstance(error, Unusual):
         return "\n".join(f"{line}; add --yes to run with it" for line in str(error).splitlines())
-    if isinstance(error, (RotorsimError, WriteError)):
+    for kind, text in LIMITS.items():
+        if isinstance(error, kind):
+            return text
+    if not isinstance(error, OSError) or isinstance(error, WriteError):
         return str(error)
     file = error.filename2 or error.filename
     where = f"{file}: " if file else ""

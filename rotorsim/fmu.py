@@ -22,7 +22,8 @@ from rotorsim.plant import Plant
 
 if TYPE_CHECKING:
     from fmu.checks.check import Check
-    from fmu.model import Unit
+    from fmu.linear_model import LinearUnit
+    from fmu.model import PlantUnit
 
 MODEL_FILES = (".json", ".mat")
 Subject = Plant | Machine | LpvModel | Law | str | Path
@@ -32,7 +33,7 @@ START = (0.0, 0.3e6)
 __all__ = ["check", "export", "info", "system"]
 
 
-def unit_of(subject: Subject, speed: float | None, pressure: float | None) -> Unit:
+def unit_of(subject: Subject, speed: float | None, pressure: float | None) -> PlantUnit | LinearUnit | LawUnit:
     """Unit of a plant, a machine, a model or a law; raises DataError for anything else."""
     if isinstance(subject, Machine) or (isinstance(subject, (str, Path)) and Path(subject).suffix not in MODEL_FILES):
         subject = Plant(subject)
@@ -58,6 +59,7 @@ def export(
     speed: float | None = None,
     pressure: float | None = None,
     announce: Callable[[str], None] | None = None,
+    name: str | None = None,
 ) -> dict[int, Path]:
     """Write a plant, an identified LPV model or a control law as .fmu files that run without Python.
 
@@ -77,6 +79,8 @@ def export(
         Start [rad/s], [Pa, gauge]; by default 0 and 0.3 MPa, of a model the middle of its range.
     announce : callable, optional
         Given a sentence before kernels are compiled.
+    name : str, optional
+        Name of the model and of its libraries, an identifier; by default that of the subject and of its kind.
 
     Returns
     -------
@@ -94,7 +98,8 @@ def export(
     'law.fmu'
     """
     chosen = _export.versions(",".join(map(str, fmi)))
-    return _export.export(unit_of(subject, speed, pressure), Path(out), chosen, choose(targets), cpu, announce)
+    unit = _kinds.named(unit_of(subject, speed, pressure), name)
+    return _export.export(unit, Path(out), chosen, choose(targets), cpu, announce)
 
 
 def system(
@@ -123,6 +128,8 @@ def system(
 
 def check(path: str | Path, duration: float = 1.0) -> Iterator[Check]:
     """Checks of a unit against the standard and, for `duration` [s], against the plant in Python.
+
+    The machine code in the unit runs in this process, with all that it may do: check units only of people you trust.
 
     Examples
     --------

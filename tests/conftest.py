@@ -1,11 +1,25 @@
-"""Machines and input rows shared by the tests of the plant."""
+"""Machines and input rows shared by the tests of the plant; what lets no test depend on shell, speed or processors.
 
+The studies, which are not installed, are on the path.
+"""
+
+import os
+import signal
+import sys
 from collections.abc import Mapping
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
+from rotorsim.base.processes import THREADS
+
+for _name in THREADS:  # a process each is at work on every processor: more threads would wait for each other
+    os.environ.setdefault(_name, "1")
+
 import numpy as np
+import pytest
 import tomlkit
+from hypothesis import HealthCheck, settings
 
 from rotorsim.effects import FILM_PORTS, REGISTRY
 from rotorsim.machine import load_machine, machine_text
@@ -13,6 +27,9 @@ from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 from shared import shared
 
+settings.register_profile("any speed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("any speed")
+sys.path.append(str(Path(__file__).parents[1]))
 SILENT = {
     "effects.unbalance.me": "0 g*mm",
     "effects.coupling.force_2x": "0 N",
@@ -27,6 +44,14 @@ SILENT = {
     "effects.encoder.counts": 0,
     "effects.pressure_transducer.sigma": "0 Pa",
 }
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _ctrl_c_is_received():
+    """Tests and what they start receive SIGINT: a shell makes what it starts in the background ignore it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 def change(machine: Machine, values: Mapping[str, Any]) -> Machine:

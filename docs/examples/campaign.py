@@ -29,19 +29,18 @@ list = ["5 g*mm", "15 g*mm", "25 g*mm"]
 list = ["10 MN/m", "0.5 MN/m"]
 """
 
-if __name__ == "__main__":  # worker processes import this file
-    Path("plan.toml").write_text(PLAN)
-    plan = rs.campaign.load_plan("plan.toml")
-    rs.campaign.run_campaign(plan, Path("store"), rs.campaign.Settings(workers=2))
-    table = rs.campaign.collect(Path("store"), "steady", variables=[])
-    print(f"{table.sizes['case']} cases")
-    figure, axes = plt.subplots(figsize=(8, 4.5))
-    for stiffness in (1e7, 5e5):
-        rows = table.where(table["set_bearings.1.kxx"] == stiffness, drop=True)
-        axes.plot(
-            rows["set_effects.unbalance.me"] * 1e6, rows["numbers.largest_orbit_um"], "o-", label=f"{stiffness / 1e6:g}"
-        )
-    axes.set(xlabel="unbalance [g mm]", ylabel="largest orbit [um]", title="Plain rotor at 3600 rpm: six cases")
-    axes.legend(title="stiffness of the right bearing [MN/m]")
-    axes.grid(alpha=0.3)
-    figure.savefig("campaign.png", dpi=100, bbox_inches="tight")
+Path("plan.toml").write_text(PLAN)
+plan = rs.campaign.load_plan("plan.toml")
+rs.campaign.run_campaign(plan, Path("store"), rs.campaign.Settings(workers=2))
+table = rs.campaign.collect(Path("store"), "steady", variables=[])
+print(f"{table.sizes['case']} cases")
+figure, axes = plt.subplots(figsize=(8, 4.5))
+for stiffness in (1e7, 5e5):
+    rows = table.where(table["set_bearings.1.kxx"] == stiffness, drop=True)
+    axes.plot(
+        rows["set_effects.unbalance.me"] * 1e6, rows["numbers.largest_orbit_um"], "o-", label=f"{stiffness / 1e6:g}"
+    )
+axes.set(xlabel="unbalance [g mm]", ylabel="largest orbit [um]", title="Plain rotor at 3600 rpm: six cases")
+axes.legend(title="stiffness of the right bearing [MN/m]")
+axes.grid(alpha=0.3)
+figure.savefig("campaign.png", dpi=100, bbox_inches="tight")

@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import rotorsim as rs
-from rotorsim.verify.impacts import impact_energies
+from rotorsim.verify.impacts import impact_responses
 
 plant = rs.Plant("dtu_gas_bearing", n_theta=16, n_z=8)
 here = {"speed": 300.0, "pressure": 0.5e6}
@@ -25,8 +25,8 @@ def local(speed, pressure):
 
 
 def answers(law):
-    """Energy (6,) [um/N] of the disc after hits of 20 N at the other points, the mean of x and y."""
-    return np.array([np.mean(impact_energies(plant, law, *point).response) for point in others])
+    """Norm (6,) [um/N] of the disc's responses to hits of 20 N at the other points, the mean of x and y."""
+    return np.array([np.mean(impact_responses(plant, law, *point).response) for point in others])
 
 
 model = rs.fit_lpv([local(*point) for point in others], order=1)
@@ -48,5 +48,5 @@ for axis, preset in zip(axes, ("thesis", "rig"), strict=True):
     axis.set_xticks(range(6), names)
     axis.grid(axis="y", alpha=0.3)
 axes[0].legend(loc="upper right")
-axes[0].set(ylabel="energy after a hit of 20 N\nclosed over open loop [-]", ylim=(0, 1.05))
+axes[0].set(ylabel="norm of the response to a hit of 20 N\nclosed over open loop [-]", ylim=(0, 1.05))
 figure.savefig("robust_design.png", dpi=100, bbox_inches="tight")

@@ -230,7 +230,7 @@ fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t n) {
 
 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real x[], size_t n) {
     if (!unit_exchanges(c, "fmi2GetDerivatives", true)) return fmi2Error;
-    if (!unit_count(c, "fmi2GetDerivatives", n, N_STATES) || unit_check_inputs(c) != OK || !unit_refresh(c)) return fmi2Error;
+    if (!unit_count(c, "fmi2GetDerivatives", n, N_STATES) || unit_check_inputs(c) == FAILED || !unit_refresh(c)) return fmi2Error;
     memcpy(x, ((Unit *)c)->derivatives, sizeof(double) * N_STATES);
     return fmi2OK;
 }

@@ -255,7 +255,7 @@ fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n) {
 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 x[], size_t n) {
     if (!unit_exchanges(c, "fmi3GetContinuousStateDerivatives", true)) return fmi3Error;
     if (!unit_count(c, "fmi3GetContinuousStateDerivatives", n, N_STATES)) return fmi3Error;
-    if (unit_check_inputs(c) != OK || !unit_refresh(c)) return fmi3Error;
+    if (unit_check_inputs(c) == FAILED || !unit_refresh(c)) return fmi3Error;
     memcpy(x, ((Unit *)c)->derivatives, sizeof(double) * N_STATES);
     return fmi3OK;
 }
@@ -330,7 +330,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 now, fmi3Float64 length, fmi3B
     if (!unit_exchanges(u, "fmi3DoStep", false) || !in_phase(u, "fmi3DoStep", STEPPING, STEPPING)) return fmi3Error;
     int64_t before = u->s.count;
     Outcome outcome = unit_step(u, now, length, &at);
-    bool short_of = outcome == OK && (double)(u->s.count - before) * SAMPLE < length - 0.5 * SAMPLE;
+    bool short_of = outcome != FAILED && (double)(u->s.count - before) * SAMPLE < length - 0.5 * SAMPLE;
     if (event) *event = u->event_mode && u->s.event;
     if (end) *end = false;
     if (early) *early = short_of;

@@ -12,7 +12,7 @@
 #define ROWS (N_STATES + N_OUT)
 #define COLUMNS (N_STATES + N_U)
 
-static const double middle[2] = MIDDLE, half_range[2] = HALF_RANGE, low[2] = LOWEST, high[2] = HIGHEST;
+static const double middle[2] = MIDDLE, half_range[2] = HALF_RANGE;
 
 /* theta (0) and its derivatives by speed (1) and pressure (2), at the present operating point. */
 static void parameters(const Unit *u, double theta[3][N_THETA]) {
@@ -73,18 +73,6 @@ bool unit_initialise(Unit *u) {
     return unit_refresh(u);
 }
 
-/* One sentence when the operating point leaves the range the model was identified in. */
-static void warn_outside(Unit *u) {
-    bool outside = false;
-    for (int v = 0; v < 2; v++) {
-        double q = u->s.inputs[N_U + v], slack = 0.01 * (high[v] - low[v]) + (v ? 500.0 : 0.5);
-        outside |= q < low[v] - slack || q > high[v] + slack;
-    }
-    if (outside && !u->s.touching && u->logging)
-        u->log_message(u, WARNING, "logEvents", "speed and pressure are outside those the model was identified at; it extrapolates");
-    u->s.touching = outside;
-}
-
 #if CONTINUOUS
 typedef double Square[COLUMNS][COLUMNS];
 
@@ -138,7 +126,6 @@ Outcome unit_step(Unit *u, double now, double length, double *reached) {
     Outcome outcome;
     int64_t n = unit_samples_in(u, now, length, &outcome);
     if (n) {
-        warn_outside(u);
         matrices(u, M, NULL, NULL);
 #if CONTINUOUS
         Square held;
@@ -151,6 +138,11 @@ Outcome unit_step(Unit *u, double now, double length, double *reached) {
         }
         u->s.count += n;
         unit_refresh(u);
+        for (int r = 0; r < N_OUT; r++)
+            if (!isfinite(u->s.outputs[r])) {
+                outcome = unit_fail(u, FAILED, "t = %.4f s: an output is not a number any more; check the inputs", unit_time(u));
+                break;
+            }
     }
     *reached = unit_time(u);
     return outcome;

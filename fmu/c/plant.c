@@ -1,4 +1,4 @@
-/* The plant in a unit: equilibrium and steps. The physics is in rotorsim_serve, compiled from the plant's kernels. */
+/* The plant in a unit: equilibrium and steps, and where its physics end. The physics is in rotorsim_serve, compiled from the plant's kernels. */
 #include <math.h>
 
 #include "unit.h"
@@ -40,7 +40,7 @@ bool unit_initialise(Unit *u) {
                              "actuators.sensitivity");
     } else if (status == NO_LIFT_OFF) {
         unit_fail(u, FAILED, "no lift-off: at %.3g MPa gauge and %.0f rpm the film does not carry the %.1f N on it; %s",
-                  (row[1] - AMBIENT) / 1e6, row[0] * 9.549296585513721,
+                  (row[1] - AMBIENT) / 1e6, row[0] * TO_RPM,
                   hypot(u->s.w[W_LOAD], u->s.w[W_LOAD + 1]),
                   N_INJ ? "raise injection.pressure" : "start at a higher shaft.speed_ref");
     } else if (status < 0) {
@@ -61,6 +61,31 @@ bool unit_film_pressure(Unit *u, double *values) {
     return true;
 }
 
+static double warmest(const State *s) {
+    double rise = 0.0, speed = s->w[W_SPEED];
+    for (int k = 0; k < N_RISES; k++) rise = fmax(rise, s->outputs[FIRST_RISE + k]);
+    return WARMTH + HEATING * speed * speed + rise;
+}
+
+/* A sentence where the physics of the plant end: what follows would be numbers without a meaning. */
+static Outcome check_physics(Unit *u) {
+    const State *s = &u->s;
+    for (int k = 0; k < N_OUT; k++)
+        if (!isfinite(s->outputs[k]))
+            return unit_fail(u, FAILED, "t = %.4f s, %.0f rpm: an output is not a number any more; check the inputs",
+                             unit_time(u), s->w[W_SPEED] * TO_RPM);
+    if (H_MIN >= 0 && s->outputs[H_MIN] < -DEEPEST)
+        return unit_fail(u, FAILED, "film.h_min = %.4g um at t = %.4f s, %.0f rpm: the journal is inside its sleeve, "
+                                    "deeper than %g um; %s", 1e6 * s->outputs[H_MIN], unit_time(u),
+                         s->w[W_SPEED] * TO_RPM, 1e6 * DEEPEST,
+                         DEEPEST > 0.0 ? "lower the speed or the load" : "add [effects.contact] to the machine");
+    if (HOTTEST < 1e9 && warmest(s) > HOTTEST)
+        return unit_fail(u, FAILED, "%.4g degC in a film at t = %.4f s, %.0f rpm: above limits.temperature %.4g degC; "
+                                    "lower the speed or raise it", warmest(s) - 273.15, unit_time(u),
+                         s->w[W_SPEED] * TO_RPM, HOTTEST - 273.15);
+    return OK;
+}
+
 Outcome unit_step(Unit *u, double now, double length, double *reached) {
     Outcome outcome;
     double row[6];
@@ -75,14 +100,18 @@ Outcome unit_step(Unit *u, double now, double length, double *reached) {
         if (serve(u, ADVANCE, row) < 0) {
             outcome = unit_fail(u, FAILED, "no solution of the step at t = %.4f s, %.0f rpm; export with a smaller "
                                            "solver.time_step or a finer grid",
-                                unit_time(u), s->w[W_SPEED] * 9.549296585513721);
+                                unit_time(u), s->w[W_SPEED] * TO_RPM);
             break;
         }
         s->count++;
+        if (check_physics(u) == FAILED) {
+            outcome = FAILED;
+            break;
+        }
         if (TOUCHDOWN >= 0) touched |= s->outputs[TOUCHDOWN] != 0.0;
         if (touched != s->touching) s->event = 1;
     }
-    if (outcome == OK && n) {
+    if (outcome != FAILED && n) {
         if (TOUCHDOWN >= 0) s->outputs[TOUCHDOWN] = (double)touched;
         if (s->event && u->logging)
             u->log_message(u, OK, "logEvents", touched ? "the journal touches its sleeve" : "the journal is free again");

@@ -7,23 +7,38 @@
 #include <stdlib.h>
 #include <string.h>
 
-Outcome unit_fail(Unit *u, Outcome outcome, const char *format, ...) {
-    char text[500];
-    va_list arguments;
-    va_start(arguments, format);
+static Outcome tell(Unit *u, Outcome outcome, const char *category, const char *format, va_list arguments) {
+    char text[600];
     vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
-    u->log_message(u, outcome, "logStatusError", text);
+    u->log_message(u, outcome, category, text);
     return outcome;
 }
 
-/* Debug logging of all categories, or of those given; what is refused is always logged. False after an unknown one. */
+Outcome unit_tell(Unit *u, Outcome outcome, const char *category, const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    tell(u, outcome, category, format, arguments);
+    va_end(arguments);
+    return outcome;
+}
+
+Outcome unit_fail(Unit *u, Outcome outcome, const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    tell(u, outcome, "logStatusError", format, arguments);
+    va_end(arguments);
+    return outcome;
+}
+
+/* Debug logging of all categories, or of those given; what is refused or warned of is always logged. False after an
+   unknown one. */
 bool unit_log(Unit *u, bool on, size_t n, const char *const categories[]) {
     for (size_t k = 0; k < n; k++) {
         bool events = strcmp(categories[k], "logEvents") == 0;
         if (events) u->logging = on;
-        if (!events && strcmp(categories[k], "logStatusError") != 0) {
-            unit_fail(u, FAILED, "log category '%s': is not known; give logEvents or logStatusError", categories[k]);
+        if (!events && strcmp(categories[k], "logStatusError") != 0 && strcmp(categories[k], "logStatusWarning") != 0) {
+            unit_fail(u, FAILED, "log category '%s': is not known; give logEvents, logStatusWarning or logStatusError",
+                      categories[k]);
             return false;
         }
     }
@@ -67,6 +82,7 @@ void unit_reset(Unit *u) {
     }
     u->s.phase = CREATED;
     u->has_refused = false;
+    memset(u->has_warned, 0, sizeof u->has_warned);
 }
 
 Unit *unit_create(const char *name, const char *token, bool logging, void *environment, void *callback,
@@ -137,28 +153,50 @@ bool unit_set_states(Unit *u, const double x[]) {
     return true;
 }
 
-/* A sentence about an input that makes no sense, or OK. */
+/* A value with its unit; of a speed [rad/s] also in rpm. */
+static const char *shown(char text[80], const Variable *v, double value) {
+    int n = snprintf(text, 80, "%g %s", value, v->unit);
+    if (strcmp(v->unit, "rad/s") == 0) snprintf(text + n, 80 - (size_t)n, " (%.6g rpm)", value * TO_RPM);
+    return text;
+}
+
+static Outcome refuse_beyond(Unit *u, const Variable *v, double value) {
+    char text[80];
+    return unit_fail(u, FAILED, "%s = %s: outside %g to %g%s%s; give a value in between", v->name, shown(text, v, value),
+                     v->low, v->high, *v->why ? ", " : "", v->why);
+}
+
+/* A sentence, once in a run, about a value outside the range in which the model was checked. */
+static Outcome warn_beyond(Unit *u, uint32_t reference, double value) {
+    const Variable *v = &variables[reference];
+    char text[80];
+    if ((value >= v->checked_low && value <= v->checked_high) || u->has_warned[reference]) return OK;
+    u->has_warned[reference] = true;
+    return unit_tell(u, WARNING, "logStatusWarning", "%s = %s: %s", v->name, shown(text, v, value), v->beyond);
+}
+
+/* FAILED after a sentence about an input that makes no sense, WARNING after the first about one beyond what was checked. */
 Outcome unit_check_inputs(Unit *u) {
+    Outcome outcome = OK;
     if (GUARDED) return OK; /* a law keeps what is not a number out of its states, and reports it */
     for (uint32_t i = 0; i < N_VARIABLES; i++) {
         const Variable *v = &variables[i];
         if (v->store != INPUT) continue;
         double value = u->s.inputs[v->index];
         if (!isfinite(value)) return unit_fail(u, FAILED, "%s = %g %s: not a number; check the signal", v->name, value, v->unit);
-        if (value < v->low || value > v->high)
-            return unit_fail(u, FAILED, "%s = %g %s: outside %g to %g; give a value in between", v->name, value, v->unit,
-                             v->low, v->high);
+        if (value < v->low || value > v->high) return refuse_beyond(u, v, value);
+        if (warn_beyond(u, i, value) == WARNING) outcome = WARNING;
     }
-    return OK;
+    return outcome;
 }
 
 /* Whether no value was refused and all inputs make sense; else a sentence. */
 bool unit_may_begin(Unit *u) {
     if (u->has_refused) unit_fail(u, FAILED, "%s", u->refusal);
-    return !u->has_refused && unit_check_inputs(u) == OK;
+    return !u->has_refused && unit_check_inputs(u) != FAILED;
 }
 
-/* Samples in a communication step, 0 after a sentence about one that is refused. */
+/* Samples in a communication step, 0 after a sentence about one that is refused; `outcome` may be a warning. */
 int64_t unit_samples_in(Unit *u, double now, double length, Outcome *outcome) {
     double n = round(length / SAMPLE);
     if (!isfinite(now) || fabs(now - unit_time(u)) > 0.01 * SAMPLE) {
@@ -174,6 +212,6 @@ int64_t unit_samples_in(Unit *u, double now, double length, Outcome *outcome) {
         *outcome = unit_check_end(u, unit_time(u) + n * SAMPLE);
         if (*outcome == OK) *outcome = unit_check_inputs(u);
     }
-    return *outcome == OK ? (int64_t)n : 0;
+    return *outcome == FAILED ? 0 : (int64_t)n;
 }
 

@@ -8,13 +8,16 @@
 
 #include "tables.h"
 
+#define TO_RPM 9.549296585513721
+
 typedef enum { REAL, INTEGER, BOOLEAN } Kind;
 typedef enum { TIME, INPUT, OUTPUT, PARAMETER, SEED, CONSTANT, PRESSURE, STATE, DERIVATIVE } Store;
 typedef enum { NEVER, BEFORE_START, ALWAYS } Settable;
 typedef enum { CREATED, INITIALISING, STEPPING, IN_EVENT, TERMINATED } Phase;
 typedef enum { OK, WARNING, FAILED } Outcome;
 
-/* One variable; its value reference is its place in `variables`. */
+/* One variable; its value reference is its place in `variables`. A value outside low to high is refused, for the reason
+   `why`; one outside the checked range is warned of once in a run, with the sentence `beyond`. */
 typedef struct {
     const char *name, *unit;
     Kind kind;
@@ -22,7 +25,8 @@ typedef struct {
     Settable settable;
     int index;
     bool whole;
-    double low, high, value;
+    double low, high, value, checked_low, checked_high;
+    const char *why, *beyond;
 } Variable;
 
 /* `count` equal values in a row of the workspace before any state is put in. */
@@ -62,7 +66,7 @@ typedef struct {
 typedef struct Unit {
     State s;
     double initial[N_W], derivatives[N_STATES + 1];
-    bool logging, event_mode, early_return, model_exchange, has_refused;
+    bool logging, event_mode, early_return, model_exchange, has_refused, has_warned[N_VARIABLES];
     uint32_t refused;
     char refusal[400];
     char *name;
@@ -74,6 +78,7 @@ Unit *unit_create(const char *name, const char *token, bool logging, void *envir
                   void (*log_message)(Unit *, Outcome, const char *, const char *));
 void unit_free(Unit *u);
 void unit_reset(Unit *u);
+Outcome unit_tell(Unit *u, Outcome outcome, const char *category, const char *format, ...);
 Outcome unit_fail(Unit *u, Outcome outcome, const char *format, ...);
 bool unit_log(Unit *u, bool on, size_t n, const char *const categories[]);
 bool unit_exchanges(Unit *u, const char *function, bool exchange);

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import redirect_stdout
@@ -24,11 +23,14 @@ from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit, Unit
 from fmu.places import workspace
 from fmu.reference import reference_inputs
+from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 
 TOLERANCE = 1e-9
 """Deviation from a stored reference, relative to each output's largest value, on another C library."""
+MOST_STEPS = 10_000_000
+"""Communication steps of a comparison, at most."""
 REAL_TIME = 5.0
 BAD_STEPS = {"0": 0.0, "negative": -1e-3, "NaN": float("nan"), "1.5 samples": 1.5}
 
@@ -43,20 +45,34 @@ class Check:
 
 
 def check(path: Path, duration: float = 1.0) -> Iterator[Check]:
-    """Run all checks, one after another."""
-    yield from _standard(path)
-    model = model_of(path)
-    n = max(round(duration / model.sample), 100)
+    """Run all checks, one after another; from the third on, the machine code of the unit runs in this process."""
     with ImportedUnit(path) as unit:
+        yield from _standard(path, unit)
+        model = model_of(path)
+        n = max(round(min(duration / model.sample, MOST_STEPS + 1)), 100)
+        if n > MOST_STEPS:
+            raise DataError(f"{path}: {duration:g} s take over {MOST_STEPS} steps of {model.sample:g} s; check less")
+        jobs: list[Callable[[], Iterator[Check]]] = []
         if isinstance(model, PlantUnit):
-            yield from _trajectory(unit, model, n)
-            yield from _long_steps(unit, model, n)
+            jobs += [partial(job, unit, model, n) for job in (_trajectory, _long_steps)]
         elif isinstance(model, LinearUnit):
-            yield from (Check(*found) for found in linear_checks(unit, model, n))
+            jobs.append(lambda: (Check(*found) for found in linear_checks(unit, model, n)))
         elif isinstance(model, LawUnit):
-            yield _law(unit, model, n)
-        for job in (_reference, _replay, _second, _steps, _pace):
-            yield from job(unit, model, path)
+            jobs.append(lambda: iter([_law(unit, model, n)]))
+        jobs += [partial(job, unit, model, path) for job in (_reference, _replay, _second, _steps, _pace)]
+        for job in jobs:
+            yield from _guarded(job)
+
+
+def _guarded(job: Callable[[], Iterator[Check]]) -> Iterator[Check]:
+    """Checks of a job; whatever a unit of others makes of it is a check that failed."""
+    try:
+        yield from job()
+    except RotorsimError:
+        raise
+    except Exception as error:  # FMPy, and all that expects what a unit of ours has
+        reason = (str(error).splitlines() or [""])[0][:100]
+        yield Check("the unit's own description", f"does not fit its file: {type(error).__name__} {reason}", False)
 
 
 def model_of(path: Path) -> Unit:
@@ -64,10 +80,9 @@ def model_of(path: Path) -> Unit:
     kind = holds(path)
     if kind == "plant":
         return plant_unit(Plant(Machine.from_text(machine_text(path))), *start(path))
-    with opened(path) as archive, workspace() as folder:
-        name = json.loads(archive.read("resources/model.json"))["model"]
-        file = folder / f"{name}.json"
-        file.write_bytes(archive.read(f"resources/{kind}.json"))
+    with opened(path) as files, workspace() as folder:
+        file = folder / f"{kind}.json"  # a name of ours: that in the unit may be any path
+        file.write_bytes(files[f"resources/{kind}.json"])
         return (law_unit if kind == "law" else linear_unit)(file, *start(path))
 
 
@@ -78,12 +93,12 @@ def _law(unit: ImportedUnit, model: LawUnit, n: int) -> Check:
     return Check(f"{n * model.sample:g} s against the law in Python", *_equal(answered(model.law, inputs), rows))
 
 
-def _standard(path: Path) -> Iterator[Check]:
+def _standard(path: Path, unit: ImportedUnit) -> Iterator[Check]:
     fmpy()
     from fmpy.validation import validate_fmu
 
     with redirect_stdout(io.StringIO()):
-        problems = validate_fmu(str(path))
+        problems = validate_fmu(unit.folder)
     for name, found in (("fmpy validate", problems), ("official schemas", findings(path))):
         yield Check(name, f"{len(found)} problems{'' if not found else ': ' + found[0][:80]}", not found)
 

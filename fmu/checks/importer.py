@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import re
 import shutil
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -13,8 +14,10 @@ from typing import Any
 
 import numpy as np
 
+from fmu.info import xml
 from fmu.places import temporary_error
 from rotorsim.base.errors import DataError
+from rotorsim.base.exchange.archive import read_archive, unpack
 
 Log = Callable[[str], None]
 
@@ -29,15 +32,18 @@ def fmpy() -> Any:
 
 
 class ImportedUnit:
-    """A .fmu file loaded; a context manager that removes what it unpacked."""
+    """A .fmu file unpacked; a context manager that removes it. An instance runs the machine code that is in it."""
 
     def __init__(self, path: str | Path) -> None:
         importer = fmpy()
         self.path, self.folder = path, ""
         try:
+            files = read_archive(Path(path))
+            xml(files["modelDescription.xml"])
             self.folder = tempfile.mkdtemp()
-            self.description = importer.read_model_description(str(path), validate=False)
-            importer.extract(str(path), unzipdir=self.folder)
+            unpack(files, Path(self.folder))
+            self.description = importer.read_model_description(self.folder, validate=False)
+            _check_identifier(self.description)
         except Exception as error:  # what FMPy makes of a file that is none, from KeyError to BadZipFile
             shutil.rmtree(self.folder, ignore_errors=True)
             if isinstance(error, OSError) and error.filename != str(path):
@@ -61,6 +67,13 @@ class ImportedUnit:
     def instance(self, name: str = "unit", log: Log | None = None, **options: bool) -> Instance:
         """A new instance, not yet initialised."""
         return Instance(self, name, log, options)
+
+
+def _check_identifier(description: Any) -> None:
+    """Raise ValueError for a name of the library that is more than a name: FMPy would look for it anywhere."""
+    name = str(description.coSimulation.modelIdentifier)
+    if re.fullmatch(r"[A-Za-z_]\w*", name, re.ASCII) is None:
+        raise ValueError(f"its modelIdentifier is {name[:60]!r}, not a name as in C")
 
 
 def fmi2_callbacks(log: Log) -> Any:

@@ -7,13 +7,14 @@ only the manifest's attributes are checked, by FMI 3.0's own schema of manifests
 from __future__ import annotations
 
 import importlib.util
-import io
-import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from fmu.checks.importer import fmpy
+from fmu.info import xml
+from rotorsim.base.errors import DataError
+from rotorsim.base.exchange.archive import ArchiveError, read_archive
 
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
 MANIFEST = "fmi-ls-manifest.xml"
@@ -24,24 +25,29 @@ LS_ROOT = "{http://fmi-standard.org/fmi-ls-manifest}fmiLayeredStandardManifest"
 
 
 def findings(path: str | Path) -> list[str]:
-    """Violations of the official schemas in a .fmu or .ssp file, and in the units of the latter, one sentence each."""
-    return list(_archive(Path(path).read_bytes(), ""))
+    """Violations of the official schemas in a .fmu or .ssp file, and in the units of the latter, one sentence each.
+
+    Raises DataError for what is no archive, or one that is not read.
+    """
+    try:
+        return list(_archive(Path(path).read_bytes(), ""))
+    except ArchiveError as error:
+        raise DataError(f"{path}: {error}") from error
 
 
 def _archive(content: bytes, where: str) -> Iterator[str]:
-    with zipfile.ZipFile(io.BytesIO(content)) as archive:
-        for name in archive.namelist():
-            schema = _schema(name, archive)
-            if schema:
-                yield from _violations(archive.read(name), schema, where + name)
-            elif name.endswith(".fmu"):
-                yield from _archive(archive.read(name), f"{where}{name}: ")
+    for name, file in read_archive(content).items():
+        schema = _schema(name, file)
+        if schema:
+            yield from _violations(file, schema, where + name)
+        elif name.endswith(".fmu") and not where:  # a unit holds no units
+            yield from _archive(file, f"{name}: ")
 
 
-def _schema(name: str, archive: zipfile.ZipFile) -> str | None:
+def _schema(name: str, content: bytes) -> str | None:
     """File of the schema below FMPy's folder, None for a file that has none."""
     if name == "modelDescription.xml":
-        version = b'fmiVersion="3' in archive.read(name)
+        version = b'fmiVersion="3' in content
         return "schema/fmi3/fmi3ModelDescription.xsd" if version else "schema/fmi2/fmi2ModelDescription.xsd"
     if name == TERMINALS:
         return "schema/fmi3/fmi3TerminalsAndIcons.xsd"
@@ -54,7 +60,12 @@ def _violations(content: bytes, schema: str, name: str) -> Iterator[str]:
     fmpy()
     from lxml import etree
 
-    root: Any = etree.fromstring(content)
+    try:
+        xml(content)
+        root: Any = etree.fromstring(content)
+    except (ValueError, SyntaxError) as error:  # those of ElementTree and of lxml are syntax errors
+        yield f"{name}: {error}"
+        return
     if name.endswith(MANIFEST):  # a layered standard may name its root as it likes
         root.tag = LS_ROOT
     for part, rules in [(root, schema), *((values, VALUES) for values in root.iter(VALUES_ROOT))]:

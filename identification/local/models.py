@@ -22,7 +22,7 @@ from identification.local.simulation import respond
 from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.base.exchange.control_systems import DISC, REFERENCES, matrices, reorder, state_space
-from rotorsim.base.exchange.mat import cells, is_mat, number, texts, write_mat
+from rotorsim.base.exchange.mat import cells, check_rest, in_si, is_mat, name_rest, number, texts, write_mat
 from rotorsim.base.exchange.notebook import Card, Shown, several
 from rotorsim.base.files import write_json
 from rotorsim.base.rounding import decays, unstable_poles
@@ -214,8 +214,10 @@ class LinearModel(Shown):
     def from_mat(cls, content: dict[str, Any]) -> LinearModel:
         """The model of a .mat file's variables; A, B, C, D and Ts are enough."""
         A, B, C, D = (np.asarray(content[name], float) for name in "ABCD")
+        check_rest(content, MAT_READ)
         if (A.shape, B.shape, C.shape) != ((len(A), len(A)), (len(A), D.shape[1]), (D.shape[0], len(A))):
             raise ModelError(f"A {A.shape}, B {B.shape}, C {C.shape} and D {D.shape} do not fit together")
+        B, C, D = in_si(content, B, C, D, "V", "m")
         numbers = [number(content, name, default) for name, default in MAT_NUMBERS.items()]
         if not (np.isfinite(numbers[0]) and numbers[0] >= 0):
             raise ModelError(f"Ts = {numbers[0]:g} s: give the sampling time, 0 for continuous time")
@@ -230,6 +232,7 @@ class LinearModel(Shown):
     def from_dict(cls, data: dict[str, Any]) -> LinearModel:
         """The model of `to_dict`."""
         values = {field.name: data[field.name] for field in fields(cls) if field.name in data}
+        name_rest(set(data) - set(values) - {"kind"})
         for name in "ABCD":
             values[name] = np.atleast_2d(np.asarray(values[name], float))
         for name in ("speed", "pressure"):
@@ -237,6 +240,8 @@ class LinearModel(Shown):
         return cls(**values | {name: tuple(values[name]) for name in ("inputs", "outputs")})
 
 
+MAT_READ = ("speed", "pressure", "InputName", "OutputName", "InputUnit", "OutputUnit", "machine")
+"""Variables of a .mat file besides A, B, C, D and Ts."""
 MAT_NUMBERS = {"Ts": 0.0, "speed": float("nan"), "pressure": float("nan")}
 """Scalars of a .mat file, with what they are where they are missing."""
 

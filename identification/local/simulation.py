@@ -11,14 +11,16 @@ Cites: ljung_1999.
 
 from __future__ import annotations
 
+import numba
 import numpy as np
-from numba import njit
+
+from identification.kernel import kernel
 
 FAST = {"contract", "reassoc"}
 """Reordering of sums; NaN and infinity keep their meaning."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def respond(F: np.ndarray, G: np.ndarray, H: np.ndarray, E: np.ndarray, x0: np.ndarray, w: np.ndarray) -> np.ndarray:
     """Outputs (n, p) of inputs w (n, m) from the state x0."""
     n, m, p = F.shape[0], w.shape[1], H.shape[0]
@@ -42,7 +44,7 @@ def respond(F: np.ndarray, G: np.ndarray, H: np.ndarray, E: np.ndarray, x0: np.n
     return y
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def _begin(x0: np.ndarray, w: np.ndarray) -> np.ndarray:
     """State and inputs in a row, (n + m,)."""
     z = np.empty(len(x0) + w.shape[1])
@@ -50,7 +52,7 @@ def _begin(x0: np.ndarray, w: np.ndarray) -> np.ndarray:
     return z
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def _used(d: np.ndarray) -> np.ndarray:
     """Which elements (rows, columns) have a derivative by any parameter: the others cost nothing."""
     used = np.zeros(d.shape[:2], np.bool_)
@@ -60,7 +62,7 @@ def _used(d: np.ndarray) -> np.ndarray:
     return used
 
 
-@njit(forceinline=True, nogil=True, error_model="numpy", fastmath=FAST)
+@numba.njit(forceinline=True, nogil=True, error_model="numpy", fastmath=FAST)
 def _value(row: np.ndarray, through: np.ndarray, z: np.ndarray) -> float:
     """[row through] z."""
     value, n = 0.0, len(row)
@@ -71,7 +73,7 @@ def _value(row: np.ndarray, through: np.ndarray, z: np.ndarray) -> float:
     return value
 
 
-@njit(forceinline=True, nogil=True, error_model="numpy", fastmath=FAST)
+@numba.njit(forceinline=True, nogil=True, error_model="numpy", fastmath=FAST)
 def _slope(row: np.ndarray, d: np.ndarray, used: np.ndarray, S: np.ndarray, z: np.ndarray, out: np.ndarray) -> None:
     """Write the derivatives (q,) of `_value` into `out`; S (n, q) are those of the state."""
     q = out.shape[0]
@@ -86,7 +88,7 @@ def _slope(row: np.ndarray, d: np.ndarray, used: np.ndarray, S: np.ndarray, z: n
                 out[i] += d[c, i] * z[c]
 
 
-@njit(forceinline=True, nogil=True, error_model="numpy", fastmath=FAST)
+@numba.njit(forceinline=True, nogil=True, error_model="numpy", fastmath=FAST)
 def _advance(
     F: np.ndarray,
     G: np.ndarray,
@@ -105,7 +107,7 @@ def _advance(
     z[:n] = x
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
+@kernel(fastmath=FAST)
 def respond_with_sensitivities(
     F: np.ndarray,
     G: np.ndarray,
@@ -135,7 +137,7 @@ def respond_with_sensitivities(
     return y, J
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
+@kernel(fastmath=FAST)
 def normal_matrices(
     F: np.ndarray,
     G: np.ndarray,

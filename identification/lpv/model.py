@@ -25,7 +25,7 @@ from identification.local.simulation import respond
 from identification.lpv.surfaces import Basis, fit_surfaces, make_basis, rms
 from rotorsim.base.constants import RIG_SAMPLE, TO_MPA, TO_RPM
 from rotorsim.base.exchange.control_systems import sampling_call
-from rotorsim.base.exchange.mat import cells, is_mat, write_mat
+from rotorsim.base.exchange.mat import cells, is_mat, name_rest, write_mat
 from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.base.files import write_json
 
@@ -81,6 +81,11 @@ class LpvModel(Shown):
         return np.asarray(self.points.min(axis=0))
 
     @property
+    def slack(self) -> np.ndarray:
+        """Speed [rad/s] and pressure [Pa] (2,) beyond the range at which a point still counts as inside."""
+        return 0.01 * (self.high - self.low) + (0.5, 500.0)
+
+    @property
     def high(self) -> np.ndarray:
         """Largest speed [rad/s] and pressure [Pa]."""
         return np.asarray(self.points.max(axis=0))
@@ -91,8 +96,8 @@ class LpvModel(Shown):
 
     def outside(self, speed: float, pressure: float) -> bool:
         """Whether an operating point lies beyond the range of those identified, by more than 1 % of the range."""
-        q, slack = np.array([speed, pressure]), 0.01 * (self.high - self.low) + (0.5, 500.0)
-        return bool(np.any(q < self.low - slack) or np.any(q > self.high + slack))
+        q = np.array([speed, pressure])
+        return bool(np.any(q < self.low - self.slack) or np.any(q > self.high + self.slack))
 
     def at(self, speed: float, pressure: float) -> LinearModel:
         """Frozen model at `speed` [rad/s] and gauge `pressure` [Pa]; warns and marks it where it is extrapolated."""
@@ -262,6 +267,7 @@ class LpvModel(Shown):
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> LpvModel:
         """The model of `to_dict`."""
+        name_rest(set(data) - {*LPV_READ, *(key for key in data if key.startswith("basis_"))})
         basis = Basis(*(np.array(data[f"basis_{name}"]) for name in ("exponents", "middle", "half")))
 
         def array(name: str) -> np.ndarray:
@@ -274,6 +280,9 @@ class LpvModel(Shown):
         )  # fmt: skip
 
 
+LPV_READ = ("kind", "structure", "parameters", "coefficients", "order", "points", "rms_identification", "rms_hold_out",
+            "refined", "Ts", "states", "machine", "scheduling", *"ABCD")  # fmt: skip
+"""Entries of a stored model, in a .mat file with the frozen matrices."""
 MAT_ROWS = ("rms_identification", "rms_hold_out", "basis_middle", "basis_half")
 """Arrays of one dimension, which a .mat file keeps as rows."""
 

@@ -23,7 +23,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from identification.kernel import kernel
 
 UPDATED, BETWEEN, SETTLING, SKIPPED, IDLE, REFUSED = range(6)
 """What became of a sample: update, between two updates, filters settle, skipped, no excitation, update refused."""
@@ -46,7 +47,7 @@ LARGEST = 1e4
 """Displacement of the auxiliary model, in units of the scale, at which it starts anew."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def vetted(u, y, speed, pressure, past, count, real, rule, limit):
     """Whether a sample may be used: numbers that are finite, no displacement that stands still, no outlier."""
     if not (math.isfinite(speed) and math.isfinite(pressure) and math.isfinite(u[0] + u[1] + y[0] + y[1])):
@@ -65,7 +66,7 @@ def vetted(u, y, speed, pressure, past, count, real, rule, limit):
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def waves_at(angle, waves):
     """cos and sin of the harmonics of the angle, in turn."""
     for k in range(len(waves) // 2):
@@ -73,7 +74,7 @@ def waves_at(angle, waves):
         waves[2 * k + 1] = math.sin((k + 1) * angle)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def basis_at(speed, pressure, exponents, middle, half, psi):
     """Monomials (t,) of the scaled operating point."""
     v, p = (speed - middle[0]) / half[0], (pressure - middle[1]) / half[1]
@@ -81,7 +82,7 @@ def basis_at(speed, pressure, exponents, middle, half, psi):
         psi[j] = v ** exponents[j, 0] * p ** exponents[j, 1]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def at_point(theta, psi, A):
     """Coefficients A (2, r) at an operating point of theta (r t, 2), t neighbours each."""
     t = len(psi)
@@ -93,7 +94,7 @@ def at_point(theta, psi, A):
             A[axis, i] = value
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def decaying(A, margin):
     """Whether the roots of det(s^3 - A_2 s^2 - A_1 s - A_0) lie left of -margin (Routh); A (2, r) begins with these."""
     p, d, above, below = np.zeros((2, 2, 4)), np.zeros(8), np.zeros(5), np.zeros(5)
@@ -117,7 +118,7 @@ def decaying(A, margin):
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def slope(A, x, u, waves, out):
     """Time derivative of the auxiliary model's state (y, y', y'') (6,)."""
     second = (x[4] + A[0, 8] * u[0] + A[0, 9] * u[1], x[5] + A[1, 8] * u[0] + A[1, 9] * u[1])
@@ -131,7 +132,7 @@ def slope(A, x, u, waves, out):
         out[4 + axis] = value
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def auxiliary(A, x, u, waves, h, room):
     """Take the auxiliary model one sample on (Runge and Kutta); u is held, waves (3, 2 H) at begin, middle and end."""
     k1, k2, k3, k4, moved = room[0], room[1], room[2], room[3], room[4]
@@ -149,7 +150,7 @@ def auxiliary(A, x, u, waves, h, room):
         x[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def filter_on(F, early, late, x, before, now):
     """Take a filter's state x (4,) one sample on; its input runs straight, or is held where `late` is zero."""
     a, b, c, d = x[0], x[1], x[2], x[3]
@@ -157,7 +158,7 @@ def filter_on(F, early, late, x, before, now):
         x[r] = F[r, 0] * a + F[r, 1] * b + F[r, 2] * c + F[r, 3] * d + early[r] * before + late[r] * now
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def filters_on(F, inputs, f, u, y, waves, before, now):
     """All filters one sample on: displacements from y (2, 2), old and new, and of the auxiliary model, u held."""
     for axis in range(2):
@@ -168,7 +169,7 @@ def filters_on(F, inputs, f, u, y, waves, before, now):
         filter_on(F, inputs[0], inputs[1], f[WAVES + k], waves[0, k], waves[2, k])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def excited(f, real, rule):
     """Whether either filtered reference moves enough."""
     moves = False
@@ -180,7 +181,7 @@ def excited(f, real, rule):
     return moves
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def regressors(f, psi, first, constant, out):
     """phi (r t,) of filter states f (6 + 2 H, 4); `first` is the displacement's filter."""
     t = len(psi)
@@ -195,7 +196,7 @@ def regressors(f, psi, first, constant, out):
             out[i * t + j] = value * psi[j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def gain(P, z, sigma2, g):
     """Write g = P z; return S = sigma^2 + z' g."""
     S = sigma2
@@ -208,7 +209,7 @@ def gain(P, z, sigma2, g):
     return S
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def bounded(P, low, high, new):
     """Coefficients that pass a bound are put there, and the others moved with them as P relates them."""
     for i in range(len(new)):
@@ -220,7 +221,7 @@ def bounded(P, low, high, new):
         new[i] = min(max(new[i], low[i]), high[i])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def stepped(theta, P, box, psi, e, g, S, margin, A, new):
     """Move theta within its bounds by the step, or less of it where the model would be unstable; whether it moved."""
     share = 1.0
@@ -237,7 +238,7 @@ def stepped(theta, P, box, psi, e, g, S, margin, A, new):
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def shrink(P, g, S, walk):
     """P - g g'/S, then the random walk walk[0] of each coefficient as long as its variance is below walk[1]."""
     for i in range(len(g)):
@@ -248,7 +249,7 @@ def shrink(P, g, S, walk):
         P[i, i] = max(P[i, i], min(P[i, i] + walk[0, i], walk[1, i]))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def learned(f, psi, theta, P, walk, box, real, count, rule, limit, work, new, A):
     """Update of the coefficients by the filtered signals; what became of it."""
     phi, z, g, e = work[0], work[1], work[2], np.empty(2)
@@ -274,7 +275,7 @@ def learned(f, psi, theta, P, walk, box, real, count, rule, limit, work, new, A)
     return UPDATED
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def advance(u, y, speed, pressure, F, inputs, exponents, middle, half, rule, limit, walk, box,
             f, x, theta, P, past, waves, real, count, status):  # fmt: skip
     """Take samples u [V], y in units of the scale (k, 2), speed [rad/s] and pressure [Pa] (k,) in.

@@ -6,6 +6,7 @@ Nothing in a file is ever evaluated or unpickled. A reader gives a `Table` of co
 from __future__ import annotations
 
 import hashlib
+from codecs import BOM_UTF8
 from collections.abc import Mapping as Tables
 from dataclasses import replace
 from pathlib import Path
@@ -22,10 +23,12 @@ from identification.readers.plain_hdf5 import read_plain_hdf5
 from identification.readers.tdms import read_tdms
 from identification.readers.uff import read_uff
 from identification.readers.wav import read_wav
-from identification.records.assemble import CLIPPED, assemble, provenance
+from identification.records.assemble import CLIPPED, assemble, left_out, provenance, used
+from identification.records.clocks import on_one_clock
 from identification.records.column_names import recognise
 from identification.records.lab.slow_roll import without_slow_roll
 from identification.records.mapping import load_mapping
+from identification.records.notes import with_notes
 from identification.records.validate import validate
 from rotorsim.base.own_files import instead
 
@@ -43,8 +46,6 @@ _REFUSED = {
     b"\x93NUMPY": "is a NumPy array without names and units; use identification.from_arrays and save",
     b"\x80": "looks like a Python pickle, which is never opened; export it as CSV",
     b"\x1f\x8b": "is compressed; unpack it first",
-    b"\xff\xfe": "is text in UTF-16; save it in UTF-8",
-    b"\xfe\xff": "is text in UTF-16; save it in UTF-8",
 }
 
 
@@ -118,7 +119,8 @@ def _from_columns(path: Path, mapped: Mapping | None) -> xr.Dataset:
     table = columns(path, mapped)
     if mapped is None or not mapped.maps_columns:
         mapped = replace(recognise(table), conditions=mapped.conditions if mapped else {})
-    record = assemble(table, mapped)
+    table, notes = on_one_clock(table, mapped, used(mapped))
+    record = with_notes(assemble(table, mapped), [*notes, *left_out(table, mapped)])
     return record.assign_attrs(provenance(table, mapped, path.name, _digest(path)))
 
 
@@ -158,7 +160,7 @@ def columns(path: str | Path, mapping: Mapping | None = None) -> Table:
 def format_of(path: Path) -> str:
     """csv, mat, mat73, uff, tdms, wav, hdf5 or netcdf; raises ReadError for anything else."""
     with path.open("rb") as file:
-        start = file.read(1024)
+        start = file.read(1024).removeprefix(BOM_UTF8)
     if start.startswith(b"\x89HDF") or start[512:].startswith(b"\x89HDF"):
         if start.startswith(b"MATLAB") or path.suffix.lower() == ".mat":
             return "mat73"

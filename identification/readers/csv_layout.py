@@ -8,7 +8,9 @@ a heading: then columns go by their numbers.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
+from collections import Counter
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TextIO
 
@@ -23,6 +25,7 @@ _NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|nan|inf|infinity)"
 _STATED = re.compile(r"[^\W\d][^:,;]{0,60}:(\s|$)")
 """First cell of a line that states something about the file, such as 'Point Name:, DE X'; never a heading."""
 _COMMENT = ("#", "%", "//")
+UTF8, LATIN = "utf-8-sig", "latin-1"
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,7 @@ class Layout:
     comma: bool
     first: int
     header: str = ""
+    encoding: str = UTF8
 
 
 def is_number(cell: str) -> bool:
@@ -48,8 +52,23 @@ def cells(line: str, delimiter: str | None) -> list[str]:
 
 
 def find_layout(path: Path, stated: dict[str, str], longest: int) -> Layout:
-    """Layout from the first lines; raises ReadError if no table of numbers begins there."""
-    with path.open(encoding="utf-8-sig", newline=None) as file:
+    """Layout from the first lines; raises ReadError if no table of numbers begins there.
+
+    The text is in the `encoding` that is stated, else in UTF-8, else in Latin-1, which gives every byte a meaning.
+    """
+    with path.open("rb") as file:
+        wide = file.read(2) in (BOM_UTF16_LE, BOM_UTF16_BE)
+    encodings = [stated["encoding"]] if "encoding" in stated else ["utf-16"] if wide else [UTF8, LATIN]
+    for encoding in encodings[:-1]:
+        try:
+            return replace(_found(path, stated, longest, encoding), encoding=encoding)
+        except UnicodeDecodeError:
+            continue
+    return replace(_found(path, stated, longest, encodings[-1]), encoding=encodings[-1])
+
+
+def _found(path: Path, stated: dict[str, str], longest: int, encoding: str) -> Layout:
+    with path.open(encoding=encoding, newline=None) as file:
         lines = _start(file, longest)
     header = "".join(line[2:] for line in lines[1:2]) if lines and lines[0].startswith(f"# {MARK}") else ""
     for i, line in enumerate(lines):
@@ -57,7 +76,25 @@ def find_layout(path: Path, stated: dict[str, str], longest: int) -> Layout:
         row = _cells(line, delimiter, comma)
         if _is_row(row):
             return _layout(lines[:i], len(row), delimiter, comma, header)
-    raise ReadError(_no_numbers(lines, stated))
+    first = _mixed(lines, stated)
+    if first is None:
+        raise ReadError(_no_numbers(lines, stated))
+    delimiter, comma = _separators(lines[first], stated)
+    return _layout(lines[:first], len(cells(lines[first], delimiter)), delimiter, comma, header)
+
+
+def _mixed(lines: list[str], stated: dict[str, str]) -> int | None:
+    """The first row below the heading of a table that has texts, such as dates, in some columns; None without."""
+    rows = []
+    for line in lines:
+        delimiter, comma = _separators(line, stated)
+        rows.append(tuple(not cell or is_number(cell) for cell in _cells(line, delimiter, comma)))
+    usual, count = Counter(rows).most_common(1)[0] if rows else ((), 0)
+    if count < 2 or not any(usual):
+        return None
+    headings = [i for i, row in enumerate(rows) if len(row) == len(usual) and not any(row)]
+    first = headings[-1] + 1 if headings else rows.index(usual)
+    return first if rows[first:].count(usual) > 0.5 * len(rows[first:]) else None
 
 
 def _start(file: TextIO, longest: int) -> list[str]:

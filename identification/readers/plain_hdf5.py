@@ -1,12 +1,14 @@
 """HDF5 files of other programs: vectors and matrices of numbers at the top or one group below it.
 
 A data set gives a column, a matrix one for each of its shorter dimension (MATLAB writes matrices turned round). Units
-are taken from the attribute `units` or `unit`.
+are taken from the attribute `units` or `unit`, clocks from `dt` or a sample rate and `t0`, scales and missing values by
+the conventions of netCDF (`scale_factor`, `add_offset`, `_FillValue`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +16,15 @@ import numpy as np
 
 from identification.errors import ReadError
 from identification.readers.hdf5 import check_dataset, opened
-from identification.records.table import Column, Table
+from identification.records.table import Column, Table, not_read
 
 WIDEST = 64
+UNIT, STEP, RATE = ("units", "unit"), ("dt", "wf_increment", "sample_interval"), ("fs", "sample_rate", "sampling_rate")
+START = ("t0", "wf_start_offset", "start_time")
+"""Attributes, in small letters, of a data set's unit, step [s], rate [Hz] and first time [s]."""
+SCALE = ("scale_factor", "add_offset", "_fillvalue", "missing_value")
+_ITS_OWN = ("dimension_list", "class", "name", "reference_list", "_netcdf4", "dimension_labels", "matlab_", "long_name")
+"""Beginnings of attributes that HDF5, netCDF and MATLAB keep for themselves."""
 
 
 def read_plain_hdf5(path: Path) -> Table:
@@ -35,10 +43,13 @@ def read_plain_hdf5(path: Path) -> Table:
             elif item.ndim == 2 and min(item.shape) > WIDEST:
                 others[name] = f"has shape {item.shape}, more than {WIDEST} columns; save vectors"
             else:
-                columns += _columns(name, np.asarray(item[()], float), _unit(item))
+                columns += _columns(name, item)
+        unread = [str(key) for key in file.attrs if not key.lower().startswith(_ITS_OWN)]
+        groups = ((name, item) for name, item in file.items() if not isinstance(item, h5py.Dataset))
+        unread += [f"{name}/{key}" for name, item in groups for key in item.attrs]
     if not columns:
         raise ReadError("holds no vector of numbers; save some")
-    return Table("HDF5", tuple(columns), others)
+    return Table("HDF5", tuple(columns), others, notes=not_read(unread))
 
 
 def _items(file: Any) -> Iterator[tuple[str, Any]]:
@@ -50,16 +61,51 @@ def _items(file: Any) -> Iterator[tuple[str, Any]]:
             yield name, item
 
 
-def _columns(name: str, values: np.ndarray, unit: str | None) -> list[Column]:
-    if values.ndim == 1 or 1 in values.shape:
-        return [Column(name, values.ravel(), unit, (name.rpartition("/")[2],))]
-    long = values if values.shape[0] >= values.shape[1] else values.T
-    return [Column(f"{name}_{i + 1}", column, unit) for i, column in enumerate(long.T)]
+def _columns(name: str, item: Any) -> list[Column]:
+    stated = {key.lower(): item.attrs[key] for key in item.attrs}
+    taken = (*UNIT, *STEP, *RATE, *START, *SCALE)
+    unread = tuple(key for key in item.attrs if key.lower() not in taken and not key.lower().startswith(_ITS_OWN))
+    values = _scaled(np.asarray(item[()], float), stated)
+    long = values.reshape(-1, 1) if values.ndim == 1 or 1 in values.shape else values
+    long = long if long.shape[0] >= long.shape[1] else long.T
+    time = _time(stated, len(long))
+    made = partial(Column, unit=_unit(stated), time=time, unread=unread)
+    if long.shape[1] == 1:
+        return [made(name, long.ravel(), aliases=(name.rpartition("/")[2],))]
+    return [made(f"{name}_{i + 1}", column) for i, column in enumerate(long.T)]
 
 
-def _unit(item: Any) -> str | None:
-    for key in ("units", "unit"):
-        found = item.attrs.get(key)
+def _scaled(values: np.ndarray, stated: dict[str, Any]) -> np.ndarray:
+    """Numbers as they are meant: missing ones NaN, then times `scale_factor` plus `add_offset`."""
+    for key in ("_fillvalue", "missing_value"):
+        if (missing := _number(stated, (key,))) is not None:
+            values = np.where(values == missing, np.nan, values)
+    scale, offset = _number(stated, ("scale_factor",)), _number(stated, ("add_offset",))
+    values = values if scale is None else values * scale
+    return values if offset is None else values + offset
+
+
+def _time(stated: dict[str, Any], n: int) -> np.ndarray | None:
+    """Times of a data set's samples [s], None where it states no step and no rate."""
+    step, rate = _number(stated, STEP), _number(stated, RATE)
+    step = 1 / rate if step is None and rate else step
+    if not step or not 0 < step < np.inf:
+        return None
+    return (_number(stated, START) or 0.0) + np.arange(n) * step
+
+
+def _number(stated: dict[str, Any], keys: tuple[str, ...]) -> float | None:
+    """The first attribute that is one number."""
+    for key in keys:
+        value = np.ravel(np.asarray(stated.get(key)))
+        if value.size == 1 and value.dtype.kind in "fiu":
+            return float(value[0])
+    return None
+
+
+def _unit(stated: dict[str, Any]) -> str | None:
+    for key in UNIT:
+        found = stated.get(key)
         text = found.decode("utf-8", "replace") if isinstance(found, bytes) else found
         if isinstance(text, str) and text.strip():
             return text.strip()

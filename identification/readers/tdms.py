@@ -1,7 +1,7 @@
 """TDMS files of LabVIEW, read with nptdms (`pip install "rotorsim[tdms]"`).
 
 A column is a channel, named `group/channel` or by the channel alone where that is clear. Waveform channels carry their
-clock (`wf_increment`); all that share it make the table's clock.
+clocks (`wf_increment`, `wf_start_offset`, `wf_start_time`), each its own.
 """
 
 from __future__ import annotations
@@ -9,14 +9,22 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from identification.errors import ReadError
-from identification.records.table import MAX_VALUES, Column, Table
+from identification.records.table import MAX_VALUES, Column, Table, not_read
+from identification.records.units import factor, is_unit_of
 from rotorsim.base.sentences import quote
+
+_READ = {"wf_increment", "wf_start_offset", "wf_start_time", "unit_string", "NI_UnitDescription", "wf_xunit_string"}
+_IGNORED = ("wf_samples", "wf_xname", "wf_time_pref", "name", "NI_ChannelName", "NI_ChannelLength", "NI_DataType",
+            "NI_Scal", "NI_Number_Of_Scales", "displaytype", "datatype", "registertxt", "NI_CR", "monotony",
+            "minimum", "maximum", "novaluekey")  # fmt: skip
+"""Beginnings of properties that repeat what the channel shows: nptdms applies scales itself."""
 
 
 def read_tdms(path: Path) -> Table:
@@ -50,41 +58,63 @@ def _silence() -> Iterator[None]:
 def _table(file: Any, size: int) -> Table:
     if getattr(file, "file_status", None) is not None and file.file_status.incomplete_final_segment:
         raise ReadError("is a cut off TDMS file, its last segment is incomplete; copy it again")
-    columns: list[Column] = []
+    channels = [channel for group in file.groups() for channel in group.channels()]
     others: dict[str, str] = {}
-    clocks: set[tuple[float, float, int]] = set()
-    for channel in (channel for group in file.groups() for channel in group.channels()):
-        _add(channel, size, columns, others, clocks)
-    if not columns:
+    found = [(channel, column) for channel in channels if (column := _column(channel, size, others)) is not None]
+    if not found:
         raise ReadError("holds no channel of numbers; export the right group")
-    if len(clocks) > 1:
-        raise ReadError("its channels run on different clocks; export those of one rate and start to one file")
-    names = [column.name for column in columns]
-    time = None
-    if clocks:
-        step, offset, n = clocks.pop()
-        time = offset + np.arange(n) * step
-    single = [column.aliases[0] for column in columns]
-    renamed = tuple(
-        Column(alias if single.count(alias) == 1 else name, c.values, c.unit, (name, alias))
-        for c, name, alias in zip(columns, names, single, strict=True)
-    )
-    return Table("TDMS", renamed, others, time)
+    single = [channel.name for channel, _ in found]
+    columns = [
+        replace(column, name=alias if single.count(alias) == 1 else column.name, aliases=(column.name, alias))
+        for (_, column), alias in zip(found, single, strict=True)
+    ]
+    unread = [*file.properties, *(f"{group.name}/{key}" for group in file.groups() for key in group.properties)]
+    return Table("TDMS", tuple(_clocked(channels, found, columns)), others, notes=not_read(_others(unread)))
 
 
-def _add(channel: Any, size: int, columns: list[Column], others: dict[str, str], clocks: set[Any]) -> None:
-    """Take a channel as a column, or note why not."""
+def _column(channel: Any, size: int, others: dict[str, str]) -> Column | None:
+    """A channel as a column without its clock; None, with the reason in `others`, where it is none."""
     name, properties = f"{channel.group_name}/{channel.name}", channel.properties
     kind = np.dtype(channel.dtype).kind if len(channel) else ""
     if kind not in ("f", "i", "u", "b", "M"):
         others[name] = "holds no numbers; export plain numbers"
-        return
+        return None
     if len(channel) > MAX_VALUES or len(channel) > size:
         raise ReadError(f"{quote(name)} declares {len(channel)} values, more than the file holds; copy it again")
+    abscissa = _text(properties, "wf_xunit_string")
+    if abscissa and not is_unit_of(abscissa, "s"):
+        others[name] = f"stands over an abscissa in {quote(abscissa)}; export it over time"
+        return None
     values = np.asarray(channel[:])
-    unit = str(properties.get("unit_string") or "").strip() or None
+    unit = _text(properties, "unit_string") or _text(properties, "NI_UnitDescription")
     if kind == "M":  # time stamps become seconds from the first
         values, unit = (values - values[0]) / np.timedelta64(1, "s"), "s"
-    elif (step := float(properties.get("wf_increment", 0) or 0)) > 0:
-        clocks.add((step, float(properties.get("wf_start_offset", 0) or 0), len(channel)))
-    columns.append(Column(name, values.astype(float), unit, (channel.name,)))
+    return Column(name, values.astype(float), unit, unread=tuple(_others(properties)))
+
+
+def _clocked(channels: list[Any], found: list[tuple[Any, Column]], columns: list[Column]) -> Iterator[Column]:
+    """The columns with their clocks; a clock that several share is one array."""
+    begins = [at for channel in channels if (at := channel.properties.get("wf_start_time")) is not None]
+    first = min(begins, default=None)
+    shared: dict[tuple[float, float, int], np.ndarray] = {}
+    for (channel, _), column in zip(found, columns, strict=True):
+        properties = channel.properties
+        seconds = factor(_text(properties, "wf_xunit_string") or "s", "s")
+        step, offset = (float(properties.get(key) or 0) * seconds for key in ("wf_increment", "wf_start_offset"))
+        if not step > 0:
+            yield column
+            continue
+        key = (step, offset, column.values.size)
+        time = shared.setdefault(key, offset + np.arange(column.values.size) * step)
+        at = properties.get("wf_start_time")
+        unknown = np.nan if begins else 0.0
+        yield replace(column, time=time, begin=unknown if at is None else float((at - first) / np.timedelta64(1, "s")))
+
+
+def _text(properties: Any, key: str) -> str | None:
+    return str(properties.get(key) or "").strip() or None
+
+
+def _others(names: Any) -> list[str]:
+    """Names of properties that no reader takes."""
+    return [name for name in map(str, names) if name not in _READ and not name.startswith(_IGNORED)]

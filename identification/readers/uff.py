@@ -8,8 +8,9 @@ format is that of SDRC, binary as laid down by the University of Cincinnati. No 
 
 from __future__ import annotations
 
+from codecs import BOM_UTF8
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -17,6 +18,7 @@ import numpy as np
 
 from identification.errors import ReadError
 from identification.records.table import MAX_VALUES, Column, Table
+from identification.records.units import factor, is_unit_of
 from rotorsim.base.sentences import quote
 
 _END = b"-1"
@@ -39,36 +41,50 @@ class Response:
 
 def read_uff(path: Path) -> Table:
     """Table of the time responses in a file; raises ReadError if there is none or the file is damaged."""
-    data = path.read_bytes()
-    responses, others = [], {}
+    data = path.read_bytes().removeprefix(BOM_UTF8)
+    responses: list[Response] = []
+    others: dict[str, str] = {}
+    damaged: dict[str, str] = {}
+    system = ""
     for number, (kind, body) in enumerate(_datasets(data), 1):
         if kind[:6].strip() == b"58":
             try:
                 found = _response(kind, body)
             except ReadError as error:
-                raise ReadError(f"dataset {number} (58): {error}") from error
+                damaged[_title(body) or f"dataset {number}"] = f"dataset {number} (58): {error}"
+                continue
             if isinstance(found, Response):
                 responses.append(found)
             else:
                 others[f"dataset {number}"] = found
         elif kind[:6].strip() == b"164":
-            _check_units(body)
+            system = _unit_system(body) or system
+    if damaged and not responses:
+        raise ReadError(next(iter(damaged.values())))
+    others |= {name: f"cannot be read: {fault}" for name, fault in damaged.items()}
     if not responses:
         why = next((f": dataset 58 {reason}" for reason in others.values()), "")
         raise ReadError(f"holds no time response in a dataset 58{why}; export time histories")
+    if system:
+        responses = [replace(r, unit=f"{r.unit or '?'} of unit system {system} (dataset 164)") for r in responses]
     return _table(responses, others)
 
 
 def _table(responses: list[Response], others: dict[str, str]) -> Table:
-    time = responses[0].time
-    if any(r.time.shape != time.shape or not np.array_equal(r.time, time) for r in responses):
-        raise ReadError("its responses have different time axes; export those of one record to one file")
+    shared: list[np.ndarray] = []
     titles = [r.title for r in responses]
     columns = []
     for r in responses:
         titled = r.title and titles.count(r.title) == 1
-        columns.append(Column(r.title if titled else r.freedom, r.values, r.unit, (r.freedom, r.title)))
-    return Table("UFF 58", tuple(columns), others, time)
+        time = next((one for one in shared if np.array_equal(one, r.time)), r.time)
+        shared += [] if any(one is time for one in shared) else [time]
+        columns.append(Column(r.title if titled else r.freedom, r.values, r.unit, (r.freedom, r.title), time))
+    return Table("UFF 58", tuple(columns), others)
+
+
+def _title(body: bytes) -> str:
+    """Title of a dataset, empty where it has none."""
+    return _text(_line(body, 0)[0].decode("latin-1"))
 
 
 def _datasets(data: bytes) -> Iterator[tuple[bytes, bytes]]:
@@ -135,6 +151,7 @@ def _response(kind: bytes, body: bytes) -> Response | str:
         return f"holds values of type {form}; export real ones (2 or 4)"
     even = spacing == 1
     values = _binary(kind, body[at:], form) if _is_binary(kind) else _ascii(body[at:], _FIELDS[form, even])
+    values = _without_padding(values, n * (1 if even else 2))
     if n < 0 or n > MAX_VALUES or values.size != n * (1 if even else 2):
         raise ReadError(f"declares {n} samples but holds {values.size // (1 if even else 2)}; copy the file again")
     if even:
@@ -142,6 +159,11 @@ def _response(kind: bytes, body: bytes) -> Response | str:
         time, ordinate = start + np.arange(n) * step, values
     else:
         time, ordinate = values[::2].copy(), values[1::2].copy()
+    abscissa = _text(records[7][46:67]) or "s"
+    if not is_unit_of(abscissa, "s"):
+        return f"stands over an abscissa in {quote(abscissa)}; export it over time"
+    if (seconds := factor(abscissa, "s")) != 1:
+        time = time * seconds
     node, direction = _whole(records[5][41:51], "response node"), _whole(records[5][51:55], "response direction")
     freedom = f"{node}:{_DIRECTIONS.get(direction, direction)}"
     return Response(_text(records[0]), freedom, _text(records[8][46:67]) or None, time, ordinate)
@@ -152,9 +174,17 @@ def _binary(kind: bytes, data: bytes, form: int) -> np.ndarray:
     if order not in (1, 2) or floating != 2:
         raise ReadError(f"byte order {order} and number format {floating}; export IEEE numbers (1 or 2, and 2)")
     dtype = np.dtype("f4" if form == 2 else "f8").newbyteorder("<" if order == 1 else ">")
-    if len(data) % dtype.itemsize:
+    rest = len(data) % dtype.itemsize
+    if data[len(data) - rest :].strip(b"\0 \r\n"):
         raise ReadError("its bytes are not a whole number of values; the file is damaged")
-    return np.frombuffer(data, dtype).astype(float)
+    return np.frombuffer(data[: len(data) - rest], dtype).astype(float)
+
+
+def _without_padding(values: np.ndarray, count: int) -> np.ndarray:
+    """The values without zeros or blanks (a double of blanks is about 6e-154) that fill the block behind the last."""
+    blanks = [np.frombuffer(b" " * size, kind)[0] for size, kind in ((4, "f4"), (8, "f8"))]
+    more = values[count:] if 0 < count < values.size else values[:0]
+    return values[:count] if more.size and np.isin(more, [0.0, *blanks]).all() else values
 
 
 def _ascii(data: bytes, widths: tuple[int, ...]) -> np.ndarray:
@@ -171,13 +201,13 @@ def _ascii(data: bytes, widths: tuple[int, ...]) -> np.ndarray:
         raise ReadError(f"holds what is not a number ({error}); the file is damaged") from error
 
 
-def _check_units(body: bytes) -> None:
-    """Dataset 164 states the units of the file; only SI is taken, because its factors leave room for doubt."""
-    code = body[:10].strip()
-    if code not in (b"1", b""):
-        raise ReadError(
-            f"its dataset 164 declares unit system {code.decode('latin-1')}, not 1 (SI); export in SI units"
-        )
+def _unit_system(body: bytes) -> str:
+    """Code of the unit system that dataset 164 states, empty for SI.
+
+    Values of another system have no known unit, because its factors leave room for doubt: a mapping must state it.
+    """
+    code = body[:10].strip().decode("latin-1")
+    return "" if code in ("1", "") else code
 
 
 def _text(field: str) -> str:

@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import SchemaError
+from identification.errors import ReadError, SchemaError
+from identification.records.sampling import JITTER
 from identification.records.schema import known_variable, make_record
+from identification.records.units import FACTORS, factor
 from identification.records.validate import validate
 
 if TYPE_CHECKING:
@@ -30,6 +32,9 @@ def from_arrays(
 ) -> xr.Dataset:
     """Record of the schema from arrays in SI units; the arrays are copied.
 
+    An array that states its unit (`attrs` of xarray and pandas, `units` of pint) is converted from it; one that brings
+    times of its own must have those of `time`.
+
     Parameters
     ----------
     time : (n,) [s], evenly spaced
@@ -47,7 +52,7 @@ def from_arrays(
     Raises
     ------
     SchemaError
-        If a name, a shape or a value does not fit.
+        If a name, a shape, a value, a unit or the times of an array do not fit.
 
     Examples
     --------
@@ -58,12 +63,15 @@ def from_arrays(
     >>> made.sizes["time"]
     500
     """
-    time = _numbers("time", time)
+    time = _numbers("time", time, "s")
     if time.ndim != 1:
         raise SchemaError(f"record.time: shape {time.shape}, expected (n,); give the time of every sample in s")
     given = {"disc_measured": disc_measured, "reference": reference, "angle": angle, "pin": pin}
     given |= {"speed": speed, "pressure": pressure, **more}
-    values = {name: _shaped(name, value, time.size) for name, value in given.items() if value is not None}
+    given = {name: value for name, value in given.items() if value is not None}
+    for name, value in given.items():
+        _check_own_time(name, value, time)
+    values = {name: _shaped(name, value, time.size) for name, value in given.items()}
     if "probe_measured" in values:
         _check_probes(values["probe_measured"], probes or {})
     return validate(make_record(time, values, attrs, probes))
@@ -79,8 +87,9 @@ def _check_probes(readings: np.ndarray, probes: dict[str, Any]) -> None:
 
 
 def _shaped(name: str, value: Any, n: int) -> np.ndarray:
-    dims = known_variable(name).dims
-    array = _numbers(name, value)
+    known = known_variable(name)
+    dims = known.dims
+    array = _numbers(name, value, known.units)
     if not dims and array.ndim == 0:
         return np.full(n, float(array))
     width = tuple(_WIDTHS.get(dim, array.shape[-1] if array.ndim == 2 else 1) for dim in dims)
@@ -92,11 +101,40 @@ def _shaped(name: str, value: Any, n: int) -> np.ndarray:
     return array
 
 
-def _numbers(name: str, value: Any) -> np.ndarray:
+def _check_own_time(name: str, value: Any, time: np.ndarray) -> None:
+    """Raise SchemaError for an array of xarray or pandas whose own times are not `time` (n,)."""
+    coordinates, index = getattr(value, "coords", {}), getattr(value, "index", None)
+    own = coordinates.get("time", index)
+    own = np.asarray(own) if own is not None and not callable(own) else np.zeros(0)
+    if own.dtype.kind != "f" or own.shape != time.shape:  # numbers of rows, dates or none
+        return
+    apart = float(np.nanmax(np.abs(own - time), initial=0.0))
+    if apart > JITTER * float(np.median(np.abs(np.diff(time)))):
+        raise SchemaError(
+            f"record.{name}: its own times are up to {apart:.4g} s from `time`; bring both on one clock, or give its "
+            "values alone"
+        )
+
+
+def _stated_factor(name: str, value: Any, si: str) -> float:
+    """Factor from the unit that an array states to the SI unit; 1 where it states none."""
+    stated = getattr(value, "attrs", {}).get("units") or getattr(value, "units", None)
+    text = "" if stated is None else f"{stated:~}" if hasattr(stated, "dimensionality") else str(stated)
+    if not text or text == si or si not in FACTORS:
+        return 1.0
+    try:
+        return factor(text, si)
+    except ReadError as error:
+        raise SchemaError(f"record.{name}: {error}") from error
+
+
+def _numbers(name: str, value: Any, si: str) -> np.ndarray:
+    scale, value = _stated_factor(name, value, si), getattr(value, "magnitude", value)
     try:
         array = np.asarray(np.ma.filled(value.astype(float), np.nan) if np.ma.isMaskedArray(value) else value)
     except (TypeError, ValueError) as error:
         raise SchemaError(f"record.{name}: is not an array of numbers ({error}); give an array of floats") from error
     if array.dtype.kind not in "fiub":
         raise SchemaError(f"record.{name}: holds {array.dtype} and not real numbers; give an array of floats")
-    return np.array(array, dtype=float)
+    array = np.array(array, dtype=float)
+    return array if scale == 1 else array * scale

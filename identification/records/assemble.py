@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import ReadError
-from identification.records.column_values import one_unit, unit_of, values
+from identification.records.column_values import one_unit, replaced, unit_of, values
 from identification.records.lab.column_faults import clipped, dead
 from identification.records.lab.keyphasor import angle_by_stretches
 from identification.records.lab.probe_columns import read_probes
@@ -18,13 +18,15 @@ from identification.records.schema import AXES, PROBE_UNITS, VARIABLES, make_rec
 from identification.records.table import Header, Table
 from identification.records.units import FACTORS, full_scale, is_unit_of, measured_by
 from identification.records.vectors import VECTORS, make_vectors
-from rotorsim.base.sentences import quote
+from rotorsim.base.sentences import listing, quote
 
 if TYPE_CHECKING:
     import xarray as xr
 
 CLIPPED = "clipped"
 """Attribute with a sentence for every clipped sensor."""
+MOST = 6
+"""Sentences about parts that were left out."""
 RATE = 1e-3
 """Largest relative difference between a stated sample rate and the file's own clock."""
 
@@ -201,6 +203,23 @@ def _vectors(table: Table, mapping: Mapping) -> xr.Dataset:
                 arrays[name][:, i, j] = column
     attrs = {} if mapping.disc is None else {"disc_position": mapping.disc}
     return make_vectors(speed, arrays["amplitude"], arrays["phase"], orders, attrs, axes)
+
+
+def left_out(table: Table, mapping: Mapping) -> list[str]:
+    """Sentences about units that the mapping replaced, and about what the file holds and no reader takes."""
+    taken = [(entry, table.find(entry.column)) for entry in used(mapping) if table.has(entry.column)]
+    found = replaced(table, [entry for entry, _ in taken])
+    unread: dict[tuple[str, ...], list[str]] = {}
+    for entry, column in taken:
+        unread.setdefault(column.unread, []).append(entry.path)
+    found += [f"{listing(what)} of {', '.join(who)} in the file: not read" for what, who in unread.items() if what]
+    found += table.notes
+    found += [f"{quote(one.name)} was left out: {one.fault}" for one in table.columns if one.fault][:MOST]
+    if table.header is None:
+        found += [f"{quote(name)} was left out: it {reason}" for name, reason in list(table.others.items())[:MOST]]
+        if len(table.others) > MOST:
+            found.append(f"{len(table.others) - MOST} more parts of the file were left out")
+    return found
 
 
 def provenance(table: Table, mapping: Mapping, path: Any, digest: str) -> dict[str, Any]:

@@ -9,7 +9,16 @@ import numpy as np
 from identification.errors import ReadError
 from identification.records.mapping import Entry
 from identification.records.table import Column, Table
-from identification.records.units import FULL_SCALE, agree, amplitude_factor, factor, full_scale, quantity, sensitivity
+from identification.records.units import (
+    FULL_SCALE,
+    agree,
+    amplitude_factor,
+    factor,
+    full_scale,
+    is_unit,
+    quantity,
+    sensitivity,
+)
 from rotorsim.base.sentences import quote
 
 
@@ -27,7 +36,9 @@ def values(table: Table, entry: Entry, si: str) -> np.ndarray:
 def unit_of(column: Column, entry: Entry) -> tuple[str, float]:
     """Unit of a column's numbers and the factor to it, which is 1 but for shares of a full scale.
 
-    Raises ReadError where neither the file nor the mapping states a unit, or they disagree.
+    A unit that the mapping states replaces the file's (see `replaced`).
+
+    Raises ReadError where neither the file nor the mapping states a unit, or where one is a share of a full scale.
     """
     if entry.full_scale is not None:
         if column.unit not in (FULL_SCALE, None):
@@ -41,18 +52,33 @@ def unit_of(column: Column, entry: Entry) -> tuple[str, float]:
         raise ReadError("the column is in shares of full scale; write e.g. full_scale = '10 V' in place of the unit")
     if unit is None:
         raise ReadError("no unit, neither here nor in the file; write e.g. unit = 'um'")
-    if entry.unit and column.unit and not agree(entry.unit, column.unit):
-        raise ReadError(f"unit {quote(entry.unit)}, but the file states {quote(column.unit)}; take that and a scale")
     return unit, 1.0
+
+
+def replaced(table: Table, entries: Iterable[Entry]) -> list[str]:
+    """A sentence for each entry whose unit stands in place of another one that the file states."""
+    found = []
+    for entry in entries:
+        unit = table.find(entry.column).unit if table.has(entry.column) else None
+        if entry.unit and unit and not agree(entry.unit, unit):
+            found.append(
+                f"{entry.path}: read in {quote(entry.unit)}, which the mapping states; the file states {quote(unit)}"
+            )
+    return found
 
 
 def _factor(column: Column, entry: Entry, si: str) -> float:
     unit, scale = unit_of(column, entry)
-    if entry.sensitivity is not None:
-        return scale * sensitivity(entry.sensitivity, unit, si)
-    if entry.path.endswith("amplitude") or entry.path.startswith("amplitude_"):
-        return scale * amplitude_factor(unit)
-    return scale * factor(unit, si)
+    try:
+        if entry.sensitivity is not None:
+            return scale * sensitivity(entry.sensitivity, unit, si)
+        if entry.path.endswith("amplitude") or entry.path.startswith("amplitude_"):
+            return scale * amplitude_factor(unit)
+        return scale * factor(unit, si)
+    except ReadError as error:
+        if unit == column.unit and not is_unit(unit):  # the file's own word
+            raise ReadError(f"{error}; or state the unit in a mapping, in place of the file's") from error
+        raise
 
 
 def scale_of(table: Table, entry: Entry, si: str) -> float:

@@ -23,6 +23,9 @@
     coupling = "DC"                 # or AC; gap = "-10 V" or "mean" is taken off a DC-coupled one
     position = "150 mm"             # its plane; [disc] position = "150 mm" chooses the disc's among several
 
+    [file]                          # where it is not clear: delimiter = "tab", decimal = "comma"
+    encoding = "cp1252"             # UTF-8 is tried first, then Latin-1
+
 and for run-up vectors `[speed]` and `[vectors.1X.x]` with `amplitude` and `phase`, each an entry as above. A value is
 sign * scale * (column in SI, through the sensitivity if there is one) + offset.
 """
@@ -31,7 +34,6 @@ from __future__ import annotations
 
 import math
 import re
-import tomllib
 from collections.abc import Mapping as Tables
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -45,6 +47,7 @@ from identification.records.lab.slow_roll import SlowRoll, parse_slow_roll
 from identification.records.schema import AXES, VARIABLES
 from identification.records.units import quantity, quantity_at
 from identification.records.vectors import VECTORS
+from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.base.own_files import instead
 from rotorsim.base.sentences import quote
 from rotorsim.base.suggest import did_you_mean
@@ -59,7 +62,7 @@ _CONDITIONS = {"accuracy": "m", "rate": "rad/s", "pressure": "Pa", "clock": "s",
 """What holds for a whole file: standard deviation of an amplitude, ramp rate and supply pressure of vectors, standard
 deviation of the clock of the displacements, angle of the only probe of vectors."""
 TURNS = "turns"
-_FILE = {"delimiter": ("comma", "semicolon", "tab", "space"), "decimal": ("point", "comma")}
+_FILE = {"delimiter": ("comma", "semicolon", "tab", "space"), "decimal": ("point", "comma"), "encoding": ()}
 _ORDER = re.compile(r"([1-9]\d{0,2})X", re.ASCII)
 
 
@@ -132,8 +135,6 @@ def load_mapping(mapping: str | Path | Tables[str, Any] | Mapping) -> Mapping:
     except tomllib.TOMLDecodeError as error:
         reason = instead(path, "a mapping", "") or f"not a TOML file: {str(error)[:200]}; correct that line"
         raise ReadError(f"{path}: {reason}") from error
-    except RecursionError as error:
-        raise ReadError(f"{path}: brackets are nested too deeply for a mapping; remove some") from error
     except ReadError as error:
         ours = instead(path, "a mapping", "a mapping of measured data")
         reason = f"{ours}; 'rotorsim data mapping' drafts one" if ours else str(error)
@@ -202,7 +203,7 @@ def _consistent(mapping: Mapping) -> Mapping:
         raise ReadError("mapping: [speed] without [vectors]; the speed of a time series goes to [channels.speed]")
     _no_second_source(mapping)
     alone = mapping.time or mapping.sample_rate or mapping.constants or mapping.keyphasor
-    if not mapping.maps_columns and (alone or not (mapping.conditions or mapping.slow_roll)):
+    if not mapping.maps_columns and (alone or not (mapping.conditions or mapping.slow_roll or mapping.file)):
         raise ReadError("mapping: no [channels.NAME] and no [vectors.1X.x]; map at least one column")
     twice = set(mapping.constants) & {name for name, _ in mapping.channels}
     if twice:
@@ -332,9 +333,19 @@ def _rate(value: Any) -> float:
 def _file(table: dict[str, Any]) -> dict[str, str]:
     _only("file", table, tuple(_FILE))
     for key, value in table.items():
-        if value not in _FILE[key]:
+        if key == "encoding":
+            _check_encoding(value)
+        elif value not in _FILE[key]:
             raise ReadError(f"file.{key}: {quote(value)}; write one of {', '.join(_FILE[key])}")
     return table
+
+
+def _check_encoding(name: Any) -> None:
+    """Raise ReadError unless a name is that of a text encoding."""
+    try:
+        "a".encode(name)
+    except (LookupError, TypeError, UnicodeError, ValueError) as error:
+        raise ReadError(f"file.encoding: {quote(name)} is no encoding; write e.g. 'utf-8' or 'latin-1'") from error
 
 
 def _only(path: str, table: dict[str, Any], known: tuple[str, ...]) -> None:
@@ -354,6 +365,6 @@ def _text(path: Path) -> str:
     if path.stat().st_size > MAX_BYTES:
         raise ReadError("is above the limit of 1 MB; is it a mapping?")
     try:
-        return path.read_bytes().decode("utf-8")
+        return path.read_bytes().decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise ReadError("cannot be read as text; a mapping is TOML in UTF-8") from error

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from identification.errors import ReadError
 from identification.records.units import is_unit
+from rotorsim.base.exchange import json_text as json
 from rotorsim.base.sentences import listing, quote
 
 MARK = "rotorsim record"
@@ -24,12 +25,21 @@ _NAME = re.compile(r"([^\[\]]+)(?:\[([^\[\]]*)\]|\(([^()]*)\))")
 
 @dataclass(frozen=True)
 class Column:
-    """Numbers (n,) as they stand in the file; `unit` as the file states it, None if it does not."""
+    """Numbers (n,) as they stand in the file; `unit` as the file states it, None if it does not.
+
+    `time` (n,) [s] is the column's own clock, whose zero lies `begin` [s] after a moment that all columns share, NaN
+    where the file states it of others alone.
+    `unread` names what else the file states about it and no reader takes; `fault` states why its values cannot be used.
+    """
 
     name: str
     values: np.ndarray
     unit: str | None = None
     aliases: tuple[str, ...] = ()
+    time: np.ndarray | None = None
+    begin: float = 0.0
+    unread: tuple[str, ...] = ()
+    fault: str = ""
 
 
 @dataclass(frozen=True)
@@ -52,9 +62,22 @@ class Table:
     others: dict[str, str] = field(default_factory=dict)
     time: np.ndarray | None = None
     header: Header | None = None
+    notes: tuple[str, ...] = ()
+    """Sentences about how the file was read, and about what it states and no reader takes."""
+
+    @property
+    def clocked(self) -> bool:
+        """Whether the file brings the times of its samples."""
+        return self.time is not None or any(column.time is not None for column in self.columns)
 
     def find(self, wanted: str | int) -> Column:
-        """The column of a name or of a number from 1; raises ReadError if there is none or more than one."""
+        """The column of a name or of a number from 1; raises ReadError if there is none, more than one, or a fault."""
+        column = self._find(wanted)
+        if column.fault:
+            raise ReadError(column.fault)
+        return column
+
+    def _find(self, wanted: str | int) -> Column:
         if isinstance(wanted, int):
             if not 1 <= wanted <= len(self.columns):
                 raise ReadError(f"no column {wanted}; the file has columns 1 to {len(self.columns)}")
@@ -78,6 +101,11 @@ class Table:
         return True
 
 
+def not_read(names: Sequence[str]) -> tuple[str, ...]:
+    """A note about properties of a file that no reader takes; none where there are none."""
+    return (f"{listing(names)} of the file: not read",) if names else ()
+
+
 def split_name(text: str) -> tuple[str, str | None]:
     """Name and unit of a heading such as 'X probe [um]'; what stands in round brackets counts if it is a known unit."""
     text = text.strip()
@@ -92,7 +120,7 @@ def parse_header(text: str) -> Header:
     try:
         found = json.loads(text)
         header = Header(found["attrs"], found["variables"], found["samples"], found.get("probes", {}))
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
+    except (ValueError, KeyError, TypeError) as error:
         raise ReadError("the header of the record is damaged; take the original file") from error
     good = isinstance(header.attrs, dict) and isinstance(header.variables, dict) and isinstance(header.samples, int)
     good = good and isinstance(header.probes, dict) and all(isinstance(v, list) for v in header.probes.values())

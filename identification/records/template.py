@@ -35,6 +35,9 @@ def mapping_template(table: Table, file: str) -> str:
     parts = [_HELP.format(file=safe, axis=axis, plain=plain), *_clock(table)]
     taken: set[tuple[str, str, str]] = set()
     for number, column in enumerate(table.columns, 1):
+        if column.fault:
+            parts.append(f"# not usable: column {number}, {column.fault}\n")
+            continue
         key = meaning(column.name)
         fresh = key is not None and key not in taken and key[0] not in VECTORS
         parts.append(_known(column, key) if key and fresh else _unknown(column, number, table))
@@ -44,7 +47,7 @@ def mapping_template(table: Table, file: str) -> str:
 
 
 def _clock(table: Table) -> list[str]:
-    if table.time is not None:
+    if table.clocked:
         return ["# The file has its own clock; no [time] is needed.\n"]
     if any(column.name == "time" for column in table.columns):
         return []

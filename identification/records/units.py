@@ -1,7 +1,8 @@
 """Units of recorded data and their conversion factors to the units of the schema.
 
-Spelling counts, so that mPa and MPa stay apart. Pressures are gauge, here as everywhere; an absolute pressure is not a
-unit but another quantity. `Hz` of a shaft speed is revolutions per second.
+Spelling counts, so that mPa and MPa stay apart; further spellings of laboratories (Volts, m/s2, G) stand in `SPELLINGS`
+of `rotorsim.base.unit_table`. Pressures are gauge, here as everywhere; an absolute pressure is not a unit but another
+quantity. `Hz` of a shaft speed is revolutions per second.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import Any
 
 from identification.errors import ReadError
 from rotorsim.base.sentences import quote
-from rotorsim.base.unit_table import TABLE
+from rotorsim.base.unit_table import CHARACTERS, NUMBER, SPELLINGS, TABLE
 
 KINDS = ("m", "V", "rad/s", "rad", "Pa", "N", "s", "kg/s", "Hz", "m/s", "m/s^2", "kg*m", "1")
 """SI units of recorded quantities, and of trial weights."""
@@ -25,7 +26,9 @@ PEAK = {"pp": 0.5, "p-p": 0.5, "pk-pk": 0.5, "pkpk": 0.5, "pk": 1.0, "0-pk": 1.0
 FULL_SCALE = "FS"
 """Unit of a column in shares of a recorder's full scale, which a mapping must state."""
 _NAMES = {si: TABLE[si].name for si in KINDS} | {"Pa": "gauge pressure", "Hz": "sample rate"}
-_TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*", re.ASCII)
+_TEXT = re.compile(rf"\s*({NUMBER})\s*(\S.*?)?\s*", re.ASCII)
+_POWER = re.compile(r"(?<=[A-Za-z])(-?[1-3])(?=$|[*/) ])")
+"""Power behind a unit without its sign: m/s2, min-1."""
 
 
 def _article(noun: str) -> str:
@@ -35,7 +38,7 @@ def _article(noun: str) -> str:
 def factor(unit: str, si: str) -> float:
     """Factor from `unit` to the SI unit of a variable; raises ReadError for an unknown or wrong unit."""
     known = FACTORS[si]
-    plain = _plain(unit)
+    plain = _spelled(unit, si)
     if plain.partition(" ")[2].strip() in PEAK:
         raise ReadError(
             f"unit {quote(unit)}: peak-to-peak, pk and rms units are for the amplitudes of run-up vectors; "
@@ -118,37 +121,51 @@ def sensitivity(value: Any, raw: str, si: str) -> float:
     column, kind = _dimension(raw)
     if column == si:
         raise ReadError(f"{quote(value)}: the column is in {quote(raw)} already, a {_NAMES[si]}; write 'scale' instead")
-    if _plain(over) in kind:
-        return factor(raw, column) / (number * kind[_plain(over)]) * factor(under, si)
-    if _plain(under) in kind:
-        return factor(raw, column) * number / kind[_plain(under)] * factor(over, si)
+    if is_unit_of(over, column):
+        return factor(raw, column) / (number * kind[_spelled(over, column)]) * factor(under, si)
+    if is_unit_of(under, column):
+        return factor(raw, column) * number / kind[_spelled(under, column)] * factor(over, si)
     raise ReadError(f"{quote(value)}: neither side is a unit of the column's {quote(raw)}; write e.g. '8 V/mm'")
 
 
 def is_unit_of(text: str, si: str) -> bool:
     """Whether a text is a unit of the quantity with this SI unit."""
-    return _plain(text) in FACTORS[si]
+    return _spelled(text, si) in FACTORS[si]
 
 
 def is_unit(text: str) -> bool:
     """Whether a text is a unit known here, of whatever quantity."""
-    plain = _plain(text)
-    return any(plain in kind for kind in FACTORS.values()) or plain.partition(" ")[2].strip() in PEAK
+    return any(is_unit_of(text, si) for si in KINDS) or _plain(text).partition(" ")[2].strip() in PEAK
 
 
 def agree(unit: str, stated: str) -> bool:
     """Whether a unit is the one that the file states, in other words or more exactly ('um pp' for 'um')."""
-    unit, stated = _plain(unit), _plain(stated)
-    same = any(unit in kind and stated in kind and kind[unit] == kind[stated] for kind in FACTORS.values())
-    return unit == stated or same or unit.startswith(f"{stated} ")
+    same = any(
+        is_unit_of(unit, si) and is_unit_of(stated, si) and factor(unit, si) == factor(stated, si) for si in KINDS
+    )
+    return same or _plain(unit) == _plain(stated) or _plain(unit).startswith(f"{_plain(stated)} ")
 
 
 def _plain(unit: str) -> str:
-    return " ".join(unit.replace("µ", "u").replace("μ", "u").split())
+    """A unit in the characters of the table."""
+    for character, plain in CHARACTERS.items():
+        unit = unit.replace(character, plain)
+    return _POWER.sub(r"^\1", " ".join(unit.split()))
+
+
+def _spelled(unit: str, si: str) -> str:
+    """A unit as the table of a quantity spells it; as it is where that has none of its spellings."""
+    plain = _plain(unit)
+    if plain in FACTORS[si]:
+        return plain
+    tight = plain.replace(" ", "*")
+    words = SPELLINGS.get(si, {})
+    found = (words.get(one) for one in (plain, tight, plain.lower(), tight.lower()))
+    return next(filter(None, found), tight if tight in FACTORS[si] else plain)
 
 
 def _dimension(unit: str) -> tuple[str, dict[str, float]]:
     for si, kind in FACTORS.items():
-        if _plain(unit) in kind:
+        if is_unit_of(unit, si):
             return si, kind
     raise ReadError(f"unit {quote(unit)} is unknown; write e.g. 'V'")

@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.errors import DataError
+from rotorsim.base.unit_table import NUMBER
 from rotorsim.base.units import parse
 from rotorsim.machine.usual import ask
 
-NUMBER = re.compile(r"^\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*$")
+TEXT = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*", re.ASCII)
+"""Number and unit."""
 MOST = 100_000
 """Points of a map: more is a mistake of typing."""
 
@@ -79,7 +81,7 @@ def read_field(text: str) -> Field:
     if not equals or not path.strip():
         raise DataError(f"--over: '{text}' is not PATH=VALUES; write e.g. 'bearings.1.clearance=20 um:30 um:5'")
     ends, count = split_range("over", values)
-    found = [NUMBER.match(end) for end in ends]
+    found = [TEXT.fullmatch(end) for end in ends]
     units = {match[2] for match in found if match}
     if None in found or len(units) != 1:
         raise DataError(f"--over: '{values.strip()}' needs numbers with one and the same unit, e.g. '20 um:30 um:5'")

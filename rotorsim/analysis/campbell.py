@@ -19,6 +19,7 @@ from rotorsim.analysis.modes_over_speed import ORDERS, ModesOverSpeed, modes_ove
 from rotorsim.base.constants import RPM, TO_HZ, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.plant import Plant
+from rotorsim.plant.validity import linear_warnings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -87,8 +88,16 @@ def campbell(plant: Plant, speeds: Sequence[float] | np.ndarray, pressure: float
             "speed": ("speed", speeds, {"units": "rad/s", "long_name": "speed of the shaft"}),
             "branch": np.arange(1, len(shown) + 1),
         },
-        plant.provenance() | {"kind": "campbell", "pressure": float(pressure)} | about(found),
-    )
+        plant.provenance() | linear_warnings(plant, speeds, _least(zeta), pressure)
+        | {"kind": "campbell", "pressure": float(pressure)} | about(found),
+    )  # fmt: skip
+
+
+def _least(zeta: np.ndarray) -> np.ndarray:
+    """Least damping ratio (speeds,) of the branches (branches, speeds); NaN where none is known."""
+    if not len(zeta):
+        return np.full(zeta.shape[1], np.nan)
+    return np.where(np.isnan(zeta).all(axis=0), np.nan, np.nanmin(np.nan_to_num(zeta, nan=np.inf), axis=0))
 
 
 def along_speeds(found: ModesOverSpeed, speeds: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, list[int]]:

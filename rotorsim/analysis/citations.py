@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import identification as idn
 from rotorsim.base.errors import DataError
+from rotorsim.base.exchange import json_text as json
 from rotorsim.base.exchange.mat import is_mat, read_mat
 from rotorsim.base.references import cited_by, sorted_keys
 from rotorsim.control import load_law
@@ -75,7 +75,7 @@ def _is_result(path: Path) -> bool:
 def _kind(path: Path) -> str:
     """Return the kind that a .json or .mat file states, empty for none."""
     try:
-        data: Any = read_mat(path) if is_mat(path) else json.loads(path.read_text(encoding="utf-8"))
+        data: Any = read_mat(path) if is_mat(path) else json.loads(path.read_text(encoding="utf-8-sig"))
     except (ValueError, DataError):
         return ""
     return str(data.get("kind", "")) if isinstance(data, dict) else ""

@@ -63,7 +63,13 @@ def load_capacity(plant: Plant, speed: float = 0.0, pressure: float = 0.0, ratio
     while excess(high) < 0:
         low, high = high, 4 * high
         if high > HEAVIEST:
-            raise ConvergenceError("load capacity: no load moves the journals that far; are other bearings stiffer?")
+            others = (
+                "; its other bearings carry the load" if len(plant.machine.films) < len(plant.machine.bearings) else ""
+            )
+            raise ConvergenceError(
+                f"load capacity: {HEAVIEST / EARTH:.3g} times the weight does not move a journal to {ratio:g} of its "
+                f"clearance{others}; ask for a smaller ratio"
+            )
     return plant.machine.mass * float(brentq(excess, low, high, rtol=1e-4))
 
 

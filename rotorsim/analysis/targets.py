@@ -7,16 +7,16 @@ Targets with role = "predict" are reported and not fitted.
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from rotorsim.analysis.axes import NUMBER, checked
+from rotorsim.analysis.axes import TEXT, checked
 from rotorsim.analysis.figures import UNITS
 from rotorsim.base.errors import DataError
+from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.base.own_files import instead
 from rotorsim.base.units import parse
 
@@ -84,7 +84,7 @@ def read_targets(path: str | Path) -> Targets:
     """
     file = _found(path)
     try:
-        document = tomllib.loads(file.read_text(encoding="utf-8"))
+        document = tomllib.loads(file.read_text(encoding="utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         reason = instead(file, "targets", "") or f"is not a TOML file ({error})"
         raise DataError(f"{path}: {reason}; correct it") from error
@@ -184,7 +184,7 @@ def split(where: str, value: Any) -> tuple[float, str]:
     """Number and unit of a text, or a pure number."""
     if isinstance(value, int | float) and not isinstance(value, bool) and np.isfinite(value):
         return float(value), ""
-    match = NUMBER.match(value) if isinstance(value, str) else None
+    match = TEXT.fullmatch(value) if isinstance(value, str) else None
     if not match or not match[2]:
         raise DataError(f"{where}: {value!r} is neither a number with a unit nor a pure number")
     return float(match[1]), match[2]

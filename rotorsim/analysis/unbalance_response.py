@@ -15,12 +15,13 @@ Cites: friswell_2010.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rotorsim.analysis.axes import checked
 from rotorsim.analysis.whirl_onset import Search
+from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import DAMPED
@@ -29,6 +30,7 @@ from rotorsim.machine.probes import ShaftProbe
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.linearise import LinearPlant
+from rotorsim.plant.validity import linear_warnings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,7 +62,8 @@ def unbalance_response(
     Dataset
         response_re, response_im (speed, place, axis) [m, 0-pk], major (speed, place) [m], the larger half axis of the
         orbit, zeta_least (speed); NaN where the film does not carry. Places are the measuring plane, discs, bearings
-        and shaft probes, with their positions z [m].
+        and shaft probes, with their positions z [m]. The attribute `warnings`, where there is one, holds a sentence a
+        line about speeds beyond the tables of bearings or the checked range, and at which a mode grows.
 
     Examples
     --------
@@ -101,7 +104,7 @@ def unbalance_response(
             "axis": ["x", "y"],
             "z": ("place", list(places.values()), {"units": "m", "long_name": "position along the shaft"}),
         },
-        plant.provenance() | {
+        plant.provenance() | linear_warnings(plant, speeds, zeta, pressure) | {
             "kind": "response", "pressure": float(pressure), "unbalance": describe(plant.machine, unbalances),
         },
     )  # fmt: skip
@@ -143,6 +146,22 @@ def half_axis(response: np.ndarray) -> np.ndarray:
     """Major half axis (...) of the orbits of complex displacements (..., 2)."""
     x, y = response[..., 0], response[..., 1]
     return np.asarray(0.5 * (np.abs(x - 1j * y) + np.abs(x + 1j * y)))
+
+
+def peak_of(found: xr.Dataset, place: str) -> dict[str, Any] | None:
+    """Largest response of a result at a place where no mode grows; None where there is none.
+
+    um [0-pk], rpm, and `at_end`: "start" or "end" where it lies at the first or last such speed, and may be larger
+    beyond, else "".
+    """
+    steady = np.flatnonzero(~(found["zeta_least"].values < -DAMPED))
+    sizes = found["major"].sel(place=place).values[steady]
+    if not np.isfinite(sizes).any():
+        return None
+    k, known = int(np.nanargmax(sizes)), np.flatnonzero(np.isfinite(sizes))
+    at_end = "start" if k == known[0] else "end" if k == known[-1] else ""
+    speed = float(found["speed"].values[steady[k]])
+    return {"um": float(sizes[k]) * TO_UM, "rpm": speed * TO_RPM, "at_end": at_end if len(known) > 1 else ""}
 
 
 def unbalances_of(machine: Machine, highest: float) -> tuple[Unbalance, ...]:
@@ -195,4 +214,13 @@ def largest_response(
     return float(sizes[k]), float(speeds[k])
 
 
-__all__ = ["GRADE", "describe", "half_axis", "largest_response", "unbalance_response", "unbalances_of", "whirl"]
+__all__ = [
+    "GRADE",
+    "describe",
+    "half_axis",
+    "largest_response",
+    "peak_of",
+    "unbalance_response",
+    "unbalances_of",
+    "whirl",
+]

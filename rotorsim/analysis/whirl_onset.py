@@ -218,11 +218,13 @@ def _dips(found: Followed) -> list[float]:
         at, s = found.values(branch)
         zeta = -s.real / np.abs(s)
         for k in range(1, len(at) - 1):
-            if not 0 < zeta[k] <= min(zeta[k - 1], zeta[k + 1]) or zeta[k - 1] == zeta[k + 1] == zeta[k]:
+            before, after = at[k] - at[k - 1], at[k + 1] - at[k]
+            falls, rises = (zeta[k] - zeta[k - 1]) / before, (zeta[k + 1] - zeta[k]) / after
+            if not (zeta[k] > 0 and falls <= 0 <= rises and falls < rises):
                 continue
-            curve = np.polyfit(at[k - 1 : k + 2] - at[k], zeta[k - 1 : k + 2], 2)
-            if curve[0] > 0 and np.polyval(curve, lowest := -curve[1] / (2 * curve[0])) < 0:
-                out.append(float(at[k] + lowest))
+            bend, slope = (rises - falls) / (before + after), (rises * before + falls * after) / (before + after)
+            if zeta[k] < slope**2 / (4 * bend):
+                out.append(float(at[k] - slope / (2 * bend)))
     return sorted(out)
 
 

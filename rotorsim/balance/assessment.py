@@ -7,8 +7,17 @@ from pathlib import Path
 
 from rotorsim.balance.conditions import Conditions
 from rotorsim.balance.correction import Correction, correction
-from rotorsim.balance.influence import Estimate, Influence, LeftOut, estimate, fit_influence, leave_one_out
-from rotorsim.balance.physical import fit_physical
+from rotorsim.balance.influence import (
+    Estimate,
+    Fit,
+    Influence,
+    LeftOut,
+    estimate,
+    fit_influence,
+    leave_one_out,
+    testable,
+)
+from rotorsim.balance.physical import fit_physical, without_model
 from rotorsim.base.errors import DataError
 from rotorsim.base.sentences import listing, quote
 from rotorsim.machine import Machine, load_machine
@@ -23,11 +32,13 @@ class Assessment:
     Attributes
     ----------
     conditions : the records
-    tests : by method how well it gives each known unbalance from the others
-    method : the method of the smaller error, by which the estimates are
+    tests : by method how well it gives each known unbalance from the others; empty where these are too few to leave
+        one out
+    method : the method of the smaller error, by which the estimates are; without tests the influence coefficients
     estimates : by record without known unbalance its unbalance [kg m] and standard deviation
     corrected : record that the weights are against; empty without one
     correction : weights, None without such a record
+    left_out : why the physical model was not used; empty where it was
     """
 
     conditions: Conditions
@@ -36,6 +47,7 @@ class Assessment:
     estimates: dict[str, Estimate]
     corrected: str
     correction: Correction | None
+    left_out: str = ""
 
 
 def assess(machine: Machine | str | Path, conditions: Conditions, correct: str = "") -> Assessment:
@@ -65,14 +77,17 @@ def assess(machine: Machine | str | Path, conditions: Conditions, correct: str =
     known = conditions.known
     if not known.any():
         raise DataError("no condition has a known unbalance; add a trial weight in each plane and label it")
-    tests, fits = {}, {}
-    for name, fit in zip(METHODS, (fit_influence, fit_physical(model, conditions)), strict=True):
-        tests[name] = leave_one_out(conditions, fit)
-        fits[name] = fit(conditions.flat[known], conditions.unbalance[known])
-    best = min(METHODS, key=lambda name: tests[name].vector_rms)
+    labelled = conditions.flat[known], conditions.unbalance[known]
+    free: Fit = fit_influence
+    left_out = without_model(model, conditions)
+    methods = {METHODS[0]: free} if left_out else {METHODS[0]: free, METHODS[1]: fit_physical(model, conditions)}
+    fits = {name: fit(*labelled) for name, fit in methods.items()}
+    enough = testable(conditions.unbalance[known])
+    tests = {name: leave_one_out(conditions, fit) for name, fit in methods.items()} if enough else {}
+    best = min(tests, key=lambda name: tests[name].vector_rms, default=METHODS[0])
     label, weights = _correction(conditions, fits[best], correct)
     found = {c: estimate(fits[best], conditions.flat[k]) for k, c in enumerate(conditions.labels) if not known[k]}
-    return Assessment(conditions, tests, best, found, label, weights)
+    return Assessment(conditions, tests, best, found, label, weights, left_out)
 
 
 def _correction(conditions: Conditions, found: Influence, wanted: str) -> tuple[str, Correction | None]:

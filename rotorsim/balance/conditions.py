@@ -27,7 +27,6 @@ from __future__ import annotations
 
 import csv
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,6 +36,7 @@ import numpy as np
 
 from identification.records.units import amplitude_factor, factor
 from rotorsim.base.errors import DataError
+from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.base.sentences import listing, quote
 from rotorsim.base.suggest import did_you_mean
 from rotorsim.base.units import parse
@@ -207,7 +207,7 @@ def _tables(mapping: str | Path | Mapping[str, Any]) -> Mapping[str, Any]:
         tables = dict(mapping)
     else:
         try:
-            tables = tomllib.loads(Path(mapping).read_text(encoding="utf-8"))
+            tables = tomllib.loads(Path(mapping).read_text(encoding="utf-8-sig"))
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
             raise DataError(f"{mapping}: not a mapping ({error})") from error
     known = (*SECTIONS, "readings", "planes")
@@ -250,7 +250,13 @@ def _form(name: str, key: str, value: Any) -> tuple[str, bool]:
 def _rows(path: Path) -> list[dict[str, str]]:
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            return [{k: v or "" for k, v in row.items() if k is not None} for row in csv.DictReader(file)]
+            rows = list(csv.DictReader(file))
+        for number, row in enumerate(rows, 2):
+            if more := row.pop(None, None):  # where csv puts cells without a heading
+                raise DataError(
+                    f"{path}: row {number}: {listing(more)} stands beyond the last heading; correct the row"
+                )
+        return [{name: cell or "" for name, cell in row.items()} for row in rows]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise DataError(f"{path}: not a table of comma-separated values ({error})") from error
 

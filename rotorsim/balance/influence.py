@@ -9,7 +9,9 @@ the machine and of its first unbalance move all probes together, so the errors o
 and the plain least-squares answer follows the worst of them. H and y_0 are least squares over the conditions with a
 label; S is the covariance of what they leave, its correlations shrunk as far as its few conditions cannot show them
 (Schaefer & Strimmer 2005); u is then the generalised least-squares estimate (Aitken). Sources: Goodman (1964) for least
-squares over speeds and probes, Schaefer & Strimmer (2005).
+squares over speeds and probes, Schaefer & Strimmer (2005). As many conditions as unknowns, such as a run without
+and one with a trial weight in one plane, give H and y_0 exactly and tell nothing of S: all readings then weigh the same
+and no deviation is stated.
 
 Cites: goodman_1964, schaefer_2005.
 """
@@ -29,6 +31,8 @@ REGION = 0.9
 """Content of the regions that are stated."""
 USUAL = 0.999
 """Share of conditions whose vectors leave no more than is taken for usual."""
+NOISELESS = 1e-9
+"""Least error of a reading, as a share of the largest: repeats may be equal to the last digit."""
 DOUBT = 1e-3
 """Probability, for all labels together, below which a label is taken to contradict the others."""
 
@@ -40,7 +44,7 @@ class Influence:
     Attributes
     ----------
     coefficients : complex (m, q) [m/(kg m)], of vectors without added unbalance too: base (m,) [m]
-    covariance : complex (m, m) [m^2] of a condition's errors, E[e e^H]
+    covariance : complex (m, m) [m^2] of a condition's errors, E[e e^H]; the unit matrix without freedom
     leverage : (q + 1, q + 1), inverse of the normal matrix of coefficients and base
     freedom : conditions less unknowns
     """
@@ -57,7 +61,7 @@ class Estimate:
     """Unbalance (q,) [kg m] of one condition, its complex covariance (q, q) [kg^2 m^2], the degrees of freedom of both.
 
     `left` is the weighted square of what the vectors leave, per degree of freedom: about 1. Above what one condition in
-    thousand leaves (another day, another mounting) the covariance grows with it.
+    thousand leaves (another day, another mounting) the covariance grows with it. Without freedom both are NaN.
     """
 
     unbalance: np.ndarray
@@ -111,7 +115,7 @@ def fit_influence(vectors: np.ndarray, unbalance: np.ndarray) -> Influence:
     Raises
     ------
     DataError
-        If there are not more conditions than unknowns, or planes were only ever changed together.
+        If there are fewer conditions than unknowns, planes were only ever changed together, or a vector is missing.
 
     Examples
     --------
@@ -121,18 +125,37 @@ def fit_influence(vectors: np.ndarray, unbalance: np.ndarray) -> Influence:
     >>> float(abs(found.coefficients[0, 0]).round(3))
     0.1
     """
+    if not np.isfinite(vectors).all():
+        raise DataError("a condition with a known unbalance was not measured at every speed; leave it out")
     n, q = unbalance.shape
     regressors = np.column_stack([unbalance, np.ones(n)])
     scale = np.concatenate([np.full(q, np.abs(unbalance).max() or 1.0), [1.0]])
-    if n < q + 3:
-        raise DataError(f"{n} conditions with a known unbalance: at least {q + 3} are needed for {q} planes")
-    if np.linalg.matrix_rank(regressors / scale, tol=1e-6 * np.sqrt(n)) < q + 1:
+    if n < q + 1:
+        planes = f"{q} planes" if q > 1 else "one plane"
+        raise DataError(
+            f"{n} conditions with a known unbalance: at least {q + 1} are needed for {planes}, one without a trial "
+            "weight and one with a weight in each plane"
+        )
+    if not separable(unbalance):
         raise DataError("the known unbalances never changed the planes apart; add a trial weight in one plane alone")
     leverage = np.linalg.inv((regressors / scale).conj().T @ (regressors / scale)) / np.outer(scale, scale)
     solution = leverage @ (regressors.conj().T @ vectors)
     return Influence(
         solution[:q].T, solution[q], _covariance(vectors - regressors @ solution, n - q - 1), leverage, n - q - 1
     )
+
+
+def separable(unbalance: np.ndarray) -> bool:
+    """Whether the known unbalances (n, q) [kg m] changed every plane, and none only together with others."""
+    n, q = unbalance.shape
+    scaled = np.column_stack([unbalance / (np.abs(unbalance).max() or 1.0), np.ones(n)])
+    return bool(np.linalg.matrix_rank(scaled, tol=1e-6 * np.sqrt(n)) == q + 1)
+
+
+def testable(unbalance: np.ndarray) -> bool:
+    """Whether each known unbalance of (n, q) can be left out: the others tell the planes apart and their errors."""
+    n, q = unbalance.shape
+    return n >= q + 3 and all(separable(np.delete(unbalance, i, axis=0)) for i in range(n))
 
 
 def influence_of(coefficients: np.ndarray, vectors: np.ndarray, unbalance: np.ndarray) -> Influence:
@@ -142,13 +165,17 @@ def influence_of(coefficients: np.ndarray, vectors: np.ndarray, unbalance: np.nd
     base = left.mean(axis=0)
     leverage = np.zeros((coefficients.shape[1] + 1,) * 2)
     leverage[-1, -1] = 1.0 / n
-    return Influence(coefficients, base, _covariance(left - base, n - 1), leverage, n - 1)
+    freedom = n - 1 if n > 2 else 0  # two conditions are met exactly by a factor and a base
+    return Influence(coefficients, base, _covariance(left - base, freedom), leverage, freedom)
 
 
 def _covariance(left: np.ndarray, freedom: int) -> np.ndarray:
     """Covariance (m, m) of residuals (n, m), its correlations shrunk by what `freedom` cannot tell."""
+    if freedom < 1:
+        return np.eye(left.shape[1], dtype=complex)
     plain = (left.conj().T @ left).T / freedom
     size = np.sqrt(np.diag(plain).real)
+    size = np.maximum(size, NOISELESS * size.max() or np.finfo(float).tiny ** 0.5)
     correlation = plain / np.outer(size, size)
     apart = ~np.eye(len(size), dtype=bool)
     strength = np.abs(correlation[apart]) ** 2
@@ -178,6 +205,8 @@ def estimate(found: Influence, vectors: np.ndarray) -> Estimate:
     weighted = np.linalg.solve(S, H)
     covariance = np.linalg.inv(H.conj().T @ weighted)
     unbalance = covariance @ (weighted.conj().T @ (vectors[there] - found.base[there]))
+    if found.freedom < 1:
+        return Estimate(unbalance, np.full((q, q), np.nan), 0, np.nan)
     rest = vectors[there] - found.base[there] - H @ unbalance
     left = float((rest.conj() @ np.linalg.solve(S, rest)).real / max(m - q, 1))
     # what m readings took from the covariance's degrees of freedom, and the coefficients' own errors
@@ -204,8 +233,6 @@ def leave_one_out(conditions: Conditions, fit: Fit = fit_influence) -> LeftOut:
     """
     known = np.flatnonzero(conditions.known)
     vectors, truth = conditions.flat[known], conditions.unbalance[known]
-    if not np.isfinite(vectors).all():
-        raise DataError("a condition with a known unbalance was not measured at every speed; leave it out")
     estimates, inside, doubtful = np.zeros_like(truth), np.zeros(truth.shape, bool), []
     for i, at in enumerate(known):
         others = np.arange(len(known)) != i

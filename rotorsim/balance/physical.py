@@ -14,6 +14,7 @@ from fe_shaft.response import run_unbalance_response
 from rotorsim.balance.conditions import Conditions, Plane, Reading
 from rotorsim.balance.influence import Fit, Influence, fit_influence, influence_of
 from rotorsim.base.errors import DataError
+from rotorsim.base.sentences import listing
 from rotorsim.machine import Machine
 from rotorsim.plant.mesh import Mesh
 
@@ -36,6 +37,15 @@ def model_influence(machine: Machine, conditions: Conditions) -> np.ndarray:
         seen = np.cos(along) * whirl.response[at] + np.sin(along) * whirl.response[at + 1]
         columns.append(seen.T.ravel())
     return np.stack(columns, axis=1)
+
+
+def without_model(machine: Machine, conditions: Conditions) -> str:
+    """Why a machine's model cannot serve these records; empty where it can."""
+    if machine.film is not None:
+        return f"{machine.name} has a gas film, and a balancing model needs linear bearings"
+    bare = [plane.name for plane in conditions.planes if plane.position is None]
+    bare += [reading.name for reading in conditions.readings if reading.position is None]
+    return f"the mapping gives no position of {listing(bare)}" if bare else ""
 
 
 def _node(mesh: Mesh, part: Plane | Reading) -> int:
@@ -65,7 +75,7 @@ def fit_physical(machine: Machine, conditions: Conditions) -> Fit:
 def _fit(model: np.ndarray, readings: int, vectors: np.ndarray, unbalance: np.ndarray) -> Influence:
     free = fit_influence(vectors, unbalance)
     predicted = unbalance @ model.T
-    weight = 1.0 / np.diag(free.covariance).real
+    weight = 1.0 / np.diag(free.covariance).real  # all the same without freedom
     factors = np.zeros(readings, dtype=complex)
     away = predicted - predicted.mean(axis=0)
     measured = vectors - vectors.mean(axis=0)

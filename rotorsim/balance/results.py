@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -27,8 +28,13 @@ def result_rows(found: Assessment) -> list[tuple[str, str]]:
             f"every label from the others: vector error {test.vector_rms * G_MM:.2f} g mm rms a plane, magnitude "
             f"{test.magnitude_error * G_MM:.2f} g mm; 90 % regions hold {100 * test.content:.0f} %",
         ))  # fmt: skip
-    doubtful = tests[found.method].contradicts
-    rows.append(("Labels that the others contradict", ", ".join(doubtful) or "none"))
+    if tests:
+        doubtful = tests[found.method].contradicts
+        rows.append(("Labels that the others contradict", ", ".join(doubtful) or "none"))
+    else:
+        rows.append(("Errors", "not known: too few records with known unbalance to leave one out"))
+    if found.left_out:
+        rows.append(("Physical model", f"left out: {found.left_out}"))
     rows.append(("Estimates by", found.method))
     if fix is not None:
         for plane, wanted, parts in zip(conditions.planes, fix.wanted, fix.weights, strict=True):
@@ -49,6 +55,7 @@ def summary(found: Assessment) -> dict[str, Any]:
             for name, t in found.tests.items()
         },
         "estimates_by": found.method,
+        "physical_model_left_out": found.left_out,
         "unbalance": {c: [_numbers(u, s) for u, s in zip(e.unbalance, e.deviation, strict=True)]
                       for c, e in found.estimates.items()},
         "correction": None if fix is None else {
@@ -59,9 +66,9 @@ def summary(found: Assessment) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _numbers(value: complex, deviation: float | None) -> dict[str, float]:
+def _numbers(value: complex, deviation: float | None) -> dict[str, Any]:
     numbers = {"gmm": abs(value) * G_MM, "deg": float(np.rad2deg(np.angle(value)) % 360)}
-    return numbers if deviation is None else numbers | {"sd_gmm": deviation * G_MM}
+    return numbers if deviation is None else numbers | {"sd_gmm": deviation * G_MM if isfinite(deviation) else None}
 
 
 def estimate_table(found: Assessment) -> tuple[list[str], list[tuple[str, ...]]]:
@@ -71,7 +78,7 @@ def estimate_table(found: Assessment) -> tuple[list[str], list[tuple[str, ...]]]
     rows = []
     for label, one in found.estimates.items():
         numbers = [_numbers(u, float(s)) for u, s in zip(one.unbalance, one.deviation, strict=True)]
-        rows.append((label, *(f"{n[key]:{form}}" for n in numbers for key, form in
+        rows.append((label, *("" if n[key] is None else f"{n[key]:{form}}" for n in numbers for key, form in
                               (("gmm", ".2f"), ("deg", ".0f"), ("sd_gmm", ".2f")))))  # fmt: skip
     return heads, rows
 
@@ -82,5 +89,6 @@ def unbalance_csv(found: Assessment) -> str:
     lines = [",".join(["id", *(f"U{k}_{unit}" for k in planes for unit in ("gmm", "deg")), "sd_gmm"])]
     for label, one in found.estimates.items():
         numbers = [f"{n[key]:.3f}" for u in one.unbalance for n in (_numbers(u, None),) for key in ("gmm", "deg")]
-        lines.append(",".join([label, *numbers, f"{one.deviation.max() * G_MM:.3f}"]))
+        worst = float(one.deviation.max()) * G_MM
+        lines.append(",".join([label, *numbers, f"{worst:.3f}" if isfinite(worst) else ""]))
     return "\n".join(lines) + "\n"

@@ -1,14 +1,23 @@
 """Cache of results in files, each named by a hash of all that it follows from, the sources that compute it included.
 
 A file that is missing, damaged or of an earlier version is not an error: the result is computed again.
+
+What lies in the cache is executed: compiled kernels, generated modules, objects for units. So it lies where nobody but
+this user can write, nor replace a folder on the way there (`private_folder`), or else in a new folder of this process.
 """
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
-from collections.abc import Callable
-from contextlib import nullcontext, suppress
+import os
+import shutil
+import stat
+import tempfile
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from io import BytesIO
@@ -16,8 +25,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import platformdirs
 
-from rotorsim.base.files import make_folder, write_bytes, write_json
+from rotorsim.base.errors import NoCache
+from rotorsim.base.files import make_folder, write_bytes, write_error, write_json
+from rotorsim.base.interrupt import at_end
 
 ROOT = Path(__file__).resolve().parents[2]
 """Folder of the packages."""
@@ -30,15 +42,126 @@ RUNS = (*PLANT, "rotorsim/experiments", "rotorsim/control")
 """Sources that a simulated record follows from."""
 
 
+OTHERS = stat.S_IWGRP | stat.S_IWOTH
+"""Permission of others to write."""
+
+
+class OpenFolderError(OSError):
+    """Folder in which another user can put files, or which another user can replace; the text says why."""
+
+
+def in_cache(name: str, temporary: bool = False) -> Path:
+    """A writable folder of this name in the user's cache, which nobody else can enter.
+
+    Where the cache is not safe or takes nothing, and with `temporary`, it lies among temporary files: in a folder of
+    this user that is kept, or, if that is not safe either, in a new one. Raises WriteError if there is none at all.
+    """
+    root = Path(os.environ.get("ROTORSIM_CACHE_DIR") or platformdirs.user_cache_dir("rotorsim"))
+    usual = Path(tempfile.gettempdir()) / f"rotorsim-{os.getuid() if hasattr(os, 'getuid') else 'cache'}"
+    reasons = []
+    for folder in (usual,) if temporary else (root, usual):
+        try:
+            if folder == usual and usual.is_symlink():
+                raise OpenFolderError(errno.EPERM, "is a link", str(usual))
+            return _entered(private_folder(folder) / name)
+        except OSError as error:
+            reasons.append(f"{folder}: {_reason(error)}")
+    return _entered(_new_root("; ".join(reasons)) / name)
+
+
+def _entered(folder: Path) -> Path:
+    """A folder of a private one, closed to others whatever the umask opens in it; raises OSError if not writable."""
+    found = private_folder(folder)
+    if os.name == "posix" and stat.S_IMODE(found.stat().st_mode) & 0o077:
+        found.chmod(0o700)
+    with tempfile.TemporaryFile(dir=found):
+        return found
+
+
+_own_roots: list[Path] = []
+"""The folder that this process has made for itself, if it has."""
+
+
+def _new_root(reasons: str) -> Path:
+    """A new folder for this process and those that it starts, removed at its end."""
+    if _own_roots:
+        return _own_roots[0]
+    try:
+        root = Path(os.path.realpath(tempfile.mkdtemp(prefix="rotorsim-")))
+    except OSError as error:
+        raise write_error(Path(tempfile.gettempdir()), error) from error
+    _own_roots.append(root)
+    os.environ["ROTORSIM_CACHE_DIR"] = str(root)
+    owner = os.getpid()
+    at_end(lambda: shutil.rmtree(root, ignore_errors=True) if os.getpid() == owner else None)
+    way = "set ROTORSIM_CACHE_DIR to a folder that only you can write to"
+    warnings.warn(f"cache: no folder is safe ({reasons}); kernels are kept for this run alone; {way}", NoCache, 2)
+    return root
+
+
+def private_folder(path: Path) -> Path:
+    """Real path of a folder, made with its parents where it is missing, that no other user can fill or replace.
+
+    The folder and all above it belong to this user or to the system's administrator. Others may write to none of them;
+    above it they may where a sticky bit keeps what is not theirs, as in the folder for temporary files.
+
+    Raises
+    ------
+    OpenFolderError
+        If another user could put files there.
+    OSError
+        If it cannot be made.
+    """
+    absolute = Path(os.path.abspath(path))
+    for missing in [folder for folder in (absolute, *absolute.parents) if not folder.exists()][::-1]:
+        with suppress(FileExistsError):
+            missing.mkdir(mode=0o700)
+    real = Path(os.path.realpath(absolute))
+    if not real.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, "is not a folder", str(real))
+    if hasattr(os, "geteuid"):
+        trusted = {os.geteuid(), 0, os.stat("/").st_uid}
+        for folder in (real, *real.parents):
+            _check_owner(folder, trusted, folder == real)
+    return real
+
+
+def _check_owner(folder: Path, trusted: set[int], last: bool) -> None:
+    found = os.lstat(folder)
+    if found.st_uid not in trusted:
+        raise OpenFolderError(errno.EPERM, f"belongs to another user ({found.st_uid})", str(folder))
+    if found.st_mode & OTHERS and (last or not found.st_mode & stat.S_ISVTX):
+        mode = stat.S_IMODE(found.st_mode)
+        raise OpenFolderError(errno.EPERM, f"others can write to it (mode {mode:o})", str(folder))
+
+
+@contextmanager
+def kernels_in(folder: Path, config: Any) -> Iterator[None]:
+    """Point the cache of numba's `config` at a folder while decorating, and leave other people's code alone."""
+    before = config.CACHE_DIR
+    config.CACHE_DIR = str(folder)
+    try:
+        yield
+    finally:
+        config.CACHE_DIR = before
+
+
+def _reason(error: OSError) -> str:
+    if isinstance(error, OpenFolderError):
+        return f"{error.filename} {error.strerror}"
+    return (error.strerror or str(error)).lower()
+
+
 @lru_cache
 def sources_hash(*places: str) -> str:
-    """Hash of source files, given as files or folders (with all below) relative to ROOT.
+    """Hash of source files, given as files or folders (with all below) relative to ROOT or absolute.
 
     Raises FileNotFoundError for a place that does not exist, so that a moved source cannot drop out unnoticed.
     """
     digest = hashlib.sha256()
     for path in source_files(*places):
-        digest.update(f"{path.relative_to(ROOT).as_posix()}\0".encode() + path.read_bytes())
+        name = path.relative_to(ROOT).as_posix() if path.is_relative_to(ROOT) else path.name
+        digest.update(f"{name}\0".encode() + path.read_bytes())
     return digest.hexdigest()
 
 

@@ -62,3 +62,11 @@ class OtherMachine(UserWarning):
 
 class LeftOut(UserWarning):
     """Warning, raised for an installed package that could not be loaded; the command line prints its sentence alone."""
+
+
+class NotCarried(UserWarning):
+    """Warning, raised for a part of a foreign object or file that has no counterpart; its sentence alone is printed."""
+
+
+class NoCache(UserWarning):
+    """Warning, raised where no folder is safe for compiled kernels; the command line prints its sentence alone."""

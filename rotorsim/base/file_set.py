@@ -7,15 +7,15 @@ complete folder, and `finish_sets` moves it in a later run.
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from rotorsim.base.files import COMPLETE, left_behind, make_folder, temporary, write_error, write_json
-from rotorsim.base.interrupt import Interrupt
+from rotorsim.base.exchange import json_text as json
+from rotorsim.base.files import COMPLETE, is_ours, left_behind, make_folder, temporary, write_error, write_json
+from rotorsim.base.interrupt import Interrupt, undoing
 
 ORDER = ".order"
 """File in the temporary folder: the names that move, and those that are removed."""
@@ -48,7 +48,8 @@ def replacing_all(folder: str | Path, names: Sequence[str] = ()) -> Iterator[Pat
     own = not folder.exists()
     try:
         make_folder(part)
-        yield part
+        with undoing():
+            yield part
         _note_order(part, names)
         with Interrupt():  # Ctrl-C comes too late from here on
             os.rename(part, ready)
@@ -73,6 +74,8 @@ def _note_order(part: Path, names: Sequence[str]) -> None:
 def _move(ready: Path) -> None:
     """Move what is left of a complete set, and remove its folder."""
     folder, order = ready.parent, json.loads((ready / ORDER).read_text(encoding="utf-8"))
+    if any(Path(name).name != name for name in (*order["moved"], *order["removed"])):
+        raise ValueError(f"{ready}: names files elsewhere")
     last = order["moved"][-1:]
     for name in [*(name for name in last if (ready / name).is_file()), *order["removed"]]:
         (folder / name).unlink(missing_ok=True)
@@ -85,5 +88,6 @@ def _move(ready: Path) -> None:
 def finish_sets(folder: Path) -> None:
     """Complete the replacement of file sets whose process on this computer was killed."""
     for ready in left_behind(folder, COMPLETE):
-        with suppress(OSError, ValueError, KeyError):
-            _move(ready)
+        with suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
+            if is_ours(ready):  # anybody can make a folder like it where all may write
+                _move(ready)

@@ -19,6 +19,8 @@ from itertools import count
 from pathlib import Path
 from typing import IO, Any
 
+from rotorsim.base.interrupt import undoing
+
 FULL = (errno.ENOSPC, errno.EDQUOT)
 ELSEWHERE = "choose another place"
 REASONS = {
@@ -102,7 +104,10 @@ def replacing(path: str | Path) -> Iterator[Path]:
     part = temporary(target)
     try:
         check_target(target)
-        yield part
+        with suppress(FileNotFoundError):  # a link of another user would lead the writing elsewhere
+            os.unlink(str(part))
+        with undoing():
+            yield part
         with part.open("rb+") as file:
             to_disk(file)
         os.replace(part, target)
@@ -116,8 +121,13 @@ def replacing(path: str | Path) -> Iterator[Path]:
 
 
 def followed(path: Path) -> Path:
-    """Target of a symbolic link, so that the link is kept; any other path unchanged."""
-    return Path(os.path.realpath(path)) if os.path.islink(path) else path
+    """Target of a symbolic link, so that the link is kept; any other path unchanged, and the link of another user."""
+    return Path(os.path.realpath(path)) if os.path.islink(path) and is_ours(path) else path
+
+
+def is_ours(path: Path) -> bool:
+    """Whether a file, folder or link itself belongs to this user or to the system's administrator."""
+    return not hasattr(os, "geteuid") or os.lstat(path).st_uid in (os.geteuid(), 0)
 
 
 def check_target(target: Path) -> None:

@@ -10,6 +10,7 @@ swallow it (a callback from compiled code, a destructor, an import that is tried
 
 from __future__ import annotations
 
+import atexit
 import contextvars
 import os
 import signal
@@ -101,9 +102,20 @@ def apart(function: Callable[..., Result], *arguments: Any) -> Result:
     return result[0]
 
 
+_last_acts: list[Callable[[], object]] = []
+
+
+def at_end(act: Callable[[], object]) -> None:
+    """Call a function at the end of the process, also where `leave` skips the interpreter's shutdown."""
+    _last_acts.append(act)
+    atexit.register(act)
+
+
 def leave(code: Any) -> NoReturn:
     """End the process, without the interpreter's shutdown after `done` or during a call of `apart`."""
     if _done.is_set() or any(thread.name == APART for thread in threading.enumerate()):
+        for act in _last_acts:
+            act()
         for stream in (sys.stdout, sys.stderr):
             with suppress(OSError, ValueError):
                 stream.flush()
@@ -127,8 +139,18 @@ def done() -> None:
 
 
 def finishing() -> None:
-    """Note that the command ends by itself and may exceed `PATIENCE` while it writes its data."""
+    """Note that the command ends by itself and may exceed `PATIENCE` while it writes or removes its data."""
     _finishing.set()
+
+
+@contextmanager
+def undoing() -> Iterator[None]:
+    """Let what is around the block remove what it began, however long that takes, once Ctrl-C has ended the block."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        finishing()
+        raise
 
 
 @contextmanager

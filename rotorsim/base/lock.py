@@ -54,7 +54,7 @@ class Lock:
         return self
 
     def _open(self) -> None:
-        self._file = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
+        self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o644)
         try:
             _acquire_within(self._file, self.wait)
         except OSError as error:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+
+from rotorsim.base.exchange import json_text as json, toml_text as tomllib
 
 LARGEST = 5_000_000
 """Bytes up to which text is looked at."""
@@ -67,9 +67,9 @@ def own_kind(path: str | Path) -> str:
     if b"<html" in start[:1000].lower():
         return "a report"
     try:
-        text = start.decode("utf-8")
+        text = start.decode("utf-8-sig")
         content = json.loads(text) if text.lstrip().startswith("{") else tomllib.loads(text)
-    except (ValueError, RecursionError):
+    except ValueError:
         return ""
     return _by_keys(content) if isinstance(content, Mapping) else ""
 

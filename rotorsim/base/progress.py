@@ -12,6 +12,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from rotorsim.base.sentences import direct, visible
+
 Block = TypeVar("Block", bound=tuple)
 Update = Callable[..., None]
 Report = Callable[[str], None]
@@ -48,7 +50,7 @@ def bar(columns: Sequence[str] = (), text: str = "", show: bool = True, **fields
     drawn = {BAR: BarColumn, LEFT: TimeRemainingColumn}
     shown = [drawn[column]() if column in drawn else TextColumn(column) for column in columns]
     with Progress(*shown, console=Console(stderr=True)) as progress:
-        yield partial(progress.update, progress.add_task(text, **{"total": None} | fields))
+        yield partial(progress.update, progress.add_task(visible(text), **{"total": None} | fields))
 
 
 def silent(text: str) -> None:
@@ -58,7 +60,7 @@ def silent(text: str) -> None:
 def line(text: str, last: bool = False) -> None:
     """Write over the line of progress; the `last` text stays."""
     if on_terminal():
-        print(f"\r{text}\x1b[K", end="\n" if last else "", file=sys.stderr, flush=True)
+        print(f"\r{visible(text)}\x1b[K", end="\n" if last else "", file=direct(sys.stderr), flush=True)
 
 
 def end_line() -> None:

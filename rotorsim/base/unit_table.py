@@ -24,6 +24,8 @@ class Dimension:
     recorded: dict[str, str] = field(default_factory=dict)
 
 
+NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+"""Pattern of a decimal number, for `re.ASCII`."""
 _TURN = repr(2 * pi)
 _RPM, _KRPM = repr(2 * pi / 60), repr(2000 * pi / 60)
 _DEG = repr(pi / 180)
@@ -164,6 +166,35 @@ CLOSED = frozenset({"rad", "rad/s", "rad/s^2", "1/s", "Hz"})
 
 READ_ONLY = frozenset({"cm", "cm^3", "turn", "mbar", "deg/s", "deg/s^2"})
 """Units that are read and never advised: drawings and data sheets of machines have others."""
+
+
+CHARACTERS = {"µ": "u", "μ": "u", "·": "*", "⋅": "*", "⁻¹": "^-1", "⁻²": "^-2", "²": "^2", "³": "^3", "**": "^"}
+"""Characters of units, with those that the table has in their place."""
+_WORDS = {
+    "V": "volt volts v vdc vac v*dc v*ac millivolt=mV millivolts=mV mvolts=mV microvolt=uV microvolts=uV kilovolt=kV",
+    "m": "meter meters metre metres millimeter=mm millimeters=mm millimetre=mm millimetres=mm "  # codespell:ignore
+    "micron=um microns=um "
+    "micrometer=um micrometers=um micrometre=um micrometres=um nanometer=nm mil=mil mils=mil thou=mil inch=in "
+    "inches=in in.=in",
+    "rad/s": "rpm=rpm r.p.m.=rpm rev/min=rpm revs/min=rpm u/min=rpm tr/min=rpm min^-1=rpm rps=rev/s "
+    "radian/s radians/s rad/sec °/s=deg/s",
+    "rad": "radian radians degree=deg degrees=deg deg=deg revs=rev revolution=rev revolutions=rev",
+    "Pa": "pascal pascals kilopascal=kPa megapascal=MPa psi=psi psig=psig bar=bar barg=barg bar(g)=barg psi(g)=psig",
+    "N": "newton newtons kilonewton=kN pound-force=lbf",
+    "s": "sec secs second seconds msec=ms msecs=ms millisecond=ms milliseconds=ms usec=us usecs=us microsecond=us "
+    "microseconds=us nsec=ns minute=min minutes=min",
+    "m/s": "m/sec mm/sec=mm/s um/sec=um/s in/sec=in/s inch/s=in/s inch/sec=in/s ips=ips m*s^-1 mm*s^-1=mm/s",
+    "m/s^2": "m/s/s m*s^-2 ms^-2 m/sec^2 mm/sec^2=mm/s^2 gn=g g_n=g g0=g gs=g g's=g gee=g gees=g",
+    "Hz": "hz hertz khz=kHz kilohertz=kHz s/s cps sps samples/s 1/s=Hz s^-1=Hz",
+    "kg*m": "g.mm=g*mm g-mm=g*mm gmm=g*mm kg.m kg-m kg.mm=kg*mm kg-mm=kg*mm",
+    "kg/s": "kg/sec g/sec=g/s kg/hr=kg/h",
+}
+SPELLINGS = {
+    si: {word: meant or si for word, _, meant in (entry.partition("=") for entry in words.split())}
+    for si, words in _WORDS.items()
+}
+"""Further spellings of recorded data in small letters, by SI unit, with the unit of the table that each means."""
+SPELLINGS["m/s^2"] |= {"G": "g", "mG": "mg"}
 
 
 def advised(unit: str) -> tuple[str, ...]:

@@ -14,21 +14,13 @@ from math import isclose, isfinite, log
 from typing import Any
 
 from rotorsim.base.sentences import quote
-from rotorsim.base.unit_table import CLOSED, advised, dimension
+from rotorsim.base.unit_table import CHARACTERS, CLOSED, NUMBER, advised, dimension
 
-_TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.ASCII | re.DOTALL)
+_TEXT = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*", re.ASCII | re.DOTALL)
 _UNIT = re.compile(r"(?!.*\d\d)[\w°%*/^(). -]{1,40}")
-_SPELLINGS = {
-    "µ": "u",
-    "μ": "u",
-    "·": "*",
-    "²": "^2",
-    "³": "^3",
-    "**": "^",
-    " * ": "*",
-    " / ": "/",
-    "°C": "degC",
-}
+_SPELLINGS = CHARACTERS | {" * ": "*", " / ": "/", "°C": "degC"}
+LONGEST = 25
+"""Longest digits that an advice repeats as they stand; repr of a double has up to 24 characters."""
 
 
 CLOSE = 25.0
@@ -56,14 +48,14 @@ def parse(value: Any, unit: str, suggest: Suggest | None = None) -> float:
 
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):
         raise wrong(f"is not {a(kind.name)}")
-    match = _TEXT.fullmatch(value if isinstance(value, str) else repr(value))
+    match = _TEXT.fullmatch(value if isinstance(value, str) else _plain_repr(value))
     if not match:
         raise wrong(f"is not {a(kind.name)}")
     digits, written = match.groups()
     if not written and unit != "1":
         raise wrong("has no unit", digits)
     if written and unit == "1":
-        plain = f"{float(Decimal(digits) / 100):.12g}" if written == "%" else digits
+        plain = _shortest(_scaled(digits, "0.01", "0")) if written == "%" else digits
         raise wrong("has a unit but is a plain number", plain)
     factor, offset, fault = _conversion(written, unit) if written else ("1", "0", "")
     if fault:
@@ -81,11 +73,12 @@ def suggestion(unit: str, digits: str = "", fits: Callable[[float], bool] = lamb
     """
     example = own or dimension(unit).example
     if unit == "1":
-        return digits if digits and fits(float(digits)) else example
+        return digits if digits and isfinite(float(digits)) and fits(float(digits)) else example
     number, _, typical = example.partition(" ")
     typical_size = abs(_value(example, unit))
     units = list(dict.fromkeys((typical, *advised(unit))))
-    for n in (digits[:20], number):
+    short = digits if len(digits) <= LONGEST else _shortest(float(digits))
+    for n in (short, number):
         own_unit = _value(f"{n} {typical}", unit) if n else 0.0
         if fits(own_unit) and _apart(abs(own_unit), typical_size) < log(CLOSE) and own_unit:
             return f"{n} {typical}"
@@ -145,6 +138,11 @@ def _reads_back(text: str, unit: str, value: float) -> bool:
 def a(noun: str) -> str:
     """A noun with its article."""
     return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
+
+
+def _plain_repr(value: float) -> str:
+    """A number as Python writes it, also one of NumPy."""
+    return repr(int(value) if isinstance(value, int) else float(value))
 
 
 def _shortest(value: float) -> str:

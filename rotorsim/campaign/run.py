@@ -16,14 +16,15 @@ from typing import Any
 from rotorsim.base.files import write_text
 from rotorsim.base.interrupt import Interrupt
 from rotorsim.base.progress import Update, bar
+from rotorsim.base.sentences import visible
 from rotorsim.campaign.errors import ClusterError, StoreError
 from rotorsim.campaign.plan.plan import Plan
 from rotorsim.campaign.progress import COLUMNS, FIRST, Rate, show
 from rotorsim.campaign.store.index import DONE, FAILED, PENDING, Index
 from rotorsim.campaign.store.store import Store, clear_parts, make_store, open_store, parts_folder
 from rotorsim.campaign.store.versions import mismatch, versions
-from rotorsim.campaign.workers.cluster import Tls, check_workers, cluster, free_workers
-from rotorsim.campaign.workers.scheduler import Pump
+from rotorsim.campaign.workers.cluster import Tls
+from rotorsim.campaign.workers.scheduler import Pump, begun
 
 COMMIT = 1.0
 """Time [s] between two writes of the index."""
@@ -171,15 +172,15 @@ class Campaign:
         chosen = self.settings
         with (
             _token(parts_folder(self.store.folder) / self._id) as token,
-            cluster(chosen.scheduler, chosen.workers, len(numbers), chosen.tls) as client,
+            begun(chosen.scheduler, chosen.workers, len(numbers), chosen.tls) as workers,
         ):
-            check_workers(client, self.store.folder, token)
             try:
+                workers.admit(self.store.folder, token)
                 total, done = len(self.store.plan), self.counts[DONE]
                 with bar(COLUMNS, show=chosen.show, total=total, completed=done, **FIRST) as update:
-                    self._loop(Pump(client, self._id), iter(numbers), stop, update)
+                    self._loop(Pump(workers, self._id), iter(numbers), stop, update)
             finally:
-                free_workers(client, self._id)
+                workers.free(self._id)
 
     def _loop(self, pump: Pump, waiting: Iterator[int], stop: Interrupt, update: Update | None) -> None:
         rate, written, logged = Rate(), time.monotonic(), time.monotonic()
@@ -250,6 +251,10 @@ def _token(path: Path) -> Iterator[str]:
 
 class _Log(logging.FileHandler):
     """A log that leaves out what cannot be written; logging itself would print a traceback for each line."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """The line, with names of other people's files made visible."""
+        return visible(super().format(record))
 
     def handleError(self, record: logging.LogRecord) -> None:
         """Do nothing."""

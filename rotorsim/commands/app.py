@@ -17,8 +17,8 @@ PANELS = {
     "Without time simulation": ("map", "sweep", "response", "campbell", "modes"),
     "Machine files": ("machine", "cite"),
     "Measured data": ("data", "compare", "balance", "diagnose", "hide", "report"),
-    "Models, control, other simulators": ("identify", "design", "verify", "fmu"),
-    "This installation, and the thesis": ("warm", "bench", "study"),
+    "Models, control, other simulators": ("identify", "study", "design", "verify", "fmu"),
+    "This installation": ("warm",),
 }
 """Commands by the title under which the help lists them."""
 
@@ -34,7 +34,6 @@ class Commands(LazyGroup):
         "campbell": "response.campbell",
         "modes": "modes.modes",
         "live": "live.live",
-        "bench": "bench.bench",
         "identify": "identify.identify",
         "design": "design.design",
         "verify": "verify.verify",
@@ -106,14 +105,11 @@ class Report(LazyGroup):
 
 
 class Study(LazyGroup):
-    """Studies that reproduce the thesis on the virtual rig."""
+    """Studies of identification against physics on a virtual rig."""
 
     epilog = "Example: rotorsim study identification-vs-physics --out study"
     places: ClassVar = {
-        "identification-vs-physics": "study.identification_vs_physics.identification_vs_physics",
-        "control": "study.control.control",
-        "whole": "study.control.whole",
-        "experiments": "study.experiments.experiments",
+        "identification-vs-physics": "study.identification_vs_physics",
     }
 
 

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
@@ -40,6 +39,7 @@ from identification.records.column_names import likely
 from rotorsim.base.constants import TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
+from rotorsim.commands.console import Console
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import quantity
 from rotorsim.commands.results import files
@@ -248,7 +248,7 @@ def _with_likely(column: str) -> str:
 
 
 def _print(file: Path, found: Examination, record: xr.Dataset) -> None:
-    console = Console(highlight=False)
+    console = Console()
     console.print(escape(f"{file}: {_summary(found)}"), soft_wrap=True)
     table = Table("channel", "from", "to", "unit", "remarks", box=None, pad_edge=False)
     for channel in found.channels:

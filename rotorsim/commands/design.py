@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
@@ -17,6 +16,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.progress import line
 from rotorsim.base.units import parse
 from rotorsim.commands.completion import designs
+from rotorsim.commands.console import Console
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import print_table, quantity
 from rotorsim.commands.page_options import PageOptions
@@ -96,7 +96,7 @@ def _print_fields(name: str, preset: str) -> None:
     table = Table("field", "unit", "default", "limits", "meaning", box=None, pad_edge=False)
     for row in field_rows(make_spec(name, (), preset)):
         table.add_row(*map(escape, row))
-    Console(highlight=False).print(table)
+    Console().print(table)
 
 
 def _pair(text: str) -> tuple[float, float]:

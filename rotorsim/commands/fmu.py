@@ -13,7 +13,7 @@ import typer
 from fmu.checks.check import check as checks
 from fmu.export import export as write, file_names, versions
 from fmu.info import info as facts
-from fmu.kinds import law_unit, linear_unit, plant_unit
+from fmu.kinds import law_unit, linear_unit, named, plant_unit
 from fmu.ssp import export_system
 from fmu.targets import choose
 from rotorsim.base.errors import DataError
@@ -22,7 +22,9 @@ from rotorsim.commands.options import AsJson, MachineName, PlantOptions, quantit
 from rotorsim.commands.results import files
 
 if TYPE_CHECKING:
-    from fmu.model import Unit
+    from fmu.law_unit import LawUnit
+    from fmu.linear_model import LinearUnit
+    from fmu.model import PlantUnit
 
 
 START = (0.0, 0.3e6)
@@ -52,6 +54,10 @@ def export(
         str | None,
         typer.Option(help="Gauge injection pressure at which it starts.  [default: 0.3 MPa; the middle of the range]"),
     ] = None,
+    name: Annotated[
+        str | None,
+        typer.Option(help="Name of the model and of its libraries.  [default: that of the subject and of its kind]"),
+    ] = None,
     *,
     settings: PlantOptions,
     force: Force = False,
@@ -71,7 +77,7 @@ def export(
     )
     with files(*file_names(out, chosen).values(), force=force):
         if law is not None:
-            unit: Unit = law_unit(law, *start)
+            unit: PlantUnit | LinearUnit | LawUnit = law_unit(law, *start)
         elif model == "plant":
             plant = settings.plant(machine)
             unit = plant_unit(plant, *(START[k] if v is None else v for k, v in enumerate(start)))
@@ -81,7 +87,7 @@ def export(
                 typer.echo(
                     f"{model}: starts outside the speeds and pressures it was identified at; it extrapolates", err=True
                 )
-        paths = write(unit, out, chosen, platforms, cpu, partial(typer.echo, err=True))
+        paths = write(named(unit, name), out, chosen, platforms, cpu, partial(typer.echo, err=True))
     if as_json:
         typer.echo(json.dumps({f"fmi{v}": str(p) for v, p in paths.items()}, indent=2))
         return
@@ -131,11 +137,13 @@ def check(
     duration: Annotated[str, typer.Option(help="Length of the comparison with the Python plant.")] = "1 s",
     as_json: AsJson = False,
 ) -> None:
-    """Hold a unit against the standard and against the plant in Python; exit code 1 if a check fails."""
+    """Hold a unit against the standard and against the plant in Python, which runs the unit's own machine code with
+    your rights; exit code 1 if a check fails."""
     facts(file)
     found, length = [], quantity("duration", duration, "s")
     if not length > 0:
         raise DataError(f"--duration: {duration} is not a length of time; give e.g. '1 s'")
+    typer.echo(f"{file}: its machine code will run as you; check units only of people you trust", err=True)
     for one in checks(file, length):
         found.append(one)
         if not as_json:

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Column, Table
 
@@ -26,10 +25,11 @@ from identification.records.runout import KINDS
 from rotorsim.base.errors import DataError
 from rotorsim.base.progress import counter
 from rotorsim.base.sentences import told_apart
+from rotorsim.commands.console import Console
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import quantity
 from rotorsim.commands.results import files
-from rotorsim.reproduction.identify_records import identify_records
+from rotorsim.study.identify_records import identify_records
 
 
 @example(
@@ -106,7 +106,7 @@ def _print(found: list[Local], made: Any, out: Path, as_json: bool) -> None:
     if as_json:
         typer.echo(json.dumps({"model": str(out), "kind": type(made).__name__, "records": rows}, indent=2))
         return
-    console = Console(highlight=False)
+    console = Console()
     heads = (Column("record", no_wrap=True), "rpm", "MPa", "fit %", "ceiling %", "Hz", "zeta", "delay ms")
     table = Table(*heads, box=None, pad_edge=False)
     for row in rows:

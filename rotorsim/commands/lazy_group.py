@@ -93,6 +93,14 @@ def click_command(name: str, function: Callable[..., None]) -> Any:
     return command
 
 
+def single(function: Callable[..., None]) -> typer.Typer:
+    """Application of one command, a function marked with `example`, for a script."""
+    name = str(vars(function)["example"]).partition(".py ")[0] + ".py"
+    app = typer.Typer(name=name, add_completion=False, pretty_exceptions_enable=False)
+    app.command(epilog=f"Example: {vars(function)['example']}")(_of_single_options(function))
+    return app
+
+
 def _of_single_options(function: Callable[..., None]) -> Callable[..., None]:
     """The function with the fields of its dataclasses as options of its own."""
     hints = get_type_hints(function, include_extras=True)

@@ -8,15 +8,17 @@ from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import numpy as np
 import typer
 
 from rotorsim.analysis import mode_shapes
 from rotorsim.base.errors import DataError
 from rotorsim.base.netcdf import write_netcdf
 from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import GridOptions, MachineName, a_folder, note_compiling, print_table, quantity
+from rotorsim.commands.options import GridOptions, MachineName, a_folder, note_compiling, print_table, quantity, warn_of
 from rotorsim.commands.results import results
 from rotorsim.machine.rim_speed import ask_rim_speed
+from rotorsim.plant.validity import linear_warnings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,6 +62,7 @@ def modes(
     with results(out, "modes", ["modes.nc", *names], force) as folder:
         note_compiling(plant.assembly, "settle")
         found = mode_shapes(plant, *at)
+        found = found.assign_attrs(linear_warnings(plant, at[0], found["zeta"].values.min(initial=np.inf), at[1]))
         found = found.isel(mode=slice(count))
         write_netcdf(folder / "modes.nc", found)
         files = {"modes": str(folder / "modes.nc")}
@@ -101,13 +104,14 @@ def _check_film(film: str) -> None:
 
 
 def _print(found: xr.Dataset, files: dict[str, str], as_json: bool) -> None:
+    warnings = warn_of(found)
     rows = [
         {"mode": k + 1, "frequency_hz": float(found["wn"][k]) / (2 * pi), "damping_ratio": float(found["zeta"][k]),
          "whirl": str(found["whirl"].values[k])}
         for k in range(found.sizes["mode"])
     ]  # fmt: skip
     if as_json:
-        typer.echo(json.dumps({"modes": rows, "files": files}, indent=2))
+        typer.echo(json.dumps({"modes": rows, "warnings": warnings, "files": files}, indent=2))
         return
     print_table(
         [(f"mode {r['mode']}", f"{r['frequency_hz']:.2f} Hz, damping {r['damping_ratio']:.4f}, {r['whirl']}")

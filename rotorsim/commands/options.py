@@ -9,22 +9,25 @@ from dataclasses import dataclass
 from functools import wraps
 from math import pi
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.files import WriteError
 from rotorsim.base.units import Suggest, parse
 from rotorsim.commands.completion import machines
+from rotorsim.commands.console import Console
 from rotorsim.experiments import Outcome
 from rotorsim.experiments.recording import FEWEST
 from rotorsim.machine import Machine, load_machine
 from rotorsim.machine.usual import ask, ask_machine
 from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MachineName = Annotated[
     str, typer.Argument(metavar="[MACHINE]", help="Shipped machine or machine file.", autocompletion=machines)
@@ -179,12 +182,20 @@ def resumable(command: Callable[..., None]) -> Callable[..., None]:
     return run
 
 
+def warn_of(found: xr.Dataset) -> list[str]:
+    """Sentences about where a result does not hold, after they are printed on stderr."""
+    sentences = str(found.attrs.get("warnings", "")).splitlines()
+    for sentence in sentences:
+        print(f"warning: {sentence}", file=sys.stderr)
+    return sentences
+
+
 def print_table(rows: list[tuple[str, str]], files: dict[str, str]) -> None:
     """Print the results as a table, then the paths of the files."""
     table = Table(show_header=False)
     for label, value in rows:
         table.add_row(label, value)
-    console = Console()
+    console = Console(highlight=True)
     console.print(table)
     for kind, path in files.items():
         console.print(f"{kind}: {path}", soft_wrap=True, highlight=False)

@@ -12,10 +12,9 @@ from typing import Annotated
 import typer
 
 from rotorsim.base.errors import DataError
-from rotorsim.base.files import write_text
 from rotorsim.commands.results import refuse_replacing
 from rotorsim.report.export.browser import open_page
-from rotorsim.report.export.display_units import check_units
+from rotorsim.report.export.display_units import check_units, use_units
 
 
 @dataclass(frozen=True)
@@ -32,6 +31,7 @@ class PageOptions:
             if given and not report:
                 raise DataError(f"--{option}: no page is written; leave --no-report out, or add --report")
         check_units(self.units)
+        use_units("metric")
         if self.figures is not None:
             from rotorsim.report.export.figure_files import check_kind
 
@@ -40,8 +40,10 @@ class PageOptions:
     def begin(self, page: Path, force: bool | None = False) -> None:
         """In the locked folder: refuse figures that would replace files; with `force` remove those of the older page.
 
-        `force` is None for a command without that option. Raises DataError.
+        `force` is None for a command without that option. From here on pages are made in the units that are asked for.
+        Raises DataError.
         """
+        use_units(self.units)
         if self.figures is None:
             return
         from rotorsim.report.export.figure_files import figure_paths
@@ -53,7 +55,7 @@ class PageOptions:
                     path.unlink(missing_ok=True)
 
     def finish(self, page: str | Path) -> dict[str, str]:
-        """Convert the units of a complete page, write its figures and open it.
+        """Write the figures of a complete page and open it; pages after it are metric again.
 
         Returns the pattern of the paths of figures for the summary.
 
@@ -61,10 +63,7 @@ class PageOptions:
         """
         files: dict[str, str] = {}
         page = Path(page)
-        if self.units != "metric":
-            from rotorsim.report.export.page_units import in_units
-
-            write_text(page, in_units(page.read_text(encoding="utf-8"), self.units))
+        use_units("metric")
         if self.figures is not None:
             from rotorsim.report.export.figure_files import save_figures
 

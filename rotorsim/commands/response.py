@@ -7,7 +7,7 @@ import io
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
@@ -20,7 +20,7 @@ from rotorsim.analysis.campbell import (
     modes_line,
     searched_line,
 )
-from rotorsim.analysis.unbalance_response import unbalance_response
+from rotorsim.analysis.unbalance_response import peak_of, unbalance_response
 from rotorsim.base.constants import TO_HZ, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
@@ -35,6 +35,7 @@ from rotorsim.commands.options import (
     note_compiling,
     print_table,
     quantity,
+    warn_of,
 )
 from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import results
@@ -96,11 +97,13 @@ def response(
             files["report"] = str(write_response(found, folder / "report.html"))
             files |= page.finish(files["report"])
     sizes = found["major"].values
+    warnings = warn_of(found)
+    peaks = {place: peak_of(found, place) for place in map(str, found["place"].values)}
     if as_json:
-        peaks = {p: _peak(found, k) for k, p in enumerate(map(str, found["place"].values))}
-        typer.echo(json.dumps({"unbalance": found.attrs["unbalance"], "peaks": peaks, "files": files}, indent=2))
+        summary = {"unbalance": found.attrs["unbalance"], "peaks": peaks, "warnings": warnings, "files": files}
+        typer.echo(json.dumps(summary, indent=2))
     else:
-        rows = [(f"peak at {p}", _text(_peak(found, k))) for k, p in enumerate(map(str, found["place"].values))]
+        rows = [(f"peak at {place}", _text(peak)) for place, peak in peaks.items()]
         print_table([("unbalance", found.attrs["unbalance"]), *rows], files)
     if not np.isfinite(sizes).any():
         print("response: the film carries the rotor at no speed; raise the pressure", file=sys.stderr)
@@ -150,12 +153,12 @@ def campbell(
 
             files["report"] = str(write_campbell(found, folder / "report.html", lines))
             files |= page.finish(files["report"])
-    rows = critical_rows(found)
+    rows, warnings = critical_rows(found), warn_of(found)
     if as_json:
-        names = ("order", "rpm", "direction", "damping_ratio", "whirl", "mode")
+        names = ("order", "rpm", "direction", "zeta", "whirl", "mode")
         critical = [dict(zip(names, row, strict=True)) for row in rows]
         sure = {"modes": _finite(found["modes"].values), "missing": _finite(found["missing"].values)}
-        typer.echo(json.dumps({"critical": critical} | sure | {"files": files}, indent=2))
+        typer.echo(json.dumps({"criticals": critical} | sure | {"warnings": warnings, "files": files}, indent=2))
         return
     print_table(
         [
@@ -231,13 +234,8 @@ def _mode_rows(found: xr.Dataset) -> list[tuple[object, ...]]:
     return rows
 
 
-def _peak(found: xr.Dataset, place: int) -> dict[str, float] | None:
-    sizes = found["major"].values[:, place]
-    if not np.isfinite(sizes).any():
-        return None
-    k = int(np.nanargmax(sizes))
-    return {"um": float(sizes[k]) * TO_UM, "rpm": float(found["speed"][k]) * TO_RPM}
-
-
-def _text(peak: dict[str, float] | None) -> str:
-    return "none" if peak is None else f"{peak['um']:.3g} um 0-pk at {peak['rpm']:.0f} rpm"
+def _text(peak: dict[str, Any] | None) -> str:
+    if peak is None:
+        return "none"
+    end = f", at the {peak['at_end']} of the speeds" if peak["at_end"] else ""
+    return f"{peak['um']:.3g} um 0-pk at {peak['rpm']:.0f} rpm{end}"

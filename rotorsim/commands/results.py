@@ -6,7 +6,6 @@ not even then, and the folder of a campaign belongs to the campaign.
 
 from __future__ import annotations
 
-import json
 import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -17,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from rotorsim.base.errors import DataError
+from rotorsim.base.exchange import json_text as json
 from rotorsim.base.file_set import finish_sets
 from rotorsim.base.files import GROWING, left_behind, make_folder, sweep, write_error, write_json
 from rotorsim.base.lock import BusyError, Lock, about_us, sweep_locks
@@ -134,7 +134,7 @@ def _same_study(path: Path, inputs: Mapping[str, Any]) -> None:
     if not path.exists():
         return
     try:
-        known = dict(json.loads(path.read_text(encoding="utf-8")))
+        known = dict(json.loads(path.read_text(encoding="utf-8-sig")))
     except (ValueError, TypeError) as error:
         raise DataError(f"{path}: is damaged; name another folder") from error
     wrong = [name for name in inputs if known.get(name) != inputs[name]]

@@ -89,13 +89,15 @@ def runup(
 
 def _analyse(record: Path, page: Path | None, outcome: Outcome) -> tuple[dict[str, Any], list[tuple[str, str]]]:
     """Summary of the run as numbers and as rows of text; writes the report next to the record."""
+    from rotorsim.report.export.display_units import unit_system
     from rotorsim.report.pages.page import save_page
     from rotorsim.report.pages.run import analyse
     from rotorsim.report.text.tables import results
 
     with open_record(record) as data:
         run = analyse(data)
-        rows = results(run)
+        with unit_system("metric"):  # the page may be in others, the terminal is not
+            rows = results(run)
         if page is not None:
             save_page(run, page)
     files = {"record": str(record)} | ({"report": str(page)} if page else {})

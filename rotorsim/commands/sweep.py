@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from rotorsim.analysis.sweeps.definition import WHAT, make_sweep
@@ -18,6 +17,7 @@ from rotorsim.campaign.run import Outcome
 from rotorsim.campaign.store.store import MANIFEST
 from rotorsim.campaign.sweep import plan_of, run_sweep
 from rotorsim.commands.campaign.commands import RunOptions
+from rotorsim.commands.console import Console
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import GivenMachine, GridOptions, WithReport, a_folder, note_compiling, quantity
 from rotorsim.commands.page_options import PageOptions
@@ -87,7 +87,7 @@ def _print(found: SweepResult, outcome: Outcome, files: dict[str, str], as_json:
     else:
         from rotorsim.report.pages.sweep import best_rows, reason_rows
 
-        console = Console(highlight=False)
+        console = Console()
         console.print(_table(("quantity", "best is the", "value", "at"), best_rows(found)))
         if found.reasons:
             console.print(_table(("without a result", "reason", "cells"), reason_rows(found)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Callable
 from dataclasses import asdict
@@ -11,12 +10,13 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from rotorsim.base.exchange import json_text as json
 from rotorsim.base.files import write_json
 from rotorsim.base.progress import on_terminal
+from rotorsim.commands.console import Console
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import Force, MachineName, PlantOptions, a_folder, note_compiling
 from rotorsim.commands.page_options import PageOptions
@@ -76,7 +76,7 @@ def _progress() -> Callable[[str], None] | None:
 def _first(path: Path) -> dict[str, float | None] | None:
     """Bounds of the first verification in the folder, from the table that is replaced; None where it states none."""
     try:
-        before = json.loads(path.read_text(encoding="utf-8"))
+        before = json.loads(path.read_text(encoding="utf-8-sig"))
         found = before.get("first_criteria", before["criteria"])
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
@@ -107,7 +107,7 @@ def _print(result: Verification, files: dict[str, str], as_json: bool) -> None:
         words = {True: "pass", False: "FAIL", None: "-"}[row.passed]
         bound = "" if row.bound is None else f"{row.bound:.3g}"
         table.add_row(*map(escape, (row.check, f"{row.measured:.3g} {row.unit}", bound, words, row.remark)))
-    console = Console(highlight=False)
+    console = Console()
     console.print(table)
     for bound in result.settings["edited"]:
         console.print(f"edited bound: {escape(bound)}")

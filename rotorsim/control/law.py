@@ -11,7 +11,6 @@ Cites: thesis.
 from __future__ import annotations
 
 import hashlib
-import json
 import warnings
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -22,6 +21,7 @@ import numpy as np
 
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import OtherMachine
+from rotorsim.base.exchange import json_text as json
 from rotorsim.base.exchange.control_systems import state_space
 from rotorsim.base.exchange.mat import is_mat, write_mat
 from rotorsim.base.exchange.notebook import Card, Shown
@@ -358,7 +358,7 @@ def load_law(path: str | Path) -> Law:
     if is_mat(path) and path.is_file():
         return law_exchange.from_mat(Law, path)
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = json.loads(path.read_text(encoding="utf-8-sig"))
         if (kind := data.pop("kind", None)) != "law":
             raise ValueError(f"its kind is '{kind}'" if kind else "it does not state its kind")
         for name in ("bias", "centre"):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +9,18 @@ import numpy as np
 
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange.control_systems import DISC, REFERENCES, check_channels, check_period, matrices, reorder
-from rotorsim.base.exchange.mat import cells, number, read_mat
+from rotorsim.base.exchange import json_text as json
+from rotorsim.base.exchange.control_systems import (
+    DISC,
+    REFERENCES,
+    channel_order,
+    check_channels,
+    check_labels,
+    check_period,
+    matrices,
+    reorder,
+)
+from rotorsim.base.exchange.mat import cells, check_rest, in_si, number, read_mat, texts
 from rotorsim.control.errors import LawError
 from rotorsim.control.numerics.systems import System, tustin
 from rotorsim.control.plausibility import Plausibility
@@ -21,6 +30,11 @@ DEFAULTS = {"average": 0.2, "fade": 0.05}
 """Seconds in which a law from elsewhere seeks its centre, and in which its output then comes in."""
 MAT_SETTINGS = ("refresh", "limit", "start", "average", "fade")
 """Scalars of a law in a .mat file; each has its default where it is missing."""
+
+
+MAT_READ = (*MAT_SETTINGS, "W", "name", "speeds", "pressures", "centre", "bias", "gamma", "about", "plausibility",
+            "InputName", "OutputName", "InputUnit", "OutputUnit")  # fmt: skip
+"""Variables of a .mat file besides A, B, C, D and Ts."""
 
 
 def from_control(kind: Any, system: Any, Ts: float | None, name: str | None, settings: dict[str, Any]) -> Any:
@@ -74,10 +88,28 @@ def from_mat(kind: Any, path: Path) -> Any:
         raise LawError(f"{path}: is not a law ({error}); save one by 'law.save' or A, B, C, D, Ts") from error
 
 
+def _ordered(content: dict[str, Any], table: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Matrices with the channels in the order x, y where the file names them otherwise; raises DataError."""
+    orders = []
+    for key, names in (("InputName", DISC), ("OutputName", REFERENCES)):
+        labels = texts(content, key, names)
+        check_labels(labels, names, key)
+        orders.append(channel_order(labels, names))
+    into, out = orders
+    if orders == [[0, 1], [0, 1]]:
+        return table
+    B, C, D, W = (table[letter] for letter in "BCDW")
+    return table | {"B": B[:, into], "C": C[out], "D": D[out][:, into], "W": W[:, out]}
+
+
 def _of_content(kind: Any, name: str, content: dict[str, Any], Ts: float) -> Any:
     speeds, pressures = (np.ravel(content.get(key, 0.0)) for key in ("speeds", "pressures"))
     n = len(content["A"])
     table = {"W": np.zeros((n, 2, speeds.size, pressures.size))} | {k: content[k] for k in MATRICES if k in content}
+    check_rest(content, MAT_READ)
+    B, C, D = (np.asarray(table[letter], float) for letter in "BCD")
+    table |= dict(zip("BCD", in_si(content, B, C, D, "m", "V"), strict=True))
+    table = _ordered(content, table)
     stacked = {}
     for letter, M in table.items():
         full = np.asarray(M, float).reshape(M.shape[0], M.shape[1], *M.shape[2:], *(1,) * (4 - M.ndim))

@@ -9,8 +9,11 @@ An effect file holds the equation and its source, a dataclass whose fields are m
               `angle` [rad] stays within one turn, so only whole orders of it are continuous.
 ``motion``    ``(t, angle, speed, x, y, vx, vy, p) -> (fx, fy)``  force [N] on the shaft at `position` that depends on
               the displacement [m] and velocity [m/s] there; met implicitly by the step.
-``contact``   ``(clearance, x, y, vx, vy, surface_speed, p) -> (fx, fy, kxx, kxy, kyx, kyy)``  force on the
-              journal at (x, y) [m] in the gas bearing and its negative derivative after the displacement.
+              Of a force that turns the shaft, `braking`, with the same arguments, is the torque [N m] along z.
+``contact``   ``(clearance, reach, nx, ny, curvature, vx, vy, surface_speed, p) -> (fx, fy, kxx, kxy, kyx, kyy)``
+              force on the journal of a gas bearing and its negative derivative after the displacement, at each place
+              where the gap is smallest: distance [m] of the sleeve from its centre there, reach of the journal [m]
+              towards it, direction and the second derivative [m] of the gap after the angle.
 ``film``      ``(t, angle, speed, theta, p) -> (height, slope)``  what the gap has more at `theta` [rad]: at the middle
               of the film [m] and per length z along the shaft [1].
 ``gas``       ``(t, speed, p) -> (factor, path)``  factor on the viscosity and mean free path [m] at ambient pressure.
@@ -102,6 +105,8 @@ class Effect:
     """Kernel (t, p) -> (x, y, vx, vy, ax, ay): motion of the foundation [m, m/s, m/s^2] that goes with its force."""
     warmed: ClassVar[Callable[..., Any] | None] = None
     """Kernel of the port `heat` for what follows from the temperatures."""
+    braking: ClassVar[Callable[..., Any] | None] = None
+    """Kernel of the port `motion` for the torque of its force about the shaft's axis."""
     place: ClassVar[str]
     """Where it acts when `position` is not given: 'disc' (the first), 'film', 'bearing' (the first linear one) or
     'start' (the left shaft end). Where it is not given: 'film' for the ports of the gas film, else 'disc'."""

@@ -10,6 +10,7 @@ import numpy as np
 from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import LimitError
 from rotorsim.experiments.recording import FEWEST
+from rotorsim.machine.bearings.linear import TableBearing
 from rotorsim.machine.passed_limits import at_speed, first_passed, limits_of
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.columns import COLUMNS, HEAT_COLUMNS
@@ -85,7 +86,8 @@ def extremes(speeds: np.ndarray, more: np.ndarray) -> np.ndarray:
 
 def beyond_attrs(a: Assembly, speeds: np.ndarray, pressures: np.ndarray | float) -> dict[str, Any]:
     """Attribute about the range that a run with these speeds [rad/s] and gauge pressures [Pa] exceeds, if it does."""
-    if not speeds.size or (not a.films and a.machine.checked is None):
+    tabled = any(isinstance(bearing, TableBearing) for bearing in a.machine.bearings)
+    if not speeds.size or (not a.films and not tabled and a.machine.checked is None):
         return {}
     slowest, fastest = extremes(np.zeros(0), speeds)
     ends = sorted({float(np.min(pressures)), float(np.max(pressures))})

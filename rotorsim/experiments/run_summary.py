@@ -11,7 +11,7 @@ from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import MachineFileError
 from rotorsim.experiments.limits import beyond_of
 from rotorsim.machine import Gas, Machine
-from rotorsim.signals.order_tracking import find_resonances
+from rotorsim.signals.order_tracking import find_resonances, start_transient
 from rotorsim.signals.probes import probe_numbers
 from rotorsim.signals.record_blocks import blocks, displacement_name
 from rotorsim.signals.waterfall import largest_sub_synchronous, waterfall
@@ -32,22 +32,27 @@ def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | Non
     Returns
     -------
     dict
-        duration_s, samples, speed_rpm, peaks, largest_orbit, smallest_film, contact, mass_flow, sub_synchronous.
-        A peak with ``local_maximum = False`` is the largest amplitude at an end of the speed range, not a resonance.
-        The largest orbit is measured from the slowly moving mean. A record with probes also has `probes`, see
+        duration_s, samples, start_transient_s, speed_rpm, peaks, largest_orbit, smallest_film, contact, mass_flow,
+        sub_synchronous.
+        A peak with ``local_maximum = False`` is a largest amplitude that is no resonance, with ``at_end`` "start" or
+        "end" in the first or last window. The start transient, see `start_transient`, is left out of peaks, of the
+        largest orbit and of sub_synchronous; it is in smallest_film and contact. The largest orbit is measured from the
+        slowly moving mean; it and the smallest film have ``at_end`` too. A record with probes also has `probes`, see
         `rotorsim.signals.probes.probe_numbers`; one with several films `films`: by bearing smallest_um and flow_kg_s;
         one beyond the range in which the model was checked `beyond_checked_range`, sentences.
     """
     spectra = waterfall(record) if spectra is None else spectra
-    seen = _scan(record, tracked)
+    begin = start_transient(record)
+    seen = _scan(record, tracked, begin)
     flow, contact = seen.get("mass_flow"), seen.get("contact")
     return {
         "duration_s": seen["time"]["last"] - seen["time"]["first"],
         "samples": int(record.sizes["time"]),
+        "start_transient_s": begin,
         "speed_rpm": {k: seen["speed"][k] * TO_RPM for k in ("first", "last", "min", "max")},
         "peaks": [p for n in tracked["order"].values for axis in "xy" for p in find_resonances(tracked, int(n), axis)],
         "largest_orbit": _at_most(seen["radius"]),
-        "smallest_film": _at_least(seen["h_min"]) if "h_min" in seen else None,
+        "smallest_film": _at_least(seen["h_min"], begin) if "h_min" in seen else None,
         **_of_films(record),
         "contact": contact and {"samples": contact["positive"], "first_time_s": contact["first_time"],
                                 "first_rpm": contact["first_speed"]},
@@ -74,12 +79,21 @@ def _of_probes(record: xr.Dataset) -> dict[str, Any]:
     return {"probes": numbers} if numbers else {}
 
 
-def _at_most(seen: dict[str, Any]) -> dict[str, float]:
-    return {"um": seen["max"] * TO_UM, "rpm": seen["max_speed"] * TO_RPM, "time_s": seen["max_time"]}
+def _at_most(seen: dict[str, Any]) -> dict[str, Any]:
+    return _extreme(seen, "max", 0.0)
 
 
-def _at_least(seen: dict[str, Any]) -> dict[str, float]:
-    return {"um": seen["min"] * TO_UM, "rpm": seen["min_speed"] * TO_RPM, "time_s": seen["min_time"]}
+def _at_least(seen: dict[str, Any], begin: float) -> dict[str, Any]:
+    return _extreme(seen, "min", begin)
+
+
+def _extreme(seen: dict[str, Any], which: str, begin: float) -> dict[str, Any]:
+    """An extreme [um] with its speed and time; `at_end` where it lies in the first or last revolution, or the start."""
+    time, speed = seen[f"{which}_time"], seen[f"{which}_speed"]
+    revolution = 2 * np.pi / abs(speed) if speed else 0.0
+    at_end = "end" if time >= seen["last_time"] - revolution else ""
+    at_end = "start" if time <= max(seen["begin_time"] + revolution, begin) else at_end
+    return {"um": seen[which] * TO_UM, "rpm": speed * TO_RPM, "time_s": time, "at_end": at_end}
 
 
 def _flow(seen: dict[str, Any], density: float) -> dict[str, float]:
@@ -88,15 +102,18 @@ def _flow(seen: dict[str, Any], density: float) -> dict[str, float]:
     return {f"{k}_kg_s": v for k, v in mean.items()} | {f"{k}_nl_min": v / density * 6e4 for k, v in mean.items()}
 
 
-def _scan(record: xr.Dataset, tracked: xr.Dataset) -> dict[str, dict[str, Any]]:
-    """Extremes, sums and ends of all scalars of a record, and of the disc's distance from its mean, in one pass."""
+def _scan(record: xr.Dataset, tracked: xr.Dataset, begin: float) -> dict[str, dict[str, Any]]:
+    """Extremes, sums and ends of all scalars and, from `begin` [s] on, of the disc's distance from its mean."""
     name = displacement_name(record)
     scalars = [v for v in ("time", "speed", "h_min", "mass_flow", "contact") if v in record.variables]
     seen: dict[str, dict[str, Any]] = {}
     for block in blocks(record, [*scalars, name]):
         block["radius"] = np.hypot(*(block[name] - _centre(tracked, block["time"], block[name])).T)
-        for key in (*scalars, "radius"):
+        for key in scalars:
             _note(seen.setdefault(key, {}), block[key], block["time"], block["speed"])
+        on = block["time"] >= begin - 1e-9
+        if on.any():
+            _note(seen.setdefault("radius", {}), block["radius"][on], block["time"][on], block["speed"][on])
     return seen
 
 
@@ -110,7 +127,8 @@ def _centre(tracked: xr.Dataset, time: np.ndarray, d: np.ndarray) -> np.ndarray:
 def _note(seen: dict[str, Any], values: np.ndarray, time: np.ndarray, speed: np.ndarray) -> None:
     """Take a block into the running numbers of one variable."""
     seen.setdefault("first", float(values[0]))
-    seen["last"] = float(values[-1])
+    seen.setdefault("begin_time", float(time[0]))
+    seen["last"], seen["last_time"] = float(values[-1]), float(time[-1])
     seen["sum"] = seen.get("sum", 0.0) + float(values.sum())
     seen["count"] = seen.get("count", 0) + len(values)
     positive = np.flatnonzero(values > 0)
@@ -131,4 +149,4 @@ def normal_density(record: xr.Dataset) -> float:
         gas = Machine.from_text(str(record.attrs.get("machine", ""))).gas
     except MachineFileError:
         gas = Gas()
-    return 101325 / (gas.gas_constant * 273.15)
+    return 101325 / (gas.R * 273.15)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -11,9 +10,11 @@ import numpy as np
 from identification.records.sampling import nominal_rate
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
+from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.base.units import parse
 from rotorsim.experiments.experiment import REFERENCE_LIMIT
 from rotorsim.experiments.limits import beyond_of
+from rotorsim.signals.order_tracking import after_start, start_transient
 from rotorsim.signals.probes import probe_numbers
 from rotorsim.signals.record_blocks import blocks, displacement_name
 from rotorsim.signals.static_gain import static_gain_map
@@ -28,10 +29,11 @@ def summarise_experiment(record: xr.Dataset) -> dict[str, Any]:
     Returns
     -------
     dict
-        experiment, duration_s, samples, speed_rpm {first, last}; disc {mean_um, rms_um, peak_um} (x, y), rms and peak
-        about the mean; largest_orbit_um from the mean; smallest_film_um and contact_samples (None without a film);
-        reference_peak_v and force_peak_n (x, y); and what the experiment is made for: static_gain of a staircase,
-        deceleration of a coast-down, runout of a slow roll, impulse of impacts, saturation of a closed loop.
+        experiment, duration_s, samples, start_transient_s, speed_rpm {first, last}; disc {mean_um, rms_um, peak_um}
+        (x, y), rms and peak about the mean; largest_orbit_um from the mean, all of these without the start transient;
+        smallest_film_um and contact_samples (None without a film); reference_peak_v and force_peak_n (x, y); and what
+        the experiment is made for: static_gain of a staircase, deceleration of a coast-down, runout of a slow roll,
+        impulse of impacts, saturation of a closed loop.
         `probes` of a record that has them, see `rotorsim.signals.probes.probe_numbers`; `beyond_checked_range`,
         sentences, of one beyond the range in which the model was checked.
     """
@@ -45,15 +47,18 @@ def summarise_experiment(record: xr.Dataset) -> dict[str, Any]:
 def scan(record: xr.Dataset) -> dict[str, Any]:
     """Numbers that every experiment has, in two passes: the mean, then what is measured from it."""
     disc, n = displacement_name(record), record.sizes["time"]
-    mean = sum(block[disc].sum(axis=0) for block in blocks(record, [disc])) / n
+    begin, orbiting = start_transient(record), after_start(record)
+    settled = orbiting.sizes["time"]
+    mean = sum(block[disc].sum(axis=0) for block in blocks(orbiting, [disc])) / settled
     names = [name for name in ("h_min", "contact", "reference", "disc_force") if name in record]
     square, peak, orbit = np.zeros(2), np.zeros(2), 0.0
     film, touched, largest = np.inf, 0, {"reference": np.zeros(2), "disc_force": np.zeros(2)}
-    for block in blocks(record, [disc, *names]):
+    for block in blocks(orbiting, [disc]):
         off = block[disc] - mean
         square += (off**2).sum(axis=0)
         peak = np.maximum(peak, np.abs(off).max(axis=0))
         orbit = max(orbit, float(np.hypot(*off.T).max()))
+    for block in blocks(record, names) if names else ():
         film = min(film, float(block["h_min"].min())) if "h_min" in block else film
         touched += int((block["contact"] > 0).sum()) if "contact" in block else 0
         for name in largest.keys() & block.keys():
@@ -62,8 +67,9 @@ def scan(record: xr.Dataset) -> dict[str, Any]:
     return {
         "duration_s": n / sampling_rate(record),
         "samples": int(n),
+        "start_transient_s": begin,
         "speed_rpm": {"first": float(speed[0]) * TO_RPM, "last": float(speed[-1]) * TO_RPM},
-        "disc": {"mean_um": (mean * TO_UM).tolist(), "rms_um": (np.sqrt(square / n) * TO_UM).tolist(),
+        "disc": {"mean_um": (mean * TO_UM).tolist(), "rms_um": (np.sqrt(square / settled) * TO_UM).tolist(),
                  "peak_um": (peak * TO_UM).tolist()},
         "largest_orbit_um": orbit * TO_UM,
         "smallest_film_um": film * TO_UM if "h_min" in record else None,

@@ -5,13 +5,10 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import numpy as np
-
 from rotorsim.base.errors import DataError
 from rotorsim.live.page.scene import Scene, load_scene
 from rotorsim.live.page.tour import Stop, stops
 from rotorsim.live.replay import Replay
-from rotorsim.live.rig.eigenvalue import modes_at, own_copy
 from rotorsim.live.rig.operating import OFF
 from rotorsim.live.runner import Runner
 from rotorsim.machine import Machine
@@ -94,9 +91,7 @@ class Desk:
 
 def _tour(runner: Runner, machine: Machine) -> tuple[Stop, ...]:
     """The tour that a rig can take, from where it stands at first."""
-    rig = runner.rig
-    modes = modes_at(own_copy(rig.assembly), rig.speed, rig.pressure)
-    return stops(machine, abs(rig.speed), 2 * np.pi * min(modes.frequency, default=0.0))
+    return stops(machine, runner.rig.plant, abs(runner.rig.speed), runner.rig.pressure)
 
 
 def _arrange(runner: Runner, values: dict[str, float | str]) -> None:

@@ -16,9 +16,11 @@ from rotorsim.live.rig.history import LENGTH
 from rotorsim.machine import Machine
 from rotorsim.machine.probes import reading_unit
 from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS, READ
+from rotorsim.plant.journal_room import journal_room
 from rotorsim.signals.probes import shown
 
 AT = {name: i for i, name in enumerate(COLUMNS)}
+DISC = [AT["disc_x"], AT["disc_y"]]
 ORBIT, TRACE, SPECTRUM = 1000, 2500, 5000
 """Samples behind an orbit (0.2 s at 5 kHz), a trace (0.5 s) and a spectrum (1 s)."""
 POINTS = 500
@@ -28,6 +30,8 @@ SWING = 1000
 """Samples behind the swing, 0.2 s at 5 kHz, where a turn takes no longer."""
 SAFE = 0.8
 """Radius of the safety circle as a share of the clearance: 20 um on the shipped rig."""
+ROOM = np.linspace(0, 2 * np.pi, 72, endpoint=False)
+"""Directions [rad] in which the edge of a journal's room is drawn."""
 STANDING = 0.1
 """Speed [rad/s] below which the shaft stands."""
 LINE = 2 * np.pi
@@ -37,7 +41,7 @@ LINE = 2 * np.pi
 @dataclass(frozen=True)
 class Geometry:
     """Fixed geometry of the views; lengths in um, angles in deg; names and units of the probes; samples of Ts [s];
-    z (films, n_z) and name and clearance of each film."""
+    z (films, n_z), name, clearance and room of the journal in ROOM directions of each film."""
 
     clearance: float
     safety: float
@@ -47,7 +51,7 @@ class Geometry:
     z: np.ndarray
     ambient: float
     Ts: float
-    films: tuple[tuple[str, float], ...]
+    films: tuple[tuple[str, float, np.ndarray], ...]
 
     @classmethod
     def of(cls, machine: Machine, theta: np.ndarray, z: np.ndarray) -> Geometry:
@@ -56,7 +60,8 @@ class Geometry:
         clearance = 0.0 if film is None else film.clearance * TO_UM
         probes = tuple((p.name, reading_unit(p)) for p in machine.probes)
         films = tuple(
-            (name, one.clearance * TO_UM) for name, one in zip(machine.film_names, machine.films, strict=True)
+            (name, one.clearance * TO_UM, journal_room(machine, k, ROOM) * TO_UM)
+            for k, (name, one) in enumerate(zip(machine.film_names, machine.films, strict=True))
         )
         return cls(
             clearance, SAFE * clearance, len(machine.injectors), probes, theta, np.atleast_2d(z),
@@ -72,8 +77,8 @@ class Geometry:
         return {
             "clearance": round(self.clearance, 3), "safety": round(self.safety, 2), "pins": self.pins,
             "theta": _plain(np.degrees(self.theta), 2), "films": [
-                {"name": name, "clearance": round(own, 3), "z": _plain(z * 1e3, 3)}
-                for (name, own), z in zip(self.films, self.z, strict=False)
+                {"name": name, "clearance": round(own, 3), "room": _plain(room, 3), "z": _plain(z * 1e3, 3)}
+                for (name, own, room), z in zip(self.films, self.z, strict=False)
             ],
             "highest": round(HIGHEST / (SPECTRUM * self.Ts), 3),
             "spans": [round(n * self.Ts, 4) for n in (ORBIT, SPECTRUM, TRACE)],
@@ -94,7 +99,8 @@ def make_frame(
     frame["trace"] = _traces(rows[-TRACE:], geometry.pins if film else 0, geometry.Ts)
     frame["spectrum"] = _plain(spectrum(rows[-SPECTRUM:]), 3) if len(rows) >= SPECTRUM else None
     frame["orders"] = no_orders(rows[-SPECTRUM:], geometry.Ts)
-    frame["now"] = _numbers(rows, geometry.Ts) | {"probes": _probe_swings(rows, geometry)}
+    away = float(np.hypot(*(rows[-ORBIT:, DISC] - rest).T).max()) * TO_UM
+    frame["now"] = _numbers(rows, geometry.Ts) | {"probes": _probe_swings(rows, geometry), "away": round(away, 2)}
     if pressure is not None:
         frame["orbit"]["journal"] = (
             _pair(rows[-ORBIT:], "journal", 2) if not shown else _journal(rows[-ORBIT:], geometry, shown)
@@ -123,7 +129,10 @@ def no_orders(rows: np.ndarray, Ts: float) -> str:
 
 
 def swing(rows: np.ndarray, Ts: float) -> tuple[list[float], str]:
-    """Half the peak-to-peak value of the measured disc x, y [um] over SWING samples and a revolution, or the reason."""
+    """Half the peak-to-peak value of the disc x, y [um] over SWING samples and a revolution, or the reason for none.
+
+    It is that of the disc's displacement, not of what the sensors show: their noise is no swing.
+    """
     speed, length = abs(float(rows[-1, AT["speed"]])), SWING
     if speed > STANDING:
         length = max(SWING, int(np.ceil(2 * np.pi / (speed * Ts))))
@@ -131,7 +140,7 @@ def swing(rows: np.ndarray, Ts: float) -> tuple[list[float], str]:
         return [], f"a turn takes longer than {LENGTH * Ts:g} s"
     if len(rows) < length:
         return [], f"after {length * Ts:.1f} s"
-    return _plain(0.5 * np.ptp(rows[-length:, READ : READ + 2] * TO_UM, axis=0), 2), ""
+    return _plain(0.5 * np.ptp(rows[-length:, DISC] * TO_UM, axis=0), 2), ""
 
 
 def _numbers(rows: np.ndarray, Ts: float) -> dict[str, Any]:

@@ -10,7 +10,8 @@ from rotorsim.base.errors import MachineFileError
 from rotorsim.base.own_files import instead
 from rotorsim.base.public import named
 from rotorsim.machine import toml
-from rotorsim.machine.bearings.film import Gas, GasFilm, Injection, Injector, Orifices
+from rotorsim.machine.bearings.film import GasFilm, Injection, Injector, Orifices
+from rotorsim.machine.bearings.gas import Gas
 from rotorsim.machine.bearings.linear import LinearBearing, Point, Support, TableBearing
 from rotorsim.machine.bearings.sleeve import Foil, Grooves, Lobes, Steps
 from rotorsim.machine.catalogue import catalogue, describe

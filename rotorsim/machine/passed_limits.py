@@ -16,6 +16,7 @@ from rotorsim.effects.film.gas_heating import NOMINAL
 from rotorsim.machine.limits import HOT, Limits
 from rotorsim.machine.rim_speed import largest_radius
 from rotorsim.machine.rotor import Material
+from rotorsim.machine.sampling import FEWEST, highest_sampled
 from rotorsim.machine.schema import Machine
 
 
@@ -66,6 +67,28 @@ def first_passed(machine: Machine, speed: np.ndarray, rises: np.ndarray | None =
     return first, at_speed(float(speed[first]), what)
 
 
+def speed_limit(machine: Machine) -> tuple[float, str]:
+    """Highest speed [rad/s] that a run of a machine may have, and the limit that it reaches there."""
+    at, radius = largest_radius(machine)
+    limit = limits_of(machine).tip_speed
+    found = [
+        (highest_sampled(machine), f"a turn has {FEWEST} samples there"),
+        (limit / radius, f"the rim of {at} moves at limits.tip_speed {limit:g} m/s there"),
+    ]
+    rise, heating = friction_heat(machine)
+    room = hottest(machine) - machine.gas.temperature - rise
+    if machine.films and heating > 0 and room >= 0:
+        text = f"a film has limits.temperature {hottest(machine) - 273.15:.4g} degC there"
+        found.append((NOMINAL * np.sqrt(room / heating), text))
+    return min(found)
+
+
+def friction_heat(machine: Machine) -> tuple[float, float]:
+    """Rise [K] of the films' temperature at rest and the one that the nominal speed adds, stated by effects."""
+    effects = machine.effects.get("gas_heating", ())
+    return sum(e.rise for e in effects), sum(e.heating for e in effects)  # type: ignore[attr-defined]
+
+
 def at_speed(speed: float, what: str) -> str:
     """Why a run ended at a speed [rad/s]."""
     return f"ended at {speed * TO_RPM:.0f} rpm: {what}"
@@ -74,8 +97,8 @@ def at_speed(speed: float, what: str) -> str:
 def _temperatures(machine: Machine, speed: np.ndarray, rises: np.ndarray | None) -> np.ndarray:
     """Highest temperature (n,) [K] in the films: that of the gas, and what friction adds where an effect states it."""
     warm = np.full(len(speed), machine.gas.temperature if machine.films else -np.inf)
-    for effect in machine.effects.get("gas_heating", ()):
-        warm = warm + effect.rise + effect.heating * (speed / NOMINAL) ** 2  # type: ignore[attr-defined]
+    rise, heating = friction_heat(machine)
+    warm = warm + rise + heating * (speed / NOMINAL) ** 2
     if rises is not None and rises.size:
         warm = warm + np.maximum(rises.max(axis=1), 0.0)
     return warm

@@ -92,9 +92,14 @@ def check_step(machine: Sampled) -> Iterator[tuple[str, str]]:
         yield "solver.time_step", f"'{show(step, 's')}' does not divide the sampling time {own}; write e.g. '{fitting}'"
 
 
+def highest_sampled(machine: Sampled) -> float:
+    """Highest speed [rad/s] at which a turn has enough samples."""
+    return 2 * pi / (machine.sampling_time * FEWEST)
+
+
 def check_speed(machine: Sampled, speed: float) -> None:
     """Raise DataError for a speed [rad/s] at which a turn has too few samples, with the rate that it needs."""
-    if abs(speed) * machine.sampling_time * FEWEST <= 2 * pi * (1 + 1e-9):
+    if abs(speed) <= highest_sampled(machine) * (1 + 1e-9):
         return
     needed = rate_for(PER_TURN * abs(speed) / (2 * pi))
     own = 2 * pi / (abs(speed) * machine.sampling_time)

@@ -9,7 +9,8 @@ from pydantic import Discriminator, Field, InstanceOf, Tag, field_validator
 from rotorsim.effects import Effect
 from rotorsim.machine import sampling
 from rotorsim.machine.actuators import Actuators, Drive
-from rotorsim.machine.bearings.film import Gas, GasFilm, Injection, Injector
+from rotorsim.machine.bearings.film import GasFilm, Injection, Injector
+from rotorsim.machine.bearings.gas import Gas
 from rotorsim.machine.bearings.linear import LinearBearing, TableBearing
 from rotorsim.machine.effect_tables import read_effects
 from rotorsim.machine.limits import Checked, Limits

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from rotorsim.base.errors import MachineFileError
+from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.base.own_files import instead
 from rotorsim.base.quantity import Quantity, quantity_of
 from rotorsim.base.units import show
@@ -27,7 +27,7 @@ def read_text(path: Path) -> str:
         size = path.stat().st_size / 1e6
         raise MachineFileError(f"{path}: {size:.3g} MB is above the limit of 1 MB; is it a machine file?")
     try:
-        text = path.read_bytes().decode("utf-8")
+        text = path.read_bytes().decode("utf-8-sig")
     except OSError as error:
         raise MachineFileError(f"{path}: cannot be read ({error.strerror}); check its permissions") from error
     except UnicodeDecodeError as error:
@@ -45,11 +45,9 @@ def parse(text: str) -> dict[str, Any]:
     if not text.strip():
         raise MachineFileError("the machine file is empty; 'rotorsim machine new PATH' writes one to start from")
     try:
-        return tomllib.loads(text)
+        return tomllib.loads(text.removeprefix("\ufeff"))
     except ValueError as error:
         raise MachineFileError(f"not a TOML file: {str(error)[:200]}; correct that line") from error
-    except RecursionError as error:
-        raise MachineFileError("not a machine file: brackets are nested too deeply; remove some") from error
 
 
 def dumps(part: Part) -> str:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import tomllib
 import warnings
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.resources import files
@@ -20,6 +21,7 @@ from rotorsim.base.errors import Unusual
 from rotorsim.base.unit_table import advised, dimension
 from rotorsim.base.units import parse, show, split
 from rotorsim.machine.part import Part
+from rotorsim.machine.plausibility import implausible
 from rotorsim.machine.toml import entries
 
 
@@ -103,12 +105,14 @@ def ask_machine(machine: Part) -> None:
 
 
 def questions(machine: Part) -> list[str]:
-    """Sentences about the unusual values of a machine that its file does not name as meant."""
+    """Sentences about the unusual and implausible values of a machine that its file does not name as meant."""
     meant = getattr(machine, "unusual", ())
-    return [
-        f"{q}; a machine file may name what is meant: unusual = ['{path}']"
-        for path, value, unit in numbers(machine) if path not in meant and (q := question(path, value, unit))
-    ]  # fmt: skip
+    asked = [(path, q) for path, value, unit in numbers(machine) if (q := question(path, value, unit))]
+    known = {path for path, _ in asked}
+    with suppress(AttributeError, TypeError):  # parts of a file that cannot be read are missing
+        asked += [(path, f"{path}: {q}") for path, q in implausible(machine) if path not in known]  # type: ignore[arg-type]
+    way = "; a machine file may name what is meant: unusual = ['{}']"
+    return [sentence + way.format(path) for path, sentence in asked if path not in meant]
 
 
 def numbers(part: Any, path: str = "") -> Iterator[tuple[str, float, str]]:

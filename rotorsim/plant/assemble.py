@@ -148,13 +148,14 @@ def _rig(machine: Machine, rotor: RotorLayout, n_inj: int, ports: dict[str, int]
     return make_rig_layout(
         rotor.size, rotor.n_films, n_inj, len(machine.injectors), driven, substeps, ports,
         stroke_states, states, len(machine.probes), rotor.n_machine,
+        sum(c.effect.port == "contact" or type(c.effect).braking is not None for c in calls),
     )  # fmt: skip
 
 
 def make_films(machine: Machine) -> tuple[FilmModel, ...]:
     """The films of a machine as `reynolds` takes them, all with one kind of grid."""
     gas = machine.gas
-    air = Gas(gas.viscosity, gas.ambient_pressure, gas.temperature, gas.gas_constant, gas.heat_capacity_ratio)
+    air = Gas(gas.mu, gas.ambient_pressure, gas.temperature, gas.R, gas.kappa)
     fed = [_injectors(machine, number) for number in range(len(machine.films))]
     symmetric = all(e.symmetric for es in machine.effects.values() for e in es)
     symmetric = symmetric and all(film.sleeve.symmetric for film in machine.films)

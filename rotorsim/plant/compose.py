@@ -33,11 +33,11 @@ from reynolds import (
     transient,
 )
 from reynolds.grid import Layout
-from reynolds.jit import cache_folder, cache_root, private_root
+from reynolds.jit import cache_digest, cache_folder
 from reynolds.specialise import is_view, kernel_functions, write_module
-from rotorsim.base.cache import key_of, source_files
+from rotorsim.base.cache import in_cache, key_of, source_files
 from rotorsim.base.errors import DataError
-from rotorsim.base.files import WriteError, make_folder, sweep, write_text
+from rotorsim.base.files import WriteError, sweep, write_text
 from rotorsim.effects import Effect
 from rotorsim.plant.kernel_module import KernelModule
 from rotorsim.plant.kernels import (
@@ -72,7 +72,7 @@ SOURCES = (
     lu, modal_rotor, motion_forces, films, piezo, supply, film_gap, outputs, step, entry, equilibrium_kernel,
     cosimulation,
 )  # fmt: skip
-KERNELS = ("kernel", "foundation", "warmed")
+KERNELS = ("kernel", "foundation", "warmed", "braking")
 """Kernels that an effect can have."""
 ENTRIES = tuple(name for name, _ in inspect.getmembers(KernelModule, inspect.isfunction) if not name.startswith("_"))
 
@@ -170,7 +170,7 @@ def _sources_hash(calls: Sequence[Call]) -> str:
     for call in calls:
         for kind in KERNELS:
             files |= _sources_of(getattr(type(call.effect), kind), set(), constants)
-    return key_of(cache_folder(files).name, sorted(constants))
+    return key_of(cache_digest(files), sorted(constants))
 
 
 def _sources_of(kernel: Any, seen: set[int], constants: set[str]) -> set[Path]:
@@ -194,11 +194,11 @@ def _sources_of(kernel: Any, seen: set[int], constants: set[str]) -> set[Path]:
     return files
 
 
-def _written(root: Path, name: str, text: Callable[[], str]) -> Path:
-    """The file of a generated module below a cache folder; raises WriteError."""
-    path = root / "plants" / f"{name}.py"
+def _written(folder: Path, name: str, text: Callable[[], str]) -> Path:
+    """The file of a generated module in a cache folder; raises WriteError."""
+    path = folder / f"{name}.py"
     if not _is_whole(path):
-        sweep(make_folder(path.parent))
+        sweep(folder)
         body = text()
         write_text(path, f"{body}{CHECK}{key_of(body)}\n")
     return path
@@ -220,9 +220,9 @@ def load_module(name: str, text: Callable[[], str]) -> ModuleType:
     if name in sys.modules:
         return sys.modules[name]
     try:
-        path = _written(cache_root(), name, text)
+        path = _written(in_cache("plants"), name, text)
     except WriteError:  # the cache is full
-        path = _written(private_root(), name, text)
+        path = _written(in_cache("plants", temporary=True), name, text)
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)

@@ -12,6 +12,7 @@ from rotorsim.base.constants import MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffError
 from rotorsim.base.exchange.notebook import Card, Shown, several
 from rotorsim.base.units import show
+from rotorsim.effects import Effect
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.kernels.equilibrium_kernel import BEYOND_STROKE, NO_LIFT_OFF, RESTLESS
@@ -127,12 +128,27 @@ def settle(a: Assembly, speed: float, pressure: float) -> np.ndarray:
             f"the {sum(loads):.1f} N on it; {_stiffer_foil(a.machine, loads) or remedy}"
         )
     if status == RESTLESS:
+        names = coupled_effects(a)
         raise ConvergenceError(
             f"equilibrium: the iteration did not converge at {pressure / MPA:.3g} MPa gauge and "
-            f"{speed * TO_RPM:.0f} rpm with this supply droop, these motion-dependent forces or this heat; "
-            "lower the droop, gaps or stiffnesses of these effects, or let more heat away"
+            f"{speed * TO_RPM:.0f} rpm with {', '.join(f'[effects.{name}]' for name in names)}; "
+            f"make {'it' if len(names) == 1 else 'one of them'} weaker or leave it out",
+            effects=names,
         )
     return w
+
+
+def coupled_effects(a: Assembly) -> tuple[str, ...]:
+    """Names of the effects that an equilibrium is repeated for: of supply, heat, and steady forces of the motion.
+
+    Those at their neutral values, which do nothing, are not among them.
+    """
+    coupled = (c.effect for c in a.calls if c.effect.port in ("supply", "heat") or _holds(c.effect))
+    return tuple(dict.fromkeys(effect.name for effect in coupled if effect != type(effect)()))
+
+
+def _holds(effect: Effect) -> bool:
+    return effect.port == "motion" and effect.steady
 
 
 def describe(a: Assembly, w: np.ndarray) -> Equilibrium:

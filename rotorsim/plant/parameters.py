@@ -74,7 +74,7 @@ def _fill_injectors(row: Any, machine: Machine, model: FilmModel, first: int) ->
     """What all injectors of a film have; their numbers begin with `first`."""
     gas = machine.gas
     for k, injector in enumerate(model.injectors, first):
-        volume = injector.plenum_volume / (injector.polytropic_exponent * gas.gas_constant * gas.temperature)
+        volume = injector.plenum_volume / (injector.polytropic_exponent * gas.R * gas.temperature)
         row.capacity[k], row.loss_exponent[k] = volume, injector.loss_exponent
         row.open_conductance[k] = injector.conductance(0.0)
 

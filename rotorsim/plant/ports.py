@@ -1,9 +1,9 @@
 """Code generation for effect ports: one function per port, one static call per effect.
 
-In a call, {kernel}, {foundation}, {warmed} and {p} are the effect's kernels and parameter record, {shape} the offset
-of its (2, n) rows, {slot} of its place among the motion forces, {state} of its own states, {old} and {new} of its
-states in actuator k, {dof} of its modal coordinates, {journal} the number of its film. A function with an argument
-`f`, the number of a film, skips the effects of other films.
+In a call, {kernel}, {foundation}, {warmed}, {braking} and {p} are the effect's kernels and parameter record, {shape}
+the offset of its (2, n) rows, {slot} of its place among the motion forces, {state} of its own states, {old} and {new}
+of its states in actuator k, {dof} of its modal coordinates, {journal} the number of its film. A function with an
+argument `f`, the number of a film, skips the effects of other films.
 """
 
 from __future__ import annotations
@@ -66,9 +66,9 @@ FUNCTIONS = (
     ),
     Function(
         "contact",
-        "contact_forces(f, clearance, x, y, vx, vy, surface_speed, P)",
+        "contact_forces(f, clearance, reach, nx, ny, curvature, vx, vy, surface_speed, P)",
         (
-            "a, b, c, d, e, g = {kernel}(clearance, x, y, vx, vy, surface_speed, {p})",
+            "a, b, c, d, e, g = {kernel}(clearance, reach, nx, ny, curvature, vx, vy, surface_speed, {p})",
             "fx, fy, kxx, kxy, kyx, kyy = fx + a, fy + b, kxx + c, kxy + d, kyx + e, kyy + g",
         ),
         ("fx, fy, kxx, kxy, kyx, kyy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0",),
@@ -97,6 +97,18 @@ FUNCTIONS = (
         ),
         ("worst = 0.0",),
         "return worst",
+    ),
+    Function(
+        "motion",
+        "motion_torque(w, P, t, angle, speed, adt)",
+        (
+            "x, y = project(w, ROTOR, {shape}, ROTOR.q)",
+            "vx, vy = velocity(w, {slot}, x, y, adt)",
+            "torque += {braking}(t, angle, speed, x, y, vx, vy, {p})",
+        ),
+        ("torque = 0.0",),
+        "return torque",
+        kernel="braking",
     ),
     Function(
         "motion",

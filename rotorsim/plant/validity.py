@@ -2,13 +2,14 @@ r"""Range in which the film model holds, by numbers of its films at an equilibri
 
 .. math:: \Lambda = \frac{6 \mu \Omega R^2}{p_a c^2}, \quad M = \frac{\Omega R}{\sqrt{\gamma R_g T}}, \quad
           Re^* = \frac{\rho \Omega R\, c^2}{\mu R}, \quad
-          Kn = \frac{\mu}{p\,c} \sqrt{\frac{\pi R_g T}{2}}, \quad
+          Kn = \max \frac{\mu}{p\,h} \sqrt{\frac{\pi R_g T}{2}}, \quad
           M_e = \frac{\dot m}{2 \cdot 2 \pi R\, c\, \rho_a \sqrt{\gamma R_g T}}
 
-p and rho are the means over the film, rho_a is that at ambient pressure, c the clearance. A limit is where the model
-leaves something out that no longer is small: inertia (Re*, M_e), heat across the film (M: the middle of a sheared film
-is warmer than its walls by Pr (gamma - 1) M^2 / 8 of the absolute temperature, 3.5 % at M = 1), slip (Kn), a sonic
-entry from a feed hole; or where nothing checked it (Lambda, and the table `checked` of a machine file).
+rho is the mean over the film, Kn the largest anywhere in it, edges included; rho_a is that at ambient pressure, c the
+clearance. A limit is where the model leaves something out that no longer is small: inertia (Re*, M_e), heat across the
+film (M: the middle of a sheared film is warmer than its walls by Pr (gamma - 1) M^2 / 8 of the absolute temperature,
+3.5 % at M = 1), slip (Kn), a sonic entry from a feed hole; or where nothing checked it (Lambda, and the table `checked`
+of a machine file).
 
 Cites: hamrock_2004, white_2011, burgdorfer_1959.
 """
@@ -21,11 +22,15 @@ from math import pi, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from reynolds.injector import critical_ratio
 from rotorsim.base.constants import MPA, TO_RPM
 from rotorsim.base.errors import RotorsimError
-from rotorsim.machine.bearings.film import Gas, GasFilm
+from rotorsim.base.rounding import DAMPED
+from rotorsim.machine.bearings.film import GasFilm
+from rotorsim.machine.bearings.gas import Gas
+from rotorsim.machine.bearings.linear import TableBearing
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.plant import Plant, point
 from rotorsim.plant.simulation import Simulation
@@ -33,6 +38,8 @@ from rotorsim.plant.simulation import Simulation
 if TYPE_CHECKING:
     from rotorsim.machine.schema import Machine
 
+WITHIN = 1e-6
+"""Share by which a speed may pass the end of a table."""
 STEPS = 12
 """Halvings of the range of speeds in which a limit is passed."""
 
@@ -71,17 +78,17 @@ class Exceeded:
 
 def bearing_number(gas: Gas, film: GasFilm, speed: float) -> float:
     """Lambda at a speed [rad/s]."""
-    return 6 * gas.viscosity * speed * (film.diameter / 2 / film.clearance) ** 2 / gas.ambient_pressure
+    return 6 * gas.mu * speed * (film.diameter / 2 / film.clearance) ** 2 / gas.ambient_pressure
 
 
 def sound(gas: Gas) -> float:
     """Speed of sound [m/s]."""
-    return sqrt(gas.heat_capacity_ratio * gas.gas_constant * gas.temperature)
+    return sqrt(gas.kappa * gas.R * gas.temperature)
 
 
 def density(gas: Gas, pressure: float) -> float:
     """Density [kg/m^3] at an absolute pressure [Pa]."""
-    return pressure / (gas.gas_constant * gas.temperature)
+    return pressure / (gas.R * gas.temperature)
 
 
 def surface_mach(gas: Gas, film: GasFilm, speed: float) -> float:
@@ -91,12 +98,23 @@ def surface_mach(gas: Gas, film: GasFilm, speed: float) -> float:
 
 def reduced_reynolds(gas: Gas, film: GasFilm, speed: float, pressure: float) -> float:
     """Inertia over viscous force in the film at a speed [rad/s] and mean absolute pressure [Pa]."""
-    return density(gas, pressure) * speed * film.clearance**2 / gas.viscosity
+    return density(gas, pressure) * speed * film.clearance**2 / gas.mu
 
 
-def knudsen(gas: Gas, film: GasFilm, pressure: float) -> float:
-    """Mean free path over clearance at a mean absolute pressure [Pa]."""
-    return gas.viscosity / (pressure * film.clearance) * sqrt(pi * gas.gas_constant * gas.temperature / 2)
+def knudsen(gas: Gas, viscosity: float, pressure: float, gap: float) -> float:
+    """Mean free path over a gap [m] at an absolute pressure [Pa] and viscosity [Pa s] there."""
+    return viscosity / (pressure * gap) * sqrt(pi * gas.R * gas.temperature / 2)
+
+
+def largest_knudsen(simulation: Simulation, number: int = 0) -> float:
+    """Largest Knudsen number at the nodes of a film now, edges included."""
+    a = simulation.assembly
+    v, L = a.film_part(simulation.w, number), a.film
+    lines = L.first + np.arange(L.n_theta)[:, None] * L.stride
+    nodes = lines + np.arange(L.half - 1, L.n_rows + 1)
+    worst = np.argmin(v[L.p + nodes] * v[L.h + nodes])
+    p, h = (float(v[at + nodes.ravel()[worst]]) for at in (L.p, L.h))
+    return knudsen(a.machine.gas, float(v[L.mu]), p, h)
 
 
 def outflow_mach(gas: Gas, film: GasFilm, flow: float) -> float:
@@ -112,7 +130,7 @@ def choked_share(simulation: Simulation, number: int = 0) -> float:
     if not n:
         return 0.0
     ratio = v[a.film.local_p : a.film.local_p + n] / v[a.film.plenum : a.film.plenum + n]
-    return float(np.mean(ratio < critical_ratio(a.machine.gas.heat_capacity_ratio)))
+    return float(np.mean(ratio < critical_ratio(a.machine.gas.kappa)))
 
 
 def film_numbers(simulation: Simulation) -> list[dict[str, float]]:
@@ -127,7 +145,7 @@ def film_numbers(simulation: Simulation) -> list[dict[str, float]]:
             "bearing": bearing_number(gas, film, speed),
             "mach": surface_mach(gas, film, speed),
             "reynolds": reduced_reynolds(gas, film, speed, pressure),
-            "knudsen": knudsen(gas, film, pressure),
+            "knudsen": largest_knudsen(simulation, k),
             "outflow": outflow_mach(gas, film, flow),
             "choked": choked_share(simulation, k),
         })  # fmt: skip
@@ -151,17 +169,82 @@ def range_of_validity(plant: Plant, speed: float = 0.0, pressure: float = 0.0) -
 def exceeded(simulation: Simulation, pressure: float) -> list[Exceeded]:
     """Limits that the film model exceeds where a simulation stands, supplied at a gauge pressure [Pa]."""
     a = simulation.assembly
-    found = list(_unchecked(a.machine, float(simulation.w[a.rotor.speed]), pressure))
-    bounds = BOUNDS | ({"knudsen": SLIPPING} if "slip" in a.machine.effects else {})
+    speed = float(simulation.w[a.rotor.speed])
+    found = [*_unchecked(a.machine, speed, pressure), *beyond_tables(a.machine, speed)]
     numbers = film_numbers(simulation)
-    for key, bound in bounds.items():
-        where = [name for name, one in zip(a.machine.film_names, numbers, strict=True) if one[key] > bound.limit]
-        if where:
-            value = max(one[key] for one in numbers)
-            place = f"{'films' if len(where) > 1 else 'film'} {', '.join(where)}" if len(numbers) > 1 else "film"
-            text = f"{bound.name} {value:.3g} > {bound.limit:g} in the {place} ({bound.why})"
-            found.append(Exceeded(bound.name, place, value, bound.limit, "1", text))
+    bounds = [BOUNDS | ({"knudsen": SLIPPING} if slips(simulation, k) else {}) for k in range(len(numbers))]
+    for key in BOUNDS:
+        for bound in dict.fromkeys(own[key] for own in bounds):
+            films = zip(a.machine.film_names, numbers, bounds, strict=True)
+            where = {name: one[key] for name, one, own in films if own[key] == bound and one[key] > bound.limit}
+            if where:
+                value = max(where.values())
+                place = f"{'films' if len(where) > 1 else 'film'} {', '.join(where)}" if len(numbers) > 1 else "film"
+                text = f"{bound.name} {value:.3g} > {bound.limit:g} in the {place} ({bound.why})"
+                found.append(Exceeded(bound.name, place, value, bound.limit, "1", text))
     return found
+
+
+def slips(simulation: Simulation, number: int = 0) -> bool:
+    """Whether the gas of a film slips at the walls now, by half its mean free path at least."""
+    a = simulation.assembly
+    v, F = a.film_part(simulation.w, number), a.film_constants(number)
+    # mean free path times pressure: that of the effect, and that of the gas by its viscosity and R_g T
+    own = v[a.film.mu] * sqrt(pi / 2 * F.source * F.dy * F.dz)
+    return bool(v[a.film.slip] / 6 >= 0.5 * own)
+
+
+def beyond_tables(machine: Machine, speed: float) -> Iterator[Exceeded]:
+    """Tables of bearings whose first or last speed a speed [rad/s] passes, so that the row at the end is held."""
+    for name, bearing in zip(machine.bearing_names, machine.bearings, strict=True):
+        if not isinstance(bearing, TableBearing):
+            continue
+        first, last = float(bearing.speeds[0]), float(bearing.speeds[-1])
+        if abs(speed) > last * (1 + WITHIN):
+            yield _held(f"table of {name}", name, abs(speed), last, "ends")
+        elif abs(speed) < first * (1 - WITHIN):
+            yield _held(f"start of the table of {name}", name, abs(speed), first, "begins")
+
+
+def _held(key: str, name: str, speed: float, end: float, verb: str) -> Exceeded:
+    text = (
+        f"{speed * TO_RPM:.0f} rpm, and the table of the bearing {name} {verb} at {end * TO_RPM:.0f} rpm; its values "
+        "there are held"
+    )
+    return Exceeded(key, name, speed, end, "rad/s", text)
+
+
+def linear_warnings(
+    plant: Plant, speeds: ArrayLike, zeta: ArrayLike | None = None, pressure: float = 0.0
+) -> dict[str, str]:
+    """Attribute `warnings` of a linear analysis: a sentence a line about speeds at which it does not hold; or nothing.
+
+    Speeds beyond the tables of bearings, beyond the checked range, and at which a mode grows.
+
+    Parameters
+    ----------
+    plant : Plant
+    speeds : array (n,)
+        Speeds [rad/s].
+    zeta : array (n,), optional
+        Least damping ratio at each; NaN where there is none.
+    pressure : float
+        Supply pressure [Pa, gauge].
+    """
+    w = np.abs(np.atleast_1d(np.asarray(speeds, float)))
+    found: dict[str, str] = {}
+    for speed in (float(w.min()), float(w.max())):
+        for one in (*beyond_tables(plant.machine, speed), *_unchecked(plant.machine, speed, pressure)):
+            found.setdefault(one.name, one.sentence)
+    sentences = list(found.values())
+    damping = np.full(w.shape, np.nan) if zeta is None else np.atleast_1d(np.asarray(zeta, float))
+    grows = w[damping < -DAMPED]
+    if grows.size:
+        sentences.append(
+            f"a mode grows from {grows.min() * TO_RPM:.0f} rpm on, with a damping ratio of {np.nanmin(damping):.3g} at "
+            "the least: the machine does not run steadily there, and a steady response does not exist"
+        )
+    return {"warnings": "\n".join(sentences)} if sentences else {}
 
 
 def _unchecked(machine: Machine, speed: float, pressure: float) -> Iterator[Exceeded]:
@@ -180,6 +263,25 @@ def _unchecked(machine: Machine, speed: float, pressure: float) -> Iterator[Exce
         below, limit = ("below", low) if pressure < low else ("above", high)
         text = f"{pressure / MPA:.3g} MPa, {below} the pressures at {compared} ({checked.pressures}, {checked.against})"
         yield Exceeded("pressure", "machine", pressure, limit, "Pa", text)
+
+
+def known_speed(machine: Machine) -> tuple[float, str] | None:
+    """Highest speed [rad/s] up to which the model of a machine was checked or holds, and its reason; None without one.
+
+    Limits that depend on the pressure in a film are not among them; see `exceeded`.
+    """
+    checked, made = machine.checked, machine.drive.highest_speed
+    found = [] if checked is None else [(checked.highest_speed, f"the highest checked speed ({checked.against})")]
+    if made is not None:
+        found.append((made, "drive.highest_speed, for which the machine is made"))
+    for name, film in zip(machine.film_names, machine.films, strict=True):
+        for key, number in (
+            ("bearing", bearing_number(machine.gas, film, 1.0)),
+            ("mach", surface_mach(machine.gas, film, 1.0)),
+        ):
+            bound = BOUNDS[key]
+            found.append((bound.limit / number, f"the {bound.name} {bound.limit:g} in {name} ({bound.why})"))
+    return min(found, default=None)
 
 
 def beyond(assembly: Assembly, slowest: float, fastest: float, pressure: float) -> tuple[str, ...]:
@@ -207,6 +309,9 @@ def _passage(assembly: Assembly, name: str, beyond: float, within: float, pressu
     checked = assembly.machine.checked
     if name == "speed" and checked is not None:
         return f"{checked.highest_speed * TO_RPM:.0f} rpm"
+    ends = {one.name: one.limit for one in beyond_tables(assembly.machine, beyond)}
+    if name in ends:
+        return f"{ends[name] * TO_RPM:.0f} rpm"
     for _ in range(STEPS):
         middle = (beyond + within) / 2
         passed = name in {one.name for one in _at(assembly, middle, pressure)}
@@ -219,4 +324,4 @@ def _at(assembly: Assembly, speed: float, pressure: float) -> list[Exceeded]:
     try:
         return exceeded(Simulation.at_equilibrium(assembly, speed, pressure), pressure)
     except RotorsimError:
-        return list(_unchecked(assembly.machine, speed, pressure))
+        return [*_unchecked(assembly.machine, speed, pressure), *beyond_tables(assembly.machine, speed)]

@@ -11,6 +11,13 @@ once by least squares, weighted by a Hann window so that what lies between the o
 :math:`r_f = (A_x + i A_y)/2` turning forward (as the shaft does) and :math:`r_b = \overline{(A_x - i A_y)}/2` backward;
 its semi-axes are :math:`|r_f| \pm |r_b|`.
 
+An order is resolved in a window where it turns below the half of the sampling rate and stands out of what the fit
+leaves over: white noise of standard deviation s in N samples gives each part of an amplitude the standard deviation
+s sqrt(3 / N) under a Hann window.
+
+A simulated run that starts at speed starts at rest in the static equilibrium, under the unbalance: its first turns are
+the way onto the orbit. That start transient is left out, see `after_start`.
+
 Assumes: the speed changes little within a window. Records are read in blocks, never as a whole.
 
 Cites: bendat_2010.
@@ -34,6 +41,14 @@ longer than the last, none is made."""
 PROMINENCE, FAINT, APART = 0.1, 0.01, 0.05
 """A peak stands out by the first share of the largest amplitude of its order, exceeds the second share of the largest
 of all orders, and is the third share of the highest speed away from larger peaks."""
+STANDS_OUT = 4.0
+"""Standard deviations of its noise by which an order is resolved."""
+NYQUIST_SHARE = 0.9
+"""Share of the half of the sampling rate up to which an order is resolved."""
+UNDRIVEN = ("runup", "coastdown", "steady", "slow_roll")
+"""Simulated experiments in which nothing but the rotation moves the disc."""
+AHEAD, CALM = 8, 1.25
+"""The start is over in the first window whose rest is at most `CALM` times the median of `AHEAD` windows from it on."""
 
 
 def track_orders(record: xr.Dataset, orders: Sequence[int] = (1, 2, 3), block: int = BLOCK) -> xr.Dataset:
@@ -52,8 +67,10 @@ def track_orders(record: xr.Dataset, orders: Sequence[int] = (1, 2, 3), block: i
     -------
     Dataset
         `amplitude` (window, order, axis) complex, 0-pk [m]; `forward` and `backward` (window, order) complex [m];
-        `mean` (window, axis) [m]; coordinates `time` [s] and `speed` [rad/s] of the window's middle. No windows for a
-        shaft that stands still. Test: ``test_tracking.py::test_orders_of_a_ramp_come_out_with_amplitude_and_phase``.
+        `mean` (window, axis) [m]; `resolved` (window, order, axis), whether the amplitude stands out of the noise and
+        the sampling resolves it; coordinates `time` [s] and `speed` [rad/s] of the window's middle. No windows for a
+        shaft that stands still; a start transient is left out. Test:
+        ``test_tracking.py::test_orders_of_a_ramp_come_out_with_amplitude_and_phase``.
 
     Examples
     --------
@@ -61,7 +78,7 @@ def track_orders(record: xr.Dataset, orders: Sequence[int] = (1, 2, 3), block: i
     >>> orders = rs.signals.track_orders(rs.signals.prepared(runup), orders=(1,))
     """
     name = displacement_name(record)
-    rows = [_fit(window, window[name], orders) for window in _windows(record, name, block)]
+    rows = [_fit(window, window[name], orders) for window in _windows(after_start(record), name, block)]
     n, axes = len(rows), record.sizes["axis"]
     amplitude = np.array([row[0] for row in rows], complex).reshape(n, len(orders), axes)
     x, y = amplitude[..., 0], amplitude[..., 1]
@@ -72,6 +89,7 @@ def track_orders(record: xr.Dataset, orders: Sequence[int] = (1, 2, 3), block: i
             "forward": (("window", "order"), (x + 1j * y) / 2, length),
             "backward": (("window", "order"), np.conj(x - 1j * y) / 2, length),
             "mean": (("window", "axis"), np.array([row[1] for row in rows]).reshape(n, axes), {"units": "m"}),
+            "resolved": (("window", "order", "axis"), _resolved(rows, amplitude, orders)),
         },
         {
             "time": ("window", np.array([row[2] for row in rows]), {"units": "s", "long_name": "time"}),
@@ -106,20 +124,76 @@ def _window_end(time: np.ndarray, angle: np.ndarray) -> tuple[int, bool] | None:
     return (last, False) if last < len(time) else None
 
 
-def _fit(window: Values, d: np.ndarray, orders: Sequence[int]) -> tuple[np.ndarray, np.ndarray, float, float]:
-    """Amplitudes (order, axis), mean (axis), time and speed of the middle of a window."""
+def _fit(
+    window: Values, d: np.ndarray, orders: Sequence[int]
+) -> tuple[np.ndarray, np.ndarray, float, float, np.ndarray, int, float]:
+    """Amplitudes (order, axis), mean (axis), time and speed in the middle, rest (axis), samples, angle of a sample."""
     time, angle = window["time"], window["angle"]
     middle = (time[0] + time[-1]) / 2
     waves = np.outer(angle - angle[0], orders) + np.outer(np.ones(len(angle)), np.multiply(angle[0], orders))
     slow = np.column_stack((np.ones(len(time)), (time - middle) / (time[-1] - time[0])))
     weight = np.sin(np.pi * (np.arange(len(time)) + 0.5) / len(time))[:, None]  # its square is the Hann window
-    c, *_ = np.linalg.lstsq(np.hstack((slow, np.cos(waves), np.sin(waves))) * weight, d * weight, rcond=None)
+    model = np.hstack((slow, np.cos(waves), np.sin(waves))) * weight
+    c, *_ = np.linalg.lstsq(model, d * weight, rcond=None)
+    rest = np.sqrt(((d * weight - model @ c) ** 2).sum(axis=0) / (weight**2).sum())
     cosine, sine = c[2 : 2 + len(orders)], c[2 + len(orders) :]
-    return cosine - 1j * sine, c[0], float(middle), float((angle[-1] - angle[0]) / (time[-1] - time[0]))
+    speed = float((angle[-1] - angle[0]) / (time[-1] - time[0]))
+    advance = float(np.abs(angle[-1] - angle[0]) / (len(angle) - 1))
+    return cosine - 1j * sine, c[0], float(middle), speed, rest, len(time), advance
+
+
+def _resolved(rows: list[Any], amplitude: np.ndarray, orders: Sequence[int]) -> np.ndarray:
+    """Whether amplitudes (window, order, axis) stand out of the noise and the sampling resolves their orders."""
+    if not rows:
+        return np.zeros(amplitude.shape, bool)
+    noise = np.array([np.sqrt(3 / row[5]) * row[4] for row in rows])[:, None, :]
+    advance = np.array([row[6] for row in rows])[:, None]
+    sampled = np.abs(orders) * advance < NYQUIST_SHARE * np.pi
+    return (np.abs(amplitude) > STANDS_OUT * noise) & sampled[:, :, None]
+
+
+def after_start(record: xr.Dataset) -> xr.Dataset:
+    """The record without its start transient, see `start_transient`."""
+    begin = start_transient(record)
+    if not begin:
+        return record
+    return record.isel(time=slice(int(np.searchsorted(record["time"].values, begin - 1e-9)), None))
+
+
+def start_transient(record: xr.Dataset) -> float:
+    """Time [s] that a simulated run takes from its static equilibrium onto its orbit; 0 for one that starts at rest.
+
+    The rest of the first windows, which the orders do not explain, falls until the free vibration has decayed; a
+    hundredth of the orders counts as nothing. A rest that has not settled within half of the run is taken for a motion
+    of its own, not for the start.
+    """
+    simulated = "machine" in record.attrs and record.attrs.get("experiment") in UNDRIVEN
+    if not simulated or "angle" not in record or abs(float(record["time"][0])) > 1e-9:
+        return 0.0
+    name = displacement_name(record)
+    half = float(record["time"][-1]) / 2
+    begins: list[float] = []
+    rests: list[float] = []
+    if abs(float(record["speed"][0])) < 1e-9:
+        return 0.0
+    for window in _windows(record, name, BLOCK):
+        begins.append(float(window["time"][0]))
+        fit = _fit(window, window[name], (1, 2, 3))
+        rests.append(max(float(np.linalg.norm(fit[4])), FAINT * float(np.linalg.norm(fit[0]))))
+        k = len(rests) - AHEAD
+        if k >= 0 and rests[k] <= CALM * np.median(rests[k:]):
+            return begins[k] if begins[k] <= half else 0.0
+        if begins[-1] > half and k >= 0:
+            return 0.0
+    calm = [k for k in range(len(rests)) if rests[k] <= CALM * np.median(rests[k:]) and begins[k] <= half]
+    return begins[calm[0]] if calm else 0.0
 
 
 def find_resonances(tracked: xr.Dataset, order: int, axis: str) -> list[dict[str, Any]]:
-    """Peaks of one order and axis, the largest first; the largest value at an end, flagged, if it exceeds them.
+    """Peaks of one order and axis where it is resolved, the largest first; before them a larger value that is none.
+
+    `local_maximum` tells peaks from such a value; `at_end` is "start" or "end" for one in the first or last window,
+    else "". An order that is resolved nowhere has none.
 
     Examples
     --------
@@ -128,7 +202,9 @@ def find_resonances(tracked: xr.Dataset, order: int, axis: str) -> list[dict[str
     """
     chosen = tracked["amplitude"].sel(order=order, axis=axis).values
     size, speed = np.abs(chosen), tracked["speed"].values
-    if size.size == 0:
+    if "resolved" in tracked:
+        size = np.where(tracked["resolved"].sel(order=order, axis=axis).values, size, 0.0)
+    if not size.any():
         return []
     swept = np.ptp(np.abs(speed)) > 0.02 * np.abs(speed).max()
     found = find_peaks(size, prominence=PROMINENCE * size.max())[0] if swept else np.array([], int)
@@ -144,7 +220,9 @@ def find_resonances(tracked: xr.Dataset, order: int, axis: str) -> list[dict[str
 
 
 def _peak(tracked: xr.Dataset, order: int, axis: str, i: int, local: bool) -> dict[str, Any]:
+    last = tracked.sizes["window"] - 1
     a = complex(tracked["amplitude"].sel(order=order, axis=axis).values[i])
     return {"order": order, "axis": axis, "rpm": float(tracked["speed"][i] * TO_RPM), "um": abs(a) * TO_UM,
             "time_s": float(tracked["time"][i]), "phase_lag_deg": float((90 - np.angle(a, deg=True)) % 360 - 90),
-            "local_maximum": local}  # fmt: skip
+            "local_maximum": local,
+            "at_end": "" if local or i not in (0, last) else "start" if i == 0 else "end"}  # fmt: skip

@@ -12,7 +12,7 @@ from scipy.signal.windows import hann
 
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
-from rotorsim.signals.order_tracking import SECONDS
+from rotorsim.signals.order_tracking import SECONDS, after_start
 from rotorsim.signals.record_blocks import displacement_name
 
 MIRROR = np.array([1.0, -1.0])
@@ -23,7 +23,8 @@ def waterfall(record: xr.Dataset, lines: int = 120, max_frequency: float = 500.0
     """Amplitude spectra of the disc along a record, and full spectra that separate forward from backward whirl.
 
     Hann window, mean and trend removed, corrected for the window so that a sine of amplitude a shows a. Each line is
-    the root mean square of the spectra of its stretch of the record, cut into pieces of at most 1 s.
+    the root mean square of the spectra of its stretch of the record, cut into pieces of at most 1 s. A start transient
+    is left out.
 
     Parameters
     ----------
@@ -41,6 +42,7 @@ def waterfall(record: xr.Dataset, lines: int = 120, max_frequency: float = 500.0
         x - i y where the shaft turns from y to x), positive frequency = forward; coordinates `time` [s], `speed`
         [rad/s]; attribute `resolution_hz` = 1 / piece.
     """
+    record = after_start(record)
     name, n = displacement_name(record), record.sizes["time"]
     if n < 2:
         raise DataError(f"record: {n} samples make no spectrum; give at least 2")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from rotorsim.control.designs.plants import point_text
 from rotorsim.verify.criteria import Criteria, Row, at_most
-from rotorsim.verify.impacts import Energies
+from rotorsim.verify.impacts import ImpactResponse
 from rotorsim.verify.running import Run
 
 
@@ -43,7 +43,7 @@ def of_run(name: str, run: Run, sound: bool = True) -> Alarms:
     return Alarms(name, *run.alarms, sound)
 
 
-def of_hits(found: Iterable[Energies], machine: str = "") -> Iterator[Alarms]:
+def of_hits(found: Iterable[ImpactResponse], machine: str = "") -> Iterator[Alarms]:
     """Alarms of the hits at each operating point."""
     for one in found:
         where = ", ".join(filter(None, (point_text(one.speed, one.pressure), machine)))

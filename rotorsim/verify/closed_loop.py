@@ -20,7 +20,7 @@ from rotorsim.verify import alarms, transients
 from rotorsim.verify.alarms import Alarms
 from rotorsim.verify.criteria import Criteria, Row, at_least, at_most, below, holds
 from rotorsim.verify.full_order import full_order
-from rotorsim.verify.impacts import POINTS, Energies, impact_energies
+from rotorsim.verify.impacts import POINTS, ImpactResponse, impact_responses
 from rotorsim.verify.other import AnyLaw, as_law
 from rotorsim.verify.running import Run
 
@@ -32,13 +32,13 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True, eq=False)
 class Verification(Reported):
-    """Rows of a verification, the impact energies behind them, and the law's alarms in each run that had any."""
+    """Rows of a verification, the impact responses behind them, and the law's alarms in each run that had any."""
 
     law: AnyLaw
     machine: str
     rows: tuple[Row, ...]
-    open: tuple[Energies, ...]
-    closed: tuple[Energies, ...]
+    open: tuple[ImpactResponse, ...]
+    closed: tuple[ImpactResponse, ...]
     settings: dict[str, Any] = field(default_factory=dict)
     runs: dict[str, Any] = field(default_factory=dict)
     alarms: tuple[Alarms, ...] = ()
@@ -60,14 +60,14 @@ class Verification(Reported):
 
     @property
     def ratios(self) -> np.ndarray:
-        """Closed over open impact energy (points, 2)."""
+        """Closed over open norm of the impact response (points, 2)."""
         return np.array([np.divide(c.response, o.response) for c, o in zip(self.closed, self.open, strict=True)])
 
 
 def closed_loop(
     law: AnyLaw | Any, plant: Plant, criteria: Criteria | None = None, quick: bool = False,
     progress: Progress | None = None,
-    open_loop: tuple[Energies, ...] | None = None, closed: tuple[Energies, ...] | None = None,
+    open_loop: tuple[ImpactResponse, ...] | None = None, closed: tuple[ImpactResponse, ...] | None = None,
 ) -> Verification:  # fmt: skip
     """Verify a law on a plant.
 
@@ -85,7 +85,7 @@ def closed_loop(
         Five impact points in place of twenty, no other machines, a quicker run-up.
     progress : callable, optional
         Called with the name of each step before it starts.
-    open_loop, closed : energies, optional
+    open_loop, closed : impact responses, optional
         Of the plant without and with the law at the same points, if they are known.
 
     Raises
@@ -109,9 +109,9 @@ def closed_loop(
     report = progress or (lambda _: None)
     points = CORNERS if quick else POINTS
     report("impacts, open loop")
-    before = open_loop or tuple(impact_energies(plant, None, *q) for q in points)
+    before = open_loop or tuple(impact_responses(plant, None, *q) for q in points)
     report("impacts, closed loop")
-    after = closed or tuple(impact_energies(plant, law, *q) for q in points)
+    after = closed or tuple(impact_responses(plant, law, *q) for q in points)
     runs: dict[str, Any] = {}
     found = [*alarms.of_hits(after)]
     rows = [*_impact_rows(before, after, criteria)]
@@ -136,17 +136,19 @@ def closed_loop(
     return Verification(law, plant.machine.name, tuple(rows), before, after, {"criteria": asdict(criteria)}, runs, had)
 
 
-def _impact_rows(before: tuple[Energies, ...], after: tuple[Energies, ...], criteria: Criteria) -> Iterator[Row]:
+def _impact_rows(
+    before: tuple[ImpactResponse, ...], after: tuple[ImpactResponse, ...], criteria: Criteria
+) -> Iterator[Row]:
     ratio = response_ratios(zip(before, after, strict=True))
     ended = [c.ended or (o.ended and f"without control {o.ended}") for c, o in zip(after, before, strict=True)]
     for axis, name in enumerate("xy"):
-        yield below(f"impact energy along {name}, mean", ratio[:, axis].mean(), criteria.mean)
+        yield below(f"impact response along {name}, mean", ratio[:, axis].mean(), criteria.mean)
     kept = [c for o, c in zip(before, after, strict=True) if c.ended or not o.ended]
     worst = kept[int(ratio.max(axis=1).argmax())] if kept else after[0]
     where = worst.ended or point_text(worst.speed, worst.pressure)
-    yield below("impact energy, worst point", ratio.max(), criteria.worst, where)
+    yield below("impact response, worst point", ratio.max(), criteria.worst, where)
     effort = np.array([c.effort for c in after])
-    yield at_most("control energy, mean", effort.mean(), None, "V/N")
+    yield at_most("control effort, mean", effort.mean(), None, "V/N")
     yield at_most("largest reference in a hit", max(c.largest for c in after), criteria.effort, "V")
     free, held = (min((one.damping for one in some if not one.ended), default=np.nan) for some in (before, after))
     yield Row("smallest damping ratio, closed", held, None, "", None, f"{np.divide(held, free):.1f} x open loop")
@@ -233,16 +235,16 @@ def _robustness(name: str, plant: Plant, law: AnyLaw, criteria: Criteria, found:
     pairs, lost = [], []
     for q in CORNERS:
         try:
-            pairs.append((impact_energies(plant, None, *q), impact_energies(plant, law, *q)))
+            pairs.append((impact_responses(plant, None, *q), impact_responses(plant, law, *q)))
         except RotorsimError as error:
             lost.append(str(error))
     found += alarms.of_hits((closed for _, closed in pairs), name)
     remark = f"{len(lost)} of {len(CORNERS)} points without equilibrium" if lost else "worst of five points"
     remark = "; ".join(dict.fromkeys([remark, *(one.ended for pair in pairs for one in pair if one.ended)]))
-    return below(f"impact energy on {name}", worst_ratio(pairs), criteria.disturbed, remark)
+    return below(f"impact response on {name}", worst_ratio(pairs), criteria.disturbed, remark)
 
 
-def response_ratios(pairs: Iterable[tuple[Energies, Energies]]) -> np.ndarray:
+def response_ratios(pairs: Iterable[tuple[ImpactResponse, ImpactResponse]]) -> np.ndarray:
     """Closed over open response (n, 2) of pairs (open, closed).
 
     Infinite where the run under the law ended; where the one without it did there is nothing to compare with, so those
@@ -257,6 +259,6 @@ def response_ratios(pairs: Iterable[tuple[Energies, Energies]]) -> np.ndarray:
     return np.array(rows) if rows else np.full((1, 2), np.nan)
 
 
-def worst_ratio(pairs: Sequence[tuple[Energies, Energies]]) -> float:
+def worst_ratio(pairs: Sequence[tuple[ImpactResponse, ImpactResponse]]) -> float:
     """Largest closed over open response of pairs (open, closed); NaN, which passes nowhere, where there is none."""
     return float(response_ratios(pairs).max())

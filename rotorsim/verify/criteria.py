@@ -13,7 +13,7 @@ class Criteria:
     Attributes
     ----------
     mean, worst : float or None
-        Impact energy, averaged over the twenty points and at the worst of them.
+        Impact response, averaged over the twenty points and at the worst of them.
     effort : float or None
         Largest reference in the hits [V].
     noise : float or None
@@ -24,7 +24,7 @@ class Criteria:
         Largest distance [m] of the disc from its moving mean of 0.1 s in ramps, steps and faults, or 1.2 times that
         of the open loop where this is more.
     disturbed : float or None
-        Impact energy at the worst point of changed machines.
+        Impact response at the worst point of changed machines.
     disk : float or None
         Disk margin with the plant's own linearisation, at the worst of five points; at least.
     suspended : float or None

@@ -1,4 +1,4 @@
-r"""Impact responses and their energies (thesis section E.5.1, eqs. E.26 to E.28).
+r"""Impact responses and their norms (thesis section E.5.1, eqs. E.26 to E.28).
 
 .. math:: V_p = \|p\| / \|f\|, \qquad V_r = \|r\| / \|f\|
 
@@ -31,8 +31,11 @@ SPACING = 0.2
 
 
 @dataclass(frozen=True)
-class Energies:
-    """Of hits along x and y at an operating point: V_p (2,) [um/N], V_r (2,) [V/N]; the larger |r| [V]; contact.
+class ImpactResponse:
+    """Norms of the answers to hits along x and y at an operating point, square roots of energies.
+
+    The response V_p (2,) [um/N] of the disc and the effort V_r (2,) [V/N] of the references; the largest |r| [V];
+    contact.
 
     Also damping, why a run ended, and the `bad` samples in which an alarm suspended the law, of how many, with the
     sentence about them, of the run or its twin, whichever has more.
@@ -51,7 +54,9 @@ class Energies:
     alarm: str = ""
 
 
-def impact_energies(plant: Plant, law: AnyLaw | None, speed: float, pressure: float, peak: float = 20.0) -> Energies:
+def impact_responses(
+    plant: Plant, law: AnyLaw | None, speed: float, pressure: float, peak: float = 20.0
+) -> ImpactResponse:
     """Hit the disc along x, then along y, and measure."""
     with_, without, hit = _twins(plant, law, speed, pressure, peak)
     n = min(len(with_.table), len(without.table))
@@ -60,7 +65,7 @@ def impact_energies(plant: Plant, law: AnyLaw | None, speed: float, pressure: fl
     ended = with_.ended or without.ended
     alarms = max(with_.alarms, without.alarms)
     if ended:
-        return Energies(speed, pressure, (np.inf,) * 2, (np.inf,) * 2, np.inf, True, 0.0, ended, *alarms)
+        return ImpactResponse(speed, pressure, (np.inf,) * 2, (np.inf,) * 2, np.inf, True, 0.0, ended, *alarms)
     response, effort = [], []
     for axis in range(2):
         part = _after(axis, with_)
@@ -68,7 +73,7 @@ def impact_energies(plant: Plant, law: AnyLaw | None, speed: float, pressure: fl
         response.append(float(np.linalg.norm(p[part]) / force))
         effort.append(float(np.linalg.norm(r[part]) / force))
     largest = float(np.abs(with_.reference).max(initial=0.0))
-    return Energies(
+    return ImpactResponse(
         speed, pressure, (response[0], response[1]), (effort[0], effort[1]), largest,
         with_.touched, envelope_damping(p[_after(0, with_)], with_.Ts), "", *alarms,
     )  # fmt: skip

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rotorsim.balance import Conditions, Plane, Reading, estimate, fit_influence, leave_one_out
+from rotorsim.balance import Conditions, Plane, Reading, assess, estimate, fit_influence, leave_one_out
+from rotorsim.balance.results import result_rows, summary, unbalance_csv
 from rotorsim.base.errors import DataError
 
 
@@ -83,7 +84,59 @@ def test_planes_that_were_never_changed_apart_are_refused():
     c = conditions(7)
     with pytest.raises(DataError, match="trial weight in one plane alone"):
         fit_influence(c.flat, np.stack([c.unbalance[:, 0]] * 2, axis=1))
-    with pytest.raises(DataError, match="4 conditions with a known unbalance: at least 5"):
-        fit_influence(c.flat[:4], c.unbalance[:4])
+    with pytest.raises(DataError, match="2 conditions with a known unbalance: at least 3"):
+        fit_influence(c.flat[:2], c.unbalance[:2])
     with pytest.raises(DataError, match="1 vectors cannot tell 2 planes apart"):
         estimate(fit_influence(c.flat, c.unbalance), np.array([1e-6, *[np.nan] * 5]))
+
+
+def runs(H, base, *weights):
+    """A run without trial weights and one with each of `weights` [kg m, a row a run], without noise."""
+    u = np.array([np.zeros(H.shape[1]), *weights], complex)
+    y = base + u @ H.T
+    readings = tuple(Reading(f"p{k}", 0.1 + 0.1 * k, 0.0) for k in range(len(base)))
+    planes = tuple(Plane(f"plane {k}", 0.2 + 0.1 * k, 0.03) for k in range(H.shape[1]))
+    return Conditions(tuple(f"run {k}" for k in range(len(u))), ("",), np.full((len(u), 1), 100.0), y[:, None, :], u,
+                      readings, planes)  # fmt: skip
+
+
+@pytest.mark.parametrize("machine", ["bently_rk4", "dtu_gas_bearing"])
+def test_one_trial_weight_balances_one_plane(machine):
+    """The textbook's correction is -y0 T / (y1 - y0), with T the trial weight (Friswell et al. 2010, chapter 8)."""
+    y0, influence, trial = 8e-6 * np.exp(0.7j), 0.31 * np.exp(-2.1j), 2e-5 * np.exp(1.2j)
+    c = runs(np.array([[influence]]), np.array([y0]), [trial])
+    found = assess(machine, c)
+    y1 = c.flat[1, 0]
+    assert found.correction.wanted[0] == pytest.approx(-y0 * trial / (y1 - y0), rel=1e-12)
+    assert abs(found.correction.after[0]) < 1e-12 * abs(y0)
+    assert found.corrected == "run 0" and found.tests == {}
+    assert "nan" not in str(result_rows(found)).lower() + str(summary(found)).lower() + unbalance_csv(found).lower()
+
+
+def test_one_trial_weight_a_plane_balances_two_planes():
+    """The two vectors of two planes: u = -H^-1 y0 with the columns (y_k - y0) / T_k of H."""
+    generator = np.random.default_rng(3)
+    H, y0 = noise(generator, 2, 2), 1e-5 * noise(generator, 2)
+    c = runs(H, y0, [2e-5, 0], [0, 3e-5j])
+    columns = np.column_stack([(c.flat[1] - y0) / 2e-5, (c.flat[2] - y0) / 3e-5j])
+    assert assess("bently_rk4", c).correction.wanted == pytest.approx(-np.linalg.solve(columns, y0), rel=1e-9)
+
+
+def test_an_unknown_run_beside_one_trial_is_estimated_without_a_deviation():
+    c = runs(np.array([[0.3 + 0.1j]]), np.array([1e-6j]), [2e-5], [1e-5j])
+    unknown = replace(c, unbalance=np.array([[0], [2e-5], [np.nan]], complex))
+    found = assess("bently_rk4", unknown).estimates["run 2"]
+    assert found.unbalance[0] == pytest.approx(1e-5j, rel=1e-9)
+    assert np.isnan(found.deviation).all()
+
+
+def test_repeats_equal_to_the_last_digit_do_not_make_a_matrix_singular():
+    c = runs(np.array([[0.3 + 0.1j], [0.1]]), np.array([1e-6j, 2e-6]), [0], [2e-5], [2e-5], [0], [1e-5])
+    unknown = replace(c, unbalance=np.array([[0], [0], [2e-5], [2e-5], [0], [np.nan]], complex))
+    assert assess("bently_rk4", unknown).estimates["run 5"].unbalance[0] == pytest.approx(1e-5, rel=1e-9)
+
+
+def test_a_trial_alone_is_one_run_too_few():
+    c = runs(np.array([[0.3 + 0.1j]]), np.array([1e-6j]), [2e-5])
+    with pytest.raises(DataError):
+        assess("bently_rk4", replace(c, unbalance=np.array([[np.nan], [2e-5]])))

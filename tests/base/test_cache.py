@@ -1,25 +1,29 @@
 """Cache: keys follow every source that computes a result; damaged files and full disks are no errors."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+import studies
 from fuzzing.disk import largest_file
 from rotorsim.base.cache import ROOT, Cache, key_of, source_files, sources_hash
 from rotorsim.base.files import WriteError
 from rotorsim.campaign.store import versions
 from rotorsim.discrepancy.residuals import comparison
-from rotorsim.reproduction import stage_key
+from studies.thesis import stage_key
 
-PACKAGES = ("reynolds", "fe_shaft", "identification", "rotorsim", "fmu")
+PACKAGES = ("reynolds", "fe_shaft", "identification", "rotorsim", "fmu", "studies")
+STUDIES = Path(studies.__file__).parent
 RESULTS = {
     "response": (comparison.SOURCES, "rotorsim.discrepancy.residuals.comparison"),
     "sensitivity": (comparison.SOURCES, "rotorsim.discrepancy.twin.sensitivity_cache"),
     "record": (versions.SOURCES, "rotorsim.campaign.workers.case_process"),
     "design": (stage_key.SOURCES["control"], "rotorsim.control"),
-    "verification": (stage_key.SOURCES["verify"], "rotorsim.reproduction.control_cases"),
-    "hysteresis": (stage_key.SOURCES["hysteresis"], "rotorsim.reproduction.claims.hysteresis"),
-    "identification": (stage_key.SOURCES["identification"], "rotorsim.reproduction.identification_vs_physics"),
-    "targets": (stage_key.SOURCES["identification"], "rotorsim.reproduction.claims.targets"),
+    "verification": (stage_key.SOURCES["verify"], "studies.thesis.control_cases"),
+    "hysteresis": (stage_key.SOURCES["hysteresis"], "studies.thesis.claims.hysteresis"),
+    "identification": (stage_key.SOURCES["identification"], "rotorsim.study.identification_vs_physics"),
+    "targets": (stage_key.SOURCES["identification"], "studies.thesis.claims.targets"),
 }
 
 
@@ -31,7 +35,8 @@ def graph():
 
 def file_of(module):
     """Source file of a module."""
-    path = ROOT.joinpath(*module.split("."))
+    root = STUDIES.parent if module.startswith("studies") else ROOT
+    path = root.joinpath(*module.split("."))
     return path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
 
 
@@ -40,7 +45,8 @@ def test_a_key_follows_every_source_that_is_imported(graph, result):
     """Files had moved out of the folders that were hashed: edits of them served stale results."""
     sources, entry = RESULTS[result]
     imported = {entry, *graph.find_descendants(entry)}
-    imported |= {below for module in imported for below in graph.find_upstream_modules(module)} - {"rotorsim"}
+    above = {name for module in imported for name in graph.find_upstream_modules(module)}
+    imported |= above - {"rotorsim", "studies", "studies.thesis"}
     assert not {file_of(module) for module in imported} - set(source_files(*sources))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import pickle
+import re
 import signal
 import subprocess
 import sys
@@ -169,3 +170,28 @@ def test_ctrl_c_while_a_netcdf_file_is_written_waits_for_its_end(tmp_path: Path)
         write_netcdf(tmp_path / "a.nc", Interrupting({"a": ("t", np.zeros(9))}))
     assert xr.load_dataset(tmp_path / "a.nc", engine="h5netcdf").sizes["t"] == 9
     assert names(tmp_path) == ["a.nc"]
+
+
+OWN = {
+    "rotorsim/plant/compose.py", "rotorsim/base/public.py", "rotorsim/base/cache.py", "rotorsim/base/file_set.py",
+    "rotorsim/base/references/__init__.py", "rotorsim/live/page/scene.py", "rotorsim/report/export/figure_files.py",
+    "rotorsim/commands/results.py", "rotorsim/commands/page_options.py", "rotorsim/report/export/images.py",
+    "fmu/model.py", "fmu/contents.py", "fmu/kernel_object.py", "identification/readers/plain_hdf5.py",
+}  # fmt: skip
+"""Files that read what rotorsim wrote, or comes with it, or a text within a binary file."""
+
+
+def test_texts_of_users_are_read_without_their_byte_order_mark():
+    """Each place that reads UTF-8 either strips the mark or reads a text that no user edits."""
+    root, plain = Path(__file__).parents[2], re.compile(r'(read_text|open|decode)\(.*"utf-8"')
+    sources = [
+        path for room in ("rotorsim", "identification", "fe_shaft", "fmu") for path in (root / room).rglob("*.py")
+    ]
+    assert len(sources) > 100
+    found = {
+        str(path.relative_to(root))
+        for path in sources
+        for line in path.read_text(encoding="utf-8").splitlines()
+        if plain.search(line) and "files(" not in line and '"w"' not in line
+    }
+    assert found <= OWN

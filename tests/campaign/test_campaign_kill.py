@@ -1,5 +1,6 @@
 """Campaigns with killed processes: the next run completes every case once, with the same bits."""
 
+import errno
 import json
 import os
 import shutil
@@ -7,7 +8,6 @@ import signal
 import sqlite3
 import subprocess
 import sys
-import time
 from contextlib import closing, contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
@@ -20,9 +20,10 @@ from rotorsim.campaign import Settings, open_store, run_campaign
 from rotorsim.campaign.errors import ClusterError, StoreError
 from rotorsim.campaign.plan.parse import make_plan
 from rotorsim.campaign.store.index import DONE, FAILED, PENDING
-from rotorsim.campaign.store.store import make_store, record_path
+from rotorsim.campaign.store.store import make_store, part_path, record_path
 from rotorsim.campaign.workers.case_process import PHYSICS, run as run_order
 from rotorsim.campaign.workers.cluster import Tls
+from waiting import PATIENCE, until
 
 pytestmark = [
     pytest.mark.skipif(sys.platform == "win32", reason="kills by the signals of POSIX"),
@@ -42,8 +43,6 @@ if __name__ == "__main__":
         sys.exit(2)
     print(json.dumps(outcome.__dict__))
 """
-PATIENCE = 3600.0
-"""Longest time [s] to wait for what must come: a hang and nothing less, however busy the computer is."""
 
 
 @contextmanager
@@ -76,16 +75,6 @@ def cells(process):
     for one in descendants(process):
         with suppress(psutil.Error):
             found += [one] if "rotorsim.campaign.workers.case_process" in one.cmdline() else []
-    return found
-
-
-def until(condition, process=None):
-    """Wait for something; fail if it does not come or the process ends before."""
-    end = time.monotonic() + PATIENCE
-    while not (found := condition()):
-        assert time.monotonic() < end, "did not come"
-        assert process is None or process.poll() is None, process.communicate()
-        time.sleep(0.05)
     return found
 
 
@@ -126,14 +115,14 @@ def gone(process):
 
 
 @pytest.mark.slow
-def test_workers_and_processes_of_cases_that_are_killed_cost_no_case(tmp_path):
-    """One worker and later one process of a case are killed in the middle of a case; another campaign must wait."""
+def test_processes_of_cases_that_are_killed_cost_no_case(tmp_path):
+    """The processes of two cases are killed one after the other in the middle; another campaign must wait."""
     plan, folder = SLEEPING.format(14, "1 s"), tmp_path / "store"
     with running(tmp_path, plan, folder, workers=2, physics="stub") as process:
         cell = until(lambda: len(records(folder)) >= 1 and len(cells(process)) == 2 and cells(process)[0], process)
-        cell.parent().kill()
+        cell.kill()
         until(lambda: gone(cell))
-        other = until(lambda: cells(process) and cells(process)[0], process)
+        other = until(lambda: next((one for one in cells(process) if one != cell), None), process)
         other.kill()
         with pytest.raises(StoreError, match=rf"process {process.pid} on .* runs a campaign in it; wait for its end"):
             run_campaign(make_plan(plan), folder)
@@ -145,7 +134,7 @@ def test_workers_and_processes_of_cases_that_are_killed_cost_no_case(tmp_path):
 
 
 def test_a_campaign_whose_process_is_killed_continues_with_the_same_bits(tmp_path):
-    """SIGKILL takes client and scheduler; no process of it is left, and the same plan finishes the rest."""
+    """SIGKILL takes the process that gives out the cases; none of theirs is left, the same plan finishes the rest."""
     folder = tmp_path / "store"
     with running(tmp_path, REAL, folder, workers=1) as process:
         until(lambda: records(folder), process)
@@ -326,27 +315,65 @@ def test_a_disk_that_fills_up_ends_the_campaign_and_the_rest_runs_when_there_is_
         subprocess.run(["umount", "-l", disk], check=True)
 
 
-def test_workers_of_this_machine_listen_to_this_machine_alone():
-    from rotorsim.campaign.workers.cluster import cluster
+def sockets(process):
+    """Sockets of a process and all below it that another user could reach: of the internet, or with a name."""
+    found = []
+    for one in (psutil.Process(process.pid), *descendants(process)):
+        with suppress(psutil.Error):
+            found += one.net_connections("inet") + [c for c in one.net_connections("unix") if c.laddr]
+    return found
 
-    with cluster(None, 1, 1) as client:
-        received = [c.laddr.ip for p in (psutil.Process(), *psutil.Process().children(True)) for c in _listening(p)]
-        assert client.scheduler.address.startswith("tcp://127.0.0.1:") and len(received) >= 3
-    assert set(received) == {"127.0.0.1"}
+
+def test_no_process_of_a_campaign_on_this_computer_has_a_socket_that_others_can_reach(tmp_path):
+    """A scheduler listened on the loopback, where any user could give it code that ran as the campaign's."""
+    with running(tmp_path, SLEEPING.format(3, "1 s"), tmp_path / "store", workers=2, physics="stub") as process:
+        until(lambda: len(cells(process)) == 2, process)
+        while process.poll() is None:
+            with suppress(psutil.NoSuchProcess, subprocess.TimeoutExpired):
+                assert sockets(process) == []
+                process.wait(0.1)
+        out, err = process.communicate()
+    assert process.returncode == 0, err
+    assert json.loads(out)["done"] == 3
 
 
-def _listening(process):
-    with suppress(psutil.Error):
-        return [c for c in process.net_connections("inet") if c.status == psutil.CONN_LISTEN]
-    return []
+def test_a_process_that_cannot_be_started_ends_the_campaign_in_one_sentence(tmp_path, monkeypatch):
+    def none(*arguments, **options):
+        raise OSError(errno.EAGAIN, "Resource temporarily unavailable")
+
+    monkeypatch.setattr("rotorsim.campaign.workers.worker.subprocess.Popen", none)
+    with pytest.raises(ClusterError, match=r"cannot be started on this machine .*temporarily unavailable"):
+        run_campaign(make_plan(SLEEPING.format(2, "1 ms")), tmp_path / "s", Settings(workers=1, physics="stub"))
+
+
+def test_what_a_process_that_died_was_writing_is_removed(tmp_path):
+    from rotorsim.campaign.workers import worker
+
+    store = make_store(make_plan(SLEEPING.format(1, "1 h")), tmp_path / "store")
+    cell = worker.own_cell("mine")
+    left, another = (part_path(store.folder, name, pid) for name, pid in (("a", cell.process.pid), ("b", 1)))
+    left.touch()
+    another.touch()
+    cell.process.kill()
+    assert worker._try({"run": "mine", "folder": str(store.folder), "versions": cell.versions})["status"] == "died"
+    assert not left.exists() and another.exists()
+
+
+def test_a_run_that_ends_while_a_process_begins_waits_for_no_case(tmp_path, monkeypatch):
+    """The process is known to nobody until it has begun: the end of the run must find it then."""
+    from rotorsim.campaign.workers import worker
+
+    monkeypatch.setattr(worker, "_over", {"mine"})
+    monkeypatch.setattr(worker._own, "cell", None, raising=False)
+    with pytest.raises(worker.CellDiedError, match="SIGKILL"):
+        worker.own_cell("mine")
 
 
 def test_a_stopped_run_leaves_the_cases_of_other_runs_alone():
     """Two campaigns with two stores may share a cluster: the end of one ends its own processes only."""
     from rotorsim.campaign.workers import worker
 
-    cell = worker.own_cell()
-    cell.run = "mine"
+    cell = worker.own_cell("mine")
     worker.end_run("another")
     assert cell.process.poll() is None
     assert worker.run_orders(json.dumps([{"run": "another", "number": 1}])) == "[]"

@@ -1,4 +1,4 @@
-"""Dask tasks: size adapted to the duration of the cases, lost tasks repeated."""
+"""Tasks: size adapted to the duration of the cases, lost tasks repeated."""
 
 import json
 
@@ -6,6 +6,7 @@ import pytest
 
 from rotorsim.campaign.errors import ClusterError
 from rotorsim.campaign.workers import scheduler as pumping
+from rotorsim.campaign.workers.cluster import ClusterWorkers
 from rotorsim.campaign.workers.scheduler import LARGEST, TASK, Pump
 
 
@@ -57,7 +58,7 @@ def all_rows(pump):
 @pytest.mark.parametrize(("seconds", "size"), [(0.0, LARGEST), (0.1, 3), (TASK, 1), (60.0, 1)])
 def test_short_cases_share_a_task(client, seconds, size):
     client.seconds = seconds
-    pump = Pump(client, "run")
+    pump = Pump(ClusterWorkers(client), "run")
     assert pump.room > 0 and pump.size(10**6) == 1, "nothing is known of the first"
     for number in range(300):
         pump.give([{"number": number}])
@@ -67,7 +68,7 @@ def test_short_cases_share_a_task(client, seconds, size):
 
 
 def test_of_a_task_that_is_lost_each_case_is_given_again_alone(client):
-    pump = Pump(client, "run")
+    pump = Pump(ClusterWorkers(client), "run")
     pump.give([{"number": number} for number in (1, -2, 3)])
     rows = {row["number"]: row for row in all_rows(pump)}
     assert sorted(rows) == [-2, 1, 3] and "error" not in rows[1] and "error" not in rows[3]
@@ -76,7 +77,7 @@ def test_of_a_task_that_is_lost_each_case_is_given_again_alone(client):
 
 def test_without_workers_for_long_a_campaign_gives_up(client, monkeypatch):
     monkeypatch.setattr(pumping, "ALONE", -1.0)
-    pump, client.workers = Pump(client, "run"), 0
+    pump, client.workers = Pump(ClusterWorkers(client), "run"), 0
     with pytest.raises(ClusterError, match="workers: none for -1 s; start some and run the same command again"):
         list(pump.rows())
     client.status = "closed"

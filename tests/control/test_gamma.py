@@ -15,8 +15,8 @@ from rotorsim.control.numerics.systems import System, block_diag, gain, peak_gai
 
 pytestmark = pytest.mark.numerical
 SEEDS = st.integers(0, 2**32 - 1)
-few = settings(max_examples=6, deadline=None, derandomize=True)
-many = settings(max_examples=15, deadline=None, derandomize=True)
+few = settings(max_examples=6, derandomize=True)
+many = settings(max_examples=15, derandomize=True)
 
 
 @pytest.fixture(scope="module")

@@ -20,6 +20,7 @@ from rotorsim.control.numerics.systems import peak_gain
 
 pytestmark = pytest.mark.numerical
 SPEC = lpv.Spec(grid=(5, 5), table=(3, 3), validation=(5, 5))
+CHANGES = ["grid=5x5", "table=3x3", "validation=5x5"]
 STILL = Sought(order_X=0, order_Y=0)
 
 
@@ -33,10 +34,15 @@ def made(rig):
     return lpv.synthesis(rig, SPEC)
 
 
-def test_a_design_names_its_steps_in_their_order(rig):
+@pytest.fixture(scope="module")
+def designed(rig):
+    """The law of a whole design, and the steps that it named."""
     steps = []
-    changes = ["grid=5x5", "table=3x3", "validation=5x5"]
-    shown = rs.control.design("lpv", rig, changes, progress=steps.append)
+    return rs.control.design("lpv", rig, CHANGES, progress=steps.append), steps
+
+
+def test_a_design_names_its_steps_in_their_order(designed):
+    _, steps = designed
     names = list(dict.fromkeys(step.partition(":")[0].partition(" at gamma")[0] for step in steps))
     assert names == [
         "smallest gamma",
@@ -45,7 +51,11 @@ def test_a_design_names_its_steps_in_their_order(rig):
         "table",
         "stability over the range",
     ]
-    assert shown.hash == rs.control.design("lpv", rig, changes).hash
+
+
+@pytest.mark.slow
+def test_naming_its_steps_changes_no_bit_of_a_design(rig, designed):
+    assert designed[0].hash == rs.control.design("lpv", rig, CHANGES).hash
 
 
 def plants_of(rig, made, n):
@@ -84,6 +94,7 @@ def test_a_finer_grid_needs_hardly_more(rig, made):
     assert lpv.validated(rig, SPEC, made, (64, 64)) <= 1.005 * lpv.validated(rig, SPEC, made, (5, 5))
 
 
+@pytest.mark.slow
 def test_constant_matrices_need_at_least_as_much(rig, made):
     grid = grid_of(rig, made)
     moving, still_X, still_Y = (synthesise(grid, Sought(*orders)).gamma for orders in ((1, 2), (0, 2), (2, 0)))
@@ -150,8 +161,8 @@ def test_the_rate_of_a_polynomial_is_its_difference_quotient():
     assert corners(np.array([0.1, 0.0])).tolist() == [[-0.1, 0.0], [0.1, 0.0]]
 
 
-def test_the_law_runs_at_5_khz_and_carries_its_gamma(rig):
-    law = lpv.design(rig, SPEC)
+def test_the_law_runs_at_5_khz_and_carries_its_gamma(designed):
+    law, _ = designed
     assert law.gamma >= law.about["optimal_gamma"]
     assert law.A.shape == (3, 3, 10, 10)
     slow = np.log(np.abs(np.linalg.eigvals(law.A)).min()) / law.Ts

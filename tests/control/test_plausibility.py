@@ -294,8 +294,8 @@ def test_a_reference_that_is_added_is_no_evidence_against_the_sensors(plant, law
 
 def test_the_end_of_an_offset_is_no_evidence_against_the_signs(plant):
     """The displacement jumps back while the law is suspended: predictors that went on across it called it a swap."""
-    from rotorsim.bench.control import rig_model
     from rotorsim.control.designs import h2_scheduled
+    from studies.benchmarks.control_laws import rig_model
 
     faulty = Faulty(h2_scheduled.design(rig_model()), lambda y: np.add(y, [6e-5, 0.0]), 1855, 2241)
     speed, pressure = np.linspace(236.0, 431.0, 4000), np.linspace(0.64e6, 0.56e6, 4000)
@@ -305,7 +305,7 @@ def test_the_end_of_an_offset_is_no_evidence_against_the_signs(plant):
 
 def test_the_benchmark_takes_steps_of_returns_and_of_ways_out_apart():
     """Bad in samples 4 and 5, back at 8; the last step of a return has no alarm any more."""
-    from rotorsim.bench.sensor_faults import excess
+    from studies.benchmarks.sensor_faults import excess
 
     outputs = np.cumsum([0, 0.3, 0.3, 0.3, -0.5, -0.5, 0.1, 0.2, 0.7, 0.3])[:, None] * [1.0, 0.0]
     bad = np.isin(np.arange(10), (4, 5))

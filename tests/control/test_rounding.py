@@ -19,7 +19,7 @@ from rotorsim.control.numerics.systems import System, block_diag, response
 
 pytestmark = pytest.mark.numerical
 SEEDS = st.integers(0, 2**32 - 1)
-few = settings(max_examples=15, deadline=None, derandomize=True)
+few = settings(max_examples=15, derandomize=True)
 AXIS = 1j * np.geomspace(0.01, 100, 60)
 
 

@@ -15,7 +15,7 @@ from rotorsim.report.pages.verification import page
 from rotorsim.verify import SafeSpeed, Verification, closed_loop, safe_speed
 from rotorsim.verify.closed_loop import _impact_rows, other_machines, worst_ratio
 from rotorsim.verify.criteria import Criteria, at_most, below, edited
-from rotorsim.verify.impacts import Energies, envelope_damping, impact_energies
+from rotorsim.verify.impacts import ImpactResponse, envelope_damping, impact_answers, impact_responses
 from rotorsim.verify.running import Frozen, Run, run_rows, steady_rows
 from rotorsim.verify.safe_speed import comparison
 from rotorsim.verify.transients import changing, excursion
@@ -40,10 +40,10 @@ def test_the_compiled_loop_is_the_experiments_bit_for_bit(plant, model):
     assert np.abs(run.reference).max() > 0.1
 
 
-def test_control_lowers_the_energy_of_hits_in_both_directions(plant, model):
+def test_control_lowers_the_response_to_hits_in_both_directions(plant, model):
     law = lqr.design(model)
     for q in ((0.0, 0.3e6), POINT):
-        before, after = impact_energies(plant, None, *q), impact_energies(plant, law, *q)
+        before, after = impact_responses(plant, None, *q), impact_responses(plant, law, *q)
         assert np.all(np.divide(after.response, before.response) < 0.8)
         assert after.damping > 2.5 * before.damping
         assert not after.touched
@@ -52,10 +52,10 @@ def test_control_lowers_the_energy_of_hits_in_both_directions(plant, model):
 def test_a_plant_of_another_rate_answers_to_hits_and_a_law_of_its_rate_as_at_the_rigs(plant, model):
     fine = Plant(plant.machine.with_({"solver.sampling_rate": 1e4}))
     assert fine.machine.sampling_time == pytest.approx(1e-4)
-    before, sooner = impact_energies(plant, None, *POINT), impact_energies(fine, None, *POINT)
+    before, sooner = impact_responses(plant, None, *POINT), impact_responses(fine, None, *POINT)
     assert sooner.response == pytest.approx(before.response, rel=0.02)
     assert sooner.damping == pytest.approx(before.damping, rel=0.1)
-    after = impact_energies(fine, lqr.design(model, lqr.Spec(Ts=1e-4)), *POINT)
+    after = impact_responses(fine, lqr.design(model, lqr.Spec(Ts=1e-4)), *POINT)
     assert np.all(np.divide(after.response, sooner.response) < 0.8)
     assert after.damping > 2.5 * sooner.damping
 
@@ -111,30 +111,30 @@ def test_other_machines_are_computed_as_finely_and_named_as_shipped_where_this_o
 def test_a_machine_on_which_nothing_was_measured_passes_no_robustness():
     """The worst of no points, or of points without a number, is no number and fails every bound."""
 
-    def energies(value):
-        return Energies(0.0, 3e5, (value, value), (0.0, 0.0), 0.0, False, 0.1)
+    def responses(value):
+        return ImpactResponse(0.0, 3e5, (value, value), (0.0, 0.0), 0.0, False, 0.1)
 
     assert np.isnan(worst_ratio([]))
-    ended = (energies(np.inf), energies(np.inf))
-    assert np.isnan(worst_ratio([(energies(2.0), energies(1.0)), ended]))
+    ended = (responses(np.inf), responses(np.inf))
+    assert np.isnan(worst_ratio([(responses(2.0), responses(1.0)), ended]))
     assert at_most("", worst_ratio([ended]), 1.0).passed is False
-    assert worst_ratio([(energies(2.0), energies(1.0)), (energies(1.0), energies(3.0))]) == 3.0
+    assert worst_ratio([(responses(2.0), responses(1.0)), (responses(1.0), responses(3.0))]) == 3.0
 
 
 def test_a_law_gains_nothing_from_a_run_without_control_that_ended():
     """Such a point is left out; where the law's own run ended the ratio is infinite."""
 
-    def energies(value, ended=""):
-        return Energies(0.0, 3e5, (value, value), (0.0, 0.0), 0.0, bool(ended), 0.1, ended)
+    def responses(value, ended=""):
+        return ImpactResponse(0.0, 3e5, (value, value), (0.0, 0.0), 0.0, bool(ended), 0.1, ended)
 
-    over, fine, lost = energies(2.0), energies(3.0), energies(np.inf, "ended at 3000 rpm")
+    over, fine, lost = responses(2.0), responses(3.0), responses(np.inf, "ended at 3000 rpm")
     assert worst_ratio([(lost, over), (over, fine)]) == 1.5
     assert np.isnan(worst_ratio([(lost, over)])) and worst_ratio([(over, lost)]) == np.inf
     rows = {row.check: row for row in _impact_rows((lost,), (over,), Criteria())}
-    assert not rows["impact energy along x, mean"].passed and not rows["impact energy, worst point"].passed
+    assert not rows["impact response along x, mean"].passed and not rows["impact response, worst point"].passed
     assert "without control ended at 3000 rpm" in rows["no contact in the hits"].remark
     rows = {row.check: row for row in _impact_rows((lost, over), (over, fine), Criteria())}
-    assert rows["impact energy along x, mean"].measured == 1.5
+    assert rows["impact response along x, mean"].measured == 1.5
 
 
 def test_a_run_up_to_a_limit_of_the_machine_is_safe_up_to_there(plant):
@@ -178,7 +178,7 @@ def test_a_verification_beyond_a_limit_of_the_machine_is_not_passed_and_states_i
     result = closed_loop(lqr.design(model), limited(coarse, tip_speed="30 m/s"), quick=True)
     rows = {row.check: row for row in result.rows}
     assert not result.passed
-    for name in ("impact energy, worst point", "no contact in the hits", "run-up and coast-down",
+    for name in ("impact response, worst point", "no contact in the hits", "run-up and coast-down",
                  "speed ramp of 60 krpm/s"):  # fmt: skip
         assert rows[name].passed is False and "above limits.tip_speed 30 m/s" in rows[name].remark, name
     assert rows["pressure step 0.3 to 0.7 MPa"].passed and rows["sensor x hangs"].passed
@@ -228,7 +228,11 @@ def test_a_criterion_that_an_earlier_verification_did_not_have_is_not_edited():
 def test_a_law_that_does_nothing_fails_whatever_the_last_digit(coarse):
     idle = p.make(p.Spec(kappa_x=0.0, kappa_y=0.0))
     rows = {row.check: row for row in closed_loop(idle, coarse, quick=True).rows}
-    for name in ("impact energy along x, mean", "impact energy, worst point", "imbalance amplitude at 6 krpm, 0.7 MPa"):
+    for name in (
+        "impact response along x, mean",
+        "impact response, worst point",
+        "imbalance amplitude at 6 krpm, 0.7 MPa",
+    ):
         assert rows[name].passed is False and "changes nothing" in rows[name].remark, name
     for measured in (1 - 1e-12, 1.0, 1 + 1e-12):
         assert below("", measured, 1.0).passed is False
@@ -275,3 +279,15 @@ def test_a_verification_on_another_machine_says_so(plant, model):
     assert result.remark.startswith("law lqr: was designed on a model of my_rig, and the machine is dtu_gas_bearing")
     assert "Law lqr: was designed on a model of my_rig" in page(result)
     assert Verification(law, "my_rig", (), (), ()).remark == ""
+
+
+def test_a_response_is_a_norm_and_its_square_an_energy(plant):
+    """Twice the answer is twice the response and four times the energy; the words on a page keep them apart."""
+    found = impact_responses(plant, None, 300.0, 0.5e6)
+    disc = impact_answers(plant, None, 300.0, 0.5e6, 20.0)[0] * 1e6
+    hammer = Impact(peak=20.0, width=1e-3, angle=0.0, lead=0.4, spacing=0.2, Ts=plant.machine.sampling_time)
+    force = hammer.rows(2000, 500)[:, 4:6]
+    energies = (disc**2).sum() / (force**2).sum()
+    assert found.response[0] ** 2 == pytest.approx(energies, rel=1e-6)
+    rows = _impact_rows((found,), (found,), Criteria())
+    assert not any("energy" in row.check for row in rows)

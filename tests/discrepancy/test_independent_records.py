@@ -17,7 +17,7 @@ from identification import make_record
 from rotorsim.discrepancy import diagnose
 from rotorsim.machine import load_machine
 
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
+BENCHMARKS = Path(__file__).parents[2] / "studies" / "benchmarks"
 STEEL = Material("steel", rho=7850.0, E=210e9, Poisson=0.3)
 ELEMENTS, DISC = 12, 6
 K_B, C_B = 1e6, 2e3

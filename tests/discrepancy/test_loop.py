@@ -1,8 +1,6 @@
 """Loop of diagnoses and experiments: steps on disk, rigs, resumption, ends, bad input; whole loops are slow."""
 
 import json
-import threading
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,16 +11,17 @@ import pytest
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.netcdf import write_netcdf
-from rotorsim.bench.decide import HiddenRig, loop_figures
-from rotorsim.bench.loop_case import LoopCase, Rejected, counted, read_cases, write_cases
 from rotorsim.discrepancy import decide
 from rotorsim.discrepancy.blind_test.hide import read_truth
+from rotorsim.discrepancy.loop import rigs
 from rotorsim.discrepancy.loop.decide import Loop, _with_files
 from rotorsim.discrepancy.loop.rigs import FolderRig, VirtualRig, open_rig
 from rotorsim.discrepancy.loop.steps import FILE, OTHERS, Step, Steps, read_steps
 from rotorsim.discrepancy.odds.explanation import Explanation
 from rotorsim.discrepancy.plan.allowed import ALLOWED
 from small_diagnosis import small_diagnosis
+from studies.benchmarks.decide import HiddenRig, loop_figures
+from studies.benchmarks.loop_case import LoopCase, Rejected, counted, read_cases, write_cases
 
 ASKED = {"machine": "plain_rotor", "rig": "virtual:p", "allow": list(ALLOWED), "sure": 0.95}
 OPTION = SimpleNamespace(name="impact")
@@ -113,25 +112,24 @@ def test_records_of_an_experiment_that_was_not_diagnosed_stay_its_own(tmp_path):
     assert read_steps(tmp_path, ASKED).pending["records"] == ()
 
 
-def test_a_folder_gives_what_is_new_once_it_does_not_grow(tmp_path):
+def test_a_folder_gives_what_is_new_once_it_does_not_grow(tmp_path, monkeypatch):
+    """The clock is that of the test: while the rig sleeps the file grows, for 2.5 s."""
     (tmp_path / "old.nc").write_bytes(b"old")
-    rig = FolderRig(tmp_path, longest=20.0)
-    assert rig.begin(["given"]) == ["given", tmp_path / "old.nc"]
-    stop = time.monotonic() + 2.5
+    clock, stop = [0.0], 2.5
 
-    def grow():
-        with (tmp_path / "new.nc").open("ab") as file:
-            while time.monotonic() < stop:
+    def sleep(seconds):
+        clock[0] += seconds
+        if clock[0] < stop:
+            with (tmp_path / "new.nc").open("ab") as file:
                 file.write(b"more")
-                file.flush()
-                time.sleep(0.1)
 
-    writer = threading.Thread(target=grow)
-    writer.start()
-    found = rig.run(OPTION, 1, lambda: None)
-    writer.join()
-    assert found == [tmp_path / "new.nc"] and time.monotonic() >= stop
-    assert FolderRig(tmp_path, longest=1.0, taken={*found, tmp_path / "old.nc"}).run(OPTION, 2, lambda: None) == []
+    rig = FolderRig(tmp_path, longest=20.0, taken={tmp_path / "old.nc"})
+    monkeypatch.setattr(rigs, "time", SimpleNamespace(monotonic=lambda: clock[0], sleep=sleep))
+    assert rig.run(OPTION, 1, lambda: None) == [tmp_path / "new.nc"] and clock[0] >= stop
+    stop = 0.0
+    assert FolderRig(tmp_path).begin(["given"]) == ["given", tmp_path / "new.nc", tmp_path / "old.nc"]
+    taken = {tmp_path / "new.nc", tmp_path / "old.nc"}
+    assert FolderRig(tmp_path, longest=1.0, taken=taken).run(OPTION, 2, lambda: None) == []
 
 
 @dataclass(frozen=True)
@@ -285,7 +283,7 @@ def test_rows_of_loops_and_of_rejected_seeds_are_read_as_they_were_written(tmp_p
     write_cases([TIE, Rejected(4, "no tie")], tmp_path / "cases")
     assert read_cases(tmp_path / "cases") == {3: TIE, 4: Rejected(4, "no tie")}
     (tmp_path / "cases").write_text('{"number": 1}\n')
-    with pytest.raises(DataError, match="line 1 is not a case of 'rotorsim bench decide'"):
+    with pytest.raises(DataError, match="line 1 is not a case of the part decide"):
         read_cases(tmp_path / "cases")
 
 

@@ -174,6 +174,7 @@ def kit(degrees):
     return read(KIT / "runup.csv", KIT / "runup.toml").assign_attrs(probe_angle=np.radians(degrees))
 
 
+@pytest.mark.slow
 def test_the_measured_run_up_is_fitted_by_a_probe_at_45_deg_and_not_at_0_deg():
     """Measured data: at 45 deg the beat after the critical speed is the model's too, at 0 deg it is not."""
     machine = load_machine("bently_rk4")

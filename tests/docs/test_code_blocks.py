@@ -3,6 +3,7 @@
 What takes minutes is marked nightly; what cannot be run at all stands in `NOT_RUN` with its reason.
 """
 
+import json
 import os
 import re
 import shlex
@@ -26,8 +27,8 @@ NOT_RUN = (
     (r"^python tests/regression/compare_commits", "needs two commits: the workflow of a change"),
     (r"^rotorsim live", "serves until Ctrl-C; tests/live starts it"),
     (
-        r"^rotorsim (campaign thesis|study)|^rotorsim bench$|my_campaign|records --model",
-        "hours; tests/campaign and reproduction",
+        r"^rotorsim (campaign thesis|study)|^python studies/|my_campaign|records --model",
+        "hours; tests/campaign and tests/studies",
     ),
     (r"^rotorsim diagnose rig.toml --until-decided", "waits for records that a person makes"),
     (r"^rotorsim diagnose my_rotor.toml measured", "needs the reader's records; docs/gap.md runs the command nightly"),
@@ -43,7 +44,7 @@ NIGHTLY = (
     r"^rotorsim (verify|hide|report diagnosis|diagnose (dtu|bently)|machine calibrate)",
     r"^rotorsim map --speed|--over",
     r"^rotorsim design",
-    r"^rotorsim (runup --pressure|experiment (prbs|staircase))",
+    r"^rotorsim (runup (--pressure|aerostatic)|modes grooved|experiment (prbs|staircase))",
     r"^rotorsim fmu",
 )
 NIGHTLY_PAGES = {f"docs/{name}.md" for name in ("control", "experiments", "fmu", "gap", "identification", "linear")}
@@ -113,12 +114,11 @@ NIGHT = pytest.mark.nightly
 def material(tmp_path):
     """Return a folder with the files that pages name."""
     for name in ("model", "lpv"):
-        shutil.copy(ROOT / "rotorsim" / "bench" / "data" / "rig_model_2.json", tmp_path / f"{name}.json")
+        shutil.copy(ROOT / "rotorsim" / "live" / "rig" / "shipped" / "rig_model_2.json", tmp_path / f"{name}.json")
     for name in ("hinf", "my_law"):
         shutil.copy(ROOT / "rotorsim" / "live" / "rig" / "shipped" / "hinf.json", tmp_path / f"{name}.json")
     (tmp_path / "docs").symlink_to(ROOT / "docs")
-    (tmp_path / "rotorsim").mkdir()
-    (tmp_path / "rotorsim" / "bench").symlink_to(ROOT / "rotorsim" / "bench")
+    (tmp_path / "rotorsim").symlink_to(ROOT / "rotorsim")
     return tmp_path
 
 
@@ -197,22 +197,31 @@ def without_new(text, exports=False):
     return text.replace("my_rotor.toml", "") if "machine new my_rotor.toml" in text else text
 
 
+COMMANDS = """
+import json, sys
+from pathlib import Path
+from shutil import rmtree
+from rotorsim.cli import main
+for words, made in json.loads(sys.argv[1]):
+    for path in map(Path, made):
+        rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
+    try:
+        main(words)
+    except SystemExit as ended:
+        if ended.code not in (None, 0, 10, 11, 12):
+            sys.exit(f"rotorsim {words} ended with code {ended.code}")
+"""
+
+
 def commands(lines, folder):
-    """Run command lines in order, each in an interpreter of its own; results of the same name are replaced."""
+    """Run command lines in order, in one interpreter; results of the same name are replaced."""
+    each = []
     for line in lines:
         words = shlex.split(line)
         assert words[0] == "rotorsim", line
         made = {words[k + 1] for k, word in enumerate(words) if word in ("--out", "--propose")}
-        for name in made | ({"run.nc"} & set(words)):
-            remove(folder / name)
-        run(["-m", "rotorsim", *words[1:]], folder)
-
-
-def remove(path):
-    if path.is_dir():
-        shutil.rmtree(path)
-    else:
-        path.unlink(missing_ok=True)
+        each.append((words[1:], sorted(made | ({"run.nc"} & set(words)))))
+    run(["-c", COMMANDS, json.dumps(each)], folder)
 
 
 @pytest.mark.parametrize("block", [b for b in blocks() if b.language == "toml"], ids=lambda b: f"{b.page}-{b.line}")

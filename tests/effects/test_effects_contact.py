@@ -12,7 +12,12 @@ from rotorsim.effects.film.contact import contact
 CLEARANCE, ASPERITY = 25e-6, 0.25e-6
 GAP = CLEARANCE - ASPERITY
 LAW = SimpleNamespace(stiffness=2e7, damping=1.0, friction=0.15, slip_speed=1e-3, asperity=ASPERITY)
-law = contact.py_func
+
+
+def law(clearance, x, y, vx, vy, surface_speed, p):
+    """The contact's law in a plain sleeve: one place, towards which the journal reaches by its eccentricity."""
+    e = math.hypot(x, y)
+    return contact.py_func(clearance, e, x / e, y / e, e, vx, vy, surface_speed, p)
 
 
 def test_no_force_before_touch_and_none_at_neutral_stiffness():
@@ -107,3 +112,49 @@ def test_motions_as_large_as_the_clearance_run_to_their_end(rig, held, rpm, unba
     assert np.all(np.isfinite(table)) and np.all(np.isfinite(run.w))
     assert -2e-6 < table[:, 9].min() < 1.25e-6
     assert np.ptp(table[-500:, 0]) > 50e-6
+
+
+OVAL = {
+    "effects.out_of_round.sleeve": "9 um",
+    "effects.contact.stiffness": "20 MN/m",
+    "effects.contact.friction": 0.15,
+    "effects.contact.asperity": "0.25 um",
+}
+"""Sleeve that is 9 um wider along x and 9 um narrower along y."""
+
+
+@pytest.mark.parametrize(("axis", "reach"), [(4, 34e-6), (5, 16e-6)])
+def test_contact_acts_where_the_gap_closes_and_only_there(neutral, held, axis, reach):
+    """An oval sleeve: the journal reaches 34 um along x and 16 um along y before it touches, not 25 um.
+
+    2 ms of 700 N on the disc: whenever the gap of a sample is 0.1 um below the asperities there was contact, and while
+    it stays 0.1 um above them there was none.
+    """
+    inputs = held(60, 300.0, 0.5e6)
+    inputs[10:20, axis] = 700.0
+    table, _ = run_in_pieces(neutral(OVAL), inputs, 300.0)
+    gap, touched, moved = table[:, 9], table[:, 11] > 0, np.abs(table[:, axis - 2])
+    open_between = np.minimum(gap[1:], gap[:-1]) > 0.25e-6 + 3e-6
+    assert touched.any() and not touched[1:][open_between].any()
+    assert touched[gap < 0.15e-6].all()
+    assert moved[gap < 0.15e-6].min() > reach - 1e-6
+    assert moved.max() > reach
+
+
+def test_contact_brakes_the_shaft_by_its_friction_at_the_journal(neutral, held):
+    """J d(Omega) = -mu R int N dt, N = k delta of the samples' gaps; the drag of the film is that of a run without mu.
+
+    Samples of 0.2 ms see a penetration of a few ms: 5 %.
+    """
+    values = {"effects.contact.stiffness": "20 MN/m", "effects.contact.friction": 0.0}
+    inputs = held(60, 300.0, 0.5e6)
+    inputs[:, 0] = np.nan
+    inputs[10:40, 4] = 500.0
+    lost = []
+    for friction in (0.0, 0.05):
+        plant = neutral(values | {"effects.contact.friction": friction})
+        table, _ = run_in_pieces(plant, inputs, 300.0)
+        lost.append(table[0, 5] - table[-1, 5])
+        depth = np.maximum(plant.machine.effects["contact"][0].asperity - table[:, 9], 0.0)
+    expected = 0.05 * 0.02 * 2e7 * depth.sum() * plant.assembly.sampling_time / plant.assembly.P.inertia
+    assert depth.any() and lost[1] - lost[0] == pytest.approx(expected, rel=0.05)

@@ -8,7 +8,8 @@ import pytest
 
 from reynolds import GasBearing, Injector
 from rotorsim.base.errors import NoLiftOffError
-from rotorsim.effects.film.gas_heating import SUTHERLAND
+from rotorsim.machine.bearings.gas import GASES
+from rotorsim.plant.equilibrium import coupled_effects
 
 SAMPLE = 2e-4
 HZ = 2 * np.pi
@@ -120,9 +121,9 @@ def film_alone(plant, path):
     )  # fmt: skip
     common = {name: getattr(injection, name) for name in names} | {"law": "orifice", "pin": injection.pin_bias}
     return GasBearing(
-        radius=film.diameter / 2, length=film.length, clearance=film.clearance, viscosity=gas.viscosity,
-        ambient_pressure=gas.ambient_pressure, temperature=gas.temperature, gas_constant=gas.gas_constant,
-        heat_capacity_ratio=gas.heat_capacity_ratio, n_theta=32, n_z=8, mean_free_path=path,
+        radius=film.diameter / 2, length=film.length, clearance=film.clearance, viscosity=gas.mu,
+        ambient_pressure=gas.ambient_pressure, temperature=gas.temperature, gas_constant=gas.R,
+        heat_capacity_ratio=gas.kappa, n_theta=32, n_z=8, mean_free_path=path,
         injectors=tuple(Injector(angle=i.angle, **common) for i in machine.injectors),
     )  # fmt: skip
 
@@ -143,7 +144,7 @@ def test_warmer_gas_is_the_more_viscous_gas_of_sutherlands_law(neutral):
     """Air at 350 K against 300 K: 208.2 / 184.6 uPa s (Incropera & DeWitt, Table A.4), met within 1 %."""
 
     def factor(T, T0=293.15):
-        return (T / T0) ** 1.5 * (T0 + SUTHERLAND) / (T + SUTHERLAND)
+        return (T / T0) ** 1.5 * (T0 + GASES["air"].sutherland) / (T + GASES["air"].sutherland)
 
     assert factor(350) / factor(300) == pytest.approx(208.2 / 184.6, rel=0.01)
     viscous = neutral({"gas.viscosity": f"{18.5 * factor(350)} uPa*s"})
@@ -223,6 +224,24 @@ def test_a_supply_that_droops_too_much_does_not_lift_the_rotor_and_one_that_droo
         plant.equilibrium(0.0, 0.3e6)
     with pytest.raises(NoLiftOffError, match=r"35\.9 N"):
         neutral({"effects.supply_droop.droop": "3e9 Pa*s/kg"}).equilibrium(0.0, 0.25e6)
+
+
+def test_a_line_at_ambient_pressure_rests_whichever_way_its_gas_flows(neutral):
+    """At 8000 rpm and no supply the film carries alone; what the injectors then breathe droops by a millionth of it."""
+    plant = neutral({"effects.supply_droop.droop": "1e9 Pa*s/kg"})
+    alone, fed = (one.equilibrium(8000 * HZ / 60, 0.0) for one in (neutral(), plant))
+    assert fed.journal == pytest.approx(alone.journal, abs=1e-9)
+    assert abs(fed.mass_flow.sum()) < 1e-7
+    with pytest.raises(NoLiftOffError):
+        plant.equilibrium(0.0, 0.0)
+
+
+def test_an_equilibrium_that_does_not_converge_names_effects_that_the_machine_has(neutral):
+    """Of supply, heat and motion, those that the machine has and that do something."""
+    assert coupled_effects(neutral().assembly) == ()
+    droop, rub = {"effects.supply_droop.droop": "1e9 Pa*s/kg"}, {"effects.rub.stiffness": "1 MN/m"}
+    assert coupled_effects(neutral(droop).assembly) == ("supply_droop",)
+    assert set(coupled_effects(neutral(droop | rub).assembly)) == {"supply_droop", "rub"}
 
 
 def test_a_line_fills_with_its_time_constant(neutral, held):

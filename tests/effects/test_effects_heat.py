@@ -7,11 +7,11 @@ import pytest
 import xarray as xr
 
 from rotorsim.base.errors import MachineFileError, NoLiftOffError
-from rotorsim.effects.film.gas_heating import SUTHERLAND
 from rotorsim.effects.film.heat_balance import heat_balance
 from rotorsim.experiments import Runup
 from rotorsim.experiments.running import record as record_run
 from rotorsim.machine import load_machine
+from rotorsim.machine.bearings.gas import GASES
 from rotorsim.plant import Plant
 
 GRID = {"grid.n_theta": 16, "grid.n_z": 8}
@@ -70,14 +70,14 @@ def test_walls_alike_warm_up_along_the_exponential_with_an_error_of_first_order(
 def test_a_journal_in_the_middle_of_its_sleeve_is_heated_by_petroffs_power():
     machine = two_films({"journal_expansion": 0.0, "sleeve_expansion": 0.0})
     film, gas = machine.films[0], machine.gas
-    petroff = 2 * np.pi * gas.viscosity * SPEED**2 * (film.diameter / 2) ** 3 * film.length / film.clearance
+    petroff = 2 * np.pi * gas.mu * SPEED**2 * (film.diameter / 2) ** 3 * film.length / film.clearance
     p = SimpleNamespace(
         **vars(machine.effects["heat_balance"][0]), **machine.effects["heat_balance"][0].derived(machine)
     )
     p.flow = 0.0
     rises = np.zeros(3)
     for _ in range(50):
-        tau, s = 1 + rises[0] / gas.temperature, SUTHERLAND / gas.temperature
+        tau, s = 1 + rises[0] / gas.temperature, GASES["air"].sutherland / gas.temperature
         rises = rest(petroff * tau**1.5 * (1 + s) / (tau + s), p)
     found = Plant(machine).equilibrium(SPEED, 0.0).temperature_rises
     assert rises[0] > 1.0

@@ -115,6 +115,27 @@ def test_a_crack_shakes_most_at_twice_the_speed_at_half_the_critical_one(rotor, 
     assert at > 4 * below and at > 4 * above
 
 
+@pytest.mark.parametrize("turn", [1, -1])
+def test_a_rub_brakes_the_shaft_by_its_friction(neutral, held, turn):
+    """J d(Omega)/dt = -mu N R with the drive off, N = k (e - gap) of a stator that presses the shaft by 1 mm.
+
+    Against the same rotor without friction; N moves by what the friction bends the shaft. One sample late: 0.5 %.
+    """
+    press = {"stiffness": "100 kN/m", "offset_x": "-1 mm", "gap": "0 mm", "radius": "11.8 mm", "damping": "0 s/m"}
+    rows, speeds = held(500, turn * 300.0, 0.0), []
+    rows[:, 0] = np.nan
+    for friction in (0.0, 0.2):
+        values = {f"effects.rub.{key}": value for key, value in (press | {"friction": friction}).items()}
+        plant = neutral(WEIGHTLESS | values, name="plain_rotor")
+        table = plant.start(turn * 300.0).advance(rows)
+        speeds.append(table[-1, 5])
+    normal = 1e5 * np.hypot(table[:, 0] + 1e-3, table[:, 1]).mean()
+    time = (len(rows) - 1) * plant.assembly.sampling_time
+    expected = -turn * 0.2 * normal * 0.0118 * time / plant.assembly.P.inertia
+    assert abs(expected) > 0.5
+    assert speeds[1] - speeds[0] == pytest.approx(expected, rel=0.01)
+
+
 def growth(plant, held, speed, seconds=8.0):
     """Rate [1/s] at which forward whirl after a hit grows, over the last `seconds`."""
     half = round(0.5 * seconds / SAMPLE)

@@ -117,7 +117,7 @@ def test_a_loop_survives_lost_samples_and_settles_where_it_would_have(plant, mad
     def law():
         if made == "p":
             return ProportionalLaw(5e4, 5e4, centre=tuple(rest))
-        from rotorsim.bench.control import rig_model
+        from studies.benchmarks.control_laws import rig_model
 
         return lqr.design(rig_model()).with_(centre=tuple(rest))
 

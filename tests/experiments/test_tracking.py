@@ -219,3 +219,79 @@ def test_windows_of_a_fast_shaft_are_shorter_than_a_quarter_of_a_second():
     found = track_orders(record, (1,))
     assert found.sizes["window"] == 8
     np.testing.assert_allclose(abs(found["amplitude"].values[:, 0]), 1e-6, rtol=1e-9)
+
+
+def started_at_speed(noise: float = 0.0, zeta: float = 0.02) -> tuple[xr.Dataset, float]:
+    """A run from 100 to 130 Hz that starts at rest in its equilibrium, and the time [s] of its free decay to 1 %."""
+    time, speed, angle = ramp(20.0, 100.0, 130.0)
+    omega = 2 * np.pi * 49.0
+    free = -2e-6 * np.exp((-zeta + 1j * np.sqrt(1 - zeta**2)) * omega * time)
+    whirl = 2e-6 * np.exp(1j * (angle - angle[0])) + free
+    rng = np.random.default_rng(3)
+    disc = np.column_stack((whirl.real, whirl.imag)) + noise * rng.normal(size=(time.size, 2))
+    record = record_of(time, speed, angle, disc).assign_attrs(machine="", experiment="runup")
+    return record, float(np.log(100) / (zeta * omega))
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-7])
+def test_the_way_from_rest_onto_the_orbit_is_left_out_of_the_numbers(noise: float) -> None:
+    """Free vibration at .49 X with the size of the orbit: the start of the run, and no whirl of the rotor."""
+    record, decay = started_at_speed(noise)
+    found = summarise(record, track_orders(record))
+    assert 0.3 * decay < found["start_transient_s"] < 3 * decay + 0.5
+    below = found["sub_synchronous"]
+    assert below is None or below["um"] < 0.05
+    assert found["largest_orbit"]["um"] == pytest.approx(2, rel=0.05 + 5e6 * noise)
+    assert len(track_orders(record)["time"]) < len(track_orders(record.drop_attrs())["time"])
+
+
+def test_a_whirl_that_stays_or_grows_is_no_start_transient() -> None:
+    record, _ = started_at_speed(zeta=-0.0004)
+    found = summarise(record, track_orders(record))
+    assert found["start_transient_s"] == 0.0
+    assert found["sub_synchronous"]["ratio"] == pytest.approx(0.4, abs=0.1)
+
+
+def test_a_run_from_rest_and_a_measured_record_keep_their_start() -> None:
+    record, _ = started_at_speed()
+    assert summarise(record.drop_attrs(), track_orders(record.drop_attrs()))["start_transient_s"] == 0.0
+    ramped = orders_of_a_ramp().assign_attrs(machine="", experiment="runup")
+    assert summarise(ramped, track_orders(ramped))["start_transient_s"] == 0.0
+
+
+def test_an_order_is_reported_where_it_is_resolved_alone() -> None:
+    """2X in the noise has no largest value; one in the middle that is no peak is at no end of the run."""
+    time, speed, angle = ramp(30.0, 10.0, 90.0)
+    rng = np.random.default_rng(1)
+    first = 3e-6 * np.column_stack((np.cos(angle), np.sin(angle)))
+    record = record_of(time, speed, angle, first + 2e-7 * rng.normal(size=first.shape))
+    peaks = summarise(record, track_orders(record))["peaks"]
+    assert {p["order"] for p in peaks} == {1}
+    hump = 1e-6 * (1 + 0.05 * np.sin(np.pi * time / 30))[:, None] * np.column_stack((np.cos(2 * angle), 0 * angle))
+    record = record_of(time, speed, angle, first + hump)
+    in_x = [p for p in summarise(record, track_orders(record))["peaks"] if p["order"] == 2 and p["axis"] == "x"]
+    assert [(p["local_maximum"], p["at_end"]) for p in in_x] == [(False, "")]
+
+
+def test_an_order_above_the_half_of_the_sampling_rate_is_not_resolved() -> None:
+    """At 1000 turns a second and 5 kHz, 3X would be an alias at 2000 Hz."""
+    time, speed, angle = ramp(4.0, 600.0, 1000.0)
+    record = record_of(time, speed, angle, 1e-6 * np.column_stack((np.cos(3 * angle), np.cos(angle))))
+    tracked = track_orders(record)
+    slow = np.abs(tracked["speed"].values) * 3 < 0.9 * np.pi / TS
+    third = tracked["resolved"].sel(order=3, axis="x").values
+    assert 0 < slow.sum() < slow.size
+    assert third[slow].all() and not third[~slow].any()
+
+
+@pytest.mark.parametrize(("rise", "end"), [(1.0, "end"), (-1.0, "start")])
+def test_extremes_at_an_end_of_the_run_are_flagged(rise: float, end: str) -> None:
+    time, speed, angle = ramp(10.0, 50.0, 60.0)
+    size = 2e-6 * (1 + 0.3 * rise * time / 10)
+    disc = size[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
+    film = 1e-5 - 2 * size
+    found = summarise(
+        record_of(time, speed, angle, disc, h_min=film), track_orders(record_of(time, speed, angle, disc))
+    )
+    assert found["largest_orbit"]["at_end"] == end and found["smallest_film"]["at_end"] == end
+    assert {p["at_end"] for p in found["peaks"] if p["order"] == 1} == {end}

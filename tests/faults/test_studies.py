@@ -1,4 +1,4 @@
-"""Studies of minutes to hours, disturbed repeatedly: finished stages are kept."""
+"""A study of minutes to hours, disturbed repeatedly: finished records are kept."""
 
 import os
 import shutil
@@ -17,9 +17,6 @@ LENGTH = 60.0
 """Time [s] within which a study is disturbed; the moments of later tries are in later stages."""
 STUDIES = (
     Command(("study", "identification-vs-physics"), (RIG, "--quick", "--jobs", "1", "--out", f"{OUT}/study"), ()),
-    Command(("study", "control"), ("{inputs}/model.json", RIG, "--quick", "--out", f"{OUT}/study"), ()),
-    Command(("study", "whole"), (RIG, "--quick", "--out", f"{OUT}/study"), ()),
-    Command(("study", "experiments"), (RIG, "--only", "I9", "--jobs", "1", "--out", f"{OUT}/study"), ()),
 )
 
 

@@ -7,7 +7,18 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import jv
 
-from fe_shaft import BearingElement, DiskElement, Material, Rotor, ShaftElement, analytic, elements, steel
+from fe_shaft import (
+    BearingElement,
+    DiskElement,
+    Material,
+    Rotor,
+    ShaftElement,
+    ShaftError,
+    analytic,
+    elements,
+    modal_reduction,
+    steel,
+)
 
 pytestmark = pytest.mark.numerical
 
@@ -150,13 +161,62 @@ def test_shaft_on_springs_at_its_ends_has_the_frequency_of_its_closed_form():
     assert wn == pytest.approx(b**2 * np.sqrt(EI / mass), rel=1e-5)
 
 
-def test_hysteretic_damping_of_the_shaft_is_unstable_forward_at_every_speed():
-    """The loss per cycle is the same at any frequency, and so is the circulatory stiffness: eta_h / 2 each."""
-    for speed in (10.0, 300.0):
-        modes = supported(eta_h=2e-4).run_modal(speed)
-        first = modes.damping_ratio[:2]
-        assert first.min() < 0 < first.max()
-        assert modes.whirl[first.argmin()] == "forward"
+@pytest.mark.parametrize("speed", [0.0, 0.5, 0.98, 1.02, 1.6, -0.5, -1.6])
+def test_hysteretic_damping_changes_its_sign_where_the_shaft_overtakes_the_whirl(speed):
+    """K (1 + i eta sgn(omega - Omega)) in the undamped shape v: (Genta 2004)
+
+    d(omega) = i eta v' K v / (2 omega v' M v - i Omega v' G v), half eta times the shaft's share of the strain energy.
+    Every whirl is damped below its frequency, the shaft at rest included; the one that the shaft overtakes is driven.
+    """
+    eta, plain, rotor = 2e-4, supported(), supported(eta_h=2e-4)
+    speed = speed * plain.run_modal(0.0).wn[0]
+    undamped, modes = plain.run_modal(speed), rotor.run_modal(speed)
+    with_shaft = "forward" if speed > 0 else "backward"
+    for k in range(2):
+        v, wn = undamped.shapes[:, k], undamped.wn[k]
+        whole = np.real(v.conj() @ (2 * wn * plain.M() - 1j * speed * plain.G()) @ v)
+        zeta = eta * np.real(v.conj() @ plain.parts.K @ v) / whole / wn
+        overtaken = abs(speed) > wn and modes.whirl[k] == with_shaft
+        assert modes.damping_ratio[k] == pytest.approx(-zeta if overtaken else zeta, rel=1e-4)
+
+
+def test_a_hysteretic_shaft_that_turns_sags_sideways_by_its_loss_factor():
+    """Kimball's experiment: static load, deflection turned by arctan eta to where the lower surface moves.
+
+    A pinned shaft, so that all of the deflection is the shaft's; without turning there is no side.
+    """
+    eta, rotor = 0.01, pinned(8, eta_h=0.01)
+    free, load = rotor.free, np.zeros(rotor.ndof)
+    load[4 * 4 + 1] = -100.0
+    for speed, side in ((0.0, 0.0), (50.0, 1.0), (-50.0, -1.0)):
+        sag = np.zeros(rotor.ndof)
+        sag[free] = np.linalg.solve(rotor.K(speed, 0.0)[np.ix_(free, free)], load[free])
+        x, y = sag[16], sag[17]
+        assert x / -y == pytest.approx(side * eta, rel=1e-9, abs=1e-12)
+
+
+def test_hysteretic_damping_resists_no_synchronous_whirl_and_every_faster_one():
+    """Unbalance strains an isotropic shaft constantly; at omega above Omega the stiffness is K (1 + i eta)."""
+    eta, plain, rotor = 0.02, pinned(8), pinned(8, eta_h=0.02)
+    speeds = np.array([0.6, 0.9, 1.3]) * plain.run_modal(0.0).wn[0]
+    assert rotor.run_unbalance_response(4, 1e-3, 0.0, speeds).response == pytest.approx(
+        plain.run_unbalance_response(4, 1e-3, 0.0, speeds).response, rel=1e-9, abs=1e-15
+    )
+    w, speed, block = speeds[2], 0.5 * speeds[2], np.ix_(plain.free, plain.free)
+    Z = plain.K() * (1 + 1j * eta) - w**2 * plain.M() + 1j * w * speed * plain.G()
+    at = list(plain.free).index(16)
+    exact = np.linalg.inv(Z[block])[at, at]
+    answer = rotor.run_freq_response([w], speed=speed, inputs=[16], outputs=[16]).response[0, 0, 0]
+    assert answer == pytest.approx(exact, rel=1e-9)
+
+
+def test_analyses_without_a_place_for_turning_damping_refuse_it():
+    """A model in time has no hysteretic law, and matrices at rest have no circulatory part."""
+    with pytest.raises(ShaftError, match="eta_h"):
+        pinned(4, eta_h=0.01).run_time_response(10.0, None, np.linspace(0.0, 1e-3, 3))
+    for name in ("eta_h", "eta_v"):
+        with pytest.raises(ShaftError, match=name):
+            modal_reduction(pinned(4, **{name: 1e-4}), {}, 2, 0.0)
 
 
 def test_damping_in_bearings_pushes_the_onset_up():

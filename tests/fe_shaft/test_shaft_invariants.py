@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from fe_shaft import BearingElement, DiskElement, Rotor, ShaftElement, elements
 
@@ -24,7 +24,6 @@ def isotropic() -> Rotor:
     return Rotor(shaft, [DiskElement(5, 2.0, 0.004, 0.007)], bearings)
 
 
-@settings(deadline=None)
 @given(L=sizes, odl=sizes, ratio=ratios, switch=switches)
 def test_element_matrices_have_their_symmetries_for_every_shape(L, odl, ratio, switch):
     """M = M' > 0, K = K' >= 0, G = -G', bitwise where it is a symmetry."""
@@ -43,7 +42,6 @@ def test_element_matrices_have_their_symmetries_for_every_shape(L, odl, ratio, s
     assert np.linalg.eigvalsh(K / np.outer(scale, scale)).min() > -1e-13  # four rigid-body motions
 
 
-@settings(deadline=None)
 @given(L=sizes, odl=sizes, ratio=ratios)
 def test_element_neither_resists_rigid_motion_nor_misses_any_of_its_inertia(L, odl, ratio):
     """A shift has the mass; a tilt about the left end has m ((r_o^2 + r_i^2) / 4 + L^2 / 3)."""

@@ -112,9 +112,9 @@ def refused(capsys, *arguments):
     """Return the sentence on stderr of a command that ends with 2."""
     with pytest.raises(SystemExit) as ended:
         main(["fmu", *map(str, arguments)])
-    message = capsys.readouterr().err.strip()
-    assert ended.value.code == 2 and "Traceback" not in message and len(message.splitlines()) == 1
-    return message
+    lines = [line for line in capsys.readouterr().err.splitlines() if "its machine code will run as you" not in line]
+    assert ended.value.code == 2 and len(lines) == 1
+    return lines[0]
 
 
 def test_an_unknown_target_is_named(capsys):
@@ -188,8 +188,8 @@ DAMAGE = {
     "facts of another kind": {"resources/model.json": b"[]"},
     "no variables": {"modelDescription.xml": b"<fmiModelDescription/>"},
     "no machine": {"resources/machine.toml": None},
-    "no library": {"binaries/x86_64-linux/RotorGasBearing.so": None},
-    "a library that is none": {"binaries/x86_64-linux/RotorGasBearing.so": b"nonsense"},
+    "no library": {"binaries/x86_64-linux/dtu_gas_bearing_plant.so": None},
+    "a library that is none": {"binaries/x86_64-linux/dtu_gas_bearing_plant.so": b"nonsense"},
     "a reference that is none": {"extra/org.fmi-standard.fmi-ls-ref/in.csv": b"time\nx\n"},
 }
 

@@ -15,6 +15,7 @@ from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit
 from rotorsim import effects
 from rotorsim.control import design
+from waiting import window
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 MODEL = Path(__file__).parents[1] / "control" / "rig_model.json"
@@ -62,7 +63,7 @@ def test_page_and_equations_fit_a_window_of_700_px(pages, kind, tmp_path):
     (tmp_path / "page.html").write_text(pages[kind], encoding="utf-8")
     with playwright.sync_playwright() as engine:
         browser = engine.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        window = browser.new_page(viewport={"width": 700, "height": 900})
-        window.goto((tmp_path / "page.html").as_uri())
-        assert window.evaluate(WIDER) == [700, []]
+        opened = window(browser, viewport={"width": 700, "height": 900})
+        opened.goto((tmp_path / "page.html").as_uri())
+        assert opened.evaluate(WIDER) == [700, []]
         browser.close()

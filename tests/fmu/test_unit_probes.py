@@ -29,7 +29,7 @@ AROUND = '\n[effects.base_vibration]\nx = "2 m/s^2"\nfrequency = "47 Hz"\n' + ""
 UNITS = {"meas.probe_DE_x": "V", "meas.probe_DE_y": "m", "meas.probe_V": "m/s", "meas.probe_A": "V"}
 
 
-@pytest.fixture(scope="module", params=["plain_rotor", "dtu_gas_bearing"])
+@pytest.fixture(scope="module", params=[pytest.param("plain_rotor", marks=pytest.mark.slow), "dtu_gas_bearing"])
 def probed(request, gcc, tmp_path_factory):
     """Model of a machine with probes and its loaded unit; the rig's sleeve is on a pedestal."""
     from fmu.checks.importer import ImportedUnit

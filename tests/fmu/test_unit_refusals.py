@@ -134,7 +134,7 @@ def test_debug_logging_follows_the_categories_that_are_named(units):
     instance.step(0.0, 0.02)
     assert instance.get(["film.touchdown"])[0] == 1.0 and instance.messages == []
     sentence = refused(instance, lambda: instance.slave.setDebugLogging(True, ["logAll"]))
-    assert sentence == "log category 'logAll': is not known; give logEvents or logStatusError"
+    assert sentence == "log category 'logAll': is not known; give logEvents, logStatusWarning or logStatusError"
     instance.close()
 
 

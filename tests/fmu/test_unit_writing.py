@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from contextlib import contextmanager
 
 import pytest
@@ -13,6 +12,7 @@ from lpv_models import make_lpv
 
 from rotorsim.base.errors import DataError
 from rotorsim.cli import main
+from waiting import until
 
 CLI = [sys.executable, "-m", "rotorsim", "fmu"]
 
@@ -146,8 +146,7 @@ def test_ctrl_c_while_kernels_compile_ends_at_once_and_leaves_nothing(gcc, tmp_p
     environment = os.environ | {"TMPDIR": str(tmp_path / "tmp"), "ROTORSIM_CACHE_DIR": str(tmp_path / "cache")}
     pipe = subprocess.PIPE
     process = subprocess.Popen(words, stdout=pipe, stderr=pipe, text=True, env=environment, start_new_session=True)
-    while not child_of(process) and process.poll() is None:
-        time.sleep(0.05)
+    until(lambda: child_of(process), process)
     (os.killpg if whole_group else os.kill)(process.pid, signal.SIGINT)
     _, message = process.communicate()
     assert process.returncode == 130 and "Traceback" not in message

@@ -21,7 +21,7 @@ from rotorsim.experiments import EXPERIMENTS
 from rotorsim.machine import load_machine
 from rotorsim.machine.schema import Machine
 
-FIXED = {"derandomize": True, "deadline": None, "database": None, "suppress_health_check": list(HealthCheck)}
+FIXED = {"derandomize": True, "database": None, "suppress_health_check": list(HealthCheck)}
 EXTREME = (0.0, 1.0, -1.0, 5e-324, 1e-300, 1e-9, 1e9, 1e19, 1e30, 1e154, 1e300, 1.7e308, -1e300)
 
 

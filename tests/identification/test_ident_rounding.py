@@ -15,7 +15,7 @@ from identification.lpv.surfaces import fit_surfaces, make_basis
 
 pytestmark = pytest.mark.numerical
 SEEDS = st.integers(0, 2**32 - 1)
-few = settings(max_examples=10, deadline=None, derandomize=True)
+few = settings(max_examples=10, derandomize=True)
 
 
 @few

@@ -65,7 +65,6 @@ BAD = {
     "column number": (changed("column = 3", "column = 9"), "no column 9; the file has columns 1 to 4"),
     "unknown unit": (changed('unit = "rpm"', 'unit = "krpms"'), "'krpms' is not a known unit of rotational speed"),
     "no unit": (changed('unit = "rpm"', ""), "channels.speed: no unit, neither here nor in the file"),
-    "other unit": (changed("column = 3", 'column = 3\nunit = "V"'), "unit 'V', but the file states 'mV'"),
     "needless sensitivity": (changed('unit = "V"', 'unit = "mm"'), "is in 'mm' already, a length; write 'scale'"),
     "scale": (changed("scale = 2", "scale = 0"), "disc_measured.y.scale: 0; give a number other than 0"),
     "sign": (changed("sign = -1", "sign = 2"), "disc_measured.x.sign: 2; write 1 or -1"),
@@ -91,6 +90,7 @@ BAD = {
     "order": ("[vectors.first.x]", "vectors.first: not an order; write e.g. [vectors.1X.x]"),
     "no table": ("time = 3", "time: 3 is not a table; write [time]"),
     "delimiter": (GOOD + '[file]\ndelimiter = "|"', "file.delimiter: '|'; write one of comma, semicolon, tab, space"),
+    "encoding": (GOOD + '[file]\nencoding = "klingon"', "file.encoding: 'klingon' is no encoding"),
     "bytes": (b"\xff\xfe\x00", "cannot be read as text; a mapping is TOML in UTF-8"),
     "nested": ("a = " + "[" * 100_000, ""),
 }

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 from hypothesis.extra.numpy import arrays
 
 import identification as idn
@@ -26,7 +26,6 @@ def test_vectors_come_back_identical(vectors, tmp_path, suffix):
     assert idn.read(idn.save(vectors, tmp_path / f"vectors{suffix}")).identical(vectors)
 
 
-@settings(deadline=None)
 @given(disc=arrays(float, (4, 2), elements=FINITE), attrs=st.dictionaries(TEXT, TEXT | st.integers() | FINITE))
 def test_csv_keeps_every_bit_and_every_attribute(tmp_path_factory, disc, attrs):
     record = idn.from_arrays(np.arange(4) * 0.1, None, disc, attrs=attrs)
@@ -35,7 +34,6 @@ def test_csv_keeps_every_bit_and_every_attribute(tmp_path_factory, disc, attrs):
     assert back["disc_measured"].values.tobytes() == disc.tobytes()
 
 
-@settings(deadline=None)
 @given(disc=arrays(float, (4, 2), elements=FINITE), pins=st.integers(1, 5))
 def test_mat_keeps_every_bit(tmp_path_factory, disc, pins):
     record = idn.from_arrays(np.arange(4) * 0.1, None, disc, pin=np.ones((4, pins)))

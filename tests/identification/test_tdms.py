@@ -57,7 +57,7 @@ def test_channels_on_two_clocks_and_texts_are_refused(tmp_path):
     path = write(
         tmp_path / "a.tdms", ("a", "angle", np.ones(N), WAVE), ("a", "speed", np.ones(N), {"wf_increment": 1.0})
     )
-    with pytest.raises(idn.ReadError, match="its channels run on different clocks"):
+    with pytest.raises(idn.ReadError, match="on different clocks"):
         idn.read(path)
     with pytest.raises(idn.ReadError, match="holds no channel of numbers"):
         idn.read(write(tmp_path / "b.tdms", ("a", "angle", ["a", "b"])))

@@ -7,6 +7,7 @@ import pytest
 from identification import ReadError
 from identification.records.column_names import likely
 from identification.records.units import FACTORS, amplitude_factor, factor, quantity, sensitivity
+from rotorsim.base.unit_table import SPELLINGS
 from rotorsim.base.units import parse
 
 
@@ -51,6 +52,32 @@ EXACT = {
 
 def test_factors_of_the_table_are_exact_to_the_last_bit():
     assert all(FACTORS[si][unit] == value for si, kind in EXACT.items() for unit, value in kind.items())
+
+
+LAB = {
+    "m/s^2": {"m/s2": 1.0, "m/s²": 1.0, "m/s^2": 1.0, "m s-2": 1.0, "m/s/s": 1.0, "m·s⁻²": 1.0, "mm/s²": 1e-3,
+              **dict.fromkeys(("g", "G", "gn", "Gs", "g's"), 9.80665), "mG": 9.80665e-3},
+    "V": {"Volts": 1.0, "volt": 1.0, "VOLTS": 1.0, "Vdc": 1.0, "Millivolts": 1e-3, "V DC": 1.0},
+    "m": {"Microns": 1e-6, "micrometers": 1e-6, "Mils": 25.4e-6, "MIL": 25.4e-6, "inches": 25.4e-3, "mm ": 1e-3},
+    "rad/s": {"Rpm": math.pi / 30, "rev/min": math.pi / 30, "min-1": math.pi / 30, "U/min": math.pi / 30},
+    "rad": {"Degrees": math.pi / 180, "Radians": 1.0}, "Hz": {"Hertz": 1.0, "KHZ": 1e3, "hz": 1.0},
+    "Pa": {"PSI": 6894.757293168361, "Bar": 1e5, "kilopascal": 1e3},
+    "s": {"Seconds": 1.0, "msec": 1e-3, "minutes": 60.0},
+    "m/s": {"mm/sec": 1e-3, "IPS": 0.0254}, "N": {"Newtons": 1.0}, "kg*m": {"g mm": 1e-6, "g·mm": 1e-6, "g.mm": 1e-6},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("si", "unit"), [(si, unit) for si, words in LAB.items() for unit in words])
+def test_spellings_of_laboratories_are_read(si, unit):
+    assert factor(unit, si) == pytest.approx(LAB[si][unit], rel=1e-14)
+    assert sensitivity(f"2 V/{unit.strip()}", "V", "m") > 0 if si == "m" else True
+
+
+def test_a_spelling_means_one_unit_of_its_own_quantity():
+    for si, words in SPELLINGS.items():
+        assert set(words.values()) <= set(FACTORS[si])
+        known = FACTORS[si]
+        assert all(known[word] == known[meant] for word, meant in words.items() if word in known)
 
 
 def test_machine_files_do_not_take_the_spellings_of_recorded_speeds():

@@ -185,9 +185,9 @@ def test_a_law_is_verified_on_the_machine(run, tmp_path):
     rows = {row["check"]: row for row in result["rows"]}
     assert [line for line in err.splitlines() if not line.startswith("compiling ")] == []
     assert code == (0 if result["passed"] else 1)
-    assert rows["impact energy, worst point"]["measured"] < 0.9
+    assert rows["impact response, worst point"]["measured"] < 0.9
     assert rows["no contact in the hits"]["passed"]
-    assert "Impact energies" in (tmp_path / "v" / "report.html").read_text()
+    assert "Impact responses" in (tmp_path / "v" / "report.html").read_text()
     assert result["edited"] == []
     table = tmp_path / "v" / "table.json"
     table.write_text(table.read_text().replace('"worst": 1.0', '"worst": 2.0'))

@@ -4,7 +4,6 @@ import json
 import signal
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
@@ -12,6 +11,7 @@ import xarray as xr
 
 from identification import validate
 from rotorsim.experiments import Prbs
+from waiting import until
 
 RIG = ["--grid", "16x4", "--time-step", "0.2 ms", "--pressure", "0.6 MPa", "--no-report"]
 NAMES = ["runup", "coastdown", "steady", "slow_roll", "staircase", "prbs", "chirp", "multisine", "impact", "controlled"]
@@ -170,8 +170,7 @@ def test_an_interrupt_keeps_what_was_simulated(tmp_path, name):
     """The run would take hours of computing; it is interrupted once the growing file is there."""
     command = [sys.executable, "-m", "rotorsim", "experiment", name, *RIG, "--duration", "100000 s", "--yes"]
     run = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    while run.poll() is None and not any(p.stat().st_size > 1e6 for p in tmp_path.rglob("*.part")):
-        time.sleep(0.2)
+    until(lambda: any(p.stat().st_size > 1e6 for p in tmp_path.rglob("*.part")), run)
     run.send_signal(signal.SIGINT)
     printed, message = run.communicate()
     assert run.returncode == 130 and "Duration" in printed

@@ -139,12 +139,6 @@ def test_another_kind_of_film_is_refused(run, tmp_path, monkeypatch):
     assert code == 2 and "needs the program ffmpeg" in message and not list(tmp_path.iterdir())
 
 
-def test_a_benchmark_without_its_package_is_refused_before_it_measures(run, monkeypatch):
-    monkeypatch.setitem(sys.modules, "fmpy", None)
-    code, out, message = run("bench", "fmu")
-    assert code == 2 and out == "" and message == "bench fmu: needs fmpy; 'pip install fmpy'\n"
-
-
 def test_a_window_needs_a_display_and_reports_it(run, tmp_path, monkeypatch):
     if missing := lacking():
         pytest.skip(missing)

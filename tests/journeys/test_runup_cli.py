@@ -5,8 +5,8 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,18 +16,26 @@ import xarray as xr
 from identification import validate
 from rotorsim.commands.options import leave_if_empty
 from rotorsim.experiments import Outcome
+from waiting import until
 
 SHORT = ["--stop", "600 rpm", "--rate", "1000 rpm/s"]
 
 
-def rotorsim(*arguments, cwd):
-    return subprocess.run([sys.executable, "-m", "rotorsim", *arguments], cwd=cwd, capture_output=True, text=True)
+@pytest.fixture
+def rotorsim(run):
+    """A command in this process, with what a process of its own would have ended with."""
+
+    def call(*arguments):
+        code, out, err = run(*arguments)
+        return SimpleNamespace(returncode=code, stdout=out, stderr=err)
+
+    return call
 
 
-def test_a_run_up_leaves_table_record_and_a_page_that_needs_no_network(tmp_path):
-    done = rotorsim("runup", *SHORT, "--grid", "32x8", cwd=tmp_path)
+def test_a_run_up_leaves_table_record_and_a_page_that_needs_no_network(rotorsim, tmp_path):
+    done = rotorsim("runup", *SHORT, "--grid", "32x8")
     assert done.returncode == 0, done.stderr
-    assert rotorsim("data", "check", "runup/runup.nc", cwd=tmp_path).returncode == 0
+    assert rotorsim("data", "check", "runup/runup.nc").returncode == 0
     assert "Smallest film thickness" in done.stdout
     with xr.open_dataset(tmp_path / "runup" / "runup.nc", engine="h5netcdf") as record:
         assert validate(record).sizes["time"] == 3000
@@ -38,44 +46,45 @@ def test_a_run_up_leaves_table_record_and_a_page_that_needs_no_network(tmp_path)
     assert sorted(p.name for p in tmp_path.rglob("*")) == ["report.html", "runup", "runup.nc"]
 
 
-def test_a_plain_rotor_is_an_equally_good_machine_and_json_is_for_scripts(tmp_path):
-    assert rotorsim("machine", "new", "rotor.toml", "--from", "plain_rotor", cwd=tmp_path).returncode == 0
+def test_a_plain_rotor_is_an_equally_good_machine_and_json_is_for_scripts(rotorsim, tmp_path):
+    assert rotorsim("machine", "new", "rotor.toml", "--from", "plain_rotor").returncode == 0
     change = "effects.unbalance.me=20 g*mm"
-    done = rotorsim("runup", "rotor.toml", *SHORT, "--json", "--no-report", "--set", change, cwd=tmp_path)
+    done = rotorsim("runup", "rotor.toml", *SHORT, "--json", "--no-report", "--set", change)
     assert done.returncode == 0, done.stderr
     summary = json.loads(done.stdout)
     assert summary["ended"] == "complete" and summary["samples"] == 3000
     assert summary["smallest_film"] is None
 
 
-def test_a_run_up_to_a_limit_keeps_its_record_and_ends_with_the_reason_and_code_2(tmp_path):
+def test_a_run_up_to_a_limit_keeps_its_record_and_ends_with_the_reason_and_code_2(rotorsim, tmp_path):
     """The rim of the disc, 80 mm, passes 4 m/s at 477.5 rpm; the page has the reason too."""
     limit = ["--set", "limits.tip_speed=4 m/s"]
-    done = rotorsim("runup", "plain_rotor", *SHORT, *limit, cwd=tmp_path)
+    done = rotorsim("runup", "plain_rotor", *SHORT, *limit)
     assert done.returncode == 2
     assert done.stderr.splitlines()[-1].startswith("ended at 478 rpm: the rim of discs.0, radius 80 mm, moves at 4.0")
     assert "what was simulated is in runup/runup.nc" in done.stderr
     with xr.open_dataset(tmp_path / "runup" / "runup.nc", engine="h5netcdf") as record:
         assert float(record["speed"][-1]) <= 50.0 and record.attrs["ended"].startswith("ended at 478 rpm")
     assert "above limits.tip_speed 4 m/s" in (tmp_path / "runup" / "report.html").read_text()
-    done = rotorsim("runup", "plain_rotor", *SHORT, *limit, "--start", "500 rpm", "--out", "b", cwd=tmp_path)
+    done = rotorsim("runup", "plain_rotor", *SHORT, *limit, "--start", "500 rpm", "--out", "b")
     assert (done.returncode, len(done.stderr.splitlines())) == (2, 1) and "begin lower or raise it" in done.stderr
     assert not (tmp_path / "b").exists()
 
 
-def test_json_and_table_state_what_is_beyond_the_checked_range(tmp_path):
+def test_json_and_table_state_what_is_beyond_the_checked_range(rotorsim, tmp_path):
     ramp = ["--start", "5900 rpm", "--stop", "6100 rpm", "--rate", "1000 rpm/s", "--grid", "32x8", "--no-report"]
-    done = rotorsim("runup", *ramp, "--json", cwd=tmp_path)
+    done = rotorsim("runup", *ramp, "--json")
     (text,) = json.loads(done.stdout)["beyond_checked_range"]
     assert done.returncode == 0 and text.startswith("from 6000 rpm on: 6100 rpm, 1.02 times the highest speed")
-    done = rotorsim("experiment", "steady", "--speed", "7000 rpm", "--duration", "0.1 s", "--grid", "32x8",
-                    "--no-report", cwd=tmp_path)  # fmt: skip
+    done = rotorsim(
+        "experiment", "steady", "--speed", "7000 rpm", "--duration", "0.1 s", "--grid", "32x8", "--no-report"
+    )
     assert done.returncode == 0 and "Beyond the checked range" in done.stdout
 
 
-def test_a_second_run_does_not_touch_the_first(tmp_path):
+def test_a_second_run_does_not_touch_the_first(rotorsim, tmp_path):
     for _ in range(2):
-        assert rotorsim("runup", "plain_rotor", *SHORT, "--no-report", cwd=tmp_path).returncode == 0
+        assert rotorsim("runup", "plain_rotor", *SHORT, "--no-report").returncode == 0
     assert sorted(p.name for p in tmp_path.iterdir()) == ["runup", "runup-2"]
 
 
@@ -99,9 +108,9 @@ def test_a_second_run_does_not_touch_the_first(tmp_path):
         (["--out", "file/below"], "file/below: cannot be written: part of the path is a file"),
     ],
 )
-def test_bad_input_ends_in_one_sentence_and_leaves_nothing_behind(tmp_path, arguments, sentence):
+def test_bad_input_ends_in_one_sentence_and_leaves_nothing_behind(rotorsim, tmp_path, arguments, sentence):
     (tmp_path / "file").write_text("in the way")
-    done = rotorsim("runup", "--grid", "32x8", *SHORT, *arguments, cwd=tmp_path)
+    done = rotorsim("runup", "--grid", "32x8", *SHORT, *arguments)
     assert done.returncode == 2
     assert sentence in done.stderr
     assert "Traceback" not in done.stderr
@@ -113,8 +122,7 @@ def test_an_interrupt_keeps_what_was_simulated(tmp_path):
     """The run would take hours of computing; it is interrupted once the growing file is there."""
     command = [sys.executable, "-m", "rotorsim", "runup", "--grid", "32x8", "--rate", "0.01 rpm/s", "--no-report"]
     run = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    while run.poll() is None and not any(p.stat().st_size > 1e6 for p in tmp_path.rglob("*.part")):
-        time.sleep(0.2)
+    until(lambda: any(p.stat().st_size > 1e6 for p in tmp_path.rglob("*.part")), run)
     run.send_signal(signal.SIGINT)
     _, message = run.communicate()
     assert run.returncode == 130
@@ -125,10 +133,10 @@ def test_an_interrupt_keeps_what_was_simulated(tmp_path):
     assert not list(tmp_path.rglob("*.part"))
 
 
-def test_past_the_whirl_threshold_the_run_reports_growth_and_does_not_fail(tmp_path):
+def test_past_the_whirl_threshold_the_run_reports_growth_and_does_not_fail(rotorsim, tmp_path):
     """From 17 to 19 krpm at 0.3 MPa, some 2 krpm above the onset: the whirl at about half the speed fills the film."""
     speeds = ["--start", "17 krpm", "--stop", "19 krpm", "--rate", "1 krpm/s", "--grid", "32x8"]
-    done = rotorsim("runup", *speeds, "--json", "--no-report", cwd=tmp_path)
+    done = rotorsim("runup", *speeds, "--json", "--no-report")
     assert done.returncode == 0, done.stderr
     summary = json.loads(done.stdout)
     assert 0.4 < summary["sub_synchronous"]["ratio"] < 0.55
@@ -144,7 +152,7 @@ def test_a_run_that_is_interrupted_before_it_has_samples_reports_it(capsys, samp
 
 
 @pytest.mark.parametrize(("option", "value"), [("--pressure", "0.3 MPa"), ("--grid", "32x8")])
-def test_an_option_of_the_film_is_refused_without_a_film(tmp_path, option, value):
-    done = rotorsim("runup", "plain_rotor", option, value, cwd=tmp_path)
+def test_an_option_of_the_film_is_refused_without_a_film(rotorsim, tmp_path, option, value):
+    done = rotorsim("runup", "plain_rotor", option, value)
     assert done.returncode == 2 and not list(tmp_path.iterdir())
     assert done.stderr == f"{option}: plain_rotor has no gas film; leave the option out\n"

@@ -85,7 +85,7 @@ def values(rows: np.ndarray) -> dict[str, Any]:
     names = {"speed": 30 / np.pi, "pressure": 1e-6, "h_min": 1e6, "mass_flow": 1e3, "disc_x": 1e6, "disc_y": 1e6}
     found: dict[str, Any] = {name: float(last[AT[name]]) * scale for name, scale in names.items()}
     found["disc"] = [found["disc_x"], found["disc_y"]]
-    swing = np.ptp(rows[-turn:, READ : READ + 2], axis=0) * 0.5e6
+    swing = np.ptp(rows[-turn:, :2], axis=0) * 0.5e6
     found["swing"] = swing.tolist() if turn <= len(rows) else None
     if len(rows) >= 5000:
         power = periodogram(disc, 1 / RIG_SAMPLE, "hann", detrend="constant", scaling="spectrum", axis=0)[1]

@@ -1,6 +1,5 @@
 """Live rig on a coarse grid, with a runner advanced by hand."""
 
-import time
 from functools import lru_cache
 
 import numpy as np
@@ -9,6 +8,7 @@ from rotorsim.live.rig.laws import read_laws
 from rotorsim.live.rig.rig import Rig
 from rotorsim.live.rig.stability_check import DECAY, FEWEST
 from rotorsim.machine import load_machine
+from waiting import until
 
 RPM = np.pi / 30
 
@@ -34,13 +34,14 @@ def ran(runner, samples):
 
 def shown(runner):
     """Status of a runner's frame once nothing is being computed; a check may wait for samples."""
-    for _ in range(600):
+
+    def settled():
         runner._obey()
         status = runner.frame()["status"]
         if status["reading"]["why"] != "being read" and not status["checking"]:
             return status
         if runner.rig.seen < DECAY + FEWEST:
             runner._part(50)
-        else:
-            time.sleep(0.1)
-    raise AssertionError(status)
+        return None
+
+    return until(settled)

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from clicker import CHROMIUM
+from waiting import PATIENCE as LONGEST
 
 IN_BROWSER = [
     pytest.mark.slow,
@@ -24,7 +25,7 @@ IN_BROWSER = [
 COARSE = ["--grid", "16x8", "--time-step", "0.2 ms", "--set", "shaft.max_element_length=80 mm"]
 ROOT = str(Path(__file__).parents[2])
 """Folder of the packages."""
-PATIENCE = float(os.environ.get("PATIENCE", "120"))
+PATIENCE = float(os.environ.get("PATIENCE", LONGEST))
 UNIT = {"speed": 30 / 3.141592653589793, "pressure": 1e-6, "impulse": 1e3, "acceleration": 30 / 3.141592653589793}
 
 
@@ -75,4 +76,5 @@ def expect(locator):
     """Playwright's assertion on a locator, which waits."""
     from playwright import sync_api
 
+    sync_api.expect.set_options(timeout=PATIENCE * 1e3)
     return sync_api.expect(locator)

@@ -1,15 +1,14 @@
 """Controller of the live rig: switched on only where stable, switched off at the actuators' limit."""
 
-import time
-
 import numpy as np
 import pytest
 
 from coarse_rig import RPM, make_rig, ran, shown
-from rotorsim.bench.control import rig_model
 from rotorsim.control import plausibility_of
 from rotorsim.live.rig.laws import read_laws
 from rotorsim.live.rig.stability_check import Verdict, motion
+from studies.benchmarks.control_laws import rig_model
+from waiting import until
 
 
 def test_the_controller_acts_and_is_switched_off_again():
@@ -132,11 +131,7 @@ def test_the_controller_is_checked_during_the_run_and_comes_on_by_itself(runner)
 
 def answered(runner):
     """Wait until a computation has left its answer as an order."""
-    for _ in range(600):
-        if runner._orders.qsize():
-            return
-        time.sleep(0.1)
-    raise AssertionError("no answer")
+    until(runner._orders.qsize)
 
 
 def test_a_check_is_repeated_where_a_setting_was_changed_meanwhile(runner):

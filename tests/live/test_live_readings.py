@@ -1,7 +1,5 @@
 """Readings of the live rig: modes from impacts, eigenvalues, spectra, orders, peak-to-peak motion."""
 
-import time
-
 import numpy as np
 import pytest
 
@@ -9,6 +7,7 @@ from coarse_rig import RPM, make_rig, ran, shown
 from rotorsim.live.rig.eigenvalue import modes_at
 from rotorsim.live.runner import Runner
 from rotorsim.plant.columns import READ
+from waiting import until
 
 
 def test_a_reading_is_shown_with_its_scatter_and_dropped_by_a_reset(runner):
@@ -78,11 +77,13 @@ def test_a_hit_beyond_the_range_of_linear_motion_is_not_read(runner):
 
 
 def test_eigenvalues_name_their_point_and_are_those_of_the_settings(runner):
-    for _ in range(600):
+
+    def computed():
         runner._obey()
-        if not (modes := runner.frame()["status"]["modes"])["why"]:
-            break
-        time.sleep(0.1)
+        modes = runner.frame()["status"]["modes"]
+        return None if modes["why"] else modes
+
+    modes = until(computed)
     assert (modes["speed"], modes["pressure"]) == (3000, 0.3)
     assert modes["zeta"] == pytest.approx(modes_at(runner.rig.assembly, 3000 * RPM, 0.3e6).zeta, abs=1e-4)
     runner.rig.set("gas_heating.rise", 20.0)
@@ -108,6 +109,29 @@ def test_the_swing_covers_a_turn():
     now = runner.frame()["now"]
     assert now["swing"] == [] and now["no_swing"] == "after 1.0 s"
     ran(runner, 4500)
-    measured = rig.history.last(5000)[:, READ : READ + 2]
-    assert runner.frame()["now"]["swing"] == pytest.approx(0.5e6 * np.ptp(measured, axis=0), abs=0.005)
+    disc = rig.history.last(5000)[:, :2]
+    assert runner.frame()["now"]["swing"] == pytest.approx(0.5e6 * np.ptp(disc, axis=0), abs=0.005)
+    runner.close()
+
+
+def test_noise_of_the_sensors_is_no_swing():
+    """A shaft that stands does not move, while its sensors show a micrometre of noise."""
+    rig = make_rig(speed=0.0)
+    runner = Runner(rig)
+    ran(runner, 1500)
+    rows = rig.history.last(1000)
+    assert 0.5e6 * np.ptp(rows[:, READ]) > 0.5
+    assert max(runner.frame()["now"]["swing"]) < 0.05
+    runner.close()
+
+
+def test_the_distance_from_rest_is_that_of_the_orbit():
+    rig = make_rig(speed=6000 * RPM)
+    runner = Runner(rig)
+    rig.set("unbalance.me", 5e-5)
+    ran(runner, 4000)
+    frame = runner.frame()
+    off = np.array(frame["orbit"]["disc"]) - np.array(frame["centre"])[:, None]
+    assert frame["now"]["away"] == pytest.approx(np.hypot(*off).max(), rel=0.02)
+    assert frame["now"]["away"] > runner.geometry.safety  # which the page flags
     runner.close()

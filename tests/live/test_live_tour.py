@@ -2,11 +2,15 @@
 
 import re
 
+import numpy as np
 import pytest
 
 from coarse_rig import RPM, coarse, make_rig, ran, shown
+from rotorsim.analysis.unbalance_response import unbalance_response, unbalances_of
+from rotorsim.analysis.whirl_onset import whirl_onset
 from rotorsim.base.errors import DataError
 from rotorsim.live.desk import Desk
+from rotorsim.live.page.tour import stops
 from rotorsim.live.rig.effects import equip
 from rotorsim.live.rig.laws import read_laws
 from rotorsim.live.rig.rig import Rig
@@ -105,3 +109,52 @@ def test_a_rotor_without_film_has_no_controls_of_one():
     settings = Settings(equip(load_machine("plain_rotor")), ("off",))
     assert "pressure" not in settings.operating and "slip.mean_free_path" not in settings.sliders
     assert "unbalance.me" in settings.sliders
+
+
+def numbers(text):
+    """Numbers of a text."""
+    return [float(word) for word in re.findall(r"(?<![\w.])\d+(?:\.\d+)?(?!\w)", text)]
+
+
+def stop_of(machine, title):
+    """A scene of the tour of a machine."""
+    rig = Rig(machine, read_laws([], machine))
+    return {stop.title: stop for stop in stops(machine, rig.plant, abs(rig.speed), rig.pressure)}[title], rig.plant
+
+
+def largest_near(plant, pressure, speed):
+    """Speed [rad/s] of the largest response to unbalance within 10 % of another, on a fine grid of its own."""
+    found = unbalance_response(plant, np.linspace(0.9, 1.1, 61) * speed, pressure, unbalances_of(plant.machine, speed))
+    return float(found["speed"][int(found["major"].values[:, 0].argmax())])
+
+
+@pytest.mark.parametrize("change", [{}, {"discs.0.mass": "2.2 kg"}])
+def test_the_critical_speed_of_a_text_is_that_of_the_machine(change):
+    machine = coarse()
+    for path, value in change.items():
+        machine = machine.replace(path, value)
+    stop, plant = stop_of(machine, "Critical speed")
+    to, peak = numbers(stop.text)[:2]
+    assert to == pytest.approx(stop.values["speed"] / RPM, abs=1)
+    assert peak * RPM == pytest.approx(largest_near(plant, stop.values["pressure"], peak * RPM), rel=0.01)
+    assert stop.begin < peak * RPM < stop.values["speed"]
+
+
+def test_the_onset_of_whirl_and_the_damping_of_a_text_are_those_of_the_machine():
+    stop, plant = stop_of(coarse(), "Whirl onset")
+    onset, ratio = numbers(stop.text)[:2]
+    found = whirl_onset(plant, [stop.values["pressure"]])
+    assert onset * RPM == pytest.approx(float(found["onset_speed"][0]), rel=1e-3)
+    assert ratio == pytest.approx(float(found["onset_ratio"][0]), abs=0.006)
+    assert stop.begin < onset * RPM < stop.values["speed"]
+    stop, plant = stop_of(coarse(), "Controller on")
+    speed, *zetas = numbers(stop.text)
+    model = plant.linearise(speed * RPM, stop.values["pressure"])
+    assert zetas == [round(float(model.zeta[model.mode_of_axis(k)]), 2) for k in range(2)]
+
+
+def test_a_machine_without_a_resonance_in_its_range_has_no_scene_of_one():
+    machine = load_machine("plain_rotor").replace("drive.highest_speed", "500 rpm")
+    rig = Rig(machine, read_laws([], machine))
+    titles = [stop.title for stop in stops(machine, rig.plant, 0.0, 0.0)]
+    assert titles == ["A hit"]

@@ -103,7 +103,7 @@ MACHINE = table(
 )
 
 
-@settings(deadline=None, derandomize=True)
+@settings(derandomize=True)
 @given(MACHINE)
 def test_a_machine_written_as_text_reads_back_equal(tables):
     tables["solver"] = {**tables.get("solver", {}), "minimum_film": "0.1 um"}

@@ -7,11 +7,11 @@ from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
 
 HASHES = {
-    "dtu_gas_bearing": "c91704f2a4beaa2a",
-    "dtu_gas_bearing_b": "e4590e2b6d8aad91",
-    "dtu_gas_bearing_c": "07a1c02c5becd435",
-    "dtu_gas_bearing_d": "9eb7262e7ae74183",
-    "plain_rotor": "1bae3d01cefe9354",
+    "dtu_gas_bearing": "587c83e1be2c924e",
+    "dtu_gas_bearing_b": "19ba99a1c4cfb0a9",
+    "dtu_gas_bearing_c": "d9b1cfce4658e43e",
+    "dtu_gas_bearing_d": "083bee295b3bbd41",
+    "plain_rotor": "1eb224d7ad7cd992",
 }
 
 

@@ -127,6 +127,7 @@ def test_amplifiers_saturate_and_come_back_without_winding_up():
     assert travel[-1] == pytest.approx(travel[199], abs=0.5e-6)
 
 
+@pytest.mark.slow  # each step is compiled anew
 def test_the_actuators_are_second_order_accurate_in_their_substep(monkeypatch):
     reference = prbs()[400:900]
     paths = {}

@@ -7,7 +7,7 @@ zeta2, static gains xx and yy [um/V], delays x and y [ms]. Its own grid error is
 import numpy as np
 import pytest
 
-from rotorsim.bench.accuracy import REFERENCE
+from studies.benchmarks.accuracy import REFERENCE
 
 RPM = np.pi / 30
 PUBLISHED_CROSS_GAIN = 0.755

@@ -81,7 +81,7 @@ def moved(machine, force, pressure=0.0, samples=200):
     return simulation.advance(rows)
 
 
-@pytest.mark.parametrize(("fed", "pressure"), [(0, 0.0), (4, 0.4e6)])
+@pytest.mark.parametrize(("fed", "pressure"), [pytest.param(0, 0.0, marks=pytest.mark.slow), (4, 0.4e6)])
 def test_two_films_moved_alike_are_one_film_with_half_the_rotor(fed, pressure):
     one = moved(rigid((0,), 0.5, fed), 10.0, pressure)
     two = moved(rigid((-60, 60), 1.0, fed), 20.0, pressure)
@@ -101,6 +101,7 @@ def test_the_films_carry_the_rotor_together():
     assert rest.mass_flow.shape == (8,)
 
 
+@pytest.mark.slow
 def test_films_with_more_fewer_and_no_orifices_stand_side_by_side():
     text = rigid((-60, 60), 1.0).text
     first, second = text.split("[[bearings]]")[1:3]
@@ -182,6 +183,7 @@ def test_the_onset_of_whirl_on_two_films_is_that_of_the_closed_form(mode, tilt_i
         assert (size[2000:].max() > size[1000:1500].max()) == grows
 
 
+@pytest.mark.slow
 def test_a_second_film_beside_that_of_the_rig():
     rig = load_machine("dtu_gas_bearing")
     at = rig.text.index("[gas]")
@@ -205,6 +207,7 @@ def test_an_effect_names_its_bearing():
     assert flows[2][0] == pytest.approx(flows[0][0], rel=1e-2) and flows[2][1] < 0.999 * flows[0][1]
 
 
+@pytest.mark.slow
 def test_laminar_restrictors_let_through_what_the_squared_pressures_make():
     restrictor = 'diameter = "0.2 mm"\nloss_factor = "2e-17 kg/(s*Pa^2)"'
     machine = Machine.from_text(rigid((-60, 60), 1.0, 4).text.replace('diameter = "0.2 mm"', restrictor))
@@ -223,7 +226,7 @@ def test_rows_of_another_law_are_refused():
         Machine.from_text(rigid((-60, 60), 1.0, 4).text.replace('diameter = "0.2 mm"', restrictor, 1))
 
 
-@pytest.mark.parametrize("bearing", [0, 1])
+@pytest.mark.parametrize("bearing", [pytest.param(0, marks=pytest.mark.slow), 1])
 def test_the_housing_that_a_probe_sees_is_that_of_the_bearing_on_a_pedestal(bearing):
     pedestal = f'[effects.pedestal]\nfrequency = "80 Hz"\nmass_ratio = 0.5\nbearing = {bearing}\n'
     probe = '[[probes]]\nname = "housing"\nquantity = "housing_velocity"\nangle = "0 deg"\n'

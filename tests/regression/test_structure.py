@@ -24,15 +24,17 @@ MOST_LOCAL_IMPORTS, MOST_FILES = 150, 24
 BY_NAME = {
     "fmu/kernel_object.py",
     "rotorsim/base/public.py",
-    "rotorsim/bench/parts.py",
     "rotorsim/campaign/workers/case_process.py",
     "rotorsim/commands/lazy_group.py",
     "rotorsim/effects/__init__.py",
-    "rotorsim/reproduction/pool.py",
+    "rotorsim/study/pool.py",
 }
-"""Files that may import a module by a name: tables of public names, effects, commands, benchmarks, cases of workers."""
-OWN_MACHINES = ("rotorsim/effects", "rotorsim/bench", "rotorsim/reproduction")
-"""Folders whose files may set effects by name: their own, and fixed machines of benchmarks and of the thesis."""
+"""Files that may import a module by a name: tables of public names, effects, commands, cases of workers."""
+CLOCKS = {"monotonic", "perf_counter", "process_time", "thread_time", "time"}
+WAITING = ("tests/support/waiting.py", "tests/faults", "tests/live/clicker.py", "tests/live/live_browser.py")
+"""Tests that read a clock: they wait for what must come, or disturb a command at random moments."""
+OWN_MACHINES = ("rotorsim/effects",)
+"""Folders whose files may set effects by name."""
 
 
 def name_of(path):
@@ -82,6 +84,22 @@ def test_imports_inside_functions_are_few(trees):
 def test_no_folder_holds_many_files():
     sizes = Counter(name_of(path.parent) for path in FILES)
     assert not {folder: size for folder, size in sizes.items() if size > MOST_FILES}
+
+
+def test_no_test_reads_a_clock():
+    """A test decides by what happens: how long that takes depends on the computer and on what else it does."""
+    files = [path for path in sorted((ROOT / "tests").rglob("*.py")) if not name_of(path).startswith(WAITING)]
+    read = set()
+    for path in files:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            named = isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "time"
+            if named and node.attr in CLOCKS:
+                read.add(name_of(path))
+            if isinstance(node, ast.ImportFrom) and node.module == "time":
+                read.add(name_of(path))
+            if isinstance(node, ast.Import) and any(n.name == "time" and n.asname for n in node.names):
+                read.add(name_of(path))
+    assert len(files) > 200 and not read
 
 
 def test_an_effects_parameters_are_named_in_its_own_file_only(trees):

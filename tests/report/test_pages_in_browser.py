@@ -9,6 +9,7 @@ import pytest
 from rotorsim.report.figures.theme import style
 from rotorsim.report.pages.study import Block, study_page
 from small_diagnosis import blocked, small_diagnosis
+from waiting import window as window_of
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 pytestmark = [
@@ -51,7 +52,7 @@ def browser():
 
 @pytest.mark.parametrize("width", [700, 1300])
 def test_toolbars_cover_neither_legends_nor_titles(browser, page, width):
-    window = browser.new_page(viewport={"width": width, "height": 900})
+    window = window_of(browser, viewport={"width": width, "height": 900})
     window.goto(page.as_uri())
     window.wait_for_selector(".modebar", state="attached")
     assert window.evaluate("document.documentElement.scrollWidth") == width
@@ -66,7 +67,7 @@ FIGURE = """() => { const one = document.querySelector('.main-svg').getBoundingC
 
 def test_figures_have_the_width_of_a_sheet_while_they_are_printed(browser, page):
     """A4 less 12 mm on each side is 703 px wide; afterwards the figure fills the window again."""
-    window = browser.new_page(viewport={"width": 1300, "height": 900})
+    window = window_of(browser, viewport={"width": 1300, "height": 900})
     window.goto(page.as_uri())
     before = window.evaluate(FIGURE)
     window.emulate_media(media="print")
@@ -82,7 +83,7 @@ def test_figures_have_the_width_of_a_sheet_while_they_are_printed(browser, page)
 
 @pytest.mark.parametrize(("scheme", "dark"), [("light", False), ("dark", True)])
 def test_page_and_figures_follow_the_colour_scheme_and_paper_stays_white(browser, page, scheme, dark):
-    window = browser.new_page(color_scheme=scheme)
+    window = window_of(browser, color_scheme=scheme)
     window.goto(page.as_uri())
     look = "() => [getComputedStyle(document.querySelector('section')).backgroundColor, "
     look += "getComputedStyle(document.querySelector('.figure')).filter != 'none']"
@@ -107,7 +108,7 @@ BELOW = """() => [...document.querySelectorAll('.first > section')].map(
 def test_the_first_screen_of_a_diagnosis_is_not_wider_than_the_window_and_fits_a_large_one(
     browser, diagnosis_page, width
 ):
-    window = browser.new_page(viewport={"width": width, "height": 900})
+    window = window_of(browser, viewport={"width": width, "height": 900})
     window.goto(diagnosis_page.as_uri())
     window.wait_for_selector(".first section:last-child .main-svg", state="attached")
     assert window.evaluate("document.documentElement.scrollWidth") == width

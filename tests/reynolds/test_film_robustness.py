@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-twenty = settings(max_examples=20, deadline=None, derandomize=True)
+twenty = settings(max_examples=20, derandomize=True)
 angles = st.floats(0.0, 2 * np.pi)
 speeds = st.floats(0.0, 2000.0)
 supplies = st.floats(0.0, 7e5)

@@ -6,7 +6,7 @@ from hypothesis import given, settings, strategies as st
 
 from reynolds import GasBearing, Injector
 
-few = settings(max_examples=10, deadline=None, derandomize=True)
+few = settings(max_examples=10, derandomize=True)
 radii = st.floats(0.0, 0.5)
 angles = st.floats(0.0, 2 * np.pi)
 speeds = st.floats(-1000.0, 1000.0)

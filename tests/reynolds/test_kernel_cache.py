@@ -5,7 +5,7 @@ import os
 import numpy as np
 import pytest
 
-import reynolds.jit as jit
+from rotorsim.base.cache import in_cache
 
 SOURCE = """
 from reynolds.jit import kernel
@@ -74,4 +74,4 @@ def test_a_cache_that_takes_nothing_is_no_error(load, tmp_path, monkeypatch):
     monkeypatch.setattr(kernel._cache._cache_file, "_cache_path", str(tmp_path / "gone"))
     monkeypatch.setattr(kernel._cache._impl._locator, "_cache_path", "/dev/full/none")
     assert kernel(FLOATS) == 2.5
-    assert jit.cache_root() == tmp_path
+    assert in_cache("plants") == tmp_path / "plants"

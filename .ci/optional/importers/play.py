@@ -17,14 +17,15 @@ SUBSTEPS = 20
 """Runge-Kutta steps in a sample for importers without a solver."""
 
 
-def references(case: dict) -> tuple[dict[str, int], str]:
-    """Value references by name, and the token."""
+def references(case: dict) -> tuple[dict[str, int], str, str]:
+    """Value references by name, the token and the identifier of the model."""
     with zipfile.ZipFile(case["file"]) as archive:
         root = ElementTree.fromstring(archive.read("modelDescription.xml"))
     variables = root.find("ModelVariables")
     assert variables is not None
     token = root.get("guid") or root.get("instantiationToken") or ""
-    return {v.get("name", ""): int(v.get("valueReference", "")) for v in variables}, token
+    identifier = next(one.get("modelIdentifier", "") for one in root.iter("CoSimulation"))
+    return {v.get("name", ""): int(v.get("valueReference", "")) for v in variables}, token, identifier
 
 
 def fmpy(case: dict) -> Rows:
@@ -57,8 +58,8 @@ def fmuloader(case: dict) -> Rows:
         from fmuloader.fmi3 import Fmi3Slave as Slave
     else:
         from fmuloader.fmi2 import Fmi2Slave as Slave, Fmi2Type
-    refs, token = references(case)
-    unit, exchange = Slave(case["file"], model_identifier="RotorGasBearing"), case["kind"] == "exchange"
+    refs, token, identifier = references(case)
+    unit, exchange = Slave(case["file"], model_identifier=identifier), case["kind"] == "exchange"
     if three:
         make = unit.instantiate_model_exchange if exchange else unit.instantiate_co_simulation
         make("unit", instantiation_token=token)
@@ -167,7 +168,7 @@ def c_program(case: dict) -> Rows:
     with zipfile.ZipFile(case["file"]) as archive:
         name = next(n for n in archive.namelist() if n.endswith(".so"))
         (folder / "unit.so").write_bytes(archive.read(name))
-    refs, token = references(case)
+    refs, token, _ = references(case)
     n, ins, outs = len(case["expected"]), case["inputs"], case["outputs"]
     head = [case["step"], n, len(ins), len(outs), *(refs[name] for name in (*ins, *outs))]
     words = [*head, *(x for row in zip(*ins.values(), strict=True) for x in row)]

@@ -83,12 +83,15 @@ def propose(table: Table, file: str) -> tuple[str, int]:
     known = [guess for guess in guesses if guess.kind]
     vectors = any(g.kind in ("amplitude", "phase") for g in known)
     parts = [f"# Proposed for {_safe(file)} from names, units and values; check every line before use.\n"]
-    if table.time is None and not vectors and not any(g.kind == "time" for g in known):
+    if not table.clocked and not vectors and not any(g.kind == "time" for g in known):
         parts.append('# No time was found: [time] with column = "..." and unit = "s", or with\n'
                      '# sample_rate = "5 kHz"\n')  # fmt: skip
     parts += _vectors(known) if vectors else _series(known)
     unknown = [g for g in guesses if not g.kind]
-    parts += [f"# not known: column {g.number}, {_text(g.column.name)}, {_extent(g.column)}\n" for g in unknown]
+    parts += [
+        f"# not known: column {g.number}, {_text(g.column.name)}, {g.column.fault or _extent(g.column)}\n"
+        for g in unknown
+    ]
     if not vectors:
         parts += _missing({g.kind for g in known})
     text = "\n".join(parts)
@@ -105,6 +108,8 @@ def _complete(tables: dict[str, Any], angled: bool = False) -> Iterator[bool]:
 
 
 def _guess(column: Column, number: int) -> Guess:
+    if column.fault:
+        return Guess(column, number, "")
     words = " ".join(_CAPITAL.sub(" ", re.sub(r"[_-]", " ", column.name)).lower().split())
     if key := meaning(column.name):
         unit, source = (column.unit, "the file") if column.unit else (schema_unit(key), "the schema's name")

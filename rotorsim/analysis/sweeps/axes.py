@@ -12,13 +12,14 @@ from rotorsim.analysis.axes import Field, checked, read_axis, read_field, split_
 from rotorsim.analysis.targets import split, value_at
 from rotorsim.base.errors import DataError
 from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.unit_table import NUMBER
 from rotorsim.base.units import parse
 from rotorsim.machine.edit import expanded
 from rotorsim.machine.schema import Machine
 
 POINTS = {"speed": "rad/s", "pressure": "Pa"}
 """Axes that are no values of the machine, with their units."""
-PERCENT = re.compile(r"([-+]?\d+(?:\.\d*)?)\s*%")
+PERCENT = re.compile(rf"({NUMBER})\s*%", re.ASCII)
 MOST = 100_000
 """Cells of a sweep."""
 

@@ -11,8 +11,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rotorsim.base.errors import DataError
+from rotorsim.base.exchange.foreign import Foreign, Leftovers
 from rotorsim.base.sentences import listing
 
+_READ = {"A", "B", "C", "D", "dt", "name", "ninputs", "noutputs", "nstates", "input_index", "output_index",
+         "state_index", "updfcn", "outfcn", "num_array", "den_array", "num", "den", "display_format", "syslist",
+         "syslist_index", "connect_map", "connection_type", "input_map", "output_map", "input_offset", "output_offset",
+         "state_offset"}  # fmt: skip
+"""Attributes of linear systems that are read, or follow from these; connections stand in the matrices already."""
 LINEAR = ("StateSpace", "TransferFunction")
 HOW = "control.sample_system({system}, {Ts:g}, '{rule}')"
 """How a continuous system is sampled with that package."""
@@ -88,6 +94,7 @@ def matrices(system: Any) -> Matrices:
     """
     if not is_linear(system):
         raise DataError(f"{type(system).__name__}: is not a linear system; give control.StateSpace or TransferFunction")
+    _name_rest(system)
     names = tuple(system.input_labels), tuple(system.output_labels)
     if hasattr(system, "A"):
         found = [np.array(getattr(system, letter), float) for letter in "ABCD"]
@@ -95,6 +102,16 @@ def matrices(system: Any) -> Matrices:
         found = _realised(system)
     A, B, C, D = found
     return Matrices(A, B, C, D, period(system), *names)
+
+
+def _name_rest(system: Any) -> None:
+    """Warn of what a system holds besides its matrices, its clock and its signals."""
+    one, left = Foreign(system, getattr(system, "name", None) or "system"), Leftovers("from_control")
+    labels = getattr(system, "state_labels", ()) if hasattr(system, "A") else ()
+    if named := [label for label in labels if "[" not in label]:
+        left.add(one.what, f"names of states, {listing(named)}, not carried over")
+    left.unread(one, _READ)
+    left.warn()
 
 
 def _realised(system: Any) -> list[np.ndarray]:

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from rotorsim.base.errors import DataError
+from rotorsim.base.errors import DataError, NotCarried
 from rotorsim.base.files import replacing
+from rotorsim.base.sentences import listing, quote
+from rotorsim.base.unit_table import TABLE
 
 SYSTEM = ("A", "B", "C", "D")
+DELAYS = ("InputDelay", "OutputDelay", "IODelay", "ioDelay", "InternalDelay")
+"""Delays of a system of MATLAB, which no matrix here has."""
 SAVE = "[A, B, C, D, Ts] = ssdata(sys); save('system.mat', 'A', 'B', 'C', 'D', 'Ts', '-v7')"
 """How a system is saved in MATLAB, so that it can be read here."""
 
@@ -70,6 +75,69 @@ def number(content: Mapping[str, Any], name: str, default: float) -> float:
     if not isinstance(value, np.ndarray) or value.size != 1 or value.dtype.kind not in "fiub":
         raise DataError(f"{name} is not a number; give one")
     return float(value.flat[0])
+
+
+def check_rest(content: Mapping[str, Any], read: Collection[str]) -> None:
+    """Name what a file states of its system besides what is `read`.
+
+    Raises
+    ------
+    DataError
+        For what changes the motion: delays, a descriptor matrix E, another unit of time than seconds.
+
+    Warns
+    -----
+    NotCarried
+        For everything else.
+    """
+    for name in DELAYS:
+        if np.any(content.get(name, 0.0)):
+            raise DataError(f"{name} is not 0, which has no counterpart; put it into the states: absorbDelay or pade")
+    E = content.get("E")
+    if isinstance(E, np.ndarray) and E.size and not (E.ndim == 2 and np.array_equal(E, np.eye(len(E)))):
+        raise DataError("E is not the unit matrix; save the explicit system: sys = ss(sys, 'explicit')")
+    if (unit := content.get("TimeUnit", "")) not in ("", "s", "seconds"):
+        raise DataError(f"TimeUnit is {quote(unit)}; save it in seconds: sys = chgTimeUnit(sys, 'seconds')")
+    name_rest(set(content) - {*read, *DELAYS, *SYSTEM, "E", "TimeUnit", "Ts", "kind"})
+
+
+def name_rest(names: Collection[str]) -> None:
+    """Warn, as `NotCarried`, of entries of a file of a system that no reader takes."""
+    if names:
+        text = f"{listing(sorted(names))} of the file not carried over; there is no counterpart"
+        warnings.warn(text, NotCarried, stacklevel=3)
+
+
+def in_si(
+    content: Mapping[str, Any], B: np.ndarray, C: np.ndarray, D: np.ndarray, inputs: str, outputs: str
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """B, C, D between SI units, from those that InputUnit and OutputUnit state; without these they are SI already.
+
+    Raises
+    ------
+    DataError
+        For a unit of another quantity.
+    """
+    into = [_factor(unit, inputs) for unit in _units(content, "InputUnit", D.shape[1])]
+    out = [_factor(unit, outputs) for unit in _units(content, "OutputUnit", D.shape[0])]
+    if set(into) | set(out) <= {1.0}:
+        return B, C, D
+    more = (1,) * (D.ndim - 2)  # operating points
+    columns, rows = np.reshape(into, (1, -1, *more)), np.reshape(out, (-1, 1, *more))
+    return B / columns, C * rows, D * rows / columns
+
+
+def _units(content: Mapping[str, Any], name: str, count: int) -> list[str]:
+    value = content.get(name)
+    found = [value] * count if isinstance(value, str) else value
+    return found if isinstance(found, list) and len(found) == count else [""] * count
+
+
+def _factor(unit: str, si: str) -> float:
+    known = TABLE[si].factors | TABLE[si].recorded
+    if unit and unit not in known:
+        raise DataError(f"unit {quote(unit)} is not one of {TABLE[si].name}; give the system's signals in V and m")
+    return float(known[unit]) if unit else 1.0
 
 
 def texts(content: Mapping[str, Any], name: str, default: Sequence[str]) -> tuple[str, ...]:

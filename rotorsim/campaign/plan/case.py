@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from dataclasses import dataclass
 from typing import Any
 
+from rotorsim.base.exchange import json_text as json
 from rotorsim.campaign.plan.plan_file import Value
 
 FORMAT = 1

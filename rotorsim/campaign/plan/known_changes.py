@@ -12,7 +12,6 @@ Each record states it in its attribute `changes`, so that `rotorsim diagnose` ta
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -20,6 +19,7 @@ import numpy as np
 
 from identification.records.changes import stated_changes
 from rotorsim.base.errors import RotorsimError
+from rotorsim.base.exchange import json_text as json
 from rotorsim.campaign.errors import PlanError
 from rotorsim.campaign.plan.targets import change
 from rotorsim.discrepancy.data.changes import RING, WEIGHT, known_changes, with_ring

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Strict, ValidationError
 
+from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.base.sentences import quote
 from rotorsim.base.suggest import did_you_mean
 from rotorsim.campaign.errors import PlanError
@@ -74,7 +74,7 @@ def read_plan(path: Path) -> str:
     if path.stat().st_size > MAX_BYTES:
         raise PlanError(f"{path}: {path.stat().st_size / 1e6:.3g} MB is above the limit of 10 MB; is it a plan?")
     try:
-        return path.read_bytes().decode("utf-8")
+        return path.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise PlanError(f"{path}: is not text; a plan is TOML in UTF-8") from error
 
@@ -85,8 +85,6 @@ def parse_plan(text: str) -> PlanTable:
         tables = tomllib.loads(text)
     except ValueError as error:
         raise PlanError(f"not a TOML file: {str(error)[:200]}; correct that line") from error
-    except RecursionError as error:
-        raise PlanError("not a plan: brackets are nested too deeply; remove some") from error
     return read_table(PlanTable, tables, "")
 
 

@@ -8,7 +8,6 @@ them is taken from the records themselves when the campaign is resumed.
 
 from __future__ import annotations
 
-import json
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing
@@ -16,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from rotorsim.base.exchange import json_text as json
 from rotorsim.base.files import replacing
 from rotorsim.campaign.errors import PlanError, StoreError
 from rotorsim.campaign.plan.case import Numbered

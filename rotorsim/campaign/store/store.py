@@ -12,14 +12,15 @@
 
 from __future__ import annotations
 
-import json
 import os
+import socket
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from rotorsim.base.exchange import json_text as json
 from rotorsim.base.files import is_temporary, make_folder, write_json, write_text
 from rotorsim.base.lock import BusyError, Lock, about_us
 from rotorsim.campaign.errors import StoreError
@@ -42,6 +43,11 @@ def record_path(folder: Path, key: str) -> Path:
 def parts_folder(folder: Path) -> Path:
     """Folder of records being written."""
     return folder / "parts"
+
+
+def part_path(folder: Path, name: str, pid: int | None = None) -> Path:
+    """Path of a growing file of a process of this computer, by default this one."""
+    return parts_folder(folder) / f"{name}.{socket.gethostname()}.{os.getpid() if pid is None else pid}.nc"
 
 
 @dataclass(frozen=True)
@@ -94,7 +100,7 @@ def open_store(folder: str | Path) -> Store:
     if not path.is_file():
         raise StoreError(f"{folder}: holds no campaign; give the folder that was its --out")
     try:
-        manifest = json.loads(path.read_text(encoding="utf-8"))
+        manifest = json.loads(path.read_text(encoding="utf-8-sig"))
         if manifest["format"] != FORMAT:
             raise StoreError(
                 f"{path}: has format {manifest['format']!r}, this version reads {FORMAT}; use the one it is of"
@@ -113,7 +119,7 @@ def open_store(folder: str | Path) -> Store:
 
 def machines(folder: Path) -> dict[str, str]:
     """Texts of a store's machines by their hash."""
-    manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8-sig"))
     return {text_hash(text): text for text in manifest["machines"].values()}
 
 
@@ -164,6 +170,14 @@ def _files(folder: Path) -> Iterator[tuple[str, int]]:
             with os.scandir(shelf.path) as entries:
                 for entry in entries:
                     yield entry.name, entry.stat().st_size
+
+
+def clear_parts_of(folder: Path, pid: int) -> None:
+    """Remove partial files of a process of this computer that was ended."""
+    pattern = part_path(folder, "*", pid)
+    for path in pattern.parent.glob(pattern.name):
+        with suppress(OSError):
+            path.unlink()
 
 
 def clear_parts(folder: Path) -> int:

@@ -1,35 +1,28 @@
-"""Dask workers: one process per core of this machine, or an existing cluster by its scheduler's address."""
+"""Workers of an existing Dask cluster, reached by its scheduler's address."""
 
 from __future__ import annotations
 
 import json
 import logging
 import warnings
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from asyncio import CancelledError
+from collections.abc import Iterator, Sequence
+from concurrent.futures import CancelledError as Cancelled
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
-from rotorsim.base.processes import sigint_blocked
 from rotorsim.campaign.errors import ClusterError
 from rotorsim.campaign.store.store import parts_folder
 from rotorsim.campaign.store.versions import mismatch, versions
-from rotorsim.campaign.workers.worker import end_run
+from rotorsim.campaign.workers.worker import end_run, run_orders
 
 CONNECT = 10.0
 """Time [s] to wait for a scheduler."""
 JOIN = 120.0
 """Time [s] to wait for the first worker."""
-LOOPBACK = "127.0.0.1"
-CALM = {
-    "distributed.scheduler.worker-ttl": None,  # a wall clock that is set would make workers look dead
-    "distributed.worker.profile.enabled": False,
-    "distributed.admin.tick.interval": "2 s",
-    "distributed.admin.system-monitor.interval": "10 s",
-}
-"""Workers here do not watch themselves many times a second: that took some percent of the processors from the cases."""
+LOST = "scheduler: the connection is lost; start it again and run the same command, what is done is kept"
 
 
 @dataclass(frozen=True)
@@ -42,17 +35,107 @@ class Tls:
 
 
 @contextmanager
-def cluster(scheduler: str | None, workers: int | None, most: int, tls: Tls | None = None) -> Iterator[Any]:
-    """Dask client of local workers (at most `most`, ended with it) or of a running scheduler."""
+def connected() -> Iterator[None]:
+    """Convert Dask's errors about a lost scheduler to ClusterError."""
+    try:
+        yield
+    except (OSError, RuntimeError, TimeoutError, Cancelled, CancelledError) as error:
+        raise ClusterError(LOST) from error
+
+
+class ClusterWorkers:
+    """Workers behind a Dask client; a `Workers` of `rotorsim.campaign.workers.scheduler`."""
+
+    def __init__(self, client: Any) -> None:
+        self._client = client
+
+    def admit(self, folder: Path, name: str) -> None:
+        """Raise ClusterError unless every worker has the same versions and access to the store."""
+        here = versions()
+        for address, answer in self._ask(_about, str(folder), name):
+            found = json.loads(answer)
+            if wrong := mismatch(here, found["versions"]):
+                raise ClusterError(
+                    f"worker {address}: other versions ({wrong}); install the same on client and workers"
+                )
+            if not found["sees"]:
+                raise ClusterError(
+                    f"worker {address}: does not see {folder}; put --out on a file system that all workers share"
+                )
+
+    def _ask(self, function: Any, *arguments: Any) -> Iterator[tuple[str, Any]]:
+        for address, answer in self._client.run(function, *arguments, on_error="return").items():
+            if isinstance(answer, Exception):
+                raise ClusterError(
+                    f"worker {address}: cannot run rotorsim ({_reason(answer)}); install it there as it is here"
+                ) from answer
+            yield address, answer
+
+    def count(self) -> int:
+        """Number of cases that the workers can run at once now; asking costs some milliseconds."""
+        return sum(worker["nthreads"] for worker in self._client.scheduler_info(n_workers=-1)["workers"].values())
+
+    def check(self) -> None:
+        """Raise ClusterError if the scheduler is gone."""
+        if self._client.status != "running":
+            raise ClusterError(LOST)
+
+    def submit(self, key: str, orders: str) -> Any:
+        """Begin a task; nothing but the name of a function is pickled."""
+        with connected():
+            return self._client.submit(run_orders, orders, key=key, pure=False)
+
+    def answers(self, tasks: Sequence[Any]) -> list[str | None]:
+        """Result rows of finished tasks as JSON; None for one that Dask gave up."""
+        with connected():
+            found = iter(self._client.gather([task for task in tasks if task.status == "finished"]))
+        return [next(found) if task.status == "finished" else None for task in tasks]
+
+    def why(self, task: Any) -> str:
+        """Sentence about a task that Dask gave up; a lost scheduler cancels all."""
+        if task.status in ("cancelled", "lost"):
+            raise ClusterError(LOST)
+        error = task.exception()
+        if type(error).__name__ == "KilledWorker":
+            return "case: the worker died several times while it ran; give workers more memory"
+        return f"worker: {type(error).__name__}: {(str(error).splitlines() or [''])[0][:150]}"
+
+    def free(self, run: str) -> None:
+        """End the cases of a run that workers still compute."""
+        with suppress(Exception):
+            self._client.run(end_run, run, wait=True, on_error="ignore")
+
+
+def _about(folder: str, name: str) -> str:
+    """Runs in a worker: its versions, and whether it sees the store and may write there."""
+    place = parts_folder(Path(folder))
+    sees = False
+    with suppress(OSError):
+        sees = (place / name).read_text() == name
+    return json.dumps({"versions": versions(), "sees": sees})
+
+
+@contextmanager
+def cluster(address: str, tls: Tls | None) -> Iterator[ClusterWorkers]:
+    """Workers of a running scheduler; raises ClusterError."""
     _silence()
+    from distributed import Client
+
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # versions are compared below, by what matters
-        if scheduler is None:
-            with _local(workers, most) as client:
-                yield client
-        else:
-            with _remote(scheduler, tls) as client:
-                yield client
+        warnings.simplefilter("ignore")  # versions are compared in `admit`, by what matters
+        try:
+            client = Client(address, timeout=CONNECT, security=_security(address, tls), set_as_default=False)
+        except (OSError, ValueError, TypeError) as error:
+            raise ClusterError(
+                f"scheduler {address}: cannot be reached within {CONNECT:g} s ({_reason(error)}); check address, port, "
+                "firewall and TLS files"
+            ) from error
+        try:
+            _wait_for_workers(client, address)
+            yield ClusterWorkers(client)
+        finally:
+            with suppress(Exception):
+                client.close(timeout=CONNECT)
 
 
 def _silence() -> None:
@@ -61,51 +144,6 @@ def _silence() -> None:
 
     for name in ("distributed", *(name for name in logging.root.manager.loggerDict if name.startswith("distributed."))):
         logging.getLogger(name).setLevel(logging.CRITICAL)
-
-
-@contextmanager
-def _local(workers: int | None, most: int) -> Iterator[Any]:
-    import dask
-    from dask.system import CPU_COUNT
-    from distributed import Client, LocalCluster
-
-    count = max(min(CPU_COUNT if workers is None else workers, most), 1)
-    with ExitStack() as stack:
-        stack.enter_context(dask.config.set(CALM))
-        scratch = stack.enter_context(TemporaryDirectory(prefix="rotorsim-", ignore_cleanup_errors=True))
-        try:
-            with sigint_blocked():
-                local = LocalCluster(
-                    n_workers=count, threads_per_worker=1, processes=True, host=LOOPBACK, dashboard_address=None,
-                    memory_limit=0, silence_logs=logging.CRITICAL, local_directory=scratch,
-                )  # fmt: skip
-            stack.enter_context(local)
-            client = stack.enter_context(Client(local))
-        except (OSError, RuntimeError) as error:
-            raise ClusterError(
-                f"workers: cannot be started on this machine ({_reason(error)}); check free memory, processes and "
-                "space for temporary files; a script that runs a campaign does so under if __name__ == '__main__'"
-            ) from error
-        yield client
-
-
-@contextmanager
-def _remote(address: str, tls: Tls | None) -> Iterator[Any]:
-    from distributed import Client
-
-    try:
-        client = Client(address, timeout=CONNECT, security=_security(address, tls), set_as_default=False)
-    except (OSError, ValueError, TypeError) as error:
-        raise ClusterError(
-            f"scheduler {address}: cannot be reached within {CONNECT:g} s ({_reason(error)}); check address, port, "
-            "firewall and TLS files"
-        ) from error
-    try:
-        _wait_for_workers(client, address)
-        yield client
-    finally:
-        with suppress(Exception):
-            client.close(timeout=CONNECT)
 
 
 def _security(address: str, tls: Tls | None) -> Any:
@@ -136,45 +174,3 @@ def _wait_for_workers(client: Any, address: str) -> None:
         raise ClusterError(
             f"scheduler {address}: no worker joined it within {JOIN:g} s; start some with 'dask worker {address}'"
         ) from error
-
-
-def threads(client: Any) -> int:
-    """Number of cases that the workers can run at once now."""
-    return sum(worker["nthreads"] for worker in client.scheduler_info(n_workers=-1)["workers"].values())
-
-
-def check_workers(client: Any, folder: Path, name: str) -> None:
-    """Raise ClusterError unless every worker has the same versions and access to the store."""
-    here = versions()
-    for address, answer in _ask(client, _about, str(folder), name):
-        found = json.loads(answer)
-        if wrong := mismatch(here, found["versions"]):
-            raise ClusterError(f"worker {address}: other versions ({wrong}); install the same on client and workers")
-        if not found["sees"]:
-            raise ClusterError(
-                f"worker {address}: does not see {folder}; put --out on a file system that all workers share"
-            )
-
-
-def _ask(client: Any, function: Any, *arguments: Any) -> Iterator[tuple[str, Any]]:
-    for address, answer in client.run(function, *arguments, on_error="return").items():
-        if isinstance(answer, Exception):
-            raise ClusterError(
-                f"worker {address}: cannot run rotorsim ({_reason(answer)}); install it there as it is here"
-            ) from answer
-        yield address, answer
-
-
-def _about(folder: str, name: str) -> str:
-    """Runs in a worker: its versions, and whether it sees the store and may write there."""
-    place = parts_folder(Path(folder))
-    sees = False
-    with suppress(OSError):
-        sees = (place / name).read_text() == name
-    return json.dumps({"versions": versions(), "sees": sees})
-
-
-def free_workers(client: Any, run: str) -> None:
-    """End the cases of a run that workers still compute."""
-    with suppress(Exception):
-        client.run(end_run, run, wait=True, on_error="ignore")

@@ -6,9 +6,7 @@ The record's bytes depend on the case alone: no time, no host, nothing of the ot
 
 from __future__ import annotations
 
-import json
 import os
-import socket
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
@@ -17,9 +15,10 @@ from typing import TYPE_CHECKING, Any
 
 from threadpoolctl import threadpool_limits
 
-from reynolds.jit import cache_root
 from rotorsim.analysis.cases import ANALYSES
+from rotorsim.base.cache import in_cache
 from rotorsim.base.errors import ConvergenceError, RotorsimError
+from rotorsim.base.exchange import json_text as json
 from rotorsim.base.files import WriteError, write_error
 from rotorsim.base.hdf5_check import check_hdf5
 from rotorsim.base.lock import Lock
@@ -28,7 +27,7 @@ from rotorsim.campaign.plan.kinds import is_analysis
 from rotorsim.campaign.plan.known_changes import with_changes
 from rotorsim.campaign.plan.summaries import summarise
 from rotorsim.campaign.store.netcdf import write_record
-from rotorsim.campaign.store.store import parts_folder, record_path
+from rotorsim.campaign.store.store import part_path, record_path
 from rotorsim.campaign.workers.memory import LONGEST, Memory
 from rotorsim.experiments import EXPERIMENTS, Experiment
 from rotorsim.experiments.running import begin, record, stream
@@ -82,7 +81,7 @@ def prepare(case: Case, text: str) -> None:
         return
     with ExitStack() as stack:
         if not is_compiled(module, ("settle" if is_analysis(case.kind) else "run",)):
-            stack.enter_context(Lock(cache_root() / "plants" / f"{module.__name__}.lock", wait=True))
+            stack.enter_context(Lock(in_cache("plants") / f"{module.__name__}.lock", wait=True))
         stack.enter_context(suppress(RotorsimError))  # the case itself will meet it again, and report it
         if is_analysis(case.kind):
             _loaded.add(loaded)
@@ -185,11 +184,6 @@ def publish(folder: Path, case: Case, data: xr.Dataset, attrs: Mapping[str, Any]
         with suppress(OSError):
             part.unlink(missing_ok=True)
     return size
-
-
-def part_path(folder: Path, name: str) -> Path:
-    """Path of a growing file of this process."""
-    return parts_folder(folder) / f"{name}.{socket.gethostname()}.{os.getpid()}.nc"
 
 
 @contextmanager

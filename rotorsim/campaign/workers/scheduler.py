@@ -1,25 +1,24 @@
 """Dispatch of cases to workers with a bounded number in flight, so memory does not grow with the plan.
 
-A task of Dask is one case, or several short ones: a task costs Dask some milliseconds, whatever it does.
+A task is one case, or several short ones: a task costs Dask some milliseconds, whatever it does.
 """
 
 from __future__ import annotations
 
 import json
 import time
-from asyncio import CancelledError
-from collections.abc import Iterator
-from concurrent.futures import CancelledError as Cancelled
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import Any
+from typing import Any, Protocol
 
 from rotorsim.campaign.errors import ClusterError
-from rotorsim.campaign.workers.cluster import threads
-from rotorsim.campaign.workers.worker import run_orders
+from rotorsim.campaign.workers.cluster import Tls, cluster
+from rotorsim.campaign.workers.local import local_workers
 
 AHEAD = 8
-"""Tasks that wait at the scheduler, besides two for every worker."""
+"""Tasks that wait, besides two for every worker."""
 TASK = 0.4
 """Time [s] of a task, about, whose cases are shorter."""
 LARGEST = 64
@@ -34,29 +33,47 @@ ALONE = 600.0
 """Time [s] without any worker after which a campaign gives up."""
 
 
-LOST = "scheduler: the connection is lost; start it again and run the same command, what is done is kept"
+class Workers(Protocol):
+    """Workers of this computer, or of a cluster; a task has `add_done_callback` of futures."""
+
+    def admit(self, folder: Path, name: str) -> None:
+        """Raise ClusterError for a worker of other versions, or one that sees no file `name` in the store."""
+
+    def count(self) -> int:
+        """Number of cases that can run at once now."""
+
+    def check(self) -> None:
+        """Raise ClusterError if they are gone."""
+
+    def submit(self, key: str, orders: str) -> Any:
+        """Task of orders, as JSON."""
+
+    def answers(self, tasks: Sequence[Any]) -> list[str | None]:
+        """Result rows of finished tasks as JSON; None for one that failed as a whole."""
+
+    def why(self, task: Any) -> str:
+        """Sentence about a task that failed as a whole; raises ClusterError where no other will do better."""
+
+    def free(self, run: str) -> None:
+        """End the cases of a run that are under way."""
 
 
-@contextmanager
-def connected() -> Iterator[None]:
-    """Convert Dask's errors about a lost scheduler to ClusterError."""
-    try:
-        yield
-    except (OSError, RuntimeError, TimeoutError, Cancelled, CancelledError) as error:
-        raise ClusterError(LOST) from error
+def begun(scheduler: str | None, workers: int | None, most: int, tls: Tls | None) -> AbstractContextManager[Workers]:
+    """Context of the workers of a scheduler, or of this computer (at most `most`) where none is named."""
+    return local_workers(workers, most) if scheduler is None else cluster(scheduler, tls)
 
 
 class Pump:
-    """Cases in flight at one client."""
+    """Cases in flight."""
 
-    def __init__(self, client: Any, run: str) -> None:
-        self._client, self._run, self._function, self._threads = client, run, run_orders, threads
+    def __init__(self, workers: Workers, run: str) -> None:
+        self._workers, self._run = workers, run
         self._under_way: dict[str, tuple[Any, list[dict[str, Any]]]] = {}
         self._given = 0
         self._mean = TASK
         self._finished: SimpleQueue[str] = SimpleQueue()
         self._seen = time.monotonic()
-        self._counted, self._workers = -LOOK, 0
+        self._counted, self._known = -LOOK, 0
 
     def __len__(self) -> int:
         return len(self._under_way)
@@ -68,41 +85,39 @@ class Pump:
 
     def size(self, left: int) -> int:
         """How many of the cases left should go into the next task: fewer towards the end, for an even load."""
-        return max(1, min(int(TASK / self._mean), LARGEST, left // (2 * (2 * self._workers + AHEAD))))
+        return max(1, min(int(TASK / self._mean), LARGEST, left // (2 * (2 * self._known + AHEAD))))
 
     def _count(self) -> int:
-        """How many cases the workers can run at once; asking costs some milliseconds, so it is done now and then."""
+        """How many cases the workers can run at once, asked now and then."""
         if time.monotonic() - self._counted > LOOK:
-            self._counted, self._workers = time.monotonic(), self._threads(self._client)
-        return self._workers
+            self._counted, self._known = time.monotonic(), self._workers.count()
+        return self._known
 
     def give(self, orders: list[dict[str, Any]]) -> None:
         """Give orders as one task."""
         self._given += 1
-        with connected():
-            key = f"{self._run}-{self._given}"
-            future = self._client.submit(self._function, json.dumps(orders), key=key, pure=False)
-        self._under_way[future.key] = future, orders
-        future.add_done_callback(lambda done: self._finished.put(done.key))
+        key = f"{self._run}-{self._given}"
+        task = self._workers.submit(key, json.dumps(orders))
+        self._under_way[key] = task, orders
+        task.add_done_callback(lambda _: self._finished.put(key))
 
     def rows(self) -> Iterator[dict[str, Any]]:
         """Rows of what has finished since, after at most a tick."""
         keys = self._drain()
         self._check()
         done = [self._under_way.pop(key) for key in keys if key in self._under_way]
-        with connected():
-            answers = self._client.gather([future for future, _ in done if future.status == "finished"])
-        for answer in answers:
-            for row in json.loads(answer):
+        answers = self._workers.answers([task for task, _ in done])
+        for text in filter(None, answers):
+            for row in json.loads(text):
                 self._mean += 0.05 * (row.get("duration", TASK) + STEP - self._mean)
                 yield row
-        for future, orders in done:
-            if future.status != "finished":
-                yield from self._lost(future, orders)
+        for (task, orders), answer in zip(done, answers, strict=True):
+            if answer is None:
+                yield from self._lost(task, orders)
 
-    def _lost(self, future: Any, orders: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
-        """Rows of a task that Dask gave up; of several cases each is given once more, alone."""
-        why = self._why(future)
+    def _lost(self, task: Any, orders: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+        """Rows of a task that failed as a whole; of several cases each is given once more, alone."""
+        why = self._workers.why(task)
         for order in orders:
             if len(orders) > 1:
                 self.give([order])
@@ -119,19 +134,9 @@ class Pump:
             return keys
 
     def _check(self) -> None:
-        """Raise ClusterError if the scheduler is gone, or every worker for long."""
-        if self._client.status != "running":
-            raise ClusterError(LOST)
+        """Raise ClusterError if the workers are gone, or there was none for long."""
+        self._workers.check()
         if self._count():
             self._seen = time.monotonic()
         elif time.monotonic() - self._seen > ALONE:
             raise ClusterError(f"workers: none for {ALONE:g} s; start some and run the same command again")
-
-    def _why(self, future: Any) -> str:
-        """Sentence about an order that Dask gave up; a lost scheduler cancels all."""
-        if future.status in ("cancelled", "lost"):
-            raise ClusterError(LOST)
-        error = future.exception()
-        if type(error).__name__ == "KilledWorker":
-            return "case: the worker died several times while it ran; give workers more memory"
-        return f"worker: {type(error).__name__}: {(str(error).splitlines() or [''])[0][:150]}"

@@ -1,9 +1,9 @@
-"""Code in a Dask worker: starts a child process for the cases, supervises it and returns the results.
+"""Code in a worker, of Dask or a thread here: starts a child process for cases, supervises it, returns the results.
 
 No library's pool: Pebble 5.2 has the time limit and keeps the other cases when a process is killed, but its processes
 outlive a killed worker until their case ends (20 s of 20 s; loky 3.7 more than 25 s). This one ends with its pipe.
 
-Orders and answers are text, so nothing but the name of a function is pickled.
+Orders and answers are text.
 """
 
 from __future__ import annotations
@@ -18,11 +18,13 @@ import sys
 import tempfile
 import threading
 from contextlib import suppress
+from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
 from rotorsim.base.cache import ROOT
 from rotorsim.base.processes import THREADS
+from rotorsim.campaign.store.store import clear_parts_of
 
 PREPARE_LIMIT = 3600.0
 """Longest time [s] until a case's machine code is there: others may be compiling before."""
@@ -44,7 +46,7 @@ class CellDiedError(Exception):
 class Cell:
     """Child process that runs cases."""
 
-    def __init__(self) -> None:
+    def __init__(self, run: str) -> None:
         paths = filter(None, (str(ROOT), os.environ.get("PYTHONPATH")))
         environment = os.environ | dict.fromkeys(THREADS, "1") | {"PYTHONPATH": os.pathsep.join(paths)}
         self._stderr = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
@@ -53,11 +55,17 @@ class Cell:
             stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             stderr=self._stderr, env=environment, text=True, bufsize=1, start_new_session=True,
         )  # fmt: skip
-        self.run = ""
+        self.run = run
         self._answers: SimpleQueue[str] = SimpleQueue()
         threading.Thread(target=self._listen, daemon=True).start()
         _cells.add(self)
-        self.versions: dict[str, str] = self.answer(PREPARE_LIMIT)["versions"]
+        if run in _over:  # it ended while the process began
+            self.process.kill()
+        try:
+            self.versions: dict[str, str] = self.answer(PREPARE_LIMIT)["versions"]
+        except CellDiedError:
+            self.kill()
+            raise
 
     def _listen(self) -> None:
         assert self.process.stdout is not None
@@ -102,13 +110,14 @@ class Cell:
 _cells = set()
 
 
-def own_cell() -> Cell:
-    """Child process of this thread, started if there is none."""
+def own_cell(run: str) -> Cell:
+    """Child process of this thread, now for a run; started if there is none."""
     cell: Cell | None = getattr(_own, "cell", None)
     if cell is None or cell.process.poll() is not None:
         if cell is not None:
             cell.kill()
-        _own.cell = cell = Cell()
+        _own.cell = cell = Cell(run)
+    cell.run = run
     return cell
 
 
@@ -142,8 +151,9 @@ def _row(order: dict[str, Any]) -> dict[str, Any]:
 
 def _try(order: dict[str, Any]) -> dict[str, Any]:
     try:
-        cell = own_cell()
-        cell.run = order["run"]
+        cell = own_cell(order["run"])
+        if order["run"] in _over:  # asked after it is known whose process this is, for then it can be ended
+            cell.kill()
         if cell.versions != order["versions"]:
             return {"status": "versions", "error": "", "versions": cell.versions}
         cell.send(json.dumps(order))
@@ -152,7 +162,7 @@ def _try(order: dict[str, Any]) -> dict[str, Any]:
             row = cell.answer(order["time_limit"])
         return row
     except TimeoutError:
-        _own.cell.kill()
+        _end(order)
         limit = order["time_limit"]
         return {
             "status": "failed",
@@ -160,6 +170,7 @@ def _try(order: dict[str, Any]) -> dict[str, Any]:
             "error": f"case: took longer than the time limit of {limit:g} s; raise time_limit or make it shorter",
         }
     except CellDiedError as error:
+        _end(order)
         if _full(order["folder"]):
             return {
                 "status": "storage",
@@ -169,6 +180,14 @@ def _try(order: dict[str, Any]) -> dict[str, Any]:
             "status": "died",
             "error": f"case: its process {error}, {ATTEMPTS} times; it may need more memory than there is",
         }
+
+
+def _end(order: dict[str, Any]) -> None:
+    """End this thread's process, and remove what it was writing."""
+    cell: Cell | None = getattr(_own, "cell", None)
+    if cell is not None:
+        cell.kill()
+        clear_parts_of(Path(order["folder"]), cell.process.pid)
 
 
 def _full(folder: str) -> bool:

@@ -9,8 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from reynolds.jit import cache_root
-from rotorsim.base.cache import key_of
+from rotorsim.base.cache import in_cache, key_of
 from rotorsim.base.errors import RotorsimError
 
 MONTH = 30 * 86400.0
@@ -20,9 +19,9 @@ MONTH = 30 * 86400.0
 @contextmanager
 def unfinished(*asked: Any) -> Iterator[Path]:
     """Where this diagnosis keeps what it computes, in the cache: until its end, or for a month if it is interrupted."""
-    root = cache_root() / "diagnoses"
+    root = in_cache("diagnoses")
     folder = root / key_of(Path.cwd(), asked)
-    for old in root.iterdir() if root.exists() else ():
+    for old in root.iterdir():
         if time.time() - old.stat().st_mtime > MONTH:
             shutil.rmtree(old, ignore_errors=True)
     try:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from rotorsim.analysis import calibrate, read_targets
@@ -18,6 +17,7 @@ from rotorsim.analysis.figures import UNITS
 from rotorsim.base.constants import TO_MPA, TO_UM
 from rotorsim.base.progress import end_line, line
 from rotorsim.commands.completion import targets as shipped
+from rotorsim.commands.console import Console
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import GivenMachine, GridOptions, plant_of
 from rotorsim.commands.results import files
@@ -67,7 +67,7 @@ def _show_passes(count: int, cost: float) -> None:
 
 
 def _print(found: Calibration) -> None:
-    console = Console(highlight=False)
+    console = Console()
     table = Table("target", "role", "asked", "before", "", "after", "", box=None, pad_edge=False)
     for row in found.rows:
         t = row.target

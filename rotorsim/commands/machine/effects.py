@@ -6,12 +6,12 @@ import json
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
 from rotorsim.base.errors import MachineFileError
 from rotorsim.commands.completion import effects as names
+from rotorsim.commands.console import Console
 from rotorsim.commands.lazy_group import example
 from rotorsim.effects import REGISTRY
 from rotorsim.machine.catalogue import catalogue, describe
@@ -49,11 +49,11 @@ def _print_effects(entries: list[dict[str, Any]]) -> None:
     table = Table("effect", "port", "what", box=None, pad_edge=False)
     for e in entries:
         table.add_row(e["name"], e["port"], escape(e["summary"]))
-    Console(highlight=False).print(table)
+    Console().print(table)
 
 
 def _print_effect(entry: dict[str, Any]) -> None:
-    console = Console(highlight=False)
+    console = Console()
     console.print(f"[bold]\\[effects.{entry['name']}][/bold]  {escape(entry['title'] or entry['summary'])}\n")
     source = entry["source"] and f"Source: {entry['source']}"
     for text in filter(None, (entry["equation"], entry["about"], source)):

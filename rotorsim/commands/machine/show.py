@@ -6,11 +6,11 @@ import json
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
 from rotorsim.commands.completion import machines
+from rotorsim.commands.console import Console
 from rotorsim.commands.lazy_group import example
 from rotorsim.machine import Machine, load_machine
 from rotorsim.machine.overview import rows, si_numbers, summary
@@ -35,7 +35,7 @@ def show(
 
 
 def _print_table(machine: Machine) -> None:
-    console = Console(highlight=False)
+    console = Console()
     console.print(escape(summary(machine)))
     table = Table("field", "value", "meaning", box=None, pad_edge=False)
     group = ""

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
-from rich.console import Console
 
 from rotorsim.analysis.axes import read_axis, read_field
 from rotorsim.analysis.machine_map import check_quantities, map_machine
@@ -19,6 +18,7 @@ from rotorsim.analysis.varied import with_fields
 from rotorsim.base.constants import TO_UM
 from rotorsim.base.netcdf import write_netcdf
 from rotorsim.base.progress import Update, bar
+from rotorsim.commands.console import Console
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.map.tables import LISTED, tables
 from rotorsim.commands.options import GridOptions, MachineName, a_folder, note_compiling, print_table, quantity
@@ -160,7 +160,7 @@ def _print_map(found: xr.Dataset, files: dict[str, str], as_json: bool) -> None:
     listed = {key for key, _, _ in LISTED.values()}
     rows = [(key.replace("_", " "), _short(value)) for key, value in numbers.items() if key not in listed]
     for table in tables(found):
-        Console(highlight=False).print(table)
+        Console().print(table)
     print_table(rows, files)
 
 

@@ -1,8 +1,8 @@
 r"""Weight search behind the preset 'rig', on the identified model alone.
 
 Of all H-infinity designs over a grid of weights whose disk margin at five points is at least `MARGIN`: the one with the
-least predicted energy of hits, averaged over twelve operating points. None of them is among the twenty points of thesis
-section E.5.1 that the laws are verified at.
+least predicted norm of the responses to hits, averaged over twelve operating points. None of them is among the twenty
+points of thesis section E.5.1 that the laws are verified at.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ FORCES = (0.0, 0.1, 0.2, 0.3, 0.5)
 
 
 class Candidate(NamedTuple):
-    """Weights, mean and largest predicted ratio of energies, smallest disk margin."""
+    """Weights, mean and largest predicted ratio of response norms, smallest disk margin."""
 
     weights: Weights
     mean: float

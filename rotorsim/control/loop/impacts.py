@@ -37,7 +37,7 @@ def hit_responses(plant: System, controller: System | None, samples: int = SAMPL
 
 
 def hit_ratios(law: Law, model: Model, points: Iterable[tuple[float, float]]) -> np.ndarray:
-    """Closed over open impact energies (points, 2) at operating points [rad/s, Pa], on the model.
+    """Closed over open norms of the impact response (points, 2) at operating points [rad/s, Pa], on the model.
 
     Examples
     --------

@@ -5,7 +5,6 @@ The truth goes to a folder of its own next to the records, which `diagnose` neve
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -16,6 +15,7 @@ import numpy as np
 from identification import make_record
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError, NoLiftOffError
+from rotorsim.base.exchange import json_text as json
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import make_folder, write_json
 from rotorsim.base.netcdf import write_netcdf
@@ -82,7 +82,7 @@ class Sealed:
 def read_truth(path: Path) -> Sealed:
     """The machine of a sealed truth; raises DataError where it cannot be read."""
     try:
-        table = json.loads(path.read_text(encoding="utf-8"))
+        table = json.loads(path.read_text(encoding="utf-8-sig"))
         values = {FitParameter(str(name), 1.0): float(v) for name, v in table["fit_parameters"].items()}
         fixed = {str(name): float(v) for name, v in table["fixed"].items()}
         return Sealed(Point(values, fixed), int(table["seed"]))

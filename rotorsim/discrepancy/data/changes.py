@@ -9,7 +9,6 @@ calibrated as before, and better: a known change of the force shows the response
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import fields
@@ -18,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.errors import DataError, MachineFileError
+from rotorsim.base.exchange import json_text as json
 from rotorsim.effects import REGISTRY
 from rotorsim.effects.base import TURN
 from rotorsim.machine import Machine

@@ -11,6 +11,7 @@ from typing import Any
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import make_folder
+from rotorsim.base.interrupt import undoing
 from rotorsim.base.netcdf import write_netcdf
 from rotorsim.discrepancy.diagnose_records import diagnose
 from rotorsim.discrepancy.diagnosis import Progress, Workshop
@@ -111,7 +112,7 @@ def decide(
         "effects": None if only is None else sorted(only), "records": [str(r) for r in given if isinstance(r, Path)],
         "mapping": None if mapping is None else str(mapping),
     }  # fmt: skip
-    with TemporaryDirectory() as scratch:
+    with TemporaryDirectory() as scratch, undoing():
         folder = make_folder(Path(scratch if out is None else out).resolve())
         loop = Loop(
             machine, there, budget, names, alike, only, sure, folder, mapping, progress, shown, workshop, tolerance

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from rotorsim.base.errors import DataError
+from rotorsim.base.exchange import json_text as json
 from rotorsim.base.files import write_json
 
 FILE = "decision.json"
@@ -127,7 +127,7 @@ def read_steps(folder: Path, asked: Mapping[str, Any]) -> Steps:
     if not path.exists():
         return Steps(dict(asked))
     try:
-        table = json.loads(path.read_text(encoding="utf-8"))
+        table = json.loads(path.read_text(encoding="utf-8-sig"))
         if table.pop("version") != VERSION:
             raise ValueError("version")
         steps = tuple(Step(**(row | {"records": tuple(row["records"])})) for row in table.pop("steps"))

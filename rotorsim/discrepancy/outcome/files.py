@@ -105,7 +105,7 @@ def load_diagnosis(folder: str | Path) -> Diagnosis:
     if not data.is_file():
         raise DataError(f"{folder}: has no {data.name}, from which the report is made; {AGAIN}")
     try:
-        return from_bytes(data.read_bytes(), verdict.read_text(encoding="utf-8", errors="replace"))
+        return from_bytes(data.read_bytes(), verdict.read_text(encoding="utf-8-sig", errors="replace"))
     except OSError as error:
         raise DataError(f"{error.filename}: cannot be read: {error.strerror}") from error
     except DataError as error:

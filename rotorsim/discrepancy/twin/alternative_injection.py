@@ -46,7 +46,7 @@ def exchanged(machine: Machine) -> Machine:
     assert common is not None
     high = MIDDLE + machine.gas.ambient_pressure
     # a choked seat against half the pressure behind it
-    choked = 0.6847 / sqrt(machine.gas.gas_constant * machine.gas.temperature) * pi * common.pin_diameter
+    choked = 0.6847 / sqrt(machine.gas.R * machine.gas.temperature) * pi * common.pin_diameter
     each = choked * common.seat_gap / (0.75 * high)
     if common.law == "orifice":
         size = (common.pin_discharge or 0.0) * each

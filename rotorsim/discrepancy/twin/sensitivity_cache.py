@@ -11,8 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from reynolds.jit import cache_root
-from rotorsim.base.cache import Cache
+from rotorsim.base.cache import Cache, in_cache
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.residuals.comparison import Comparison, Point
@@ -38,7 +37,7 @@ class Sensitivities:
     def __post_init__(self) -> None:
         c = self.comparison
         self.rough = Comparison(c.twin, [rounded(t) for t in c.trials], c.threads)
-        self.cache = Cache(cache_root() / "sensitivities")
+        self.cache = Cache(in_cache("sensitivities"))
 
     def columns(
         self, point: Point, parameters: Sequence[FitParameter], progress: Callable[[], None] | None = None

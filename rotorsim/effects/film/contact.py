@@ -1,10 +1,12 @@
 r"""Contact of the journal with the sleeve, with Coulomb friction.
 
-.. math:: N = k\,\delta\,(1 + d\,\dot\delta)_+, \qquad T = \mu N \tanh(v_t / v_0), \qquad \delta = e - (c - g)
+.. math:: N = k\,\delta\,(1 + d\,\dot\delta)_+, \qquad T = \mu N \tanh(v_t / v_0), \qquad \delta = g - h
 
-delta is the penetration: e the radial displacement, c the clearance, g the gap at which the asperities meet. N acts
-inwards, T against the sliding speed v_t of the surface. The factor of the approach leaves no sticking and no jump of
-the force at first touch; tanh regularises Coulomb's law at v_0. Source: Hunt & Crossley (1975) for the factor.
+delta is the penetration at each angle where the gap h between the surfaces (`reynolds.film.closest_places`) has a
+minimum, g the gap at which the asperities meet; in a plain sleeve h = c - e. N acts inwards along the normal there, T
+against the sliding speed v_t of the surface, and R T brakes the shaft. The factor of the approach leaves no sticking
+and no jump of the force at first touch; tanh regularises Coulomb's law at v_0. A displacement dx turns the place by
+dx . t / h'', t along the surface. Source: Hunt & Crossley (1975) for the factor.
 """
 
 import math
@@ -16,14 +18,11 @@ from rotorsim.effects.base import FilmEffect, param, register
 
 
 @inlined
-def contact(clearance, x, y, vx, vy, surface_speed, p):
-    """Force on the journal and its negative derivative after the displacement."""
-    e = math.sqrt(x * x + y * y)
-    depth = e - (clearance - p.asperity)
-    if p.stiffness == 0.0 or depth <= 0.0 or e == 0.0:
+def contact(clearance, reach, nx, ny, curvature, vx, vy, surface_speed, p):
+    """Force on the journal at a place and its negative derivative after the displacement."""
+    depth = reach - (clearance - p.asperity)
+    if p.stiffness == 0.0 or depth <= 0.0:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    nx = x / e
-    ny = y / e
     hardening = max(1.0 + p.damping * (vx * nx + vy * ny), 0.0)
     normal = p.stiffness * depth * hardening
     slip = surface_speed + vy * nx - vx * ny
@@ -31,10 +30,10 @@ def contact(clearance, x, y, vx, vy, surface_speed, p):
     bx = -nx + ratio * ny
     by = -ny - ratio * nx
     stiff = p.stiffness * hardening
-    hoop = normal / e
+    hoop = normal / curvature
     tx = -ny
     ty = nx
-    # d(force) = b dN + N db;  dN = stiff n.dx,  db = (rotation of b) t.dx / e
+    # d(force) = b dN + N db;  dN = stiff n.dx,  db = (rotation of b) t.dx / curvature
     rx = -by
     ry = bx
     kxx = -(bx * stiff * nx + hoop * rx * tx)

@@ -4,9 +4,9 @@ r"""Viscosity of a gas warmer than in the machine file.
           \tau = 1 + \frac{\Delta T + \Delta T_\Omega (\Omega/\Omega_0)^2}{T_0}, \quad
           \Omega_0 = 2\pi\,100\ \mathrm{rad/s}
 
-with S = 110.4 K of air; Delta T_Omega is what the film's own friction adds at 100 Hz. Density and injectors keep T_0:
-the film is thin and its walls hold the gas near their temperature. Source: Sutherland (1893); White (2011), section
-1.9.
+with Sutherland's constant S of the gas, 110.4 K for air; Delta T_Omega is what the film's own friction adds at 100 Hz.
+Density and injectors keep T_0: the film is thin and its walls hold the gas near their temperature. Source: Sutherland
+(1893); White (2011), section 1.9.
 """
 
 import math
@@ -17,7 +17,6 @@ from rotorsim.effects.base import FilmEffect, param, register
 from rotorsim.effects.diagnosis import CandidateForm
 
 NOMINAL = 2 * math.pi * 100
-SUTHERLAND = 110.4
 
 
 @inlined
@@ -32,7 +31,7 @@ def gas_heating(t, speed, p):
     """Factor on the viscosity and mean free path [m]."""
     ratio = speed / NOMINAL
     warmer = (p.rise + p.heating * ratio * ratio) / p.temperature
-    return sutherland(warmer, SUTHERLAND / p.temperature), 0.0
+    return sutherland(warmer, p.sutherland), 0.0
 
 
 @register
@@ -44,7 +43,7 @@ class GasHeating(FilmEffect):
     kernel = gas_heating
     cites = ("sutherland_1893", "white_2011")
     single = True
-    extra = ("temperature",)
+    extra = ("temperature", "sutherland")
     forms = (
         CandidateForm("rise", 20.0, signature="properties of the gas", resembles="the gas temperature"),
         CandidateForm("heating", 20.0, signed=False, signature="properties of the gas"),
@@ -54,5 +53,5 @@ class GasHeating(FilmEffect):
     heating: float = param("K", bounds=(0.0, 100.0), doc="Rise by friction at 6000 rpm; grows with the square.")
 
     def derived(self, machine: Any) -> dict[str, float]:
-        """Temperature the viscosity in [gas] belongs to."""
-        return {"temperature": machine.gas.temperature}
+        """Temperature [K] the viscosity in [gas] belongs to, and Sutherland's constant over it."""
+        return {"temperature": machine.gas.temperature, "sutherland": machine.gas.S / machine.gas.temperature}

@@ -19,7 +19,7 @@ from typing import Any
 
 from reynolds.jit import inlined
 from rotorsim.effects.base import FilmEffect, param, register
-from rotorsim.effects.film.gas_heating import SUTHERLAND, sutherland
+from rotorsim.effects.film.gas_heating import sutherland
 
 STEEL = 1.15e-5
 """Thermal expansion of steel [1/K]."""
@@ -48,7 +48,7 @@ def heat_balance(w, state, rate, power, flow, p):
 def warmed(w, state, p):
     """Increase of the gap [m] and factor on the viscosity."""
     grown = p.radius * (p.sleeve_expansion * w[state + 2] - p.journal_expansion * w[state + 1])
-    return grown, sutherland(w[state] / p.temperature, SUTHERLAND / p.temperature)
+    return grown, sutherland(w[state] / p.temperature, p.sutherland)
 
 
 @register
@@ -61,7 +61,7 @@ class HeatBalance(FilmEffect):
     cites = ("incropera_2007", "sutherland_1893")
     role = "known"
     single = True
-    extra = ("wall", "gas_capacity", "radius", "temperature")
+    extra = ("wall", "gas_capacity", "radius", "temperature", "sutherland")
     friction_share: float = param(
         "1", bounds=(0.0, 1.0), doc="Share of the friction power that heats; 0: none, 1: all."
     )
@@ -74,14 +74,15 @@ class HeatBalance(FilmEffect):
     sleeve_expansion: float = param("1/K", default=STEEL, bounds=(0.0, 1e-4), doc="Thermal expansion of the sleeve.")
 
     def derived(self, machine: Any) -> dict[str, float]:
-        """From gas to a wall [W/K], heat capacity of the gas [J/(kg K)], radius [m], temperature [K]."""
+        """Conductance to a wall [W/K], heat capacity of the gas [J/(kg K)], radius [m], temperature [K], S / T_0."""
         film, gas = machine.film_of(self), machine.gas
         area = math.pi * film.diameter * film.length
         return {
             "wall": 6 * self.conductivity / film.clearance * area,
-            "gas_capacity": gas.gas_constant * gas.heat_capacity_ratio / (gas.heat_capacity_ratio - 1),
+            "gas_capacity": gas.R * gas.kappa / (gas.kappa - 1),
             "radius": film.diameter / 2,
             "temperature": gas.temperature,
+            "sutherland": gas.S / gas.temperature,
         }
 
     def problems(self, machine: Any) -> dict[str, str]:

@@ -3,7 +3,8 @@ r"""Rub of the shaft against the stator, with friction, away from the gas bearin
 .. math:: N = k\,(e - g)_+\,(1 + d\,\dot e)_+, \qquad T = \mu N \tanh(v_t/v_0)
 
 e is the distance from the stator's axis, which may lie off the rotor's; N inwards, T against the sliding surface, whose
-speed is Omega R + v_t. Source: Hunt & Crossley (1975) for the factor of the approach; Muszynska (2005), chapter 5.
+speed is Omega R + v_t; R T brakes the shaft. Source: Hunt & Crossley (1975) for the factor of the approach; Muszynska
+(2005), chapter 5.
 """
 
 import math
@@ -30,12 +31,23 @@ def rub(t, angle, speed, x, y, vx, vy, p):
     return -normal * nx + along * ny, -normal * ny - along * nx
 
 
+@inlined
+def rub_torque(t, angle, speed, x, y, vx, vy, p):
+    """Torque [N m] of the force about the shaft's axis, at whose radius towards the stator it acts."""
+    fx, fy = rub(t, angle, speed, x, y, vx, vy, p)
+    dx = x - p.offset_x
+    dy = y - p.offset_y
+    e = math.sqrt(dx * dx + dy * dy)
+    return p.radius * (dx * fy - dy * fx) / e if e > 0.0 else 0.0
+
+
 @register
 class Rub(Effect):
     """Rub against a stator, at the disc or at `position`."""
 
     port = "motion"
     kernel = rub
+    braking = rub_torque
     cites = ("hunt_1975", "muszynska_2005")
     steady = True
     forms = (

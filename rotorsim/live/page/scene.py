@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from rotorsim.base.errors import DataError
+from rotorsim.base.exchange import json_text as json
 from rotorsim.base.files import make_folder, write_json
 from rotorsim.base.own_files import instead
 from rotorsim.machine import Machine
@@ -47,7 +47,7 @@ def load_scene(path: Path) -> Scene:
         raise DataError(f"{path}: is larger than {MOST / 1e6:g} MB; that is not a scene")
     try:
         content: Any = json.loads(path.read_text(encoding="utf-8"))
-    except (ValueError, RecursionError) as error:
+    except ValueError as error:
         raise DataError(f"{path}: is not a scene, because it is not JSON; save one on a live rig") from error
     if not isinstance(content, dict) or content.get("kind") != KIND:
         raise DataError(f"{path}: {instead(path, 'a scene', '') or 'is not a scene'}; save one on a live rig")

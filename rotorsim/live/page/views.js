@@ -80,7 +80,8 @@ export default {
       drawTraces(r.traces, frame.trace, rig.spans[2]);
       if (frame.spectrum) this.fall.add(frame.spectrum, frame.time);
       if (film) {
-        const room = { radius: shown.clearance, name: `clearance ${shown.clearance.toFixed(1)} um`, dash: [] };
+        const name = `clearance ${shown.clearance.toFixed(1)} um`;
+        const room = { radius: Math.max(...shown.room), edge: shown.room, name, dash: [] };
         drawOrbit(r.journal, frame.orbit.journal, [room], [0, 0]);
       }
       if (this.frames % 2) {

@@ -1,8 +1,8 @@
 """Controllers available on the live rig: the proportional law, shipped laws and saved ones.
 
-The shipped law `hinf` was designed on the identified Model 2 of the shipped rig:
+The shipped law `hinf` was designed in the folder `shipped` on the identified Model 2 of the shipped rig:
 
-    rotorsim design hinf rotorsim/bench/data/rig_model_2.json --preset rig --out rotorsim/live/rig/shipped/hinf.json
+    rotorsim design hinf rig_model_2.json --preset rig --out hinf.json
 
 It has the limits of plausibility of that design, so sensors that are turned or reversed on the page give an alarm.
 """

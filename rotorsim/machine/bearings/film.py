@@ -1,4 +1,4 @@
-"""Machine-file parts of the gas bearings: films with their orifices, gas, injectors with pins."""
+"""Machine-file parts of the gas bearings: films with their orifices, injectors with pins."""
 
 from __future__ import annotations
 
@@ -102,23 +102,6 @@ class GasFilm(Part):
             yield "grooves.land", f"'{land}' leaves no grooves in a film of '{length}'; make it shorter"
         if self.grooves is not None and self.steps:
             yield "steps", "do not go with grooves in the same film; remove the ones or the others"
-
-
-class Gas(Part):
-    """The gas in film and injectors: ideal, isothermal in the film.
-
-    Examples
-    --------
-    >>> import rotorsim as rs
-    >>> rs.machine.Gas(temperature="40 degC").temperature
-    313.15
-    """
-
-    viscosity: float = quantity("Pa*s", "Dynamic viscosity.", 1.85e-5, above=0, high=1)
-    ambient_pressure: float = quantity("Pa", "Absolute ambient pressure.", 101325.0, above=0, high=1e8)
-    temperature: float = quantity("K", "Absolute temperature.", 293.15, above=0, high=5000)
-    gas_constant: float = quantity("J/(kg*K)", "Specific gas constant.", 287.05, above=0, high=1e5)
-    heat_capacity_ratio: float = quantity("1", "Ratio of the heat capacities.", 1.4, above=1, high=2)
 
 
 class Injection(Part):

@@ -50,7 +50,7 @@ class Steps(Part):
 
     count: float = quantity("1", "Number of pockets, evenly spaced.", low=1, high=64, multiple=1, example=3)
     depth: float = quantity("m", "Depth of a pocket.", above=0, high=1e-3, example=20e-6)
-    arc: float = quantity("rad", "Angle of a pocket; to the nearest line of the grid.", above=0, high=7, example=0.7)
+    arc: float = quantity("rad", "Angle of a pocket.", above=0, high=7, example=0.7)
     length: float | None = quantity("m", "Axial length of a pocket, about the middle; all of the film when not given.",
                                     None, above=0, high=10, example=0.02)  # fmt: skip
     first_angle: float = quantity("rad", "Middle of the first pocket, from x towards y.", 0.0, low=-7, high=7)

@@ -5,8 +5,8 @@ This file is a template as `step` is.
 
 from __future__ import annotations
 
-from reynolds.film import friction_torque
 from reynolds.jit import inlined, kernel
+from reynolds.texture import friction_torque
 from rotorsim.plant.kernels.film_gap import set_gas, shape_gap
 from rotorsim.plant.kernels.films import film_part
 from rotorsim.plant.kernels.modal_rotor import add_force
@@ -68,10 +68,20 @@ def warm_films(w, P, rate):
 
 
 @inlined
+def outer_torque(w, P):
+    """Torque [N m] on the shaft besides those of drive, films and drag: rub and contact as in the last sample."""
+    torque = shaft_torque(w[ROTOR.time], w[ROTOR.angle], w[ROTOR.speed], P)
+    if RIG.n_braking > 0:
+        torque += w[RIG.impulse] / P.sample
+        w[RIG.impulse] = 0.0
+    return torque
+
+
+@inlined
 def coasting(w, P):
     """Acceleration [rad/s2] of the shaft with the drive off: film friction and the drag of the other bearings."""
     speed = w[ROTOR.speed]
-    torque = shaft_torque(w[ROTOR.time], w[ROTOR.angle], speed, P) - P.viscous_drag * speed
+    torque = outer_torque(w, P) - P.viscous_drag * speed
     if speed > 0.0:
         torque -= P.dry_drag
     elif speed < 0.0:
@@ -92,7 +102,7 @@ def drive(w, P, end_speed):
         w[RIG.command] = w[ROTOR.speed] + w[ROTOR.acceleration] * P.sample
         w[RIG.ripple] = 0.0
     else:
-        torque = shaft_torque(w[ROTOR.time], w[ROTOR.angle], w[ROTOR.speed], P)
+        torque = outer_torque(w, P)
         w[RIG.ripple] += P.sample * (torque / P.inertia - w[RIG.ripple] / P.drive_time)
         w[RIG.command] = end_speed
         w[ROTOR.acceleration] = (end_speed + w[RIG.ripple] - w[ROTOR.speed]) / P.sample

@@ -16,13 +16,12 @@ Cites: kelley_1998, rockafellar_1976.
 
 from __future__ import annotations
 
-import math
-
 from reynolds.film import force, stored
 from reynolds.jit import inlined, kernel
 from reynolds.steady import FIRST_STEP, GROWTH, LAST_STEP, MOST_STEPS, RETREAT, ROUGH, SHARP, begin_pseudo_film
 from reynolds.transient import rest_foil, take_back
 from rotorsim.plant.kernels.entry import prepare, warm_films
+from rotorsim.plant.kernels.film_gap import least_gap
 from rotorsim.plant.kernels.films import film_part
 from rotorsim.plant.kernels.lu import factor_matrix, solve_matrix
 from rotorsim.plant.kernels.modal_rotor import add_force, add_tables, project
@@ -44,6 +43,8 @@ DAMPING = 2e3
 MOST_PASSES = 120
 STEADY = 1e-7
 """Change of a temperature [K] at which it rests."""
+LEAST_FLOW = 1e-14
+"""Change of flow [kg/s] at which a supply line rests: its droop is below 1e-4 Pa."""
 LONGEST = 10.0
 """Longest step of a pass, in displacements of the rotor before it."""
 HOLD, FIRMER, FIRMEST, LOOSER, FAINT = 1.0, 4.0, 1e6, 0.25, 1e-6
@@ -75,16 +76,7 @@ def static_terms(w, P, speed, moving):
 def narrowest_of(w, P, f):
     """Smallest distance [m] between journal f and its sleeve where they stand."""
     v = film_part(w, f)
-    x, y = v[FILM.journal], v[FILM.journal + 1]
-    if w[RIG.uneven + f] == 0.0:
-        return film_constants(P, f).clearance - math.sqrt(x * x + y * y)
-    low = 1e300
-    for i in range(FILM.n_theta):
-        line = FILM.first + i * FILM.stride
-        for j in range(FILM.half - 1, FILM.stride + FILM.half - 1):
-            k = line + j
-            low = min(low, v[FILM.clearance + k] - x * v[FILM.cos + k] - y * v[FILM.sin + k])
-    return low
+    return least_gap(w, P, f, v[FILM.journal], v[FILM.journal + 1])
 
 
 @kernel
@@ -318,7 +310,8 @@ def rests(w, flow, before, warmer):
         moved = max(moved, abs(w[ROTOR.q + m] - w[ROTOR.q_old + m]))
         size = max(size, abs(w[ROTOR.q + m]))
     still = (moved <= 1e-9 * size or RIG.n_motion == 0) and warmer <= STEADY
-    return still and (abs(flow - before) <= 1e-9 * flow or RIG.n_supply == 0)
+    # gas may flow back into the line, and none at all flows at ambient pressure
+    return still and (abs(flow - before) <= max(1e-9 * abs(flow), LEAST_FLOW) or RIG.n_supply == 0)
 
 
 @kernel

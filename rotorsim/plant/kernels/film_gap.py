@@ -1,11 +1,12 @@
-"""Film thickness at zero journal displacement, viscosity and slip, as modified by the effects.
+"""Gap of every film as modified by the effects and where it is smallest, viscosity and slip.
 
 This file is a template as `step` is.
 """
 
 from __future__ import annotations
 
-from reynolds.jit import inlined
+from reynolds.film import closest_places, smallest_gap
+from reynolds.jit import inlined, kernel
 from rotorsim.plant.kernels.films import film_part
 from rotorsim.plant.kernels.stubs import FILM, RIG, film_constants, film_shape, gas_state, warmed_film
 
@@ -22,7 +23,7 @@ def shape_gap(w, P, f, t, angle, speed):
     F, v = film_constants(P, f), film_part(w, f)
     s = FILM.stride
     total, grown = 0.0, 0.0
-    uneven = F.uneven
+    low, high, steepest = 1e300, -1e300, 0.0
     if RIG.n_heat > 0:
         grown, _ = warmed_film(f, w, P)
     for i in range(FILM.n_theta):
@@ -30,7 +31,7 @@ def shape_gap(w, P, f, t, angle, speed):
         if RIG.n_heat > 0:
             height += grown
         total += height
-        uneven = max(uneven, abs(height) + abs(slope))
+        low, high, steepest = min(low, height), max(high, height), max(steepest, abs(slope))
         for j in range(FILM.half - 1, FILM.n_rows + 1):
             k = FILM.first + i * s + j
             v[FILM.clearance + k] = v[FILM.form + k] + height + slope * axial(F, j)
@@ -40,7 +41,7 @@ def shape_gap(w, P, f, t, angle, speed):
         v[start - s + j] = v[end - s + j]
         v[end + j] = v[start + j]
     w[RIG.clearance + f] = F.clearance + total / FILM.n_theta
-    w[RIG.uneven + f] = uneven
+    w[RIG.uneven + f] = max(F.uneven, high - low + steepest)
 
 
 @inlined
@@ -55,12 +56,13 @@ def set_gas(w, P, f, t, speed):
     v[FILM.slip] = 6.0 * path * F.pa
 
 
+@kernel
+def find_places(w, P, f, x, y):
+    """Put the places where journal f, at (x, y) in its sleeve, is closest to it into its part; returns their number."""
+    return closest_places(film_part(w, f), film_constants(P, f), FILM, x, y, w[RIG.clearance + f], w[RIG.uneven + f])
+
+
 @inlined
-def smallest_gap(v):
-    """Smallest thickness [m] of a film over all nodes, edges included; v: its part of the workspace."""
-    low = 1e300
-    for i in range(FILM.n_theta):
-        line = FILM.h + FILM.first + i * FILM.stride
-        for j in range(FILM.n_rows + 1):
-            low = min(low, v[line + j])
-    return low
+def least_gap(w, P, f, x, y):
+    """Smallest gap [m] of film f with its journal at (x, y) in the sleeve."""
+    return smallest_gap(film_part(w, f), FILM, find_places(w, P, f, x, y), w[RIG.clearance + f])

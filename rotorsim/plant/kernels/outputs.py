@@ -9,11 +9,11 @@ import math
 
 from reynolds.jit import inlined
 from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS, HEAT_COLUMNS, READ
-from rotorsim.plant.kernels.film_gap import smallest_gap
+from rotorsim.plant.kernels.film_gap import least_gap
 from rotorsim.plant.kernels.films import film_part
 from rotorsim.plant.kernels.modal_rotor import project
 from rotorsim.plant.kernels.rig_layout import AROUND
-from rotorsim.plant.kernels.stubs import FILM, RIG, ROTOR, film_constants, foundation, sense
+from rotorsim.plant.kernels.stubs import FILM, RIG, ROTOR, foundation, sense
 from rotorsim.plant.kernels.supply import flow_of_film, flow_of_injectors
 
 
@@ -57,10 +57,8 @@ def read_probes(w, P, out, i):
 @inlined
 def gap_of(w, P, f):
     """Smallest thickness [m] of film f."""
-    v, row = film_part(w, f), ROTOR.journal + 2 * ROTOR.n * f
-    x, y = project(w, ROTOR, row, ROTOR.q)
-    uneven = RIG.n_film > 0 and w[RIG.uneven + f] > 0.0
-    return smallest_gap(v) if uneven else film_constants(P, f).clearance - math.sqrt(x * x + y * y)
+    x, y = project(w, ROTOR, ROTOR.journal + 2 * ROTOR.n * f, ROTOR.q)
+    return least_gap(w, P, f, x, y)
 
 
 @inlined

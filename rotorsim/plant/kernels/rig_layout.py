@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-SCALARS = ("seed", "tick", "begin", "command", "ripple", "line", "line_end", "held_x", "held_y")
+SCALARS = ("seed", "tick", "begin", "command", "ripple", "line", "line_end", "held_x", "held_y",
+           "impulse", "torque_old", "torque_mid")  # fmt: skip
 READINGS = 6
 """Disc x, y [m], shaft angle [rad], speed [rad/s], gauge pressure [Pa], angle of the probes' ring [rad]."""
 
@@ -16,9 +17,10 @@ class RigLayout(NamedTuple):
     """Sizes and offsets (in doubles); `n_...` are numbers of effects of a port; `driven`: piezos move the pins.
 
     seed, tick (number of the sample), begin (its time [s]); command and ripple [rad/s] of the drive; line and line_end,
-    supply pressure [Pa, absolute] at both ends of the sample; clearance [m], mean gap of each film; uneven,
-    whether effects shape it; heat, rises [K] of gas, journal and sleeve of each film; held: reference [V].
-    n_inj injectors of all films, n_pin of them with a pin.
+    supply pressure [Pa, absolute] at both ends of the sample; impulse [N m s] that rub and contact have given the shaft
+    since the sample's start, their torque [N m] at the start and in the middle of a step; clearance [m], mean gap of
+    each film; uneven [m], how much it varies; heat, rises [K] of gas, journal and sleeve of each film; held: reference
+    [V]. n_inj injectors of all films, n_pin of them with a pin.
     """
 
     n_inj: int
@@ -33,6 +35,7 @@ class RigLayout(NamedTuple):
     n_plenum: int
     n_supply: int
     n_sensor: int
+    n_braking: int
     n_stroke_states: int
     n_probe: int
     seed: int
@@ -47,6 +50,9 @@ class RigLayout(NamedTuple):
     heat: int
     held_x: int
     held_y: int
+    impulse: int
+    torque_old: int
+    torque_mid: int
     pin: int
     nodes: int
     rates: int
@@ -78,8 +84,10 @@ def make_rig_layout(
     n_states: int,
     n_probe: int = 0,
     n_machine: int = 0,
+    n_braking: int = 0,
 ) -> RigLayout:
-    """Layout from offset `base`; `ports` counts the effects of each port, `n_states` their own states in all.
+    """Layout from offset `base`; `ports` counts the effects of each port, `n_states` their own states in all,
+    `n_braking` the effects that brake the shaft.
 
     Each of the `n_probe` probes has a row of factors: of displacement, velocity and acceleration of the `n_machine`
     coordinates of shaft and housings, and of the motion `around` the shaft (see `outputs.read_probes`).
@@ -101,6 +109,6 @@ def make_rig_layout(
     counts["n_film"], counts["n_gas"] = ports["film"] + ports["heat"], ports["gas"] + ports["heat"]
     return RigLayout(
         n_inj=n_inj, n_pin=n_pin, driven=driven, substeps=substeps, n_stroke_states=n_stroke_states, n_probe=n_probe,
-        size=(at + 7) // 8 * 8,
+        n_braking=n_braking, size=(at + 7) // 8 * 8,
         **counts, **offsets,
     )  # fmt: skip

@@ -10,11 +10,12 @@ from __future__ import annotations
 import math
 
 from reynolds.film import force
+from reynolds.grid import PLACE
 from reynolds.jit import inlined, kernel
 from reynolds.lanes import wide_vectors
 from reynolds.newton import NOT_CONVERGED, STALE_FACTORS, newton, refresh
 from reynolds.transient import GAMMA, STAGE, TO_END, end_stage, predict, stage_rhs, take_back
-from rotorsim.plant.kernels.film_gap import shape_gap
+from rotorsim.plant.kernels.film_gap import find_places, shape_gap
 from rotorsim.plant.kernels.films import film_indices, film_part, iterate_films
 from rotorsim.plant.kernels.modal_rotor import (
     SPEED_STEP,
@@ -38,6 +39,7 @@ from rotorsim.plant.kernels.stubs import (
     form_motion,
     guess_motion,
     missed_motion,
+    motion_torque,
     rotating_damping,
 )
 from rotorsim.plant.kernels.supply import feed_stage
@@ -77,12 +79,20 @@ def solve_film(w, ix, P, speed, iadt, tolerance):
 
 @inlined
 def touch(w, P, f, speed, adt):
-    """Contact force on journal f where it is, with its negative derivative."""
-    v = film_part(w, f)
-    x, y = v[FILM.journal], v[FILM.journal + 1]
-    s = ROTOR.journal_start + 2 * f
-    vx, vy = (x - w[s]) / adt, (y - w[s + 1]) / adt
-    return contact_forces(f, w[RIG.clearance + f], x, y, vx, vy, speed * film_constants(P, f).radius, P)
+    """Contact force on journal f where it is, with its negative derivative, and its torque about the shaft's axis."""
+    fx, fy, kxx, kxy, kyx, kyy, torque = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    if ROTOR.n_contact > 0:
+        v, radius = film_part(w, f), film_constants(P, f).radius
+        x, y = v[FILM.journal], v[FILM.journal + 1]
+        s = ROTOR.journal_start + 2 * f
+        vx, vy = (x - w[s]) / adt, (y - w[s + 1]) / adt
+        for k in range(find_places(w, P, f, x, y)):
+            o = FILM.places + PLACE * k
+            nx, ny = v[o + 2], v[o + 3]
+            a, b, c, d, e, g = contact_forces(f, v[o], v[o + 1], nx, ny, v[o + 4], vx, vy, speed * radius, P)
+            fx, fy, kxx, kxy, kyx, kyy = fx + a, fy + b, kxx + c, kxy + d, kyx + e, kyy + g
+            torque += radius * (nx * b - ny * a)
+    return fx, fy, kxx, kxy, kyx, kyy, torque
 
 
 @kernel
@@ -91,7 +101,7 @@ def journal_equation(w, P, speed, adt):
     for f in range(ROTOR.n_films):
         v = film_part(w, f)
         x, y = v[FILM.journal], v[FILM.journal + 1]
-        fx, fy, kxx, kxy, kyx, kyy = touch(w, P, f, speed, adt)
+        fx, fy, kxx, kxy, kyx, kyy, _ = touch(w, P, f, speed, adt)
         # force without displacement: F_c + K_c X
         w[ROTOR.contact_push + 2 * f] = fx + kxx * x + kxy * y
         w[ROTOR.contact_push + 2 * f + 1] = fy + kyx * x + kyy * y
@@ -155,7 +165,7 @@ def contacts_agree(w, P, speed, adt):
             if not moved < P.tolerance * film_constants(P, f).clearance:
                 return False
         else:
-            fx, fy, _, _, _, _ = touch(w, P, f, speed, adt)
+            fx, fy, _, _, _, _, _ = touch(w, P, f, speed, adt)
             if fx != 0.0 or fy != 0.0:
                 return False
     return True
@@ -217,6 +227,28 @@ def journal_forces(w):
 
 
 @inlined
+def braking_torque(w, P, t, angle, speed, adt):
+    """Torque [N m] that the friction of rub and contact exerts on the shaft in the motion found."""
+    torque = motion_torque(w, P, t, angle, speed, adt)
+    for f in range(ROTOR.n_films):
+        if w[ROTOR.contact + f] != 0.0:
+            _, _, _, _, _, _, one = touch(w, P, f, speed, adt)
+            torque += one
+    return torque
+
+
+@inlined
+def book_torque(w, P, stage, t, angle, speed, adt, dt):
+    """Take the torque of rub and contact into the impulse, weighted as the step weights its forces."""
+    torque = braking_torque(w, P, t, angle, speed, adt)
+    if stage == TO_END:
+        w[RIG.impulse] += dt * (STAGE * torque + 0.5 * (1.0 - STAGE) * (w[RIG.torque_old] + w[RIG.torque_mid]))
+        w[RIG.torque_old] = torque
+    else:
+        w[RIG.torque_mid] = torque
+
+
+@inlined
 def start_stage(w, P, t, angle, speed, stage, order, adt):
     """Gaps, supply, starting values and right-hand sides of the films in a stage."""
     for f in range(ROTOR.n_films):
@@ -267,6 +299,8 @@ def try_step(w, ix, P, dt):
         for f in range(ROTOR.n_films):
             end_stage(film_part(w, f), FILM, stage, adt)
         end_rotor_stage(w, ROTOR, stage, adt)
+        if RIG.n_braking > 0:
+            book_torque(w, P, stage, t, angle, speed, adt, dt)
     w[ROTOR.order] = min(order + 1, 3)
     advance_clock(w, dt)
     return 1

@@ -40,8 +40,8 @@ def motion_tangent(w, P, speed):
 
 
 @inlined
-def contact_forces(f, clearance, x, y, vx, vy, surface_speed, P):
-    """Sum of all contact effects of film f: force on the journal and its negative derivative."""
+def contact_forces(f, clearance, reach, nx, ny, curvature, vx, vy, surface_speed, P):
+    """Sum of all contact effects of film f at a place: force on the journal and its negative derivative."""
     return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 
 
@@ -63,6 +63,12 @@ def add_motion(w, P, t, angle, speed, adt):
 @inlined
 def missed_motion(w, P, t, angle, speed, adt):
     """Largest displacement [m] by which the forces of the motion found differ from those used."""
+    return 0.0
+
+
+@inlined
+def motion_torque(w, P, t, angle, speed, adt):
+    """Torque [N m] about its axis that motion-dependent forces exert on the shaft, at the motion found."""
     return 0.0
 
 

@@ -1,17 +1,26 @@
-"""Display units of pages: the one place that turns metric numbers of texts and tables into imperial ones.
+"""Display units of pages: the one place that decides in which unit a number is shown.
 
-Results are computed and stored in SI and pages are made in metric units; a page for other readers is converted when
-it is written, text by text. Numbers keep their count of significant digits, amplitudes stay 0-pk or pk-pk as stated.
+Results are computed and stored in SI. A number with a unit becomes a text once, by `quantity`, in the system of units
+of the page that is being made (`unit_system`); columns and axes state their unit in the brackets of their label, and
+`label` and `in_shown_units` turn label and numbers together. Nothing else is touched: the name of a machine, a sentence
+of somebody else or an acceleration in g stay as they are. Numbers keep their count of significant digits.
 """
 
 from __future__ import annotations
 
 import re
-from html import escape, unescape
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
+from contextvars import ContextVar
+from functools import wraps
+from inspect import signature
+from typing import ParamSpec, TypeVar
 
+from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.suggest import did_you_mean
 
+Given, Made = ParamSpec("Given"), TypeVar("Made")
 SYSTEMS = ("metric", "imperial")
 _INCH, _LBF, _PSI = 25.4e-3, 4.4482216152605, 6894.757293168361
 _OUNCE, _SCF = 28.349523125e-3, 28.316846592 * 273.15 / 288.7055555555556
@@ -37,19 +46,20 @@ IMPERIAL: dict[str, tuple[str, float]] = {
     "g": ("oz", 1e-3 / _OUNCE),
 }
 """By metric unit of pages: imperial unit, and how many of it are one."""
-OF_SHORT_NAME = {"N", "g"}
-"""Units that are converted behind a number and in brackets only: as words they are something else."""
+_SYSTEM: ContextVar[str] = ContextVar("unit_system", default="metric")
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?"
-_NAMES = "|".join(re.escape(unit) for unit in sorted(IMPERIAL, key=len, reverse=True))
-_NAMES = _NAMES.replace("µ", "[µu]").replace(r"g\ mm", "g[ *]mm")
+_LABELLED = "|".join(
+    re.escape(unit).replace("µ", "[µu]").replace(r"g\ mm", "g[ *]mm")
+    for unit in sorted(IMPERIAL, key=len, reverse=True)
+    if unit != "g"
+)
 _END = r"(?![\w/]|\*\w| s/m| m\b)"
-QUANTITY = re.compile(rf"(?<![\w.])((?:{NUMBER}(?: to | and |, | \+- | ± ))*{NUMBER})(\s?)({_NAMES}){_END}"
-                      rf"( \({NUMBER} to {NUMBER}\))?")  # fmt: skip
-"""Numbers with a unit: '1.2 µm', '0.3 to 0.7 MPa', '52 mg/s (51 to 53)'."""
-BARE = re.compile(rf"(?<![\w/])({_NAMES}){_END}")
-BRACKETED = re.compile(rf"\[({_NAMES}){_END}")
-_KEPT = re.compile(r"(<(?:script|style|pre)\b.*?</(?:script|style|pre)>|<[^>]*>)", re.DOTALL)
-_TABLE, _ROW, _CELL = (re.compile(rf"(<{tag}>)(.*?)(</{tag}>)", re.DOTALL) for tag in ("table", "tr", "t[hd]"))
+BRACKETED = re.compile(rf"\[({_LABELLED}){_END}")
+"""Unit in the brackets of a label; never g, which there is an acceleration."""
+PLACED = re.compile(rf"(%\{{[^}}]*\}} )({_LABELLED}){_END}")
+"""Unit behind a placeholder of the text that a figure shows at a point."""
+LEADING = re.compile(rf"^({_LABELLED}){_END}")
+"""Unit with which the title of a colour scale begins."""
 
 
 def check_units(units: str) -> None:
@@ -58,50 +68,103 @@ def check_units(units: str) -> None:
         raise DataError(f"units: '{units}' is not known; {did_you_mean(units, SYSTEMS)}")
 
 
+@contextmanager
+def unit_system(units: str) -> Iterator[None]:
+    """Within, pages are made in "metric" or "imperial" units; raises DataError for another system."""
+    check_units(units)
+    token = _SYSTEM.set(units)
+    try:
+        yield
+    finally:
+        _SYSTEM.reset(token)
+
+
+@contextmanager
+def page_system(units: str) -> Iterator[None]:
+    """Within, a page is made in imperial units where they are asked for, else in those of the surroundings."""
+    with nullcontext() if units == "metric" else unit_system(units):
+        yield
+
+
+def in_page_units(write: Callable[Given, Made]) -> Callable[Given, Made]:
+    """Decorator of a function that writes a page: all of it is made in the units of its argument `units`."""
+    declared = signature(write)
+
+    @wraps(write)
+    def written(*args: Given.args, **kwargs: Given.kwargs) -> Made:
+        units = declared.bind(*args, **kwargs).arguments.get("units", "metric")
+        check_units(units)
+        with page_system(units):
+            return write(*args, **kwargs)
+
+    return written
+
+
+def use_units(units: str) -> None:
+    """Make pages in "metric" or "imperial" units from here on; raises DataError for another system."""
+    check_units(units)
+    _SYSTEM.set(units)
+
+
+def is_imperial() -> bool:
+    """Whether the page that is being made is in imperial units."""
+    return _SYSTEM.get() == "imperial"
+
+
 def imperial(unit: str) -> tuple[str, float]:
     """Imperial unit of a metric one, and how many of it are one metric unit."""
     return IMPERIAL[unit.replace("um", "µm").replace("*", " ")]
 
 
+def quantity(value: float, unit: str, form: str = ".3g") -> str:
+    """A number of a metric unit as a text with its unit, in the units of the page."""
+    return f"{number(value, unit, form)} {unit_name(unit)}"
+
+
+def displacement(value: float, form: str = ".3g") -> str:
+    """A displacement [m] as a text in micrometres or mils."""
+    return quantity(value * TO_UM, "µm", form)
+
+
+def number(value: float, unit: str, form: str = ".3g") -> str:
+    """A number of a metric unit as a text without its unit, in the units of the page."""
+    text = format(value, form)
+    known = is_imperial() and unit.replace("um", "µm").replace("*", " ") in IMPERIAL
+    return scaled(text, imperial(unit)[1]) if known and re.fullmatch(NUMBER, text) else text
+
+
+def unit_name(unit: str) -> str:
+    """Name of a metric unit in the units of the page."""
+    name = unit.replace("um", "µm")
+    return imperial(name)[0] if is_imperial() and name.replace("*", " ") in IMPERIAL else name
+
+
 def unit_in(text: str) -> str | None:
-    """Metric unit in the brackets of a label, or anywhere in that of a colour scale."""
+    """Metric unit in the brackets of a label."""
     found = BRACKETED.search(text)
     return found[1] if found else None
 
 
-def unit_anywhere(text: str) -> str | None:
-    """Metric unit of a label that states it without brackets; none of a short name, which may be a word."""
-    found = BARE.search(text)
-    return found[1] if found and found[1] not in OF_SHORT_NAME else None
+def label(text: str) -> str:
+    """A label of a column or an axis with the unit in its brackets in the units of the page."""
+    return imperial_label(text) if is_imperial() else text
 
 
-def converted(text: str) -> str:
-    """Plain text with its quantities and units in imperial ones."""
-    text = QUANTITY.sub(_quantity, text)
-    text = BRACKETED.sub(lambda at: f"[{imperial(at[1])[0]}", text)
-    return BARE.sub(lambda at: at[1] if at[1] in OF_SHORT_NAME else imperial(at[1])[0], text)
+def imperial_label(text: str) -> str:
+    """A label with the unit in its brackets as an imperial one."""
+    return BRACKETED.sub(lambda at: f"[{imperial(at[1])[0]}", text)
 
 
-def scaled(number: str, factor: float) -> str:
+def in_shown_units(text: str, unit: str | None) -> str:
+    """A number as a text, below a label that states a metric unit, in the units of the page; another text stays."""
+    wanted = unit is not None and is_imperial() and re.fullmatch(NUMBER, text)
+    return scaled(text, imperial(str(unit))[1]) if wanted else text
+
+
+def scaled(text: str, factor: float) -> str:
     """A number times a factor, with as many significant digits, at least three."""
-    digits = re.sub(r"e.*", "", number.lower()).lstrip("+-0.").replace(".", "")
-    return f"{float(number) * factor:.{max(3, len(digits))}g}"
-
-
-def _quantity(at: re.Match[str]) -> str:
-    unit, factor = imperial(at[3])
-
-    def number(one: re.Match[str]) -> str:
-        return scaled(one[0], factor)
-
-    return f"{re.sub(NUMBER, number, at[1])}{at[2]}{unit}{re.sub(NUMBER, number, at[4] or '')}"
-
-
-def converted_html(page: str) -> str:
-    """HTML with the quantities of its text in imperial units; scripts, styles and machine files stay."""
-    page = _TABLE.sub(_table, page)
-    pieces = _KEPT.split(page)
-    return "".join(p if k % 2 else escape(converted(unescape(p)), quote=False) for k, p in enumerate(pieces))
+    digits = re.sub(r"e.*", "", text.lower()).lstrip("+-0.").replace(".", "")
+    return f"{float(text) * factor:.{max(3, len(digits))}g}"
 
 
 def micrometres(page: str) -> str:
@@ -110,22 +173,4 @@ def micrometres(page: str) -> str:
     return "".join(p if k % 2 else re.sub(r"(?<=[\d\[( ])um\b", "µm", p) for k, p in enumerate(pieces))
 
 
-def _table(at: re.Match[str]) -> str:
-    """A table with the numbers below heads that state a metric unit converted; the heads are text like any other."""
-    heads: list[str | None] = []
-
-    def row(line: re.Match[str]) -> str:
-        cells = _CELL.findall(line[2])
-        if cells and cells[0][0] == "<th>" and cells[-1][0] == "<th>":
-            heads[:] = [unit_in(unescape(text)) for _, text, _ in cells]
-            return line[0]
-        if len(cells) != len(heads):
-            return line[0]
-        pairs = zip(cells, heads, strict=True)
-        return line[1] + "".join(a + _cell(text, unit) + b for (a, text, b), unit in pairs) + line[3]
-
-    return at[1] + _ROW.sub(row, at[2]) + at[3]
-
-
-def _cell(text: str, unit: str | None) -> str:
-    return scaled(text, imperial(unit)[1]) if unit and re.fullmatch(NUMBER, text) else text
+_KEPT = re.compile(r"(<(?:script|style|pre)\b.*?</(?:script|style|pre)>|<[^>]*>)", re.DOTALL)

@@ -1,4 +1,8 @@
-"""Figures in imperial units: data, ranges and labels of the axes and colour scales that state a metric unit."""
+"""Figures in imperial units: data, ranges and labels of the axes and colour scales that state a metric unit.
+
+An axis states its unit in the brackets of its title or of its panel's, a colour scale begins its title with it, and the
+text at a point has it behind the placeholder. Names of curves and other texts are made in the units of the page.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from rotorsim.report.export import figure_table as table
-from rotorsim.report.export.display_units import BARE, NUMBER, converted, imperial, scaled, unit_anywhere, unit_in
+from rotorsim.report.export.display_units import LEADING, NUMBER, PLACED, imperial, imperial_label, scaled, unit_in
 
-TEXTS = {"text", "name", "hovertemplate", "hovertext", "title", "legendgroup", "ticktext", "x", "y"}
-"""Entries that people read; x and y may be names of categories."""
+TEXTS = {"text", "hovertemplate", "title"}
+"""Entries that state units: titles of axes, of panels and of colour scales, and the text at a point."""
 Object = dict[str, Any]
 
 
@@ -49,7 +53,7 @@ def _axis_unit(layout: Object, trace: Object, letter: str) -> str | None:
     if not own and letter == "y" and not _is_map(trace):
         own = table.panel(layout, trace)
     found = unit_in(own if "[" in own else table.label(layout, trace, letter))
-    return found or (unit_anywhere(own) if "[" not in own else None)
+    return found
 
 
 def _in_space(trace: Object) -> bool:
@@ -89,7 +93,7 @@ def _trace(layout: Object, trace: Object, factors: dict[str, float]) -> Object:
 
 
 def _bar_unit(bar: Object) -> str | None:
-    found = BARE.search(table.title(bar))
+    found = LEADING.search(table.title(bar))
     return found[1] if found else None
 
 
@@ -172,9 +176,9 @@ def _texts(value: Any, key: str = "") -> Any:
 
 
 def _text(value: str) -> str:
-    """A text with its placeholders %{y:.3g} as they are."""
-    pieces = re.split(r"(%\{[^}]*\})", value)
-    return "".join(piece if k % 2 else converted(piece) for k, piece in enumerate(pieces))
+    """A text with the units in brackets, behind placeholders and at its beginning in imperial ones."""
+    value = PLACED.sub(lambda at: f"{at[1]}{imperial(at[2])[0]}", imperial_label(value))
+    return LEADING.sub(lambda at: imperial(at[1])[0], value)
 
 
 def _holds_objects(values: list[Any]) -> bool:

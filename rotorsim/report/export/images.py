@@ -16,6 +16,7 @@ from urllib.parse import unquote
 from plotly.offline import get_plotlyjs
 
 from rotorsim.base.errors import DataError
+from rotorsim.base.interrupt import undoing
 from rotorsim.report.export.browser import NO_CHROME, chrome
 
 PATIENCE = 180.0
@@ -70,7 +71,7 @@ def images(figures: Sequence[dict[str, Any]], kind: str, width: int | None = Non
 
 
 def _urls(program: str, page: str) -> list[str]:
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder, undoing():
         path = Path(folder) / "figures.html"
         path.write_text(page, encoding="utf-8")
         own = ["no-sandbox"] if getattr(os, "geteuid", lambda: 1)() == 0 else []  # root has no sandbox

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from rotorsim.base.files import write_text
-from rotorsim.report.export.display_units import check_units
+from rotorsim.report.export.display_units import check_units, page_system
 from rotorsim.report.export.figure_files import check_kind, save_figures
-from rotorsim.report.export.page_units import in_units
 
 
 def check_wanted(units: str, figures: str | None) -> None:
@@ -17,15 +17,17 @@ def check_wanted(units: str, figures: str | None) -> None:
         check_kind(figures)
 
 
-def write_page(page: str, path: str | Path, units: str, figures: str | None) -> Path:
-    """Write the text of a page, made in metric units, complete or not at all, then its figures; return its path.
+def write_page(make: Callable[[], str], path: str | Path, units: str, figures: str | None) -> Path:
+    """Make the text of a page, write it, complete or not at all, then its figures; return its path.
 
     `units` are "metric" or "imperial"; `figures` "png", "svg" or "csv", None for no files. Raises DataError for others,
     WriteError for a path that cannot be written.
     """
     check_wanted(units, figures)
     path = Path(path)
-    write_text(path, in_units(page, units))
+    with page_system(units):
+        text = make()
+    write_text(path, text)
     if figures is not None:
         save_figures(path, figures)
     return path

@@ -12,6 +12,7 @@ from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
+from rotorsim.report.export.display_units import quantity
 from rotorsim.report.figures.phase import next_to, phase_axes, phase_lag
 from rotorsim.report.figures.theme import INK, PIN_COLOURS, compact, style
 
@@ -103,7 +104,7 @@ def _maps(results: Results) -> go.Figure:
             at = pressures.index(round(float(one["pressure"]), 3))
             figure.add_scatter(
                 x=speed, y=compact(one["zeta_least"].values), mode="lines+markers", legendgroup=name,
-                name=f"{name}, {float(one['pressure']) * TO_MPA:.3g} MPa",
+                name=f"{name}, {quantity(float(one['pressure']) * TO_MPA, 'MPa')}",
                 line={"color": PIN_COLOURS[number % len(PIN_COLOURS)], "width": 2, "dash": DASHES[at % len(DASHES)]},
             )  # fmt: skip
     figure.add_hline(y=0, line={"color": INK, "width": 1})

@@ -1,4 +1,4 @@
-"""Figures of the control study: impact energies, impact sizes, waterfalls, reachable speeds."""
+"""Figures of the control study: impact responses, impact sizes, waterfalls, reachable speeds."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import MPA, TO_RPM
+from rotorsim.report.export.display_units import quantity
 from rotorsim.report.figures.theme import AXIS_COLOURS, GRID, INK, NEUTRAL, PIN_COLOURS, SPECTRUM_SCALE, compact, style
 
 
 def ratios_figure(ratios: dict[str, np.ndarray]) -> go.Figure:
-    """Closed over open impact energies (points, 2) by law: a dot for each point, a bar for the mean."""
+    """Closed over open norms of the impact response (points, 2) by law: a dot for each point, a bar for the mean."""
     figure = go.Figure()
     for axis, name in enumerate("xy"):
         colour = AXIS_COLOURS[name]
@@ -40,7 +41,7 @@ def sizes_figure(rows: dict[str, list[dict[str, Any]]]) -> go.Figure:
         for k, (speed, pressure) in enumerate(points):
             at = [row for row in own if (row["speed"], row["pressure"]) == (speed, pressure)]
             ratio = [max(c / o for c, o in zip(row["closed"], row["open"], strict=True)) for row in at]
-            name = f"{speed * TO_RPM:.0f} rpm, {pressure / MPA:.1f} MPa"
+            name = f"{speed * TO_RPM:.0f} rpm, {quantity(pressure / MPA, 'MPa', '.1f')}"
             figure.add_trace(go.Scatter(x=[row["peak"] for row in at], y=ratio, name=name, legendgroup=name,
                                         showlegend=column == 1, line={"color": PIN_COLOURS[k]}), 1, column)  # fmt: skip
         figure.add_hline(y=1, line={"color": INK, "width": 1, "dash": "dot"}, row=1, col=column)

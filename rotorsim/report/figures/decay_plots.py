@@ -7,6 +7,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_UM
+from rotorsim.report.export.display_units import quantity
 from rotorsim.report.figures.theme import AXIS_COLOURS, INK, compact, style
 from rotorsim.signals.impact import RingDown
 
@@ -17,7 +18,7 @@ PULSE_REACH = (-0.5, 2.0)
 
 def ring_down_figure(downs: list[RingDown]) -> go.Figure:
     """A column per axis hit: force [N] over ms above, disc [um] over s with the fitted envelope below."""
-    titles = [f"impact along {'xy'[d.pulse.axis]}: {d.pulse.peak:.3g} N" for d in downs]
+    titles = [f"impact along {'xy'[d.pulse.axis]}: {quantity(d.pulse.peak, 'N')}" for d in downs]
     figure = make_subplots(2, len(downs), subplot_titles=titles, vertical_spacing=0.16, horizontal_spacing=0.09,
                            row_heights=[0.32, 0.68])  # fmt: skip
     for column, down in enumerate(downs, 1):

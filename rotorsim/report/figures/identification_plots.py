@@ -11,6 +11,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_MPA, TO_RPM
+from rotorsim.report.export.display_units import quantity
 from rotorsim.report.figures.theme import PIN_COLOURS, compact, style
 
 LINE = 60
@@ -50,7 +51,7 @@ def over_speed(points: np.ndarray, panels: Sequence[Panel]) -> go.Figure:
 def _traces(
     panel: Panel, points: np.ndarray, chosen: np.ndarray, pressure: float, colour: str, first: bool
 ) -> list[go.Scatter]:
-    rpm, name, made = points[chosen, 0] * TO_RPM, f"{pressure * TO_MPA:.2f} MPa", []
+    rpm, name, made = points[chosen, 0] * TO_RPM, f"{quantity(pressure * TO_MPA, 'MPa', '.2f')}", []
     for (label, values), (symbol, size) in zip(panel.values.items(), MARKS, strict=False):
         marker = {"color": colour, "symbol": symbol, "size": size, "line": {"color": colour, "width": 1.5}}
         made.append(go.Scatter(x=compact(rpm), y=compact(np.asarray(values)[chosen]), mode="markers", marker=marker,

@@ -8,6 +8,7 @@ import xarray as xr
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
+from rotorsim.report.export.display_units import quantity
 from rotorsim.report.figures.theme import INK, PIN_COLOURS, compact, faint, style
 
 UNSAFE, UNKNOWN = "#7a3b3b", "#5f6b73"
@@ -149,7 +150,7 @@ def campbell_figure(found: xr.Dataset, pressures: int = 3) -> go.Figure:
 
 
 def _add_modes(figure: go.Figure, one: xr.Dataset, speed: np.ndarray, colour: str) -> None:
-    label = f"{float(one['pressure']) * TO_MPA:.3g} MPa"
+    label = quantity(float(one["pressure"]) * TO_MPA, "MPa")
     for branch in range(one.sizes["branch"]):
         if not np.isfinite(one["branch_wn"].isel(branch=branch)).any():
             continue

@@ -10,6 +10,7 @@ import xarray as xr
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_UM
+from rotorsim.plant.journal_room import journal_room
 from rotorsim.report.figures.theme import GRID, INK, NEUTRAL, compact, faint, style
 from rotorsim.report.pages.run import Run
 from rotorsim.signals.record_blocks import displacement_name
@@ -69,7 +70,7 @@ def _add_orbit(figure: go.Figure, run: Run, name: str, moment: Instant, row: int
     d, angle = cut(run, name, moment)
     journals = journal_names(run)
     if name in journals:
-        _add_clearance(figure, run, journals.index(name), row, column)
+        _add_room(figure, run, journals.index(name), row, column)
     else:
         d = middle(d)
     colour = COLOURS["journal" if name in journals else "disc"]
@@ -129,11 +130,12 @@ def marks(d: np.ndarray, angle: np.ndarray) -> np.ndarray:
     return d[i] + share[:, None] * (d[i + 1] - d[i])
 
 
-def _add_clearance(figure: go.Figure, run: Run, film: int, row: int, column: int) -> None:
-    """Circle of a film's radial clearance, which the journal's centre cannot leave without contact."""
+def _add_room(figure: go.Figure, run: Run, film: int, row: int, column: int) -> None:
+    """Room of a journal, whose edge its centre cannot cross without contact: in a plain sleeve the clearance circle."""
     if run.machine is None or film >= len(run.machine.films):
         return
-    c, turn = run.machine.films[film].clearance * TO_UM, np.linspace(0, 2 * np.pi, 121)
+    turn = np.linspace(0, 2 * np.pi, 121)
+    c = journal_room(run.machine, film, turn, float(np.abs(run.record["speed"]).max())) * TO_UM
     line = {"color": "#8a949e", "width": 1.5, "dash": "dash"}
     figure.add_trace(go.Scatter(x=compact(c * np.cos(turn)), y=compact(c * np.sin(turn)), mode="lines", line=line,
                                 fill="toself", fillcolor=faint(GRID, 0.35),

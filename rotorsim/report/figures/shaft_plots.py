@@ -9,6 +9,7 @@ from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_HZ, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
+from rotorsim.report.export.display_units import quantity
 from rotorsim.report.figures.phase import phase_axes, phase_lag
 from rotorsim.report.figures.theme import INK, PIN_COLOURS, compact, style
 
@@ -102,7 +103,7 @@ def unbalance_response(found: xr.Dataset, nodes: tuple[int, ...] | None = None) 
     speed = found["frequency"].values * TO_RPM
     for k, node in enumerate(chosen):
         one = found.isel(node=node)
-        colour, name = PIN_COLOURS[k % len(PIN_COLOURS)], f"z = {float(one['z']) * 1e3:.0f} mm"
+        colour, name = PIN_COLOURS[k % len(PIN_COLOURS)], f"z = {quantity(float(one['z']) * 1e3, 'mm', '.0f')}"
         for row, values in ((1, one["major"].values * TO_UM), (2, phase_lag(one["x"].values))):
             figure.add_trace(go.Scatter(x=compact(speed), y=compact(values), mode="lines", name=name, legendgroup=name,
                                         showlegend=row == 1, line={"color": colour}), row, 1)  # fmt: skip

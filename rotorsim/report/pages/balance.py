@@ -12,6 +12,7 @@ from plotly.subplots import make_subplots
 from rotorsim.balance import Assessment, Conditions, Correction, LeftOut
 from rotorsim.balance.results import estimate_table, result_rows
 from rotorsim.base.constants import TO_UM
+from rotorsim.report.export.display_units import in_page_units
 from rotorsim.report.figures.theme import INK, NEUTRAL, PIN_COLOURS, compact, style
 from rotorsim.report.pages.study import Block, save_study_page
 
@@ -19,6 +20,7 @@ G_MM = 1e6
 """g mm in a kg m."""
 
 
+@in_page_units
 def write_balance(found: Assessment, path: str | Path, units: str = "metric", figures: str | None = None) -> Path:
     """Write the page of a balancing; raises WriteError where it cannot be written.
 

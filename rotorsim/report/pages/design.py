@@ -15,11 +15,13 @@ from rotorsim.control.law import Law
 from rotorsim.control.loop.analysis import fine_axes, overview
 from rotorsim.control.loop.sampled_loop import closed_poles, law_system, loop_of, oscillating, root_locus, sweep
 from rotorsim.control.numerics.systems import largest
+from rotorsim.report.export.display_units import in_page_units
 from rotorsim.report.export.page_files import check_wanted
 from rotorsim.report.figures.theme import AXIS_COLOURS, NEUTRAL, PIN_COLOURS, compact, style
 from rotorsim.report.pages.study import Block, save_study_page
 
 
+@in_page_units
 def write_design(law: Law, model: Any, path: str | Path, units: str = "metric", figures: str | None = None) -> Path:
     """Write the page; raises DataError where it cannot be written.
 

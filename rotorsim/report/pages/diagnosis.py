@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from rotorsim.base.constants import TO_UM
 from rotorsim.discrepancy.odds.explanation import LEAST_SHOWN, shown_share
 from rotorsim.discrepancy.outcome.machine_file import difference
+from rotorsim.report.export.display_units import quantity
 from rotorsim.report.figures import diagnosis_plots as plots
 from rotorsim.report.pages import html
 from rotorsim.report.pages.diagnosis_summary import first_screen
@@ -192,7 +193,7 @@ def _unknown(d: Diagnosis) -> str:
     rows = [
         (x["point"], f"{x['frequency_hz']:.4g} Hz" + (", unsteady" if x["unsteady"] else ""),
          "" if x["order"] is None else f"{x['order']:.2f} X",
-         f"{x['force_n']:.3g} N", x["direction"], f"{x['residual_um']:.3g} um")
+         f"{quantity(x['force_n'], 'N')}", x["direction"], f"{quantity(x['residual_um'], 'µm')}")
         for x in d.unknown["lines"]
     ]  # fmt: skip
     growth = ", ".join(f"{k} to the power {v:.1f}" for k, v in d.unknown["growth"].items())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape, unescape
 from importlib.resources import files
@@ -14,7 +14,8 @@ import plotly.graph_objects as go
 import plotly.io as pio
 from plotly.offline import get_plotlyjs
 
-from rotorsim.report.export.display_units import micrometres
+from rotorsim.report.export.display_units import in_shown_units, is_imperial, label, micrometres, unit_in
+from rotorsim.report.export.figure_units import imperial_figure
 
 POLICY = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:"
 """Content policy by which the browser fetches nothing at all."""
@@ -63,7 +64,8 @@ def figure_section(title: str, caption: str, figure: go.Figure, after: str = "")
 def drawn(figure: go.Figure, tools: bool = True) -> str:
     """An interactive figure as HTML, with a toolbar in a strip of its own above it or without one."""
     config = TOOLS | ({} if tools else {"displayModeBar": False})
-    text = pio.to_html(figure, full_html=False, include_plotlyjs=False, config=config)
+    shown: Any = imperial_figure(json.loads(figure.to_json())) if is_imperial() else figure
+    text = pio.to_html(shown, full_html=False, include_plotlyjs=False, config=config, validate=False)
     return f'<div class="figure{"" if tools else " plain"}">{text}</div>'
 
 
@@ -89,22 +91,20 @@ def figures_of(page: str) -> list[Drawn]:
     return found
 
 
-def redrawn(page: str, change: Callable[[dict[str, Any]], dict[str, Any]]) -> str:
-    """The page with every figure changed."""
-    pieces, at = [], 0
-    for one in figures_of(page):
-        figure = change(one.figure)
-        text = f"{json.dumps(figure['data'])}, {json.dumps(figure['layout'])}".replace("<", "\\u003c")
-        pieces += [page[at : one.begin], text]
-        at = one.end
-    return "".join([*pieces, page[at:]])
-
-
 def table(rows: Iterable[Sequence[str]], heads: Iterable[Sequence[str]] = ()) -> str:
     """Table of plain text below one or more rows of heads."""
-    top = "".join("<tr>" + "".join(f"<th>{escape(h)}</th>" for h in line) + "</tr>" for line in heads)
-    body = "".join("<tr>" + "".join(f"<td>{escape(c)}</td>" for c in row) + "</tr>" for row in rows)
+    lines = list(heads)
+    units = [unit_in(h) for h in lines[-1]] if lines else []
+    top = "".join("<tr>" + "".join(f"<th>{escape(label(h))}</th>" for h in line) + "</tr>" for line in lines)
+    body = "".join("<tr>" + "".join(f"<td>{escape(c)}</td>" for c in _shown(row, units)) + "</tr>" for row in rows)
     return f"<table>{top}{body}</table>"
+
+
+def _shown(row: Sequence[str], units: Sequence[str | None]) -> Sequence[str]:
+    """Cells below heads with these units, in the units of the page."""
+    if len(units) != len(row):
+        return row
+    return [in_shown_units(cell, unit) for cell, unit in zip(row, units, strict=True)]
 
 
 def coloured(text: str, colour: str) -> str:

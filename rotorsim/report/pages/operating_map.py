@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
+from rotorsim.base.exchange import toml_text as tomllib
+from rotorsim.report.export.display_units import in_page_units
 from rotorsim.report.figures.map_plots import (
     campbell_figure,
     constants,
@@ -35,6 +36,7 @@ GAINS = ("gain x by x [µm/V]", "gain y by y [µm/V]")
 MOST_ROWS = 400
 
 
+@in_page_units
 def save_map_page(found: xr.Dataset, path: str | Path, units: str = "metric", figures: str | None = None) -> None:
     """Write the page; of further axes the first value is drawn. Raises DataError where it cannot be written.
 

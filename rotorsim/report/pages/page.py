@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator
 from html import escape
 from pathlib import Path
 
+from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.experiments.limits import sentences
+from rotorsim.report.export.display_units import quantity
 from rotorsim.report.export.page_files import write_page
 from rotorsim.report.pages import html
 from rotorsim.report.pages.figure_lists import Found, found_sections
@@ -27,7 +28,7 @@ NAMES = {"runup": "run-up", "coastdown": "coast-down", "prbs": "pseudo-random ex
 
 def save_page(run: Run, html_path: str | Path, units: str = "metric", figures: str | None = None) -> None:
     """Write the report of an analysed run, complete or not at all, and its figures; raises WriteError."""
-    write_page(page(run), html_path, units, figures)
+    write_page(lambda: page(run), html_path, units, figures)
 
 
 def page(run: Run) -> str:
@@ -75,13 +76,13 @@ def _key_numbers(run: Run) -> str:
     if run.speed_known:
         cards.append((f"{max(s['speed_rpm']['max'], -s['speed_rpm']['min']):.0f} rpm", "highest speed"))
     label = "largest orbit, 0-pk" if run.kind in RUNS else "largest distance of the disc from its mean"
-    cards.append((f"{orbit['um']:.3g} µm", label))
+    cards.append((f"{quantity(orbit['um'], 'µm')}", label))
     if s["smallest_film"]:
-        cards.append((f"{s['smallest_film']['um']:.3g} µm", "smallest film thickness"))
+        cards.append((f"{quantity(s['smallest_film']['um'], 'µm')}", "smallest film thickness"))
     if s["contact"]:
         cards.append((f"{s['contact']['samples']}", "samples with contact"))
     if s["mass_flow"]:
-        cards.append((f"{s['mass_flow']['mean_nl_min']:.3g} Nl/min", "mean gas consumption"))
+        cards.append((f"{quantity(s['mass_flow']['mean_nl_min'], 'Nl/min')}", "mean gas consumption"))
     return html.key_numbers(cards)
 
 

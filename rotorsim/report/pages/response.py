@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
 from rotorsim.analysis.campbell import critical_rows, modes_line, searched_line
+from rotorsim.analysis.unbalance_response import peak_of
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
+from rotorsim.base.exchange import toml_text as tomllib
+from rotorsim.report.export.display_units import quantity
 from rotorsim.report.figures.shaft_plots import critical_speed_map, distinct, response_figure, shaft_campbell
 from rotorsim.report.pages.study import Block, save_study_page
 
@@ -27,6 +29,7 @@ def write_response(found: xr.Dataset, path: str | Path) -> Path:
     >>> page = rs.report.write_response(found, "response.html")
     """
     about = f"Unbalance: {found.attrs['unbalance']}. {at(found)} Linear about the equilibrium of each speed."
+    about += warned(found)
     places = distinct(found)
     head = ("speed [rpm]", *(f"{place} [µm 0-pk]" for place in places), "least damping ratio")
     step = -(-found.sizes["speed"] // ROWS)
@@ -38,7 +41,7 @@ def write_response(found: xr.Dataset, path: str | Path) -> Path:
     text = "Amplitudes are 0-pk; the phase of x lags the unbalance."
     blocks = [
         Block("Response over speed", text, figure=response_figure(found)),
-        Block("Peaks", "", ("place", "speed [rpm]", "size [µm 0-pk]"), peaks(found)),
+        Block("Peaks", "Where no mode grows.", ("place", "speed [rpm]", "size [µm 0-pk]", "at an end"), peaks(found)),
         Block("Speed by speed", "" if step == 1 else "Every speed is in the files.", head, rows),
     ]  # fmt: skip
     save_study_page(f"{name(found)}: unbalance response", about, blocks, Path(path))
@@ -69,19 +72,24 @@ def write_campbell(found: xr.Dataset, path: str | Path, stiffness: xr.Dataset | 
     if stiffness is not None:
         text = "Undamped, of the rotor on bearings of one stiffness each; films are springs here."
         blocks.append(Block("Critical speeds over the bearings' stiffness", text, figure=critical_speed_map(stiffness)))
-    save_study_page(f"{name(found)}: Campbell diagram", f"{at(found)} The lowest modes from 0 Hz.", blocks, Path(path))
+    save_study_page(
+        f"{name(found)}: Campbell diagram",
+        f"{at(found)} The lowest modes from 0 Hz.{warned(found)}",
+        blocks,
+        Path(path),
+    )
     return Path(path)
 
 
-def peaks(found: xr.Dataset) -> list[tuple[str, str, float]]:
-    """Largest response of each place: place, speed [rpm], size [um 0-pk]."""
-    rows = []
-    for place in distinct(found):
-        sizes = found["major"].sel(place=place).values
-        if np.isfinite(sizes).any():
-            k = int(np.nanargmax(sizes))
-            rows.append((place, f"{float(found['speed'][k]) * TO_RPM:.0f}", float(sizes[k]) * TO_UM))
-    return rows
+def peaks(found: xr.Dataset) -> list[tuple[str, str, float, str]]:
+    """Largest response of each place: place, speed [rpm], size [um 0-pk], and at which end of the speeds it lies."""
+    known = [(place, peak_of(found, place)) for place in distinct(found)]
+    return [(place, f"{one['rpm']:.0f}", one["um"], one["at_end"] or "-") for place, one in known if one is not None]
+
+
+def warned(found: xr.Dataset) -> str:
+    """Sentences about the speeds at which a result does not hold, after a space; empty without any."""
+    return "".join(f" Warning: {sentence}." for sentence in str(found.attrs.get("warnings", "")).splitlines())
 
 
 def criticals(found: xr.Dataset) -> list[tuple[object, ...]]:
@@ -110,4 +118,4 @@ def name(found: xr.Dataset) -> str:
 def at(found: xr.Dataset) -> str:
     """Sentence about the supply pressure; empty for a machine without a film."""
     films = "gas_film" in str(found.attrs["machine"])
-    return f"Supply pressure {found.attrs['pressure'] * TO_MPA:.4g} MPa gauge." if films else ""
+    return f"Supply pressure {quantity(found.attrs['pressure'] * TO_MPA, 'MPa', '.4g')} gauge." if films else ""

@@ -10,7 +10,9 @@ import numpy as np
 import xarray as xr
 
 from rotorsim.analysis.campbell import critical_rows
-from rotorsim.base.constants import TO_MPA, TO_RPM, TO_UM
+from rotorsim.analysis.unbalance_response import peak_of
+from rotorsim.base.constants import TO_MPA, TO_RPM
+from rotorsim.report.export.display_units import in_page_units
 from rotorsim.report.figures.comparison_plots import Results, common_kind, compare_results
 from rotorsim.report.pages.study import Block, save_study_page
 
@@ -41,6 +43,7 @@ def result_rows(results: Results) -> list[Row]:
     return [{"result": name, **row} for name, found in results.items() for row in rows(found)]
 
 
+@in_page_units
 def write_result_comparison(
     results: Results, path: str | Path, units: str = "metric", figures: str | None = None
 ) -> Path:
@@ -73,10 +76,9 @@ def _number(value: Any, scale: float) -> float | None:
 
 
 def _peak(found: xr.Dataset) -> Iterator[Row]:
-    sizes = found["major"].isel(place=0).values
-    if np.isfinite(sizes).any():
-        k = int(np.nanargmax(sizes))
-        yield {"speed [rpm]": float(found["speed"][k]) * TO_RPM, "peak [µm 0-pk]": float(sizes[k]) * TO_UM}
+    peak = peak_of(found, str(found["place"].values[0]))
+    if peak is not None:
+        yield {"speed [rpm]": peak["rpm"], "peak [µm 0-pk]": peak["um"]}
 
 
 def _critical(found: xr.Dataset) -> Iterator[Row]:

@@ -9,6 +9,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.report.export.display_units import in_page_units
 from rotorsim.report.figures.comparison_plots import line_look
 from rotorsim.report.figures.phase import FAINTEST, next_to, phase_axes, phase_lag
 from rotorsim.report.figures.theme import compact, style
@@ -78,6 +79,7 @@ def _percent(peak: dict[str, object], key: str) -> str:
     return f"{100 * value:+.1f} %" if isinstance(value, float) else ""
 
 
+@in_page_units
 def write_run_comparison(
     found: RunComparison, path: str | Path, units: str = "metric", figures: str | None = None
 ) -> Path:

@@ -12,6 +12,7 @@ from typing import Any
 import plotly.graph_objects as go
 import plotly.io as pio
 
+from rotorsim.report.export.display_units import in_shown_units, label, unit_in
 from rotorsim.report.export.page_files import write_page
 from rotorsim.report.pages import html
 
@@ -46,7 +47,7 @@ def save_study_page(title: str, description: str, blocks: Sequence[Block], path:
     >>> table = rs.report.Block("Modes", heads=("speed", "wn"), rows=[(100.0, 630.0)])
     >>> rs.report.save_study_page("Study", "Modes of a rotor.", [table], Path("study.html"))
     """
-    write_page(study_page(title, description, blocks), path, units, figures)
+    write_page(lambda: study_page(title, description, blocks), path, units, figures)
 
 
 def study_page(title: str, description: str, blocks: Sequence[Block]) -> str:
@@ -59,16 +60,23 @@ def _section(block: Block) -> str:
     if block.figure is not None:
         inner += html.drawn(block.figure)
     if block.rows:
-        head = "".join(f"<th>{escape(h)}</th>" for h in block.heads)
-        body = "".join("<tr>" + "".join(f"<td>{_cell(c)}</td>" for c in row) + "</tr>" for row in block.rows)
+        head = "".join(f"<th>{escape(label(h))}</th>" for h in block.heads)
+        units = [unit_in(h) for h in block.heads]
+        body = "".join(_row(row, units) for row in block.rows)
         inner += f'<div style="overflow-x:auto"><table><tr>{head}</tr>{body}</table></div>'
     return html.section(block.title, inner)
 
 
-def _cell(value: Any) -> str:
+def _row(row: Sequence[Any], units: Sequence[str | None]) -> str:
+    """A row of cells below heads with these units; one of another length has none."""
+    own = units if len(units) == len(row) else [None] * len(row)
+    return "<tr>" + "".join(f"<td>{_cell(c, unit)}</td>" for c, unit in zip(row, own, strict=True)) + "</tr>"
+
+
+def _cell(value: Any, unit: str | None) -> str:
     if isinstance(value, float):
-        return f"{value:.4g}" if isfinite(value) else "-"
-    return escape(str(value))
+        return in_shown_units(f"{value:.4g}", unit) if isfinite(value) else "-"
+    return escape(in_shown_units(str(value), unit))
 
 
 def figure_of(text: str | None) -> go.Figure | None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 
 from rotorsim.analysis.sweeps.result import SweepResult
 from rotorsim.base.constants import TO_MPA, TO_RPM
+from rotorsim.base.exchange import toml_text as tomllib
+from rotorsim.report.export import display_units
 from rotorsim.report.figures.sweep_plots import MOST_AXES, sweep_figure
 from rotorsim.report.pages.study import Block, save_study_page
 
@@ -72,7 +73,7 @@ def _about(result: SweepResult) -> str:
     if "speed" not in axes:
         fixed.append(f"{attrs['speed'] * TO_RPM:.5g} rpm")
     if "pressure" not in axes:
-        fixed.append(f"{attrs['pressure'] * TO_MPA:.4g} MPa gauge")
+        fixed.append(f"{display_units.quantity(attrs['pressure'] * TO_MPA, 'MPa', '.4g')} gauge")
     at = f" at {' and '.join(fixed)}" if fixed else ""
     top = f"Onset and unbalance response are searched up to {attrs['highest_speed'] * TO_RPM:.5g} rpm."
     cut = "" if result.complete else " The sweep was interrupted and is not complete."

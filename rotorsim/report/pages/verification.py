@@ -1,4 +1,4 @@
-"""Report of a verification: criteria, impact energies, run-up, safe speed."""
+"""Report of a verification: criteria, impact responses, run-up, safe speed."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import MPA, TO_RPM, TO_UM
+from rotorsim.report.export.display_units import quantity
 from rotorsim.report.figures.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, style
 from rotorsim.report.pages.study import Block, study_page
 from rotorsim.verify import Verification
@@ -36,9 +37,9 @@ def page(result: Verification) -> str:
     blocks = [
         Block("Criteria", f"{result.law.name} on {result.machine}: {verdict}.{remark}{_edited(result)}",
               ("criterion", "measured", "bound", "verdict", "remark"), rows),
-        Block("Impact energies", "Norm of the disc's response over the force's during 0.1 s, along x and along y, "
+        Block("Impact responses", "Norm of the disc's response over the force's during 0.1 s, along x and along y, "
               "at every operating point; the imbalance is taken out by a twin run without the hit.",
-              figure=energies_figure(result)),
+              figure=responses_figure(result)),
     ]  # fmt: skip
     if result.alarms:
         blocks.append(_alarms_block(result))
@@ -50,7 +51,7 @@ def page(result: Verification) -> str:
         found = sentence(alone, held)
         text = (
             f"{found[0].upper()}{found[1:]}. Spectra of y over speed; one colour scale for both, which ends at "
-            f"{LOUD:g} um."
+            f"{quantity(LOUD, 'µm', 'g')}."
         )
         text += "".join(f" Beyond the range in which the model was checked: {one}." for one in held.beyond)
         blocks.append(Block("Run-up extension", text, figure=waterfall_figure(alone.run, held.run)))
@@ -86,8 +87,8 @@ def _about(key: str, value: object) -> list[tuple[str, str]]:
     return [(key, str(value))]
 
 
-def energies_figure(result: Verification) -> go.Figure:
-    """Open and closed impact energies by point, and the closed over the open one."""
+def responses_figure(result: Verification) -> go.Figure:
+    """Open and closed impact responses by point, and the closed over the open one."""
     figure = make_subplots(1, 2, subplot_titles=["hits along x", "hits along y"], shared_yaxes=True)
     names = [
         [f"{e.speed / 1000 * TO_RPM:.3g} krpm" for e in result.open],
@@ -99,7 +100,7 @@ def energies_figure(result: Verification) -> go.Figure:
             figure.add_trace(go.Bar(x=names, y=heights, name=label, marker_color=colour, legendgroup=label,
                                     showlegend=axis == 0), 1, axis + 1)  # fmt: skip
     figure.update_xaxes(title_text="pressure [MPa], speed", tickfont={"size": 10})
-    figure.update_yaxes(title_text="energy [µm/N]", col=1)
+    figure.update_yaxes(title_text="response norm [µm/N]", col=1)
     return style(figure, 460, barmode="group")
 
 

@@ -40,4 +40,4 @@ def write(
         given = type(result).__name__
         raise DataError(f"report: {given} is not a Diagnosis, a Verification or a record; for a file use write_report")
     check_wanted(units, figures)
-    return write_page(make(result), path, units, figures)
+    return write_page(lambda: make(result), path, units, figures)

@@ -21,6 +21,7 @@ import numpy as np
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_bytes
+from rotorsim.base.interrupt import undoing
 
 SIZE = (1280, 720)
 RATE = 24
@@ -141,7 +142,7 @@ def _mp4(pictures: list[np.ndarray], rate: int) -> bytes:
     import tempfile
 
     height, width, _ = pictures[0].shape
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, undoing():
         target = Path(folder) / "film.mp4"
         command = ["ffmpeg", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}"]
         command += ["-r", str(rate), "-i", "-", "-pix_fmt", "yuv420p", "-movflags", "+faststart", str(target)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.report.export.display_units import displacement, quantity
 from rotorsim.report.figures.probes.filtered_orbit_plots import mean_orders
 from rotorsim.report.figures.transfer_plots import NAMES, UNITS
 from rotorsim.report.pages.run import Run
@@ -40,7 +41,7 @@ def transfer_caption(run: Run, transfer: Transfer) -> str:
     """Where the direct responses peak, and how they were estimated."""
     peaks = [(k, *peak_of(transfer, k, i)) for i, k in enumerate(transfer.inputs)]
     unit = UNITS[transfer.input_name]
-    parts = [f"{'xy'[k]} responds to {'xy'[k]} most at {f:.4g} Hz with {size * TO_UM:.3g} {unit}."
+    parts = [f"{'xy'[k]} responds to {'xy'[k]} most at {f:.4g} Hz with {quantity(size * TO_UM, unit)}."
             for k, f, size in peaks if np.isfinite(f)]  # fmt: skip
     text = " ".join(parts) or "No peak stands out with a coherence above one half."
     times = "impact" if transfer.input_name == "disc_force" else "segment"
@@ -79,13 +80,15 @@ def gain_caption(run: Run, gains: list[Branches]) -> str:
     for g in gains:
         own, cross = g.gain[g.axis] * TO_UM, g.gain[1 - g.axis] * TO_UM
         a, b = "xy"[g.axis], "xy"[1 - g.axis]
-        text = f"Reference {a} moves the disc by {own:.3g} µm/V along {a} and {cross:.3f} µm/V along {b}; "
-        text += (
-            f"the rests depart from the line by up to {np.abs(g.deviation[:, g.axis]).max() * TO_UM:.2g} µm along {a}"
-        )
+        text = f"Reference {a} moves the disc by {quantity(own, 'µm/V')} along {a} and "
+        text += f"{quantity(cross, 'µm/V', '.3f')} along {b}; "
+        away = displacement(np.abs(g.deviation[:, g.axis]).max(), ".2g")
+        text += f"the rests depart from the line by up to {away} along {a}"
         opening = g.opening[g.axis] * TO_UM
         text += (
-            f", rising and falling branch by up to {opening:.2g} µm from each other." if np.isfinite(opening) else "."
+            f", rising and falling branch by up to {quantity(opening, 'µm', '.2g')} from each other."
+            if np.isfinite(opening)
+            else "."
         )
         if g.other_moves:
             text += f" Reference {b} moves as well, so its share is in the line."
@@ -96,8 +99,9 @@ def gain_caption(run: Run, gains: list[Branches]) -> str:
 def loop_caption(run: Run, loops: list[Loop]) -> str:
     """Travel and opening of every loop."""
     parts = [
-        f"pin {k.injector} travels {k.travel * TO_UM:.3g} µm"
-        + (f", its loop opens {k.opening * TO_UM:.2g} µm ({100 * k.opening / k.travel:.1f} % of the travel)"
+        f"pin {k.injector} travels {displacement(k.travel)}"
+        + (f", its loop opens {displacement(k.opening, '.2g')} "
+           f"({100 * k.opening / k.travel:.1f} % of the travel)"
            if np.isfinite(k.opening) else "")
         for k in loops
     ]  # fmt: skip
@@ -110,9 +114,9 @@ def spectrum_caption(run: Run, spectrum: Spectrum) -> str:
     k, axis = np.unravel_index(int(spectrum.single.argmax()), spectrum.single.shape)
     full = int(spectrum.full.argmax())
     return (
-        f"The strongest line is {spectrum.single.max() * TO_UM:.3g} µm 0-pk at {spectrum.frequency[k]:.4g} Hz, "
+        f"The strongest line is {displacement(spectrum.single.max())} 0-pk at {spectrum.frequency[k]:.4g} Hz, "
         f"disc {'xy'[axis]}; "
-        f"of x + i y it is {spectrum.full[full] * TO_UM:.3g} µm at {spectrum.signed[full]:.4g} Hz, "
+        f"of x + i y it is {displacement(spectrum.full[full])} at {spectrum.signed[full]:.4g} Hz, "
         f"{'forward' if spectrum.signed[full] > 0 else 'backward'}. Hann window, root mean square of {spectrum.count} "
         f"segment{'s' * (spectrum.count > 1)}, resolution {spectrum.resolution:.2g} Hz.{seen_by(run)}"
     )
@@ -123,7 +127,7 @@ def filtered_caption(run: Run) -> str:
     parts = []
     for n, (x, y) in zip((1, 2), mean_orders(run.tracked), strict=True):
         f, b = abs(x + 1j * y) / 2 * TO_UM, abs(x - 1j * y) / 2 * TO_UM
-        parts.append(f"{n}X: {f:.3g} µm forward, {b:.3g} µm backward.")
+        parts.append(f"{n}X: {quantity(f, 'µm')} forward, {quantity(b, 'µm')} backward.")
     return (
         " ".join(parts)
         + " Dots mark whole turns of the shaft. 1X and 2X are fitted over whole revolutions and averaged."
@@ -134,12 +138,15 @@ def runout_caption(run: Run, runout: RunoutProfile) -> str:
     """Peak-to-peak runout, its harmonics and the scatter."""
     parts = []
     for k, axis in enumerate("xy"):
-        order = int(np.abs(runout.harmonic[:, k]).argmax())
+        order, span = (
+            int(np.abs(runout.harmonic[:, k]).argmax()),
+            float(np.ptp(runout.mean[np.isfinite(runout.mean[:, k]), k])),
+        )
         parts.append(
-            f"Disc {axis}: {np.nanmax(runout.mean[:, k]) * TO_UM - np.nanmin(runout.mean[:, k]) * TO_UM:.3g} µm pk-pk, "
+            f"Disc {axis}: {displacement(span)} pk-pk, "
             "largest "
-            f"harmonic {order + 1}X with {abs(runout.harmonic[order, k]) * TO_UM:.3g} µm 0-pk, scatter about the mean "
-            f"{np.sqrt(np.nanmean(runout.scatter[:, k] ** 2)) * TO_UM:.2g} µm rms."
+            f"harmonic {order + 1}X with {displacement(abs(runout.harmonic[order, k]))} 0-pk, scatter about the mean "
+            f"{displacement(np.sqrt(np.nanmean(runout.scatter[:, k] ** 2)), '.2g')} rms."
         )
     parts.append(f"Mean of {runout.revolutions:.1f} revolutions; bands are one standard deviation.")
     return " ".join(parts) + seen_by(run)
@@ -148,8 +155,8 @@ def runout_caption(run: Run, runout: RunoutProfile) -> str:
 def difference_caption(run: Run, difference: Difference) -> str:
     """Noise levels."""
     parts = [
-        f"along {axis} {difference.rms[k] * TO_UM:.3g} µm rms and {difference.peak_to_peak[k] * TO_UM:.3g} µm pk-pk "
-        f"about an offset of {difference.offset[k] * TO_UM + 0.0:.3f} µm"
+        f"along {axis} {displacement(difference.rms[k])} rms and {displacement(difference.peak_to_peak[k])} pk-pk "
+        f"about an offset of {displacement(difference.offset[k] + 0.0, '.3f')}"
         for k, axis in enumerate("xy")
     ]
     text = f"Measured less true displacement is {' and '.join(parts)}."

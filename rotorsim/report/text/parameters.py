@@ -10,6 +10,7 @@ from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import show, split
 from rotorsim.experiments import EXPERIMENTS, ProportionalLaw
 from rotorsim.experiments.parameters import parameters
+from rotorsim.report.export.display_units import quantity
 
 EXCITATION = re.compile(r"(excitation_\d+_)experiment")
 """Attribute with the name of an excitation in a closed loop; its parameters begin with the same words."""
@@ -36,8 +37,8 @@ def quantities(attrs: Mapping[Any, Any]) -> dict[str, Quantity]:
 
 def with_unit(value: float, unit: str) -> str:
     """A number in SI as a text of six digits in a unit that people use."""
-    number, shown = split(show(float(value), unit))
-    return f"{float(number):.6g} {shown.replace('um', 'µm')}".strip()
+    text, shown = split(show(float(value), unit))
+    return quantity(float(text), shown, ".6g").strip()
 
 
 def _of(kind: Any) -> dict[str, Quantity]:

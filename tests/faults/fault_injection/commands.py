@@ -157,10 +157,6 @@ COMMANDS = (
 """Of a command with several formats, a line each."""
 ELSEWHERE = {
     ("study", "identification-vs-physics"): "test_studies.py: a study takes minutes to hours",
-    ("study", "control"): "test_studies.py",
-    ("study", "whole"): "test_studies.py",
-    ("study", "experiments"): "test_studies.py",
-    ("bench",): "tests/journeys/test_kept_cases.py: the file of --keep",
     ("live",): "test_recorder.py; it writes on a click in its page (tests/live)",
 }
 """Commands that write and are disturbed in another file."""

@@ -17,12 +17,10 @@ from pathlib import Path
 
 import psutil
 
+from waiting import PATIENCE
+
 MARK = "ROTORSIM_FAULT_TRY"
 """Environment variable by which all processes of a try are found."""
-PATIENCE = 900.0
-"""Longest time [s] to wait for an end: a hang and nothing less, however busy the computer is."""
-LINGER = 300.0
-"""Longest time [s] for which processes of a command that was killed end by themselves: one may be compiling."""
 Disturb = Callable[["Running"], None]
 
 
@@ -74,12 +72,12 @@ class Running:
             out, err = self.process.communicate()
             err += "\nhangs"
         seconds = time.monotonic() - self.begin
-        left = tuple(self._left(LINGER))
+        left = tuple(self._left())
         return Ended(self.process.returncode, out, err, seconds, left)
 
-    def _left(self, patience: float) -> list[str]:
-        """Processes of this try that live after so long [s]; they are ended."""
-        end = time.monotonic() + patience
+    def _left(self) -> list[str]:
+        """Processes of this try that do not end by themselves (one may be compiling); they are ended."""
+        end = time.monotonic() + PATIENCE
         while (alive := marked(self.mark)) and time.monotonic() < end:
             time.sleep(0.05)
         lines = []
@@ -91,7 +89,6 @@ class Running:
 
 
 def _begin(largest: int | None) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # ignored in what a shell began in the background
     if largest is not None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (largest, resource.RLIM_INFINITY))
 

@@ -16,7 +16,7 @@ def rig(folder):
     rig = Started(folder, "--keep-open")
     yield rig
     rig.process.send_signal(2)
-    assert rig.process.wait(timeout=60) == 0
+    assert rig.process.wait(timeout=PATIENCE) == 0
     assert not [line for line in rig.lines if "Traceback" in line]
 
 
@@ -40,6 +40,7 @@ def page(browser, address):
     """A window on the rig, calm, and what it asked of others."""
     context = browser.new_context(viewport={"width": 1440, "height": 900})
     page = context.new_page()
+    page.set_default_timeout(PATIENCE * 1e3)
     page.elsewhere = []
     page.on("request", lambda r: page.elsewhere.append(r.url) if _foreign(r.url, address) else None)
     page.on("pageerror", lambda error: page.elsewhere.append(str(error)))

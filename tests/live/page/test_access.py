@@ -1,6 +1,7 @@
 """Access to the live rig: other addresses, foreign pages, malformed and flooding messages refused."""
 
 from live_browser import IN_BROWSER, PATIENCE, frame
+from waiting import window
 
 pytestmark = IN_BROWSER
 
@@ -39,7 +40,7 @@ def test_malformed_events_are_dropped_without_a_traceback(page, address, rig):
 
 
 def test_a_strangers_page_cannot_drive_the_rig(browser, page, address):
-    stranger = browser.new_context().new_page()
+    stranger = window(browser)
     stranger.route("http://evil.example/*", lambda route: route.fulfill(body="<p>evil</p>", content_type="text/html"))
     stranger.goto("http://evil.example/")
     place = address.split("?")[0]

@@ -32,7 +32,8 @@ def test_a_slider_that_is_moved_step_by_step_stays_where_it_is_put(page):
     slider.locator("[tabindex]").focus()
     for _ in range(3):
         page.keyboard.press("ArrowRight")
-        page.wait_for_timeout(1500)
+        frames = page.evaluate("window.rotorsimFrames")
+        page.wait_for_function(f"window.rotorsimFrames > {frames} + 10")
     expect(slider).to_have_attribute("aria-valuenow", "0.003", timeout=PATIENCE * 1e3)
 
 

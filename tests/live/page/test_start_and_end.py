@@ -3,13 +3,13 @@
 import os
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
 
 from live_browser import COARSE, IN_BROWSER, PATIENCE, ROOT, expect, start
 from rotorsim.machine import machine_text
+from waiting import until as holds, window
 
 pytestmark = IN_BROWSER
 
@@ -20,7 +20,7 @@ def test_a_machine_file_with_an_error_is_shown_on_a_page(browser, tmp_path):
     command = [sys.executable, "-m", "rotorsim", "live", str(path), "--out", str(tmp_path)]
     environment = os.environ | {"PYTHONPATH": ROOT, "BROWSER": "true"}
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
-    page = browser.new_context().new_page()
+    page = window(browser)
     page.goto(process.stdout.readline().split()[-1])
     message = page.get_by_role("alert").first
     expect(message).to_contain_text("effects.unbalance.me", timeout=PATIENCE * 1e3)
@@ -31,7 +31,7 @@ def test_a_machine_file_with_an_error_is_shown_on_a_page(browser, tmp_path):
 
 def test_closing_the_page_ends_the_rig_and_finishes_its_record(browser, tmp_path):
     process, address = start(tmp_path)
-    page = browser.new_context().new_page()
+    page = window(browser)
     page.goto(address)
     page.get_by_label("record", exact=True).click(timeout=PATIENCE * 1e3)
     page.wait_for_function(
@@ -52,14 +52,12 @@ def test_the_token_is_in_no_command_line_and_the_browser_gets_in(browser, tmp_pa
     environment = os.environ | {"PYTHONPATH": ROOT, "BROWSER": f"{opener} %s"}
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
     token = process.stdout.readline().split("token=")[1].strip()
-    end = time.monotonic() + PATIENCE
-    while not (tmp_path / "opened").exists() and time.monotonic() < end:
-        time.sleep(0.1)
+    holds(lambda: (tmp_path / "opened").exists(), process)
     opened = (tmp_path / "opened").read_text()
     path = Path(opened.removeprefix("file://"))
     assert token not in opened and token in path.read_text()
     assert path.stat().st_mode & 0o077 == 0 and path.parent.stat().st_mode & 0o077 == 0
-    page = browser.new_context().new_page()
+    page = window(browser)
     page.goto(opened)
     page.wait_for_function("window.rotorsimFrames > 3", timeout=PATIENCE * 1e3)
     assert token not in page.url
@@ -72,7 +70,7 @@ def test_the_token_is_in_no_command_line_and_the_browser_gets_in(browser, tmp_pa
 def test_ctrl_c_ends_the_rig_with_a_page_open_and_without_a_word(browser, tmp_path, connected):
     process, address = start(tmp_path, "--keep-open")
     if connected:
-        page = browser.new_context().new_page()
+        page = window(browser)
         page.goto(address)
         page.wait_for_function("window.rotorsimFrames > 3", timeout=PATIENCE * 1e3)
     process.send_signal(2)
@@ -88,7 +86,7 @@ def test_a_rotor_without_film_has_its_own_controls_tour_and_axes(browser, tmp_pa
     command = [sys.executable, "-m", "rotorsim", "live", "plain_rotor", "--no-browser", "--out", str(tmp_path)]
     environment = os.environ | {"PYTHONPATH": ROOT}
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
-    page = browser.new_context(viewport={"width": 1440, "height": 900}).new_page()
+    page = window(browser, viewport={"width": 1440, "height": 900})
     page.goto(process.stdout.readline().split()[-1])
     page.wait_for_function("window.rotorsimFrames > 6", timeout=PATIENCE * 1e3)
     assert page.get_by_label("controller", exact=True).count() == 0

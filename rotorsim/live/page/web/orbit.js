@@ -1,4 +1,4 @@
-// An orbit inside the circles it must not leave.
+// An orbit inside the circles, or rooms with an edge in even directions, that it must not leave.
 import { axes, begin, line } from "./plot.js";
 
 export function drawOrbit(canvas, orbit, circles, [cx, cy]) {
@@ -8,11 +8,19 @@ export function drawOrbit(canvas, orbit, circles, [cx, cy]) {
   const side = Math.min(w - 66, h - 44), box = { x: 50 + (w - 66 - side) / 2, y: 6, w: side, h: side };
   const reach = 1.12 * Math.max(...circles.map((c) => c.radius), 5, ...(orbit ? away(orbit, cx, cy) : []));
   const map = axes(view, box, [cx - reach, cx + reach], [cy - reach, cy + reach], "x [um]", "y [um]");
-  for (const { radius, name, dash } of circles) {
+  for (const { radius, edge, name, dash } of circles) {
     g.setLineDash(dash);
     g.strokeStyle = colours.ink;
     g.beginPath();
-    g.arc(map.px(cx), map.py(cy), (radius / reach) * (side / 2), 0, 2 * Math.PI);
+    if (edge) {
+      edge.forEach((r, i) => {
+        const at = (2 * Math.PI * i) / edge.length;
+        g.lineTo(map.px(cx + r * Math.cos(at)), map.py(cy + r * Math.sin(at)));
+      });
+      g.closePath();
+    } else {
+      g.arc(map.px(cx), map.py(cy), (radius / reach) * (side / 2), 0, 2 * Math.PI);
+    }
     g.stroke();
     g.setLineDash([]);
     g.fillStyle = colours.ink;

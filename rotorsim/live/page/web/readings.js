@@ -6,7 +6,9 @@ export function readings(frame, rig) {
   add("real-time factor", status.factor.toFixed(2));
   if (!now) return found;
   add("speed", `${now.speed.toFixed(0)} rpm`);
-  add("swing x, y", now.no_swing || `${now.swing[0].toFixed(1)}, ${now.swing[1].toFixed(1)} um 0-pk`);
+  const beyond = rig.safety > 0 && now.away > rig.safety;
+  const swing = now.no_swing || `${now.swing[0].toFixed(1)}, ${now.swing[1].toFixed(1)} um 0-pk`;
+  add("swing x, y", beyond ? `${swing}, beyond the safety circle: ${now.away.toFixed(1)} um` : swing, beyond);
   if (rig.clearance) {
     add("pressure", `${now.pressure.toFixed(3)} MPa`);
     add("least film", `${now.h_min.toFixed(1)} um`, now.h_min < 2);

@@ -1,1 +1,0 @@
-"""`rotorsim study`: studies that reproduce the thesis."""

@@ -1,0 +1,1 @@
+"""Studies made with rotorsim: the claims of the thesis, and benchmarks. Not part of the installed packages."""

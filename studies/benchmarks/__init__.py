@@ -1,0 +1,1 @@
+"""Benchmarks: speed, accuracy and verdicts of the installed software, measured on this computer."""

@@ -1,0 +1,1 @@
+"""The thesis on the virtual rig: campaign, identification, control, and verdicts on its claims."""

@@ -1,0 +1,243 @@
+"""Numbers for claims C1 to C12 on control, from the study of control."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from identification.lpv.model import LpvModel
+from rotorsim.base.constants import KRPM, MPA, TO_HZ
+from rotorsim.control.designs import hinf
+from rotorsim.control.designs.mixed import closed, mixed_sensitivity
+from rotorsim.control.designs.plants import design_plant, sampled_plant
+from rotorsim.control.law import Law
+from rotorsim.control.loop.sampled_loop import closed_poles, law_system, model_loop, stable_gains
+from rotorsim.control.numerics.gamma import controller, solve
+from rotorsim.control.numerics.systems import gain, largest, peak_gain, response
+from studies.thesis.claims.rules import points
+from studies.thesis.control_study import OPEN, ControlStudy
+
+BAND = (70.0, 190.0)
+"""Frequencies [Hz] between which S is cut (thesis, B.5)."""
+GRID = 16
+"""Points along each axis over which the worst gamma is looked for (thesis, E.3.1)."""
+GAINS = np.linspace(-2.0, 2.0, 4001)
+"""Gains [V/um] among which the stable ones are looked for."""
+HIGHEST = 600.0
+"""Frequency [Hz] up to which poles belong to the rotor."""
+Figures = dict[str, float]
+Part = Callable[[ControlStudy, LpvModel], Figures]
+
+
+def control_numbers(found: ControlStudy, model: LpvModel) -> dict[str, Figures]:
+    """Numbers by claim and figure; those of a law that was refused or not made are left out."""
+    return {number: numbers_of(number, found, model) for number in dict.fromkeys(number for number, _, _ in _PARTS)}
+
+
+def control_left_out(found: ControlStudy) -> set[str]:
+    """Claims whose figures are missing because a quick study makes no law for them, and not because one was refused."""
+    needed: dict[str, set[str]] = {}
+    for number, names, _ in _PARTS:
+        needed.setdefault(number, set()).update(names)
+    return {
+        number
+        for number, names in needed.items()
+        if not names.isdisjoint(found.left_out) and names.isdisjoint(found.refused)
+    }
+
+
+def numbers_of(claim: str, found: ControlStudy, model: Any) -> Figures:
+    """Numbers of one claim, from the laws that `found` holds; a local model does where its figures are at one point."""
+    known: Figures = {}
+    for number, needed, part in _PARTS:
+        if number == claim and found.laws.keys() >= set(needed):
+            known |= part(found, model)
+    return known
+
+
+def _placement(found: ControlStudy, model: LpvModel) -> Figures:
+    open_, closed_ = (_ringing(found, name, "placement")["zeta"][1] for name in (OPEN, "placement"))
+    return {"open": open_, "closed": closed_, "lift": closed_ / open_}
+
+
+def _ringing(found: ControlStudy, name: str, at: str, number: int = 0) -> dict:
+    """The ring-down at a named point of the rules."""
+    speed, pressure = points(at)[number]
+    rows = found.ringing[name]
+    return next(row for row in rows if np.allclose((row["speed"], row["pressure"]), (speed, pressure), rtol=1e-9))
+
+
+def _reduced(found: ControlStudy, model: LpvModel) -> Figures:
+    loops = [model_loop(found.laws["hinf reduced"], model, *q) for q in points("realisations")]
+    frequency, S = loops[0].frequency, np.array([largest(loop.So) for loop in loops])
+    band = S[:, (frequency > BAND[0]) & (frequency < BAND[1])]
+    figures = {"band_high": band.max(), "band_low": band.min(), "low": S[:, 0].max(), "peak": S.max(),
+               "peak_at": frequency[S.max(axis=0).argmax()]}  # fmt: skip
+    for k, name in enumerate(("4", "7")):
+        for word, law in (("open", OPEN), ("closed", "hinf reduced")):
+            figures[f"{word}_{name}"] = _ringing(found, law, "reduced_hits", k)["zeta"][0]
+    return {name: float(value) for name, value in figures.items()}
+
+
+def _proportional(found: ControlStudy, model: LpvModel) -> Figures:
+    (q,) = points("decentralised")
+    plant = sampled_plant(model, *q)
+    law = found.laws["p"]
+    (w0, zeta0), (w1, zeta1) = _modes(np.linalg.eigvals(plant.A), law), _modes(_loop_poles(law, model, *q), law)
+    alone, held = (_ringing(found, name, "decentralised") for name in (OPEN, "p"))
+    figures = {"open_w_1": w0[0] * TO_HZ}
+    for k, axis in enumerate("xy"):
+        figures |= {f"w_{k + 1}": w1[k] / w0[k], f"zeta_{k + 1}": zeta1[k], f"lift_{k + 1}": zeta1[k] / zeta0[k]}
+        figures |= {f"measured_w_{axis}": held["wn"][k] / alone["wn"][k], f"measured_zeta_{axis}": held["zeta"][k]}
+    return {name: float(value) for name, value in figures.items()}
+
+
+def _loop_poles(law: Law, model: LpvModel, speed: float, pressure: float) -> np.ndarray:
+    return closed_poles(sampled_plant(model, speed, pressure, law.Ts), law_system(law, speed, pressure))
+
+
+def _modes(z: np.ndarray, law: Law) -> tuple[np.ndarray, np.ndarray]:
+    """Natural frequencies [rad/s] and damping ratios (2,) of the two slowest oscillating poles; NaN without."""
+    s = np.log(z[np.abs(z) > 1e-9].astype(complex)) / law.Ts
+    s = s[(s.imag > 1.0) & (np.abs(s) < 2 * np.pi * HIGHEST)]
+    s = np.append(s[np.argsort(np.abs(s))], [np.nan, np.nan])[:2]
+    return np.abs(s), -s.real / np.abs(s)
+
+
+def _softening(found: ControlStudy, model: LpvModel) -> Figures:
+    return _lead(found, model, "softening") | {f"softening_{axis}": _lift(found, "softening", k)
+                                               for k, axis in enumerate("xy")}  # fmt: skip
+
+
+def _hardening(found: ControlStudy, model: LpvModel) -> Figures:
+    return _lead(found, model, "hardening") | {"hardening_y": _lift(found, "hardening", 1)}
+
+
+def _lead(found: ControlStudy, model: LpvModel, name: str) -> Figures:
+    """Largest |S| at the model's two modes, and its peak."""
+    (q,) = points("decentralised")
+    law = found.laws[name]
+    modes = _modes(np.linalg.eigvals(sampled_plant(model, *q).A), law)[0] * TO_HZ
+    return {f"{name}_modes": float(largest(model_loop(law, model, *q, modes).So).max()),
+            f"{name}_peak": model_loop(law, model, *q).peak}  # fmt: skip
+
+
+def _lift(found: ControlStudy, name: str, axis: int) -> float:
+    held, alone = (_ringing(found, one, "decentralised")["zeta"][axis] for one in (name, OPEN))
+    return float(held / alone)
+
+
+def _stable(found: ControlStudy, model: LpvModel) -> Figures:
+    """Stable gains of the x loop alone; the thesis' D writes u = -K y."""
+    (q,) = points("decentralised")
+    low, high = stable_gains(sampled_plant(model, *q), gain(np.diag([1.0, 0.0])), GAINS)
+    return {"gain_low": -high, "gain_high": -low}
+
+
+def _nominal(found: ControlStudy, model: LpvModel) -> Figures:
+    weights = hinf.Spec().weights
+    P = mixed_sensitivity(design_plant(model, *points("nominal")[0]), weights)
+    best = solve(P)
+    K = controller(P, hinf.Spec().backoff * best)
+    speeds, pressures = (np.linspace(model.low[i], model.high[i], GRID) for i in range(2))
+    norms = np.array([[peak_gain(closed(mixed_sensitivity(design_plant(model, w, p), weights), K)) for p in pressures]
+                      for w in speeds])  # fmt: skip
+    i, j = np.unravel_index(norms.argmax(), norms.shape)
+    return {"gamma": float(best), "worst": float(norms[i, j]), "worst_speed": float(speeds[i] / KRPM),
+            "worst_pressure": float(pressures[j] / MPA)}  # fmt: skip
+
+
+def _lpv(found: ControlStudy, model: LpvModel) -> Figures:
+    law = found.laws["lpv thesis"]
+    return {"gamma": float(law.about["optimal_gamma"]), "fine": float("nan") if law.gamma is None else law.gamma}
+
+
+def _hits(found: ControlStudy, model: LpvModel) -> Figures:
+    lpv, robust = (found.ratio(f"{name} thesis") for name in ("lpv", "hinf"))
+    effort = found.effort("lpv thesis") / found.effort("hinf thesis")
+    means = {"lpv": lpv, "hinf": robust}
+    figures = {f"{name}_{axis}": ratio[:, k].mean() for name, ratio in means.items() for k, axis in enumerate("xy")}
+    figures |= {f"effort_{axis}": effort[k] for k, axis in enumerate("xy")}
+    figures |= {f"{name}_raised": np.count_nonzero(~(ratio.max(axis=1) <= 1)) for name, ratio in means.items()}
+    return {name: float(value) for name, value in figures.items()}
+
+
+def _held_out(found: ControlStudy, model: LpvModel) -> Figures:
+    lpv, robust = found.held_ratio("lpv"), found.held_ratio("hinf")
+    return {"rig_lpv_worst": float(lpv.max()), "rig_hinf_worst": float(robust.max()),
+            "rig_lpv_over_hinf": float(lpv.mean() / robust.mean()),
+            "rig_effort": float(found.held_effort("lpv").mean() / found.held_effort("hinf").mean())}  # fmt: skip
+
+
+def _runup_lpv(found: ControlStudy, model: LpvModel) -> Figures:
+    return _runup(found, "lpv")
+
+
+def _runup_hinf(found: ControlStudy, model: LpvModel) -> Figures:
+    return _runup(found, "hinf")
+
+
+def _runup(found: ControlStudy, name: str) -> Figures:
+    held, alone = (found.runup[one]["amplitude"] for one in (f"{name} thesis", OPEN))
+    return {f"{name}_{axis}": 100 * held[k] / alone[k] for k, axis in enumerate("xy")}
+
+
+def _runup_peaks(found: ControlStudy, model: LpvModel) -> Figures:
+    return {f"{name}_{axis}": found.runup[OPEN][name][k] for name in ("half", "third") for k, axis in enumerate("xy")}
+
+
+def _settings(found: ControlStudy, model: LpvModel) -> Figures:
+    law = found.laws["lpv"]
+    return {"refresh": 1 / (law.refresh * law.Ts), "rate": 1 / law.Ts, "limit": law.limit}
+
+
+def _scheduled(found: ControlStudy, model: LpvModel) -> Figures:
+    law, (q,) = found.laws["h2_scheduled"], points("cell")
+    z = np.array([np.exp(1j * q[0] * law.Ts)])
+    local, mine, youla = (largest(response(law_system(found.laws[name], *q), z))[0]
+                          for name in ("local", "h2_scheduled", "youla"))  # fmt: skip
+    moved = found.cell
+    return {"states": float(law.order), "order": float(law.about["order"]), "gain": float(mine / local),
+            "youla_gain": float(youla / mine), "amplitude": moved["h2_scheduled"] / moved["local"],
+            "youla": moved["youla"] / moved["h2_scheduled"],
+            "rejection": moved[OPEN] / moved["h2_scheduled"]}  # fmt: skip
+
+
+def _safe(found: ControlStudy, model: LpvModel) -> Figures:
+    return {"open": found.safe[OPEN]["speed"] * TO_HZ if found.safe[OPEN]["left"] else float("nan")}
+
+
+def _extended(found: ControlStudy, model: LpvModel) -> Figures:
+    return {"gain": found.safe["hinf critical"]["speed"] / found.safe[OPEN]["speed"]}
+
+
+def _whirl(found: ControlStudy, model: LpvModel) -> Figures:
+    share = found.safe[OPEN]["share"]
+    names = [f"{pressure / MPA * 10:.0f}" for _, pressure in points("whirl")]
+    figures = {f"{key}_{name}": found.whirl[key][k] for key in ("onset", "frequency") for k, name in enumerate(names)}
+    return figures | ({} if share is None else {"run_up": share})
+
+
+_PARTS: tuple[tuple[str, tuple[str, ...], Part], ...] = (
+    ("C1", ("placement",), _placement),
+    ("C2", ("hinf reduced",), _reduced),
+    ("C3", ("p",), _proportional),
+    ("C4", (), _stable),
+    ("C4", ("softening",), _softening),
+    ("C4", ("hardening",), _hardening),
+    ("C5", (), _nominal),
+    ("C6", ("lpv thesis",), _lpv),
+    ("C7", ("lpv thesis", "hinf thesis"), _hits),
+    ("C7", ("lpv", "hinf"), _held_out),
+    ("C8", (), _runup_peaks),
+    ("C8", ("lpv thesis",), _runup_lpv),
+    ("C8", ("hinf thesis",), _runup_hinf),
+    ("C9", ("lpv",), _settings),
+    ("C10", ("h2_scheduled", "local", "youla"), _scheduled),
+    ("C11", (), _safe),
+    ("C11", ("hinf critical",), _extended),
+    ("C12", (), _whirl),
+)
+"""Claim, the laws that its figures need, and what makes them."""

@@ -1,0 +1,121 @@
+"""Rules that a study began with, kept in its folder, and what was edited in them since, which reports state."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rotorsim.base.errors import DataError
+from rotorsim.base.exchange import json_text as json
+from rotorsim.base.files import write_json
+from studies.thesis.claims.rules import text
+
+if TYPE_CHECKING:
+    from rotorsim.report.pages.study import Block
+
+KEPT = "rules.json"
+"""File in a study's folder that holds the rules of its first run."""
+RESULTS = ("report.html", "study.json", "control.json", "claims.md")
+"""Files that a study has when it has been judged."""
+LOST = "lost"
+"""Entry of rules that were kept anew, because those of the first run were not there any more."""
+JUDGING = ("thesis", "met", "near", "kind", "one_sided")
+"""Parts of a figure's rule that decide its verdict or what is compared."""
+
+
+def judging() -> dict[str, Any]:
+    """All that verdicts follow from, by 'points.NAME' and 'I2.figure', from the rules as they are now."""
+    table = tomllib.loads(text())
+    kept: dict[str, Any] = {f"points.{name}": one["at"] for name, one in table["points"].items()}
+    for number, claim in table["claims"].items():
+        shared = {key: claim[key] for key in JUDGING if key in claim}
+        for figure in claim["figures"]:
+            rule = shared | {key: figure[key] for key in JUDGING if key in figure}
+            kept[f"{number}.{figure['name']}"] = {key: str(value) for key, value in rule.items()}
+    return kept
+
+
+def edited(folder: Path, rules: Mapping[str, Any] | None = None) -> list[str]:
+    """A sentence for each rule that was edited since the first run in `folder`; the first keeps the rules there.
+
+    Where a report is there and the rules it was judged by are not, that is a sentence too, in this run and all later.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the study.
+    rules : mapping
+        What verdicts follow from, `judging()` if not given.
+
+    Raises
+    ------
+    DataError
+        If the file of the first run's rules cannot be read: without it nobody knows what was judged by.
+    WriteError
+        If it cannot be written.
+
+    Examples
+    --------
+    >>> from tempfile import mkdtemp
+    >>> folder = Path(mkdtemp())
+    >>> edited(folder)
+    []
+    """
+    now, path = json.loads(json.dumps(judging() if rules is None else dict(rules))), folder / KEPT
+    if not path.exists():
+        lost = _lost(folder)
+        write_json(path, now | ({LOST: lost[0]} if lost else {}))
+        return lost
+    try:
+        before = json.loads(path.read_text(encoding="utf-8-sig"))
+    except (OSError, ValueError) as error:
+        raise DataError(f"{path}: cannot be read ({error}); restore it, or study in another folder") from error
+    if not isinstance(before, dict):
+        raise DataError(f"{path}: does not hold rules; restore it, or study in another folder")
+    lost = [str(before.pop(LOST))] if LOST in before else []
+    return lost + [
+        _sentence(key, before.get(key), now.get(key))
+        for key in sorted({*before, *now})
+        if before.get(key) != now.get(key)
+    ]
+
+
+def _lost(folder: Path) -> list[str]:
+    """A sentence where an earlier run left results in the folder and its rules are gone."""
+    found = [name for name in RESULTS if (folder / name).exists()]
+    if not found:
+        return []
+    return [f"{KEPT}: was not there, though {found[0]} of an earlier run was: its rules are not known and may differ"]
+
+
+def _sentence(key: str, before: Any, now: Any) -> str:
+    return f"{key}: {_words(before)} at the first run, {_words(now)} now"
+
+
+def _words(rule: Any) -> str:
+    if rule is None:
+        return "not there"
+    return ", ".join(f"{key} {value}" for key, value in rule.items()) if isinstance(rule, dict) else str(rule)
+
+
+def edited_block(sentences: list[str]) -> list[Block]:
+    """The section of a report that states the edits; none without any."""
+    from rotorsim.report.pages.study import Block
+
+    if not sentences:
+        return []
+    words = (
+        "Verdicts below are by the rules as they are now; since the first run of this study these were edited or lost."
+    )
+    return [Block("Rules edited after a run", words, ("rule",), [(one,) for one in sentences])]
+
+
+def edited_markdown(sentences: list[str]) -> str:
+    """The same for Markdown and text; empty without any."""
+    if not sentences:
+        return ""
+    return "\n".join(
+        ["Rules edited or lost after the first run of this study:", "", *(f"- {one}" for one in sentences), "", ""]
+    )

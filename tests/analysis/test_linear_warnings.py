@@ -1,0 +1,92 @@
+"""Warnings of linear analyses: beyond the tables of bearings, above the onset of whirl, extremes at an end."""
+
+import json
+
+import numpy as np
+import pytest
+
+from rotorsim.analysis import campbell, unbalance_response
+from rotorsim.analysis.unbalance_response import peak_of
+from rotorsim.cli import main
+from rotorsim.machine import load_machine
+from rotorsim.plant import Plant
+from rotorsim.plant.validity import linear_warnings
+
+RPM = np.pi / 30
+
+
+@pytest.fixture(scope="module")
+def pump():
+    return Plant("pump_on_tables")
+
+
+def ends(plant):
+    """Lowest and highest speed [rad/s] of the tables."""
+    tables = [b.speeds for b in plant.machine.bearings if hasattr(b, "speeds")]
+    return max(t[0] for t in tables), min(t[-1] for t in tables)
+
+
+def sentences(found):
+    return str(found.attrs.get("warnings", "")).splitlines()
+
+
+def test_speeds_beyond_the_tables_are_said_and_those_within_are_not(pump):
+    low, high = ends(pump)
+    within = [low * 1.001 + 0.1, high * 0.999]
+    assert not any("table" in one for one in sentences(unbalance_response(pump, within)))
+    found = sentences(unbalance_response(pump, [within[0], 1.2 * high]))
+    assert sum(f"{1.2 * high / RPM:.0f} rpm, and the table of the bearing" in one for one in found) == 2
+    assert all(f"ends at {high / RPM:.0f} rpm" in one for one in found if "table" in one)
+    assert any("ends at" in one for one in sentences(campbell(pump, [within[0], 1.2 * high], modes=2)))
+    if low > 0:
+        found = sentences(unbalance_response(pump, [0.5 * low, high]))
+        assert any("begins at" in one for one in found)
+
+
+def test_speeds_of_the_other_sense_are_beyond_a_table_too(pump):
+    _, high = ends(pump)
+    forward, backward = (linear_warnings(pump, [sign * 1.2 * high]) for sign in (1, -1))
+    assert forward == backward and forward
+
+
+def unstable():
+    """A rotor with internal friction, whose whirl begins where the damping of its bearings is used up."""
+    machine = load_machine("plain_rotor")
+    return Plant(machine.replace("effects.internal_damping.time", "0.2 ms"))
+
+
+def test_speeds_at_which_a_mode_grows_are_said_and_are_no_peak():
+    plant = unstable()
+    speeds = np.linspace(50.0, 2500.0, 40)
+    found = unbalance_response(plant, speeds)
+    zeta = found["zeta_least"].values
+    assert zeta.min() < 0 < zeta.max()
+    onset = speeds[np.flatnonzero(zeta < 0)[0]]
+    assert any(one.startswith(f"a mode grows from {onset / RPM:.0f} rpm on") for one in sentences(found))
+    peak = peak_of(found, "measuring plane")
+    assert peak["rpm"] * RPM < onset
+    calm = speeds[zeta > 0]
+    assert not any("grows" in one for one in sentences(unbalance_response(plant, calm)))
+
+
+def test_a_peak_at_an_end_of_the_speeds_is_told_from_one_inside():
+    plant = Plant("plain_rotor")
+    wide = unbalance_response(plant, np.linspace(20.0, 600.0, 60))
+    inside = peak_of(wide, "measuring plane")
+    assert inside["at_end"] == ""
+    critical = inside["rpm"] * RPM
+    below = peak_of(unbalance_response(plant, np.linspace(0.3, 0.9, 10) * critical), "measuring plane")
+    above = peak_of(unbalance_response(plant, np.linspace(1.1, 1.5, 10) * critical), "measuring plane")
+    assert (below["at_end"], above["at_end"]) == ("end", "start")
+
+
+def test_the_command_says_it_in_json_on_the_terminal_and_on_the_page(tmp_path, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["response", "pump_on_tables", "--speeds", "500 rpm:20000 rpm:5", "--out", str(tmp_path / "r"), "--json"])
+    shown = capsys.readouterr()
+    assert not ended.value.code
+    warnings = json.loads(shown.out)["warnings"]
+    assert any("the table of the bearing" in one for one in warnings)
+    assert all(f"warning: {one}" in shown.err for one in warnings)
+    page = (tmp_path / "r" / "report.html").read_text(encoding="utf-8")
+    assert "Warning: 20000 rpm, and the table of the bearing" in page

@@ -1,0 +1,160 @@
+"""Every form of a film, with and without slip, against the independent solver of `independent_film`."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from independent_film import Film
+from reynolds import GasBearing, kernels
+from reynolds.sleeve import Foil, Grooves, Lobes, Sleeve, Steps
+from reynolds.workspace import build_films
+
+SIZE = {"radius": 0.02, "length": 0.04, "clearance": 20e-6}
+PATH = 0.5e-6
+LAND = 9.3e-3
+GROOVES = {"depth": 20e-6, "share": 0.4, "angle": 0.5}
+PLACES = (((4e-6, -3e-6), 2000.0), ((0.0, -8e-6), 1000.0), ((6e-6, 2e-6), 500.0), ((-3e-6, -5e-6), 3000.0),
+          ((0.0, 0.0), 1500.0), ((-8e-6, 5e-6), 2500.0))  # fmt: skip
+"""Displacement [m] and speed [rad/s]."""
+
+
+def pockets(*rows):
+    return {"pockets": rows}, Sleeve(steps=tuple(Steps(*row) for row in rows))
+
+
+def grooved(pattern="herringbone", on="sleeve", land=LAND):
+    given = GROOVES | {"on": on, "pattern": pattern, "land": land if pattern == "herringbone" else 0.0}
+    return {"grooves": given, "half": pattern == "herringbone"}, Sleeve(grooves=Grooves(**given))
+
+
+FORMS = {
+    "plain": ({}, Sleeve()),
+    "lobes": ({"lobes": (3, 0.5, 0.5, 0.3)}, Sleeve(lobes=Lobes(3, 0.5, 0.5, 0.3))),
+    "lobes that jump": ({"lobes": (3, 0.5, 0.8, 0.3)}, Sleeve(lobes=Lobes(3, 0.5, 0.8, 0.3))),
+    "axial grooves": pockets((4, 20e-6, np.radians(22.5), None, 0.2)),
+    "three pockets": pockets((3, 20e-6, np.radians(40), None, 0.1)),
+    "recesses": pockets((4, 10e-6, np.pi / 4, 0.021, 0.0)),
+    "feed grooves and steps": pockets((4, 20e-6, 0.39, 0.03, 0.0), (4, 8e-6, 0.3, 0.03, 0.345)),
+    "herringbone": grooved(),
+    "grooved journal": grooved(on="journal"),
+    "spiral": grooved("spiral"),
+    "foil": ({"foil": (5e9, 1e-4)}, Sleeve(foil=Foil(5e9, 0.2, 2000.0))),
+}
+
+
+def independent(name, path=0.0, n=24):
+    return Film(**SIZE, **FORMS[name][0], mean_free_path=path, n_theta=n, n_z=n // 2)
+
+
+def bearing(sleeve, n_theta=32, n_z=None, path=0.0, **changes):
+    n_z = n_theta // 2 if n_z is None else n_z
+    return GasBearing(**(SIZE | changes), n_theta=n_theta, n_z=n_z, sleeve=sleeve, mean_free_path=path)
+
+
+def errors(name, path, place, n):
+    """Errors of force, dynamic stiffness at half the speed, and friction, as shares of the largest."""
+    (journal, speed), other = place, independent(name, path)
+    one = bearing(FORMS[name][1], n, path=path)
+    film, found = one.steady(journal, speed), one.coefficients(journal, speed, 0.5 * speed)
+    force, Z = other.force(journal, speed), other.dynamic_stiffness(journal, speed, 0.5 * speed)
+    answer = found.K[0] + 0.5j * speed * found.C[0]
+    # where the journal is in the middle the force is small or nothing: what it would be a tenth of the clearance off
+    scale = max(np.linalg.norm(force), 0.1 * SIZE["clearance"] * np.abs(Z).max())
+    return np.array([
+        np.linalg.norm(film.force - force) / scale,
+        np.abs(answer.real - Z.real).max() / np.abs(Z).max(),
+        np.abs(answer.imag - Z.imag).max() / np.abs(Z).max(),
+        abs(film.friction_torque / other.friction(journal, speed) - 1),
+    ])  # fmt: skip
+
+
+@pytest.mark.parametrize("path", [0.0, PATH], ids=["no slip", "slip"])
+@pytest.mark.parametrize("name", FORMS)
+def test_a_coarse_film_is_near_the_independent_solver(name, path):
+    assert errors(name, path, PLACES[0], 32).max() < 0.02
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", [0.0, PATH], ids=["no slip", "slip"])
+@pytest.mark.parametrize("name", FORMS)
+def test_a_film_is_that_of_the_independent_solver_in_the_second_order(name, path):
+    """At six places, to 1 % on 64 x 32 lines; the order is that of all of them from 16 x 8 lines on."""
+    found = np.array([[errors(name, path, place, n) for place in PLACES] for n in (16, 32, 64)])
+    assert found[-1].max() < 0.01
+    rms = np.sqrt((found**2).mean(axis=(1, 2)))
+    assert -np.polyfit(np.log([16, 32, 64]), np.log(rms), 1)[0] > 1.8
+
+
+def test_the_independent_solver_has_converged():
+    for name in ("three pockets", "recesses", "grooved journal"):
+        (journal, speed), other = PLACES[0], [independent(name, PATH, n) for n in (24, 40)]
+        coarse, fine = (np.array([*one.force(journal, speed), 5e3 * one.friction(journal, speed)]) for one in other)
+        np.testing.assert_allclose(coarse, fine, atol=1e-3 * np.abs(fine).max())
+
+
+def test_slip_at_both_walls_divides_the_drag_by_one_and_two_free_paths_per_gap():
+    """A journal in the middle of a plain film: M = 2 pi mu Omega R^3 L / (c + 2 lambda); Burgdorfer (1959)."""
+    free, bound = (bearing(Sleeve(), path=path, clearance=6e-6).steady((0.0, 0.0), 100.0) for path in (PATH, 0.0))
+    assert free.friction_torque / bound.friction_torque == pytest.approx(1 / (1 + 2 * 0.5 / 6), rel=1e-12)
+    expected = 2 * np.pi * 1.85e-5 * 100.0 * SIZE["radius"] ** 3 * SIZE["length"] / 7e-6
+    assert free.friction_torque == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_slip_acts_in_every_form_and_none_is_bitwise_absent(name):
+    places = PLACES[0]
+    bound, free = bearing(FORMS[name][1], 16).steady(*places), bearing(FORMS[name][1], 16, path=PATH).steady(*places)
+    assert np.linalg.norm(free.force - bound.force) > 0.02 * np.linalg.norm(bound.force)
+    assert 0.85 < free.friction_torque / bound.friction_torque < 0.98
+    film = bearing(FORMS[name][1], 16)
+    layout, w, ix = film.model.build()
+
+    neutral, v, _ = build_films([replace(film.model, rarefied=True)])
+    F = film.model.record()[0]
+    for one, at in ((layout, w), (neutral, v)):
+        at[one.p : one.p + one.length] *= 1 + 0.1 * np.cos(np.arange(one.length))
+        kernels.factorise(at, ix, F, one, 40.0, 1e4)
+    for array in ("flow_t", "flow_z", "diag", "up"):
+        a, b = (at[getattr(one, array) : getattr(one, array) + one.length] for one, at in ((layout, w), (neutral, v)))
+        assert np.array_equal(a, b)
+
+
+@pytest.mark.parametrize("depth", [5e-6, 20e-6])
+def test_a_pocket_over_the_whole_sleeve_brakes_as_a_wider_clearance(depth):
+    deep = bearing(Sleeve(steps=(Steps(1, depth, 7.0),))).steady(*PLACES[0])
+    wide = bearing(Sleeve(), clearance=SIZE["clearance"] + depth).steady(*PLACES[0])
+    assert deep.friction_torque == pytest.approx(wide.friction_torque, rel=1e-3)
+
+
+def test_a_concentric_grooved_film_brakes_as_its_ridges_and_grooves_together():
+    """Straight axial pockets at the middle without flow: the mean of mu U / h, for any part of a line they cover."""
+    arc = 0.37
+    short = {"length": 4e-4}  # pressure cannot build up: what is left is Couette's drag
+    film = bearing(Sleeve(steps=(Steps(3, 20e-6, arc, None, 0.123),)), 48, 16, **short).steady((0.0, 0.0), 100.0)
+    share = 3 * arc / (2 * np.pi)
+    mean = share / 40e-6 + (1 - share) / 20e-6
+    expected = 2 * np.pi * 1.85e-5 * 100.0 * SIZE["radius"] ** 3 * short["length"] * mean
+    assert film.friction_torque == pytest.approx(expected, rel=1e-4)
+
+
+@pytest.mark.parametrize("lines", [32, 48, 52])
+@pytest.mark.parametrize("count", [2, 3, 4, 5, 6, 7, 8])
+def test_a_centred_film_of_equal_pockets_does_not_push_the_journal(count, lines):
+    """To round-off where grid and pockets turn into themselves together, in the order of the grid elsewhere."""
+    sleeve = Sleeve(steps=(Steps(count, 20e-6, np.radians(24), None, 0.1),))
+    film = bearing(sleeve, lines, 16).steady((0.0, 0.0), 2000.0)
+    together = np.gcd(count, lines) > 1
+    assert np.abs(film.force).max() < (1e-10 if together else 0.15)
+
+
+def test_pockets_that_turn_with_their_first_angle_turn_the_force_with_them():
+    """Any angle between two lines of the grid."""
+    forces = []
+    for angle in np.linspace(0.0, 2 * np.pi / 32, 7):
+        sleeve = Sleeve(steps=(Steps(3, 20e-6, np.radians(40), None, angle),))
+        c, s = np.cos(angle), np.sin(angle)
+        x, y = bearing(sleeve).steady((5e-6 * c, 5e-6 * s), 2000.0).force
+        forces.append((c * x + s * y, c * y - s * x))
+    spread = np.ptp(forces, axis=0).max() / np.linalg.norm(forces[0])
+    assert spread < 0.03

@@ -1,0 +1,76 @@
+"""Numbers of the claims on control: designs on the identified model, synthetic run results, completeness."""
+
+from dataclasses import asdict
+
+import numpy as np
+import pytest
+
+from rotorsim.control.catalogue import make_spec, module_of
+from rotorsim.control.designs import h2_scheduled
+from rotorsim.verify.impacts import ImpactResponse
+from studies.thesis import control_study as control
+from studies.thesis.claims.control_numbers import control_numbers
+from studies.thesis.claims.rules import claims, points
+from studies.thesis.control_study import OPEN, RINGING, ControlStudy, _ringing
+
+
+def responses(name, response, effort):
+    return [
+        asdict(ImpactResponse(*q, (response, response / 2), (effort, effort), 1.0, False, 0.1)) for q in points(name)
+    ]
+
+
+@pytest.fixture(scope="module")
+def found(model):
+    """Laws of every design but the LPV ones, which are stood in for by a constant law with their attributes."""
+    study = ControlStudy()
+    for name, (design, preset, changes) in control.DESIGNS.items():
+        if design != "lpv":
+            study.laws[name] = module_of(design).design(model, make_spec(design, changes, preset))
+    study.laws["local"] = h2_scheduled.local(model, *points("cell")[0])
+    for name, ending in (("lpv", ""), ("lpv thesis", " thesis")):
+        study.laws[name] = study.laws[f"hinf{ending}"].with_(gamma=1.5, about={"optimal_gamma": 1.4})
+    for name, size in ((OPEN, 1.0), ("lpv", 0.5), ("hinf", 0.6), ("lpv thesis", 0.4), ("hinf thesis", 0.8)):
+        study.impacts[name], study.held_out[name] = responses("impacts", size, size), responses("held_out", size, size)
+        study.runup[name] = {"amplitude": [size, size / 2], "half": [61.0, 67.0], "third": [39.0, 44.0]}
+    for name, zeta in ((OPEN, 0.02), *((name, 0.1) for name in RINGING)):
+        study.ringing[name] = [{"speed": w, "pressure": p, "wn": (700.0, 750.0), "zeta": (zeta, 1.5 * zeta)}
+                               for w, p in _ringing(name)]  # fmt: skip
+    study.safe = {OPEN: {"speed": 600.0, "left": True, "share": 0.45}, "hinf critical": {"speed": 1200.0}}
+    study.cell = {OPEN: 4.0, "local": 1.0, "h2_scheduled": 1.1, "youla": 2.2}
+    study.whirl = {"onset": [2.0, 2.1, 2.2], "frequency": [0.45, 0.46, 0.47]}
+    return study
+
+
+@pytest.fixture(scope="module")
+def numbers(found, model):
+    return control_numbers(found, model)
+
+
+def test_every_figure_of_the_rules_has_a_number(numbers):
+    wanted = {claim.number: {figure.name for figure in claim.figures} for claim in claims() if claim.number[0] == "C"}
+    assert {number: set(figures) for number, figures in numbers.items()} == wanted
+    assert all(np.isfinite(value) for figures in numbers.values() for value in figures.values())
+
+
+def test_the_law_of_paper_b_has_four_states(found):
+    assert found.laws["hinf reduced"].order == 4
+
+
+def test_what_comes_from_runs_is_taken_from_the_right_law_axis_and_points(numbers):
+    assert numbers["C1"] == pytest.approx({"open": 0.03, "closed": 0.15, "lift": 5.0})
+    c7 = {"lpv_x": 0.4, "hinf_y": 0.8, "effort_x": 0.5, "lpv_raised": 0.0, "rig_lpv_worst": 0.5, "rig_effort": 5 / 6}
+    assert {name: numbers["C7"][name] for name in c7} == pytest.approx(c7)
+    assert (numbers["C8"]["lpv_x"], numbers["C8"]["half_y"]) == pytest.approx((40.0, 67.0))
+    assert (numbers["C10"]["youla"], numbers["C10"]["rejection"]) == pytest.approx((2.0, 4 / 1.1))
+    assert (numbers["C11"]["gain"], numbers["C12"]["onset_7"]) == pytest.approx((2.0, 2.2))
+
+
+def test_figures_of_a_refused_law_are_left_out(found, model):
+    known = found.laws.pop("hinf critical")
+    assert set(control_numbers(found, model)["C11"]) == {"open"}
+    found.laws["hinf critical"] = known
+
+
+def test_the_stable_gains_of_the_x_loop_lie_round_zero(numbers):
+    assert -2 < numbers["C4"]["gain_low"] < 0 < numbers["C4"]["gain_high"] < 2

@@ -1,0 +1,81 @@
+"""`python studies/benchmarks/measure.py diagnose --keep`: file of finished cases, whole and written by one process."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from dataclasses import asdict
+
+import pytest
+
+from fuzzing.disk import largest_file
+from rotorsim.base.files import WriteError
+from rotorsim.commands.results import files
+from studies.benchmarks.command import bench
+from studies.benchmarks.diagnose import keep, kept_cases
+from studies.benchmarks.verdicts import Case
+
+
+def case(number):
+    """A case as a benchmark keeps it."""
+    return Case(
+        number,
+        "one",
+        ("runout.amplitude_1x",),
+        3.0,
+        5.0,
+        "named",
+        ("runout.amplitude_1x",),
+        "right",
+        1.0,
+        0.9,
+        1.0,
+        2.0,
+    )
+
+
+def test_cases_come_back_as_they_werekept_cases(tmp_path):
+    keep([case(1), case(2)], tmp_path / "cases")
+    assert kept_cases(tmp_path / "cases") == {1: case(1), 2: case(2)}
+
+
+def test_a_full_disk_leaves_the_cases_before(tmp_path):
+    """A line was appended, and half of it stayed."""
+    path = tmp_path / "cases"
+    keep([case(1)], path)
+    with largest_file(path.stat().st_size + 50), pytest.raises(WriteError):
+        keep([case(1), case(2)], path)
+    assert kept_cases(path) == {1: case(1)}
+
+
+def test_a_file_of_something_else_is_named(run, tmp_path):
+    path = tmp_path / "cases"
+    path.write_text(json.dumps(asdict(case(1))) + '\n{"number": 2, "ki')
+    code, out, err = run(bench, "diagnose", "--keep", path)
+    assert (code, out) == (2, "")
+    assert err == f"{path}: line 2 is not a case of the part diagnose; name another file\n"
+
+
+def test_a_file_that_another_benchmark_writes_is_refused(run, tmp_path):
+    with files(tmp_path / "cases", force=True):
+        code, _, err = run(bench, "diagnose", "--keep", tmp_path / "cases")
+    assert code == 2 and "is writing it; wait for its end or choose another --keep" in err
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="kills by a signal of POSIX")
+def test_a_kill_leaves_whole_cases(tmp_path):
+    program = (
+        "import sys; from pathlib import Path; from studies.benchmarks.diagnose import keep\n"
+        "from studies.benchmarks.verdicts import Case\n"
+        "one = lambda n: Case(n, 'one', ('a',), 3.0, 5.0, 'named', ('a',), 'right', 1.0, 0.9, 1.0, 2.0)\n"
+        "for n in range(10**6): keep(map(one, range(n % 100 + 1)), Path(sys.argv[1])); print(n, flush=True)"
+    )
+    process = subprocess.Popen([sys.executable, "-c", program, tmp_path / "cases"], stdout=subprocess.PIPE)
+    assert process.stdout is not None
+    for _ in range(50):
+        process.stdout.readline()
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+    process.stdout.close()
+    assert len(kept_cases(tmp_path / "cases")) > 0

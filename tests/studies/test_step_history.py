@@ -1,0 +1,48 @@
+"""History of the step's speed: what a line holds, when a case counts as slower, and a reference that never changes."""
+
+import pytest
+
+from studies.benchmarks import step_history
+
+PROCESSOR = "a processor"
+SENTENCE = "step: 1.20 of the reference, 1.20 times the fastest lately"
+
+
+@pytest.fixture
+def history(monkeypatch):
+    """The script as a module, with little to measure."""
+    module = step_history
+    for name in ("SAMPLES", "PASSES", "ROUNDS"):
+        monkeypatch.setattr(module, name, 2)
+    return module
+
+
+def a_line(ratio, commit, machine=PROCESSOR):
+    """A line with one case."""
+    return {"machine": machine, "commit": commit, "cases": {"step": {"us": 7.0, "ratio": ratio}}}
+
+
+def test_every_line_has_the_fields_of_a_new_one(history, monkeypatch):
+    monkeypatch.setattr(history, "cases", lambda: [("step", lambda: sum(range(1000)))])
+    monkeypatch.setattr(history, "_commit", lambda: ("2020-01-01", "abc1234"))
+    new, lines = history.line(), history.read()
+    assert len(lines) >= 3 and new["machine"]
+    for line in (*lines, new):
+        assert set(line) == {"date", "commit", "machine", "numba", "cases"}
+        assert all(set(case) == {"us", "ratio"} and min(case.values()) > 0 for case in line["cases"].values())
+
+
+def test_a_case_is_compared_with_the_fastest_of_its_processors_last_lines(history):
+    before = [a_line(1.0, f"c{k}") for k in range(5)]
+    assert history.slower(a_line(1.1, "new"), before) == {}
+    assert history.slower(a_line(1.2, "new"), before) == {"step": SENTENCE}
+    assert history.slower(a_line(1.2, "new", "another"), before) == {}
+    assert history.slower(a_line(1.2, "new"), before + [a_line(1.2, f"d{k}") for k in range(3)]) == {}
+
+
+def test_the_references_arithmetic_never_changes(history):
+    """Values of its first day; another reference needs another history."""
+    w = history.workspace()
+    assert w.size == 21680
+    assert history.work(w, 1) == pytest.approx(264.1133118281633, rel=1e-12)
+    assert history.work(w, 9) == pytest.approx(263.73438262825175, rel=1e-12)

@@ -1,0 +1,138 @@
+"""Rules for the claims of the thesis, tested with synthetic numbers on both sides of every interval."""
+
+import math
+
+import pytest
+
+from rotorsim.control.designs.weight_search import POINTS as CHOSEN_AT
+from rotorsim.study.plans import Layout
+from rotorsim.verify.impacts import POINTS as TWENTY
+from studies.thesis.claims.judge import (
+    MET,
+    NEAR,
+    NOT_COMPARABLE,
+    NOT_MET,
+    NOT_RUN,
+    TRIVIAL,
+    VERDICTS,
+    count,
+    judge,
+    judge_claim,
+    judge_figure,
+)
+from studies.thesis.claims.rules import claims, points
+
+FIGURES = {f"{claim.number}.{figure.name}": figure for claim in claims() for figure in claim.figures}
+NUMBERS = {key: figure for key, figure in FIGURES.items() if figure.kind != NOT_COMPARABLE}
+of_each_claim = pytest.mark.parametrize("claim", claims(), ids=lambda claim: claim.number)
+
+
+def beyond(limit, towards):
+    """A number a little further out than a limit."""
+    return limit + towards * 1e-6 * max(abs(limit), 1.0)
+
+
+def comparable(claim):
+    return [figure for figure in claim.figures if figure.kind != NOT_COMPARABLE]
+
+
+def test_every_claim_has_rules():
+    assert [claim.number for claim in claims()] == [f"I{n}" for n in range(1, 14)] + [f"C{n}" for n in range(1, 13)]
+    assert all(claim.figures and claim.source and claim.why and points(claim.points) for claim in claims())
+    assert len(FIGURES) == sum(len(claim.figures) for claim in claims())
+
+
+@of_each_claim
+def test_intervals_surround_the_thesis_number_or_show_why_they_do_not(claim):
+    for figure in claim.figures:
+        (low, high), (lowest, highest) = figure.met, figure.near
+        assert lowest <= low <= figure.thesis <= high <= highest, figure.name
+        assert math.isfinite(low + lowest), figure.name
+        assert math.isfinite(high + highest) or figure.one_sided, figure.name
+        assert math.isfinite(high) == math.isfinite(highest), figure.name
+        assert figure.near != figure.met, figure.name
+        assert figure.kind in ("", TRIVIAL, NOT_COMPARABLE), figure.name
+        assert bool(figure.kind) == bool(figure.because), figure.name
+
+
+@of_each_claim
+def test_numbers_inside_are_met_and_outside_are_not(claim):
+    for figure in comparable(claim):
+        (low, high), (lowest, highest) = figure.met, figure.near
+        for value in (low, figure.thesis, *((high, (low + high) / 2) if math.isfinite(high) else (low + 1, 1e9))):
+            assert judge_figure(figure, value) == (figure.kind or MET), figure.name
+        assert judge_figure(figure, beyond(low, -1)) == (NEAR if lowest < low else NOT_MET), figure.name
+        assert judge_figure(figure, beyond(lowest, -1)) == NOT_MET, figure.name
+        if math.isfinite(high):
+            assert judge_figure(figure, beyond(high, 1)) == (NEAR if highest > high else NOT_MET), figure.name
+            assert judge_figure(figure, beyond(highest, 1)) == NOT_MET, figure.name
+        for value in (lowest, highest):
+            if math.isfinite(value) and not low <= value <= high:
+                assert judge_figure(figure, value) == NEAR, figure.name
+
+
+@of_each_claim
+def test_no_number_is_not_met(claim):
+    for figure in comparable(claim):
+        assert {judge_figure(figure, value) for value in (None, math.nan, math.inf, -math.inf)} == {NOT_MET}
+
+
+def test_a_figure_far_better_than_the_thesis_is_not_met_by_that():
+    assert judge_figure(FIGURES["I2.identification_x"], 99.0) == NOT_MET
+    assert judge_figure(FIGURES["C7.lpv_x"], 0.01) == NOT_MET
+    assert judge_figure(FIGURES["I11.w_1"], 0.01) == NEAR
+
+
+def test_what_cannot_be_compared_is_never_met():
+    for key in FIGURES.keys() - NUMBERS.keys():
+        assert {judge_figure(FIGURES[key], value) for value in (FIGURES[key].thesis, 0.0, None)} == {NOT_COMPARABLE}
+
+
+def test_a_claim_is_as_good_as_its_worst_figure():
+    assert judge_claim([MET, NEAR, MET]) == NEAR
+    assert judge_claim([MET, NEAR, NOT_MET, TRIVIAL]) == NOT_MET
+    assert judge_claim([MET, TRIVIAL, NOT_COMPARABLE]) == MET
+    assert judge_claim([TRIVIAL, TRIVIAL]) == TRIVIAL
+    assert judge_claim([TRIVIAL, NOT_COMPARABLE]) == NOT_COMPARABLE
+
+
+@of_each_claim
+def test_one_missing_figure_spoils_a_claim(claim):
+    whole = {figure.name: figure.thesis for figure in claim.figures}
+    assert judge(claim, whole).verdict in (MET, TRIVIAL, NOT_COMPARABLE)
+    for figure in claim.figures:
+        rest = {name: value for name, value in whole.items() if name != figure.name}
+        expected = judge(claim, whole).verdict if figure.kind == NOT_COMPARABLE else NOT_MET
+        assert judge(claim, rest).verdict == expected
+
+
+def test_figures_that_a_quick_study_leaves_out_are_not_run_and_counted_apart():
+    claim = next(claim for claim in claims() if claim.number == "C8")
+    whole = {figure.name: figure.thesis for figure in claim.figures}
+    some = {name: value for name, value in whole.items() if not name.startswith("lpv")}
+    assert judge(claim, some, {"C7"}).verdict == NOT_MET
+    found = judge(claim, some, {"C8"})
+    assert found.verdict == NOT_RUN and found.verdicts.count(NOT_RUN) == 2
+    assert judge(claim, whole, {"C8"}).verdict == judge(claim, whole).verdict
+    bad = some | {"hinf_x": math.nan}
+    assert judge(claim, bad, {"C8"}).verdict == NOT_MET
+    assert count([NOT_RUN, MET, NOT_MET, NOT_RUN]) == "1 met, 1 not met, 2 not run"
+
+
+def test_verdicts_are_counted_in_one_order():
+    assert count([NEAR, MET, NEAR, TRIVIAL]) == "1 met, 2 near, 1 trivial"
+    assert set(VERDICTS) == {MET, NEAR, NOT_MET, NOT_RUN, NOT_COMPARABLE, TRIVIAL}
+
+
+def test_held_out_points_were_used_for_nothing_else():
+    layout = Layout()
+    grid = [(w, p) for w in layout.speeds for p in layout.pressures]
+    for name in ("held_out", "realisations"):
+        for speed, pressure in points(name):
+            for other in (*CHOSEN_AT, *TWENTY, *grid, *points("nominal"), *points("reduced_design")):
+                apart = max(abs(speed - other[0]) / 30.0, abs(pressure - other[1]) / 10e3)
+                assert apart > 0.5, (name, speed, pressure)
+
+
+def test_the_twenty_points_are_those_of_the_verification():
+    assert list(points("impacts")) == [pytest.approx(q, rel=1e-12) for q in TWENTY]

@@ -1,0 +1,170 @@
+"""Verdict tables of a study: numbers, intervals and verdicts of every claim."""
+
+import ast
+import re
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import studies
+from rotorsim.base.constants import KRPM
+from rotorsim.verify.impacts import ring_down
+from rotorsim.verify.running import Run
+from studies.thesis.claims import control_numbers, verdicts
+from studies.thesis.claims.hysteresis import drift
+from studies.thesis.claims.judge import VERDICTS
+from studies.thesis.claims.rules import Figure, claims
+from studies.thesis.control_cases import onset, peaks
+from studies.thesis.control_study import DESIGNS, ControlStudy
+from studies.thesis.whole_study import layout
+
+THESIS = {claim.number: {figure.name: figure.thesis for figure in claim.figures} for claim in claims()}
+
+
+def test_the_thesis_own_numbers_leave_no_claim_open():
+    found = verdicts.verdicts(THESIS)
+    assert {one.verdict for one in found} == {"met", "trivial", "not comparable"}
+    assert verdicts.lines(found)[-1] == "21 met, 1 not comparable, 3 trivial"
+
+
+def test_a_study_without_numbers_meets_nothing():
+    assert {one.verdict for one in verdicts.verdicts({})} == {"not met", "not comparable"}
+
+
+def test_every_row_shows_both_numbers_both_intervals_and_the_verdict():
+    ours = THESIS | {"I2": {"identification_x": 85.0}}
+    table = verdicts.markdown(verdicts.verdicts(ours))
+    assert "| fit, identification, x | 88.8 % | 85 | 86.1 to 91.5 | 83.4 to 94.2 | near |" in table
+    assert "| fit, second record, y | 84.1 % | none | 80.7 to 87.5 | 77.3 to 90.9 | not met |" in table
+    assert "| closed over open loop | 1.7 | 1.7 | from 1.7 | from 1.56 | met |" in table
+    for claim in claims():
+        assert f"### {claim.number}: " in table
+        assert all(f"| {figure.words} | ".replace("|S|", r"\|S\|") in table for figure in claim.figures)
+
+
+def of_page(text):
+    """Anchors, verdicts and headings of the claims in Markdown."""
+    rows = re.findall(r"^\| \[([IC]\d+)\]\(#([a-z0-9-]+)\) \| ([a-z ]+) \|", text, re.M)
+    return rows, re.findall(r"^### ([IC]\d+): ([a-z ]+)$", text, re.M)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        (Path(__file__).parents[2] / "studies" / "thesis" / "README.md").read_text(encoding="utf-8"),
+        verdicts.markdown(verdicts.verdicts({}, left_out={"C7"})),
+    ],
+    ids=["docs", "claims.md"],
+)
+def test_every_claim_stands_in_a_table_that_links_to_its_heading_with_the_same_verdict(text):
+    rows, headings = of_page(text)
+    assert [number for number, _, _ in rows] == [claim.number for claim in claims()]
+    assert [(number, verdict) for number, _, verdict in rows] == headings
+    assert [anchor for _, anchor, _ in rows] == [f"{n} {v}".lower().replace(" ", "-") for n, v in headings]
+
+
+def test_the_page_counts_claims_and_figures():
+    overview, figures, notes = verdicts.claims_blocks(verdicts.verdicts(THESIS))
+    assert overview.text.startswith("21 met, 1 not comparable, 3 trivial.")
+    assert len(overview.rows) == len(claims())
+    assert len(figures.rows) == sum(len(claim.figures) for claim in claims())
+    assert any("one-sided" in note for _, note in notes.rows)
+
+
+def test_plain_values_hold_what_a_script_needs():
+    row = next(row for row in verdicts.plain(verdicts.verdicts(THESIS, "C")) if row["number"] == "C11")
+    gain = next(one for one in row["figures"] if one["name"] == "gain")
+    assert (row["verdict"], gain["thesis"], gain["ours"], gain["met"]) == ("met", 1.7, 1.7, [1.7, None])
+
+
+def test_no_verdict_is_written_into_code_outside_the_judge():
+    files = sorted(Path(studies.__file__).parent.joinpath("thesis").rglob("*.py"))
+    assert {"judge.py", "commands.py", "verdicts.py", "run.py"} <= {file.name for file in files}
+    verdicts = set(VERDICTS) - {field.name for field in fields(Figure)}  # of the intervals "met" and "near"
+    for file in files:
+        words = {node.value.lower() for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+                 if isinstance(node, ast.Constant) and isinstance(node.value, str)}  # fmt: skip
+        assert file.name == "judge.py" or not words & verdicts, file.name
+
+
+def test_every_figure_of_control_has_a_part_that_makes_it(monkeypatch):
+    """Laws that were not made leave their figures out; those that need none are there."""
+    bare = {number for number, needed, _ in control_numbers._PARTS if not needed}
+    monkeypatch.setattr(
+        control_numbers, "_PARTS", tuple((n, laws, lambda *_: {"one": 1.0}) for n, laws, _ in control_numbers._PARTS)
+    )
+    known = control_numbers.control_numbers(ControlStudy(), None)
+    assert list(known) == [f"C{n}" for n in range(1, 13)]
+    assert {number for number, figures in known.items() if figures} == bare
+
+
+def test_claims_on_laws_that_a_quick_study_leaves_out_are_not_run_unless_one_was_refused():
+    quick = ControlStudy(left_out=("lpv", "lpv thesis"))
+    assert control_numbers.control_left_out(quick) == {"C6", "C7", "C8", "C9"}
+    assert control_numbers.control_left_out(ControlStudy()) == set()
+    quick.refused["hinf"] = "unstable"
+    assert control_numbers.control_left_out(quick) == {"C6", "C8", "C9"}
+    found = {one.claim.number: one for one in verdicts.verdicts({}, "C", {"C7", "C9"})}
+    assert found["C7"].verdict == found["C9"].verdict == "not run" and found["C4"].verdict == "not met"
+    assert verdicts.lines(list(found.values()))[-1] == "9 not met, 2 not run, 1 not comparable"
+
+
+def test_the_claims_points_off_the_grid_get_records_of_their_own():
+    beside = [(round(w / KRPM, 3), p) for w, p in layout().beside()]
+    assert beside == [(5.3, 300000), (4.05, 500000), (4.2, 700000)]
+    names = [name for name, _ in layout().texts()]
+    assert [sum(name.startswith(kind) for name in names) for kind in ("grid-", "centres-", "beside-")] == [7, 6, 3]
+    assert len(set(names)) == len(names) == 16
+
+
+def test_no_two_records_of_a_speed_or_of_neighbouring_ones_share_a_random_sequence():
+    found = [re.findall(r"^sequence = (\d+)", text, re.M) for _, text in layout().texts()]
+    numbers = [number for some in found for number in some]
+    assert len(numbers) == len(set(numbers)) == 7 * 2 + 6 + 3 * 2
+
+
+def test_no_design_of_the_study_was_chosen_on_judged_points():
+    assert "mild" not in {preset for _, preset, _ in DESIGNS.values()}
+
+
+def test_frequency_and_damping_of_a_ring_down_are_found():
+    t = np.arange(500) * 2e-4
+    for zeta in (0.02, 0.1, 0.3):
+        p = np.exp(-zeta * 750 * t) * np.sin(np.sqrt(1 - zeta**2) * 750 * t)
+        assert ring_down(np.column_stack([p, 0 * t])) == (pytest.approx(750, rel=0.08), pytest.approx(zeta, rel=0.2))
+    assert all(np.isnan(ring_down(np.full((500, 2), np.nan))))
+
+
+def run_of(disc, speed):
+    table = np.zeros((len(speed), 64))
+    made = Run(table, np.zeros((len(speed), 6)))
+    made.pair("disc")[:], made.column("speed")[:] = disc, speed
+    return made
+
+
+def test_peaks_of_a_run_up_are_found_along_each_axis():
+    f = np.linspace(0, 100, 300_000)
+    angle = np.cumsum(2 * np.pi * f * 2e-4)
+    bumps = [sum(np.exp(-((f - at) ** 2)) for at in pair) for pair in ((38, 61), (44, 67))]
+    found = peaks(run_of(1e-6 * np.column_stack(bumps) * np.cos(angle)[:, None], 2 * np.pi * f))
+    assert found["third"] == [pytest.approx(38, abs=0.5), pytest.approx(44, abs=0.5)]
+    assert found["half"] == [pytest.approx(61, abs=0.5), pytest.approx(67, abs=0.5)]
+    assert np.isnan(peaks(run_of(np.zeros((5000, 2)), np.zeros(5000)))["half"]).all()
+
+
+def test_whirl_is_measured_where_it_sets_on_and_not_at_the_end():
+    t = np.arange(100_000) * 2e-4
+    speed = np.linspace(1000, 2000, len(t))
+    turn = np.cumsum(speed * 2e-4)
+    share = np.where(speed < 1500, 0.45, 0.30)
+    whirl = (speed > 1200) * 5.0 * np.sin(np.cumsum(share * speed * 2e-4))
+    found = onset(np.column_stack([0 * t, np.sin(turn) + whirl]), speed)
+    assert found == (pytest.approx(1200, rel=0.02), pytest.approx(0.45, rel=0.05))
+    assert onset(np.column_stack([0 * t, np.sin(turn)]), speed) is None
+
+
+def test_drift_is_the_change_after_a_step_has_settled():
+    travel = np.concatenate([[0.0], np.full(1000, 2.0), np.full(49_000, 2.2)])
+    assert drift(travel) == pytest.approx(0.1)
