@@ -57,7 +57,7 @@ class CriticalSpeedResult:
     searched : tuple (float, float)
         Lowest and highest speed at which critical speeds were looked for [rad/s].
     proven : bool
-        Whether the number of modes is proven at every speed on the way.
+        Whether the number of modes is proven at every speed on the way and none was lost.
     """
 
     wn: NDArray[np.float64]
@@ -118,8 +118,8 @@ def _up_to(rotor: AssembledRotor, low: float, high: float) -> tuple[list[Crossin
     kinks = [float(v) for b in rotor.bearing_elements for axis in b.axes for v in axis if low < v < high]
     region = Region(_ABOVE * high, _FLOOR * high, _DAMPED)
     followed = follow(family, sorted({low, high, *kinks}), region)
-    every = crossings(family, followed, (1.0,))
-    return sorted(every, key=lambda c: c.at), all(node.modes.proven for node in followed.nodes)
+    every, uncertain = crossings(family, followed, (1.0,))
+    return every, not uncertain and all(node.modes.proven for node in followed.nodes)
 
 
 def _tops(rotor: AssembledRotor, count: int, high: float) -> list[float]:

@@ -39,7 +39,7 @@ PARTNER = 0.3
 """Overlap up to which a mode has no partner at the neighbouring value yet."""
 COARSEST = 10
 """Fewest steps of the range."""
-ON_LINE = 1e-10
+ON_LINE = 1e-9
 """Relative accuracy of a crossing with an order line."""
 
 Family = Callable[[float], Pencil | None]
@@ -91,9 +91,12 @@ class Followed:
         at = np.array([self.nodes[i].at for i, _ in branch.places])
         return at, np.array([self.nodes[i].modes.values[k] for i, k in branch.places])
 
-    def missing(self, at: float) -> float:
-        """Modes of the region that are not found at a value; NaN where that is not known."""
-        return next((n.modes.missing for n in self.nodes if n.at == at), float("nan"))
+    @property
+    def uncertain(self) -> list[tuple[float, float]]:
+        """Intervals of the parameter at whose ends a mode could not be followed further."""
+        begun = [b.places[0][0] for b in self.branches if b.begins == "not certain"]
+        ended = [b.places[-1][0] + 1 for b in self.branches if b.ends == "not certain"]
+        return [(self.nodes[i - 1].at, self.nodes[i].at) for i in sorted({*begun, *ended})]
 
 
 def follow(family: Family, values: Sequence[float], region: Region, hints: Sequence[float] = ()) -> Followed:
@@ -310,14 +313,27 @@ def _why(node: Node, mode: int | None, region: Region) -> str:
     return "not certain" if mode is None else region.border(complex(node.modes.values[mode]))
 
 
-def crossings(family: Family, found: Followed, orders: Sequence[float] = (1.0, 2.0, 3.0)) -> list[Crossing]:
-    """Crossings of \\|s\\| with order times \\|parameter\\| along every branch, by order and parameter."""
-    out = []
+Interval = tuple[float, float]
+
+
+def crossings(
+    family: Family, found: Followed, orders: Sequence[float] = (1.0, 2.0, 3.0)
+) -> tuple[list[Crossing], list[Interval]]:
+    """Crossings of \\|s\\| with order times \\|parameter\\| along every branch, by order and parameter.
+
+    The second list holds the intervals in which a crossing, or a mode that may cross, stays uncertain.
+    """
+    out: list[Crossing] = []
+    lost = found.uncertain
     for number, branch in enumerate(found.branches):
         line = _Line(family, found, branch)
         for order in orders:
-            out += [replace(c, branch=number) for c in line.crossings(order) if found.region.holds(c.modes.values[0])]
-    return sorted(out, key=lambda c: (c.order, abs(c.at), abs(c.modes.values[0])))
+            for one in line.crossings(order):
+                if not isinstance(one, Crossing):
+                    lost.append(one)
+                elif found.region.holds(one.modes.values[0]):
+                    out.append(replace(one, branch=number))
+    return sorted(out, key=lambda c: (c.order, abs(c.at), abs(c.modes.values[0]))), sorted(lost)
 
 
 @dataclass(frozen=True, eq=False)
@@ -328,18 +344,15 @@ class _Line:
     found: Followed
     branch: Branch
 
-    def crossings(self, order: float) -> list[Crossing]:
+    def crossings(self, order: float) -> list[Crossing | Interval]:
+        """Crossings with an order line, or the interval where one is not certain."""
         at, s = self.found.values(self.branch)
         points = {float(x): float(abs(v) - order * abs(x)) for x, v in zip(at, s, strict=True)}
         if at[0] < 0 < at[-1]:
             points.setdefault(0.0, 1.0)
         self._look_for_dips(points, order)
-        out = []
-        for a, b in pairwise(sorted(points)):
-            if (points[a] > 0) != (points[b] > 0) and points[a] != points[b]:
-                crossing = self._root(points, a, b, order)
-                out += [] if crossing is None else [crossing]
-        return out
+        steps = [(a, b) for a, b in pairwise(sorted(points)) if (points[a] > 0) != (points[b] > 0)]
+        return [self._root(points, a, b, order) or (a, b) for a, b in steps]
 
     def _look_for_dips(self, points: dict[float, float], order: float) -> None:
         """Add values where a parabola through three of them comes near the line between them."""

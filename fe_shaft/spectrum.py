@@ -320,7 +320,7 @@ def missing_in(pencil: Pencil, region: Region, known: Vector) -> float:
     """
     end = np.pi - np.arccos(region.zeta)
     tilt, depth = np.exp(1j * end), np.log(region.reach / region.floor)
-    many = 1 + int(np.ceil(depth / 2))
+    many = 1 + int(np.ceil(depth / 4))
     pieces = [
         (lambda t: region.reach * np.exp(1j * end * t), 1j * end, 2),
         (lambda t: region.reach * np.exp(-depth * t) * tilt, -depth, many),
@@ -350,46 +350,49 @@ class _Quotient:
         roots = np.log(s - pairs).sum() + np.log(s - pairs.conj()).sum() + np.log(s - real + 0j).sum()
         return complex(self.pencil.log_det(s) - roots)
 
-    def at(self, s: complex, rate: complex) -> tuple[float, float]:
-        """Phase at s and its derivative along a path with ds/dt = rate s."""
-        here, there = self.log(s), self.log(s * (1 + SMALL_STEP))
-        change = there - here
-        slope = complex(change.real, _wrapped(change.imag)) / SMALL_STEP
-        return here.imag, (slope * rate).imag
+    def at(self, s: complex, rate: complex) -> tuple[complex, complex]:
+        """Logarithm at s and its derivative along a path with ds/dt = rate s."""
+        here = self.log(s)
+        return here, _wrapped(self.log(s * (1 + SMALL_STEP)) - here) / SMALL_STEP * rate
 
 
 SMALL_STEP = 1e-6
 """Relative step of the derivative of the determinant."""
+SURE = 0.3
+"""Difference of the determinant's logarithm from what its derivatives say below which a step is certain."""
 SPLITS = 400
 """Points after which the count along one side of the region is given up."""
 
 
-def _wrapped(angle: float) -> float:
-    return float((angle + np.pi) % (2 * np.pi) - np.pi)
+def _wrapped(change: complex) -> complex:
+    """A change of a logarithm with its imaginary part between -pi and pi."""
+    return complex(change.real, (change.imag + np.pi) % (2 * np.pi) - np.pi)
 
 
-def _turned(phase: Callable[[float], tuple[float, float]], count: int) -> float:
-    """Change of a phase over 0 <= t <= 1, intervals halved until values and derivatives agree, else NaN."""
-    known: dict[float, tuple[float, float]] = {}
+def _turned(logarithm: Callable[[float], tuple[complex, complex]], count: int) -> float:
+    """Change of the phase over 0 <= t <= 1; NaN where it stays open.
 
-    def at(t: float) -> tuple[float, float]:
+    Intervals are halved until modulus and phase change as their derivatives say: a root beside the path bends them.
+    """
+    known: dict[float, tuple[complex, complex]] = {}
+
+    def at(t: float) -> tuple[complex, complex]:
         if t not in known:
-            known[t] = phase(t)
+            known[t] = logarithm(t)
         return known[t]
 
-    total, open_ones = 0.0, [(k / count, (k + 1) / count) for k in range(count)]
-    while open_ones:
-        a, b = open_ones.pop()
-        m = 0.5 * (a + b)
-        (pa, da), (pm, dm), (pb, db) = at(a), at(m), at(b)
-        h = b - a
-        first, second = h * (5 * da + 8 * dm - db) / 24, h * (-da + 8 * dm + 5 * db) / 24
+    total, left_over = 0.0, [(k / count, (k + 1) / count) for k in range(count)]
+    while left_over:
+        a, b = left_over.pop()
+        m, h = 0.5 * (a + b), b - a
+        (ga, da), (gm, dm), (gb, db) = at(a), at(m), at(b)
+        halves = h * (5 * da + 8 * dm - db) / 24, h * (-da + 8 * dm + 5 * db) / 24
         coarse = h * (da + dm) / 4, h * (dm + db) / 4
-        off = _wrapped(pm - pa - first), _wrapped(pb - pm - second)
-        if max(map(abs, off)) < 0.3 and abs(first - coarse[0]) < 1 and abs(second - coarse[1]) < 1:
-            total += first + off[0] + second + off[1]
-        elif len(known) > SPLITS or not np.isfinite(pm):
+        off = _wrapped(gm - ga - halves[0]), _wrapped(gb - gm - halves[1])
+        if max(map(abs, off)) < SURE and all(abs(x - y) < 1 for x, y in zip(halves, coarse, strict=True)):
+            total += sum(x.imag + y.imag for x, y in zip(halves, off, strict=True))
+        elif len(known) > SPLITS or not np.isfinite(gm):
             return float("nan")
         else:
-            open_ones += [(a, m), (m, b)]
+            left_over += [(a, m), (m, b)]
     return total

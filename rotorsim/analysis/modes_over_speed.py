@@ -56,10 +56,19 @@ class ModesOverSpeed:
         return self.followed.nodes[0].at, self.followed.nodes[-1].at
 
     @cached_property
-    def crossings(self) -> list[Crossing]:
-        """Crossings of the order lines, by order and speed."""
+    def _crossed(self) -> tuple[list[Crossing], list[tuple[float, float]]]:
         with one_thread():
             return crossings(at_speed(self.plant, self.pressure), self.followed, self.orders)
+
+    @property
+    def crossings(self) -> list[Crossing]:
+        """Crossings of the order lines, by order and speed."""
+        return self._crossed[0]
+
+    @property
+    def uncertain(self) -> list[tuple[float, float]]:
+        """Intervals of speed [rad/s] in which a mode or its crossing could not be told."""
+        return self._crossed[1]
 
     @property
     def refused(self) -> list[tuple[float, float]]:
