@@ -186,32 +186,57 @@ def _linked(here: Node, there: Node, region: Region, first: bool) -> tuple[Node,
 
 
 def carried(modes: Modes, pencil: Pencil) -> Modes | None:
-    """What the modes of a neighbour become in their own subspace, in their order; None where that is not certain.
-
-    The pencil in the subspace, k by k, is changed from that of the neighbour to this one in as many steps as it takes:
-    modes that exchange their vectors over a short way, as the two planes of a rotor do near rest, need no more nodes.
-    """
+    """What the modes of a neighbour become in their own subspace, in their order; None where that is not certain."""
     if not len(modes.values):
         return modes
     J, S = modes.left.conj().T @ pencil.times_J(modes.right), modes.left.conj().T @ pencil.times_S(modes.right)
     try:
         there = np.linalg.solve(S, J)
-        now, turn, back, step = 0.0, np.eye(len(S), dtype=complex), np.eye(len(S), dtype=complex), 1.0
-        while now < 1:
-            step = min(step, 1 - now)
-            values, vectors = np.linalg.eig(np.diag(modes.values) * (1 - now - step) + there * (now + step))
-            inverse = np.linalg.inv(vectors)
-            P = np.abs((back @ vectors) * (inverse @ turn).T)
-            best = P.argmax(axis=1)
-            if len(set(best)) == len(best) and P[np.arange(len(best)), best].min() > CERTAIN:
-                now, turn, back, step = now + step, vectors[:, best], inverse[best], 2 * step
-            elif step < SHORTEST:
-                return None
-            else:
-                step /= 2
-        return Modes(values[best], modes.right @ turn, modes.left @ np.linalg.inv(S @ turn).conj().T)
+        found = through(np.diag(modes.values), there, np.arange(len(S)))
+        if found is None:
+            return None
+        values, turn = found
+        return Modes(values, modes.right @ turn, modes.left @ np.linalg.inv(S @ turn).conj().T)
     except np.linalg.LinAlgError:
         return None
+
+
+def through(
+    first: NDArray[np.complex128], last: NDArray[np.complex128], chosen: NDArray[np.intp]
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128]] | None:
+    """Eigenvalues and vectors of a small matrix, as those of another one become them; None where that is not certain.
+
+    The first matrix is changed into the last one in as many steps as it takes: modes that exchange their vectors over a
+    short way, as the two planes of a rotor do near rest, need no more nodes. `chosen` are those of
+    ``numpy.linalg.eig(first)`` that have to be certain.
+    """
+    values, turn = np.linalg.eig(first)
+    back, now, step = np.linalg.inv(turn), 0.0, 1.0
+    while now < 1:
+        step = min(step, 1 - now)
+        new, vectors = np.linalg.eig(first * (1 - now - step) + last * (now + step))
+        inverse = np.linalg.inv(vectors)
+        P = np.abs((back @ vectors) * (inverse @ turn).T)
+        best = _assigned(P)
+        alike = np.abs(new[best][:, None] - new) < INDISTINCT * np.abs(new)
+        if np.sum(P * alike, axis=1)[chosen].min() > CERTAIN:
+            values, turn, back = new[best], vectors[:, best], inverse[best]
+            now, step = now + step, 2 * step
+        elif step < SHORTEST:
+            return None
+        else:
+            step /= 2
+    return values, turn
+
+
+def _assigned(P: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Column of each row: the largest one where they are different, else those with the largest sum."""
+    best = P.argmax(axis=1)
+    if len(set(best.tolist())) == len(best):
+        return best
+    from scipy.optimize import linear_sum_assignment  # slow to import, and no run-up needs it
+
+    return np.asarray(linear_sum_assignment(-P)[1])
 
 
 def _all_linked(here: Node, there: Node, one: dict[int, int], region: Region) -> bool:

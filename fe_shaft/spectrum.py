@@ -315,7 +315,8 @@ def joined(pencil: Pencil, known: Modes, new: Modes) -> Modes:
 def missing_in(pencil: Pencil, region: Region, known: Vector) -> float:
     """Number of eigenvalues of the region that are not among the known ones (k,), NaN where it stays open.
 
-    Half of the border, from the real axis to the real axis: the other half is its mirror image.
+    Half of the border, from the real axis to the real axis: the other half is its mirror image. A region of every
+    damping ratio is the whole disc.
     """
     end = np.pi - np.arccos(region.zeta)
     tilt, depth = np.exp(1j * end), np.log(region.reach / region.floor)
@@ -325,6 +326,8 @@ def missing_in(pencil: Pencil, region: Region, known: Vector) -> float:
         (lambda t: region.reach * np.exp(-depth * t) * tilt, -depth, many),
         (lambda t: region.floor * np.exp(1j * end * (1 - t)), -1j * end, 1),
     ]
+    if region.zeta >= 1:
+        pieces = pieces[:1]
     g = _Quotient(pencil, known)
 
     def side(path: Callable[[float], complex], rate: complex, count: int) -> float:

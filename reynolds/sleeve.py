@@ -201,7 +201,7 @@ class Sleeve:
 
     def edges(self, length: float) -> np.ndarray:
         """Angles [rad] of the ends of lobes and of pockets as long as a film of a `length` [m]."""
-        found = [np.zeros(0)]
+        found: list[np.ndarray] = [np.zeros(0)]
         if self.lobes is not None:
             found.append(
                 self.lobes.first_angle
