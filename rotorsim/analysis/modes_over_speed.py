@@ -68,7 +68,7 @@ class ModesOverSpeed:
 
     @property
     def uncertain(self) -> list[tuple[float, float]]:
-        """Intervals of speed [rad/s] in which a mode or its crossing could not be told."""
+        """Intervals of speed [rad/s] in which a mode or its crossing stays uncertain."""
         return self._crossed[1]
 
     @property
