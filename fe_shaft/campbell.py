@@ -2,8 +2,8 @@ r"""Campbell diagram: natural frequencies over speed, every mode followed.
 
 The modes of two speeds span a subspace of displacements in which the rotor at both speeds has exactly these
 eigenvalues. There its matrices are changed from one speed to the other in as many steps as `modes.follower.through`
-takes to be certain which mode becomes which. With constant bearings only the lowest modes are computed; that none below the last
-one is missing is proven by the argument principle.
+takes to be certain which mode becomes which. With constant bearings only the lowest modes are computed; that none below
+the last one is missing is proven by the argument principle.
 """
 
 from __future__ import annotations

@@ -201,16 +201,13 @@ class Sleeve:
 
     def edges(self, length: float) -> np.ndarray:
         """Angles [rad] of the ends of lobes and of pockets as long as a film of a `length` [m]."""
-        found = [np.zeros(0)]
+        found: list[np.ndarray] = [np.zeros(0)]
         if self.lobes is not None:
             found.append(
                 self.lobes.first_angle
                 + 2 * np.pi / self.lobes.count * (np.arange(self.lobes.count) - self.lobes.offset)
             )
-        for row in self.recesses(length):
-            middles = row.first_angle + 2 * np.pi / row.count * np.arange(row.count)
-            found += [middles - row.arc / 2, middles + row.arc / 2]
-        return np.concatenate(found)
+        return np.concatenate([*found, *(row.edges for row in self.recesses(length))])
 
     def arc(self, clearance: float) -> tuple[float, float]:
         """Clearance [m] of an arc about its own centre, and the distance of that from the middle."""

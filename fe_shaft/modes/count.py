@@ -80,7 +80,7 @@ def _wrapped(change: complex) -> complex:
 def _turned(logarithm: Callable[[float], tuple[complex, complex]], count: int) -> float:
     """Change of the phase over 0 <= t <= 1; NaN where it stays open.
 
-    Intervals are halved until modulus and phase change as their derivatives say: a root near the path bends them.
+    Intervals are halved until modulus and phase change as their derivatives say: a root close to the path bends them.
     """
     known: dict[float, tuple[complex, complex]] = {}
 

@@ -68,7 +68,7 @@ class ModesOverSpeed:
 
     @property
     def uncertain(self) -> list[tuple[float, float]]:
-        """Intervals of speed [rad/s] in which a mode or its crossing stays uncertain."""
+        """Intervals of speed [rad/s] in which a mode or its crossing is not certain."""
         return self._crossed[1]
 
     @property

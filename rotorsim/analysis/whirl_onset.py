@@ -131,9 +131,7 @@ class Search:
     def of(cls, plant: Plant, pressure: float, highest: float) -> Search:
         """The search for onsets up to the `highest` speed [rad/s]."""
         hints = plant.assembly.mesh.reduced.frequencies
-        first = float(np.sort(hints)[: 2 * FIRST].max())
-        reach = ABOVE * max(highest, 1.1 * first)
-        return cls(plant, pressure, Region(reach, BELOW * reach, STRONGLY), np.unique(hints.round(3)).tolist())
+        return cls(plant, pressure, region_up_to(hints, highest), np.unique(hints.round(3)).tolist())
 
     def least(self, speed: float) -> tuple[float, float]:
         """Least damping ratio of all modes at a speed [rad/s] (inf: none oscillates), its frequency [rad/s].
@@ -153,6 +151,15 @@ class Search:
         """The modes followed over ascending speeds (n,) [rad/s]."""
         with one_thread():
             return follow(at_speed(self.plant, self.pressure), speeds, self.region, self.hints)
+
+
+def region_up_to(hints: np.ndarray, highest: float) -> Region:
+    """Region of modes up to the `highest` speed and of the first pairs among the rotor's natural frequencies (n,).
+
+    All in rad/s.
+    """
+    reach = ABOVE * max(highest, 1.1 * float(np.sort(hints)[: 2 * FIRST].max()))
+    return Region(reach, BELOW * reach, STRONGLY)
 
 
 def least_damped(modes: Modes, region: Region) -> tuple[float, float]:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from reynolds import kernels
 from rotorsim.base.errors import MachineFileError, NoLiftOffError
 from rotorsim.effects.film.heat_balance import heat_balance
 from rotorsim.experiments import Runup
@@ -116,6 +117,23 @@ def test_a_run_from_cold_ends_at_the_equilibriums_temperatures_which_its_record_
     assert table[-1, -6:] == pytest.approx(rises.ravel(), rel=1e-3)
     record = plant.simulate(0.004, speed=BELOW_WHIRL, pressure=0.0)
     assert record["temperature_rise"].sel(body="left journal").values == pytest.approx(rises[0, 1], rel=1e-3)
+
+
+@pytest.mark.slow
+def test_the_heat_of_grooved_films_that_slip_is_their_friction_power():
+    """Films without a feed lose through their walls what torque times speed puts in; with the torque of `reynolds`."""
+    machine = load_machine("grooved_turbo_rotor").with_(GRID).replace("effects.heat_balance", {})
+    machine = machine.with_({f"effects.heat_balance.{key}": value for key, value in GENTLE.items()})
+    plant = Plant(machine.replace("effects.slip", {"mean_free_path": "0.068 um"}))
+    simulation, a = plant.start(SPEED, 0.0), plant.assembly
+    rises = plant.equilibrium(SPEED, 0.0).temperature_rises
+    lost = GENTLE["journal_conductance"] * rises[:, 1] + GENTLE["sleeve_conductance"] * rises[:, 2]
+    torques = [
+        kernels.friction_torque(a.film_part(simulation.w, k), a.film_constants(k), a.film, SPEED) for k in range(2)
+    ]
+    assert lost == pytest.approx(np.array(torques) * SPEED, rel=1e-6)
+    plain = 2 * np.pi * machine.gas.viscosity * SPEED * 6e-3**3 * 14e-3 / 6e-6
+    assert (np.array(torques) < plain).all()
 
 
 def test_a_journal_that_loses_no_heat_closes_its_gap_which_is_said():

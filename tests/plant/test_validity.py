@@ -101,7 +101,14 @@ def test_films_are_named_together_and_slip_widens_the_range_of_the_knudsen_numbe
     assert (
         found.name == "Knudsen number" and found.place == "films front, rear" and "add [effects.slip]" in found.sentence
     )
-    assert range_of_validity(rs.Plant(machine.replace("effects.slip.mean_free_path", "0.068 um")), 9000 * RPM) == []
+    plant = rs.Plant(machine.replace("effects.slip.mean_free_path", "0.068 um"))
+    assert range_of_validity(plant, 9000 * RPM) == []
+    # where the effect acts in one film only, or by a thousandth of the gas' mean free path, the other limit stays
+    simulation = plant.start(9000 * RPM, 0.0)
+    rear = simulation.assembly.film_part(simulation.w, 1)
+    rear[simulation.assembly.film.slip] *= 1e-3
+    (found,) = validity.exceeded(simulation, 0.0)
+    assert found.place == "film rear" and "add [effects.slip]" in found.sentence
 
 
 def test_a_run_is_beyond_from_the_speed_at_which_a_limit_is_passed(plant):
