@@ -2,7 +2,7 @@ r"""Number of eigenvalues in a region that are not known, by the argument princi
 
 With the known ones divided out of the determinant,
 
-.. math:: N = \frac{1}{2\pi i} \oint \frac{g'}{g}\,ds, \qquad g(s) = \frac{\det(J - s S)}{\prod_k (s - \lambda_k)}
+.. math:: N = \frac{1}{2\pi i} \int_\Gamma \frac{g'}{g}\,ds, \qquad g(s) = \frac{\det(J - s S)}{\prod_k (s - \lambda_k)}
 
 is 0 where none is missing, and g is so smooth that few points on the border tell its turns.
 
@@ -36,9 +36,9 @@ def missing_in(pencil: Pencil, region: Region, known: Vector) -> float:
     """
     end = np.pi - np.arccos(region.zeta)
     tilt, depth = np.exp(1j * end), np.log(region.reach / region.floor)
-    many = 1 + int(np.ceil(depth / 4))
+    many = 1 + int(np.ceil(depth / 6))
     pieces = [
-        (lambda t: region.reach * np.exp(1j * end * t), 1j * end, 2),
+        (lambda t: region.reach * np.exp(1j * end * t), 1j * end, 1),
         (lambda t: region.reach * np.exp(-depth * t) * tilt, -depth, many),
         (lambda t: region.floor * np.exp(1j * end * (1 - t)), -1j * end, 1),
     ]
