@@ -24,10 +24,11 @@ from fe_shaft import modal
 from fe_shaft.assembly import AssembledRotor
 from fe_shaft.bearing import HOLD
 from fe_shaft.checks import ShaftError
-from fe_shaft.follower import Crossing, crossings, follow
 from fe_shaft.labelled import dataset
-from fe_shaft.second_order import SecondOrder
-from fe_shaft.spectrum import Region
+from fe_shaft.modes.crossings import Crossing, crossings
+from fe_shaft.modes.follower import follow
+from fe_shaft.modes.pencil import Region
+from fe_shaft.modes.second_order import SecondOrder
 from rotorsim.base.rounding import EPS
 
 if TYPE_CHECKING:
@@ -137,7 +138,8 @@ def _result(
     values, senses = np.zeros(len(found), complex), []
     for k, one in enumerate(found):
         vector = one.modes.right[: len(rotor.free)]
-        values[k] = modal.damped_by_work(*modal.free_matrices(rotor, one.at), one.modes.values, vector)[0]
+        M, D, K = modal.free_matrices(rotor, one.at)
+        values[k] = modal.damped_by_work(M, D, K, one.modes.values, vector)[0]
         senses.append(str(modal.named(rotor, one.at, one.modes.values, vector).whirl[0]))
     return CriticalSpeedResult(
         np.array([one.at for one in found]), values.imag, -values.real / np.abs(values), np.array(senses, dtype=str),

@@ -13,8 +13,9 @@ from functools import cached_property
 
 import numpy as np
 
-from fe_shaft.follower import Crossing, Followed, crossings, follow
-from fe_shaft.spectrum import Pencil, Region
+from fe_shaft.modes.crossings import Crossing, crossings
+from fe_shaft.modes.follower import Followed, follow
+from fe_shaft.modes.pencil import Pencil, Region
 from rotorsim.base.errors import NoLiftOffError
 from rotorsim.base.processes import one_thread
 from rotorsim.plant import Plant

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fe_shaft.follower import Followed, Node, follow
-from fe_shaft.spectrum import Modes, Region, modes_in
+from fe_shaft.modes.follower import Followed, Node, follow
+from fe_shaft.modes.pencil import Modes, Region
+from fe_shaft.modes.spectrum import modes_in
 from rotorsim.analysis.axes import checked
 from rotorsim.analysis.campbell import HIGHEST, highest_speed
 from rotorsim.analysis.modes_over_speed import ABOVE, BELOW, DAMPED as STRONGLY, at_speed

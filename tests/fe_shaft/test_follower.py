@@ -6,9 +6,13 @@ import numpy as np
 import pytest
 
 from fe_shaft import BearingElement, DiskElement, Rotor, ShaftElement, steel
-from fe_shaft.follower import crossings, follow
-from fe_shaft.second_order import SecondOrder
-from fe_shaft.spectrum import Region, joined, missing_in, modes_in, nothing
+from fe_shaft.modes.count import missing_in
+from fe_shaft.modes.crossings import crossings
+from fe_shaft.modes.follower import follow
+from fe_shaft.modes.pencil import Region, nothing
+from fe_shaft.modes.second_order import SecondOrder
+from fe_shaft.modes.spectrum import modes_in
+from fe_shaft.modes.subspace import joined
 
 pytestmark = pytest.mark.numerical
 
