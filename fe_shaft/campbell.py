@@ -1,16 +1,16 @@
 r"""Campbell diagram: natural frequencies over speed, every mode followed.
 
 The modes of two speeds span a subspace of displacements in which the rotor at both speeds has exactly these
-eigenvalues. There its matrices are changed from one speed to the other in as many steps as `follower.through` takes to
-be certain which mode becomes which. With constant bearings only the lowest modes are computed; that none below the last
-one is missing is proven by the argument principle.
+eigenvalues. There its matrices are changed from one speed to the other in as many steps as `modes.follower.through`
+takes to be certain which mode becomes which. With constant bearings only the lowest modes are computed; that none below
+the last one is missing is proven by the argument principle.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,10 +18,11 @@ from numpy.typing import ArrayLike, NDArray
 from fe_shaft import krylov, modal
 from fe_shaft.assembly import AssembledRotor
 from fe_shaft.checks import ShaftError, grid
-from fe_shaft.follower import through
 from fe_shaft.labelled import dataset
-from fe_shaft.second_order import SecondOrder
-from fe_shaft.spectrum import Region, missing_in
+from fe_shaft.modes.count import missing_in
+from fe_shaft.modes.follower import through
+from fe_shaft.modes.pencil import Region
+from fe_shaft.modes.second_order import SecondOrder
 from fe_shaft.static import loose_motions
 
 if TYPE_CHECKING:
@@ -197,10 +198,10 @@ def _pairs(rotor: AssembledRotor, here: modal.ModalResult, there: modal.ModalRes
     weight = np.sqrt(np.diag(rotor.parts.M)[rotor.free])[:, None]
     u, size, _ = np.linalg.svd(weight * shapes / np.linalg.norm(weight * shapes, axis=0), full_matrices=False)
     basis = u[:, size > _DISTINCT * size[0]] / weight
-    ends = [_reduced(rotor, run, basis) for run in (here, there)]
-    values = np.linalg.eigvals(ends[0])
+    first, last = _reduced(rotor, here, basis), _reduced(rotor, there, basis)
+    values = np.linalg.eigvals(first)
     chosen = np.abs(values[:, None] - here.eigenvalues).argmin(axis=0)
-    found = through(*ends, np.unique(chosen))
+    found = through(first, last, np.unique(chosen))
     if found is None:
         return {}
     after = found[0][chosen]
@@ -212,7 +213,7 @@ def _pairs(rotor: AssembledRotor, here: modal.ModalResult, there: modal.ModalRes
     return taken
 
 
-def _reduced(rotor: AssembledRotor, run: modal.ModalResult, basis: NDArray[np.complex128]) -> NDArray[np.complex128]:
+def _reduced(rotor: AssembledRotor, run: modal.ModalResult, basis: NDArray[Any]) -> NDArray[Any]:
     """State matrix (2k, 2k) of the rotor at the speed of a run in a basis (n_free, k) of displacements."""
     M, D, K = (basis.conj().T @ X @ basis for X in modal.free_matrices(rotor, run.speed))
     k = len(M)

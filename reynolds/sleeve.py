@@ -207,10 +207,7 @@ class Sleeve:
                 self.lobes.first_angle
                 + 2 * np.pi / self.lobes.count * (np.arange(self.lobes.count) - self.lobes.offset)
             )
-        for row in self.recesses(length):
-            middles = row.first_angle + 2 * np.pi / row.count * np.arange(row.count)
-            found += [middles - row.arc / 2, middles + row.arc / 2]
-        return np.concatenate(found)
+        return np.concatenate([*found, *(row.edges for row in self.recesses(length))])
 
     def arc(self, clearance: float) -> tuple[float, float]:
         """Clearance [m] of an arc about its own centre, and the distance of that from the middle."""
