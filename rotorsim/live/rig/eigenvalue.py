@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fe_shaft.spectrum import modes_in
+from fe_shaft.modes.spectrum import modes_in
 from rotorsim.analysis.whirl_onset import least_damped, region_up_to
 from rotorsim.base.errors import RotorsimError
 from rotorsim.base.processes import one_thread
