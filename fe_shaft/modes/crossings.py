@@ -11,17 +11,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import brentq
 
-from fe_shaft.modes.follower import CERTAIN, Branch, Family, Followed, overlap
+from fe_shaft.modes.follower import CERTAIN, INDISTINCT, Branch, Family, Followed, Node, overlap
 from fe_shaft.modes.pencil import Modes, Pencil
-from fe_shaft.modes.subspace import NEAR, predicted, settled
+from fe_shaft.modes.subspace import NEAR, predicted, refined, settled
 
 ON_LINE = 1e-9
 """Relative accuracy of a crossing with an order line."""
+HALVINGS = 16
+"""Halvings of the distance to a place at which a mode is known, before it counts as not certain."""
 
 Interval = tuple[float, float]
 
@@ -101,24 +104,41 @@ class _Line:
                     points[x] = float(abs(there[1].values[0]) - order * abs(x))
 
     def at(self, x: float) -> tuple[Pencil, Modes] | None:
-        """The branch's mode at a value between its nodes; None where it is not certain."""
+        """The branch's mode at a value between its nodes; None where it is not certain.
+
+        Where it is not certain from the nearest place at which the mode is known, places in between are added.
+        """
         pencil = self.family(x)
         if pencil is None:
             return None
-        places = sorted(self.branch.places, key=lambda p: abs(self.found.nodes[p[0]].at - x))[:2]
-        for i, k in places:
-            node = self.found.nodes[i]
-            assert node.pencil is not None
-            guess = predicted(pencil, node.modes)
-            alike = overlap(node.pencil, node.modes.take([k]), pencil, guess)[0]
-            first = int(alike.argmax())
-            near = np.abs(guess.values - guess.values[first]) < NEAR * abs(guess.values[first])
-            group = settled(pencil, guess.take(near))
-            if not len(group.values):
-                continue
-            alike = overlap(node.pencil, node.modes.take([k]), pencil, group)[0]
-            if alike.max() > 0.5 * CERTAIN:
-                return pencil, group.take([int(alike.argmax())])
+        for _ in range(HALVINGS):
+            node, k = min(self.places, key=lambda place: abs(place[0].at - x))
+            mode = _continued(node, k, pencil)
+            if mode is not None:
+                return pencil, mode
+            between = self._between(node, k, x)
+            if between is None:
+                return None
+            self.places.append(between)
+        return None
+
+    @cached_property
+    def places(self) -> list[tuple[Node, int]]:
+        """Where the mode is known: nodes, and its number among their modes."""
+        return [(self.found.nodes[i], k) for i, k in self.branch.places]
+
+    def _between(self, node: Node, k: int, x: float) -> tuple[Node, int] | None:
+        """The mode half-way to x, or nearer to the node where it is not certain there."""
+        assert node.pencil is not None
+        for _ in range(HALVINGS):
+            x = 0.5 * (node.at + x)
+            pencil = self.family(x)
+            if pencil is None:
+                return None
+            modes = refined(pencil, node.modes)
+            alike = overlap(node.pencil, node.modes.take([k]), pencil, modes)[0]
+            if alike.size and alike.max() > CERTAIN:
+                return Node(x, pencil, modes), int(alike.argmax())
         return None
 
     def _root(self, points: dict[float, float], a: float, b: float, order: float) -> Crossing | None:
@@ -135,4 +155,21 @@ class _Line:
         except ValueError:
             return None
         there = self.at(x)
-        return None if there is None else Crossing(0, order, x, (points[b] > points[a]) == (a + b > 0), *there)
+        if there is None or abs(abs(there[1].values[0]) - order * abs(x)) > 100 * ON_LINE * order * abs(x):
+            return None
+        return Crossing(0, order, x, (points[b] > points[a]) == (a + b > 0), *there)
+
+
+def _continued(node: Node, k: int, pencil: Pencil) -> Modes | None:
+    """What mode k of a node becomes in another pencil; None where it is not certain."""
+    assert node.pencil is not None
+    mode, guess = node.modes.take([k]), predicted(pencil, node.modes)
+    first = int(overlap(node.pencil, mode, pencil, guess)[0].argmax())
+    near = np.abs(guess.values - guess.values[first]) < NEAR * abs(guess.values[first])
+    group = settled(pencil, guess.take(near))
+    if not len(group.values):
+        return None
+    alike = overlap(node.pencil, mode, pencil, group)[0]
+    best = int(alike.argmax())
+    double = np.abs(group.values - group.values[best]) < INDISTINCT * abs(group.values[best])
+    return group.take([best]) if alike[double].sum() > CERTAIN else None
