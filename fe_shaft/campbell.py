@@ -1,14 +1,16 @@
-r"""Campbell diagram: natural frequencies over speed, with modes tracked by their shapes (MAC).
+r"""Campbell diagram: natural frequencies over speed, every mode followed.
 
-Modes are followed from speed to speed by their shapes (modal assurance with the mass matrix) and frequencies: the
-assignment with the largest sum wins. It runs from the highest speed down, because at rest the two whirls of a symmetric
-rotor are one double mode with arbitrary shapes.
+The modes of two speeds span a subspace of displacements in which the rotor at both speeds has exactly these
+eigenvalues. There its matrices are changed from one speed to the other in as many steps as `modes.follower.through`
+takes to be certain which mode becomes which. With constant bearings only the lowest modes are computed; that none below
+the last one is missing is proven by the argument principle.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +19,10 @@ from fe_shaft import krylov, modal
 from fe_shaft.assembly import AssembledRotor
 from fe_shaft.checks import ShaftError, grid
 from fe_shaft.labelled import dataset
+from fe_shaft.modes.count import missing_in
+from fe_shaft.modes.follower import through
+from fe_shaft.modes.pencil import Region
+from fe_shaft.modes.second_order import SecondOrder
 from fe_shaft.static import loose_motions
 
 if TYPE_CHECKING:
@@ -24,6 +30,8 @@ if TYPE_CHECKING:
 
 _SMALL = 24
 """Degrees of freedom up to which the whole problem is solved at once."""
+_DISTINCT, _ONE = 1e-7, 1e-5
+"""Singular value over the largest of shapes that add a direction; distance of eigenvalues over size that are one."""
 _DEPTHS = (20, 36)
 """Krylov vectors beyond four for each wanted mode: tried one after the other."""
 
@@ -143,8 +151,19 @@ def _select(
     if len(keep) < count or not np.all(krylov.converged(residual[: keep[-1] + 1])):
         return None
     M, D, K = modal.free_matrices(rotor, speed)
+    if not _complete(SecondOrder(M, D, K), values, int(keep[-1])):
+        return None
     values = modal.damped_by_work(M, D, K, values[keep], vectors[:, keep])
     return modal.named(rotor, speed, values, vectors[:, keep])
+
+
+def _complete(pencil: SecondOrder, values: NDArray[np.complex128], last: int) -> bool:
+    """Whether no eigenvalue is missing up to number `last` of the found ones (k,), ascending in modulus."""
+    size = np.abs(values)
+    above = size[size > (1 + _ONE) * size[last]]
+    reach = float(size[last] * min(1.05, np.sqrt(above[0] / size[last]) if len(above) else 1.05))
+    known = values[(size < reach) & (values.imag >= 0)]
+    return missing_in(pencil, Region(reach, _ONE * reach, 1.0), known) == 0
 
 
 def _whole(rotor: AssembledRotor, speed: float, count: int | None) -> modal.ModalResult:
@@ -159,24 +178,46 @@ def _whole(rotor: AssembledRotor, speed: float, count: int | None) -> modal.Moda
 
 def follow(rotor: AssembledRotor, runs: list[modal.ModalResult]) -> list[NDArray[np.intp]]:
     """Branch of every mode of every run; the runs are ascending in speed."""
-    from scipy.optimize import linear_sum_assignment  # slow to import, and no run-up needs it
-
-    weight = np.sqrt(np.diag(rotor.parts.M))[:, None]
-    shapes = [weight * run.shapes for run in runs]
-    shapes = [s / np.linalg.norm(s, axis=0) for s in shapes]
-    labels = [np.arange(len(runs[-1].wn))]
+    labels = [np.arange(len(runs[0].wn))]
     fresh = len(labels[0])
-    for i in range(len(runs) - 2, -1, -1):
-        above, label = runs[i + 1], np.full(len(runs[i].wn), -1)
-        if len(above.wn) and len(label):
-            likeness = np.abs(shapes[i].conj().T @ shapes[i + 1]) ** 2
-            apart = np.abs(runs[i].eigenvalues[:, None] - above.eigenvalues) / above.wn
-            rows, columns = linear_sum_assignment(likeness - 2 * apart, maximize=True)
-            label[rows] = labels[0][columns]
+    for here, there in pairwise(runs):
+        label = np.full(len(there.wn), -1)
+        for j, k in _pairs(rotor, here, there).items():
+            label[k] = labels[-1][j]
         for mode in np.flatnonzero(label < 0):
             label[mode], fresh = fresh, fresh + 1
-        labels.insert(0, label)
+        labels.append(label)
     return _by_frequency(labels, fresh)
+
+
+def _pairs(rotor: AssembledRotor, here: modal.ModalResult, there: modal.ModalResult) -> dict[int, int]:
+    """Which mode of one speed becomes which of the next one: those of which that is certain."""
+    if not len(here.wn) or not len(there.wn):
+        return {}
+    shapes = np.hstack([here.shapes, there.shapes])[rotor.free]
+    weight = np.sqrt(np.diag(rotor.parts.M)[rotor.free])[:, None]
+    u, size, _ = np.linalg.svd(weight * shapes / np.linalg.norm(weight * shapes, axis=0), full_matrices=False)
+    basis = u[:, size > _DISTINCT * size[0]] / weight
+    first, last = _reduced(rotor, here, basis), _reduced(rotor, there, basis)
+    values = np.linalg.eigvals(first)
+    chosen = np.abs(values[:, None] - here.eigenvalues).argmin(axis=0)
+    found = through(first, last, np.unique(chosen))
+    if found is None:
+        return {}
+    after = found[0][chosen]
+    near = np.abs(after[:, None] - there.eigenvalues)
+    taken: dict[int, int] = {}
+    for j, k in zip(*np.unravel_index(near.argsort(axis=None), near.shape), strict=True):
+        if near[j, k] < _ONE * there.wn[k] and j not in taken and k not in taken.values():
+            taken[int(j)] = int(k)
+    return taken
+
+
+def _reduced(rotor: AssembledRotor, run: modal.ModalResult, basis: NDArray[Any]) -> NDArray[Any]:
+    """State matrix (2k, 2k) of the rotor at the speed of a run in a basis (n_free, k) of displacements."""
+    M, D, K = (basis.conj().T @ X @ basis for X in modal.free_matrices(rotor, run.speed))
+    k = len(M)
+    return np.block([[np.zeros((k, k)), np.eye(k)], [-np.linalg.solve(M, K), -np.linalg.solve(M, D)]])
 
 
 def _by_frequency(labels: list[NDArray[np.intp]], count: int) -> list[NDArray[np.intp]]:

@@ -24,10 +24,11 @@ from fe_shaft import modal
 from fe_shaft.assembly import AssembledRotor
 from fe_shaft.bearing import HOLD
 from fe_shaft.checks import ShaftError
-from fe_shaft.follower import Crossing, crossings, follow
 from fe_shaft.labelled import dataset
-from fe_shaft.second_order import SecondOrder
-from fe_shaft.spectrum import Region
+from fe_shaft.modes.crossings import Crossing, crossings
+from fe_shaft.modes.follower import follow
+from fe_shaft.modes.pencil import Region
+from fe_shaft.modes.second_order import SecondOrder
 from rotorsim.base.rounding import EPS
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ class CriticalSpeedResult:
     searched : tuple (float, float)
         Lowest and highest speed at which critical speeds were looked for [rad/s].
     proven : bool
-        Whether the number of modes is proven at every speed on the way.
+        Whether the number of modes is proven at every speed on the way and none was lost.
     """
 
     wn: NDArray[np.float64]
@@ -118,8 +119,8 @@ def _up_to(rotor: AssembledRotor, low: float, high: float) -> tuple[list[Crossin
     kinks = [float(v) for b in rotor.bearing_elements for axis in b.axes for v in axis if low < v < high]
     region = Region(_ABOVE * high, _FLOOR * high, _DAMPED)
     followed = follow(family, sorted({low, high, *kinks}), region)
-    every = crossings(family, followed, (1.0,))
-    return sorted(every, key=lambda c: c.at), all(node.modes.proven for node in followed.nodes)
+    every, uncertain = crossings(family, followed, (1.0,))
+    return every, not uncertain and all(node.modes.proven for node in followed.nodes)
 
 
 def _tops(rotor: AssembledRotor, count: int, high: float) -> list[float]:
@@ -137,7 +138,8 @@ def _result(
     values, senses = np.zeros(len(found), complex), []
     for k, one in enumerate(found):
         vector = one.modes.right[: len(rotor.free)]
-        values[k] = modal.damped_by_work(*modal.free_matrices(rotor, one.at), one.modes.values, vector)[0]
+        M, D, K = modal.free_matrices(rotor, one.at)
+        values[k] = modal.damped_by_work(M, D, K, one.modes.values, vector)[0]
         senses.append(str(modal.named(rotor, one.at, one.modes.values, vector).whirl[0]))
     return CriticalSpeedResult(
         np.array([one.at for one in found]), values.imag, -values.real / np.abs(values), np.array(senses, dtype=str),

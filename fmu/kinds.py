@@ -6,7 +6,7 @@ import shutil
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from fmu import law_unit as law_tables, linear_tables, tables
 from fmu.kernel_object import ObjectTarget, write_objects
@@ -23,7 +23,7 @@ from rotorsim.machine.passed_limits import speed_limit
 from rotorsim.machine.sampling import check_speed
 from rotorsim.plant import Plant
 
-AnyUnit = TypeVar("AnyUnit", PlantUnit, LinearUnit, LawUnit)
+AnyUnit = TypeVar("AnyUnit", bound=PlantUnit | LinearUnit | LawUnit)
 VACUUM = 101325.0
 """Gauge pressure [Pa] below the standard atmosphere at which nothing is left."""
 SHARED = ("unit.c", "values.c", "state.c", "fmi2.c", "fmi3.c", "tables.c")
@@ -59,12 +59,12 @@ def linear_unit(given: LpvModel | str | Path, speed: float | None = None, pressu
     start = [float(m) if v is None else v for m, v in zip(middle, (speed, pressure), strict=True)]
     if start[1] < -VACUUM:
         raise DataError(f"pressure: {start[1] / MPA:.4g} MPa gauge is below vacuum; give more than -0.1013 MPa")
-    return LinearUnit(model, path.stem, *start)
+    return LinearUnit(model, path.stem, start[0], start[1])
 
 
 def law_unit(given: Law | str | Path, speed: float | None = None, pressure: float | None = None) -> LawUnit:
     """A control law, or that of a file; speed [rad/s] and gauge pressure [Pa] are start values; raises LawError."""
-    starts = {name: v for name, v in (("speed", speed), ("pressure", pressure)) if v is not None}
+    starts: dict[str, Any] = {name: v for name, v in (("speed", speed), ("pressure", pressure)) if v is not None}
     return LawUnit(given if isinstance(given, Law) else load_law(given), **starts)
 
 

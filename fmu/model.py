@@ -21,7 +21,7 @@ from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly
 
 LONGEST_NAME = 60
-"""Characters of an identifier that compilers and file systems take beside the suffix."""
+"""Characters of an identifier that compilers and file systems take besides the suffix."""
 
 
 class Unit(Protocol):

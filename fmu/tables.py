@@ -68,7 +68,8 @@ def _ends(a: Assembly) -> dict[str, Any]:
     machine = a.machine
     warm = HEAT_COLUMNS * len(a.films) if a.rig.n_heat else 0
     rise, heating = friction_heat(machine)
-    deepest = max((film.clearance for film in machine.films), default=0.0) if "contact" in machine.effects else 0.0
+    pushed = any(effect.stiffness > 0 for effect in machine.effects.get("contact", ()))  # type: ignore[attr-defined]
+    deepest = max((film.clearance for film in machine.films), default=0.0) if pushed else 0.0
     numbers = {
         "DEEPEST": deepest,
         "WARMTH": machine.gas.temperature + rise,

@@ -12,7 +12,7 @@ rpm, hertz = 2 * np.pi / 60, 2 * np.pi
 plant = rs.Plant("plain_rotor")
 speeds = np.linspace(0.0, 9000 * rpm, 13)
 modes = np.array([plant.linearise(speed, 0.0).wn[:6] for speed in speeds])  # rad/s
-critical = rs.analysis.critical_speeds(plant, np.array([0.0]), orders=(1, 2))
+critical = rs.analysis.critical_speeds(plant, [0.0], orders=(1, 2), highest=float(speeds[-1]))
 found = critical["critical_speed"].sel(order=1).values.ravel() / rpm
 print("critical speeds of 1X [rpm]:", np.round(found[np.isfinite(found)]))
 

@@ -214,11 +214,12 @@ def left_out(table: Table, mapping: Mapping) -> list[str]:
         unread.setdefault(column.unread, []).append(entry.path)
     found += [f"{listing(what)} of {', '.join(who)} in the file: not read" for what, who in unread.items() if what]
     found += table.notes
-    found += [f"{quote(one.name)} was left out: {one.fault}" for one in table.columns if one.fault][:MOST]
+    lost = [f"{quote(one.name)} was left out: {one.fault}" for one in table.columns if one.fault]
     if table.header is None:
-        found += [f"{quote(name)} was left out: it {reason}" for name, reason in list(table.others.items())[:MOST]]
-        if len(table.others) > MOST:
-            found.append(f"{len(table.others) - MOST} more parts of the file were left out")
+        lost += [f"{quote(name)} was left out: it {reason}" for name, reason in table.others.items()]
+    found += lost[:MOST]
+    if len(lost) > MOST:
+        found.append(f"{len(lost) - MOST} more parts of the file were left out")
     return found
 
 

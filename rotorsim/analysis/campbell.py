@@ -157,6 +157,7 @@ def about(found: ModesOverSpeed) -> dict[str, Any]:
         "region_reach": region.reach, "region_floor": region.floor, "region_zeta": region.zeta,
         "searched_from": found.searched[0], "searched_to": found.searched[1],
         "not_looked_at": np.array(found.refused, float).ravel(),
+        "not_certain": np.array(found.uncertain, float).ravel(),
         "nodes": len(nodes), "nodes_proven": len(nodes) - len(found.unproven),
     }  # fmt: skip
 
@@ -188,8 +189,10 @@ def modes_line(found: xr.Dataset) -> str:
 def searched_line(found: xr.Dataset) -> str:
     """Range of speeds in which critical speeds were searched, and what was not looked at in it."""
     text = f"{found.attrs['searched_from'] * TO_RPM:.0f} to {found.attrs['searched_to'] * TO_RPM:.0f} rpm"
-    gaps = np.reshape(found.attrs["not_looked_at"], (-1, 2)) * TO_RPM
-    return text + "".join(f"; not looked at {a:.0f} to {b:.0f} rpm, the film does not carry" for a, b in gaps)
+    for name, why in (("not_looked_at", "the film does not carry"), ("not_certain", "a mode cannot be followed")):
+        for a, b in np.reshape(found.attrs[name], (-1, 2)) * TO_RPM:
+            text += f"; not looked at {a:.0f} to {b:.0f} rpm, {why}"
+    return text
 
 
 def critical_speeds(
@@ -228,7 +231,7 @@ def critical_speeds(
                 found[:, i, j, k] = c.at, -s.real / abs(s), 1 if c.upward else -1, abs(s)
                 senses[i, j, k] = roundness(c.pencil, c.modes.right)[0]
     over = ("pressure", "order", "mode")
-    complete = [float(not row.refused and not row.unproven) for row in rows]
+    complete = [float(not (row.refused or row.unproven or row.uncertain)) for row in rows]
     return xr.Dataset(
         {
             "critical_speed": (over, found[0], {"units": "rad/s", "long_name": "critical speed"}),

@@ -95,7 +95,9 @@ def _more(
 
     def crossings(plant: Plant) -> xr.Dataset:
         extra = critical_speeds(plant, pressures).rename(mode="mode_crossing", searched="crossing_searched")
-        return extra.rename({name: name.replace("critical", "crossing") for name in extra if "critical" in str(name)})
+        return extra.rename(
+            {name: str(name).replace("critical", "crossing") for name in extra if "critical" in str(name)}
+        )
 
     asked: list[tuple[bool, Callable[[Plant], xr.Dataset]]] = [
         (film is not None, lambda plant: _lift_off(plant, speeds, film or 0.0)),

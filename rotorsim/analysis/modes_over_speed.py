@@ -13,8 +13,9 @@ from functools import cached_property
 
 import numpy as np
 
-from fe_shaft.follower import Crossing, Followed, crossings, follow
-from fe_shaft.spectrum import Pencil, Region
+from fe_shaft.modes.crossings import Crossing, crossings
+from fe_shaft.modes.follower import Followed, follow
+from fe_shaft.modes.pencil import Pencil, Region
 from rotorsim.base.errors import NoLiftOffError
 from rotorsim.base.processes import one_thread
 from rotorsim.plant import Plant
@@ -56,10 +57,19 @@ class ModesOverSpeed:
         return self.followed.nodes[0].at, self.followed.nodes[-1].at
 
     @cached_property
-    def crossings(self) -> list[Crossing]:
-        """Crossings of the order lines, by order and speed."""
+    def _crossed(self) -> tuple[list[Crossing], list[tuple[float, float]]]:
         with one_thread():
             return crossings(at_speed(self.plant, self.pressure), self.followed, self.orders)
+
+    @property
+    def crossings(self) -> list[Crossing]:
+        """Crossings of the order lines, by order and speed."""
+        return self._crossed[0]
+
+    @property
+    def uncertain(self) -> list[tuple[float, float]]:
+        """Intervals of speed [rad/s] in which a mode or its crossing is not certain."""
+        return self._crossed[1]
 
     @property
     def refused(self) -> list[tuple[float, float]]:

@@ -91,7 +91,9 @@ def operating_map(
         finishing()
         ended = "interrupted"
     tables = _tables(rows, len(jobs), shape)
-    critical, branches = (_padded([rows[i][k] if i in rows else None for i in range(len(jobs))], shape) for k in (1, 2))
+    every = [rows.get(number) for number in range(len(jobs))]
+    critical = _padded([None if row is None else row[1] for row in every], shape)
+    branches = _padded([None if row is None else row[2] for row in every], shape)
     at = AT if frequencies is None else _names(frequencies)
     coords = labels.coordinates(fields, speeds, pressures, at, plant.machine.film_names)
     return labels.label(

@@ -86,12 +86,7 @@ def _looked(found: ModesOverSpeed, speed: float) -> bool:
     first, last = found.searched
     if low < first - 1e-9 * abs(first) or high > last + 1e-9 * abs(last):
         return False
-    nodes = found.followed.nodes
-    lost = [(nodes[i].at, nodes[i + 1].at) for i in (b.places[-1][0] for b in found.followed.branches
-            if b.ends == "not certain")]  # fmt: skip
-    lost += [(nodes[i - 1].at, nodes[i].at) for i in (b.places[0][0] for b in found.followed.branches
-             if b.begins == "not certain")]  # fmt: skip
-    unknown = [*found.refused, *lost, *((v, v) for v in found.unproven)]
+    unknown = [*found.refused, *found.uncertain, *((v, v) for v in found.unproven)]
     return not any(a <= high and b >= low for a, b in unknown)
 
 

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fe_shaft.follower import Followed, Node, follow
-from fe_shaft.spectrum import Modes, Region, modes_in
+from fe_shaft.modes.follower import Followed, Node, follow
+from fe_shaft.modes.pencil import Modes, Region
+from fe_shaft.modes.spectrum import modes_in
 from rotorsim.analysis.axes import checked
 from rotorsim.analysis.campbell import HIGHEST, highest_speed
 from rotorsim.analysis.modes_over_speed import ABOVE, BELOW, DAMPED as STRONGLY, at_speed
@@ -130,9 +131,7 @@ class Search:
     def of(cls, plant: Plant, pressure: float, highest: float) -> Search:
         """The search for onsets up to the `highest` speed [rad/s]."""
         hints = plant.assembly.mesh.reduced.frequencies
-        first = float(np.sort(hints)[: 2 * FIRST].max())
-        reach = ABOVE * max(highest, 1.1 * first)
-        return cls(plant, pressure, Region(reach, BELOW * reach, STRONGLY), np.unique(hints.round(3)).tolist())
+        return cls(plant, pressure, region_up_to(hints, highest), np.unique(hints.round(3)).tolist())
 
     def least(self, speed: float) -> tuple[float, float]:
         """Least damping ratio of all modes at a speed [rad/s] (inf: none oscillates), its frequency [rad/s].
@@ -152,6 +151,15 @@ class Search:
         """The modes followed over ascending speeds (n,) [rad/s]."""
         with one_thread():
             return follow(at_speed(self.plant, self.pressure), speeds, self.region, self.hints)
+
+
+def region_up_to(hints: np.ndarray, highest: float) -> Region:
+    """Region of modes up to the `highest` speed and of the first pairs among the rotor's natural frequencies (n,).
+
+    All in rad/s.
+    """
+    reach = ABOVE * max(highest, 1.1 * float(np.sort(hints)[: 2 * FIRST].max()))
+    return Region(reach, BELOW * reach, STRONGLY)
 
 
 def least_damped(modes: Modes, region: Region) -> tuple[float, float]:
@@ -218,11 +226,13 @@ def _dips(found: Followed) -> list[float]:
         at, s = found.values(branch)
         zeta = -s.real / np.abs(s)
         for k in range(1, len(at) - 1):
-            if not 0 < zeta[k] <= min(zeta[k - 1], zeta[k + 1]) or zeta[k - 1] == zeta[k + 1] == zeta[k]:
+            before, after = at[k] - at[k - 1], at[k + 1] - at[k]
+            falls, rises = (zeta[k] - zeta[k - 1]) / before, (zeta[k + 1] - zeta[k]) / after
+            if not (zeta[k] > 0 and falls <= 0 <= rises and falls < rises):
                 continue
-            curve = np.polyfit(at[k - 1 : k + 2] - at[k], zeta[k - 1 : k + 2], 2)
-            if curve[0] > 0 and np.polyval(curve, lowest := -curve[1] / (2 * curve[0])) < 0:
-                out.append(float(at[k] + lowest))
+            bend, slope = (rises - falls) / (before + after), (rises * before + falls * after) / (before + after)
+            if zeta[k] < slope**2 / (4 * bend):
+                out.append(float(at[k] - slope / (2 * bend)))
     return sorted(out)
 
 

@@ -47,7 +47,7 @@ OTHERS = stat.S_IWGRP | stat.S_IWOTH
 
 
 class OpenFolderError(OSError):
-    """Folder in which another user can put files, or which another user can replace; the text says why."""
+    """Folder in which another user can put files, or which another user can replace; its text states why."""
 
 
 def in_cache(name: str, temporary: bool = False) -> Path:

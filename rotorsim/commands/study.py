@@ -1,4 +1,4 @@
-"""`rotorsim study identification-vs-physics`: campaign, models of its records, the physics beside."""
+"""`rotorsim study identification-vs-physics`: campaign, models of its records, the linearised physics."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ FINE = 720
 """Angles round the sleeve."""
 TURNED = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 """Angles [rad] of the shaft at which lobes that turn are looked at."""
-BESIDE = 1e-9
+EDGED = 1e-9
 """Angle [rad] at which both sides of an edge are looked at."""
 AHEAD = 0.05
 """Least cos(theta - phi) that counts: what is across its way does not stop the journal."""
@@ -30,7 +30,7 @@ def journal_room(machine: Machine, number: int, directions: np.ndarray, speed: f
     """Room (n,) [m] of a journal in `directions` (n,) [rad] from x towards y; `number`: its film, speed [rad/s]."""
     film = machine.films[number]
     edges = film.sleeve.edges(film.length)
-    theta = np.concatenate([np.arange(FINE) * 2 * np.pi / FINE, edges - BESIDE, edges + BESIDE])
+    theta = np.concatenate([np.arange(FINE) * 2 * np.pi / FINE, edges - EDGED, edges + EDGED])
     closing = np.cos(theta - np.asarray(directions, float)[:, None])
     ahead = closing > AHEAD
     reach = sleeve_distance(machine, number, theta, speed) / np.where(ahead, closing, 1.0)

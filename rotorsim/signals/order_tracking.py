@@ -192,8 +192,8 @@ def start_transient(record: xr.Dataset) -> float:
 def find_resonances(tracked: xr.Dataset, order: int, axis: str) -> list[dict[str, Any]]:
     """Peaks of one order and axis where it is resolved, the largest first; before them a larger value that is none.
 
-    `local_maximum` tells peaks from such a value; `at_end` is "start" or "end" for one in the first or last window,
-    else "". An order that is resolved nowhere has none.
+    `local_maximum` distinguishes peaks from such a value; `at_end` is "start" or "end" for one in the first or last of
+    several windows, else "". An order that is resolved nowhere has none.
 
     Examples
     --------
@@ -225,4 +225,4 @@ def _peak(tracked: xr.Dataset, order: int, axis: str, i: int, local: bool) -> di
     return {"order": order, "axis": axis, "rpm": float(tracked["speed"][i] * TO_RPM), "um": abs(a) * TO_UM,
             "time_s": float(tracked["time"][i]), "phase_lag_deg": float((90 - np.angle(a, deg=True)) % 360 - 90),
             "local_maximum": local,
-            "at_end": "" if local or i not in (0, last) else "start" if i == 0 else "end"}  # fmt: skip
+            "at_end": "" if local or not last or i not in (0, last) else "start" if i == 0 else "end"}  # fmt: skip

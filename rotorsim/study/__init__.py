@@ -1,4 +1,4 @@
-"""Studies of identification against physics: a campaign, models of its records, the linearised plant beside them."""
+"""Studies of identification against physics: a campaign, models of its records, the linearised plant."""
 
 from rotorsim.base.public import lazy
 

@@ -29,7 +29,7 @@ class Study:
     """Data of the tables and figures.
 
     points: local models over the grid; physics: the linearised plant there; centres: local models between the grid's
-    points; beside: those at further points that are not on the grid; lpv, refined: plain surfaces of Model 3 and
+    points; extra: those at further points that are not on the grid; lpv, refined: plain surfaces of Model 3 and
     those refined by frequency responses; lpv_2: surfaces of Model 2; distances: of the responses of surfaces from local
     ones; sweep: fits of second records by model at the compared points; actuators: the actuator models there and
     their fits (2,) of second records; coherent: surfaces of black-box models and those of Model 3.
@@ -38,7 +38,7 @@ class Study:
     points: list[Local]
     physics: list[Physics]
     centres: list[Local]
-    beside: list[Local]
+    extra: list[Local]
     lpv: idn.LpvModel
     refined: idn.LpvModel
     lpv_2: idn.LpvModel
@@ -59,7 +59,7 @@ class Study:
 
     def at(self, wanted: Sequence[tuple[float, float]]) -> list[Local]:
         """Local models at points [rad/s, Pa]; those without a record are left out."""
-        return at_points([*self.points, *self.beside], wanted)
+        return at_points([*self.points, *self.extra], wanted)
 
     @property
     def q(self) -> np.ndarray:
@@ -71,7 +71,7 @@ def _no_progress() -> None:
     pass
 
 
-ROLES = ("identification", "validation", "centre", "beside", "beside_second")
+ROLES = ("identification", "validation", "centre", "extra", "extra_second")
 
 
 def study(
@@ -82,7 +82,7 @@ def study(
     progress: Progress = _no_progress,
     compared: Sequence[tuple[float, float]] | None = None,
 ) -> Study:
-    """The study of records with the roles ROLES: of the grid, between its points, and at points beside it.
+    """The study of records with the roles ROLES: of the grid, between its points, and at extra points.
 
     Parameters
     ----------
@@ -122,13 +122,13 @@ def _study(
     if not points:
         raise DataError(failed[0])
     centres, lost = make_locals(by_role["centre"], (), each, progress)
-    beside, missed = make_locals(by_role["beside"], by_role["beside_second"], each, progress)
+    extra, missed = make_locals(by_role["extra"], by_role["extra_second"], each, progress)
     results, held = ([point.found["3"] for point in some] for some in (points, centres))
     lpv, refined = (idn.fit_lpv(results, order, held, refine=name) for name in ("none", "frequency"))
-    chosen = _some(points) if compared is None else at_points([*points, *beside], compared)
+    chosen = _some(points) if compared is None else at_points([*points, *extra], compared)
     sweep, actuators = compare_models(chosen, each)
     return Study(
-        points, [physics(plant, r.speed, r.pressure) for r in results], centres, beside, lpv, refined,
+        points, [physics(plant, r.speed, r.pressure) for r in results], centres, extra, lpv, refined,
         idn.fit_lpv([point.found["2"] for point in points], order), _distances(lpv, refined, results, held),
         sweep, actuators, coherent(points, each), [*failed, *lost, *missed],
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Campaign plans of the identification study: a grid of operating points, and points between and beside it."""
+"""Campaign plans of the identification study: a grid of operating points, its cells' centres and extra points."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from rotorsim.campaign import Plan
     from rotorsim.machine import Machine
 
-HELD = ("validation", "hold_out", "centre", "beside", "beside_second")
+HELD = ("validation", "hold_out", "centre", "extra", "extra_second")
 """Roles of records that no surface is fitted to."""
-COUNTED = ("identification", "centre", "beside")
+COUNTED = ("identification", "centre", "extra")
 """Roles of records that local models are made of."""
 KEPT = ("reference", "disc", "disc_measured", "pin", "angle_measured", "speed_measured", "pressure_measured")
 """Variables that identification and the noise-free fit need; the rest would double the files."""
@@ -51,7 +51,7 @@ list = {values}
 
 @dataclass(frozen=True)
 class Layout:
-    """Grid of speeds [rad/s] and gauge pressures [Pa], duration of a record [s], points beside the grid [rad/s, Pa].
+    """Grid of speeds [rad/s] and gauge pressures [Pa], duration of a record [s], extra points [rad/s, Pa].
 
     Examples
     --------
@@ -67,7 +67,7 @@ class Layout:
     more: tuple[tuple[float, float], ...] = ()
 
     def texts(self) -> Iterator[tuple[str, str]]:
-        """Name and text of each plan: the grid with a second record, the centres of its cells, the points beside it.
+        """Name and text of each plan: the grid with a second record, the centres of its cells, the extra points.
 
         Each speed has random sequences of its own. The two references of a finite sequence are a little alike, which
         moves the cross gains; one sequence for all would move them alike, and points left out would show it as an error
@@ -79,11 +79,11 @@ class Layout:
         for k, speed in enumerate(_middles(self.speeds)):
             name = f"centres-{speed / RPM:.0f}rpm"
             yield name, self._text(name, ("centre",), 10 * k + 3, speed, _middles(self.pressures))
-        for k, (speed, pressure) in enumerate(self.beside()):
-            name = f"beside-{speed / RPM:.0f}rpm-{pressure * TO_MPA:.2f}MPa"
-            yield name, self._text(name, ("beside", "beside_second"), 10 * k + 4, speed, (pressure,))
+        for k, (speed, pressure) in enumerate(self.extra_points()):
+            name = f"extra-{speed / RPM:.0f}rpm-{pressure * TO_MPA:.2f}MPa"
+            yield name, self._text(name, ("extra", "extra_second"), 10 * k + 4, speed, (pressure,))
 
-    def beside(self) -> list[tuple[float, float]]:
+    def extra_points(self) -> list[tuple[float, float]]:
         """Those of the further points [rad/s, Pa] that are not on the grid."""
         grid = {_rounded(w, p) for w in self.speeds for p in self.pressures}
         return [q for q in dict.fromkeys(_rounded(*q) for q in self.more) if q not in grid]

@@ -93,7 +93,7 @@ print(ready, time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_SEL
 def whole_run() -> Iterator[Figure]:
     """Default run-up of 60 s in a fresh process: time to the first step, time of the simulation, peak memory."""
     with tempfile.TemporaryDirectory() as folder:
-        arguments = [sys.executable, "-c", _RUN, str(Path(folder) / "run.nc")]
+        arguments = [sys.executable, "-P", "-c", _RUN, str(Path(folder) / "run.nc")]
         subprocess.run(arguments, check=True, capture_output=True)
         runs = np.array(
             [subprocess.run(arguments, check=True, capture_output=True).stdout.split() for _ in range(3)], float
@@ -111,7 +111,7 @@ def imports() -> Iterator[Figure]:
         times = []
         for _ in range(5):
             begin = time.perf_counter()
-            subprocess.run([sys.executable, "-c", code], check=True)
+            subprocess.run([sys.executable, "-P", "-c", code], check=True)
             times.append(time.perf_counter() - begin)
         return statistics.median(times)
 
@@ -123,5 +123,5 @@ def first_compilation() -> Iterator[Figure]:
     with tempfile.TemporaryDirectory() as folder:
         environment = os.environ | {"ROTORSIM_CACHE_DIR": folder}
         code = _RUN.split("begin = time.perf_counter()\nrecord")[0] + "print(ready)"
-        done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, env=environment)
+        done = subprocess.run([sys.executable, "-P", "-c", code], check=True, capture_output=True, env=environment)
     yield Figure("first run ever: to the first step", float(done.stdout), "s", 60.0)

@@ -79,13 +79,13 @@ def export_cold() -> Iterator[Figure]:
 
 
 def _export(path: Path, cpu: str, environment: dict[str, str] | None = None) -> None:
-    command = [sys.executable, "-m", "rotorsim", "fmu", "export", "--cpu", cpu, "--out", str(path)]
+    command = [sys.executable, "-P", "-m", "rotorsim", "fmu", "export", "--cpu", cpu, "--out", str(path)]
     subprocess.run(command, check=True, capture_output=True, env=os.environ | (environment or {}))
 
 
 def _measure(path: Path, environment: dict[str, str]) -> list[float]:
     """Readiness [s], doStep [s], Python's sample [s], ratio, in a process with that environment."""
     done = subprocess.run(
-        [sys.executable, "-c", _RUN, str(path)], check=True, capture_output=True, env=os.environ | environment
+        [sys.executable, "-P", "-c", _RUN, str(path)], check=True, capture_output=True, env=os.environ | environment
     )
     return [float(x) for x in json.loads(done.stdout)]

@@ -97,7 +97,7 @@ def whole_study(plant: Plant, out: Path, progress: Progress, workers: int = 2, q
 
 
 def layout(quick: bool = False) -> Layout:
-    """Grid of the study: the thesis', or three by three of its points, and the claims' points beside it."""
+    """Grid of the study: the thesis', or three by three of its points, and the claims' extra points."""
     usual = QUICK if quick else Layout()
     return replace(usual, more=tuple(q for name in CLAIMED for q in points(name)))
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fe_shaft.spectrum import Region
+from fe_shaft.modes.pencil import Region
 from rotorsim.analysis.lift_off import EXACT, lowest
 from rotorsim.analysis.safe_region import safe_region
 from rotorsim.analysis.whirl_onset import Search, first_loss

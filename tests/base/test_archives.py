@@ -3,11 +3,14 @@
 import io
 import struct
 import zipfile
+from contextlib import suppress
 
 import numpy as np
 import pytest
+from scipy.io import savemat
 
-from rotorsim.base.errors import DataError
+import rotorsim as rs
+from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.exchange import archive
 from rotorsim.base.exchange.archive import ArchiveError, read_archive, unpack
 from rotorsim.discrepancy.outcome.stored import from_bytes
@@ -102,6 +105,24 @@ def test_any_damage_of_an_archive_is_refused_or_does_no_harm():
 def test_a_file_that_is_also_a_folder_is_refused(tmp_path):
     with pytest.raises(ArchiveError, match="both as a file and as a folder"):
         unpack({"a": b"", "a/b": b""}, tmp_path)
+
+
+@pytest.mark.parametrize("load", [rs.load_law, rs.load_model])
+def test_a_matlab_file_that_unpacks_without_end_or_is_damaged_is_refused(load, tmp_path):
+    path = tmp_path / "law.mat"
+    savemat(path, {"A": np.zeros((4000, 4000)), "Ts": 1.0}, do_compression=True)
+    assert path.stat().st_size < 1_000_000
+    with pytest.raises(RotorsimError, match="unpacks to more than 100 MB"):
+        load(path)
+    savemat(path, {name: np.eye(2) for name in "ABCD"} | {"Ts": 1e-3}, do_compression=True)
+    whole, rng = path.read_bytes(), np.random.default_rng(0)
+    for _ in range(200):
+        data = bytearray(whole[: rng.integers(len(whole) + 1)] if rng.random() < 0.3 else whole)
+        for _ in range(rng.integers(1, 4) if data else 0):
+            data[rng.integers(len(data))] = rng.integers(256)
+        path.write_bytes(data)
+        with suppress(RotorsimError):
+            load(path)
 
 
 def test_arrays_that_claim_more_than_there_is_are_refused():

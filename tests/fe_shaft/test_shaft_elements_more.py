@@ -171,13 +171,21 @@ def test_hysteretic_damping_changes_its_sign_where_the_shaft_overtakes_the_whirl
     eta, plain, rotor = 2e-4, supported(), supported(eta_h=2e-4)
     speed = speed * plain.run_modal(0.0).wn[0]
     undamped, modes = plain.run_modal(speed), rotor.run_modal(speed)
-    with_shaft = "forward" if speed > 0 else "backward"
     for k in range(2):
         v, wn = undamped.shapes[:, k], undamped.wn[k]
         whole = np.real(v.conj() @ (2 * wn * plain.M() - 1j * speed * plain.G()) @ v)
         zeta = eta * np.real(v.conj() @ plain.parts.K @ v) / whole / wn
-        overtaken = abs(speed) > wn and modes.whirl[k] == with_shaft
+        overtaken = abs(speed) > wn and modes.whirl[k] == "forward"
         assert modes.damping_ratio[k] == pytest.approx(-zeta if overtaken else zeta, rel=1e-4)
+
+
+def test_a_hysteretic_shaft_on_undamped_bearings_whirls_from_its_first_forward_critical_speed_on():
+    """As a viscous one does: synchronous whirl is where damping ends and drive begins; at rest it is stable."""
+    plain, rotor = supported(), supported(eta_h=2e-4)
+    critical = plain.run_critical_speed(count=2)
+    forward = critical.wn[critical.whirl == "forward"][0]
+    assert rotor.run_stability(np.linspace(10.0, 800.0, 10)).onset == pytest.approx(forward, rel=1e-6)
+    assert rotor.run_modal(0.0).damping_ratio.min() > 0
 
 
 def test_a_hysteretic_shaft_that_turns_sags_sideways_by_its_loss_factor():

@@ -146,7 +146,7 @@ def test_whirl_of_a_spinning_symmetric_rotor_splits_into_backward_below_forward(
     assert result.wd == pytest.approx(result.wn * np.sqrt(1 - result.damping_ratio**2))
     assert result.log_dec == pytest.approx(2 * np.pi * result.damping_ratio * result.wn / result.wd)
     turned = rotor.run_modal(-400.0)
-    assert list(turned.whirl[:2]) == ["forward", "backward"]  # named by x to y, not by the sense of the spin
+    assert list(turned.whirl[:2]) == ["backward", "forward"]  # named by the sense of the spin
 
 
 def test_plane_motion_is_mixed_whirl():

@@ -72,7 +72,9 @@ def test_the_response_of_a_machine_file_is_written_with_units(run, tmp_path):
 def test_a_campbell_diagram_has_the_modes_that_were_asked_for(run, tmp_path):
     code, out, _ = run("campbell", "plain_rotor", "--speeds", "0 rpm:6000 rpm:7", "--modes", "6", "--critical-map",
                        "--json", "--out", "c")  # fmt: skip
-    assert code == 0 and len(json.loads(out)["critical_rpm"]) == 6
+    printed = json.loads(out)
+    assert code == 0 and [round(one["rpm"]) for one in printed["criticals"] if one["order"] == 1] == [2647, 2647]
+    assert printed["missing"] == [0] * 7 and {one["direction"] for one in printed["criticals"]} == {"downward"}
     with xr.open_dataset(tmp_path / "c" / "campbell.nc", engine="h5netcdf") as found:
         assert found["wn"].shape == (6, 7) and "undamped_critical_speed" in found
     assert "Critical speeds over the bearings" in (tmp_path / "c" / "report.html").read_text()

@@ -1,4 +1,4 @@
-"""Structure of the packages: no circles of files, places of numba's private parts, local imports, sizes of folders."""
+"""Structure of the packages: no circles of files, places of numba's private parts, local imports."""
 
 import ast
 from collections import Counter
@@ -20,7 +20,7 @@ PRIVATE = {
     "reynolds/compiler.py",
 }
 """Files that may use numba.core or llvmlite."""
-MOST_LOCAL_IMPORTS, MOST_FILES = 150, 24
+MOST_LOCAL_IMPORTS = 150
 BY_NAME = {
     "fmu/kernel_object.py",
     "rotorsim/base/public.py",
@@ -79,11 +79,6 @@ def test_imports_inside_functions_are_few(trees):
         functions = [n for n in ast.walk(tree) if isinstance(n, (ast.FunctionDef, ast.AsyncFunctionDef))]
         local[name] = len({node.lineno for function in functions for node in imports(function)})
     assert local.total() <= MOST_LOCAL_IMPORTS, local.most_common(10)
-
-
-def test_no_folder_holds_many_files():
-    sizes = Counter(name_of(path.parent) for path in FILES)
-    assert not {folder: size for folder, size in sizes.items() if size > MOST_FILES}
 
 
 def test_no_test_reads_a_clock():

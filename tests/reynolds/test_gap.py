@@ -96,7 +96,7 @@ def test_the_gap_closes_in_the_direction_of_its_place(name):
     here = place(journal)
     ends = [[place(journal + sign * e) for sign in (1, -1)] for e in step * np.eye(2)]
     closing = [((a[0] - a[1]) - (b[0] - b[1])) / (2 * step) for a, b in ends]
-    turned = [np.cross(b[2:4], a[2:4]) / (2 * step) for a, b in ends]
+    turned = [(b[2] * a[3] - b[3] * a[2]) / (2 * step) for a, b in ends]
     assert closing == pytest.approx(-here[2:4], abs=1e-6)
     assert turned == pytest.approx(np.array([-here[3], here[2]]) / here[4], abs=1e-4 / C)
 

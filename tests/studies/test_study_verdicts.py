@@ -112,10 +112,10 @@ def test_claims_on_laws_that_a_quick_study_leaves_out_are_not_run_unless_one_was
 
 
 def test_the_claims_points_off_the_grid_get_records_of_their_own():
-    beside = [(round(w / KRPM, 3), p) for w, p in layout().beside()]
-    assert beside == [(5.3, 300000), (4.05, 500000), (4.2, 700000)]
+    extra = [(round(w / KRPM, 3), p) for w, p in layout().extra_points()]
+    assert extra == [(5.3, 300000), (4.05, 500000), (4.2, 700000)]
     names = [name for name, _ in layout().texts()]
-    assert [sum(name.startswith(kind) for name in names) for kind in ("grid-", "centres-", "beside-")] == [7, 6, 3]
+    assert [sum(name.startswith(kind) for name in names) for kind in ("grid-", "centres-", "extra-")] == [7, 6, 3]
     assert len(set(names)) == len(names) == 16
 
 

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import struct
 import warnings
+import zlib
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +23,12 @@ DELAYS = ("InputDelay", "OutputDelay", "IODelay", "ioDelay", "InternalDelay")
 """Delays of a system of MATLAB, which no matrix here has."""
 SAVE = "[A, B, C, D, Ts] = ssdata(sys); save('system.mat', 'A', 'B', 'C', 'D', 'Ts', '-v7')"
 """How a system is saved in MATLAB, so that it can be read here."""
+
+
+LARGEST = 100_000_000
+"""Bytes that a file may take, packed or unpacked: a system of 1000 states takes 8 MB."""
+HEADER, COMPRESSED, CHUNK = 128, 15, 1_000_000
+"""Bytes before the first variable of a v5 file, the type of a variable that is packed, bytes unpacked at once."""
 
 
 def is_mat(path: str | Path) -> bool:
@@ -50,14 +60,17 @@ def read_mat(path: str | Path) -> dict[str, Any]:
         With a sentence that does not begin with the file's name, if it cannot be read or lacks A, B, C, D or Ts.
     """
     from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
 
+    large = Path(path).stat().st_size > LARGEST
+    data = b"" if large else Path(path).read_bytes()
+    if large or _unpacked(data) > LARGEST:
+        raise DataError(f"unpacks to more than {LARGEST / 1e6:g} MB; save the system alone: {SAVE}")
     try:
-        raw = loadmat(path, mat_dtype=True)
+        raw = loadmat(BytesIO(data), mat_dtype=True)
     except NotImplementedError as error:
         raise DataError("is a MATLAB file of version 7.3; save it with the option '-v7'") from error
-    except (MatReadError, ValueError, TypeError, EOFError, KeyError, IndexError) as error:
-        raise DataError(f"cannot be read as a MATLAB file ({error}); save it in MATLAB by {SAVE}") from error
+    except Exception as error:  # damage ends in anything from IndexError to zlib.error
+        raise DataError(f"cannot be read as a MATLAB file ({str(error)[:200]}); save it in MATLAB by {SAVE}") from error
     found = {name: _plain(value) for name, value in raw.items() if not name.startswith("__")}
     wrong = [n for n in SYSTEM if not isinstance(found.get(n), np.ndarray) or found[n].dtype.kind not in "fiu"]
     if wrong:
@@ -65,6 +78,23 @@ def read_mat(path: str | Path) -> dict[str, Any]:
     if "Ts" not in found:
         raise DataError(f"holds no Ts; save Ts too (0 for continuous): {SAVE}")
     return found
+
+
+def _unpacked(data: bytes) -> int:
+    """Bytes of the packed variables of a v5 file, counted no further than beyond `LARGEST`."""
+    order, total, place = ("<" if data[126:128] == b"IM" else ">"), 0, HEADER
+    while place + 8 <= len(data) and total <= LARGEST:
+        kind, size = struct.unpack_from(f"{order}II", data, place)
+        packed = data[place + 8 : place + 8 + size]
+        place += 8 + size
+        if kind != COMPRESSED:
+            continue
+        stream = zlib.decompressobj()
+        with suppress(zlib.error):  # which loadmat will meet again
+            while packed and total <= LARGEST:
+                total += len(stream.decompress(packed, CHUNK))
+                packed = stream.unconsumed_tail
+    return total
 
 
 def number(content: Mapping[str, Any], name: str, default: float) -> float:

@@ -6,7 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fe_shaft.modes.spectrum import modes_in
+from rotorsim.analysis.whirl_onset import least_damped, region_up_to
 from rotorsim.base.errors import RotorsimError
+from rotorsim.base.processes import one_thread
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise
@@ -15,17 +18,18 @@ from rotorsim.plant.linearise import linearise
 @dataclass(frozen=True)
 class Modes:
     """Frequency [Hz] and damping ratio of the lowest mode of each axis at a speed [rad/s] and gauge pressure [Pa], or
-    the reason why there is none."""
+    the reason why there is none; `least` are frequency and damping ratio of the least damped of all modes."""
 
     frequency: tuple[float, ...] = ()
     zeta: tuple[float, ...] = ()
     why: str = ""
+    least: tuple[float, float] = (float("nan"), float("inf"))
     speed: float = 0.0
     pressure: float = 0.0
 
 
 def modes_at(a: Assembly, speed: float, pressure: float) -> Modes:
-    """Lowest modes at a speed [rad/s] and gauge pressure [Pa], without controller."""
+    """Modes at a speed [rad/s] and gauge pressure [Pa], without controller."""
     try:
         plant = linearise(a, settle(a, speed, pressure), speed)
     except RotorsimError as error:
@@ -34,7 +38,11 @@ def modes_at(a: Assembly, speed: float, pressure: float) -> Modes:
         return Modes(why="cannot be computed here")
     first = [plant.mode_of_axis(axis) for axis in range(2)]
     frequency, zeta = (plant.wn[first] / (2 * np.pi)).tolist(), plant.zeta[first].tolist()
-    return Modes(tuple(frequency), tuple(zeta), "", speed, pressure)
+    hints = a.mesh.reduced.frequencies
+    region = region_up_to(hints, abs(speed))
+    with one_thread():
+        damping, omega = least_damped(modes_in(plant, region, np.unique(hints.round(3)).tolist()), region)
+    return Modes(tuple(frequency), tuple(zeta), "", (omega / (2 * np.pi), damping), speed, pressure)
 
 
 def own_copy(a: Assembly) -> Assembly:

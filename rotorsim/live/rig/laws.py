@@ -20,6 +20,8 @@ from rotorsim.live.rig.operating import OFF, P_LAW, driven_axes
 from rotorsim.machine import Machine
 
 SHIPPED = Path(__file__).parent / "shipped"
+LAWS = ("hinf",)
+"""Shipped laws by name; the folder also holds the model that they were designed on."""
 
 
 def read_laws(paths: Sequence[Path], machine: Machine | None = None) -> dict[str, Any]:
@@ -38,7 +40,7 @@ def read_laws(paths: Sequence[Path], machine: Machine | None = None) -> dict[str
             raise DataError(f"--law: {machine.name} has no injectors that a controller could move; leave it out")
         return {OFF: None}
     laws: dict[str, Any] = {OFF: None, P_LAW: P_LAW}
-    laws |= {path.stem: load_law(path) for path in sorted(SHIPPED.glob("*.json"))}
+    laws |= {path.stem: load_law(path) for path in (SHIPPED / f"{name}.json" for name in LAWS)}
     for path in paths:
         if path.stem in laws:
             raise DataError(f"--law {path}: there is a controller '{path.stem}' already; rename the file")

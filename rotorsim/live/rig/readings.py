@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from rotorsim.base.constants import TO_MPA, TO_RPM
+from rotorsim.base.rounding import DAMPED
 from rotorsim.live.rig.eigenvalue import Modes
 from rotorsim.live.rig.operating import OFF
 from rotorsim.live.rig.rig import Rig
@@ -51,9 +52,17 @@ def eigenvalues_shown(rig: Rig, kept: tuple[int, Modes], replay: bool) -> dict[s
         return {"why": why}
     shown: dict[str, Any] = {
         "why": "", "frequency": [round(f, 1) for f in modes.frequency], "zeta": [round(z, 4) for z in modes.zeta],
-        "speed": round(modes.speed * TO_RPM), "open": rig.settings.positions["controller"] != OFF,
+        "growing": another_growing(modes), "speed": round(modes.speed * TO_RPM),
+        "open": rig.settings.positions["controller"] != OFF,
     }  # fmt: skip
     return shown | {"pressure": round(modes.pressure * TO_MPA, 3)} if rig.has_film else shown
+
+
+def another_growing(modes: Modes) -> list[float]:
+    """Frequency [Hz] and damping ratio of a mode that grows and is not among those of the axes; empty without one."""
+    frequency, zeta = modes.least
+    shown = any(abs(zeta - other) < 1e-3 * abs(zeta) for other in modes.zeta)
+    return [] if zeta >= -DAMPED or shown else [round(frequency, 1), round(zeta, 4)]
 
 
 def _eigenvalues_void(rig: Rig, epoch: int, replay: bool) -> str:

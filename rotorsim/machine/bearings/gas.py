@@ -57,7 +57,7 @@ class Gas(Part):
     """
 
     name: Literal["air", "nitrogen", "oxygen", "argon", "helium", "hydrogen", "carbon_dioxide"] = Field(
-        "air", description="Which gas it is; its properties hold where they are not given."
+        default="air", description="Which gas it is; its properties hold where they are not given."
     )
     viscosity: float | None = quantity(
         "Pa*s", "Dynamic viscosity; that of the gas at its temperature when not given.", None, above=0, high=1,

@@ -20,7 +20,8 @@ from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.suggest import did_you_mean
 
-Given, Made = ParamSpec("Given"), TypeVar("Made")
+Given = ParamSpec("Given")
+Made = TypeVar("Made")
 SYSTEMS = ("metric", "imperial")
 _INCH, _LBF, _PSI = 25.4e-3, 4.4482216152605, 6894.757293168361
 _OUNCE, _SCF = 28.349523125e-3, 28.316846592 * 273.15 / 288.7055555555556

@@ -55,7 +55,7 @@ def shaft_campbell(found: xr.Dataset) -> go.Figure:
 
 
 def _add_criticals(figure: go.Figure, found: xr.Dataset) -> None:
-    """Rings where a mode crosses an order line within the speeds, the orders' lines above the first beside them."""
+    """Rings where a mode crosses an order line within the speeds, and the lines of the orders above the first."""
     if "critical_speed" not in found:
         return
     speeds = found["speed"].values

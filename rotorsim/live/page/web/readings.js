@@ -18,7 +18,7 @@ export function readings(frame, rig) {
   for (const [name, text] of now.probes) add(`probe ${name}`, `${text} 0-pk`);
   add("last hit", ringdown(status.reading));
   const { modes } = status;
-  add(modes.open ? "eigenvalue without controller" : "eigenvalue", eigenvalue(modes), !modes.why && modes.zeta.some((z) => z < 0));
+  add(modes.open ? "eigenvalue without controller" : "eigenvalue", eigenvalue(modes), !modes.why && (modes.growing.length > 0 || modes.zeta.some((z) => z < 0)));
   if (status.checking) add("controller", `${status.checking} is being checked`);
   if (status.alarm) add("controller", status.alarm, true);
   if (status.stopped) add("stopped", status.stopped, true);
@@ -30,8 +30,10 @@ function ringdown({ axis, frequency, frequency_scatter, zeta, zeta_scatter, why 
   return `${axis}: ${frequency.toFixed(1)} ± ${frequency_scatter.toFixed(1)} Hz, zeta ${zeta.toFixed(4)} ± ${zeta_scatter.toFixed(4)}`;
 }
 
-function eigenvalue({ frequency, zeta, speed, pressure, why }) {
+function eigenvalue({ frequency, zeta, growing, speed, pressure, why }) {
   if (why) return why;
   const point = pressure === undefined ? `${speed} rpm` : `${speed} rpm, ${pressure.toFixed(2)} MPa`;
-  return `${frequency.map((f, i) => `${"xy"[i]}: ${f.toFixed(1)} Hz, zeta ${zeta[i].toFixed(3)}`).join("; ")} at ${point}`;
+  const axes = frequency.map((f, i) => `${"xy"[i]}: ${f.toFixed(1)} Hz, zeta ${zeta[i].toFixed(3)}`);
+  const another = growing.length ? [`another mode grows: ${growing[0].toFixed(1)} Hz, zeta ${growing[1].toFixed(3)}`] : [];
+  return `${[...axes, ...another].join("; ")} at ${point}`;
 }

@@ -1,12 +1,11 @@
-r"""Modes over a parameter, followed by their vectors from value to value, and their crossings with order lines.
+r"""Modes over a parameter, followed by their vectors from value to value.
 
 A mode j at one value and a mode k at the next are one where their left and right vectors overlap,
 
 .. math:: P_{jk} = |(y_j^H S_B v_k)(y_k^H S_A v_j)| > 0.7
 
 and steps are halved until that holds for every mode of the region. A branch so begins and ends at the ends of the
-range, at a border of the region or where there is no pencil (a film that does not carry); it never jumps. A crossing
-of :math:`|\lambda|` with an order line is a root that is solved with the pencil at the crossing itself.
+range, at a border of the region or where there is no pencil (a film that does not carry); it never jumps.
 
 Source: Friswell et al. (2010), section 6.8; the overlap is the modal assurance of Allemang with left vectors.
 
@@ -21,9 +20,10 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
-from fe_shaft.spectrum import NEAR, Modes, Pencil, Region, joined, modes_in, nothing, predicted, refined, settled
+from fe_shaft.modes.pencil import Modes, Pencil, Region, nothing
+from fe_shaft.modes.spectrum import modes_in
+from fe_shaft.modes.subspace import joined, refined
 
 CERTAIN = 0.7
 """Overlap of modes at neighbouring values above which they are one."""
@@ -39,8 +39,6 @@ PARTNER = 0.3
 """Overlap up to which a mode has no partner at the neighbouring value yet."""
 COARSEST = 10
 """Fewest steps of the range."""
-ON_LINE = 1e-10
-"""Relative accuracy of a crossing with an order line."""
 
 Family = Callable[[float], Pencil | None]
 
@@ -67,18 +65,6 @@ class Branch:
 
 
 @dataclass(frozen=True, eq=False)
-class Crossing:
-    """A mode on an order line: the parameter there, whether |s| leaves the line upwards, the mode with its vectors."""
-
-    branch: int
-    order: float
-    at: float
-    upward: bool
-    pencil: Pencil
-    modes: Modes
-
-
-@dataclass(frozen=True, eq=False)
 class Followed:
     """Modes in a region over a parameter."""
 
@@ -91,9 +77,12 @@ class Followed:
         at = np.array([self.nodes[i].at for i, _ in branch.places])
         return at, np.array([self.nodes[i].modes.values[k] for i, k in branch.places])
 
-    def missing(self, at: float) -> float:
-        """Modes of the region that are not found at a value; NaN where that is not known."""
-        return next((n.modes.missing for n in self.nodes if n.at == at), float("nan"))
+    @property
+    def uncertain(self) -> list[tuple[float, float]]:
+        """Intervals of the parameter at whose ends a mode could not be followed further."""
+        begun = [b.places[0][0] for b in self.branches if b.begins == "not certain"]
+        ended = [b.places[-1][0] + 1 for b in self.branches if b.ends == "not certain"]
+        return [(self.nodes[i - 1].at, self.nodes[i].at) for i in sorted({*begun, *ended})]
 
 
 def follow(family: Family, values: Sequence[float], region: Region, hints: Sequence[float] = ()) -> Followed:
@@ -186,32 +175,57 @@ def _linked(here: Node, there: Node, region: Region, first: bool) -> tuple[Node,
 
 
 def carried(modes: Modes, pencil: Pencil) -> Modes | None:
-    """What the modes of a neighbour become in their own subspace, in their order; None where that is not certain.
-
-    The pencil in the subspace, k by k, is changed from that of the neighbour to this one in as many steps as it takes:
-    modes that exchange their vectors over a short way, as the two planes of a rotor do near rest, need no more nodes.
-    """
+    """What the modes of a neighbour become in their own subspace, in their order; None where that is not certain."""
     if not len(modes.values):
         return modes
     J, S = modes.left.conj().T @ pencil.times_J(modes.right), modes.left.conj().T @ pencil.times_S(modes.right)
     try:
         there = np.linalg.solve(S, J)
-        now, turn, back, step = 0.0, np.eye(len(S), dtype=complex), np.eye(len(S), dtype=complex), 1.0
-        while now < 1:
-            step = min(step, 1 - now)
-            values, vectors = np.linalg.eig(np.diag(modes.values) * (1 - now - step) + there * (now + step))
-            inverse = np.linalg.inv(vectors)
-            P = np.abs((back @ vectors) * (inverse @ turn).T)
-            best = P.argmax(axis=1)
-            if len(set(best)) == len(best) and P[np.arange(len(best)), best].min() > CERTAIN:
-                now, turn, back, step = now + step, vectors[:, best], inverse[best], 2 * step
-            elif step < SHORTEST:
-                return None
-            else:
-                step /= 2
-        return Modes(values[best], modes.right @ turn, modes.left @ np.linalg.inv(S @ turn).conj().T)
+        found = through(np.diag(modes.values), there, np.arange(len(S)))
+        if found is None:
+            return None
+        values, turn = found
+        return Modes(values, modes.right @ turn, modes.left @ np.linalg.inv(S @ turn).conj().T)
     except np.linalg.LinAlgError:
         return None
+
+
+def through(
+    first: NDArray[np.complex128], last: NDArray[np.complex128], chosen: NDArray[np.intp]
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128]] | None:
+    """Eigenvalues and vectors of a small matrix, as those of another one become them; None where that is not certain.
+
+    The first matrix is changed into the last one in as many steps as it takes: modes that exchange their vectors over a
+    short way, as the two planes of a rotor do near rest, need no more nodes. `chosen` are those of
+    ``numpy.linalg.eig(first)`` that have to be certain.
+    """
+    values, turn = np.linalg.eig(first)
+    back, now, step = np.linalg.inv(turn), 0.0, 1.0
+    while now < 1:
+        step = min(step, 1 - now)
+        new, vectors = np.linalg.eig(first * (1 - now - step) + last * (now + step))
+        inverse = np.linalg.inv(vectors)
+        P = np.abs((back @ vectors) * (inverse @ turn).T)
+        best = _assigned(P)
+        alike = np.abs(new[best][:, None] - new) < INDISTINCT * np.abs(new)
+        if np.sum(P * alike, axis=1)[chosen].min() > CERTAIN:
+            values, turn, back = new[best], vectors[:, best], inverse[best]
+            now, step = now + step, 2 * step
+        elif step < SHORTEST:
+            return None
+        else:
+            step /= 2
+    return values, turn
+
+
+def _assigned(P: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Column of each row: the largest one where they are different, else those with the largest sum."""
+    best = P.argmax(axis=1)
+    if len(set(best.tolist())) == len(best):
+        return best
+    from scipy.optimize import linear_sum_assignment  # slow to import, and no run-up needs it
+
+    return np.asarray(linear_sum_assignment(-P)[1])
 
 
 def _all_linked(here: Node, there: Node, one: dict[int, int], region: Region) -> bool:
@@ -283,95 +297,3 @@ def _why(node: Node, mode: int | None, region: Region) -> str:
     if node.pencil is None:
         return "not carried"
     return "not certain" if mode is None else region.border(complex(node.modes.values[mode]))
-
-
-def crossings(family: Family, found: Followed, orders: Sequence[float] = (1.0, 2.0, 3.0)) -> list[Crossing]:
-    """Crossings of \\|s\\| with order times \\|parameter\\| along every branch, by order and parameter."""
-    out = []
-    for number, branch in enumerate(found.branches):
-        line = _Line(family, found, branch)
-        for order in orders:
-            out += [replace(c, branch=number) for c in line.crossings(order) if found.region.holds(c.modes.values[0])]
-    return sorted(out, key=lambda c: (c.order, abs(c.at), abs(c.modes.values[0])))
-
-
-@dataclass(frozen=True, eq=False)
-class _Line:
-    """A branch that can be asked between its nodes."""
-
-    family: Family
-    found: Followed
-    branch: Branch
-
-    def crossings(self, order: float) -> list[Crossing]:
-        at, s = self.found.values(self.branch)
-        points = {float(x): float(abs(v) - order * abs(x)) for x, v in zip(at, s, strict=True)}
-        if at[0] < 0 < at[-1]:
-            points.setdefault(0.0, 1.0)
-        self._look_for_dips(points, order)
-        out = []
-        for a, b in pairwise(sorted(points)):
-            if (points[a] > 0) != (points[b] > 0) and points[a] != points[b]:
-                crossing = self._root(points, a, b, order)
-                out += [] if crossing is None else [crossing]
-        return out
-
-    def _look_for_dips(self, points: dict[float, float], order: float) -> None:
-        """Add values where a parabola through three of them comes near the line between them."""
-        for _ in range(6):
-            xs = sorted(points)
-            new = []
-            for k in range(1, len(xs) - 1):
-                (xa, xb, xc), (ga, gb, gc) = xs[k - 1 : k + 2], (points[x] for x in xs[k - 1 : k + 2])
-                if not (ga > 0) == (gb > 0) == (gc > 0) or abs(gb) > min(abs(ga), abs(gc)):
-                    continue
-                curve = np.polyfit([xa - xb, 0.0, xc - xb], [ga, gb, gc], 2)
-                vertex = -curve[1] / (2 * curve[0]) if curve[0] else 0.0
-                lowest = np.polyval(curve, vertex)
-                if (lowest > 0) != (gb > 0) or abs(lowest) < 0.3 * abs(gb):
-                    x = xb + vertex
-                    if min(abs(x - other) for other in xs) > 1e-3 * (xc - xa):
-                        new.append(x)
-            if not new:
-                return
-            for x in new:
-                there = self.at(x)
-                if there is not None:
-                    points[x] = float(abs(there[1].values[0]) - order * abs(x))
-
-    def at(self, x: float) -> tuple[Pencil, Modes] | None:
-        """The branch's mode at a value between its nodes; None where it is not certain."""
-        pencil = self.family(x)
-        if pencil is None:
-            return None
-        places = sorted(self.branch.places, key=lambda p: abs(self.found.nodes[p[0]].at - x))[:2]
-        for i, k in places:
-            node = self.found.nodes[i]
-            assert node.pencil is not None
-            guess = predicted(pencil, node.modes)
-            alike = overlap(node.pencil, node.modes.take([k]), pencil, guess)[0]
-            first = int(alike.argmax())
-            near = np.abs(guess.values - guess.values[first]) < NEAR * abs(guess.values[first])
-            group = settled(pencil, guess.take(near))
-            if not len(group.values):
-                continue
-            alike = overlap(node.pencil, node.modes.take([k]), pencil, group)[0]
-            if alike.max() > 0.5 * CERTAIN:
-                return pencil, group.take([int(alike.argmax())])
-        return None
-
-    def _root(self, points: dict[float, float], a: float, b: float, order: float) -> Crossing | None:
-        """Root between two values by Brent's method; None where the mode is not certain on the way."""
-
-        def gap(x: float) -> float:
-            if x in points:
-                return points[x]
-            there = self.at(x)
-            return float("nan") if there is None else float(abs(there[1].values[0]) - order * abs(x))
-
-        try:
-            x = brentq(gap, a, b, xtol=ON_LINE * max(abs(a), abs(b)), rtol=ON_LINE)
-        except ValueError:
-            return None
-        there = self.at(x)
-        return None if there is None else Crossing(0, order, x, (points[b] > points[a]) == (a + b > 0), *there)

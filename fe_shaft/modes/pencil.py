@@ -1,0 +1,101 @@
+"""Pencils, regions of the complex plane and modes, the values that the rest of this room works on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[Any]
+
+OSCILLATES = 1e-6
+"""Imaginary part over modulus above which an eigenvalue oscillates."""
+
+
+class Factor(Protocol):
+    """Factors of J - s S."""
+
+    def solve(self, b: Vector) -> Vector:
+        """(J - s S)^-1 b for b (n,)."""
+
+    def adjoint(self, b: Vector) -> Vector:
+        """(J - s S)^-H b for b (n,)."""
+
+
+class Pencil(Protocol):
+    """Real pencil J - s S."""
+
+    @property
+    def size(self) -> int:
+        """Number of states n."""
+
+    def times_J(self, x: Vector) -> Vector:
+        """J x for x (n, k)."""
+
+    def times_S(self, x: Vector, transposed: bool = False) -> Vector:
+        """S x or S' x for x (n, k)."""
+
+    def factor(self, s: complex) -> Factor:
+        """Factors at s [rad/s]."""
+
+    def log_det(self, s: complex) -> complex:
+        """Logarithm of det(J - s S) up to a constant, the imaginary part modulo 2 pi."""
+
+
+@dataclass(frozen=True)
+class Region:
+    """Sector floor < |s| < reach [rad/s] of damping ratios below `zeta`, growing modes included."""
+
+    reach: float
+    floor: float
+    zeta: float = 0.5
+
+    def holds(self, s: Any) -> Any:
+        """Whether eigenvalues [rad/s] oscillate in the region."""
+        size = np.abs(s)
+        inside = (size > self.floor) & (size < self.reach) & (-np.real(s) < self.zeta * size)
+        return inside & (np.imag(s) > OSCILLATES * size)
+
+    @property
+    def wider(self) -> Region:
+        """The region with a rim, in which modes are followed beyond the border."""
+        return Region(1.3 * self.reach, 0.5 * self.floor, min(self.zeta + 0.15, 0.5 * (1 + self.zeta)))
+
+    def border(self, s: complex) -> str:
+        """The border beyond which an eigenvalue [rad/s] lies; empty inside."""
+        if abs(s) >= self.reach:
+            return "reach"
+        if abs(s) <= self.floor:
+            return "floor"
+        if -s.real >= self.zeta * abs(s):
+            return "damping"
+        return "" if self.holds(s) else "no oscillation"
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """Eigenvalues (k,) [rad/s] with vectors (n, k), left^H S right = I, ascending in modulus.
+
+    `missing` is the number of eigenvalues of the region that are not among them, NaN where it could not be counted.
+    """
+
+    values: Vector
+    right: Vector
+    left: Vector
+    missing: float = float("nan")
+
+    @property
+    def proven(self) -> bool:
+        """Whether it is proven that none is missing."""
+        return self.missing == 0
+
+    def take(self, which: Any) -> Modes:
+        """Those of the indices or flags `which`."""
+        return replace(self, values=self.values[which], right=self.right[:, which], left=self.left[:, which])
+
+
+def nothing(size: int) -> Modes:
+    """No modes of a pencil of a size."""
+    return Modes(np.zeros(0, complex), np.zeros((size, 0), complex), np.zeros((size, 0), complex))

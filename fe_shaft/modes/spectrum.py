@@ -1,0 +1,58 @@
+"""All modes of a pencil in a region, their number proven."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fe_shaft.modes.count import missing_in
+from fe_shaft.modes.pencil import Modes, Pencil, Region, nothing
+from fe_shaft.modes.subspace import around, everything, joined, refined, settled, unknown
+
+SMALL = 130
+"""Size up to which all eigenvalues are computed at once."""
+
+
+def modes_in(pencil: Pencil, region: Region, hints: Sequence[float] = (), seed: Modes | None = None) -> Modes:
+    """All modes of a pencil in the region, their number proven.
+
+    Parameters
+    ----------
+    pencil : Pencil
+    region : Region
+    hints : sequence of float
+        Frequencies [rad/s] around which modes are expected.
+    seed : Modes, optional
+        Those of a neighbouring pencil, from which these are refined before others are looked for.
+
+    Returns
+    -------
+    Modes
+        Those of the region and some around it that were met; `missing` is 0 where the count proves it complete.
+    """
+    if pencil.size <= SMALL:
+        known = everything(pencil)
+    else:
+        known = nothing(pencil.size) if seed is None else refined(pencil, seed)
+    known = replace(known, missing=missing_in(pencil, region, known.values))
+    rounds = [] if pencil.size <= SMALL else _shifts(region, hints)
+    while not known.proven and rounds:
+        for shift in rounds.pop(0):
+            known = joined(pencil, known, settled(pencil, unknown(known, around(pencil, shift), region)))
+        known = replace(known, missing=missing_in(pencil, region, known.values))
+    return known.take(np.argsort(np.abs(known.values), kind="stable"))
+
+
+def _shifts(region: Region, hints: Sequence[float]) -> list[list[complex]]:
+    """Rounds of shifts [rad/s]: around the hints and evenly over the reach, then between, then towards the edge."""
+    near = [h for h in hints if region.floor < h < region.reach]
+    even = [region.reach * (k + 0.5) / 3 for k in range(3)]
+    first = [f for f in even if all(abs(f - h) > 0.1 * region.reach for h in near)]
+    rounds = [[1j * f for f in [*near, *first]]]
+    for count in (6, 12):
+        step = region.reach / count
+        rounds.append([step * (k + 0.5) * np.exp(1j * np.deg2rad(a)) for k in range(count) for a in (80, 112)])
+    ladder = np.geomspace(region.floor, region.reach, 12)
+    return [*rounds, [r * np.exp(1j * np.deg2rad(a)) for r in ladder for a in (60, 100, 119)]]

@@ -1,0 +1,125 @@
+"""Modes that are counted and followed: pencils with known eigenvalues, tables that bring modes down and up again."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from fe_shaft import BearingElement, DiskElement, Rotor, ShaftElement, steel
+from fe_shaft.modes.count import missing_in
+from fe_shaft.modes.crossings import crossings
+from fe_shaft.modes.follower import follow
+from fe_shaft.modes.pencil import Region, nothing
+from fe_shaft.modes.second_order import SecondOrder
+from fe_shaft.modes.spectrum import modes_in
+from fe_shaft.modes.subspace import joined
+
+pytestmark = pytest.mark.numerical
+
+REGION = Region(reach=100.0, floor=0.01)
+
+
+def oscillators(wn, zeta, mix=None):
+    """Independent oscillators of given frequencies and damping ratios, in turned coordinates."""
+    wn, zeta = np.asarray(wn, float), np.asarray(zeta, float)
+    Q = np.eye(len(wn)) if mix is None else np.linalg.qr(mix)[0]
+    return SecondOrder(np.eye(len(wn)), Q.T @ np.diag(2 * zeta * wn) @ Q, Q.T @ np.diag(wn**2) @ Q)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_count_of_missing_modes_is_the_number_left_out(seed):
+    """Pairs count twice, in the region only; damping ratios on both sides of its border, one mode double."""
+    rng = np.random.default_rng(seed)
+    wn, zeta = rng.uniform(1, 150, 20), rng.uniform(-0.2, 0.95, 20)
+    wn[3], zeta[3] = wn[2], zeta[2]
+    pencil = oscillators(wn, zeta, rng.standard_normal((20, 20)))
+    every = -zeta * wn + 1j * wn * np.sqrt(1 - zeta**2)
+    inside = REGION.holds(every)
+    assert missing_in(pencil, REGION, every) == 0
+    for left in (0, 2, 5):
+        gone = np.flatnonzero(inside)[:left]
+        assert missing_in(pencil, REGION, np.delete(every, gone)) == 2 * len(gone)
+
+
+def test_a_double_mode_is_two_modes_and_a_mode_that_is_met_twice_is_one():
+    pencil = oscillators([10.0, 10.0, 30.0], [0.1, 0.1, 0.2], np.random.default_rng(1).standard_normal((3, 3)))
+    found = modes_in(pencil, REGION)
+    assert np.abs(found.values) == pytest.approx([10.0, 10.0, 30.0], rel=1e-10) and found.proven
+    assert len(joined(pencil, found, found).values) == 3
+    assert len(joined(pencil, nothing(pencil.size), found.take([0, 0, 2])).values) == 2
+
+
+def test_large_pencils_give_every_mode_of_the_region():
+    """One hundred oscillators: eigenvalues by Krylov spaces, their number by the count."""
+    rng = np.random.default_rng(7)
+    wn, zeta = rng.uniform(5, 400, 100), rng.uniform(0.0, 0.9, 100)
+    wn[1], zeta[0], zeta[1] = wn[0] * (1 + 3e-10), 0.3, 0.3
+    wn[0] = wn[1] = 50.0
+    exact = -zeta * wn + 1j * wn * np.sqrt(1 - zeta**2)
+    exact = exact[REGION.holds(exact)]
+    found = modes_in(oscillators(wn, zeta, rng.standard_normal((100, 100))), REGION)
+    inside = found.values[REGION.holds(found.values)]
+    assert found.missing == 0
+    assert np.sort(np.abs(inside)) == pytest.approx(np.sort(np.abs(exact)), rel=1e-8)
+
+
+@dataclass(frozen=True)
+class Crossed:
+    """Two oscillators whose frequencies cross at 1 with a coupling; without one they pass through each other."""
+
+    coupling: float
+
+    def __call__(self, x):
+        K = np.array([[(10 * x) ** 2, self.coupling], [self.coupling, (20 - 10 * x) ** 2]])
+        return SecondOrder(np.eye(2), 0.01 * np.eye(2), K)
+
+
+@pytest.mark.parametrize("count", [2, 3, 9])
+@pytest.mark.parametrize(("coupling", "ends"), [(0.0, (18.0, 2.0)), (5.0, (2.0, 18.0))])
+def test_branches_pass_through_a_crossing_and_turn_at_a_veering_whatever_the_grid(coupling, ends, count):
+    """At the crossing itself, a node of the second grid, the two modes are one double mode without a coupling."""
+    found = follow(Crossed(coupling), np.linspace(0.2, 1.8, count).tolist(), Region(40.0, 0.01))
+    assert len(found.branches) == 2 and not found.uncertain
+    last = [abs(found.values(branch)[1][-1]) for branch in found.branches]
+    assert last == pytest.approx(ends, rel=0.05)
+
+
+def rotor(k, speeds):
+    shaft = [ShaftElement(0.25, 0.0, 0.1) for _ in range(6)]
+    disc = [DiskElement.from_geometry(3, steel, 0.07, 0.1, 0.28)]
+    bearings = [BearingElement(n, k, 20.0, kyy=np.multiply(k, 0.9), frequency=speeds) for n in (0, 6)]
+    return Rotor(shaft, disc, bearings)
+
+
+def test_stiffness_that_rises_over_the_speed_gives_critical_speeds_in_both_directions():
+    """Against the signs of |lambda| - Omega in a sweep of all modes: each change is a critical speed, and no other."""
+    tabled = rotor([1e6, 1e6, 1e8, 1e8], [0.0, 314.0, 419.0, 1200.0])
+    found = tabled.run_critical_speed(limit=1000.0, count=50)
+    speeds = np.unique([*np.linspace(1.0, 999.0, 40), *np.linspace(310.0, 332.0, 45)])
+    gaps = np.array([tabled.run_modal(v).wn[:6] - v for v in speeds])
+    falls = np.sum((gaps[:-1] > 0) & (gaps[1:] <= 0))
+    rises = np.sum((gaps[:-1] <= 0) & (gaps[1:] > 0))
+    assert (np.sum(~found.upward), np.sum(found.upward)) == (falls, rises) and rises > 0 and found.proven
+    for speed in found.wn:
+        assert np.abs(tabled.run_modal(speed).wn / speed - 1).min() < 1e-7
+
+
+def test_bearings_without_stiffness_at_rest_lose_no_critical_speed():
+    soft = rotor([0.0, 6e6], [0.0, 600.0])
+    found = soft.run_critical_speed(limit=600.0, count=50)
+    below = [np.sum(soft.run_modal(v).wn < v) for v in (600.0, 1e-3)]
+    assert found.proven and np.sum(~found.upward) - np.sum(found.upward) == below[0] - below[1]
+    for speed in found.wn:
+        assert np.abs(soft.run_modal(speed).wn / speed - 1).min() < 1e-7
+
+
+def test_branches_say_where_they_begin_and_end():
+    """An oscillator that rises through the reach, one that is damped away."""
+
+    def family(x):
+        return oscillators([50.0 + 60 * x, 20.0], [0.1, 0.2 + 0.5 * x])
+
+    found = follow(family, [0.0, 1.0], REGION)
+    assert sorted((b.begins, b.ends) for b in found.branches) == [("first value", "damping"), ("first value", "reach")]
+    lines, lost = crossings(lambda x: family(x / 100), follow(lambda x: family(x / 100), [0.0, 100.0], REGION), (1.0,))
+    assert not lost and [round(c.at, 6) for c in lines] == [20.0] and not lines[0].upward
