@@ -13,7 +13,7 @@ from rotorsim.plant import Plant
 
 RPM = np.pi / 30
 QUICK = (33, 45, 53, 7, 141)
-"""Machines on tables: criticals in both directions, soft at rest and unstable, crossing stiffnesses, a pair between nodes."""
+"""Machines on tables: criticals up and down, soft at rest and unstable, crossing stiffnesses, a pair between nodes."""
 EXACT = 1e-6
 
 
@@ -152,6 +152,25 @@ def test_a_bearing_that_stiffens_makes_critical_speeds_in_both_directions_and_no
         for grid in ([0.99 * speed], [0.5 * speed, 0.87 * speed], [1.1 * speed, 1.2 * speed]):
             safe = map_machine(stiffened, grid, [0.0], workers=1)["safe"].values[0]
             assert safe[np.abs(np.array(grid) / speed - 1) < 0.149].max() == 0
+
+
+def test_critical_speeds_on_soft_bearings_do_not_depend_on_how_many_modes_are_shown():
+    """A rotor of 22 kg on 80 N/m: 1.9 rad/s, far below the frequencies of the higher modes."""
+    soft = TABLE.replace("0.4 MN/m", "40 N/m").replace("100 N*s/m", "1 N*s/m")
+    plant = Plant(rs.machine.Machine.from_text(STEP.replace("0.01", "1e-5") + soft.format(z=0) + soft.format(z=400)))
+    few, many = (campbell(plant, [1.0, 5.0, 10.0], modes=count) for count in (1, 16))
+    assert few["critical_speed"].values == pytest.approx(many["critical_speed"].values, rel=EXACT)
+    assert few["critical_speed"].values[few["critical_order"].values == 1].min() == pytest.approx(1.9, rel=0.05)
+    from_rest = campbell(plant, [0.0, 1000.0])
+    assert from_rest.attrs["searched_from"] == from_rest.attrs["region_floor"]
+
+
+def test_a_mode_that_grows_is_said_however_few_are_shown():
+    """The second mode of the machine grows."""
+    machine, top = random_machine(141)
+    found = [campbell(Plant(machine), np.linspace(top / 20, top, 9), modes=count) for count in (1, 8)]
+    assert found[0]["zeta"].min() > 0 > found[1]["zeta"].min()
+    assert found[0].attrs["warnings"] == found[1].attrs["warnings"] and "grows" in found[0].attrs["warnings"]
 
 
 def test_speeds_within_15_percent_of_the_critical_speeds_of_the_file_are_not_safe():
