@@ -154,14 +154,11 @@ def test_a_bearing_that_stiffens_makes_critical_speeds_in_both_directions_and_no
             assert safe[np.abs(np.array(grid) / speed - 1) < 0.149].max() == 0
 
 
-def test_critical_speeds_on_soft_bearings_do_not_depend_on_how_many_modes_are_shown():
-    """A rotor of 22 kg on 80 N/m: 1.9 rad/s, far below the frequencies of the higher modes."""
-    soft = TABLE.replace("0.4 MN/m", "40 N/m").replace("100 N*s/m", "1 N*s/m")
-    plant = Plant(rs.machine.Machine.from_text(STEP.replace("0.01", "1e-5") + soft.format(z=0) + soft.format(z=400)))
-    few, many = (campbell(plant, [1.0, 5.0, 10.0], modes=count) for count in (1, 16))
-    assert few["critical_speed"].values == pytest.approx(many["critical_speed"].values, rel=EXACT)
-    assert few["critical_speed"].values[few["critical_order"].values == 1].min() == pytest.approx(1.9, rel=0.05)
-    from_rest = campbell(plant, [0.0, 1000.0])
+def test_the_floor_of_the_region_lies_below_every_searched_order_line_whatever_is_shown(stiffened):
+    """Speeds of 1 to 10 rad/s, of modes up to 20,000 rad/s."""
+    floors = {campbell(stiffened, [1.0, 5.0, 10.0], modes=count).attrs["region_floor"] for count in (1, 16)}
+    assert len(floors) == 1 and max(floors) < 1.0 / 1.15
+    from_rest = campbell(stiffened, [0.0, 1000.0])
     assert from_rest.attrs["searched_from"] == from_rest.attrs["region_floor"]
 
 
