@@ -115,9 +115,10 @@ class Film:
             depth[inside], share[inside], angle[inside], sense[inside] = deep, 1.0, 0.0, 1.0
         return depth, share, angle, sense
 
-    def rigid(self, journal):
-        """Gap at the points without a foil."""
+    def rigid(self, journal, points=None):
+        """Gap at the points (theta, z) of all elements without a foil; Gauss's points if none are given."""
         theta, z, (middle, _), *_ = self.mesh
+        theta, z = (theta, z) if points is None else points
         h = self.clearance - journal[0] * np.cos(theta) - journal[1] * np.sin(theta)
         if self.lobes is not None:
             count, preload, offset, first = self.lobes
@@ -267,6 +268,13 @@ class Film:
         return self.sum * self.radius * (area * stress).sum()
 
     def smallest_gap(self, journal, speed):
-        """Smallest thickness [m] at the points."""
-        p, _, _ = self.fields(self.pressure(journal, speed))
-        return self.gap(journal, p).min()
+        """Smallest thickness [m] over ridges, lands and pockets, at fine points of every element, its ends included."""
+        theta, axial, (t, z), *_, number, _, _ = self.mesh
+        u, v = (x.ravel() for x in np.meshgrid(np.linspace(-1, 1, 65), np.linspace(-1, 1, 9), indexing="ij"))
+        wide, high = (np.ptp(x, axis=1, keepdims=True) / np.sqrt(0.6) / 2 for x in (theta, axial))
+        gap = self.rigid(journal, (t + wide * u, z + high * v))
+        if self.foil is not None:
+            shape = np.einsum("ap,bp->pab", quadratic(u)[0], quadratic(v)[0]).reshape(u.size, 9)
+            gap = gap + (self.pressure(journal, speed)[number] @ shape.T - self.pa) / self.foil[0]
+        depth, share, *_ = self.texture
+        return (gap + np.where(share == 1, depth, 0.0)).min()
