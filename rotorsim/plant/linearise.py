@@ -84,7 +84,9 @@ class LinearPlant(Shown):
         eye, film, Bf = sparse.identity(len(self.rotor.stiffness)), self.film, self.rotor.Bf
         if film is None:
             m = len(self.rotor.stiffness)
-            return sparse.csc_matrix(np.block([[np.zeros((m, m)), np.eye(m)], [-self.rotor.stiffness, -self.rotor.damping]]))
+            return sparse.csc_matrix(
+                np.block([[np.zeros((m, m)), np.eye(m)], [-self.rotor.stiffness, -self.rotor.damping]])
+            )
         return sparse.bmat(
             [
                 [-film.J, -sparse.csr_matrix(film.J_X @ Bf), -sparse.csr_matrix(film.S_X @ Bf)],
