@@ -10,7 +10,7 @@ Cites: friswell_2010.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import pairwise
@@ -57,18 +57,41 @@ def crossings(
     """
     family = cache(family)
     out: list[Crossing] = []
-    lost = found.uncertain
+    lost, lines = found.uncertain, _Lines(family, found)
     for order in orders:
-        some, left_over = _crossed(family, found, order, CLOSER)
+        some, left_over = _crossed(lines, order, CLOSER)
         out, lost = out + some, lost + left_over
     return sorted(out, key=lambda c: (c.order, abs(c.at), abs(c.modes.values[0]))), sorted(set(lost))
 
 
-def _crossed(family: Family, found: Followed, order: float, again: int) -> tuple[list[Crossing], list[Interval]]:
+@dataclass(frozen=True, eq=False)
+class _Lines:
+    """All branches."""
+
+    family: Family
+    found: Followed
+
+    @cached_property
+    def every(self) -> list[_Line]:
+        """One for each branch."""
+        return [_Line(self.family, self.found, branch) for branch in self.found.branches]
+
+    @cached_property
+    def closer(self) -> Callable[[int], _Lines]:
+        """The branches between a node and the next one, followed more closely."""
+
+        @cache
+        def between(i: int) -> _Lines:
+            ends, hints = self.found.nodes[i : i + 2], np.abs(self.found.nodes[i].modes.values).tolist()
+            return _Lines(self.family, follow(self.family, [n.at for n in ends], self.found.region, hints))
+
+        return between
+
+
+def _crossed(lines: _Lines, order: float, again: int) -> tuple[list[Crossing], list[Interval]]:
     """Crossings with one order line and what is left open; steps with an open interval are followed more closely."""
-    every = [
-        (b, one) for b, branch in enumerate(found.branches) for one in _Line(family, found, branch).crossings(order)
-    ]
+    found = lines.found
+    every = [(b, one) for b, line in enumerate(lines.every) for one in line.crossings(order)]
     out = [replace(one, branch=b) for b, one in every if isinstance(one, Crossing)]
     out = [one for one in out if found.region.holds(one.modes.values[0])]
     lost = [one for _, one in every if not isinstance(one, Crossing)]
@@ -76,12 +99,11 @@ def _crossed(family: Family, found: Followed, order: float, again: int) -> tuple
         return out, lost
     at, left_over = [node.at for node in found.nodes], []
     for i in sorted({bisect_right(at, 0.5 * (a + b)) - 1 for a, b in lost}):
-        hints = np.abs(found.nodes[i].modes.values).tolist()
-        closer = follow(family, at[i : i + 2], found.region, hints)
-        inner, open_ones = _crossed(family, closer, order, again - 1)
+        closer = lines.closer(i)
+        inner, open_ones = _crossed(closer, order, again - 1)
         out = [one for one in out if not at[i] < one.at < at[i + 1]]
-        out += [replace(one, branch=_named(closer, one.branch, found, i)) for one in inner]
-        left_over += closer.uncertain + open_ones
+        out += [replace(one, branch=_named(closer.found, one.branch, found, i)) for one in inner]
+        left_over += closer.found.uncertain + open_ones
     return out, left_over
 
 
@@ -124,8 +146,7 @@ class _Line:
 
     def crossings(self, order: float) -> list[Crossing | Interval]:
         """Crossings with an order line, or the interval where one is not certain."""
-        places = [_Place(n.at, n.pencil, n.modes.take([k])) for n, k in self._nodes if n.pencil is not None]
-        out: list[Crossing | Interval] = []
+        places, out = self._known, list[Crossing | Interval]()
         for k, (a, b) in enumerate(pairwise(places)):
             around = (places[k - 1] if k else b, places[k + 2] if k + 2 < len(places) else a)
             halves = [a, self._place(0.0), b] if a.at < 0 < b.at else [a, b]
@@ -141,8 +162,7 @@ class _Line:
         """
         width, turn = b.at - a.at, order * np.sign(a.at + b.at)
         mean = (b.size - a.size) / width
-        slopes = [p.slope(q) for p, q in ((a, b), (b, a), (a, around[0]), (b, around[1]))]
-        bend = max(abs(slope - mean) for slope in slopes)
+        bend = max(abs(self._slope(p, q) - mean) for p, q in ((a, b), (b, a), (a, around[0]), (b, around[1])))
         gaps = a.size - order * abs(a.at), b.size - order * abs(b.at)
         crosses = (gaps[0] > 0) != (gaps[1] > 0)
         if bend < abs(mean - turn) or (not crosses and bend * width < min(map(abs, gaps))):
@@ -152,9 +172,22 @@ class _Line:
             return [(a.at, b.at)]
         return self._within(a, middle, order, (b, b)) + self._within(middle, b, order, (a, a))
 
-    def _place(self, x: float) -> _Place | None:
-        there = self.at(x)
-        return None if there is None else _Place(x, *there)
+    @cached_property
+    def _known(self) -> list[_Place]:
+        return [_Place(n.at, n.pencil, n.modes.take([k])) for n, k in self._nodes if n.pencil is not None]
+
+    @cached_property
+    def _slope(self) -> Callable[[_Place, _Place], float]:
+        return cache(_Place.slope)
+
+    @cached_property
+    def _place(self) -> Callable[[float], _Place | None]:
+        @cache
+        def place(x: float) -> _Place | None:
+            there = self.at(x)
+            return None if there is None else _Place(x, *there)
+
+        return place
 
     def at(self, x: float) -> tuple[Pencil, Modes] | None:
         """The branch's mode at a value between its nodes; None where it is not certain.

@@ -17,12 +17,16 @@ from rotorsim.analysis.load_capacity import load_capacity
 from rotorsim.analysis.unbalance_response import largest_response, unbalances_of
 from rotorsim.analysis.whirl_onset import Search, stability_limit
 from rotorsim.base.constants import TO_MPA, TO_RPM
-from rotorsim.base.errors import ConvergenceError, NoLiftOffError
+from rotorsim.base.errors import ConvergenceError, NoLiftOffError, RotorsimError
 from rotorsim.experiments.parameters import check_parameters, param
 from rotorsim.plant import Plant
 
 REASON = "reason"
 CARRIED, SETTLED = "the film does not carry the rotor", "the equilibrium iteration did not converge"
+
+
+class _NotKnownError(RotorsimError):
+    """A quantity that was not looked for everywhere."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,8 @@ class Analysis(ABC):
             return dict.fromkeys(self.quantities) | {REASON: CARRIED}
         except ConvergenceError:
             return dict.fromkeys(self.quantities) | {REASON: SETTLED}
+        except _NotKnownError as error:
+            return dict.fromkeys(self.quantities) | {REASON: str(error)}
         plain = {name: value if isfinite(value) else None for name, value in found.items()}
         return plain | ({REASON: self.missing(plant)} if None in plain.values() else {})
 
@@ -86,7 +92,10 @@ class Onset(Analysis):
 
     def values(self, plant: Plant) -> dict[str, float]:
         """Onset speed [rad/s]."""
-        return {"onset": stability_limit(plant, self.pressure, self.highest_speed or highest_speed(plant))}
+        onset, _, looked = stability_limit(plant, self.pressure, self.highest_speed or highest_speed(plant))
+        if not looked:
+            raise _NotKnownError("not known: the number of modes is not proven at every speed")
+        return {"onset": onset}
 
     def missing(self, plant: Plant) -> str:
         """No mode grew."""

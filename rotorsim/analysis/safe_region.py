@@ -18,7 +18,7 @@ import numpy as np
 
 from rotorsim.analysis.campbell import along_speeds
 from rotorsim.analysis.modes_over_speed import MARGIN, ModesOverSpeed, modes_over_speed, roundness
-from rotorsim.base.errors import RotorsimError
+from rotorsim.base.errors import ConvergenceError, NoLiftOffError
 from rotorsim.base.rounding import DAMPED
 from rotorsim.plant import Plant
 from rotorsim.plant.linearise import LinearPlant
@@ -53,7 +53,10 @@ class Surroundings:
 
 
 def surroundings(plant: Plant, speeds: np.ndarray, pressure: float) -> Surroundings:
-    """Modes at and critical speeds around the speeds (n,) [rad/s] at a gauge pressure [Pa]."""
+    """Modes at and critical speeds around the speeds (n,) [rad/s] at a gauge pressure [Pa].
+
+    Nothing is known where no film carries, or where the eigenvalues do not converge; other errors are raised.
+    """
     none = np.full(len(speeds), np.nan)
     try:
         found = modes_over_speed(plant, speeds, pressure, FIRST, (1,))
@@ -61,7 +64,7 @@ def surroundings(plant: Plant, speeds: np.ndarray, pressure: float) -> Surroundi
             (c.at, -c.modes.values[0].real / abs(c.modes.values[0]), 1.0 if c.upward else -1.0,
              float(roundness(c.pencil, c.modes.right)[0])) for c in found.crossings
         ]  # fmt: skip
-    except (RotorsimError, np.linalg.LinAlgError):
+    except (NoLiftOffError, ConvergenceError, np.linalg.LinAlgError):
         return Surroundings(np.zeros(len(speeds)), none, np.zeros((0, 4)), np.zeros((0, len(speeds), 3)), {})
     nodes = {node.at: node for node in found.followed.nodes}
     least = [found.least(speed) for speed in speeds.tolist()]

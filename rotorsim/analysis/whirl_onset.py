@@ -33,8 +33,8 @@ STEP = 1e3 * RPM
 """Steps [rad/s] of the search up to the least highest speed, in proportion up to others."""
 FIRST = 2
 """Pairs of the rotor's modes on its nominal bearings that are looked at, however low the highest speed."""
-WIDEST, NARROWEST = 8, 40
-"""Longest and shortest step of `stability_limit`: the range over these numbers."""
+FEWEST = 10
+"""Steps of `stability_limit`."""
 AT_ONCE = 10
 """Steps that are followed before the next ones, as long as every mode is damped."""
 
@@ -78,43 +78,19 @@ def whirl_onset(
     )
 
 
-def stability_limit(plant: Plant, pressure: float, highest: float, accuracy: float = 1e-5) -> float:
-    """Onset of whirl [rad/s] at a gauge pressure [Pa] to a relative `accuracy`, with few linear models; NaN for none.
+def stability_limit(
+    plant: Plant, pressure: float, highest: float, accuracy: float = 1e-5
+) -> tuple[float, float, float]:
+    """Onset of whirl [rad/s] at a gauge pressure [Pa] to a relative `accuracy`, and its frequency; NaN for none.
 
-    Steps up by nine tenths of the way to where the secant through the last two damping ratios meets zero, within an
-    eighth and a fortieth of the range, then Brent's method. Raises NoLiftOffError where no speed carries the rotor.
+    The third number is `onset_looked` of `whirl_onset`, whose search this is, in `FEWEST` steps unless a mode needs
+    shorter ones. Raises NoLiftOffError where no speed carries the rotor.
     """
-    known: dict[float, float] = {}
     search = Search.of(plant, pressure, highest)
-
-    def margin(speed: float) -> float:
-        if speed not in known:
-            known[speed] = search.least(speed)[0] + DAMPED
-        return known[speed]
-
-    before: float | None = None
-    speed, carried, refused = 0.0, False, None
-    while speed <= highest:
-        try:
-            value, carried = margin(speed), True
-        except NoLiftOffError as error:
-            before, refused = None, error
-            speed += highest / WIDEST
-            continue
-        if value < 0:
-            return speed if before is None else falls_below_zero(margin, before, speed, xtol=1e-6, rtol=accuracy)
-        before, speed = speed, speed + _step(known, before, speed, highest) if speed < highest else np.inf
-    if refused is not None and not carried:
-        raise refused
-    return float("nan")
-
-
-def _step(known: dict[float, float], before: float | None, speed: float, highest: float) -> float:
-    """Length of the next step, which does not lead past the highest speed."""
-    ahead = np.inf
-    if before is not None and known[speed] < known[before]:
-        ahead = 0.9 * known[speed] * (speed - before) / (known[before] - known[speed])
-    return min(float(np.clip(ahead, highest / NARROWEST, highest / WIDEST)), highest - speed)
+    found = first_loss(search, np.linspace(0.0, highest, FEWEST + 1), accuracy)
+    if not np.isfinite(found[0]) and not found[2]:
+        search.least(highest)  # which says that no speed carries
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +138,7 @@ def region_up_to(hints: np.ndarray, highest: float) -> Region:
     return Region(reach, BELOW * reach, STRONGLY)
 
 
-def first_loss(search: Search, speeds: np.ndarray) -> tuple[float, float, float]:
+def first_loss(search: Search, speeds: np.ndarray, accuracy: float = 1e-8) -> tuple[float, float, float]:
     """Onset and frequency there [rad/s], NaN without one, and 1 if every mode was looked for up to there.
 
     Between the first of the nodes over ascending speeds (n,) [rad/s] at which a mode grows by more than rounding and
@@ -175,16 +151,17 @@ def first_loss(search: Search, speeds: np.ndarray) -> tuple[float, float, float]
         except NoLiftOffError:
             return 1.0
 
-    proven = True
+    proven, carried = True, False
     for start in range(0, max(len(speeds) - 1, 1), AT_ONCE):
         found = search.followed(speeds[start : start + AT_ONCE + 1].tolist())
         proven &= all(node.pencil is None or node.modes.proven for node in found.nodes)
+        carried |= any(node.pencil is not None for node in found.nodes)
         bracket = next(_losses(search, found), None)
         if bracket is not None:
             low, high = bracket
-            onset = high if low == high else falls_below_zero(margin, low, high, xtol=1e-6, rtol=1e-8)
+            onset = high if low == high else falls_below_zero(margin, low, high, xtol=1e-6, rtol=accuracy)
             return onset, search.least(onset)[1], float(proven)
-    return float("nan"), float("nan"), float(proven)
+    return float("nan"), float("nan"), float(proven and carried)
 
 
 def _losses(search: Search, found: Followed) -> Iterator[tuple[float, float]]:

@@ -118,7 +118,7 @@ def campbell(
     machine: GivenMachine,
     speeds: Speeds = "0 rpm:12000 rpm:40",
     pressure: Pressure = "0.5 MPa",
-    modes: Annotated[int, typer.Option(help="Modes, the lowest from 0 Hz.", min=1, max=MOST)] = 8,
+    modes: Annotated[int, typer.Option(help="Modes that are shown, the lowest of the region.", min=1, max=MOST)] = 8,
     critical_map: Annotated[
         bool, typer.Option("--critical-map", help="Undamped critical speeds over the bearings' stiffness too.")
     ] = False,
@@ -133,7 +133,7 @@ def campbell(
 ) -> None:
     """Campbell diagram with critical speeds of the orders 1, 2, 3.
 
-    Of the lowest modes from 0 Hz.
+    All modes of a region of frequency and damping are followed; the lowest ones are shown.
     """
     page.check(report)
     grid, supply = read_axis("speeds", speeds, "rad/s"), quantity("pressure", pressure, "Pa")

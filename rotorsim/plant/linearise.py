@@ -83,7 +83,10 @@ class LinearPlant(Shown):
         springs, dampers = sparse.csr_matrix(self.rotor.stiffness), sparse.csr_matrix(self.rotor.damping)
         eye, film, Bf = sparse.identity(len(self.rotor.stiffness)), self.film, self.rotor.Bf
         if film is None:
-            return sparse.bmat([[None, eye], [-springs, -dampers]]).tocsc()
+            m = len(self.rotor.stiffness)
+            return sparse.csc_matrix(
+                np.block([[np.zeros((m, m)), np.eye(m)], [-self.rotor.stiffness, -self.rotor.damping]])
+            )
         return sparse.bmat(
             [
                 [-film.J, -sparse.csr_matrix(film.J_X @ Bf), -sparse.csr_matrix(film.S_X @ Bf)],

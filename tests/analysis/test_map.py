@@ -205,3 +205,24 @@ def test_an_interrupt_keeps_the_points_that_are_done_and_without_any_continues(m
     else:
         with pytest.raises(KeyboardInterrupt):
             operating_map(Plant("plain_rotor"), [0.0, 10.0], [0.0, 1e5])
+
+
+def test_what_was_not_looked_for_everywhere_is_not_known_and_not_absent():
+    """Onset and crossings of two pressures without a number, the modes proven at the second alone."""
+    from rotorsim.commands.map.map import LOOKED
+    from rotorsim.commands.map.tables import tables
+    from rotorsim.report.pages.operating_map import _missing
+
+    none = np.full(2, np.nan)
+    found = xr.Dataset(
+        {"onset_speed": ("pressure", none), "onset_looked": ("pressure", [0.0, 1.0]),
+         "crossing_speed": (("pressure", "order", "mode_crossing"), none.reshape(2, 1, 1)),
+         "crossing_searched": ("pressure", [0.0, 1.0])},
+        {"pressure": ("pressure", [1e5, 2e5], {"units": "Pa"}), "order": [1], "mode_crossing": [1]},
+    )  # fmt: skip
+    onset, crossing = tables(found)
+    assert [next(iter(column.cells)) for column in onset.columns] == ["not known", "none"]
+    assert list(crossing.columns[-1].cells) == ["not known", "none"]
+    assert _missing(found)[0][1].startswith("not known")
+    assert _missing(found.isel(pressure=[1]))[0][1].startswith("no mode grows")
+    assert {flag for flag, _ in LOOKED.values()} == {"onset_looked", "crossing_searched"}

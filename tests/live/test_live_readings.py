@@ -147,12 +147,14 @@ def test_a_growing_mode_that_is_none_of_the_axes_is_shown():
     assert another_growing(Modes((100.0, 110.0), (0.05, 0.04), least=(310.0, -0.02))) == [310.0, -0.02]
     assert another_growing(Modes((100.0, 110.0), (0.05, -0.02), least=(110.0, -0.02))) == []
     assert another_growing(Modes((100.0, 110.0), (0.05, 0.04), least=(110.0, 0.04))) == []
+    assert another_growing(Modes((100.0, 110.0), (0.05, -0.02), least=(310.0, -0.02))) == [310.0, -0.02]
 
 
 def test_the_least_damped_of_all_modes_is_known_at_an_operating_point():
     """The pump's third and fourth modes are damped more than its first, which grows beyond 250 rad/s."""
     modes = modes_at(rs.Plant("pump_on_tables").assembly, 320.0, 0.0)
     assert modes.least[1] == pytest.approx(min(modes.zeta), rel=1e-6) and modes.least[1] < 0
+    assert modes.proven
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])

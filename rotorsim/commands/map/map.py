@@ -20,7 +20,7 @@ from rotorsim.base.netcdf import write_netcdf
 from rotorsim.base.progress import Update, bar
 from rotorsim.commands.console import Console
 from rotorsim.commands.lazy_group import example
-from rotorsim.commands.map.tables import LISTED, tables
+from rotorsim.commands.map.tables import LISTED, LOOKED, tables
 from rotorsim.commands.options import GridOptions, MachineName, a_folder, note_compiling, print_table, quantity
 from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import results
@@ -137,6 +137,9 @@ def summary(found: xr.Dataset) -> dict[str, Any]:
     for name, (key, _, scale) in LISTED.items():
         if name in found:
             numbers[key] = _plain(found[name].values * scale)
+    for name, (flag, key) in LOOKED.items():
+        if name in found:
+            numbers[key] = _plain(found[flag].values)
     return numbers
 
 
@@ -157,7 +160,7 @@ def _print_map(found: xr.Dataset, files: dict[str, str], as_json: bool) -> None:
     if as_json:
         typer.echo(json.dumps(numbers | {"files": files}, indent=2))
         return
-    listed = {key for key, _, _ in LISTED.values()}
+    listed = {key for key, _, _ in LISTED.values()} | {key for _, key in LOOKED.values()}
     rows = [(key.replace("_", " "), _short(value)) for key, value in numbers.items() if key not in listed]
     for table in tables(found):
         Console().print(table)

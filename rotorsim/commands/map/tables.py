@@ -22,6 +22,12 @@ LISTED: dict[str, tuple[str, str, float]] = {
     "crossing_speed": ("crossings_rpm", "Critical speeds [rpm]", TO_RPM),
 }
 """By variable: key of the summary, title of the table, factor."""
+LOOKED: dict[str, tuple[str, str]] = {
+    "onset_speed": ("onset_looked", "whirl_onset_looked"),
+    "onset_ratio": ("onset_looked", "whirl_onset_looked"),
+    "crossing_speed": ("crossing_searched", "crossings_searched"),
+}
+"""By variable: the one that is 1 where all of it was looked for, and that one's key of the summary."""
 
 
 def tables(found: xr.Dataset) -> Iterator[Table]:
@@ -34,9 +40,11 @@ def tables(found: xr.Dataset) -> Iterator[Table]:
         made = Table(title=escape(title), title_justify="left")
         for head in (*(_title(found, row) for row in rows), *(_label(found, across, k, True) for k in values[across])):
             made.add_column(escape(head))
+        known = found[LOOKED[name][0]].broadcast_like(values).transpose(*values.dims).values if name in LOOKED else None
         for at in product(*(range(values.sizes[row]) for row in rows)):
             cells = [_label(found, row, found[row][k], False) for row, k in zip(rows, at, strict=True)]
-            made.add_row(*map(escape, cells), *(_number(float(v) * scale) for v in values.values[at]))
+            shown = [_number(float(v) * scale, known is None or known[at][k]) for k, v in enumerate(values.values[at])]
+            made.add_row(*map(escape, cells), *shown)
         yield made
 
 
@@ -57,5 +65,8 @@ def _label(found: xr.Dataset, dimension: str, value: Any, named: bool) -> str:
     return f"{_title(found, dimension)} {text}" if named else text
 
 
-def _number(value: float) -> str:
-    return f"{value:.5g}" if isfinite(value) else "none"
+def _number(value: float, looked: Any) -> str:
+    """A value; without one, whether there is none or not all was looked at."""
+    if isfinite(value):
+        return f"{value:.5g}"
+    return "none" if looked else "not known"

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from rotorsim.analysis.unbalance_response import half_axis, unbalances_of, whirl
-from rotorsim.analysis.whirl_onset import least, stability_limit
+from rotorsim.analysis.whirl_onset import stability_limit
 from rotorsim.base.constants import RPM
 from rotorsim.base.errors import RotorsimError
 from rotorsim.live.rig.operating import operating
@@ -156,8 +156,8 @@ def _peak(plant: Plant, pressure: float, low: float, high: float) -> float:
 
 def _onset(plant: Plant, pressure: float, highest: float) -> tuple[float, float]:
     """Onset of whirl [rad/s] and its frequency over the speed; NaN where there is none."""
-    onset = stability_limit(plant, pressure, highest, accuracy=1e-4)
-    return (onset, least(plant, onset, pressure)[1] / onset) if np.isfinite(onset) else (onset, onset)
+    onset, frequency, _ = stability_limit(plant, pressure, highest, accuracy=1e-4)
+    return onset, frequency / onset
 
 
 def is_shipped(machine: Machine) -> bool:

@@ -13,18 +13,20 @@ from rotorsim.base.errors import RotorsimError
 from rotorsim.base.processes import one_thread
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import settle
-from rotorsim.plant.linearise import linearise
+from rotorsim.plant.linearise import LinearPlant, linearise
 
 
 @dataclass(frozen=True)
 class Modes:
     """Frequency [Hz] and damping ratio of the lowest mode of each axis at a speed [rad/s] and gauge pressure [Pa], or
-    the reason why there is none; `least` are frequency and damping ratio of the least damped of all modes."""
+    the reason why there is none; `least` are frequency and damping ratio of the least damped of all modes,
+    `proven` whether none is missing among them."""
 
     frequency: tuple[float, ...] = ()
     zeta: tuple[float, ...] = ()
     why: str = ""
     least: tuple[float, float] = (float("nan"), float("inf"))
+    proven: bool = False
     speed: float = 0.0
     pressure: float = 0.0
 
@@ -32,18 +34,23 @@ class Modes:
 def modes_at(a: Assembly, speed: float, pressure: float) -> Modes:
     """Modes at a speed [rad/s] and gauge pressure [Pa], without controller."""
     try:
-        plant = linearise(a, settle(a, speed, pressure), speed)
+        return _modes_of(a, linearise(a, settle(a, speed, pressure), speed), pressure)
     except RotorsimError as error:
         return Modes(why=str(error))
     except np.linalg.LinAlgError:
         return Modes(why="cannot be computed here")
+
+
+def _modes_of(a: Assembly, plant: LinearPlant, pressure: float) -> Modes:
     first = [plant.mode_of_axis(axis) for axis in range(2)]
     frequency, zeta = (plant.wn[first] / (2 * np.pi)).tolist(), plant.zeta[first].tolist()
     hints = a.mesh.reduced.frequencies
-    region = region_up_to(hints, abs(speed))
+    region = region_up_to(hints, abs(plant.speed))
     with one_thread():
-        damping, omega = least_damped(modes_in(plant, region, np.unique(hints.round(3)).tolist()), region)
-    return Modes(tuple(frequency), tuple(zeta), "", (omega / (2 * np.pi), damping), speed, pressure)
+        every = modes_in(plant, region, np.unique(hints.round(3)).tolist())
+    damping, omega = least_damped(every, region)
+    least = omega / (2 * np.pi), damping
+    return Modes(tuple(frequency), tuple(zeta), "", least, every.proven, plant.speed, pressure)
 
 
 def own_copy(a: Assembly) -> Assembly:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.rounding import DAMPED
 from rotorsim.live.rig.eigenvalue import Modes
@@ -12,6 +14,8 @@ from rotorsim.live.rig.rig import Rig
 from rotorsim.live.rig.ringdown import DRIFT, Reading
 
 REPLAY = "not in a replay"
+SAME = 1e-3
+"""Distance of eigenvalues, over the frequency, up to which they are one."""
 
 
 def hit_shown(rig: Rig, kept: tuple[int, float, Reading], replay: bool) -> dict[str, Any]:
@@ -52,7 +56,7 @@ def eigenvalues_shown(rig: Rig, kept: tuple[int, Modes], replay: bool) -> dict[s
         return {"why": why}
     shown: dict[str, Any] = {
         "why": "", "frequency": [round(f, 1) for f in modes.frequency], "zeta": [round(z, 4) for z in modes.zeta],
-        "growing": another_growing(modes), "speed": round(modes.speed * TO_RPM),
+        "growing": another_growing(modes), "all": modes.proven, "speed": round(modes.speed * TO_RPM),
         "open": rig.settings.positions["controller"] != OFF,
     }  # fmt: skip
     return shown | {"pressure": round(modes.pressure * TO_MPA, 3)} if rig.has_film else shown
@@ -61,7 +65,8 @@ def eigenvalues_shown(rig: Rig, kept: tuple[int, Modes], replay: bool) -> dict[s
 def another_growing(modes: Modes) -> list[float]:
     """Frequency [Hz] and damping ratio of a mode that grows and is not among those of the axes; empty without one."""
     frequency, zeta = modes.least
-    shown = any(abs(zeta - other) < 1e-3 * abs(zeta) for other in modes.zeta)
+    axes = zip(modes.frequency, modes.zeta, strict=True)
+    shown = any(np.hypot(f / frequency - 1, z - zeta) < SAME for f, z in axes)
     return [] if zeta >= -DAMPED or shown else [round(frequency, 1), round(zeta, 4)]
 
 

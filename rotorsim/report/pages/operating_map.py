@@ -93,6 +93,8 @@ def _missing(one: xr.Dataset) -> list[tuple[str, str]]:
     """Results that were asked for and hold no number, with the reason."""
     reasons = {"onset_speed": ("whirl onset", "no mode grows at any pressure up to the highest speed searched"),
                "lift_off_pressure": ("lift-off", "no pressure carries the rotor at any of the speeds")}  # fmt: skip
+    if "onset_looked" in one and (one["onset_looked"].values != 1).any():
+        reasons["onset_speed"] = "whirl onset", "not known: the number of modes is not proven at every speed"
     return [reason for name, reason in reasons.items() if name in one and not np.isfinite(one[name]).any()]
 
 

@@ -74,7 +74,7 @@ def write_campbell(found: xr.Dataset, path: str | Path, stiffness: xr.Dataset | 
         blocks.append(Block("Critical speeds over the bearings' stiffness", text, figure=critical_speed_map(stiffness)))
     save_study_page(
         f"{name(found)}: Campbell diagram",
-        f"{at(found)} The lowest modes from 0 Hz.{warned(found)}",
+        f"{at(found)} The lowest modes of the region.{warned(found)}",
         blocks,
         Path(path),
     )

@@ -30,10 +30,11 @@ function ringdown({ axis, frequency, frequency_scatter, zeta, zeta_scatter, why 
   return `${axis}: ${frequency.toFixed(1)} ± ${frequency_scatter.toFixed(1)} Hz, zeta ${zeta.toFixed(4)} ± ${zeta_scatter.toFixed(4)}`;
 }
 
-function eigenvalue({ frequency, zeta, growing, speed, pressure, why }) {
+function eigenvalue({ frequency, zeta, growing, all, speed, pressure, why }) {
   if (why) return why;
   const point = pressure === undefined ? `${speed} rpm` : `${speed} rpm, ${pressure.toFixed(2)} MPa`;
   const axes = frequency.map((f, i) => `${"xy"[i]}: ${f.toFixed(1)} Hz, zeta ${zeta[i].toFixed(3)}`);
   const another = growing.length ? [`another mode grows: ${growing[0].toFixed(1)} Hz, zeta ${growing[1].toFixed(3)}`] : [];
-  return `${[...axes, ...another].join("; ")} at ${point}`;
+  const others = all || growing.length ? [] : ["other modes not known"];
+  return `${[...axes, ...another, ...others].join("; ")} at ${point}`;
 }
