@@ -171,9 +171,7 @@ def _whole(rotor: AssembledRotor, speed: float, count: int | None) -> modal.Moda
     run = modal.run_modal(rotor, speed)
     if count is None:
         return run
-    return modal.ModalResult(
-        run.speed, run.eigenvalues[:count], run.shapes[:, :count], run.whirl[:count], run.nodes_pos
-    )
+    return run.take(slice(count))
 
 
 def follow(rotor: AssembledRotor, runs: list[modal.ModalResult]) -> list[NDArray[np.intp]]:
@@ -191,14 +189,22 @@ def follow(rotor: AssembledRotor, runs: list[modal.ModalResult]) -> list[NDArray
 
 
 def _pairs(rotor: AssembledRotor, here: modal.ModalResult, there: modal.ModalResult) -> dict[int, int]:
-    """Which mode of one speed becomes which of the next one: those of which that is certain."""
+    """Modes of one speed and those of the next one that they become, where that is certain."""
     if not len(here.wn) or not len(there.wn):
         return {}
     shapes = np.hstack([here.shapes, there.shapes])[rotor.free]
     weight = np.sqrt(np.diag(rotor.parts.M)[rotor.free])[:, None]
     u, size, _ = np.linalg.svd(weight * shapes / np.linalg.norm(weight * shapes, axis=0), full_matrices=False)
     basis = u[:, size > _DISTINCT * size[0]] / weight
-    first, last = _reduced(rotor, here, basis), _reduced(rotor, there, basis)
+    if rotor.by_whirl:
+        return _pairs_by_whirl(rotor, here, there, basis)
+    return _certain(_reduced(rotor, here.speed, basis), _reduced(rotor, there.speed, basis), here, there)
+
+
+def _certain(
+    first: NDArray[Any], last: NDArray[Any], here: modal.ModalResult, there: modal.ModalResult
+) -> dict[int, int]:
+    """Modes that become one another on the way from a first state matrix to the last one."""
     values = np.linalg.eigvals(first)
     chosen = np.abs(values[:, None] - here.eigenvalues).argmin(axis=0)
     found = through(first, last, np.unique(chosen))
@@ -213,9 +219,24 @@ def _pairs(rotor: AssembledRotor, here: modal.ModalResult, there: modal.ModalRes
     return taken
 
 
-def _reduced(rotor: AssembledRotor, run: modal.ModalResult, basis: NDArray[Any]) -> NDArray[Any]:
-    """State matrix (2k, 2k) of the rotor at the speed of a run in a basis (n_free, k) of displacements."""
-    M, D, K = (basis.conj().T @ X @ basis for X in modal.free_matrices(rotor, run.speed))
+def _pairs_by_whirl(
+    rotor: AssembledRotor, here: modal.ModalResult, there: modal.ModalResult, basis: NDArray[Any]
+) -> dict[int, int]:
+    """The same where each mode has the matrices of its own frequency: one mode after the other, the nearest first."""
+    first = [_reduced(rotor, here.speed, basis, wn) for wn in here.wn]
+    last = [_reduced(rotor, there.speed, basis, wn) for wn in there.wn]
+    taken: dict[int, int] = {}
+    for j, before in enumerate(here.eigenvalues):
+        for k in np.abs(there.eigenvalues - before).argsort(kind="stable").tolist():
+            if k not in taken.values() and _certain(first[j], last[k], here.take(j), there.take(k)):
+                taken[j] = k
+                break
+    return taken
+
+
+def _reduced(rotor: AssembledRotor, speed: float, basis: NDArray[Any], frequency: float | None = None) -> NDArray[Any]:
+    """State matrix (2k, 2k) at a speed and whirl frequency in a basis (n_free, k) of displacements."""
+    M, D, K = (basis.conj().T @ X @ basis for X in modal.free_matrices(rotor, speed, frequency))
     k = len(M)
     return np.block([[np.zeros((k, k)), np.eye(k)], [-np.linalg.solve(M, K), -np.linalg.solve(M, D)]])
 

@@ -88,10 +88,20 @@ def run_critical_speed(rotor: AssembledRotor, limit: float | None = None, count:
     """The `count` lowest critical speeds of `rotor`, up to `limit` [rad/s] where one is given.
 
     Bearings whose tables may not be continued bound the speeds that are searched.
+
+    Raises
+    ------
+    ShaftError
+        If `count` or `limit` is not positive, the limit lies below all tables, or no speed lies in every table.
     """
     if count < 1 or (limit is not None and not limit > 0):
         raise ShaftError(f"critical speed: count = {count}, limit = {limit}; both must be positive.")
     low, high = _tabled(rotor)
+    if limit is not None and limit <= low:
+        raise ShaftError(
+            f"critical speed: limit = {limit:g} rad/s, but the bearings' tables begin at {low:g} rad/s; raise "
+            "the limit, extend the tables or set extrapolate='hold'."
+        )
     found: list[Crossing] = []
     searched, proven = (low, low), True
     for top in [min(high, limit)] if limit is not None else _tops(rotor, count, high):
@@ -106,8 +116,15 @@ def run_critical_speed(rotor: AssembledRotor, limit: float | None = None, count:
 
 def _tabled(rotor: AssembledRotor) -> tuple[float, float]:
     """Lowest and highest speed [rad/s] that the bearings' tables allow."""
-    ends = [axis[[0, -1]] for b in rotor.bearing_elements if b.extrapolate != HOLD for axis in b.axes]
-    return max((float(a) for a, _ in ends), default=0.0), min((float(b) for _, b in ends), default=np.inf)
+    ends = [(*axis[[0, -1]].tolist(), b.n) for b in rotor.bearing_elements if b.extrapolate != HOLD for axis in b.axes]
+    low, _, late = max(ends, default=(0.0, 0.0, 0))
+    _, high, early = min(ends, key=lambda end: end[1], default=(0.0, np.inf, 0))
+    if low > high:
+        raise ShaftError(
+            f"critical speed: no speed lies in all tables: the bearing at node {late} has one from {low:g} rad/s, that "
+            f"at node {early} one up to {high:g} rad/s; extend one of them or set extrapolate='hold'."
+        )
+    return low, high
 
 
 def _up_to(rotor: AssembledRotor, low: float, high: float) -> tuple[list[Crossing], bool]:

@@ -15,7 +15,7 @@ Cites: friswell_2010.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -81,6 +81,13 @@ class ModalResult:
     def log_dec(self) -> NDArray[np.float64]:
         """Logarithmic decrements 2 pi zeta / sqrt(1 - zeta^2) (n_modes,) [1]."""
         return -2 * np.pi * self.eigenvalues.real / self.wd
+
+    def take(self, which: int | slice) -> ModalResult:
+        """One mode, or those of a slice."""
+        chosen = slice(which, which + 1) if isinstance(which, int) else which
+        return replace(
+            self, eigenvalues=self.eigenvalues[chosen], shapes=self.shapes[:, chosen], whirl=self.whirl[chosen]
+        )
 
     @property
     def node_shapes(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:

@@ -36,9 +36,9 @@ def missing_in(pencil: Pencil, region: Region, known: Vector) -> float:
     """
     end = np.pi - np.arccos(region.zeta)
     tilt, depth = np.exp(1j * end), np.log(region.reach / region.floor)
-    many = 1 + int(np.ceil(depth / 6))
+    many = 1 + int(np.ceil(depth / 2))
     pieces = [
-        (lambda t: region.reach * np.exp(1j * end * t), 1j * end, 1),
+        (lambda t: region.reach * np.exp(1j * end * t), 1j * end, 2),
         (lambda t: region.reach * np.exp(-depth * t) * tilt, -depth, many),
         (lambda t: region.floor * np.exp(1j * end * (1 - t)), -1j * end, 1),
     ]

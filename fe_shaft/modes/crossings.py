@@ -9,19 +9,29 @@ Cites: friswell_2010.
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache, cached_property
 from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import brentq
 
-from fe_shaft.modes.follower import CERTAIN, Branch, Family, Followed, overlap
+from fe_shaft.modes.follower import CERTAIN, INDISTINCT, Branch, Family, Followed, Node, follow, overlap
 from fe_shaft.modes.pencil import Modes, Pencil
-from fe_shaft.modes.subspace import NEAR, predicted, settled
+from fe_shaft.modes.subspace import NEAR, predicted, refined, settled
 
 ON_LINE = 1e-9
 """Relative accuracy of a crossing with an order line."""
+HALVINGS = 16
+"""Halvings of the distance to a place at which a mode is known, before it counts as not certain."""
+
+CLOSEST = 1e-6
+"""Relative width of an interval that is not halved: two crossings closer to one another are not certain."""
+
+CLOSER = 4
+"""How often a step in which a crossing is open is followed again more closely."""
 
 Interval = tuple[float, float]
 
@@ -45,17 +55,63 @@ def crossings(
 
     The second list holds the intervals in which a crossing, or a mode that may cross, stays uncertain.
     """
+    family = cache(family)
     out: list[Crossing] = []
     lost = found.uncertain
-    for number, branch in enumerate(found.branches):
-        line = _Line(family, found, branch)
-        for order in orders:
-            for one in line.crossings(order):
-                if not isinstance(one, Crossing):
-                    lost.append(one)
-                elif found.region.holds(one.modes.values[0]):
-                    out.append(replace(one, branch=number))
-    return sorted(out, key=lambda c: (c.order, abs(c.at), abs(c.modes.values[0]))), sorted(lost)
+    for order in orders:
+        some, left_over = _crossed(family, found, order, CLOSER)
+        out, lost = out + some, lost + left_over
+    return sorted(out, key=lambda c: (c.order, abs(c.at), abs(c.modes.values[0]))), sorted(set(lost))
+
+
+def _crossed(family: Family, found: Followed, order: float, again: int) -> tuple[list[Crossing], list[Interval]]:
+    """Crossings with one order line and what is left open; steps with an open interval are followed more closely."""
+    every = [
+        (b, one) for b, branch in enumerate(found.branches) for one in _Line(family, found, branch).crossings(order)
+    ]
+    out = [replace(one, branch=b) for b, one in every if isinstance(one, Crossing)]
+    out = [one for one in out if found.region.holds(one.modes.values[0])]
+    lost = [one for _, one in every if not isinstance(one, Crossing)]
+    if not again:
+        return out, lost
+    at, left_over = [node.at for node in found.nodes], []
+    for i in sorted({bisect_right(at, 0.5 * (a + b)) - 1 for a, b in lost}):
+        hints = np.abs(found.nodes[i].modes.values).tolist()
+        closer = follow(family, at[i : i + 2], found.region, hints)
+        inner, open_ones = _crossed(family, closer, order, again - 1)
+        out = [one for one in out if not at[i] < one.at < at[i + 1]]
+        out += [replace(one, branch=_named(closer, one.branch, found, i)) for one in inner]
+        left_over += closer.uncertain + open_ones
+    return out, left_over
+
+
+def _named(closer: Followed, branch: int, found: Followed, i: int) -> int:
+    """The branch that one of those between nodes i and i + 1 belongs to."""
+    at, s = closer.values(closer.branches[branch])
+    place, value = (i, s[0]) if at[0] == found.nodes[i].at else (i + 1, s[-1])
+    there = [(abs(found.nodes[j].modes.values[k] - value), b)
+             for b, one in enumerate(found.branches) for j, k in one.places if j == place]  # fmt: skip
+    return min(there)[1] if there else 0
+
+
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """A branch's mode where it is known."""
+
+    at: float
+    pencil: Pencil
+    mode: Modes
+
+    @property
+    def size(self) -> float:
+        """\\|s\\| [rad/s]."""
+        return float(abs(self.mode.values[0]))
+
+    def slope(self, other: _Place) -> float:
+        """Derivative of \\|s\\| here, as the pencil changes on the way to another place."""
+        s, y, v = self.mode.values[0], self.mode.left[:, 0], self.mode.right
+        change = y.conj() @ (other.pencil.times_J(v) - s * other.pencil.times_S(v))[:, 0]
+        return float((s.conjugate() * change).real / (abs(s) * (other.at - self.at)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,71 +124,111 @@ class _Line:
 
     def crossings(self, order: float) -> list[Crossing | Interval]:
         """Crossings with an order line, or the interval where one is not certain."""
-        at, s = self.found.values(self.branch)
-        points = {float(x): float(abs(v) - order * abs(x)) for x, v in zip(at, s, strict=True)}
-        if at[0] < 0 < at[-1]:
-            points.setdefault(0.0, 1.0)
-        self._look_for_dips(points, order)
-        steps = [(a, b) for a, b in pairwise(sorted(points)) if (points[a] > 0) != (points[b] > 0)]
-        return [self._root(points, a, b, order) or (a, b) for a, b in steps]
+        places = [_Place(n.at, n.pencil, n.modes.take([k])) for n, k in self._nodes if n.pencil is not None]
+        out: list[Crossing | Interval] = []
+        for k, (a, b) in enumerate(pairwise(places)):
+            around = (places[k - 1] if k else b, places[k + 2] if k + 2 < len(places) else a)
+            halves = [a, self._place(0.0), b] if a.at < 0 < b.at else [a, b]
+            for one, two in pairwise(halves):
+                out += [(a.at, b.at)] if one is None or two is None else self._within(one, two, order, around)
+        return out
 
-    def _look_for_dips(self, points: dict[float, float], order: float) -> None:
-        """Add values where a parabola through three of them comes near the line between them."""
-        for _ in range(6):
-            xs = sorted(points)
-            new = []
-            for k in range(1, len(xs) - 1):
-                (xa, xb, xc), (ga, gb, gc) = xs[k - 1 : k + 2], (points[x] for x in xs[k - 1 : k + 2])
-                if not (ga > 0) == (gb > 0) == (gc > 0) or abs(gb) > min(abs(ga), abs(gc)):
-                    continue
-                first, second, width = (gb - ga) / (xb - xa), (gc - gb) / (xc - xb), xc - xa
-                bend, slope = (second - first) / width, (first * (xc - xb) + second * (xb - xa)) / width
-                vertex = -slope / (2 * bend) if bend else 0.0
-                lowest = gb + 0.5 * slope * vertex
-                if (lowest > 0) != (gb > 0) or abs(lowest) < 0.3 * abs(gb):
-                    x = xb + vertex
-                    if min(abs(x - other) for other in xs) > 1e-3 * (xc - xa):
-                        new.append(x)
-            if not new:
-                return
-            for x in new:
-                there = self.at(x)
-                if there is not None:
-                    points[x] = float(abs(there[1].values[0]) - order * abs(x))
+    def _within(self, a: _Place, b: _Place, order: float, around: tuple[_Place, _Place]) -> list[Crossing | Interval]:
+        """Crossings between two places.
+
+        The slopes at both, towards each other and towards the places around them, tell how far the mode may deviate
+        from the straight line between; an interval in which that leaves a crossing open is halved.
+        """
+        width, turn = b.at - a.at, order * np.sign(a.at + b.at)
+        mean = (b.size - a.size) / width
+        slopes = [p.slope(q) for p, q in ((a, b), (b, a), (a, around[0]), (b, around[1]))]
+        bend = max(abs(slope - mean) for slope in slopes)
+        gaps = a.size - order * abs(a.at), b.size - order * abs(b.at)
+        crosses = (gaps[0] > 0) != (gaps[1] > 0)
+        if bend < abs(mean - turn) or (not crosses and bend * width < min(map(abs, gaps))):
+            return [self._root(a, b, order) or (a.at, b.at)] if crosses else []
+        middle = self._place(0.5 * (a.at + b.at)) if width > CLOSEST * max(abs(a.at), abs(b.at)) else None
+        if middle is None:
+            return [(a.at, b.at)]
+        return self._within(a, middle, order, (b, b)) + self._within(middle, b, order, (a, a))
+
+    def _place(self, x: float) -> _Place | None:
+        there = self.at(x)
+        return None if there is None else _Place(x, *there)
 
     def at(self, x: float) -> tuple[Pencil, Modes] | None:
-        """The branch's mode at a value between its nodes; None where it is not certain."""
+        """The branch's mode at a value between its nodes; None where it is not certain.
+
+        Where it is not certain from the nearest place at which the mode is known, places in between are added.
+        """
         pencil = self.family(x)
         if pencil is None:
             return None
-        places = sorted(self.branch.places, key=lambda p: abs(self.found.nodes[p[0]].at - x))[:2]
-        for i, k in places:
-            node = self.found.nodes[i]
-            assert node.pencil is not None
-            guess = predicted(pencil, node.modes)
-            alike = overlap(node.pencil, node.modes.take([k]), pencil, guess)[0]
-            first = int(alike.argmax())
-            near = np.abs(guess.values - guess.values[first]) < NEAR * abs(guess.values[first])
-            group = settled(pencil, guess.take(near))
-            if not len(group.values):
-                continue
-            alike = overlap(node.pencil, node.modes.take([k]), pencil, group)[0]
-            if alike.max() > 0.5 * CERTAIN:
-                return pencil, group.take([int(alike.argmax())])
+        for _ in range(HALVINGS):
+            node, k = min(self.places, key=lambda place: abs(place[0].at - x))
+            mode = _continued(node, k, pencil)
+            if mode is not None:
+                return pencil, mode
+            between = self._between(node, k, x)
+            if between is None:
+                return None
+            self.places.append(between)
         return None
 
-    def _root(self, points: dict[float, float], a: float, b: float, order: float) -> Crossing | None:
-        """Root between two values by Brent's method; None where the mode is not certain on the way."""
+    @cached_property
+    def _nodes(self) -> list[tuple[Node, int]]:
+        """The branch's nodes, and its number among their modes."""
+        return [(self.found.nodes[i], k) for i, k in self.branch.places]
+
+    @cached_property
+    def places(self) -> list[tuple[Node, int]]:
+        """Where the mode is known."""
+        return list(self._nodes)
+
+    def _between(self, node: Node, k: int, x: float) -> tuple[Node, int] | None:
+        """The mode half-way to x, or nearer to the node where it is not certain there."""
+        assert node.pencil is not None
+        for _ in range(HALVINGS):
+            x = 0.5 * (node.at + x)
+            pencil = self.family(x)
+            if pencil is None:
+                return None
+            modes = refined(pencil, node.modes)
+            alike = overlap(node.pencil, node.modes.take([k]), pencil, modes)[0]
+            if alike.size and alike.max() > CERTAIN:
+                return Node(x, pencil, modes), int(alike.argmax())
+        return None
+
+    def _root(self, a: _Place, b: _Place, order: float) -> Crossing | None:
+        """The root between two places by Brent's method; None where the mode is not certain on the way."""
+        known: dict[float, _Place | None] = {a.at: a, b.at: b}
 
         def gap(x: float) -> float:
-            if x in points:
-                return points[x]
-            there = self.at(x)
-            return float("nan") if there is None else float(abs(there[1].values[0]) - order * abs(x))
+            if x not in known:
+                known[x] = self._place(x)
+            there = known[x]
+            return float("nan") if there is None else there.size - order * abs(x)
 
         try:
-            x = brentq(gap, a, b, xtol=ON_LINE * max(abs(a), abs(b)), rtol=ON_LINE)
+            x = brentq(gap, a.at, b.at, xtol=ON_LINE * max(abs(a.at), abs(b.at)), rtol=ON_LINE)
         except ValueError:
             return None
-        there = self.at(x)
-        return None if there is None else Crossing(0, order, x, (points[b] > points[a]) == (a + b > 0), *there)
+        off, there = gap(x), known[x]
+        if there is None or abs(off) > 100 * ON_LINE * order * abs(x):
+            return None
+        return Crossing(0, order, x, (gap(b.at) > gap(a.at)) == (a.at + b.at > 0), there.pencil, there.mode)
+
+
+def _continued(node: Node, k: int, pencil: Pencil) -> Modes | None:
+    """What mode k of a node becomes in another pencil; None where it is not certain."""
+    assert node.pencil is not None
+    mode, guess = node.modes.take([k]), predicted(pencil, node.modes)
+    first = int(overlap(node.pencil, mode, pencil, guess)[0].argmax())
+    near = np.abs(guess.values - guess.values[first]) < NEAR * abs(guess.values[first])
+    group = settled(pencil, guess.take(near))
+    if not len(group.values):
+        return None
+    alike = overlap(node.pencil, mode, pencil, group)[0]
+    best = int(alike.argmax())
+    double = np.abs(group.values - group.values[best]) < INDISTINCT * abs(group.values[best])
+    return group.take([best]) if alike[double].sum() > CERTAIN else None

@@ -88,16 +88,9 @@ def campbell(plant: Plant, speeds: Sequence[float] | np.ndarray, pressure: float
             "speed": ("speed", speeds, {"units": "rad/s", "long_name": "speed of the shaft"}),
             "branch": np.arange(1, len(shown) + 1),
         },
-        plant.provenance() | linear_warnings(plant, speeds, _least(zeta), pressure)
+        plant.provenance() | linear_warnings(plant, speeds, [found.least(v) for v in speeds.tolist()], pressure)
         | {"kind": "campbell", "pressure": float(pressure)} | about(found),
     )  # fmt: skip
-
-
-def _least(zeta: np.ndarray) -> np.ndarray:
-    """Least damping ratio (speeds,) of the branches (branches, speeds); NaN where none is known."""
-    if not len(zeta):
-        return np.full(zeta.shape[1], np.nan)
-    return np.where(np.isnan(zeta).all(axis=0), np.nan, np.nanmin(np.nan_to_num(zeta, nan=np.inf), axis=0))
 
 
 def along_speeds(found: ModesOverSpeed, speeds: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, list[int]]:
@@ -118,7 +111,7 @@ def along_speeds(found: ModesOverSpeed, speeds: np.ndarray, count: int) -> tuple
 
 def _counts(found: ModesOverSpeed, speed: float) -> tuple[float, float]:
     """Modes in the region at a speed [rad/s], and those missing among them."""
-    node = next(n for n in found.followed.nodes if n.at == speed)
+    node = found.node(speed)
     if node.pencil is None:
         return float("nan"), float("nan")
     return float(found.region.holds(node.modes.values).sum()), node.modes.missing
@@ -153,9 +146,11 @@ def criticals(found: ModesOverSpeed, shown: Sequence[int] = ()) -> dict[str, Any
 def about(found: ModesOverSpeed) -> dict[str, Any]:
     """Attributes: region, searched speeds, intervals that were not looked at, and whether the modes are proven."""
     region, nodes = found.region, [n for n in found.followed.nodes if n.pencil is not None]
+    (low, high), slowest = found.searched, found.region.floor / min(found.orders)
     return {
         "region_reach": region.reach, "region_floor": region.floor, "region_zeta": region.zeta,
-        "searched_from": found.searched[0], "searched_to": found.searched[1],
+        "searched_from": max(low, slowest) if low >= 0 else low,
+        "searched_to": min(high, -slowest) if high <= 0 else high,
         "not_looked_at": np.array(found.refused, float).ravel(),
         "not_certain": np.array(found.uncertain, float).ravel(),
         "nodes": len(nodes), "nodes_proven": len(nodes) - len(found.unproven),

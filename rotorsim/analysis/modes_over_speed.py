@@ -1,8 +1,8 @@
 """Modes of the coupled machine over speed, all of a region, and where order lines cross them.
 
-The region of the complex plane is a sector from 0 to a reach, of damping ratios below one half: beyond it lie most
-motions of the gas, which the film's storage damps. Its reach covers every order line over the speeds that are searched:
-the asked ones and those around them whose critical speeds matter to a margin of 15 %.
+The region of the complex plane is a sector from a floor to a reach, of damping ratios below one half: beyond it lie
+most motions of the gas, which the film's storage damps. Its reach covers every order line over the speeds that are
+searched: the asked ones and those around them whose critical speeds matter to a margin of 15 %.
 """
 
 from __future__ import annotations
@@ -14,10 +14,11 @@ from functools import cached_property
 import numpy as np
 
 from fe_shaft.modes.crossings import Crossing, crossings
-from fe_shaft.modes.follower import Followed, follow
-from fe_shaft.modes.pencil import Pencil, Region
+from fe_shaft.modes.follower import Followed, Node, follow
+from fe_shaft.modes.pencil import Modes, Pencil, Region
 from rotorsim.base.errors import NoLiftOffError
 from rotorsim.base.processes import one_thread
+from rotorsim.base.rounding import DAMPED as STEADY
 from rotorsim.plant import Plant
 from rotorsim.plant.linearise import LinearPlant
 
@@ -28,7 +29,7 @@ MARGIN = 0.15
 ORDERS = (1, 2, 3)
 """Orders of the speed whose lines are crossed."""
 ABOVE, BELOW = 1.02, 1e-4
-"""Reach of the region over the highest frequency of an order line, and its floor over the reach."""
+"""Reach of the region over the highest frequency of an order line, and its floor, if those begin at rest."""
 PLANAR = 0.02
 """Roundness of an orbit below which its sense of whirl is mixed."""
 
@@ -85,6 +86,15 @@ class ModesOverSpeed:
                     out.append((low, high))
         return out
 
+    def node(self, speed: float) -> Node:
+        """The node at an asked speed [rad/s]."""
+        return next(node for node in self.followed.nodes if node.at == speed)
+
+    def least(self, speed: float) -> float:
+        """Least damping ratio of all modes at an asked speed [rad/s], NaN without any."""
+        damping, frequency = least_damped(self.node(speed).modes, self.region)
+        return damping if np.isfinite(frequency) else float("nan")
+
     @property
     def unproven(self) -> list[float]:
         """Speeds [rad/s] of the nodes at which the number of modes is not proven."""
@@ -119,12 +129,24 @@ def modes_over_speed(
     rotor = np.sort(hints)[: max(least, 1)]
     reach = ABOVE * max(max(orders) * float(np.abs(searched).max()), ABOVE * float(rotor[-1]) if least else 0.0)
     reach = reach or ABOVE * float(rotor[-1])
+    floor = _floor(searched, orders) or BELOW * reach
     kinks = plant.assembly.mesh.tables.speeds
     inner = [float(v) for v in np.concatenate([-kinks, kinks]) if searched[0] < v < searched[-1]]
     with one_thread():
-        region = Region(reach, BELOW * reach, DAMPED)
+        region = Region(reach, floor, DAMPED)
         found = follow(family, np.unique([*searched, *inner]).tolist(), region, np.unique(hints.round(3)).tolist())
     return ModesOverSpeed(plant, pressure, found, orders)
+
+
+def _floor(searched: np.ndarray, orders: tuple[int, ...]) -> float:
+    """Lowest frequency [rad/s] of the region: below every order line, or a small part of them where one begins at 0.
+
+    The modes that are shown have no part in it.
+    """
+    lowest = BELOW * max(orders) * float(np.abs(searched).max())
+    if searched[0] * searched[-1] <= 0:
+        return lowest
+    return min(lowest, 0.5 * min(orders) * float(np.abs(searched).min()))
 
 
 def around(speeds: Sequence[float] | np.ndarray) -> np.ndarray:
@@ -141,6 +163,19 @@ def around(speeds: Sequence[float] | np.ndarray) -> np.ndarray:
     low = low / (1 + MARGIN) if low > 0 else low / (1 - MARGIN)
     high = high / (1 - MARGIN) if high > 0 else high / (1 + MARGIN)
     return np.unique([low, *speeds, high])
+
+
+def least_damped(modes: Modes, region: Region) -> tuple[float, float]:
+    """Least damping ratio of the modes in a region, those that grow without oscillation (-1) too, and its frequency.
+
+    (inf, NaN) without any mode; the frequency is in rad/s.
+    """
+    s = modes.values[np.abs(modes.values) < region.reach]
+    s = s[region.holds(s) | (s.real > STEADY * np.abs(s))]
+    if not s.size:
+        return float("inf"), float("nan")
+    k = int((-s.real / np.abs(s)).argmin())
+    return float(-s[k].real / np.abs(s[k])), float(np.abs(s[k]))
 
 
 def roundness(pencil: Pencil, vectors: np.ndarray) -> np.ndarray:

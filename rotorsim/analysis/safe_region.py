@@ -64,20 +64,12 @@ def surroundings(plant: Plant, speeds: np.ndarray, pressure: float) -> Surroundi
     except (RotorsimError, np.linalg.LinAlgError):
         return Surroundings(np.zeros(len(speeds)), none, np.zeros((0, 4)), np.zeros((0, len(speeds), 3)), {})
     nodes = {node.at: node for node in found.followed.nodes}
-    least = [_least(found, speed) for speed in speeds.tolist()]
+    least = [found.least(speed) for speed in speeds.tolist()]
     models = {at: node.pencil for at, node in nodes.items() if isinstance(node.pencil, LinearPlant)}
     s, senses, _ = along_speeds(found, speeds, SHOWN)
     branches = np.stack([np.abs(s), -s.real / np.abs(s), senses], axis=-1)
     looked = np.array([float(_looked(found, speed)) for speed in speeds.tolist()])
     return Surroundings(looked, np.array(least), np.array(critical).reshape(-1, 4), branches, models)
-
-
-def _least(found: ModesOverSpeed, speed: float) -> float:
-    """Least damping ratio at one of the nodes: -1 of a motion that grows without oscillation, NaN without any mode."""
-    node = next(n for n in found.followed.nodes if n.at == speed)
-    s = node.modes.values
-    s = s[(np.abs(s) < found.region.reach) & (found.region.holds(s) | (s.real > DAMPED * np.abs(s)))]
-    return float(np.min(-s.real / np.abs(s))) if s.size else float("nan")
 
 
 def _looked(found: ModesOverSpeed, speed: float) -> bool:

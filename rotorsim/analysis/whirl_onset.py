@@ -18,7 +18,7 @@ from fe_shaft.modes.pencil import Modes, Region
 from fe_shaft.modes.spectrum import modes_in
 from rotorsim.analysis.axes import checked
 from rotorsim.analysis.campbell import HIGHEST, highest_speed
-from rotorsim.analysis.modes_over_speed import ABOVE, BELOW, DAMPED as STRONGLY, at_speed
+from rotorsim.analysis.modes_over_speed import ABOVE, BELOW, DAMPED as STRONGLY, at_speed, least_damped
 from rotorsim.base.constants import RPM
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.processes import one_thread
@@ -160,19 +160,6 @@ def region_up_to(hints: np.ndarray, highest: float) -> Region:
     """
     reach = ABOVE * max(highest, 1.1 * float(np.sort(hints)[: 2 * FIRST].max()))
     return Region(reach, BELOW * reach, STRONGLY)
-
-
-def least_damped(modes: Modes, region: Region) -> tuple[float, float]:
-    """Least damping ratio of the modes in a region, those that grow without oscillation (-1) too, and its frequency.
-
-    (inf, NaN) without any mode; the frequency is in rad/s.
-    """
-    s = modes.values[np.abs(modes.values) < region.reach]
-    s = s[region.holds(s) | (s.real > DAMPED * np.abs(s))]
-    if not s.size:
-        return float("inf"), float("nan")
-    k = int((-s.real / np.abs(s)).argmin())
-    return float(-s[k].real / np.abs(s[k])), float(np.abs(s[k]))
 
 
 def first_loss(search: Search, speeds: np.ndarray) -> tuple[float, float, float]:

@@ -12,8 +12,8 @@ from rotorsim.analysis.modes_over_speed import modes_over_speed
 from rotorsim.plant import Plant
 
 RPM = np.pi / 30
-QUICK = (33, 45, 53, 7)
-"""Machines on tables: criticals in both directions, soft at rest and unstable, crossing stiffnesses."""
+QUICK = (33, 45, 53, 7, 141)
+"""Machines on tables: criticals up and down, soft at rest and unstable, crossing stiffnesses, a pair between nodes."""
 EXACT = 1e-6
 
 
@@ -152,6 +152,22 @@ def test_a_bearing_that_stiffens_makes_critical_speeds_in_both_directions_and_no
         for grid in ([0.99 * speed], [0.5 * speed, 0.87 * speed], [1.1 * speed, 1.2 * speed]):
             safe = map_machine(stiffened, grid, [0.0], workers=1)["safe"].values[0]
             assert safe[np.abs(np.array(grid) / speed - 1) < 0.149].max() == 0
+
+
+def test_the_floor_of_the_region_lies_below_every_searched_order_line_whatever_is_shown(stiffened):
+    """Speeds of 1 to 10 rad/s, of modes up to 20,000 rad/s."""
+    floors = {campbell(stiffened, [1.0, 5.0, 10.0], modes=count).attrs["region_floor"] for count in (1, 16)}
+    assert len(floors) == 1 and max(floors) < 1.0 / 1.15
+    from_rest = campbell(stiffened, [0.0, 1000.0])
+    assert from_rest.attrs["searched_from"] == from_rest.attrs["region_floor"]
+
+
+def test_a_mode_that_grows_is_said_however_few_are_shown():
+    """The second mode of the machine grows."""
+    machine, top = random_machine(141)
+    found = [campbell(Plant(machine), np.linspace(top / 20, top, 9), modes=count) for count in (1, 8)]
+    assert found[0]["zeta"].min() > 0 > found[1]["zeta"].min()
+    assert found[0].attrs["warnings"] == found[1].attrs["warnings"] and "grows" in found[0].attrs["warnings"]
 
 
 def test_speeds_within_15_percent_of_the_critical_speeds_of_the_file_are_not_safe():

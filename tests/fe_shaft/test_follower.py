@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from direct_search import crossings as searched
 from fe_shaft import BearingElement, DiskElement, Rotor, ShaftElement, steel
 from fe_shaft.modes.count import missing_in
 from fe_shaft.modes.crossings import crossings
@@ -53,8 +54,7 @@ def test_large_pencils_give_every_mode_of_the_region():
     """One hundred oscillators: eigenvalues by Krylov spaces, their number by the count."""
     rng = np.random.default_rng(7)
     wn, zeta = rng.uniform(5, 400, 100), rng.uniform(0.0, 0.9, 100)
-    wn[1], zeta[0], zeta[1] = wn[0] * (1 + 3e-10), 0.3, 0.3
-    wn[0] = wn[1] = 50.0
+    wn[0], wn[1], zeta[0], zeta[1] = 50.0, 50.0 * (1 + 3e-10), 0.3, 0.3
     exact = -zeta * wn + 1j * wn * np.sqrt(1 - zeta**2)
     exact = exact[REGION.holds(exact)]
     found = modes_in(oscillators(wn, zeta, rng.standard_normal((100, 100))), REGION)
@@ -102,6 +102,41 @@ def test_stiffness_that_rises_over_the_speed_gives_critical_speeds_in_both_direc
     assert (np.sum(~found.upward), np.sum(found.upward)) == (falls, rises) and rises > 0 and found.proven
     for speed in found.wn:
         assert np.abs(tabled.run_modal(speed).wn / speed - 1).min() < 1e-7
+
+
+def on_steep_tables(seed):
+    """Two stiffnesses of a random factor of up to 60 within 50 to 400 rad/s, or random ones at seven speeds."""
+    rng, n = np.random.default_rng(seed), 5
+    shaft = [ShaftElement(0.12, 0, 0.02 + 0.01 * rng.random(), material=steel) for _ in range(n)]
+    discs = [
+        DiskElement(int(k), 3 * rng.random() + 1, 0.01 + 0.02 * rng.random(), 0.02 + 0.03 * rng.random())
+        for k in rng.choice(n + 1, 2, replace=False)
+    ]
+    if seed >= 200:
+        start = rng.uniform(400, 1800)
+        speeds, factor = [0.0, start, start + rng.uniform(50, 400), 3000.0], rng.uniform(5, 60)
+    bearings = []
+    for node in (0, n):
+        if seed >= 200:
+            k = 10 ** rng.uniform(4.8, 6.0) * np.array([1, 1, factor, factor])
+            ratio, c, cross = rng.uniform(0.6, 1.6), 10 ** rng.uniform(1, 2.7), 0.0
+        else:
+            speeds, k = np.linspace(0, 3000.0, 7), 10 ** rng.uniform(4.5, 7.5, 7)
+            c, cross, ratio = 10 ** rng.uniform(1, 3.2), rng.uniform(-0.3, 0.3), rng.uniform(0.5, 2)
+        bearings.append(BearingElement(node, k, c * np.ones(len(k)), kyy=ratio * k, kxy=cross * k, kyx=-cross * k,
+                                       frequency=speeds))  # fmt: skip
+    return Rotor(shaft, discs, bearings)
+
+
+@pytest.mark.parametrize("seed", [15, 208, *(pytest.param(k, marks=pytest.mark.slow) for k in (7, 205))])
+def test_critical_speeds_on_steep_tables_are_those_of_a_search_that_follows_nothing(seed):
+    """Pairs between nodes, and modes that exchange their shapes between nodes: none missed, none invented."""
+    tabled = on_steep_tables(seed)
+    found = tabled.run_critical_speed(limit=3000.0, count=60)
+    direct = searched(lambda v: tabled.run_modal(v).eigenvalues, 3.0, 3000.0)
+    light = (found.damping_ratio < 0.5) & (found.wn > 3.0)
+    assert found.proven and found.wn[light] == pytest.approx(direct[:, 0], rel=1e-6)
+    assert (found.upward[light] == (direct[:, 2] > 0)).all()
 
 
 def test_bearings_without_stiffness_at_rest_lose_no_critical_speed():

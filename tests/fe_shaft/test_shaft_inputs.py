@@ -26,6 +26,12 @@ def table_rotor(extrapolate: str = "error") -> Rotor:
     return Rotor(shaft(), [], [BearingElement(n, [1e6, 2e6, 4e6], 0.0, **table) for n in (0, 3)])
 
 
+def tabled(first: list[float], last: list[float]) -> Rotor:
+    """A rotor on bearings with tables over two ranges of speeds."""
+    ends = ((0, first), (3, last))
+    return Rotor(shaft(), [], [BearingElement(n, [1e6, 2e6], 0.0, frequency=speeds) for n, speeds in ends])
+
+
 def test_material_derives_the_elastic_constant_that_is_missing():
     assert steel.Poisson == pytest.approx(211 / 162.4 - 1)
     assert Material("m", rho=7850.0, E=210e9, Poisson=0.3).G_s == pytest.approx(210e9 / 2.6)
@@ -81,6 +87,8 @@ def test_two_discs_on_one_node_add_up():
         (lambda: Rotor(shaft(), [], [BearingElement(1, 1e6, 0.0, n_link=4)]), "pedestal at node 4 has no mass"),
         (lambda: Rotor(shaft(), clamped=[9]), "clamp at node 9"),
         (lambda: table_rotor().run_modal(500.0), "speed 500 rad/s is outside its table, 0 to 300 rad/s"),
+        (lambda: tabled([100.0, 200.0], [300.0, 400.0]).run_critical_speed(), "from 300 rad/s.* up to 200 rad/s"),
+        (lambda: tabled([500.0, 900.0], [500.0, 900.0]).run_critical_speed(limit=200.0), "limit = 200 .* begin at 500"),
         (lambda: Rotor(shaft()).run_campbell([]), "give a list of at least one number"),
         (lambda: Rotor(shaft()).run_campbell([3.0, 1.0]), "value 1, 1, is not above"),
         (lambda: Rotor(shaft()).run_campbell([0.0, np.nan]), "value 1 is nan"),

@@ -179,6 +179,23 @@ def test_campbell_rows_are_the_modal_answers_and_short_rows_end_in_nan():
         assert np.all(campbell.whirl[i, len(wn) :] == "")
 
 
+@pytest.mark.parametrize("kind", ["hysteretic", "table"])
+def test_branches_with_matrices_at_their_own_frequency_are_those_of_the_rotor_without(kind):
+    """Little loss, or a bearing that stiffens with the frequency of whirl, change no branch."""
+
+    def rotor(eta, **table):
+        shaft = [ShaftElement(0.1, 0.0, 0.03, eta_h=eta) for _ in range(6)]
+        k, c = (1e7, 100.0) if not table else ([1e7, 1.3e7], [100.0, 100.0])
+        return Rotor(shaft, [DiskElement(3, 5.0, 0.02, 0.03)], [BearingElement(n, k, c, **table) for n in (0, 6)])
+
+    speeds = np.linspace(10.0, 600.0, 4)
+    plain = rotor(0.0).run_campbell(speeds, frequencies=4)
+    other = rotor(0.02) if kind == "hysteretic" else rotor(0.0, whirl_frequency=[0.0, 20_000.0])
+    found = other.run_campbell(speeds, frequencies=4)
+    assert np.array_equal(found.branch, plain.branch) and found.branch.max() == 3
+    assert found.along_branch("wn") == pytest.approx(plain.along_branch("wn"), rel=0.02)
+
+
 def test_rigid_body_motion_of_a_free_rotor_is_not_reported_as_a_mode():
     """Free-free Euler beam: first frequency 4.73004^2 sqrt(EI / rho A) / L^2; element error below 1e-5."""
     switches = {"shear_effects": False, "rotary_inertia": False, "gyroscopic": False}

@@ -12,8 +12,8 @@ from rotorsim.plant import Plant
 
 DAMPED = 0.5
 """Damping ratio from which an eigenvalue does not count."""
-STEEP = 6.0
-"""Bound on the change of a natural frequency with the speed, over the order, that the search supposes."""
+STEEP = 40.0
+"""Bound on the change of a natural frequency with the speed, over the order, that the search supposes (seen: 28)."""
 FINE = 1e-4
 """Relative width of an interval of speeds in which at most one crossing is looked for at each eigenvalue."""
 

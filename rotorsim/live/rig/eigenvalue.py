@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_shaft.modes.spectrum import modes_in
-from rotorsim.analysis.whirl_onset import least_damped, region_up_to
+from rotorsim.analysis.modes_over_speed import least_damped
+from rotorsim.analysis.whirl_onset import region_up_to
 from rotorsim.base.errors import RotorsimError
 from rotorsim.base.processes import one_thread
 from rotorsim.plant.assemble import Assembly

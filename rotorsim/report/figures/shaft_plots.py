@@ -62,6 +62,10 @@ def _add_criticals(figure: go.Figure, found: xr.Dataset) -> None:
     inside = (found["critical_speed"].values >= speeds[0]) & (found["critical_speed"].values <= speeds[-1])
     for order in np.unique(found["critical_order"].values[inside]).tolist():
         one = found.isel(critical=inside & (found["critical_order"].values == order))
+        if order > 1:
+            figure.add_trace(go.Scatter(x=compact(speeds * TO_RPM), y=compact(np.abs(speeds) * TO_HZ * order),
+                                        mode="lines", name=f"{order:.0f}X", hoverinfo="skip", showlegend=False,
+                                        line={"color": INK, "width": 0.7, "dash": "dot"}), 1, 1)  # fmt: skip
         x, text = one["critical_speed"].values * TO_RPM, [f"damping {z:.3g}" for z in one["critical_zeta"].values]
         figure.add_trace(go.Scatter(x=compact(x, 7), y=compact(np.abs(x) / 60 * order, 7), mode="markers", text=text,
                                     name=f"critical {order:.0f}X",
