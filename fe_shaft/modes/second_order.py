@@ -1,6 +1,10 @@
 r"""M q'' + D q' + K q = 0 as a pencil J - s S of the states (q, q'), with factors of the dynamic stiffness alone.
 
 .. math:: \det(J - s S) = \pm \det(K + s D + s^2 M)
+
+Source: Friswell et al. (2010), section 3.4.
+
+Cites: friswell_2010.
 """
 
 from __future__ import annotations
