@@ -2,7 +2,7 @@ r"""M q'' + D q' + K q = 0 as a pencil J - s S of the states (q, q'), with facto
 
 .. math:: \det(J - s S) = \pm \det(K + s D + s^2 M)
 
-Source: Friswell et al. (2010), section 3.4.
+The state form: Friswell et al. (2010).
 
 Cites: friswell_2010.
 """

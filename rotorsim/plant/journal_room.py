@@ -3,7 +3,7 @@ r"""Room of a journal in its sleeve: how far its centre can move in each directi
 .. math:: r(\phi) = \min_\theta \frac{s(\theta)}{\cos(\theta - \phi)}, \qquad \cos(\theta - \phi) > 0
 
 s is the distance of the sleeve from its centre as in `reynolds.film.closest_places`, the smallest in a turn of the
-shaft. A foil is taken as it is without pressure. Source: Hamrock (2004), section 8.2, for s of a plain and a lobed sleeve.
+shaft. A foil is taken as it is without pressure. The film's thickness is as in Hamrock (2004).
 
 Cites: hamrock_2004.
 """
