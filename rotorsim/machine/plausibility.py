@@ -5,7 +5,8 @@ Moments of inertia are integrals over mass, and the polar one is at most the sum
 .. math:: I_p = I_x + I_y - 2 \int z^2 \, dm \le 2 I_d
 
 with equality for an infinitely thin disc. What is asked here can be meant (a sleeve on the shaft carries the journal, a
-probe looks through a bore), so it is a question and no error, as an unusual value is. Inertias of discs: Friswell et al. (2010).
+probe looks through a bore), so it is a question and no error, as an unusual value is.
+Inertias of discs: Friswell et al. (2010).
 
 Cites: friswell_2010.
 """
