@@ -232,12 +232,14 @@ class LinearModel(Shown):
     def from_dict(cls, data: dict[str, Any]) -> LinearModel:
         """The model of `to_dict`."""
         values = {field.name: data[field.name] for field in fields(cls) if field.name in data}
-        name_rest(set(data) - set(values) - {"kind"})
+        rest = set(data) - set(values) - {"kind"}
         for name in "ABCD":
             values[name] = np.atleast_2d(np.asarray(values[name], float))
         for name in ("speed", "pressure"):
             values[name] = float("nan") if values.get(name) is None else float(values[name])
-        return cls(**values | {name: tuple(values[name]) for name in ("inputs", "outputs")})
+        made = cls(**values | {name: tuple(values[name]) for name in ("inputs", "outputs")})
+        name_rest(rest)
+        return made
 
 
 MAT_READ = ("speed", "pressure", "InputName", "OutputName", "InputUnit", "OutputUnit", "machine")
