@@ -60,6 +60,20 @@ def test_critical_speeds_are_those_of_a_direct_search(number):
     check_against_direct_search(number, orders=(1, 2) if number == QUICK[0] else (1,))
 
 
+def test_critical_speeds_of_a_self_acting_rotor_are_roots_and_their_number_is_that_of_a_count_at_the_ends():
+    """All eigenvalues at each critical speed, and at both ends, where no mode is near the border of the region."""
+    machine, top = random_machine(2)
+    plant, low = Plant(machine), top / 2
+    found = campbell(plant, [low, top], modes=4)
+    assert found.attrs["nodes_proven"] == found.attrs["nodes"] and not len(found.attrs["not_certain"])
+    rows = of_order(found, 1, low, top)
+    for speed in rows[:, 0]:
+        assert np.abs(np.abs(all_eigenvalues(plant, speed)) / speed - 1).min() < EXACT
+    spectra = [(v, all_eigenvalues(plant, v)) for v in (low, top)]
+    below = [np.sum((np.abs(s) < v) & (-s.real < 0.5 * np.abs(s))) for v, s in spectra]
+    assert -rows[:, 2].sum() == below[1] - below[0]
+
+
 def test_the_seeded_machines_hold_what_is_hard():
     """Speeds at which a natural frequency rises above the speed, and falls below it; damping lost."""
     rows = np.concatenate([found_criticals(Plant(m), top / 20, top)[0] for m, top in map(random_machine, QUICK)])
