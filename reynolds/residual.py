@@ -26,7 +26,7 @@ import math
 from reynolds.film import bend_foil, mean_gap, slip_flow, slip_jacobian, stored, thickness
 from reynolds.injector import nozzle, nozzle_table, pin_flow
 from reynolds.jit import inlined
-from reynolds.texture import textured_fluxes
+from reynolds.texture import jump_fluxes, textured_fluxes
 
 CAREFUL = 4
 """Place in w[convergence] that asks for chord slopes of the injectors' flows."""
@@ -132,10 +132,12 @@ def cell_residual(w, F, L, U, iadt):
     if L.foil == 1:
         bend_foil(w, F, L, iadt)
     thickness(w, F, L)
-    if L.textured == 1:
+    if L.textured == 1 and L.grooved + L.n_steps > 0:
         textured_fluxes(w, F, L, U)
     else:
         fluxes(w, F, L, U)
+        if L.textured == 1:
+            jump_fluxes(w, F, L, U)
     for k in range(L.first, L.first + L.n_theta * L.stride):
         w[L.r + k] = (
             w[L.weight + k] * ((stored(w, L, k) - w[L.m_rhs + k]) * iadt + w[L.flow_t + k] - w[L.flow_t + k - L.stride])

@@ -60,13 +60,15 @@ class Lobes:
         return np.asarray(wide * (1 - self.preload * np.cos(phase)) - clearance)
 
     @property
+    def ends(self) -> np.ndarray:
+        """Angles [rad] of the ends of the arcs."""
+        return self.first_angle + 2 * np.pi / self.count * (np.arange(self.count) - self.offset)
+
+    @property
     def edges(self) -> np.ndarray:
         """Angles [rad] at which the gap jumps from one arc to the next; none where arcs meet alike."""
-        arc = 2 * np.pi / self.count
-        ends = np.cos(np.array([self.offset, 1 - self.offset]) * arc)
-        if self.preload == 0 or abs(ends[1] - ends[0]) < 1e-12:
-            return np.zeros(0)
-        return self.first_angle + arc * (np.arange(self.count) - self.offset)
+        low, high = np.cos(np.array([self.offset, 1 - self.offset]) * 2 * np.pi / self.count)
+        return np.zeros(0) if self.preload == 0 or abs(high - low) < 1e-12 else self.ends
 
 
 @dataclass(frozen=True)
@@ -201,13 +203,8 @@ class Sleeve:
 
     def edges(self, length: float) -> np.ndarray:
         """Angles [rad] of the ends of lobes and of pockets as long as a film of a `length` [m]."""
-        found: list[np.ndarray] = [np.zeros(0)]
-        if self.lobes is not None:
-            found.append(
-                self.lobes.first_angle
-                + 2 * np.pi / self.lobes.count * (np.arange(self.lobes.count) - self.lobes.offset)
-            )
-        return np.concatenate([*found, *(row.edges for row in self.recesses(length))])
+        lobes = np.zeros(0) if self.lobes is None else self.lobes.ends
+        return np.concatenate([lobes, *(row.edges for row in self.recesses(length))])
 
     def arc(self, clearance: float) -> tuple[float, float]:
         """Clearance [m] of an arc about its own centre, and the distance of that from the middle."""

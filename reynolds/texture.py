@@ -228,6 +228,33 @@ def textured_fluxes(w, F, L, U):
         w[L.flow_z + k] = w[L.face_west + k] + w[L.face_east + k - L.stride]
 
 
+@kernel
+def jump_fluxes(w, F, L, U):
+    """Correct the fluxes of a smooth gap where it jumps between lobes, in films without pockets and grooves."""
+    half = L.pieces // 2
+    for line in range(-1, L.n_theta):
+        i = line if line >= 0 else L.n_theta - 1
+        first = L.first + line * L.stride
+        if w[L.mixed + first] > 0.0:
+            for k in range(first, first + L.n_rows):
+                p, p_t = w[L.p + k], w[L.p + k + L.stride]
+                h, mean = 0.5 * (w[L.h + k] + w[L.h + k + L.stride]), 0.5 * (p + p_t)
+                along, _, _, drag, _ = lane(w, F, L, i, 0, 0, 0, h, slip_length(w, L, mean))
+                carried = 12.0 * w[L.mu] * U * drag
+                blend = max(0.5 * abs(carried) - 2.0 * along * mean / F.dy, 0.0)
+                flux = carried * mean - along * (p_t * p_t - p * p) / F.dy - blend * (p_t - p)
+                w[L.flow_t + k] = flux / (24.0 * w[L.mu] * F.dy)
+            for s in range(L.pieces):
+                share = w[L.line_piece + i * L.pieces + s]
+                lift = w[L.line_aside + i * L.pieces + s]
+                begin = first if s < half else first + L.stride
+                for k in range(begin + L.half - 1, begin + L.n_rows):
+                    h, p, p_z = 0.5 * (w[L.h + k] + w[L.h + k + 1]), w[L.p + k], w[L.p + k + 1]
+                    g, slip = max(h + lift, F.h_min), slip_length(w, L, 0.5 * (p + p_z))
+                    more = share * w[L.link + k] * (g * g * (g + slip) - h * h * (h + slip))
+                    w[L.flow_z + k] += more * (p * p - p_z * p_z) / (24.0 * w[L.mu] * F.dz * F.dz)
+
+
 @inlined
 def traction(w, F, L, h, depth, share, cc, sc, slip, U, p, dy, dz):
     """Mean stress [Pa] against the journal's motion in a piece with the gradients dy, dz of p^2."""

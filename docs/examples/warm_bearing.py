@@ -1,7 +1,7 @@
 """Friction warms a bearing
 
 A fast rotor of steel in sleeves of ceramics: the power of the films' friction grows with the square of the speed and
-warms gas, journal and sleeve alike. The steel grows more than the ceramics, and more than a quarter of the film is
+warms gas, journal and sleeve alike. The steel grows more than the ceramics, and a fifth of the film is
 gone.
 """
 

@@ -31,7 +31,7 @@ def every_problem(error: ValidationError, model: type[Part], tables: Mapping[str
     with suppress(AttributeError):
         for check in further(machine):
             between += [_line(found) for found in _found(check)]
-    return list(dict.fromkeys([*first, *sentences(error, model), *between, *questions(machine)]))
+    return list(dict.fromkeys([*first, *sentences(error, model), *between, *questions(machine, whole=False)]))
 
 
 def readable(model: type[Part], table: Any) -> Part:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import tomllib
 import warnings
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.resources import files
@@ -104,12 +103,13 @@ def ask_machine(machine: Part) -> None:
         warnings.warn("\n".join(found), Unusual, stacklevel=3)
 
 
-def questions(machine: Part) -> list[str]:
-    """Sentences about the unusual and implausible values of a machine that its file does not name as meant."""
+def questions(machine: Part, whole: bool = True) -> list[str]:
+    """Sentences about the unusual values of a machine that its file does not name as meant; of a `whole` one also about
+    values that do not fit each other."""
     meant = getattr(machine, "unusual", ())
     asked = [(path, q) for path, value, unit in numbers(machine) if (q := question(path, value, unit))]
     known = {path for path, _ in asked}
-    with suppress(AttributeError, TypeError):  # parts of a file that cannot be read are missing
+    if whole:
         asked += [(path, f"{path}: {q}") for path, q in implausible(machine) if path not in known]  # type: ignore[arg-type]
     way = "; a machine file may name what is meant: unusual = ['{}']"
     return [sentence + way.format(path) for path, sentence in asked if path not in meant]

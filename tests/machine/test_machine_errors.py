@@ -60,7 +60,7 @@ BAD = {
     "effects.unbalance: [] is not a table": "effects = {unbalance = []}",
     "effects.unbalance.0: 7 is not a table": "effects = {unbalance = [7]}",
     "not a TOML file: Invalid value (at line 1, column 7); correct that line": "name =\nb = 1",
-    "brackets are nested too deeply": "a = " + 2000 * "[",
+    "not a TOML file: brackets are nested deeper than 100 levels": "a = " + 2000 * "[",
     "not a TOML file: ": "a = " + 5000 * "1",
     "the machine file is empty; 'rotorsim machine new PATH' writes one": " \n",
 }

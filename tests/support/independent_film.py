@@ -6,6 +6,7 @@ fluxes of Vohr & Chow (1965), slip by Burgdorfer (1959), friction from the two g
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -22,7 +23,7 @@ def lines(low, high, count, edges, periodic=False):
     marks = np.concatenate([[low], edges, [high]])
     pieces = [
         np.linspace(a, b, max(1, int(np.ceil((b - a) * count / (high - low) - 1e-9))) + 1)[:-1]
-        for a, b in zip(marks[:-1], marks[1:], strict=True)
+        for a, b in pairwise(marks)
     ]
     return np.concatenate([*pieces, [high]])
 
@@ -65,7 +66,7 @@ class Film:
         if self.lobes is not None:
             count, _, offset, first = self.lobes
             turns += list(first + 2 * np.pi / count * (np.arange(count) - offset))
-        ends = [l / 2 for *_, l, _ in self.pockets if l is not None]
+        ends = [length / 2 for *_, length, _ in self.pockets if length is not None]
         if self.grooves is not None:
             ends.append(self.grooves.get("land", 0.0) / 2)
         low = 0.0 if self.half else -self.length / 2
@@ -114,9 +115,10 @@ class Film:
             depth[inside], share[inside], angle[inside], sense[inside] = deep, 1.0, 0.0, 1.0
         return depth, share, angle, sense
 
-    def rigid(self, journal):
-        """Gap at the points without a foil."""
+    def rigid(self, journal, points=None):
+        """Gap at the points (theta, z) of all elements without a foil; Gauss's points if none are given."""
         theta, z, (middle, _), *_ = self.mesh
+        theta, z = (theta, z) if points is None else points
         h = self.clearance - journal[0] * np.cos(theta) - journal[1] * np.sin(theta)
         if self.lobes is not None:
             count, preload, offset, first = self.lobes
@@ -199,10 +201,10 @@ class Film:
             for share in (0.1, 0.3, 0.6, 1.0):
                 U = share * speed * self.radius
                 for _ in range(40):
-                    p, h, q, by_p, by_h, by_y, by_z = self.tangent(journal, U, nodal)
+                    _, _, q, by_p, by_h, by_y, by_z = self.tangent(journal, U, nodal)
                     if self.foil is not None:
                         by_p = [a + b / self.foil[0] for a, b in zip(by_p, by_h, strict=True)]
-                    step = -splu(self.matrix(by_p, by_y, by_z, np.zeros_like(p))).solve(self.vector(q))
+                    step = -splu(self.matrix(by_p, by_y, by_z, np.zeros_like(q[0]))).solve(self.vector(q))
                     nodal[free] += step * min(1.0, 0.5 * self.pa / max(np.abs(step).max(), 1e-9))
                     if np.abs(step).max() < 1e-9 * self.pa:
                         break
@@ -223,7 +225,7 @@ class Film:
 
     def dynamic_stiffness(self, journal, speed, omega):
         """K + i omega C (2, 2) [N/m]."""
-        theta, _, _, shape, _, _, area, number, free, size = self.mesh
+        theta, _, _, _, _, _, area, _, free, size = self.mesh
         p, h, _, by_p, by_h, by_y, by_z = self.tangent(journal, speed * self.radius, self.pressure(journal, speed))
         soft = 0.0 if self.foil is None else 1 / (self.foil[0] * (1 + 1j * omega * self.foil[1]))
         by_q = [a + b * soft for a, b in zip(by_p, by_h, strict=True)]
@@ -266,6 +268,13 @@ class Film:
         return self.sum * self.radius * (area * stress).sum()
 
     def smallest_gap(self, journal, speed):
-        """Smallest thickness [m] at the points."""
-        p, _, _ = self.fields(self.pressure(journal, speed))
-        return self.gap(journal, p).min()
+        """Smallest thickness [m] over ridges, lands and pockets, at fine points of every element, its ends included."""
+        theta, axial, (t, z), *_, number, _, _ = self.mesh
+        u, v = (x.ravel() for x in np.meshgrid(np.linspace(-1, 1, 65), np.linspace(-1, 1, 9), indexing="ij"))
+        wide, high = (np.ptp(x, axis=1, keepdims=True) / np.sqrt(0.6) / 2 for x in (theta, axial))
+        gap = self.rigid(journal, (t + wide * u, z + high * v))
+        if self.foil is not None:
+            shape = np.einsum("ap,bp->pab", quadratic(u)[0], quadratic(v)[0]).reshape(u.size, 9)
+            gap = gap + (self.pressure(journal, speed)[number] @ shape.T - self.pa) / self.foil[0]
+        depth, share, *_ = self.texture
+        return (gap + np.where(share == 1, depth, 0.0)).min()

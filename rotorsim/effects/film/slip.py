@@ -1,6 +1,7 @@
 r"""Slip of the gas at the walls.
 
-.. math:: h^3 p \;\to\; h^3 p + 6\,\lambda_a p_a\,h^2, \qquad \frac{\mu U}{h} \;\to\; \frac{\mu U}{h + 2 \lambda_a p_a / p}
+.. math:: h^3 p \;\to\; h^3 p + 6\,\lambda_a p_a\,h^2, \qquad
+          \frac{\mu U}{h} \;\to\; \frac{\mu U}{h + 2 \lambda_a p_a / p}
 
 in the pressure-driven flow and in the drag, of films with any form of sleeve (`reynolds.film`), lambda_a the mean free
 path at ambient pressure: 68 nm in air, where the film's Knudsen number is a few thousandths. Source: Burgdorfer (1959),
