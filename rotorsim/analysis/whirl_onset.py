@@ -89,7 +89,7 @@ def stability_limit(
     search = Search.of(plant, pressure, highest)
     found = first_loss(search, np.linspace(0.0, highest, FEWEST + 1), accuracy)
     if not np.isfinite(found[0]) and not found[2]:
-        search.least(highest)  # which says that no speed carries
+        search.least(highest)  # which states that no speed carries
     return found
 
 

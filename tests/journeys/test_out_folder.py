@@ -31,7 +31,7 @@ FILES = {
     ("fmu", "system", "law.json"): ("out.json",),
 }
 """Commands and what they write for `--out out.json`; a unit's name ends in .fmu."""
-STUDIES = [("study", "whole"), ("study", "control", "model.json"), ("study", "identification-vs-physics")]
+STUDIES = [("study", "identification-vs-physics")]
 
 
 def cases(table):
