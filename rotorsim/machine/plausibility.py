@@ -96,8 +96,8 @@ def _sleeves(machine: MachineTables) -> Questions:
             if depth > DEEP * film.clearance:
                 yield (
                     f"{path}.{name}.depth",
-                    f"'{show(depth, 'm')}' is more than {DEEP} times the clearance, '{show(film.clearance, 'm')}', where "
-                    "the equation of a thin film no longer holds; check both",
+                    f"'{show(depth, 'm')}' is more than {DEEP} times the clearance, '{show(film.clearance, 'm')}', "
+                    "too deep for the equation of a thin film; check both",
                 )
 
 
