@@ -31,7 +31,6 @@ TOLERANCE = 1e-9
 """Deviation from a stored reference, relative to each output's largest value, on another C library."""
 MOST_STEPS = 10_000_000
 """Communication steps of a comparison, at most."""
-REAL_TIME = 5.0
 BAD_STEPS = {"0": 0.0, "negative": -1e-3, "NaN": float("nan"), "1.5 samples": 1.5}
 
 
@@ -41,7 +40,8 @@ class Check:
 
     name: str
     value: str
-    passed: bool
+    passed: bool | None
+    """None for a remark, such as a time, which depends on what else the computer does."""
 
 
 def check(path: Path, duration: float = 1.0) -> Iterator[Check]:
@@ -222,12 +222,12 @@ def _pace(unit: ImportedUnit, model: Unit, path: Path) -> Iterator[Check]:
     instance = unit.instance()
     instance.initialise()
     ready = time.perf_counter() - begin
-    yield Check("load and initialise", f"{ready:.3f} s", ready < 0.5)
+    yield Check("load and initialise", f"{ready:.3f} s", None)
     cost = step_cost(instance, model.sample, 2000)
     yield Check(
         f"doStep of {1e3 * model.sample:g} ms",
         f"{cost * 1e6:.1f} us, {model.sample / cost:.1f} x real time",
-        model.sample / cost >= REAL_TIME,
+        None,
     )
     instance.close()
 

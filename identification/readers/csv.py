@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from identification.errors import ReadError
-from identification.readers.csv_layout import LATIN, Layout, cells, find_layout, is_number
+from identification.readers.csv_layout import LATIN, Layout, cells, find_layout, is_number, opened
 from identification.records.table import MAX_VALUES, Column, Table, parse_header
 from rotorsim.base.sentences import quote
 
@@ -73,7 +73,7 @@ def _first_sign(path: Path, layout: Layout) -> bool:
 
 def _lines(path: Path, layout: Layout) -> Iterator[str]:
     """The lines of numbers; where the comma is the decimal sign it becomes a point, and a point no number."""
-    with path.open(encoding=layout.encoding, newline=None) as file:
+    with opened(path, layout.encoding) as file:
         for _ in range(layout.first):
             file.readline()
         if not layout.comma:
@@ -84,10 +84,11 @@ def _lines(path: Path, layout: Layout) -> Iterator[str]:
 
 
 def _fast(path: Path, layout: Layout) -> np.ndarray:
+    whole = layout.first and not layout.comma  # a first line of numbers may have a byte order mark before it
     values = np.loadtxt(
-        path if not layout.comma else _lines(path, layout),
+        path if whole else _lines(path, layout),
         delimiter=layout.delimiter,
-        skiprows=layout.first if not layout.comma else 0,
+        skiprows=layout.first if whole else 0,
         comments=None,
         ndmin=2,
         encoding=layout.encoding,

@@ -8,9 +8,10 @@ a heading: then columns go by their numbers.
 from __future__ import annotations
 
 import re
-from codecs import BOM_UTF16_BE, BOM_UTF16_LE
+from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
 from collections import Counter
 from dataclasses import dataclass, replace
+from io import TextIOWrapper
 from pathlib import Path
 from typing import TextIO
 
@@ -56,9 +57,7 @@ def find_layout(path: Path, stated: dict[str, str], longest: int) -> Layout:
 
     The text is in the `encoding` that is stated, else in UTF-8, else in Latin-1, which gives every byte a meaning.
     """
-    with path.open("rb") as file:
-        wide = file.read(2) in (BOM_UTF16_LE, BOM_UTF16_BE)
-    encodings = [stated["encoding"]] if "encoding" in stated else ["utf-16"] if wide else [UTF8, LATIN]
+    encodings = [stated["encoding"]] if "encoding" in stated else encodings_of(path)
     for encoding in encodings[:-1]:
         try:
             return replace(_found(path, stated, longest, encoding), encoding=encoding)
@@ -67,8 +66,22 @@ def find_layout(path: Path, stated: dict[str, str], longest: int) -> Layout:
     return replace(_found(path, stated, longest, encodings[-1]), encoding=encodings[-1])
 
 
+def encodings_of(path: Path) -> list[str]:
+    """The encodings in which a text may be, in the order to try them."""
+    with path.open("rb") as file:
+        return ["utf-16"] if file.read(2) in (BOM_UTF16_LE, BOM_UTF16_BE) else [UTF8, LATIN]
+
+
+def opened(path: Path, encoding: str, newline: str | None = None) -> TextIOWrapper:
+    """A text from behind its byte order mark; that of UTF-8 also stands before texts in other encodings."""
+    file = path.open("rb")
+    if file.read(len(BOM_UTF8)) != BOM_UTF8:
+        file.seek(0)
+    return TextIOWrapper(file, encoding=encoding, newline=newline)
+
+
 def _found(path: Path, stated: dict[str, str], longest: int, encoding: str) -> Layout:
-    with path.open(encoding=encoding, newline=None) as file:
+    with opened(path, encoding) as file:
         lines = _start(file, longest)
     header = "".join(line[2:] for line in lines[1:2]) if lines and lines[0].startswith(f"# {MARK}") else ""
     for i, line in enumerate(lines):

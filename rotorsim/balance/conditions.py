@@ -27,13 +27,17 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from identification.readers.csv_layout import encodings_of, opened
 from identification.records.units import amplitude_factor, factor
 from rotorsim.base.errors import DataError
 from rotorsim.base.exchange import toml_text as tomllib
@@ -43,6 +47,8 @@ from rotorsim.base.units import parse
 
 READING = ("real", "imaginary", "amplitude", "phase", "unit", "position", "angle", "conjugated")
 PLANE = ("amount", "angle", "unit", "position", "radius", "holes")
+_COMMA, _POINT = (re.compile(rf"[+-]?(\d+{s}\d*|{s}\d+)([eE][+-]?\d+)?", re.ASCII) for s in (",", r"\."))
+"""Numbers with a decimal comma, which a file with another delimiter may have, and with a decimal point."""
 SECTIONS = {"conditions": ("column", "speed"), "speed": ("column", "unit")}
 
 
@@ -249,16 +255,34 @@ def _form(name: str, key: str, value: Any) -> tuple[str, bool]:
 
 def _rows(path: Path) -> list[dict[str, str]]:
     try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            rows = list(csv.DictReader(file))
+        text = _whole(path)
+        heading = text.partition("\n")[0]
+        delimiter = next((sign for sign in "\t;" if sign in heading), ",")
+        rows = list(csv.DictReader(StringIO(text, newline=""), delimiter=delimiter))
         for number, row in enumerate(rows, 2):
             if more := row.pop(None, None):  # where csv puts cells without a heading
                 raise DataError(
                     f"{path}: row {number}: {listing(more)} stands beyond the last heading; correct the row"
                 )
-        return [{name: cell or "" for name, cell in row.items()} for row in rows]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise DataError(f"{path}: not a table of comma-separated values ({error})") from error
+        raise DataError(f"{path}: not a table of values between commas, semicolons or tabs ({error})") from error
+    plain = [{name: cell or "" for name, cell in row.items()} for row in rows]
+    if delimiter == "," or any(_POINT.fullmatch(cell.strip()) for row in plain for cell in row.values()):
+        return plain
+    return [
+        {name: cell.replace(",", ".") if _COMMA.fullmatch(cell.strip()) else cell for name, cell in row.items()}
+        for row in plain
+    ]
+
+
+def _whole(path: Path) -> str:
+    """The text of a file, in the encodings in which records are read."""
+    *first, last = encodings_of(path)
+    for encoding in first:
+        with suppress(UnicodeDecodeError), opened(path, encoding, newline="") as file:
+            return file.read()
+    with opened(path, last, newline="") as file:
+        return file.read()
 
 
 def _text(path: Any, row: dict[str, str], column: str | Sequence[str]) -> str:

@@ -30,12 +30,15 @@ ROUNDED = 0.01
 """Share by which rounded inertias may miss the bound."""
 ALIKE = 0.05
 """Share by which the diameters of a journal and of the shaft under it may differ."""
+DEEP = 20
+"""Clearances of which a pocket or a groove is questioned."""
 
 
 def implausible(machine: MachineTables) -> Questions:
     """Paths of values that do not fit the rest of a machine, and the sentences about them."""
     yield from _inertias(machine)
     yield from _journals(machine)
+    yield from _sleeves(machine)
     yield from _inside(machine)
     yield from _gas(machine)
 
@@ -47,6 +50,13 @@ def _inertias(machine: MachineTables) -> Questions:
             yield (
                 f"discs.{i}.polar_inertia",
                 f"'{polar}' is above twice the diametral inertia, '{limit}', which no body has; check both",
+            )
+        arm, length = sqrt(disc.diametral_inertia / disc.mass), machine.shaft.length
+        if arm > length:
+            yield (
+                f"discs.{i}.diametral_inertia",
+                f"'{show(disc.diametral_inertia, 'kg*m^2')}' is that of the disc's mass {show(_short(arm), 'm')} away, "
+                f"more than the shaft is long, {show(_short(length), 'm')}; check it and the mass",
             )
         radius = sqrt(2 * disc.polar_inertia / disc.mass)
         shaft = max((s.outer_diameter / 2 for s in _sections(machine, disc.position, disc.position)), default=0.0)
@@ -69,6 +79,26 @@ def _journals(machine: MachineTables) -> Questions:
                     f"'{own}' is not the diameter of the shaft in the bearing, '{under}'; check both",
                 )
                 break
+
+
+def _sleeves(machine: MachineTables) -> Questions:
+    """Sleeves that stand in each other, and pockets and grooves that are deep for their film."""
+    films = list(_films(machine))
+    for k, (path, film) in enumerate(films):
+        for other, before in films[:k]:
+            room = (film.length + before.length) / 2
+            if abs(film.position - before.position) < room * (1 - 1e-9):
+                at = show(film.position, "m")
+                yield f"{path}.position", f"'{at}' puts its sleeve inside that of {other}; check places and lengths"
+        hollows = [(f"steps.{i}", row.depth) for i, row in enumerate(film.steps)]
+        hollows += [("grooves", film.grooves.depth)] if film.grooves else []
+        for name, depth in hollows:
+            if depth > DEEP * film.clearance:
+                yield (
+                    f"{path}.{name}.depth",
+                    f"'{show(depth, 'm')}' is more than {DEEP} times the clearance, '{show(film.clearance, 'm')}', "
+                    "too deep for the equation of a thin film; check both",
+                )
 
 
 def _inside(machine: MachineTables) -> Questions:

@@ -111,10 +111,11 @@ def settle(a: Assembly, speed: float, pressure: float) -> np.ndarray:
     """Workspace with the machine at rest in equilibrium at `speed` [rad/s] and gauge pressure [Pa].
 
     Raises NoLiftOffError where the film does not carry the rotor, MachineFileError where an actuator cannot hold its
-    pin at the bias, ConvergenceError if the iteration with effects does not converge.
+    pin at the bias, ConvergenceError if the iteration with effects does not converge, DataError for a pressure below
+    vacuum.
     """
     w = at_cache_line(a.w.size)
-    status = a.module.settle(w, a.w, a.ix, a.P, float(speed), pressure + a.machine.gas.ambient_pressure)
+    status = a.module.settle(w, a.w, a.ix, a.P, float(speed), a.machine.gas.absolute(pressure))
     if status == BEYOND_STROKE:
         raise MachineFileError(
             f"injection.pin_bias: '{max(a.P.pin_bias) * TO_UM:.4g} um' is beyond the stroke of the actuators between "

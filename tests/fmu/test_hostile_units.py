@@ -3,10 +3,12 @@
 import json
 import zipfile
 from pathlib import Path
+from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 import pytest
 
-from fmu.checks.check import _guarded, model_of
+from fmu.checks.check import Check, _guarded, _pace, model_of
 from fmu.checks.importer import ImportedUnit
 from fmu.checks.schemas import findings
 from fmu.info import info
@@ -126,3 +128,16 @@ def test_whatever_a_unit_makes_of_a_check_is_a_check_that_failed():
     assert not found.passed and "ZeroDivisionError" in found.value
     with pytest.raises(DataError):
         list(_guarded(lambda: Path("x") and (_ for _ in ()).throw(DataError("its sentence"))))
+
+
+def test_times_of_a_busy_computer_are_remarks_and_no_verdict(unit, monkeypatch, capsys):
+    monkeypatch.setattr("fmu.checks.check.step_cost", lambda *_: 3600.0)
+    found = list(_pace(MagicMock(), SimpleNamespace(sample=2e-4), Path("a.fmu")))
+    assert [one.passed for one in found] == [None, None] and "real time" in found[1].value
+    path = unit(identifier="a")
+    for last, code in ((Check("standard", "", True), 0), (Check("standard", "", False), 1)):
+        monkeypatch.setattr("rotorsim.commands.fmu.facts", lambda _: {})
+        monkeypatch.setattr("rotorsim.commands.fmu.checks", lambda *_, last=last: iter([*found, last]))
+        with pytest.raises(SystemExit) as ended:
+            command(["fmu", "check", str(path)])
+        assert (ended.value.code or 0) == code and "info  doStep" in capsys.readouterr().out

@@ -160,3 +160,12 @@ def test_a_link_to_itself_ends_with_a_sentence(tmp_path):
     (tmp_path / "loop.csv").symlink_to(tmp_path / "loop.csv")
     with pytest.raises(idn.ReadError, match="is a link to a file that is not there"):
         idn.read(tmp_path / "loop.csv")
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1", "cp1252"])
+@pytest.mark.parametrize("heading", ["time,angle [°]\n", ""])
+def test_a_byte_order_mark_is_no_part_of_the_text_behind_it(tmp_path, encoding, heading):
+    (tmp_path / "a.csv").write_bytes(b"\xef\xbb\xbf" + f"{heading}0,180\n0.5,360\n".encode(encoding))
+    table = idn.columns(tmp_path / "a.csv")
+    assert table.columns[0].name == ("time" if heading else "column 1")
+    assert table.columns[0].values.tolist() == [0.0, 0.5] and table.columns[1].values.tolist() == [180.0, 360.0]

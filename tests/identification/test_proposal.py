@@ -118,3 +118,18 @@ def test_names_of_any_kind_give_toml():
     odd = {'a "b" \\ x': T, "x\x7f": T, "\u2028y": T, "": T, "probe probe": T * np.nan, "time": T, "time ": T}
     table = Table("CSV", tuple(Column(name, values) for name, values in odd.items()))
     tomllib.loads(idn.propose(table, "a\nb.csv")[0])
+
+
+@pytest.mark.parametrize(
+    ("heading", "kind"),
+    [
+        ("acc [m/s²]", "channels"), ("acc [G]", "channels"), ("speed [rev/min]", "channels"),
+        ("Disp X [Volts]", "probes"),
+        ("Supply pressure (PSI)", "channels"), ("Time [Seconds]", "time"),
+    ],
+)  # fmt: skip
+def test_a_unit_that_is_read_is_proposed_as_it_is_spelled(tmp_path, heading, kind):
+    (tmp_path / "a.csv").write_text(f"{heading},spare\n" + "".join(f"{k},0\n" for k in range(50)), encoding="utf-8")
+    text, _ = idn.propose(idn.columns(tmp_path / "a.csv"), "a.csv")
+    assert kind in tomllib.loads(text) and 'unit = "?"' not in text
+    assert f'unit = "{heading.split(" ")[-1][1:-1]}"' in text

@@ -67,6 +67,32 @@ def test_a_journal_and_a_sleeve_that_do_not_fit_the_shaft_are_asked_about(rig, p
     assert asked(rig.replace(path, value)) == paths
 
 
+def test_sleeves_that_stand_in_each_other_are_asked_about():
+    rotor = load_machine("grooved_turbo_rotor")
+    films = [i for i, bearing in enumerate(rotor.bearings) if hasattr(bearing, "clearance")]
+    first, second = (rotor.bearings[i] for i in films)
+    room = (first.length + second.length) / 2
+    for share, paths in ((0.5, [f"bearings.{films[1]}.position"]), (1.0, [])):
+        moved = rotor.replace(f"bearings.{films[1]}.position", f"{first.position + share * room!r} m")
+        assert [path for path in asked(moved) if path.startswith("bearings") and "position" in path] == paths
+
+
+def test_hollows_of_many_clearances_are_asked_about():
+    rotor = load_machine("grooved_turbo_rotor")
+    (k, film), *_ = [(i, bearing) for i, bearing in enumerate(rotor.bearings) if hasattr(bearing, "clearance")]
+    for times, paths in ((21.0, [f"bearings.{k}.grooves.depth"]), (19.0, [])):
+        assert asked(rotor.replace(f"bearings.{k}.grooves.depth", f"{times * film.clearance!r} m")) == paths
+
+
+def test_a_disc_that_reaches_beyond_the_shaft_is_asked_about(rig):
+    for share, paths in ((1.1, ["discs.0.diametral_inertia"]), (0.9, [])):
+        assert asked(with_inertia(rig, 3e-3, 1.5 * (share * rig.shaft.length) ** 2)) == paths
+
+
+def test_a_gas_far_below_what_gases_are_is_asked_about(rig):
+    assert any(one.startswith("gas.temperature") for one in questions(rig.replace("gas.temperature", "2 K")))
+
+
 def test_a_probe_inside_a_sleeve_is_asked_about(rig):
     probe = {"name": "X", "angle": "45 deg", "quantity": "relative_displacement"}
     for place, paths in (("0.22 m", ["probes.0.position"]), ("0.3 m", [])):

@@ -141,3 +141,19 @@ def test_a_point_without_equilibrium_is_judged_by_the_machine_alone(plant):
 
 def test_a_machine_without_a_film_and_a_checked_range_exceeds_nothing():
     assert range_of_validity(rs.Plant("plain_rotor"), 600.0) == []
+
+
+@pytest.mark.parametrize("share", [1.0, 2.0, float("nan")])
+def test_a_pressure_below_vacuum_is_refused_wherever_a_machine_is_at_rest(share):
+    machine = rs.Plant("plain_rotor")
+    below = -share * machine.machine.gas.ambient_pressure
+    for job in (
+        lambda: machine.equilibrium(0.0, below),
+        lambda: machine.linearise(0.0, below),
+        lambda: rs.analysis.campbell(machine, [0.0, 100.0], below),
+        lambda: rs.analysis.unbalance_response(machine, [100.0], below),
+        lambda: rs.analysis.mode_shapes(machine, 0.0, below),
+        lambda: rs.analysis.operating_map(machine, [0.0], [below]),
+    ):
+        with pytest.raises(rs.errors.DataError):
+            job()

@@ -231,7 +231,7 @@ def _missing(kinds: set[str]) -> list[str]:
 
 
 def _unit_line(g: Guess) -> str:
-    known = any(g.unit in kind for kind in FACTORS.values())
+    known = any(is_unit_of(g.unit, si) for si in FACTORS)
     return (
         f"unit = {_text(g.unit)}    # from {g.source}" if known else f'# unit = "?"    # {_text(g.unit)} is not known'
     )

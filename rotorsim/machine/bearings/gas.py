@@ -16,6 +16,7 @@ from typing import Literal, NamedTuple
 
 from pydantic import Field
 
+from rotorsim.base.errors import DataError
 from rotorsim.base.units import show
 from rotorsim.effects.film.gas_heating import sutherland
 from rotorsim.machine.part import Part, quantity
@@ -97,6 +98,14 @@ class Gas(Part):
     def S(self) -> float:
         """Sutherland's constant [K]."""
         return GASES[self.name].sutherland
+
+    def absolute(self, pressure: float) -> float:
+        """Absolute pressure [Pa] for a gauge pressure [Pa]; raises DataError for one below vacuum."""
+        if not pressure > -self.ambient_pressure:
+            raise DataError(
+                f"pressure: {pressure:g} Pa gauge is below vacuum; give more than {-self.ambient_pressure:g} Pa"
+            )
+        return pressure + self.ambient_pressure
 
     def doubts(self) -> Iterator[tuple[str, str]]:
         """Given properties that are not those of the named gas at its temperature: fields and sentences."""
