@@ -41,7 +41,8 @@ def write_response(found: xr.Dataset, path: str | Path) -> Path:
     text = "Amplitudes are 0-pk; the phase of x lags the unbalance."
     blocks = [
         Block("Response over speed", text, figure=response_figure(found)),
-        Block("Peaks", "Where no mode grows.", ("place", "speed [rpm]", "size [µm 0-pk]", "larger beyond"), peaks(found)),
+        Block("Peaks", "Where no mode grows.", ("place", "speed [rpm]", "size [µm 0-pk]", "may be larger beyond"),
+              peaks(found)),
         Block("Speed by speed", "" if step == 1 else "Every speed is in the files.", head, rows),
     ]  # fmt: skip
     save_study_page(f"{name(found)}: unbalance response", about, blocks, Path(path))
