@@ -166,7 +166,7 @@ def peak_of(found: xr.Dataset, place: str) -> dict[str, Any] | None:
     """Largest response of a result at a place where no mode grows; None where there is none.
 
     um [0-pk], rpm, and `at_end`, a key of `ENDS` where it may be larger beyond, else "": it lies at an end of the
-    speeds, or beside a speed at which a mode grows or that the film does not carry.
+    speeds, or next to a speed at which a mode grows or that the film does not carry.
     """
     grows = found["zeta_least"].values < -DAMPED
     sizes = np.where(grows, np.nan, found["major"].sel(place=place).values)
@@ -178,10 +178,10 @@ def peak_of(found: xr.Dataset, place: str) -> dict[str, Any] | None:
 
 def _end(speeds: np.ndarray, sizes: np.ndarray, grows: np.ndarray, k: int) -> str:
     """Key of `ENDS` for the place k of a largest response; "" where responses are known on both sides of it."""
-    for beside in (k - 1, k + 1):
-        if 0 <= beside < len(speeds) and np.isnan(sizes[beside]):
-            limit = "last" if abs(speeds[beside]) > abs(speeds[k]) else "first"
-            return f"{limit} {'steady' if grows[beside] else 'carried'}"
+    for near in (k - 1, k + 1):
+        if 0 <= near < len(speeds) and np.isnan(sizes[near]):
+            limit = "last" if abs(speeds[near]) > abs(speeds[k]) else "first"
+            return f"{limit} {'steady' if grows[near] else 'carried'}"
     if len(speeds) == 1:
         return ""
     return "start" if k == 0 else "end" if k == len(speeds) - 1 else ""

@@ -289,7 +289,7 @@ def _runs(true: np.ndarray) -> list[np.ndarray]:
 def _range(speeds: np.ndarray) -> str:
     """First and last of some speeds [rad/s] as words."""
     first, last = float(speeds[0]) * TO_RPM, float(speeds[-1]) * TO_RPM
-    return f"{first:.0f} rpm" if speeds.size == 1 else f"{first:.0f} to {last:.0f} rpm"
+    return f"{round(first)} rpm" if speeds.size == 1 else f"{round(first)} to {round(last)} rpm"
 
 
 def _unchecked(machine: Machine, speed: float, pressure: float) -> Iterator[Exceeded]:

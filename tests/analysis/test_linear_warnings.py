@@ -63,8 +63,8 @@ def test_speeds_at_which_a_mode_grows_are_said_and_are_no_peak():
     assert zeta.min() < 0 < zeta.max()
     onset = speeds[np.flatnonzero(zeta < 0)[0]]
     last = speeds[np.flatnonzero(zeta < 0)[0] - 1]
-    said = f"a mode grows from between {last / RPM:.0f} and {onset / RPM:.0f} rpm on"
-    assert any(one.startswith(said) for one in sentences(found))
+    text = f"a mode grows from between {last / RPM:.0f} and {onset / RPM:.0f} rpm on"
+    assert any(one.startswith(text) for one in sentences(found))
     peak = peak_of(found, "measuring plane")
     assert peak["rpm"] * RPM < onset
     calm = speeds[zeta > 0]
@@ -90,7 +90,7 @@ def test_speeds_that_the_film_does_not_carry_are_said(pump):
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_a_peak_beside_a_growing_mode_lies_at_the_last_steady_speed(sense):
+def test_a_peak_next_to_a_growing_mode_lies_at_the_last_steady_speed(sense):
     speeds = np.sort(sense * np.linspace(50.0, 2500.0, 40))
     found = unbalance_response(unstable(), speeds)
     size, grows = found["major"].copy(), found["zeta_least"].values < 0
