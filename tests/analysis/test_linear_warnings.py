@@ -82,6 +82,12 @@ def test_growth_lies_between_the_last_steady_and_the_first_growing_speed_of_each
     assert f"from between {a} and {b} rpm on up to between {c} and {d} rpm" in text
 
 
+def test_a_machine_without_feed_has_no_pressure():
+    plant = Plant("plain_rotor")
+    found = unbalance_response(plant, [100.0], 0.5e6), campbell(plant, [100.0, 110.0], 0.5e6, modes=1)
+    assert [one.attrs["pressure"] for one in found] == [0.0, 0.0]
+
+
 def test_speeds_that_the_film_does_not_carry_are_said(pump):
     rpm, carried = np.array([100.0, 200.0, 300.0, 400.0]), [False, False, True, False]
     found = linear_warnings(pump, rpm * RPM, np.full(4, 0.1), carried=carried)["warnings"]
@@ -119,5 +125,7 @@ def test_the_command_says_it_in_json_on_the_terminal_and_on_the_page(tmp_path, c
     warnings = json.loads(shown.out)["warnings"]
     assert any("the table of the bearing" in one for one in warnings)
     assert all(f"warning: {one}" in shown.err for one in warnings)
+    header, *rows = (tmp_path / "r" / "response.csv").read_text(encoding="utf-8").splitlines()
+    assert header.endswith(",zeta_least [1]") and len(rows) == 5
     page = (tmp_path / "r" / "report.html").read_text(encoding="utf-8")
     assert "Warning: 20000 rpm, and the table of the bearing" in page
