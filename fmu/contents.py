@@ -39,6 +39,11 @@ LINEAR = (
     r"\dot x = A(q)\,x + B(q)\,u, \quad y = C(q)\,x + D(q)\,u, "
     r"\quad q = (\mathtt{shaft.speed\_ref}, \mathtt{injection.pressure})"
 )
+HELD = (
+    "<li>What follows a held input at once (line pressure, its transducer, pins without actuators) has the input of "
+    "sample k in row k of a simulation in Python already, and here after step k.</li>"
+)
+"""Rows of what a pressure or a pin gives at once, as HTML."""
 LAW = (
     r"v = C x + D\,(y - y_c) + b \\ u = \mathrm{clip}(f v) \\ "
     r"\dot x = A x + B\,(y - y_c) + W\,(\mathrm{clip}(v) - v)"
@@ -159,6 +164,7 @@ def page(model: PlantUnit) -> str:
     """documentation/index.html of a plant."""
     machine = model.plant.machine
     film = machine.film
+    fed, pressure = bool(model.assembly.film.n_inj), f"{model.pressure / MPA:.6g} MPa"
     grid = f"{machine.grid.n_theta} x {machine.grid.n_z}" if film else "none"
     values = {
         "equations": block(FILM),
@@ -166,8 +172,9 @@ def page(model: PlantUnit) -> str:
         "clearance": show(film.clearance, "m") if film else "no gas film",
         "floor": show(machine.solver.minimum_film, "m"),
         "time_step": show(machine.solver.time_step, "s"),
-        "speed": f"{model.speed * TO_RPM:.6g} rpm",
-        "pressure": f"{model.pressure / MPA:.6g} MPa",
+        "start": f"shaft.speed_ref ({model.speed * TO_RPM:.6g} rpm)" + (f" and injection.pressure ({pressure})" * fed),
+        "injectors": "; injectors: pin seat, plenum, orifice" * fed,
+        "held": HELD * fed,
         "effects": "\n".join(_effects(model)),
     }
     return _page("plant", model, machine.name, machine.description, values)

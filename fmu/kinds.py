@@ -29,13 +29,27 @@ VACUUM = 101325.0
 SHARED = ("unit.c", "values.c", "state.c", "fmi2.c", "fmi3.c", "tables.c")
 
 
-def plant_unit(plant: Plant, speed: float, pressure: float) -> PlantUnit:
-    """A plant that starts at a speed [rad/s] and gauge pressure [Pa]; raises DataError beyond the machine's limits."""
+START = (0.0, 0.3e6)
+"""Speed [rad/s] and gauge pressure [Pa] at which a plant starts unless another is asked for."""
+
+
+def plant_unit(plant: Plant, speed: float | None = None, pressure: float | None = None) -> PlantUnit:
+    """A plant that starts at a speed [rad/s] and gauge pressure [Pa], by default `START`.
+
+    Raises DataError beyond the machine's limits, and for a pressure where gas is supplied to no film.
+    """
+    fed = bool(plant.assembly.film.n_inj)
+    if pressure and not fed:
+        raise DataError(
+            f"pressure: {pressure / MPA:.4g} MPa is asked for, and gas is supplied to no film of {plant.machine.name}, "
+            "whose unit has no input for it; leave it out"
+        )
+    speed = START[0] if speed is None else speed
     check_speed(plant.machine, speed)
     limit, why = speed_limit(plant.machine)
     if abs(speed) > limit:
         raise DataError(f"speed: {speed * TO_RPM:.6g} rpm is above {limit * TO_RPM:.6g} rpm ({why}); start lower")
-    return PlantUnit(plant, speed, pressure if plant.assembly.film.n_inj else 0.0)
+    return PlantUnit(plant, speed, (START[1] if pressure is None else pressure) if fed else 0.0)
 
 
 def named(unit: AnyUnit, name: str | None) -> AnyUnit:

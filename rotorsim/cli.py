@@ -52,11 +52,12 @@ def command(arguments: list[str], app: Any = None) -> None:
     try:
         with warnings.catch_warnings(), printed():
             warnings.showwarning = partial(_show, warnings.showwarning)
+            program = "rotorsim" if app is None else app.info.name
             if app is None:
                 from rotorsim.commands.app import app
 
             warnings.simplefilter("ignore" if yes else "error", Unusual)
-            app(args=[a for a in arguments if a not in ("--debug", "--yes")], prog_name=app.info.name)
+            app(args=[a for a in arguments if a not in ("--debug", "--yes")], prog_name=program)
     except BrokenPipeError:
         _print_no_more()
         sys.exit(1)

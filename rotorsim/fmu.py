@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
 MODEL_FILES = (".json", ".mat")
 Subject = Plant | Machine | LpvModel | Law | str | Path
-START = (0.0, 0.3e6)
-"""Speed [rad/s] and gauge pressure [Pa] at which a plant starts."""
 
 __all__ = ["check", "export", "info", "system"]
 
@@ -38,9 +36,7 @@ def unit_of(subject: Subject, speed: float | None, pressure: float | None) -> Pl
     if isinstance(subject, Machine) or (isinstance(subject, (str, Path)) and Path(subject).suffix not in MODEL_FILES):
         subject = Plant(subject)
     if isinstance(subject, Plant):
-        return _kinds.plant_unit(
-            subject, START[0] if speed is None else speed, START[1] if pressure is None else pressure
-        )
+        return _kinds.plant_unit(subject, speed, pressure)
     if isinstance(subject, Law):
         return _kinds.law_unit(subject, speed, pressure)
     if isinstance(subject, (LpvModel, str, Path)):
@@ -76,7 +72,8 @@ def export(
     cpu : str
         "portable" or "native".
     speed, pressure : float, optional
-        Start [rad/s], [Pa, gauge]; by default 0 and 0.3 MPa, of a model the middle of its range.
+        Start [rad/s], [Pa, gauge]; by default 0 and 0.3 MPa, of a model the middle of its range. A machine without
+        feed has no pressure.
     announce : callable, optional
         Given a sentence before kernels are compiled.
     name : str, optional
@@ -109,8 +106,8 @@ def system(
     fmi: int = 2,
     targets: str = "host",
     cpu: str = "portable",
-    speed: float = START[0],
-    pressure: float = START[1],
+    speed: float | None = None,
+    pressure: float | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Path:
     """Write plant and control law, wired, as one .ssp file; parameters as for `export`.

@@ -16,6 +16,7 @@ import numpy as np
 from fe_shaft import BearingElement
 from rotorsim.analysis.axes import checked
 from rotorsim.analysis.modes_over_speed import ORDERS, ModesOverSpeed, modes_over_speed, roundness, sense
+from rotorsim.analysis.supply import felt
 from rotorsim.base.constants import RPM, TO_HZ, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.plant import Plant
@@ -64,6 +65,7 @@ def campbell(plant: Plant, speeds: Sequence[float] | np.ndarray, pressure: float
     speeds = checked("campbell: speeds [rad/s]", speeds)
     if modes < 1:
         raise DataError(f"campbell: {modes} modes; give 1 or more")
+    pressure = float(felt([plant.machine], [pressure])[0])
     found = modes_over_speed(plant, speeds, pressure, least=modes)
     values, senses, shown = along_speeds(found, speeds, modes)
     wn = np.abs(values)
@@ -89,7 +91,7 @@ def campbell(plant: Plant, speeds: Sequence[float] | np.ndarray, pressure: float
             "branch": np.arange(1, len(shown) + 1),
         },
         plant.provenance() | linear_warnings(plant, speeds, [found.least(v) for v in speeds.tolist()], pressure)
-        | {"kind": "campbell", "pressure": float(pressure)} | about(found),
+        | {"kind": "campbell", "pressure": pressure} | about(found),
     )  # fmt: skip
 
 

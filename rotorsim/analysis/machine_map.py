@@ -12,11 +12,13 @@ from rotorsim.analysis.campbell import critical_speeds
 from rotorsim.analysis.lift_off import lift_off
 from rotorsim.analysis.operating_map import operating_map
 from rotorsim.analysis.safe_region import safe_region
-from rotorsim.analysis.varied import over_fields
+from rotorsim.analysis.supply import felt
+from rotorsim.analysis.varied import over_fields, with_fields
 from rotorsim.analysis.whirl_onset import whirl_onset
 from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.interrupt import finishing
+from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 
 if TYPE_CHECKING:
@@ -41,7 +43,7 @@ def map_machine(
     ----------
     plant : Plant
     speeds, pressures : arrays
-        Axes [rad/s] and [Pa, gauge].
+        Axes [rad/s] and [Pa, gauge]; pressure 0 alone for a machine without feed.
     fields : sequence of Field
         Further axes: fields of the machine file, see `read_field`.
     frequencies : sequence of float, optional
@@ -73,10 +75,19 @@ def map_machine(
     2
     """
     check_quantities(plant, least_film is not None, onset)
-    found = safe_region(operating_map(plant, speeds, pressures, fields, frequencies, workers, progress))
+    found = safe_region(
+        operating_map(
+            plant, speeds, felt(machines_at_ends(plant, fields), pressures), fields, frequencies, workers, progress
+        )
+    )
     if found.attrs["ended"] == "complete":
         found = _more(plant, fields, found, least_film, onset, critical)
     return found
+
+
+def machines_at_ends(plant: Plant, fields: Sequence[Field]) -> list[Machine]:
+    """The machine at the first and at the last value of each field."""
+    return [with_fields(plant.machine, fields, [field.values[end] for field in fields]) for end in (0, -1)]
 
 
 def check_quantities(plant: Plant, with_lift_off: bool, with_onset: bool) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rotorsim.analysis.supply import felt
 from rotorsim.plant import Plant
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ def mode_shapes(plant: Plant, speed: float, pressure: float) -> xr.Dataset:
     import xarray as xr
 
     a = plant.assembly
+    pressure = float(felt([plant.machine], [pressure])[0])
     model = plant.linearise(speed, pressure)
     reduced, nodes = a.mesh.reduced, a.mesh.nodes
     q = model.shapes[: reduced.Phi.shape[1]]
@@ -48,7 +50,7 @@ def mode_shapes(plant: Plant, speed: float, pressure: float) -> xr.Dataset:
             "disc_radius": ("disc", [(2 * d.polar_inertia / d.mass) ** 0.5 for d in discs], {"units": "m"}),
         },
         {"z": ("node", nodes, {"units": "m", "long_name": "position along the shaft"}), "axis": ["x", "y"]},
-        plant.provenance() | {"kind": "modes", "speed": float(speed), "pressure": float(pressure)},
+        plant.provenance() | {"kind": "modes", "speed": float(speed), "pressure": pressure},
     )
 
 

@@ -6,12 +6,15 @@ regulator's pressure is the one that leaves, behind the line with this flow, the
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 from scipy.optimize import newton
 
 from rotorsim.effects import numeric_fields
+from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.compose import Call
 from rotorsim.plant.equilibrium import describe, settle
@@ -40,6 +43,12 @@ def regulator_pressure(a: Assembly, speed: float, pressure: float) -> float:
     return pressure if loss == 0 else float(newton(missing, pressure, x1=pressure + loss, tol=1e-3))
 
 
+def felt(machines: Iterable[Machine], pressures: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Those of the gauge pressures (p,) [Pa] that machines feel: all, or 0 alone where gas is supplied to none."""
+    fed = any(machine.fed for machine in machines)
+    return np.asarray(pressures, float) if fed else np.zeros(1)
+
+
 def _neutral(a: Assembly, lines: list[Call]) -> Any:
     """The parameter record with these effects switched off."""
     record = a.record.copy()
@@ -51,4 +60,4 @@ def _neutral(a: Assembly, lines: list[Call]) -> Any:
     return record
 
 
-__all__ = ["regulator_pressure"]
+__all__ = ["felt", "regulator_pressure"]

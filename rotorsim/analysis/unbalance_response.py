@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rotorsim.analysis.axes import checked
+from rotorsim.analysis.supply import felt
 from rotorsim.analysis.whirl_onset import Search
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import DataError, NoLiftOffError
@@ -37,6 +38,15 @@ if TYPE_CHECKING:
 
 GRADE = 2.5e-3
 """Permissible speed of the mass centre [m/s] of balance quality grade G 2.5 (ISO 21940-11)."""
+ENDS = {
+    "start": "at the start of the speeds",
+    "end": "at the end of the speeds",
+    "first steady": "at the first speed at which the machine runs steadily",
+    "last steady": "at the last speed at which the machine runs steadily",
+    "first carried": "at the first speed that the film carries",
+    "last carried": "at the last speed that the film carries",
+}
+"""Places of a largest response beyond which it may be larger, in words."""
 
 
 def unbalance_response(
@@ -63,7 +73,8 @@ def unbalance_response(
         response_re, response_im (speed, place, axis) [m, 0-pk], major (speed, place) [m], the larger half axis of the
         orbit, zeta_least (speed); NaN where the film does not carry. Places are the measuring plane, discs, bearings
         and shaft probes, with their positions z [m]. The attribute `warnings`, where there is one, holds a sentence a
-        line about speeds beyond the tables of bearings or the checked range, and at which a mode grows.
+        line about speeds beyond the tables of bearings or the checked range, at which a mode grows, and that the film
+        does not carry. The attribute `pressure` is 0 for a machine without feed.
 
     Examples
     --------
@@ -75,18 +86,21 @@ def unbalance_response(
     import xarray as xr
 
     speeds = checked("response: speeds [rad/s]", speeds)
+    pressure = float(felt([plant.machine], [pressure])[0])
     unbalances = (
         tuple(unbalances) if unbalances is not None else unbalances_of(plant.machine, float(np.abs(speeds).max()))
     )
     places = measuring_places(plant)
     response = np.full((len(speeds), len(places), 2), np.nan, complex)
     zeta = np.full(len(speeds), np.nan)
+    carried = np.zeros(len(speeds), bool)
     search = Search.of(plant, pressure, float(np.abs(speeds).max()))
     for k, speed in enumerate(speeds.tolist()):
         try:
             model = plant.linearise(speed, pressure)
         except NoLiftOffError:
             continue
+        carried[k] = True
         response[k] = whirl(plant, model, speed, unbalances, tuple(places.values()))
         zeta[k] = search.least_of(model)[0] if model.zeta.size else np.nan
     over = ("speed", "place", "axis")
@@ -104,8 +118,8 @@ def unbalance_response(
             "axis": ["x", "y"],
             "z": ("place", list(places.values()), {"units": "m", "long_name": "position along the shaft"}),
         },
-        plant.provenance() | linear_warnings(plant, speeds, zeta, pressure) | {
-            "kind": "response", "pressure": float(pressure), "unbalance": describe(plant.machine, unbalances),
+        plant.provenance() | linear_warnings(plant, speeds, zeta, pressure, carried) | {
+            "kind": "response", "pressure": pressure, "unbalance": describe(plant.machine, unbalances),
         },
     )  # fmt: skip
 
@@ -151,17 +165,26 @@ def half_axis(response: np.ndarray) -> np.ndarray:
 def peak_of(found: xr.Dataset, place: str) -> dict[str, Any] | None:
     """Largest response of a result at a place where no mode grows; None where there is none.
 
-    um [0-pk], rpm, and `at_end`: "start" or "end" where it lies at the first or last such speed, and may be larger
-    beyond, else "".
+    um [0-pk], rpm, and `at_end`, a key of `ENDS` where it may be larger beyond, else "": it lies at an end of the
+    speeds, or next to a speed at which a mode grows or that the film does not carry.
     """
-    steady = np.flatnonzero(~(found["zeta_least"].values < -DAMPED))
-    sizes = found["major"].sel(place=place).values[steady]
+    grows = found["zeta_least"].values < -DAMPED
+    sizes = np.where(grows, np.nan, found["major"].sel(place=place).values)
     if not np.isfinite(sizes).any():
         return None
-    k, known = int(np.nanargmax(sizes)), np.flatnonzero(np.isfinite(sizes))
-    at_end = "start" if k == known[0] else "end" if k == known[-1] else ""
-    speed = float(found["speed"].values[steady[k]])
-    return {"um": float(sizes[k]) * TO_UM, "rpm": speed * TO_RPM, "at_end": at_end if len(known) > 1 else ""}
+    k, speeds = int(np.nanargmax(sizes)), found["speed"].values
+    return {"um": float(sizes[k]) * TO_UM, "rpm": float(speeds[k]) * TO_RPM, "at_end": _end(speeds, sizes, grows, k)}
+
+
+def _end(speeds: np.ndarray, sizes: np.ndarray, grows: np.ndarray, k: int) -> str:
+    """Key of `ENDS` for the place k of a largest response; "" where responses are known on both sides of it."""
+    for near in (k - 1, k + 1):
+        if 0 <= near < len(speeds) and np.isnan(sizes[near]):
+            limit = "last" if abs(speeds[near]) > abs(speeds[k]) else "first"
+            return f"{limit} {'steady' if grows[near] else 'carried'}"
+    if len(speeds) == 1:
+        return ""
+    return "start" if k == 0 else "end" if k == len(speeds) - 1 else ""
 
 
 def unbalances_of(machine: Machine, highest: float) -> tuple[Unbalance, ...]:
@@ -215,6 +238,7 @@ def largest_response(
 
 
 __all__ = [
+    "ENDS",
     "GRADE",
     "describe",
     "half_axis",

@@ -26,9 +26,6 @@ if TYPE_CHECKING:
     from fmu.linear_model import LinearUnit
     from fmu.model import PlantUnit
 
-
-START = (0.0, 0.3e6)
-"""Speed [rad/s] and gauge pressure [Pa] at which a plant starts."""
 VERDICTS = {True: "pass", False: "FAIL", None: "info"}
 """Words for a check that passed, one that failed and a remark."""
 Force = Annotated[bool, typer.Option("--force", help="Replace the files if they are there.")]
@@ -81,8 +78,7 @@ def export(
         if law is not None:
             unit: PlantUnit | LinearUnit | LawUnit = law_unit(law, *start)
         elif model == "plant":
-            plant = settings.plant(machine)
-            unit = plant_unit(plant, *(START[k] if v is None else v for k, v in enumerate(start)))
+            unit = plant_unit(settings.plant(machine), *start)
         else:
             unit = linear_unit(Path(model), *start)
             if unit.extrapolates:
@@ -109,7 +105,9 @@ def system(
     out: Annotated[Path, typer.Option("--out", help="File to write.")] = Path("loop.ssp"),
     cpu: Annotated[str, typer.Option(help="'portable', or 'native'.")] = "portable",
     speed: Annotated[str, typer.Option(help="Speed at which it starts.")] = "0 rpm",
-    pressure: Annotated[str, typer.Option(help="Gauge injection pressure at which it starts.")] = "0.3 MPa",
+    pressure: Annotated[
+        str | None, typer.Option(help="Gauge injection pressure at which it starts.  [default: 0.3 MPa]")
+    ] = None,
     *,
     settings: PlantOptions,
     force: Force = False,
@@ -119,7 +117,7 @@ def system(
     if len(versions(fmi)) > 1:
         raise DataError(f"--fmi: '{fmi}': a system has units of one version; choose 2 or 3")
     chosen = versions(fmi)[0]
-    start = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
+    start = quantity("speed", speed, "rad/s"), None if pressure is None else quantity("pressure", pressure, "Pa")
     with files(out, force=force):
         held = law_unit(law, *start)
         plant = plant_unit(settings.plant(machine), *start)

@@ -62,7 +62,8 @@ def modes(
     with results(out, "modes", ["modes.nc", *names], force) as folder:
         note_compiling(plant.assembly, "settle")
         found = mode_shapes(plant, *at)
-        found = found.assign_attrs(linear_warnings(plant, at[0], found["zeta"].values.min(initial=np.inf), at[1]))
+        least = found["zeta"].values.min(initial=np.inf)
+        found = found.assign_attrs(linear_warnings(plant, at[0], least, found.attrs["pressure"]))
         found = found.isel(mode=slice(count))
         write_netcdf(folder / "modes.nc", found)
         files = {"modes": str(folder / "modes.nc")}

@@ -20,7 +20,7 @@ from rotorsim.analysis.campbell import (
     modes_line,
     searched_line,
 )
-from rotorsim.analysis.unbalance_response import peak_of, unbalance_response
+from rotorsim.analysis.unbalance_response import ENDS, peak_of, unbalance_response
 from rotorsim.base.constants import TO_HZ, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
@@ -106,7 +106,8 @@ def response(
         rows = [(f"peak at {place}", _text(peak)) for place, peak in peaks.items()]
         print_table([("unbalance", found.attrs["unbalance"]), *rows], files)
     if not np.isfinite(sizes).any():
-        print("response: the film carries the rotor at no speed; raise the pressure", file=sys.stderr)
+        way = "raise the pressure" if plant.machine.fed else "ask for higher speeds"
+        print(f"response: the film carries the rotor at no speed; {way}", file=sys.stderr)
         raise typer.Exit(2)
 
 
@@ -203,16 +204,16 @@ def _write(found: xr.Dataset, folder: Path, name: str, rows: list[tuple[object, 
 
 
 def _response_rows(found: xr.Dataset) -> list[tuple[object, ...]]:
-    """Amplitude and phase of x and y at every place, by speed."""
+    """Amplitude and phase of x and y at every place, by speed, and the least damping ratio: below 0 a mode grows."""
     response = found["response_re"].values + 1j * found["response_im"].values
     at = [(str(p), k, axis, j) for k, p in enumerate(found["place"].values) for j, axis in enumerate("xy")]
     head = ["speed [rpm]"]
     for place, _, axis, _ in at:
         head += [f"{place} {axis} [um 0-pk]", f"{place} {axis} phase lag [deg]"]
-    rows: list[tuple[object, ...]] = [tuple(head)]
-    for speed, row in zip(found["speed"].values * TO_RPM, response, strict=True):
+    rows: list[tuple[object, ...]] = [(*head, "zeta_least [1]")]
+    for speed, row, zeta in zip(found["speed"].values * TO_RPM, response, found["zeta_least"].values, strict=True):
         values = [v for _, k, _, j in at for v in (abs(row[k, j]) * TO_UM, -np.degrees(np.angle(row[k, j])))]
-        rows.append((speed, *("" if np.isnan(v) else v for v in values)))
+        rows.append((speed, *("" if np.isnan(v) else v for v in (*values, zeta))))
     return rows
 
 
@@ -237,5 +238,5 @@ def _mode_rows(found: xr.Dataset) -> list[tuple[object, ...]]:
 def _text(peak: dict[str, Any] | None) -> str:
     if peak is None:
         return "none"
-    end = f", at the {peak['at_end']} of the speeds" if peak["at_end"] else ""
+    end = f", {ENDS[peak['at_end']]}" if peak["at_end"] else ""
     return f"{peak['um']:.3g} um 0-pk at {peak['rpm']:.0f} rpm{end}"

@@ -215,11 +215,15 @@ def _held(key: str, name: str, speed: float, end: float, verb: str) -> Exceeded:
 
 
 def linear_warnings(
-    plant: Plant, speeds: ArrayLike, zeta: ArrayLike | None = None, pressure: float = 0.0
+    plant: Plant,
+    speeds: ArrayLike,
+    zeta: ArrayLike | None = None,
+    pressure: float = 0.0,
+    carried: ArrayLike | None = None,
 ) -> dict[str, str]:
     """Attribute `warnings` of a linear analysis: a sentence a line about speeds at which it does not hold; or nothing.
 
-    Speeds beyond the tables of bearings, beyond the checked range, and at which a mode grows.
+    Speeds beyond the tables of bearings, beyond the checked range, at which a mode grows, and that no film carries.
 
     Parameters
     ----------
@@ -230,21 +234,62 @@ def linear_warnings(
         Least damping ratio at each; NaN where there is none.
     pressure : float
         Supply pressure [Pa, gauge].
+    carried : array (n,), optional
+        Whether the film carries at each; by default it does.
     """
-    w = np.abs(np.atleast_1d(np.asarray(speeds, float)))
+    signed = np.atleast_1d(np.asarray(speeds, float))
+    w = np.abs(signed)
     found: dict[str, str] = {}
     for speed in (float(w.min()), float(w.max())):
         for one in (*beyond_tables(plant.machine, speed), *_unchecked(plant.machine, speed, pressure)):
             found.setdefault(one.name, one.sentence)
     sentences = list(found.values())
     damping = np.full(w.shape, np.nan) if zeta is None else np.atleast_1d(np.asarray(zeta, float))
-    grows = w[damping < -DAMPED]
-    if grows.size:
+    if (damping < -DAMPED).any():
         sentences.append(
-            f"a mode grows from {grows.min() * TO_RPM:.0f} rpm on, with a damping ratio of {np.nanmin(damping):.3g} at "
-            "the least: the machine does not run steadily there, and a steady response does not exist"
+            f"a mode grows {growth(signed, damping)}, with a damping ratio of {np.nanmin(damping):.3g} at the least: "
+            "the machine does not run steadily there, and a steady response does not exist"
+        )
+    lost = np.zeros(w.shape, bool) if carried is None else ~np.atleast_1d(np.asarray(carried, bool))
+    if lost.any():
+        ranges = ", ".join(_range(signed[run]) for run in _runs(lost))
+        sentences.append(
+            f"the film does not carry at {ranges} ({lost.sum()} of {w.size} speeds): nothing is known there"
         )
     return {"warnings": "\n".join(sentences)} if sentences else {}
+
+
+def growth(speeds: np.ndarray, zeta: np.ndarray) -> str:
+    """Ranges of speeds at which a mode grows, as words, each sense of rotation from rest on.
+
+    Parameters
+    ----------
+    speeds, zeta : arrays (n,)
+        Speeds [rad/s] and the least damping ratio at each; NaN where there is none.
+    """
+    parts = []
+    for sense in (speeds >= 0, speeds < 0):
+        at = np.flatnonzero(sense & ~np.isnan(zeta))
+        at = at[np.argsort(np.abs(speeds[at]))]
+        w, grows = speeds[at] * TO_RPM, zeta[at] < -DAMPED
+        for run in _runs(grows):
+            i, k = int(run[0]), int(run[-1])
+            begins = f"from between {w[i - 1]:.0f} and {w[i]:.0f} rpm on" if i else f"at {w[i]:.0f} rpm already"
+            ends = f" up to between {w[k]:.0f} and {w[k + 1]:.0f} rpm" if k + 1 < w.size else ""
+            parts.append(begins + ends)
+    return " and ".join(parts)
+
+
+def _runs(true: np.ndarray) -> list[np.ndarray]:
+    """Places of each unbroken row of true ones."""
+    places = np.flatnonzero(true)
+    return [run for run in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1) if run.size]
+
+
+def _range(speeds: np.ndarray) -> str:
+    """First and last of some speeds [rad/s] as words."""
+    first, last = float(speeds[0]) * TO_RPM, float(speeds[-1]) * TO_RPM
+    return f"{round(first)} rpm" if speeds.size == 1 else f"{round(first)} to {round(last)} rpm"
 
 
 def _unchecked(machine: Machine, speed: float, pressure: float) -> Iterator[Exceeded]:

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from rotorsim.analysis import campbell, unbalance_response
+from rotorsim.analysis import campbell, mode_shapes, unbalance_response
 from rotorsim.analysis.unbalance_response import peak_of
 from rotorsim.cli import main
 from rotorsim.machine import load_machine
@@ -62,11 +62,49 @@ def test_speeds_at_which_a_mode_grows_are_said_and_are_no_peak():
     zeta = found["zeta_least"].values
     assert zeta.min() < 0 < zeta.max()
     onset = speeds[np.flatnonzero(zeta < 0)[0]]
-    assert any(one.startswith(f"a mode grows from {onset / RPM:.0f} rpm on") for one in sentences(found))
+    last = speeds[np.flatnonzero(zeta < 0)[0] - 1]
+    text = f"a mode grows from between {last / RPM:.0f} and {onset / RPM:.0f} rpm on"
+    assert any(one.startswith(text) for one in sentences(found))
     peak = peak_of(found, "measuring plane")
     assert peak["rpm"] * RPM < onset
     calm = speeds[zeta > 0]
     assert not any("grows" in one for one in sentences(unbalance_response(plant, calm)))
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_growth_lies_between_the_last_steady_and_the_first_growing_speed_of_each_sense(pump, sense):
+    rpm = np.array([100.0, 200.0, 300.0, 400.0, 500.0])
+    zeta = np.array([0.1, np.nan, -0.1, -0.2, 0.1])
+    order = np.argsort(sense * rpm)
+    (text,) = (one for one in linear_warnings(pump, (sense * rpm * RPM)[order], zeta[order])["warnings"].splitlines()
+               if "grows" in one)  # fmt: skip
+    a, b, c, d = (f"{sense * one:.0f}" for one in (100, 300, 400, 500))
+    assert f"from between {a} and {b} rpm on up to between {c} and {d} rpm" in text
+
+
+def test_a_machine_without_feed_has_no_pressure():
+    plant = Plant("plain_rotor")
+    found = unbalance_response(plant, [100.0], 0.5e6), campbell(plant, [100.0, 110.0], 0.5e6, modes=1)
+    found += (mode_shapes(plant, 100.0, 0.5e6),)
+    assert [one.attrs["pressure"] for one in found] == [0.0] * 3
+
+
+def test_speeds_that_the_film_does_not_carry_are_said(pump):
+    rpm, carried = np.array([100.0, 200.0, 300.0, 400.0]), [False, False, True, False]
+    found = linear_warnings(pump, rpm * RPM, np.full(4, 0.1), carried=carried)["warnings"]
+    assert "the film does not carry at 100 to 200 rpm, 400 rpm (3 of 4 speeds)" in found
+    assert "carry" not in linear_warnings(pump, rpm * RPM, np.full(4, 0.1)).get("warnings", "")
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_peak_next_to_a_growing_mode_lies_at_the_last_steady_speed(sense):
+    speeds = np.sort(sense * np.linspace(50.0, 2500.0, 40))
+    found = unbalance_response(unstable(), speeds)
+    size, grows = found["major"].copy(), found["zeta_least"].values < 0
+    steady = np.flatnonzero(~grows)
+    size[:] = 1e-6
+    size[steady[-1] if sense > 0 else steady[0]] = 2e-6
+    assert peak_of(found.assign(major=size), "measuring plane")["at_end"] == "last steady"
 
 
 def test_a_peak_at_an_end_of_the_speeds_is_told_from_one_inside():
@@ -88,5 +126,7 @@ def test_the_command_says_it_in_json_on_the_terminal_and_on_the_page(tmp_path, c
     warnings = json.loads(shown.out)["warnings"]
     assert any("the table of the bearing" in one for one in warnings)
     assert all(f"warning: {one}" in shown.err for one in warnings)
+    header, *rows = (tmp_path / "r" / "response.csv").read_text(encoding="utf-8").splitlines()
+    assert header.endswith(",zeta_least [1]") and len(rows) == 5
     page = (tmp_path / "r" / "report.html").read_text(encoding="utf-8")
     assert "Warning: 20000 rpm, and the table of the bearing" in page

@@ -5,6 +5,7 @@ from math import pi
 import numpy as np
 import pytest
 
+from fmu.contents import page
 from fmu.kinds import law_unit, named, plant_unit
 from fmu.model import identifier
 from rotorsim.base.errors import DataError
@@ -117,6 +118,15 @@ def test_a_start_beyond_the_limits_is_refused_before_anything_is_compiled():
         plant_unit(plant, 7500.0, 0.3e6)
     with pytest.raises(DataError, match="a turn has"):
         plant_unit(plant, 1e5, 0.3e6)
+
+
+def test_a_pressure_is_refused_where_gas_is_supplied_to_no_film():
+    plant = Plant("plain_rotor")
+    with pytest.raises(DataError, match="no input for it"):
+        plant_unit(plant, 0.0, 0.5e6)
+    text = page(plant_unit(plant))
+    assert "injection.pressure" not in text and "injectors: pin" not in text
+    assert "injection.pressure (0.3 MPa)" in page(plant_unit(Plant("dtu_gas_bearing")))
 
 
 @pytest.mark.parametrize(

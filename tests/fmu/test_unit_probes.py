@@ -42,7 +42,7 @@ def probed(request, gcc, tmp_path_factory):
         text = text.replace(
             '[effects.base_vibration]\nx = "2 m/s^2"\nfrequency = "47 Hz"', "[effects.pedestal]\nmass_ratio = 0.3"
         )
-    model = plant_unit(Plant(Machine.from_text(text), n_theta=16, n_z=8, dt=2e-4), 0.0, 0.3e6)
+    model = plant_unit(Plant(Machine.from_text(text), n_theta=16, n_z=8, dt=2e-4), 0.0)
     files = export(model, tmp_path_factory.mktemp("units") / "probed.fmu", (3,), choose("host"))
     with ImportedUnit(files[3]) as unit:
         yield model, unit

@@ -43,6 +43,16 @@ def test_a_varied_machine_has_its_own_onset_lift_off_and_crossings(run, tmp_path
     assert "Whirl onset and lift-off" in (tmp_path / "m" / "report.html").read_text()
 
 
+@pytest.mark.parametrize(("asked", "noted"), [([], False), (["--pressure", "0.5 MPa, 0.7 MPa"], True)])
+def test_a_machine_without_feed_is_mapped_at_one_pressure(run, tmp_path, asked, noted):
+    code, out, message = run(
+        "map", "plain_rotor", "--speed", "0 rpm, 100 rpm", *asked, "--jobs", "1", "--no-report", "--json", "--out", "m"
+    )
+    assert code == 0 and json.loads(out)["points"] == 2 and ("no pressure changes it" in message) is noted
+    with xr.open_dataset(tmp_path / "m" / "map.nc", engine="h5netcdf") as found:
+        assert found["pressure"].values.tolist() == [0.0]
+
+
 def test_values_by_pressure_have_a_column_each_with_its_pressure(run):
     code, out, _ = run(
         "map", *RIG, "--speed", "0 rpm", "--pressure", "0.5 MPa, 0.7 MPa", "--whirl-onset", "--no-report"

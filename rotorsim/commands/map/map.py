@@ -13,8 +13,8 @@ import numpy as np
 import typer
 
 from rotorsim.analysis.axes import read_axis, read_field
-from rotorsim.analysis.machine_map import check_quantities, map_machine
-from rotorsim.analysis.varied import with_fields
+from rotorsim.analysis.machine_map import check_quantities, machines_at_ends, map_machine
+from rotorsim.analysis.supply import felt
 from rotorsim.base.constants import TO_UM
 from rotorsim.base.netcdf import write_netcdf
 from rotorsim.base.progress import Update, bar
@@ -49,7 +49,10 @@ RANGES: dict[str, tuple[str, float]] = {
 def map_command(
     machine: MachineName = "dtu_gas_bearing",
     speed: Annotated[str, typer.Option(help="Speeds: FROM:TO:COUNT, or values with commas.")] = SPEEDS,
-    pressure: Annotated[str, typer.Option(help="Gauge supply pressures, likewise.")] = PRESSURES,
+    pressure: Annotated[
+        str | None,
+        typer.Option(help=f"Gauge supply pressures, likewise.  [default: {PRESSURES}; 0 for a machine without feed]"),
+    ] = None,
     over: Annotated[
         list[str] | None, typer.Option(help="Another axis: PATH=FROM:TO:COUNT of a field of the machine file.")
     ] = None,
@@ -76,14 +79,20 @@ def map_command(
     Equilibria and linear models; no time simulation.
     """
     page.check(report)
-    speeds, pressures = read_axis("speed", speed, "rad/s"), read_axis("pressure", pressure, "Pa")
+    speeds, pressures = (
+        read_axis("speed", speed, "rad/s"),
+        read_axis("pressure", PRESSURES if pressure is None else pressure, "Pa"),
+    )
     fields = [read_field(text) for text in over or []]
     whirl = [2 * pi * quantity("frequency", text, "Hz") for text in frequency or []] or None
     plant = settings.plant(machine)
     check_quantities(plant, with_lift_off, with_onset)
     ask_rim_speed(plant.machine, max(speeds, key=abs), "--speed")
-    for end in (0, -1):
-        ask_machine(with_fields(plant.machine, fields, [field.values[end] for field in fields]))
+    machines = machines_at_ends(plant, fields)
+    for one in machines:
+        ask_machine(one)
+    if pressure is not None and not np.array_equal(felt(machines, pressures), pressures):
+        print("map: gas is supplied to no film of the machine, so no pressure changes it; 0 is mapped", file=sys.stderr)
     film = quantity("least-film", least_film, "m")
     with results(out, "map", (MAP, REPORT) if report else (MAP,), force) as folder:
         page.begin(folder / REPORT, force)
@@ -99,7 +108,8 @@ def map_command(
         print(f"interrupted: the points that were done are in {files['map']}", file=sys.stderr)
         raise typer.Exit(130)
     if not float(found["lifted"].max()):
-        print("map: the film carries the rotor at no point of the grid; raise the pressures", file=sys.stderr)
+        way = "raise the pressures" if any(one.fed for one in machines) else "ask for higher speeds"
+        print(f"map: the film carries the rotor at no point of the grid; {way}", file=sys.stderr)
         raise typer.Exit(2)
 
 
@@ -137,9 +147,9 @@ def summary(found: xr.Dataset) -> dict[str, Any]:
     for name, (key, _, scale) in LISTED.items():
         if name in found:
             numbers[key] = _plain(found[name].values * scale)
-    for name, (flag, key) in LOOKED.items():
-        if name in found:
-            numbers[key] = _plain(found[flag].values)
+        if name in found and name in LOOKED:
+            flag, looked = LOOKED[name]
+            numbers[looked] = _plain(found[flag].values)
     return numbers
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from rotorsim.analysis.campbell import critical_rows, modes_line, searched_line
-from rotorsim.analysis.unbalance_response import peak_of
+from rotorsim.analysis.unbalance_response import ENDS, peak_of
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.report.export.display_units import quantity
@@ -41,7 +41,8 @@ def write_response(found: xr.Dataset, path: str | Path) -> Path:
     text = "Amplitudes are 0-pk; the phase of x lags the unbalance."
     blocks = [
         Block("Response over speed", text, figure=response_figure(found)),
-        Block("Peaks", "Where no mode grows.", ("place", "speed [rpm]", "size [µm 0-pk]", "at an end"), peaks(found)),
+        Block("Peaks", "Where no mode grows.", ("place", "speed [rpm]", "size [µm 0-pk]", "may be larger beyond"),
+              peaks(found)),
         Block("Speed by speed", "" if step == 1 else "Every speed is in the files.", head, rows),
     ]  # fmt: skip
     save_study_page(f"{name(found)}: unbalance response", about, blocks, Path(path))
@@ -82,9 +83,11 @@ def write_campbell(found: xr.Dataset, path: str | Path, stiffness: xr.Dataset | 
 
 
 def peaks(found: xr.Dataset) -> list[tuple[str, str, float, str]]:
-    """Largest response of each place: place, speed [rpm], size [um 0-pk], and at which end of the speeds it lies."""
+    """Largest response of each place: place, speed [rpm], size [um 0-pk], and where it may be larger beyond."""
     known = [(place, peak_of(found, place)) for place in distinct(found)]
-    return [(place, f"{one['rpm']:.0f}", one["um"], one["at_end"] or "-") for place, one in known if one is not None]
+    return [
+        (place, f"{one['rpm']:.0f}", one["um"], ENDS.get(one["at_end"], "-")) for place, one in known if one is not None
+    ]
 
 
 def warned(found: xr.Dataset) -> str:
