@@ -31,7 +31,7 @@ def bench(
         str | None,
         typer.Argument(
             metavar="[PART]",
-            help=f"What to measure: {', '.join(PARTS)}, diagnose, decide; all but these two when not given.",
+            help=f"What to measure: {', '.join(PARTS)}, diagnose, decide, ties; all but the last three when not given.",
         ),
     ] = None,
     cold: Annotated[bool, typer.Option("--cold", help="Also time what starts with an empty cache.")] = False,

@@ -28,7 +28,7 @@ def measure(part: str | None = None, cold: bool = False, full: bool = False) -> 
         For an unknown part or one that lacks a package, before anything is measured.
     """
     if part is not None and part not in PARTS:
-        raise DataError(f"bench: '{part}' is not known; choose one of {', '.join(PARTS)}, diagnose")
+        raise DataError(f"benchmarks: '{part}' is not known; choose one of {', '.join(PARTS)}, diagnose, decide, ties")
     chosen = [PARTS[name] for name in PARTS if part in (None, name) and _possible(name, part is not None)]
     jobs = [job for each in chosen for job in each.jobs(cold, full)]
     return (figure for job in jobs for figure in job())
