@@ -27,7 +27,7 @@ def test_every_command_that_writes_a_page_opens_it_and_writes_its_figures(words)
 def test_every_command_that_writes_figures_asks_before_whether_it_may():
     """Those of a study lie in a folder of its own."""
     folder = Path(commands.__file__).parent
-    texts = [path.read_text() for path in folder.rglob("*.py") if path.parent.name != "study"]
+    texts = [path.read_text() for path in folder.rglob("*.py") if path.name != "study.py"]
     finished = [text.count("page.finish(") + text.count("options.finish(") for text in texts]
     assert sum(finished) > 8 and finished == [text.count("page.begin(") for text in texts]
 
