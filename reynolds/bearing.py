@@ -205,6 +205,8 @@ class GasBearing:
         position = np.asarray(journal, float)
         w[layout.journal : layout.journal + 2] = position
         F = self.model.record()[0]
+        if not np.isfinite(position).all():
+            raise FilmError(f"film: the journal at {position} m has no place; give two finite numbers")
         if layout.foil == 0:
             _apart(kernels.least_gap(w, F, layout))
         w[layout.static_a : layout.static_a + 4] = (1.0, 0.0, 0.0, 1.0)

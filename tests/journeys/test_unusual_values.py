@@ -47,7 +47,6 @@ def test_an_unusual_value_ends_in_a_question_and_code_2(run, tmp_path, arguments
         ["experiment", "steady", "plain_rotor", "--speed", "6000 Hz"],
         ["modes", "plain_rotor", "--speed", "6000 Hz"],
         ["map", "plain_rotor", "--speed", "0 Hz:6000 Hz:3", "--pressure", "0 Pa"],
-        ["fmu", "export", "plain_rotor", "--speed", "6000 Hz"],
     ],
     ids=lambda a: a[0],
 )

@@ -6,11 +6,17 @@ import pytest
 from reynolds import FilmError, GasBearing, Injector
 
 
-@pytest.mark.parametrize("journal", [(25e-6, 0.0), (0.0, -26e-6), (20e-6, 20e-6), (np.nan, 0.0)])
+@pytest.mark.parametrize("journal", [(25e-6, 0.0), (0.0, -26e-6), (20e-6, 20e-6)])
 @pytest.mark.parametrize("method", ["steady", "coefficients"])
 def test_journal_outside_the_clearance_is_refused_with_its_film_thickness(plain, journal, method):
     with pytest.raises(FilmError, match=r"h_min = .* um: the journal touches the sleeve; move it inwards"):
         getattr(plain(16, 4), method)(journal, 100.0)
+
+
+@pytest.mark.parametrize("method", ["steady", "coefficients"])
+def test_journal_without_a_place_is_refused(plain, method):
+    with pytest.raises(FilmError, match="nan"):
+        getattr(plain(16, 4), method)((np.nan, 0.0), 100.0)
 
 
 def test_march_that_begins_outside_the_clearance_is_refused(plain):

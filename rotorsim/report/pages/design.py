@@ -10,12 +10,12 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import MPA, TO_HZ, TO_RPM
-from rotorsim.control.designs.plants import point_text, sampled_plant
+from rotorsim.control.designs.plants import sampled_plant
 from rotorsim.control.law import Law
 from rotorsim.control.loop.analysis import fine_axes, overview
 from rotorsim.control.loop.sampled_loop import closed_poles, law_system, loop_of, oscillating, root_locus, sweep
 from rotorsim.control.numerics.systems import largest
-from rotorsim.report.export.display_units import in_page_units
+from rotorsim.report.export.display_units import in_page_units, quantity
 from rotorsim.report.export.page_files import check_wanted
 from rotorsim.report.figures.theme import AXIS_COLOURS, NEUTRAL, PIN_COLOURS, compact, style
 from rotorsim.report.pages.study import Block, save_study_page
@@ -41,7 +41,7 @@ def write_design(law: Law, model: Any, path: str | Path, units: str = "metric", 
     ]
     middle = float(np.mean(speeds)), float(np.mean(pressures))
     single = len(speeds) == len(pressures) == 1
-    where = f"at {point_text(*middle)}" if single else "at the corners of the range"
+    where = f"at {_point(*middle)}" if single else "at the corners of the range"
     blocks = [
         Block("The loop", "With the identified model, one sample of delay and the hold.", ("quantity", "value"), rows),
         Block("Sensitivities", f"Largest singular values {where}: disc to disc (S), disc to "
@@ -63,7 +63,7 @@ def _modes(law: Law, model: Any, point: tuple[float, float]) -> Block:
     loops = (("open", np.linalg.eigvals(plant.A)), ("closed", closed_poles(plant, law_system(law, *point))))
     rows = [(name, float(abs(s) * TO_HZ), float(-s.real / abs(s))) for name, z in loops for s in oscillating(z, law.Ts)]
     heads = ("loop", "natural frequency [Hz]", "damping ratio")
-    return Block("Modes", f"At {point_text(*point)}, the point of the model, below 600 Hz.", heads, rows)
+    return Block("Modes", f"At {_point(*point)}, the point of the model, below 600 Hz.", heads, rows)
 
 
 def sensitivity_figure(law: Law, model: Any, points: list[tuple[float, float]]) -> go.Figure:
@@ -71,7 +71,7 @@ def sensitivity_figure(law: Law, model: Any, points: list[tuple[float, float]]) 
     figure = make_subplots(1, 3, subplot_titles=["S", "KS [V/µm]", "GS, G [µm/V]"])
     for k, (w, p) in enumerate(points):
         loop = loop_of(sampled_plant(model, w, p, law.Ts), law_system(law, w, p), law.Ts)
-        name, colour = point_text(w, p), PIN_COLOURS[k % len(PIN_COLOURS)]
+        name, colour = _point(w, p), PIN_COLOURS[k % len(PIN_COLOURS)]
         curves = ((1, loop.So, "solid"), (2, loop.KS, "solid"), (3, loop.GS, "solid"), (3, loop.G, "dot"))
         for column, matrices, dash in curves:
             figure.add_trace(go.Scatter(x=compact(loop.frequency), y=compact(largest(matrices)), name=name,
@@ -114,3 +114,8 @@ def locus_figure(law: Law, model: Any, speed: float, pressure: float) -> go.Figu
     figure.update_xaxes(range=[0.6, 1.05], title_text="Re z")
     figure.update_yaxes(range=[-0.3, 0.3], title_text="Im z")
     return style(figure, 460)
+
+
+def _point(speed: float, pressure: float) -> str:
+    """An operating point [rad/s], [Pa] in the units of the page."""
+    return f"{speed * TO_RPM:.0f} rpm, {quantity(pressure / MPA, 'MPa')}"
