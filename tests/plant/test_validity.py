@@ -78,8 +78,8 @@ def test_feed_holes_choke_where_the_film_is_below_the_critical_ratio(plant):
     ratio = v[a.film.local_p :][:n] / v[a.film.plenum :][:n]
     assert (ratio < critical_ratio(1.4)).all() and validity.choked_share(simulation) == 1.0
     assert validity.choked_share(rs.Plant("rigid_rotor_self_acting").start(600.0, 0.0)) == 0.0
-    (found,) = range_of_validity(narrow, 100.0, 0.5e6)
-    assert (found.value, found.limit, found.unit, found.place) == (1.0, 0.0, "1", "film")
+    limits = [(one.value, one.limit, one.unit, one.place) for one in range_of_validity(narrow, 100.0, 0.5e6)]
+    assert (1.0, 0.0, "1", "film") in limits  # next to the Knudsen number of the thin film that is left
 
 
 def test_the_rig_is_within_its_range_where_the_thesis_measured_it_and_beyond_elsewhere(plant):
