@@ -9,6 +9,9 @@ import pytest
 import typer
 
 from rotorsim.cli import main
+from rotorsim.commands.lazy_group import click_command
+from studies.benchmarks.command import bench
+from studies.thesis.commands import designs, one_number, whole
 
 ROOT = Path(__file__).parents[2]
 ROOMS = ("rotorsim", "fmu", "identification", "reynolds", "fe_shaft")
@@ -20,7 +23,7 @@ OWN = {
     "rotorsim/verify": ["verify"],
 }
 """Rooms whose messages are shown by these commands alone."""
-NOT_COMMANDS = ("simulates", "scene", "source", "record", "apart")
+NOT_COMMANDS = ("simulates", "scene", "source", "record", "apart", "worker")
 """Words after the name in prose, in marks of files and in names of threads."""
 COMMAND = re.compile(r"(?:['`(]|^ *|Example: |\n *)rotorsim ([a-z][^'`)\n#]*(?:'[^'\n]*'[^'`)\n#]*)*)")
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
@@ -60,6 +63,12 @@ def options(*path):
 def names(command):
     """Return the names of a command's own options."""
     return {name for p in command.params for name in (*p.opts, *p.secondary_opts) if name.startswith("--")}
+
+
+@cache
+def of_studies():
+    """Return the options of the studies' scripts, which pages name too."""
+    return set().union(*(names(click_command("study", one)) for one in (bench, designs, one_number, whole)))
 
 
 @cache
@@ -129,6 +138,8 @@ def unknown_options(path, text):
         return
     room = next((own for folder, own in OWN.items() if (ROOT / folder) in path.parents), [])
     known = set().union(*map(options, room)) or options()
+    if path.suffix == ".md":
+        known |= of_studies()
     if ROOT / "rotorsim" / "commands" in path.parents:
         known = made_in(".".join(path.relative_to(ROOT).with_suffix("").parts))
     yield from (f"{name} is not an option" for name in OPTION.findall(text) if name not in known)
