@@ -212,7 +212,7 @@ def build_films(films: Sequence[FilmModel]) -> tuple[Layout, np.ndarray, np.ndar
 
 
 def _texture(sleeves: Sequence[Sleeve]) -> Texture | None:
-    """What all sleeves together ask for; None for smooth ones."""
+    """Texture that all sleeves together need; None for smooth ones."""
     if not any(sleeve.textured for sleeve in sleeves):
         return None
     return Texture(

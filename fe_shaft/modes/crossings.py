@@ -215,7 +215,7 @@ class _Line:
 
     @cached_property
     def places(self) -> list[tuple[Node, int]]:
-        """Where the mode is known."""
+        """Places at which the mode is known."""
         return list(self._nodes)
 
     def _between(self, node: Node, k: int, x: float) -> tuple[Node, int] | None:
@@ -253,7 +253,7 @@ class _Line:
 
 
 def _continued(node: Node, k: int, pencil: Pencil) -> Modes | None:
-    """What mode k of a node becomes in another pencil; None where it is not certain."""
+    """Mode k of a node, continued into another pencil; None where it is not certain."""
     assert node.pencil is not None
     mode, guess = node.modes.take([k]), predicted(pencil, node.modes)
     first = int(overlap(node.pencil, mode, pencil, guess)[0].argmax())

@@ -175,7 +175,7 @@ def _linked(here: Node, there: Node, region: Region, first: bool) -> tuple[Node,
 
 
 def carried(modes: Modes, pencil: Pencil) -> Modes | None:
-    """What the modes of a neighbour become in their own subspace, in their order; None where that is not certain."""
+    """Modes of a neighbour, continued within their subspace in their order; None where that is not certain."""
     if not len(modes.values):
         return modes
     J, S = modes.left.conj().T @ pencil.times_J(modes.right), modes.left.conj().T @ pencil.times_S(modes.right)

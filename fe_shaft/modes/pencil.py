@@ -92,7 +92,7 @@ class Modes:
         return self.missing == 0
 
     def take(self, which: Any) -> Modes:
-        """Those of the indices or flags `which`."""
+        """Modes of the indices or flags `which`."""
         return replace(self, values=self.values[which], right=self.right[:, which], left=self.left[:, which])
 
 

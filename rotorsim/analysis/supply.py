@@ -44,7 +44,7 @@ def regulator_pressure(a: Assembly, speed: float, pressure: float) -> float:
 
 
 def felt(machines: Iterable[Machine], pressures: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Those of the gauge pressures (p,) [Pa] that machines feel: all, or 0 alone where gas is supplied to none."""
+    """Gauge pressures (p,) [Pa] that act on the machines: all, or 0 alone where gas is supplied to none."""
     fed = any(machine.fed for machine in machines)
     return np.asarray(pressures, float) if fed else np.zeros(1)
 

@@ -72,9 +72,9 @@ HOSTILE = {
     "nested model": {"files": {"resources/lpv.json": DEEP}},
     "machine that is no text": {"files": {"resources/machine.toml": b"\xff\xfe"}},
     "nested machine": {"files": {"resources/machine.toml": b"a = " + DEEP}},
-    "library elsewhere": {"identifier": "../../../../tmp/evil"},
+    "library elsewhere": {"identifier": "../../../../evil"},
     "upwards": {"files": {"../up": b""}},
-    "absolute": {"files": {"/tmp/up": b""}},
+    "absolute": {"files": {"/up": b""}},
     "bomb": {"files": {"resources/a": b"\0" * 60_000_000}},
 }
 

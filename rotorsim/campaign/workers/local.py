@@ -57,7 +57,7 @@ class LocalWorkers:
 
 @contextmanager
 def local_workers(workers: int | None, most: int) -> Iterator[LocalWorkers]:
-    """So many workers, by default one per core; not more than `most`."""
+    """Number of workers, by default one per core; not more than `most`."""
     count = max(min(CPU_COUNT if workers is None else workers, most), 1)
     threads = ThreadPoolExecutor(count, "rotorsim worker")
     try:
