@@ -46,7 +46,7 @@ then leave the range in which the film is linear. A force among the disturbances
 
 MILD = Weights(k_0=0.5, force=0.1)
 """Between the thesis' weights and `RIG`: hits of 20 N stay where the film is linear. They were picked by runs of the
-plant at the twenty points of `rotorsim.verify.impacts`, out of eight sets, with an LPV law of constant Y; at the twelve
+plant at the twenty points of `rotorsim.verify.transients`, out of eight sets, with an LPV law of constant Y; at the twelve
 others of `rotorsim.control.designs.weight_search` LPV leaves 0.66, H-infinity 0.655."""
 
 

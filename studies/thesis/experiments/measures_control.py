@@ -22,10 +22,9 @@ from rotorsim.control.designs.plants import Model, sampled_plant
 from rotorsim.control.law_from_system import table_axes
 from rotorsim.control.loop.sampled_loop import closed_poles, law_system, sweep
 from rotorsim.plant import Plant
-from rotorsim.verify.impacts import impact_responses
-from rotorsim.verify.running import run_rows, steady_rows
+from rotorsim.verify.runs import run_rows, steady_rows
 from rotorsim.verify.safe_speed import safe_speed
-from rotorsim.verify.transients import amplitudes
+from rotorsim.verify.transients import amplitudes, impact_responses
 from studies.thesis.claims.control_numbers import numbers_of
 from studies.thesis.claims.rules import points
 from studies.thesis.control_cases import ringing
