@@ -23,11 +23,11 @@ import identification as idn
 from rotorsim.base.constants import KRPM, TO_UM
 from rotorsim.base.errors import RotorsimError
 from rotorsim.base.reported import Reported
-from rotorsim.control.designs.plants import point_text
 from rotorsim.control.errors import LawError
 from rotorsim.control.law import Law
-from rotorsim.control.loop.sampled_loop import closed_poles, law_system, loop_of, smallest_damping
-from rotorsim.control.numerics.systems import System, balanced_states, held, late, series
+from rotorsim.control.plants import point_text
+from rotorsim.control.sampled_loop import closed_poles, law_system, loop_of, smallest_damping
+from rotorsim.control.systems import System, balanced_states, held, late, series
 from rotorsim.experiments import prbs
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant

@@ -20,7 +20,7 @@ from rotorsim.base.constants import KRPM, RIG_SAMPLE
 from rotorsim.control import DesignError, Law, load_law
 from rotorsim.control.catalogue import make_spec, module_of
 from rotorsim.control.designs import p
-from rotorsim.control.loop.analysis import overview
+from rotorsim.control.sampled_loop import overview
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 from rotorsim.report.pages.verification import spectra_of
