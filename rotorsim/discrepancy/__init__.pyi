@@ -1,7 +1,7 @@
 from .blind_test.hide import hide as hide
 from .data.runup_vectors import runup_vectors as runup_vectors
 from .diagnose_records import diagnose as diagnose
-from .diagnosis import Workshop as Workshop
+from .diagnosis import CompiledModels as CompiledModels
 from .identifiability import AliasMatrix as AliasMatrix, alias_matrix as alias_matrix, markdown as markdown
 from .loop.decide import decide as decide
 from .outcome.files import load_diagnosis as load_diagnosis, save_diagnosis as save_diagnosis

@@ -12,7 +12,7 @@ from rotorsim.discrepancy.data.intake import make_trials, open_records, record_n
 from rotorsim.discrepancy.data.run_ups import is_table, with_tables
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.data.sweeps import Sweep, rate_notes
-from rotorsim.discrepancy.diagnosis import Progress, Workshop, work_on
+from rotorsim.discrepancy.diagnosis import CompiledModels, Progress, diagnose_trials
 from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.discrepancy.plan.allowed import check_allowed
 from rotorsim.discrepancy.residuals.comparison import THREADS
@@ -33,7 +33,7 @@ def diagnose(
     seed: int = 0,
     tolerance: float = TOLERANCE,
     mapping: Any = None,
-    workshop: Workshop | None = None,
+    models: CompiledModels | None = None,
     threads: int = THREADS,
     progress: Progress = lambda stage: None,
     resume: str | Path | None = None,
@@ -89,7 +89,7 @@ def diagnose(
     trials = [t for role, part in parts.items() for t in trials_of(machine, part, None if stated else role)]
     if any(not t.orders for t in trials):
         trials = [replace(t, alone=False) if isinstance(t, Sweep) else t for t in trials]
-    found = work_on(machine, trials, effects, tolerance, progress, workshop, threads, cache, allow)
+    found = diagnose_trials(machine, trials, effects, tolerance, progress, models, threads, cache, allow)
     every = [one for part in parts.values() for one in part]
     tables = [(name, record) for name, record in every if is_table(record)]
     return replace(found, notes=(*record_notes(every), *rate_notes(tables), *found.notes))

@@ -13,7 +13,7 @@ from rotorsim.discrepancy.data.sensors import check_plane, check_ring
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.data.sweeps import Sweep, make_sweeps
 from rotorsim.discrepancy.fit.parameters import contributions, setting
-from rotorsim.discrepancy.residuals.comparison import Point
+from rotorsim.discrepancy.residuals.comparison import ParameterPoint
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.machine import Machine
 
@@ -35,7 +35,7 @@ def vector_trials(machine: Machine, opened: Sequence[tuple[str, xr.Dataset]], ro
     return list(found)
 
 
-def simulated(twin: Twin, sweep: Sweep, point: Point) -> np.ndarray:
+def simulated(twin: Twin, sweep: Sweep, point: ParameterPoint) -> np.ndarray:
     """Simulated vectors (1, 2, 1 + orders x rows) [m] of the twin at a point."""
     values = setting(twin, contributions(point.values, sweep.speed, sweep.pressure, sweep.changes), point.fixed)
     return sweep.lines(twin.run(values, sweep.rows, sweep.pressure)[:, :2])

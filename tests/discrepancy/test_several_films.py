@@ -8,7 +8,7 @@ import pytest
 from rotorsim.base.errors import MachineFileError
 from rotorsim.discrepancy import diagnose
 from rotorsim.discrepancy.fit.calibration import calibration
-from rotorsim.discrepancy.outcome.findings import Findings, Found
+from rotorsim.discrepancy.outcome.findings import Findings, IdentifiedEffect
 from rotorsim.discrepancy.outcome.machine_file import extended
 from rotorsim.discrepancy.search.candidates import candidates
 from rotorsim.discrepancy.twin.twin import Twin
@@ -44,7 +44,7 @@ def test_every_film_is_calibrated_by_itself():
 
 
 def test_a_film_s_own_effect_and_calibration_are_written_with_its_bearing():
-    blocked = Found("weak_injector", "", {"injector": 3.0, "blocked": 0.4, "bearing": 1.0}, {}, ())
+    blocked = IdentifiedEffect("weak_injector", "", {"injector": 3.0, "blocked": 0.4, "bearing": 1.0}, {}, ())
     machine = spindle()
     written = extended(found(machine, [blocked], {"clearance_growth.1.temperature": (8.0, 0.6)}.items()))
     (injector,), (grown,) = written.effects["weak_injector"], written.effects["clearance_growth"]

@@ -62,9 +62,9 @@ def test_a_loaded_diagnosis_is_saved_again_as_it_was(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_computed_diagnosis_is_the_same_when_it_is_loaded(machine, workshop, recorded, tmp_path):
+def test_a_computed_diagnosis_is_the_same_when_it_is_loaded(machine, models, recorded, tmp_path):
     records, _ = recorded(("coupling.force_2x",), 4)
-    found = diagnose(machine, records, effects=("coupling", "runout"), workshop=workshop)
+    found = diagnose(machine, records, effects=("coupling", "runout"), models=models)
     save_diagnosis(found, tmp_path)
     again = load_diagnosis(tmp_path)
     again.report(tmp_path / "again.html")

@@ -8,7 +8,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import diagnose
 from rotorsim.discrepancy.blind_test.hide import draw
 from rotorsim.discrepancy.data.sweeps import RATE, make_sweeps, ramp, rate_notes, track
-from rotorsim.discrepancy.residuals.comparison import Point
+from rotorsim.discrepancy.residuals.comparison import ParameterPoint
 from rotorsim.discrepancy.residuals.floor import repeat_scatter
 from rotorsim.discrepancy.runup_diagnosis import simulated
 
@@ -80,7 +80,7 @@ def test_run_up_vectors_without_a_stated_accuracy_are_never_free_of_disagreement
     parts = make_sweeps(table(np.zeros((len(SPEEDS), 3, 2)), np.zeros((len(SPEEDS), 3, 2)), rate=40.0), "t", False)
     vectors = np.zeros((len(SPEEDS), 3, 2), complex)
     for part in parts:
-        lines = simulated(truth_plant, part, Point())[0, :, 1:].reshape(2, 3, -1)
+        lines = simulated(truth_plant, part, ParameterPoint())[0, :, 1:].reshape(2, 3, -1)
         vectors[np.isin(SPEEDS, part.speeds)] = lines.transpose(2, 1, 0)
     given = table(np.abs(vectors), -np.angle(vectors), rate=40.0)
     found = diagnose(machine, [given], effects=["coupling"])

@@ -27,7 +27,7 @@ REPEATED = (1, 4)
 
 
 @dataclass(frozen=True)
-class Planned:
+class PlannedRecord:
     """Planned record: file name, role, experiment, noise seed number."""
 
     name: str
@@ -36,15 +36,16 @@ class Planned:
     noise: int
 
 
-def campaign(machine: Machine) -> tuple[Planned, ...]:
+def campaign(machine: Machine) -> tuple[PlannedRecord, ...]:
     """Planned records of the standard campaign for a machine."""
-    plan: list[Planned] = []
+    plan: list[PlannedRecord] = []
     for role, points in POINTS.items():
         for i, (hertz, pressure, amplitude) in enumerate(points):
             one = _experiment(machine, hertz, pressure, amplitude, len(plan))
-            plan.append(Planned(f"{role}_{i + 1}", role, one, len(plan)))
+            plan.append(PlannedRecord(f"{role}_{i + 1}", role, one, len(plan)))
     repeats = [
-        Planned(f"{plan[i].name}_repeat", "fit", plan[i].experiment, len(plan) + k) for k, i in enumerate(REPEATED)
+        PlannedRecord(f"{plan[i].name}_repeat", "fit", plan[i].experiment, len(plan) + k)
+        for k, i in enumerate(REPEATED)
     ]
     return (*plan, *repeats)
 

@@ -6,13 +6,13 @@ import numpy as np
 
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.groups import EXCITED
-from rotorsim.discrepancy.residuals.comparison import Comparison
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
 
 UNLIKE, FOREIGN = 0.5, 0.8
 """Shares of the response that stay unexplained: from the first nothing is named, from the second it is refused."""
 
 
-def unexplained(comparison: Comparison, fitted: np.ndarray) -> float:
+def unexplained(comparison: TwinComparison, fitted: np.ndarray) -> float:
     """Fraction of the measured response to excitation not explained by a prediction (n,) [m]; 0 if unexcited.
 
     Orders of the shaft do not count: a missing force may well be larger than what the unbalance does.
@@ -23,7 +23,7 @@ def unexplained(comparison: Comparison, fitted: np.ndarray) -> float:
     return float(np.linalg.norm(y - f)) / max(float(np.linalg.norm(y)), 1e-300)
 
 
-def check_after(comparison: Comparison, fitted: np.ndarray) -> list[str]:
+def check_after(comparison: TwinComparison, fitted: np.ndarray) -> list[str]:
     """Warnings for a poorly matching machine; raises DataError if the records cannot be this machine's."""
     share = unexplained(comparison, fitted)
     if share < UNLIKE:

@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from rotorsim.discrepancy.fit.calibration import LAW, MESH, calibration
-from rotorsim.discrepancy.fit.least_squares import Fit, fit, singular_directions
+from rotorsim.discrepancy.fit.least_squares import ParameterFit, fit, singular_directions
 from rotorsim.discrepancy.fit.parameters import DIRECTIONS, FitParameter
 from rotorsim.discrepancy.fit.stiffness_scan import nearest
-from rotorsim.discrepancy.residuals.comparison import Comparison
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
 from rotorsim.discrepancy.residuals.floor import TOLERANCE
 from rotorsim.discrepancy.residuals.localise import flagged, table
 from rotorsim.discrepancy.twin.sensitivity_cache import columns
@@ -24,12 +24,12 @@ ROUGH = 0.02
 
 
 def recalibrate(
-    comparison: Comparison,
+    comparison: TwinComparison,
     fine: Twin | None,
     tolerance: float = TOLERANCE,
     progress: Callable[[], None] = lambda: None,
     law: tuple[Twin, Mapping[FitParameter, float]] | None = None,
-) -> Fit:
+) -> ParameterFit:
     """Fit the calibration parameters; sets the comparison's noise floor and discretisation correction."""
     points = len({(round(t.speed, 1), round(t.pressure, -3)) for t in comparison.trials})
     parameters: tuple[FitParameter, ...] = calibration(comparison.twin, points)
@@ -48,13 +48,13 @@ def recalibrate(
     return fit(comparison, rough.point, parameters, J, progress=progress)
 
 
-def null_vectors(there: Fit, parameters: Sequence[FitParameter]) -> list[dict[str, float]]:
+def null_vectors(there: ParameterFit, parameters: Sequence[FitParameter]) -> list[dict[str, float]]:
     """Combinations of calibration parameters that the records do not determine; Jacobian at the point."""
     free = [k for k in parameters if not k.trend and k not in (MESH, LAW)]
     return singular_directions(there.J[:, [there.parameters.index(k) for k in free]], free)
 
 
-def closer(comparison: Comparison, rough: Fit, progress: Callable[[], None]) -> Fit:
+def closer(comparison: TwinComparison, rough: ParameterFit, progress: Callable[[], None]) -> ParameterFit:
     """Continue a fit that ended far from the records with new Jacobians, as long as the misfit falls."""
     for _ in range(MOST_REPEATS):
         if not flagged(table(comparison, rough.residual)):
@@ -68,7 +68,7 @@ def closer(comparison: Comparison, rough: Fit, progress: Callable[[], None]) -> 
     return rough
 
 
-def strained(base: Fit) -> list[str]:
+def strained(base: ParameterFit) -> list[str]:
     """Names of the machine's calibration parameters that a fit has moved to their limits or beyond their priors.
 
     Not those that shift the data alone, nor trends.
@@ -83,7 +83,9 @@ def strained(base: Fit) -> list[str]:
     return found
 
 
-def relinearised(comparison: Comparison, base: Fit, progress: Callable[[], None] = lambda: None) -> Fit:
+def relinearised(
+    comparison: TwinComparison, base: ParameterFit, progress: Callable[[], None] = lambda: None
+) -> ParameterFit:
     """Repeat a fit with the Jacobian at its own solution."""
     J = comparison.jacobian(base.point, base.parameters, progress=progress)
     return fit(comparison, base.point, base.parameters, J, base.residual, steps=3, progress=progress)

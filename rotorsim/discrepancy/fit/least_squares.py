@@ -17,7 +17,7 @@ import numpy as np
 
 from rotorsim.discrepancy.fit.parameters import FitParameter, within
 from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
-from rotorsim.discrepancy.residuals.comparison import Comparison, Point
+from rotorsim.discrepancy.residuals.comparison import ParameterPoint, TwinComparison
 
 MOST_STEPS, MOST_DAMPING = 8, 1e4
 ENOUGH = 1.0
@@ -25,11 +25,11 @@ ENOUGH = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class ParameterFit:
     """Result of a fit: point, whitened residual (n,), Jacobian (n, k) there, sum of squares with priors."""
 
     parameters: tuple[FitParameter, ...]
-    point: Point
+    point: ParameterPoint
     residual: np.ndarray
     J: np.ndarray
     cost: float
@@ -65,14 +65,14 @@ def step_of(J: np.ndarray, r: np.ndarray, v: np.ndarray, p: np.ndarray, damping:
 
 
 def fit(
-    comparison: Comparison,
-    point: Point,
+    comparison: TwinComparison,
+    point: ParameterPoint,
     parameters: Sequence[FitParameter],
     J: np.ndarray,
     residual: np.ndarray | None = None,
     steps: int = MOST_STEPS,
     progress: Callable[[], None] | None = None,
-) -> Fit:
+) -> ParameterFit:
     """Fit parameters from the start `point` with the Jacobian J (n, k) there; ends where a step has no answer."""
     parameters, J = tuple(parameters), J.copy()
     p = prior_rows(parameters)
@@ -108,7 +108,7 @@ def fit(
         damping = damping * 0.3 if share == 1.0 else damping * 10
         if done:
             break
-    return Fit(parameters, point, r, J, cost)
+    return ParameterFit(parameters, point, r, J, cost)
 
 
 def singular_directions(

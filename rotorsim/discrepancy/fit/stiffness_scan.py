@@ -11,18 +11,20 @@ from collections.abc import Callable
 import numpy as np
 
 from rotorsim.discrepancy.fit.parameters import FitParameter
-from rotorsim.discrepancy.residuals.comparison import Comparison, Point
+from rotorsim.discrepancy.residuals.comparison import ParameterPoint, TwinComparison
 
 KEY = "shaft_stiffness"
 REACH, STEPS, FINER = 2.5, 21, 2
 """Scan to so many standard deviations of the prior, in so many steps, and refine so many times."""
 
 
-def nearest(comparison: Comparison, parameters: tuple[FitParameter, ...], progress: Callable[[], None]) -> Point:
+def nearest(
+    comparison: TwinComparison, parameters: tuple[FitParameter, ...], progress: Callable[[], None]
+) -> ParameterPoint:
     """Point with the shaft stiffness that best fits the excited lines; origin for a machine without it."""
     parameter = next((k for k in parameters if k.key == KEY), None)
     if parameter is None:
-        return Point()
+        return ParameterPoint()
     layout = comparison.layout
     bands = [i for i, name in enumerate(layout.groups) if name.endswith("band") or name == "resonance"]
     counted = np.isin(layout.group, bands) & (layout.frequency > 0)
@@ -34,10 +36,10 @@ def nearest(comparison: Comparison, parameters: tuple[FitParameter, ...], progre
         for value in values:
             v = float(np.round(np.clip(value, parameter.low, parameter.high), 6))
             if v not in tried:
-                r = (comparison.measured - comparison.predict(Point({parameter: v})))[counted]
+                r = (comparison.measured - comparison.predict(ParameterPoint({parameter: v})))[counted]
                 tried[v] = float(r @ r)
                 progress()
         best = min(tried, key=lambda v: (tried[v], v))
         gap = abs(values[1] - values[0]) / 3
         values = best + gap * np.array([-1.0, 1.0])
-    return Point({parameter: best}) if best else Point()
+    return ParameterPoint({parameter: best}) if best else ParameterPoint()

@@ -21,11 +21,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rotorsim.base.rounding import normal_root
-from rotorsim.discrepancy.fit.least_squares import Fit, fit as again, prior_rows
+from rotorsim.discrepancy.fit.least_squares import ParameterFit, fit as again, prior_rows
 from rotorsim.discrepancy.linear_algebra import answer
 
 if TYPE_CHECKING:
-    from rotorsim.discrepancy.residuals.comparison import Comparison
+    from rotorsim.discrepancy.residuals.comparison import TwinComparison
 
 MOST_ROUNDS = 4
 STILL = 0.25
@@ -33,7 +33,7 @@ STILL = 0.25
 deviation."""
 
 
-def finished(comparison: Comparison, fit: Fit, progress: Callable[[], None] | None = None) -> Fit:
+def finished(comparison: TwinComparison, fit: ParameterFit, progress: Callable[[], None] | None = None) -> ParameterFit:
     """Converged fit with central-difference Jacobians at its own point, the last one included."""
     for number in range(MOST_ROUNDS):
         fit = replace(fit, J=comparison.jacobian(fit.point, fit.parameters, progress=progress, central=True))
@@ -43,14 +43,14 @@ def finished(comparison: Comparison, fit: Fit, progress: Callable[[], None] | No
     return fit
 
 
-def fall(fit: Fit) -> float:
+def fall(fit: ParameterFit) -> float:
     """Predicted decrease of the sum of squares with priors in a Gauss-Newton step."""
     size, J, H = scaled(fit)
     g = J.T @ fit.residual - prior_rows(fit.parameters) ** 2 * fit.vector / size
     return float(np.sum((g @ answer(normal_root, H)) ** 2))
 
 
-def scaled(fit: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def scaled(fit: ParameterFit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Scales (k,) of the fit parameters, and Jacobian (n, k) and Hessian with priors (k, k) in these scales."""
     p = prior_rows(fit.parameters)
     size = np.sqrt(np.sum(fit.J**2, axis=0) + p**2)
@@ -59,7 +59,7 @@ def scaled(fit: Fit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return size, J, J.T @ J + np.diag((p / size) ** 2)
 
 
-def covariance(fit: Fit, record: np.ndarray) -> np.ndarray:
+def covariance(fit: ParameterFit, record: np.ndarray) -> np.ndarray:
     """Covariance (k, k) of the fit parameters; record (n,) is the record number of each value."""
     size, J, H = scaled(fit)
     root = answer(normal_root, H)

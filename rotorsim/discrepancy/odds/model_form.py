@@ -93,7 +93,7 @@ def model_form(layout: Layout, trials: Sequence[Trial], size: np.ndarray) -> Mod
 
 
 @dataclass(frozen=True, eq=False)
-class Lines:
+class LinePlaces:
     """Frequency [Hz] and number of the operating point of every number (n,); points (p, 2) in `SPEED` and `PRESSURE`.
 
     `has_rows`: whether some are rows of vectors, each of which is a point; otherwise every record is one.
@@ -105,7 +105,7 @@ class Lines:
     has_rows: bool
 
 
-def lines_of(layout: Layout, trials: Sequence[Trial]) -> Lines:
+def lines_of(layout: Layout, trials: Sequence[Trial]) -> LinePlaces:
     """Where the numbers of a comparison lie."""
     frequency, point, points = layout.frequency.copy(), np.zeros(len(layout.record), int), list[tuple[float, float]]()
     for i, trial in enumerate(trials):
@@ -118,7 +118,7 @@ def lines_of(layout: Layout, trials: Sequence[Trial]) -> Lines:
             order, row = np.divmod(layout.frequency[lines].astype(int) - 1, rows)
             point[lines] += row
             frequency[lines] = np.array(trial.orders)[order] * np.abs(speeds[row]) / (2 * np.pi)
-    return Lines(frequency, point, np.array(points), any(t.orders for t in trials))
+    return LinePlaces(frequency, point, np.array(points), any(t.orders for t in trials))
 
 
 def near(points: np.ndarray, smooth: bool = False) -> np.ndarray:

@@ -19,7 +19,7 @@ from math import comb
 
 import numpy as np
 
-from rotorsim.discrepancy.fit.least_squares import Fit
+from rotorsim.discrepancy.fit.least_squares import ParameterFit
 from rotorsim.discrepancy.odds.evidence import (
     likely_sizes,
     log_evidence,
@@ -30,9 +30,9 @@ from rotorsim.discrepancy.odds.evidence import (
 )
 from rotorsim.discrepancy.odds.explanation import NOTHING, Explanation
 from rotorsim.discrepancy.odds.model_form import ModelForm, model_form, whitened_size
-from rotorsim.discrepancy.residuals.comparison import Comparison
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
 from rotorsim.discrepancy.search.indistinguishable import class_of
-from rotorsim.discrepancy.search.search import Hypothesis, Search
+from rotorsim.discrepancy.search.search import EffectSearch, Hypothesis
 
 TEMPERATURE = 4.0
 """T of the formula above. With it and `ELSE` 35 hidden cases for tuning had a Brier score of .02, with 1 one of .10."""
@@ -50,9 +50,13 @@ NARROWED = 0.3
 
 
 def odds(
-    comparison: Comparison, base: Fit, search: Search | None, tried: Iterable[Hypothesis], unsteady: float = 0.0,
+    comparison: TwinComparison,
+    base: ParameterFit,
+    search: EffectSearch | None,
+    tried: Iterable[Hypothesis],
+    unsteady: float = 0.0,
     temperature: float = TEMPERATURE,
-) -> tuple[Explanation, ...]:  # fmt: skip
+) -> tuple[Explanation, ...]:
     """Explanations by falling probability; those that no record distinguishes are one.
 
     `tried` are those re-fitted with the plant; `unsteady` is the excess sum of squares of what does not repeat from
@@ -60,7 +64,7 @@ def odds(
     """
     whole = whitened_size(comparison.layout, comparison.predict(base.point), comparison.sigma)
     form = model_form(comparison.layout, comparison.trials, whole)
-    rest = Rest(_line_numbers(comparison), unsteady, temperature)
+    rest = BeyondCatalogue(_line_numbers(comparison), unsteady, temperature)
     none, *unknown = _of_fit(form, base, (), rest)
     known = {f.key for f in search.forms} if search is not None else set()
     fitted = {h.keys: h for h in sorted(tried, key=lambda h: -h.fit.cost) if h.forms and not h.failed}
@@ -82,7 +86,7 @@ def odds(
 
 
 @dataclass(frozen=True, eq=False)
-class Rest:
+class BeyondCatalogue:
     """What shows something beyond the catalogue: line numbers (n,), excess that does not repeat, temperature."""
 
     lines: np.ndarray
@@ -90,7 +94,7 @@ class Rest:
     temperature: float
 
 
-def _of_fit(form: ModelForm, fit: Fit, keys: tuple[str, ...], rest: Rest) -> list[Explanation]:
+def _of_fit(form: ModelForm, fit: ParameterFit, keys: tuple[str, ...], rest: BeyondCatalogue) -> list[Explanation]:
     """A fitted explanation, and the same with something else on top of it."""
     origin, sd = fit.residual + fit.J @ fit.vector, prior_sizes(fit.parameters, fit.vector)
     found = log_evidence(form, origin, fit.J, sd, rest.temperature)
@@ -104,7 +108,7 @@ def _of_fit(form: ModelForm, fit: Fit, keys: tuple[str, ...], rest: Rest) -> lis
 
 
 def _linear(
-    form: ModelForm, base: Fit, search: Search, done: set[tuple[str, ...]], temperature: float
+    form: ModelForm, base: ParameterFit, search: EffectSearch, done: set[tuple[str, ...]], temperature: float
 ) -> list[Explanation]:
     """Single effects that were not re-fitted, by their sensitivities; of an effect and its options the mean."""
     origin = base.residual + base.J @ base.vector
@@ -137,7 +141,7 @@ def _prior(e: Explanation, forms: int) -> float:
     return PRIORS[size] / max(comb(forms, size), 1) * (ELSE if e.beyond else 1.0)
 
 
-def _line_numbers(comparison: Comparison) -> np.ndarray:
+def _line_numbers(comparison: TwinComparison) -> np.ndarray:
     """Number (n,) of the line of a record's channel that each value is of; real and imaginary part are of one."""
     layout = comparison.layout
     parts = np.stack([layout.record, layout.channel, np.round(1e3 * layout.frequency), layout.drift])

@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from rotorsim.discrepancy.fit.least_squares import Fit
+from rotorsim.discrepancy.fit.least_squares import ParameterFit
 from rotorsim.discrepancy.linear_algebra import answer
 from rotorsim.discrepancy.odds.evidence import prior_sizes
 from rotorsim.discrepancy.odds.model_form import ModelForm
 
 
-def posterior_root(form: ModelForm, fit: Fit, error: float, temperature: float) -> np.ndarray:
+def posterior_root(form: ModelForm, fit: ParameterFit, error: float, temperature: float) -> np.ndarray:
     """Root R (k, k) of the covariance R R' of a fit's parameters [their units].
 
     Parameters

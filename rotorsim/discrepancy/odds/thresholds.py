@@ -14,7 +14,7 @@ from dataclasses import replace
 from rotorsim.discrepancy.odds.explanation import SURE, Explanation
 from rotorsim.discrepancy.search.indistinguishable import class_of
 from rotorsim.discrepancy.search.search import A_FIFTH, Hypothesis
-from rotorsim.discrepancy.search.verdict import Verdict
+from rotorsim.discrepancy.search.verdict import SearchVerdict
 
 RIVAL = 0.01
 """Probability from which an explanation is a rival of a tie."""
@@ -22,7 +22,7 @@ LIKELY = 0.5
 """Probability of something beyond the catalogue from which no name is given."""
 
 
-def by_odds(verdict: Verdict, odds: Sequence[Explanation], known: Iterable[str]) -> Verdict:
+def by_odds(verdict: SearchVerdict, odds: Sequence[Explanation], known: Iterable[str]) -> SearchVerdict:
     """The verdict of a search as the odds have it; unchanged where there are none."""
     if not odds:
         return verdict
@@ -35,11 +35,11 @@ def by_odds(verdict: Verdict, odds: Sequence[Explanation], known: Iterable[str])
     return _most_probable_part(verdict, odds, set(known)) if verdict.status == "partial" else verdict
 
 
-def _partial(verdict: Verdict) -> Verdict:
+def _partial(verdict: SearchVerdict) -> SearchVerdict:
     return replace(verdict, status="partial", rivals=())
 
 
-def _most_probable_part(verdict: Verdict, odds: Sequence[Explanation], known: set[str]) -> Verdict:
+def _most_probable_part(verdict: SearchVerdict, odds: Sequence[Explanation], known: set[str]) -> SearchVerdict:
     """A partial explanation by the effects that are most probable, with something beyond the catalogue or without."""
     first = max((e for e in odds if e.effects), key=lambda e: e.probability, default=None)
     own = () if first is None else (first.effects, *first.alike)
@@ -50,7 +50,7 @@ def _most_probable_part(verdict: Verdict, odds: Sequence[Explanation], known: se
     return replace(verdict, best=best, rivals=(), classes=tuple(class_of(key, known) for key in best.keys))
 
 
-def _of_names(verdict: Verdict, best: Hypothesis, odds: Sequence[Explanation], known: set[str]) -> Verdict:
+def _of_names(verdict: SearchVerdict, best: Hypothesis, odds: Sequence[Explanation], known: set[str]) -> SearchVerdict:
     """A name or a tie of the hypotheses that the search has accepted."""
     accepted = sorted((best, *verdict.rivals), key=lambda h: -probability_of(h.keys, odds))
     first, p = accepted[0], probability_of(accepted[0].keys, odds)
@@ -60,7 +60,7 @@ def _of_names(verdict: Verdict, best: Hypothesis, odds: Sequence[Explanation], k
     return replace(verdict, status="tie" if several else "named", best=first, rivals=tuple(others), classes=classes)
 
 
-def joined_classes(odds: Sequence[Explanation], verdict: Verdict) -> tuple[Explanation, ...]:
+def joined_classes(odds: Sequence[Explanation], verdict: SearchVerdict) -> tuple[Explanation, ...]:
     """The odds with the members of the found effects' classes as one: some are known once the size is found."""
     if verdict.best is None:
         return tuple(odds)
@@ -83,6 +83,3 @@ def joined_classes(odds: Sequence[Explanation], verdict: Verdict) -> tuple[Expla
 def probability_of(keys: tuple[str, ...], odds: Sequence[Explanation]) -> float:
     """Probability of an explanation by its effects, as one of a class or alone."""
     return next((e.probability for e in odds if not e.beyond and keys in (e.effects, *e.alike)), 0.0)
-
-
-__all__ = ["by_odds", "joined_classes"]

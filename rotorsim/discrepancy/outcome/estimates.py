@@ -6,17 +6,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rotorsim.discrepancy.fit.least_squares import Fit
+from rotorsim.discrepancy.fit.least_squares import ParameterFit
 from rotorsim.discrepancy.fit.parameters import FitParameter, contributions, lobes, setting, wave
 from rotorsim.discrepancy.fit.uncertainty import sd_of_polar
-from rotorsim.discrepancy.outcome.findings import Found
+from rotorsim.discrepancy.outcome.findings import IdentifiedEffect
 from rotorsim.discrepancy.search.candidates import Form
-from rotorsim.discrepancy.search.search import Hypothesis, Search
+from rotorsim.discrepancy.search.search import EffectSearch, Hypothesis
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.effects.base import WHERE
 
 
-def found_of(twin: Twin, form: Form, fit: Fit, V: np.ndarray, tie_class: tuple[str, ...]) -> Found:
+def found_of(twin: Twin, form: Form, fit: ParameterFit, V: np.ndarray, tie_class: tuple[str, ...]) -> IdentifiedEffect:
     """Estimated parameters of a form with standard deviations, as in its table of the machine file."""
     own = {k: fit.point.values.get(k, 0.0) for k in (*form.parameters, *form.refine)}
     absolute = setting(twin, contributions(own, 0.0, 0.0), form.fixed)
@@ -41,16 +41,18 @@ def found_of(twin: Twin, form: Form, fit: Fit, V: np.ndarray, tie_class: tuple[s
     for parameter in (*form.parameters, *form.refine):
         if "~" not in parameter.key and parameter in at:
             sd[parameter.key.split(".")[2]] = float(np.sqrt(V[at[parameter], at[parameter]]))
-    return Found(form.effect, form.key, parameters, sd, tie_class)
+    return IdentifiedEffect(form.effect, form.key, parameters, sd, tie_class)
 
 
-def calibration_of(fit: Fit, V: np.ndarray, parameters: Sequence[FitParameter]) -> dict[str, tuple[float, float]]:
+def calibration_of(
+    fit: ParameterFit, V: np.ndarray, parameters: Sequence[FitParameter]
+) -> dict[str, tuple[float, float]]:
     """Calibration parameters and standard deviations by name; V (k, k) is the covariance of all parameters."""
     at = {k: i for i, k in enumerate(fit.parameters)}
     return {k.name: (fit.point.values.get(k, 0.0), float(np.sqrt(V[at[k], at[k]]))) for k in parameters}
 
 
-def evidence_of(base: Fit, best: Hypothesis | None, search: Search | None) -> dict[str, float]:
+def evidence_of(base: ParameterFit, best: Hypothesis | None, search: EffectSearch | None) -> dict[str, float]:
     """Sums of squares and excess misfit before and with the effect."""
     evidence = {"chi2_calibrated": base.chi2, "numbers": float(len(base.residual))}
     if search is not None:

@@ -13,7 +13,7 @@ from rotorsim.discrepancy.outcome.machine_file import difference
 from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.discrepancy.outcome.stored import AGAIN, from_bytes, to_bytes
 from rotorsim.discrepancy.outcome.stored_plan import StoredPlan
-from rotorsim.discrepancy.plan.plan import Plan
+from rotorsim.discrepancy.plan.plan import ExperimentPlan
 from rotorsim.machine import Machine, load_machine, shipped_machines
 
 RESULTS = {
@@ -67,7 +67,7 @@ def save_diagnosis(diagnosis: Diagnosis, folder: str | Path, report: bool = True
     return {kind: str(out / name) for kind, name in written.items()}
 
 
-def write_plan(folder: Path, plan: Plan | StoredPlan, machine: Machine) -> str:
+def write_plan(folder: Path, plan: ExperimentPlan | StoredPlan, machine: Machine) -> str:
     """Write the plan of the next experiment and return its text.
 
     It names the new machine file where there is one, else the machine as it is believed to be: a shipped one by its

@@ -16,7 +16,7 @@ CLOCK = "clock of "
 
 
 @dataclass(frozen=True)
-class Found:
+class IdentifiedEffect:
     """Identified effect: name, form, table of parameters for the machine file (SI), standard deviations."""
 
     effect: str
@@ -39,7 +39,7 @@ class Findings:
 
     status: str
     machine: Machine
-    effects: tuple[Found, ...]
+    effects: tuple[IdentifiedEffect, ...]
     ties: tuple[tuple[str, ...], ...]
     calibration: dict[str, tuple[float, float]]
     evidence: dict[str, float]

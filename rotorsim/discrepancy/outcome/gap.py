@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rotorsim.discrepancy.residuals.comparison import Comparison, Point
+from rotorsim.discrepancy.residuals.comparison import ParameterPoint, TwinComparison
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 STAGES = ("nominal", "re-calibrated", "with effect", "floor")
 
 
-def rms(comparison: Comparison, vector: np.ndarray) -> np.ndarray:
+def rms(comparison: TwinComparison, vector: np.ndarray) -> np.ndarray:
     """Time-domain rms (records, 2) [m] of a data vector (n,) [m], from its mean and lines; over all rows of vectors."""
     layout = comparison.layout
     power = np.where(layout.frequency == 0, vector**2, vector**2 / 2)
@@ -24,7 +24,7 @@ def rms(comparison: Comparison, vector: np.ndarray) -> np.ndarray:
     return np.sqrt(out)
 
 
-def gap_of(comparison: Comparison, points: list[Point | None]) -> np.ndarray:
+def gap_of(comparison: TwinComparison, points: list[ParameterPoint | None]) -> np.ndarray:
     """Gap (records, 2, stages) [m] at fitted points; None repeats the previous stage; the last is the floor."""
     out, last = [], np.zeros(0)
     for point in points:
@@ -43,7 +43,7 @@ def gap_of(comparison: Comparison, points: list[Point | None]) -> np.ndarray:
     return np.stack(out, axis=2)
 
 
-def gap_dataset(parts: dict[str, tuple[Comparison, np.ndarray]]) -> xr.Dataset:
+def gap_dataset(parts: dict[str, tuple[TwinComparison, np.ndarray]]) -> xr.Dataset:
     """Gaps of all records as a Dataset: gap(record, axis, stage) [m] with role and operating point.
 
     Of a single probe x holds its reading, and y is NaN.
@@ -79,6 +79,3 @@ def reduction(dataset: xr.Dataset, role: str = "untouched") -> float:
     squares = np.nansum(chosen**2, axis=(0, 1))
     before, after = squares[1] - squares[3], squares[2] - squares[3]
     return float(1 - np.sqrt(max(after, 0.0) / before)) if before > 0 else 0.0
-
-
-__all__ = ["STAGES", "gap_dataset", "gap_of", "reduction", "rms"]

@@ -18,7 +18,7 @@ import tomlkit
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import quantities
 from rotorsim.base.units import show
-from rotorsim.discrepancy.outcome.findings import CLOCK, Findings, Found
+from rotorsim.discrepancy.outcome.findings import CLOCK, Findings, IdentifiedEffect
 from rotorsim.discrepancy.twin.instrumented import of_each_film, own_tables
 from rotorsim.discrepancy.twin.twin import of_axis, of_bearing
 from rotorsim.effects import REGISTRY, Effect
@@ -84,7 +84,7 @@ def difference(before: Machine, after: Machine) -> str:
     return "\n".join(unified_diff(old, new, "before", "after", lineterm=""))
 
 
-def _comments(diagnosis: Findings, found: Found) -> list[str]:
+def _comments(diagnosis: Findings, found: IdentifiedEffect) -> list[str]:
     known = quantities(REGISTRY[found.effect])
     lines = [f"{FOUND}, verdict: {diagnosis.status}; data {diagnosis.data_hash}"]
     lines += [f"{p} +- {_rough(sd, known[p].unit)} (one standard deviation)" for p, sd in found.sd.items()]

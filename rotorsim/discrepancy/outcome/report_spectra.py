@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from rotorsim.discrepancy.data.spectra import Trial
-from rotorsim.discrepancy.residuals.comparison import Comparison, Point
+from rotorsim.discrepancy.residuals.comparison import ParameterPoint, TwinComparison
 
 
-def spectra_of(comparison: Comparison, points: list[Point | None]) -> list[dict[str, Any]]:
+def spectra_of(comparison: TwinComparison, points: list[ParameterPoint | None]) -> list[dict[str, Any]]:
     """For each record: frequencies [Hz] and magnitudes [m] (2, lines) of measurement, residuals, floor.
 
     Of vectors also orders, speeds (rows,) [rad/s] and complex amplitudes (2, orders, rows) [m], measured and simulated.

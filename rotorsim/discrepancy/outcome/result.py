@@ -12,7 +12,7 @@ from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.base.reported import Reported
-from rotorsim.discrepancy.loop.steps import Steps
+from rotorsim.discrepancy.loop.steps import DecisionSteps
 from rotorsim.discrepancy.odds.explanation import (
     LEAST_SHOWN,
     NOT_IN_CATALOGUE,
@@ -26,8 +26,8 @@ from rotorsim.discrepancy.outcome.gap import reduction
 from rotorsim.discrepancy.outcome.machine_file import extended
 from rotorsim.discrepancy.plan.allowed import check_allowed
 from rotorsim.discrepancy.plan.expected import entropy
-from rotorsim.discrepancy.plan.plan import Plan
-from rotorsim.discrepancy.residuals.localise import Flag
+from rotorsim.discrepancy.plan.plan import ExperimentPlan
+from rotorsim.discrepancy.residuals.localise import Misfit
 from rotorsim.machine import Machine
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ WITHIN_FORM = (
 )
 EXCLUDED = 0.01
 """Probability below which an explanation counts as excluded."""
-Planner = Callable[[Iterable[str], float, float], Plan]
+Planner = Callable[[Iterable[str], float, float], ExperimentPlan]
 """Plans experiments by what may change and the minutes that one may take."""
 NO_ACCURACY = (
     "nothing states how exact the records are: they may agree or be too coarse to disagree; give accuracy (a "
@@ -68,7 +68,7 @@ NOTHING_BEYOND = (
 class Diagnosis(Shown, Findings, Reported):
     """Result of `diagnose`."""
 
-    localisation: tuple[Flag, ...]
+    localisation: tuple[Misfit, ...]
     unknown: dict[str, Any]
     gap: xr.Dataset
     notes: tuple[str, ...]
@@ -78,11 +78,11 @@ class Diagnosis(Shown, Findings, Reported):
     """Explanations with their probabilities and evidence, the most probable first."""
     priors: Mapping[str, str] = field(default_factory=dict, repr=False)
     """Prior standard deviation of the size of every candidate, with its unit."""
-    planned: Plan | None = None
+    planned: ExperimentPlan | None = None
     """The next experiments, where they were asked for."""
     planner: Planner | None = field(default=None, repr=False)
     """What plans further experiments; a diagnosis that was stored has none."""
-    steps: Steps | None = None
+    steps: DecisionSteps | None = None
     """Odds after each step of a loop of diagnoses and experiments."""
 
     @property
@@ -106,7 +106,7 @@ class Diagnosis(Shown, Findings, Reported):
             return False
         return bool(self.explanations) and (self.status == "tie" or max(self.odds.values()) < SURE)
 
-    def plan(self, allow: Iterable[str] = (), budget: float = np.inf, sure: float = SURE) -> Plan:
+    def plan(self, allow: Iterable[str] = (), budget: float = np.inf, sure: float = SURE) -> ExperimentPlan:
         """Experiments that may come next, the best first.
 
         Parameters

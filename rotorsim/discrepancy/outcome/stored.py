@@ -21,7 +21,7 @@ from rotorsim.base.exchange.archive import ArchiveError, read_archive
 from rotorsim.base.exchange.plain_data import from_plain, to_plain
 from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.discrepancy.outcome.stored_plan import StoredPlan
-from rotorsim.discrepancy.plan.plan import Plan
+from rotorsim.discrepancy.plan.plan import ExperimentPlan
 from rotorsim.machine import Machine
 
 VERSION = 2
@@ -124,7 +124,7 @@ def _diagnosis(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> 
             raise ValueError(f"{field.name} is missing")
     if content["plan"] is not None:
         plan = from_plain(StoredPlan, content["plan"], arrays, "plan")
-        given["planned"] = cast(Plan, plan)  # has all of a plan that is shown
+        given["planned"] = cast(ExperimentPlan, plan)  # has all of a plan that is shown
     return Diagnosis(**given)
 
 
@@ -154,6 +154,3 @@ def _gap_from_plain(stored: Mapping[str, Any], arrays: Mapping[str, np.ndarray])
         made[name] = xr.Variable(one["dims"], values, one["attrs"])
     coords = {name: made.pop(name) for name in stored["coords"]}
     return xr.Dataset(made, coords, stored["attrs"])
-
-
-__all__ = ["from_bytes", "to_bytes"]

@@ -25,6 +25,3 @@ class StoredPlan:
     def campaign(self, *_: Any) -> str:
         """The best experiment as the plan of a campaign, of the machine that it was written for."""
         return self.toml
-
-
-__all__ = ["StoredPlan"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, fields, replace
 
-from rotorsim.discrepancy.outcome.findings import Found
+from rotorsim.discrepancy.outcome.findings import IdentifiedEffect
 from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine
@@ -16,7 +16,7 @@ FORCE = "equivalent force"
 
 
 @dataclass(frozen=True)
-class Located:
+class LocatedEffect:
     """An effect with the places where it acts; `role` is 'found', 'rival' or 'force'."""
 
     label: str
@@ -29,20 +29,20 @@ class Located:
         return f"{self.label.partition(' of ')[0]}: {' and '.join(place.name for place in self.places)}"
 
 
-def located(diagnosis: Diagnosis) -> tuple[Located, ...]:
+def located(diagnosis: Diagnosis) -> tuple[LocatedEffect, ...]:
     """Found effects, what is indistinguishable from them, and the equivalent force of what nothing explains."""
     machine, effects = diagnosis.machine, diagnosis.effects
-    out = [Located(f.form, "found", acting_places(machine, effect_of(f))) for f in effects]
+    out = [LocatedEffect(f.form, "found", acting_places(machine, effect_of(f))) for f in effects]
     keys = [key for found in effects for key in found.tie_class] + [key for tie in diagnosis.ties for key in tie]
     others = [key for key in dict.fromkeys(keys) if key not in {found.form for found in effects}]
     rivals = [(key, effect) for key in others if (effect := effect_of_key(machine, key)) is not None]
-    out += [Located(key, "rival", acting_places(machine, effect)) for key, effect in rivals]
+    out += [LocatedEffect(key, "rival", acting_places(machine, effect)) for key, effect in rivals]
     if diagnosis.unknown.get("lines"):
-        out.append(Located(FORCE, "force", (force_plane(machine),)))
+        out.append(LocatedEffect(FORCE, "force", (force_plane(machine),)))
     return tuple(one for one in out if one.places)
 
 
-def effect_of(found: Found) -> Effect:
+def effect_of(found: IdentifiedEffect) -> Effect:
     """The effect with the parameters that were found."""
     kind = REGISTRY[found.effect]
     return kind(**{f.name: found.parameters[f.name] for f in fields(kind) if f.name in found.parameters})
@@ -63,6 +63,3 @@ def effect_of_key(machine: Machine, key: str) -> Effect | None:
     if "bearing" in known and named:
         values["bearing"] = float(named[0])
     return replace(kind.neutral(machine, 0), **values)
-
-
-__all__ = ["FORCE", "Located", "effect_of", "effect_of_key", "located"]

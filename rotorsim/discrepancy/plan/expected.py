@@ -28,7 +28,7 @@ DRAWS = 48
 
 
 @dataclass(frozen=True)
-class Predicted:
+class PredictedResponse:
     """An explanation's response (n,) [m] in a new run and what leaves it open.
 
     spread : sensitivities times a root of the parameters' covariance (n, k) [m]
@@ -63,7 +63,7 @@ class Outlook:
 
 
 @dataclass(frozen=True)
-class Today:
+class CurrentOdds:
     """Odds before a run; with `rest` they sum to 1.
 
     odds : probabilities (k,) of the rivals
@@ -78,7 +78,7 @@ class Today:
     beyond: float = 0.0
 
     @classmethod
-    def of(cls, *odds: float) -> Today:
+    def of(cls, *odds: float) -> CurrentOdds:
         """Of rivals that name effects, with nothing left out."""
         return cls(np.array(odds), np.zeros(len(odds)), np.ones(len(odds), bool))
 
@@ -94,14 +94,14 @@ def entropy(p: np.ndarray) -> np.ndarray:
 
 
 def outlook(
-    today: Today, predicted: Sequence[Predicted], sigma: np.ndarray, temperature: float, seed: int = 0,
+    today: CurrentOdds, predicted: Sequence[PredictedResponse], sigma: np.ndarray, temperature: float, seed: int = 0,
     sure: float = SURE,
 ) -> Outlook:  # fmt: skip
     """What a new record should leave of the odds.
 
     Parameters
     ----------
-    today : Today
+    today : CurrentOdds
         Odds of k rivals, and of what is not followed.
     predicted : k explanations
     sigma : (n,)
@@ -119,8 +119,8 @@ def outlook(
         Where a covariance has no inverse.
     """
     rng = np.random.default_rng([seed, 22])
-    scaled = [Predicted(p.mean / sigma, p.spread / sigma[:, None], p.form / sigma[:, None]) for p in predicted]
-    densities = [Density.of(p, temperature) for p in scaled]
+    scaled = [PredictedResponse(p.mean / sigma, p.spread / sigma[:, None], p.form / sigma[:, None]) for p in predicted]
+    densities = [PredictiveDensity.of(p, temperature) for p in scaled]
     odds, whole = today.odds, today.odds + today.rest
     entropies, chances, truths = np.zeros(len(odds)), np.zeros(len(odds)), np.zeros(len(odds))
     for k, truth in enumerate(scaled):
@@ -137,20 +137,20 @@ def outlook(
     return Outlook(_expected(today, entropies), decided, of_effects, truths, chances)
 
 
-def _expected(today: Today, values: np.ndarray) -> float:
+def _expected(today: CurrentOdds, values: np.ndarray) -> float:
     """Mean over the truths (k,); what is not followed has that of the rivals which name effects."""
     others = _of_effects(today, values) if today.effects.any() else float(today.odds @ values / today.odds.sum())
     return float(today.odds @ values + today.rest.sum() * others)
 
 
-def _of_effects(today: Today, values: np.ndarray) -> float:
+def _of_effects(today: CurrentOdds, values: np.ndarray) -> float:
     """Mean over the truths (k,) that name effects; 0 if there are none."""
     named = today.odds * today.effects
     return float(named @ values / named.sum()) if named.any() else 0.0
 
 
 @dataclass(frozen=True)
-class Density:
+class PredictiveDensity:
     """Predictive density of a whitened record: mean (n,), what leaves it open S (n, k), its constant, temperature."""
 
     mean: np.ndarray
@@ -160,7 +160,7 @@ class Density:
     temperature: float
 
     @classmethod
-    def of(cls, p: Predicted, temperature: float) -> Density:
+    def of(cls, p: PredictedResponse, temperature: float) -> PredictiveDensity:
         """Of a prediction in standard deviations; raises NoAnswerError where it has none."""
         S = np.concatenate([p.form, p.spread / np.sqrt(temperature)], axis=1)
         inner = np.eye(S.shape[1]) + S.T @ S
@@ -177,7 +177,7 @@ class Density:
         return np.asarray(self.constant - 0.5 * q / self.temperature)
 
 
-def separation(predicted: Sequence[Predicted], sigma: np.ndarray) -> np.ndarray:
+def separation(predicted: Sequence[PredictedResponse], sigma: np.ndarray) -> np.ndarray:
     """Sums of squares (k, k) between the responses of explanations, each re-fitted to the other's mean."""
     out = np.zeros((len(predicted), len(predicted)))
     for k, p in enumerate(predicted):

@@ -26,13 +26,13 @@ from rotorsim.discrepancy.data.changes import ring_axes
 from rotorsim.discrepancy.data.groups import EXCITED, NAMES, Layout, make_layout
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.data.sweeps import Sweep
-from rotorsim.discrepancy.fit.least_squares import Fit
+from rotorsim.discrepancy.fit.least_squares import ParameterFit
 from rotorsim.discrepancy.fit.parameters import DIRECTIONS, FitParameter
 from rotorsim.discrepancy.odds.model_form import ModelForm, model_form, whitened_size
 from rotorsim.discrepancy.odds.odds import TEMPERATURE
 from rotorsim.discrepancy.odds.posterior import posterior_root
-from rotorsim.discrepancy.plan.expected import Predicted
-from rotorsim.discrepancy.residuals.comparison import LOST, Comparison, Point, simulate
+from rotorsim.discrepancy.plan.expected import PredictedResponse
+from rotorsim.discrepancy.residuals.comparison import LOST, ParameterPoint, TwinComparison, simulate
 from rotorsim.discrepancy.residuals.floor import floor
 from rotorsim.effects import REGISTRY
 
@@ -44,8 +44,8 @@ Columns = dict[tuple[int, str], np.ndarray]
 class Forecast:
     """Explanations by their fits and the relative error of the model's form that each leaves."""
 
-    comparison: Comparison
-    fits: Sequence[Fit]
+    comparison: TwinComparison
+    fits: Sequence[ParameterFit]
     errors: Sequence[float]
 
     @cached_property
@@ -72,7 +72,7 @@ class Forecast:
         found = [{acting: next(flat) for acting in points} for _ in trials]
         return [[own[self._acting(fit)] for fit in self.fits] for own in found]
 
-    def _acting(self, fit: Fit) -> tuple[Any, ...]:
+    def _acting(self, fit: ParameterFit) -> tuple[Any, ...]:
         """What a response follows from: values, and an effect's options where its size is not zero."""
         values = tuple(sorted((p.name, v) for p, v in fit.point.values.items() if v))
         own = {p.name for p in fit.parameters} - {p.name for p in self.fits[0].parameters}
@@ -104,11 +104,11 @@ class Forecast:
         return out
 
     @staticmethod
-    def _step(point: Point, p: FitParameter) -> float:
+    def _step(point: ParameterPoint, p: FitParameter) -> float:
         value = point.values.get(p, 0.0)
         return p.step if value + p.step <= p.high else -p.step
 
-    def _run(self, jobs: Sequence[tuple[Trial, Point]]) -> list[np.ndarray]:
+    def _run(self, jobs: Sequence[tuple[Trial, ParameterPoint]]) -> list[np.ndarray]:
         """Responses (n,) [m] of trials at points, on all threads of the comparison."""
         twin = self.comparison.twin
         twin.assembly  # noqa: B018  (built once, before threads)
@@ -117,7 +117,7 @@ class Forecast:
 
     def predicted(
         self, trial: Trial, means: Sequence[np.ndarray], columns: Columns, sigma: np.ndarray
-    ) -> list[Predicted]:
+    ) -> list[PredictedResponse]:
         """Predictions of all explanations in a trial whose numbers have the standard deviations sigma (n,) [m]."""
         layout = make_layout([trial])
         form = model_form(layout, [trial], whitened_size(layout, np.max(np.abs(means), axis=0), sigma))
@@ -125,7 +125,7 @@ class Forecast:
         out = []
         for k, (fit, root, mean, error) in enumerate(zip(self.fits, self.roots, means, self.errors, strict=True)):
             J = np.column_stack([self._column(k, p, trial, layout, columns) for p in fit.parameters])
-            out.append(Predicted(mean, J @ root, error * shape))
+            out.append(PredictedResponse(mean, J @ root, error * shape))
         return out
 
     def _column(self, k: int, p: FitParameter, trial: Trial, layout: Layout, columns: Columns) -> np.ndarray:
@@ -194,6 +194,3 @@ def on_turned_ring(columns: Columns, angle: float) -> Columns:
     """Sensitivities of the motion as probes on a ring read them that is turned further by an angle [rad]."""
     turn = ring_axes(angle)
     return {key: (turn @ one.reshape(2, -1)).ravel() for key, one in columns.items() if not is_of_sensor(key[1])}
-
-
-__all__ = ["Columns", "Forecast", "in_proportion", "on_turned_ring"]

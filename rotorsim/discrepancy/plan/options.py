@@ -57,7 +57,7 @@ NEAR = 0.02
 
 
 @dataclass(frozen=True)
-class Option:
+class ExperimentOption:
     """An experiment at an operating point, what is changed on purpose for it, and its minutes of rig time.
 
     weight : me [kg m] and angle [rad] of a trial weight and the number of its [[effects.unbalance]]; None for none
@@ -150,7 +150,7 @@ def _what(one: Experiment) -> str:
     return one.name.replace("_", " ")
 
 
-def options(machine: Machine, trials: Sequence[Trial], allow: Iterable[str]) -> tuple[Option, ...]:
+def options(machine: Machine, trials: Sequence[Trial], allow: Iterable[str]) -> tuple[ExperimentOption, ...]:
     """Experiments with what may change; what may not is as in the records. Raises DataError for what cannot be done."""
     sweeps = [t for t in trials if isinstance(t, Sweep)]
     one_probe = any(t.probe_angle is not None for t in trials)
@@ -163,7 +163,7 @@ def options(machine: Machine, trials: Sequence[Trial], allow: Iterable[str]) -> 
     return tuple(dict.fromkeys(replace(one, probe_angle=angle) for one in _of_points(machine, records, allowed)))
 
 
-def _of_points(machine: Machine, trials: Sequence[Trial], allowed: Sequence[str]) -> Iterator[Option]:
+def _of_points(machine: Machine, trials: Sequence[Trial], allowed: Sequence[str]) -> Iterator[ExperimentOption]:
     """Records at constant speed, and coast-downs."""
     driven = bool(machine.injectors) and machine.actuators is not None
     points = _points(machine, trials, allowed)
@@ -183,7 +183,7 @@ def _of_points(machine: Machine, trials: Sequence[Trial], allowed: Sequence[str]
     yield from _of_pressures(points, allowed)
 
 
-def _of_pressures(points: Sequence[tuple[float, float]], allowed: Sequence[str]) -> Iterator[Option]:
+def _of_pressures(points: Sequence[tuple[float, float]], allowed: Sequence[str]) -> Iterator[ExperimentOption]:
     """Runs at every pressure: steps of the reference at the lowest speed, slow rolls, coast-downs from the highest."""
     slowest, highest = min(s for s, _ in points), max(s for s, _ in points)
     for pressure in sorted({p for _, p in points}):
@@ -212,8 +212,8 @@ def _on_grid(speed: float) -> float:
     return 2 * np.pi * whole if abs(speed / (2 * np.pi) - whole) < NEAR else speed
 
 
-def _timed(one: Experiment) -> Option:
-    return Option(one, SET_UP + one.samples * one.Ts / 60)
+def _timed(one: Experiment) -> ExperimentOption:
+    return ExperimentOption(one, SET_UP + one.samples * one.Ts / 60)
 
 
 def _sized(machine: Machine, one: Multisine | Impact, size: float) -> Experiment:
@@ -229,14 +229,14 @@ def _of_one_axis(one: Multisine | Impact) -> Iterator[Experiment]:
         yield from (replace(one, axis=axis) for axis in "xy")
 
 
-def _weighed(machine: Machine, option: Option) -> Iterator[Option]:
+def _weighed(machine: Machine, option: ExperimentOption) -> Iterator[ExperimentOption]:
     """The same run with a trial weight, at two places in each plane."""
     me = float(f"{WEIGHT_SIZE * machine.mass:.1g}")
     for plane, angle in product(range(len(machine.effects["unbalance"])), WEIGHT_ANGLES):
         yield replace(option, weight=(me, angle, plane), minutes=option.minutes + MOUNT)
 
 
-def _on_turned_ring(option: Option) -> Option:
+def _on_turned_ring(option: ExperimentOption) -> ExperimentOption:
     """The same run with the ring of the probes turned."""
     return replace(option, ring=RING_ANGLE, minutes=option.minutes + MOUNT)
 
@@ -247,12 +247,12 @@ def _vectors(one: Coastdown) -> Sweep:
     return empty_sweep(speeds, one.pressure)
 
 
-def _of_sweep(machine: Machine, like: Sweep, allowed: Sequence[str]) -> Iterator[Option]:
+def _of_sweep(machine: Machine, like: Sweep, allowed: Sequence[str]) -> Iterator[ExperimentOption]:
     """Run-ups over the speeds of a table of vectors."""
     rate = float(abs(like.rows[-1, 0] - like.rows[0, 0]) / (len(like.rows) * RIG_SAMPLE))
     low, high = float(min(like.speeds)), float(max(like.speeds))
     up = Runup(low, high, rate, like.pressure)
-    usual = Option(up, SET_UP + up.samples * up.Ts / 60, probe_angle=like.probe_angle, like=like)
+    usual = ExperimentOption(up, SET_UP + up.samples * up.Ts / 60, probe_angle=like.probe_angle, like=like)
     angles = PROBE_ANGLES if "axis" in allowed and like.probe_angle is not None else (like.probe_angle,)
     rates = RATES if "speed" in allowed else (1.0,)
     for angle, faster in product(angles, rates):
@@ -270,17 +270,14 @@ def _of_sweep(machine: Machine, like: Sweep, allowed: Sequence[str]) -> Iterator
         yield replace(usual, experiment=down, like=back)
 
 
-def _mounted(option: Option, like: Sweep) -> Option:
+def _mounted(option: ExperimentOption, like: Sweep) -> ExperimentOption:
     """With the time in which a probe is turned to another angle."""
     turned = option.probe_angle != like.probe_angle
     return replace(option, minutes=option.minutes + MOUNT) if turned else option
 
 
-def written_changes(machine: Machine, option: Option) -> Mapping[str, Any]:
+def written_changes(machine: Machine, option: ExperimentOption) -> Mapping[str, Any]:
     """What is changed on purpose, with units, as the plan of a campaign has it; empty for nothing."""
     units = {"me": "kg*m", "phase": "rad", "position": "m", "angle": "rad"}
     stated = option.changes(machine)
     return {name: {key: show(value, units[key]) for key, value in one.items()} for name, one in stated.items()}
-
-
-__all__ = ["Option", "options", "written_changes"]

@@ -23,8 +23,8 @@ from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.data.window import TURNING
 from rotorsim.discrepancy.fit.parameters import contributions, setting
 from rotorsim.discrepancy.linear_algebra import answer
-from rotorsim.discrepancy.residuals.comparison import Comparison, Point
-from rotorsim.discrepancy.residuals.localise import Flag
+from rotorsim.discrepancy.residuals.comparison import ParameterPoint, TwinComparison
+from rotorsim.discrepancy.residuals.localise import Misfit
 from rotorsim.discrepancy.residuals.unsteady import GROUP, tone
 from rotorsim.discrepancy.twin.twin import FAILURES, Setting, Twin
 from rotorsim.plant.equilibrium import settle
@@ -34,7 +34,7 @@ MOST_LINES, NEIGHBOURS, MOST_RECORDS = 8, 3, 4
 
 
 def equivalent_force(
-    comparison: Comparison, point: Point, residual: np.ndarray, flags: Sequence[Flag]
+    comparison: TwinComparison, point: ParameterPoint, residual: np.ndarray, flags: Sequence[Misfit]
 ) -> dict[str, Any]:
     """Spectral lines of the equivalent force in flagged records, its direction and growth exponents."""
     lines: list[dict[str, Any]] = []
@@ -59,7 +59,7 @@ def equivalent_force(
 
 
 def _of_record(
-    comparison: Comparison, point: Point, residual: np.ndarray, i: int, trial: Trial, groups: set[str]
+    comparison: TwinComparison, point: ParameterPoint, residual: np.ndarray, i: int, trial: Trial, groups: set[str]
 ) -> list[dict[str, Any]]:
     layout, found = comparison.layout, []
     own = [np.flatnonzero((layout.record == i) & (layout.channel == c))[2:] for c in range(2)]
@@ -87,7 +87,7 @@ def _of_record(
 
 
 def _of_vectors(
-    comparison: Comparison, point: Point, residual: np.ndarray, i: int, trial: Trial, groups: set[str]
+    comparison: TwinComparison, point: ParameterPoint, residual: np.ndarray, i: int, trial: Trial, groups: set[str]
 ) -> tuple[list[dict[str, Any]], dict[str, float]]:
     """The row of every flagged order of a run-up with the largest residual, and how the largest force grows."""
     layout, rows = comparison.layout, trial.rows_of_vectors
@@ -173,7 +173,7 @@ def _direction(force: np.ndarray) -> str:
     return f"along {angle:.0f} deg from x"
 
 
-def _growth(comparison: Comparison, residual: np.ndarray, flags: Sequence[Flag]) -> dict[str, float]:
+def _growth(comparison: TwinComparison, residual: np.ndarray, flags: Sequence[Misfit]) -> dict[str, float]:
     """Exponents of a fit  size ~ speed^a pressure^b amplitude^c  to the residual of the worst group over records."""
     flags = [f for f in flags if f.group != GROUP]
     if not flags:

@@ -9,7 +9,7 @@ import numpy as np
 
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.discrepancy.data.spectra import Trial
-from rotorsim.discrepancy.residuals.comparison import Comparison
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
 
 SIGMAS, LEAST = 6.0, 20.0
 """A group is flagged when its sum of squares is beyond its number by so many standard deviations and so much: of two
@@ -17,7 +17,7 @@ numbers, as an order has, one in 60 000 is by chance."""
 
 
 @dataclass(frozen=True)
-class Flag:
+class Misfit:
     """Line group with a residual above the floor: record, point, channel, group, sums, sizes [m]."""
 
     record: str
@@ -46,7 +46,7 @@ class Flag:
         return self.chi2 - self.numbers
 
 
-def table(comparison: Comparison, residual: np.ndarray) -> list[Flag]:
+def table(comparison: TwinComparison, residual: np.ndarray) -> list[Misfit]:
     """All line groups with their sums of squares, flagged or not."""
     layout, out = comparison.layout, []
     for i, trial in enumerate(comparison.trials):
@@ -60,7 +60,7 @@ def table(comparison: Comparison, residual: np.ndarray) -> list[Flag]:
                 rms, low = float(np.sqrt(np.mean((r * s) ** 2))), float(np.sqrt(np.mean(s**2)))
                 speed, largest = _peak(trial, layout.frequency[own], r * s) if trial.orders else (0.0, 0.0)
                 out.append(
-                    Flag(
+                    Misfit(
                         trial.name, trial.point, channel, name, n, float(r @ r), rms, low, trial.amplitude, i,
                         speed, largest,
                     )
@@ -77,12 +77,12 @@ def _peak(trial: Trial, lines: np.ndarray, metres: np.ndarray) -> tuple[float, f
     return trial.speed_at(line), float(size[line])
 
 
-def flagged(groups: list[Flag]) -> list[Flag]:
+def flagged(groups: list[Misfit]) -> list[Misfit]:
     """Line groups above the floor, worst first."""
     worst = [g for g in groups if g.excess > max(SIGMAS * sqrt(2 * g.numbers), LEAST)]
     return sorted(worst, key=lambda g: -g.excess)
 
 
-def excess(groups: list[Flag]) -> float:
+def excess(groups: list[Misfit]) -> float:
     """Sum of the misfit above the floor in flagged groups."""
     return sum(g.excess for g in flagged(groups))

@@ -18,14 +18,14 @@ from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.data.window import TURNING
 from rotorsim.discrepancy.residuals.floor import LEAST as FAINTEST
-from rotorsim.discrepancy.residuals.localise import LEAST, SIGMAS, Flag
+from rotorsim.discrepancy.residuals.localise import LEAST, SIGMAS, Misfit
 
 GROUP = "unsteady"
 NEAR_ORDER = 1.5
 """Lines this near to an order are left out: a speed that wavers spreads it."""
 
 
-def unsteady(trials: list[Trial], residuals: list[np.ndarray], scatter: np.ndarray) -> list[Flag]:
+def unsteady(trials: list[Trial], residuals: list[np.ndarray], scatter: np.ndarray) -> list[Misfit]:
     """Records and channels with more scatter between blocks than the noise; worst first.
 
     `residuals` are measured less simulated lines (blocks, 2, lines) [m], `scatter` (records, 2, lines) [m] standard
@@ -43,7 +43,7 @@ def unsteady(trials: list[Trial], residuals: list[np.ndarray], scatter: np.ndarr
             chi2 = float(np.sum(np.abs(apart[:, c]) ** 2 / sigma**2)) if n else 0.0
             if chi2 - n > max(SIGMAS * sqrt(2 * n), LEAST):
                 rms, floor = float(np.sqrt(np.mean(np.abs(apart[:, c]) ** 2))), float(np.sqrt(2 * np.mean(sigma**2)))
-                found.append(Flag(trial.name, trial.point, channel, GROUP, n, chi2, rms, floor, trial.amplitude, i))
+                found.append(Misfit(trial.name, trial.point, channel, GROUP, n, chi2, rms, floor, trial.amplitude, i))
     return sorted(found, key=lambda f: -f.excess)
 
 

@@ -8,13 +8,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from rotorsim.discrepancy.fit.least_squares import Fit, prior_rows
+from rotorsim.discrepancy.fit.least_squares import ParameterFit, prior_rows
 from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
 from rotorsim.discrepancy.search.candidates import Form
 
 
 @dataclass(frozen=True, eq=False)
-class Screen:
+class Screening:
     """Forms with projected sensitivities, projected residual r (n + k,), and their scalar products."""
 
     forms: tuple[Form, ...]
@@ -65,7 +65,7 @@ class Screen:
         return float(np.sqrt(np.trace(self.gram[self.where[i], self.where[i]])))
 
 
-def screen(base: Fit, forms: Sequence[Form], columns: Sequence[np.ndarray]) -> Screen:
+def screen(base: ParameterFit, forms: Sequence[Form], columns: Sequence[np.ndarray]) -> Screening:
     """Project sensitivities [(n, m) each, per unit parameter] off a fit's Jacobian; columns scaled to steps."""
     p = prior_rows(base.parameters)
     A = np.vstack([base.J, np.diag(p)])
@@ -82,4 +82,4 @@ def screen(base: Fit, forms: Sequence[Form], columns: Sequence[np.ndarray]) -> S
     ends = np.cumsum([0] + [c.shape[1] for c in columns])
     where = tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
     one_sided = np.array([k.low == 0.0 for f in forms for k in f.parameters])
-    return Screen(tuple(forms), where, S.T @ S, S.T @ r, one_sided, raw)
+    return Screening(tuple(forms), where, S.T @ S, S.T @ r, one_sided, raw)

@@ -9,15 +9,15 @@ from math import log
 
 import numpy as np
 
-from rotorsim.discrepancy.fit.least_squares import Fit, cost_of, fit, prior_rows
+from rotorsim.discrepancy.fit.least_squares import ParameterFit, cost_of, fit, prior_rows
 from rotorsim.discrepancy.fit.parameters import FitParameter, within
 from rotorsim.discrepancy.fit.uncertainty import covariance
 from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
-from rotorsim.discrepancy.residuals.comparison import Comparison, Point
+from rotorsim.discrepancy.residuals.comparison import ParameterPoint, TwinComparison
 from rotorsim.discrepancy.residuals.localise import excess, table
 from rotorsim.discrepancy.search.candidates import Form
 from rotorsim.discrepancy.search.form_sets import apart, distinct
-from rotorsim.discrepancy.search.projection import Screen, screen
+from rotorsim.discrepancy.search.projection import Screening, screen
 from rotorsim.discrepancy.search.second_effect import cancel, within_form_error
 
 MOST_EFFECTS = 3
@@ -51,7 +51,7 @@ class Hypothesis:
     """Combination of forms that explains the misfit, fitted to the plant."""
 
     forms: tuple[Form, ...]
-    fit: Fit
+    fit: ParameterFit
     excess: float
     held_out: float
     gone: float
@@ -71,26 +71,26 @@ class Hypothesis:
 
 
 @dataclass(eq=False)
-class Search:
+class EffectSearch:
     """Data of a search for missing effects; `columns` are sensitivities by form at some point."""
 
-    comparison: Comparison
-    held_out: Comparison | None
-    base: Fit
+    comparison: TwinComparison
+    held_out: TwinComparison | None
+    base: ParameterFit
     forms: tuple[Form, ...]
     columns: dict[str, np.ndarray]
     base_excess: float
     base_held: float
     progress: Callable[[], None] = lambda: None
     updated: set[str] | None = None
-    nominal: Fit | None = None
+    nominal: ParameterFit | None = None
     """The base with sensitivities of where `columns` were taken; where there is none all are updated at once."""
-    before: Search | None = None
+    before: EffectSearch | None = None
     """The same search from the machine file's own numbers, where what is missing has led the calibration astray."""
     unsteady: float = 0.0
     """Part of the excess that does not repeat from period to period: no effect takes it away."""
 
-    def screened(self, base: Fit | None = None) -> Screen:
+    def screened(self, base: ParameterFit | None = None) -> Screening:
         """All forms, projected off the calibration as it is at the re-fitted point (or at that of another `base`)."""
         return screen(base or self.base, self.forms, [self.columns[f.label] for f in self.forms])
 
@@ -156,7 +156,7 @@ class Search:
 
     def _beginning(
         self, parameters: tuple[FitParameter, ...], fixed: dict[str, float], S: np.ndarray, start: np.ndarray
-    ) -> tuple[Point, np.ndarray]:
+    ) -> tuple[ParameterPoint, np.ndarray]:
         """Point and residual that a fit begins at: the linear estimate or a part of it that helps, or size 0."""
         own, p = parameters[len(self.base.parameters) :], prior_rows(parameters)
         for halving in range(MOST_HALVINGS + 1):
@@ -177,11 +177,11 @@ class Search:
         done = fit(self.comparison, h.fit.point, h.fit.parameters, J, h.fit.residual, progress=self.progress)
         return self._found(h.forms, done)
 
-    def _left(self, fit: Fit) -> float:
+    def _left(self, fit: ParameterFit) -> float:
         """Excess that a fit leaves."""
         return excess(table(self.comparison, fit.residual)) + self.unsteady
 
-    def _found(self, forms: tuple[Form, ...], fit: Fit) -> Hypothesis:
+    def _found(self, forms: tuple[Form, ...], fit: ParameterFit) -> Hypothesis:
         left = self._left(fit)
         return Hypothesis(forms, fit, left, self._held(fit.point), share_gone(left, self.base_excess))
 
@@ -207,14 +207,16 @@ class Search:
                 return False
         return True
 
-    def onward(self, h: Hypothesis) -> Search:
+    def onward(self, h: Hypothesis) -> EffectSearch:
         """A search for effects missing besides those of a hypothesis."""
         forms = tuple(f for f in self.forms if all(apart((f, taken)) for taken in h.forms))
         columns = {f.label: self.columns[f.label] for f in forms}
         left = h.excess - self.unsteady
-        return Search(self.comparison, self.held_out, h.fit, forms, columns, left, h.held_out, self.progress)
+        return EffectSearch(self.comparison, self.held_out, h.fit, forms, columns, left, h.held_out, self.progress)
 
-    def _start(self, own: tuple[FitParameter, ...], fixed: dict[str, float], S: np.ndarray, start: np.ndarray) -> Point:
+    def _start(
+        self, own: tuple[FitParameter, ...], fixed: dict[str, float], S: np.ndarray, start: np.ndarray
+    ) -> ParameterPoint:
         """The linear estimate: forms at `start` (in steps), and the calibration as it moves with them."""
         values = start * np.array([k.step for k in own])
         low, high = np.array([k.low for k in own]), np.array([k.high for k in own])
@@ -228,18 +230,24 @@ class Search:
         moved = within(self.base.parameters, self.base.vector + move) - self.base.vector
         return self.base.point.holding(fixed).moved(self.base.parameters, moved).moved(own, values)
 
-    def not_moved(self, keys: Iterable[str]) -> dict[tuple[str, ...], Fit]:
+    def not_moved(self, keys: Iterable[str]) -> dict[tuple[str, ...], ParameterFit]:
         """Fits of single forms, by their effects, at a size of zero: what the records do not show stays there."""
         wanted, base = set(keys), self.base
         return {
-            (one.key,): Fit((*base.parameters, *one.parameters), base.point.holding(dict(one.fixed)), base.residual,
-                            np.concatenate([base.J, self.columns[one.label]], axis=1), base.cost)
-            for one in reversed(self.forms) if one.key in wanted
-        }  # fmt: skip
+            (one.key,): ParameterFit(
+                (*base.parameters, *one.parameters),
+                base.point.holding(dict(one.fixed)),
+                base.residual,
+                np.concatenate([base.J, self.columns[one.label]], axis=1),
+                base.cost,
+            )
+            for one in reversed(self.forms)
+            if one.key in wanted
+        }
 
-    def tangents(self, keys: Iterable[str]) -> dict[tuple[str, ...], Fit]:
+    def tangents(self, keys: Iterable[str]) -> dict[tuple[str, ...], ParameterFit]:
         """Fits of single forms, by their effects and by sensitivities alone; of a form's options the best."""
-        view, best = self.screened(), dict[str, tuple[float, Fit]]()
+        view, best = self.screened(), dict[str, tuple[float, ParameterFit]]()
         wanted = set(keys)
         for i, one in enumerate(self.forms):
             if one.key not in wanted:
@@ -250,12 +258,12 @@ class Search:
             S = self.columns[one.label]
             point = self._start(one.parameters, dict(one.fixed), S, start)
             parameters, J = (*self.base.parameters, *one.parameters), np.concatenate([self.base.J, S], axis=1)
-            fit = Fit(parameters, point, self.base.residual, J, self.base.cost - gain)
+            fit = ParameterFit(parameters, point, self.base.residual, J, self.base.cost - gain)
             moved = fit.vector - np.concatenate([self.base.vector, np.zeros(len(start))])
             best[one.key] = gain, replace(fit, residual=self.base.residual - J @ moved)
         return {(key,): fit for key, (_, fit) in best.items()}
 
-    def _held(self, point: Point) -> float:
+    def _held(self, point: ParameterPoint) -> float:
         """Excess of the held-out records."""
         if self.held_out is None:
             return 0.0
@@ -338,7 +346,7 @@ class Search:
                 found.append(self.hypothesis(forms, start))
         return sorted(found, key=lambda h: h.fit.cost)
 
-    def _pool(self, view: Screen, most: int) -> list[int]:
+    def _pool(self, view: Screening, most: int) -> list[int]:
         """Forms worth combining: best options of every key by their own drop, and by what they add to the best one."""
         drops = [view.drop(i)[0] for i in range(len(self.forms))]
         best = int(np.argmax(drops))
@@ -368,7 +376,7 @@ def share_gone(left: float, before: float) -> float:
     return 1.0 if left <= 0 else 0.0
 
 
-def passes(h: Hypothesis, search: Search) -> bool:
+def passes(h: Hypothesis, search: EffectSearch) -> bool:
     """True if a hypothesis explains the flagged misfit, at held-out points too."""
     price = CLEAR + (len(h.fit.parameters) - len(search.base.parameters)) * log(len(h.fit.residual))
     better = search.base.cost - h.fit.cost > price
@@ -376,13 +384,13 @@ def passes(h: Hypothesis, search: Search) -> bool:
     return bool(better and held and h.gone >= ENOUGH and not search.cancels(h))
 
 
-def tied(best: Hypothesis, others: Sequence[Hypothesis], base: Fit) -> list[Hypothesis]:
+def tied(best: Hypothesis, others: Sequence[Hypothesis], base: ParameterFit) -> list[Hypothesis]:
     """Hypotheses that the records cannot distinguish from the best one."""
     margin = max(TIE_LEAST, TIE * (base.cost - best.fit.cost))
     return [h for h in others if h is not best and h.fit.cost - best.fit.cost < margin and h.gone >= 0.8]
 
 
-def without_idle(h: Hypothesis, search: Search) -> Hypothesis:
+def without_idle(h: Hypothesis, search: EffectSearch) -> Hypothesis:
     """Backward elimination of forms without which the others explain as much."""
     while len(h.forms) > 1:
         smaller = []

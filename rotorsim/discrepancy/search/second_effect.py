@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rotorsim.discrepancy.residuals.comparison import Comparison
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
 from rotorsim.discrepancy.residuals.localise import flagged, table
 
 CANCEL = 0.5
@@ -32,7 +32,7 @@ def cancel(responses: Sequence[np.ndarray]) -> bool:
     return float(np.linalg.norm(np.sum(responses, axis=0))) < CANCEL * largest
 
 
-def within_form_error(comparison: Comparison, before: np.ndarray, after: np.ndarray) -> bool:
+def within_form_error(comparison: TwinComparison, before: np.ndarray, after: np.ndarray) -> bool:
     """Whether what an effect leaves is small against its own response in every group that is beyond its floor.
 
     Where the group itself has little of that response, the largest one in the same channel of the record counts.

@@ -11,14 +11,14 @@ from math import inf, sqrt
 
 import numpy as np
 
-from rotorsim.discrepancy.residuals.comparison import Comparison
-from rotorsim.discrepancy.residuals.localise import Flag, flagged, table
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
+from rotorsim.discrepancy.residuals.localise import Misfit, flagged, table
 
 LEAST_GONE = {"named": 0.5, "tie": 0.5, "partial": 0.1}
 """Share of the gap on untouched records that has to go, by verdict."""
 
 
-def untouched_gone(comparison: Comparison, before: np.ndarray, after: np.ndarray) -> float | None:
+def untouched_gone(comparison: TwinComparison, before: np.ndarray, after: np.ndarray) -> float | None:
     """Share of the gap that goes from one whitened residual (n,) to another; None if no group is beyond its floor.
 
     Negative where the gap grows, minus infinity where there was none.
@@ -39,10 +39,10 @@ def objection(status: str, names: str, gone: float | None) -> str:
     return f"with {names} {found} on untouched records: not confirmed, nothing is named"
 
 
-def _place(flag: Flag) -> tuple[int, str, str]:
+def _place(flag: Misfit) -> tuple[int, str, str]:
     return flag.number, flag.channel, flag.group
 
 
-def _power(flag: Flag) -> float:
+def _power(flag: Misfit) -> float:
     """Sum of squares [m^2] of a group beyond its floor."""
     return flag.numbers * (flag.rms**2 - flag.floor**2)

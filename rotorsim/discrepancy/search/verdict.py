@@ -11,8 +11,8 @@ from rotorsim.discrepancy.search.search import (
     CLEAR,
     MORE,
     MOST_EFFECTS,
+    EffectSearch,
     Hypothesis,
-    Search,
     passes,
     share_gone,
     tied,
@@ -26,7 +26,7 @@ STATUSES = ("no_disagreement", "named", "tie", "partial", "unknown")
 
 
 @dataclass(frozen=True, eq=False)
-class Verdict:
+class SearchVerdict:
     """Status, best hypothesis, rivals, and all fitted hypotheses."""
 
     status: str
@@ -36,7 +36,7 @@ class Verdict:
     tried: tuple[Hypothesis, ...] = field(default=(), repr=False)
 
 
-def judge(search: Search) -> Verdict:
+def judge(search: EffectSearch) -> SearchVerdict:
     """Search single effects, then pairs, then triples until one explains the flagged misfit; singles if unflagged."""
     known = {f.key for f in search.forms}
     tried: list[Hypothesis] = []
@@ -63,8 +63,8 @@ def _worth_more(tried: list[Hypothesis], size: int) -> bool:
 
 
 def _accepted(
-    search: Search, best: Hypothesis, found: list[Hypothesis], known: set[str], tried: list[Hypothesis]
-) -> Verdict:
+    search: EffectSearch, best: Hypothesis, found: list[Hypothesis], known: set[str], tried: list[Hypothesis]
+) -> SearchVerdict:
     if len(best.forms) > 1:
         best = without_idle(best, search)
     best = search.polished(best)
@@ -81,10 +81,10 @@ def _accepted(
     classes = tuple(_class_at(search, best, k, known) for k in best.keys)
     rivals = [h for h in rivals if not _same(h, best, known)]
     several = any(len(c) > 1 for c in classes) or bool(rivals)
-    return Verdict("tie" if several else "named", best, tuple(rivals), classes, tuple(tried))
+    return SearchVerdict("tie" if several else "named", best, tuple(rivals), classes, tuple(tried))
 
 
-def _extended(search: Search, best: Hypothesis, tried: list[Hypothesis]) -> list[Hypothesis]:
+def _extended(search: EffectSearch, best: Hypothesis, tried: list[Hypothesis]) -> list[Hypothesis]:
     """The best hypothesis extended by an effect that explains what it leaves, and what is tied with that."""
     if within_form_error(search.comparison, search.base.residual, best.fit.residual):
         return []
@@ -100,13 +100,13 @@ def _extended(search: Search, best: Hypothesis, tried: list[Hypothesis]) -> list
     return joined
 
 
-def _joined(search: Search, best: Hypothesis, h: Hypothesis) -> Hypothesis:
+def _joined(search: EffectSearch, best: Hypothesis, h: Hypothesis) -> Hypothesis:
     """Hypothesis with the forms of both."""
     left = h.excess + search.unsteady
     return replace(h, forms=(*best.forms, *h.forms), excess=left, gone=share_gone(left, search.base_excess))
 
 
-def _class_at(search: Search, h: Hypothesis, key: str, known: set[str]) -> tuple[str, ...]:
+def _class_at(search: EffectSearch, h: Hypothesis, key: str, known: set[str]) -> tuple[str, ...]:
     """The class of an effect of a hypothesis, with those that the weight of the rotor makes alike."""
     twin = search.comparison.twin
     alike = class_of(key, known)
@@ -125,7 +125,7 @@ def _same(a: Hypothesis, b: Hypothesis, known: set[str]) -> bool:
     return [class_of(k, known) for k in a.keys] == [class_of(k, known) for k in b.keys]
 
 
-def _short_of_a_name(search: Search, tried: list[Hypothesis], known: set[str]) -> Verdict:
+def _short_of_a_name(search: EffectSearch, tried: list[Hypothesis], known: set[str]) -> SearchVerdict:
     helps = [
         h
         for h in tried
@@ -133,9 +133,9 @@ def _short_of_a_name(search: Search, tried: list[Hypothesis], known: set[str]) -
     ]
     helps = [h for h in helps if len(h.forms) == 1 or search.is_sure(h, h.forms)]
     if not helps:
-        return Verdict("unknown", None, (), (), tuple(tried))
+        return SearchVerdict("unknown", None, (), (), tuple(tried))
     best = min(helps, key=lambda h: h.score)
     simpler = [h for h in helps if set(h.keys) < set(best.keys) and h.gone > best.gone - ANOTHER]
     best = min(simpler, key=lambda h: (len(h.forms), h.score)) if simpler else best
     rivals = tied(best, [h for h in helps if len(h.forms) == len(best.forms)], search.base)
-    return Verdict("partial", best, tuple(rivals), tuple(class_of(k, known) for k in best.keys), tuple(tried))
+    return SearchVerdict("partial", best, tuple(rivals), tuple(class_of(k, known) for k in best.keys), tuple(tried))

@@ -14,7 +14,7 @@ import numpy as np
 from rotorsim.base.cache import Cache, in_cache
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.fit.parameters import FitParameter
-from rotorsim.discrepancy.residuals.comparison import Comparison, Point
+from rotorsim.discrepancy.residuals.comparison import ParameterPoint, TwinComparison
 
 
 def rounded(trial: Trial) -> Trial:
@@ -28,21 +28,21 @@ def rounded(trial: Trial) -> Trial:
 
 
 @dataclass(eq=False)
-class Sensitivities:
+class SensitivityColumns:
     """Sensitivity columns of a comparison at rounded points; `here` caches the reference responses."""
 
-    comparison: Comparison
-    here: list[tuple[Point, np.ndarray]] = field(default_factory=list)
+    comparison: TwinComparison
+    here: list[tuple[ParameterPoint, np.ndarray]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         c = self.comparison
-        self.rough = Comparison(c.twin, [rounded(t) for t in c.trials], c.threads)
+        self.rough = TwinComparison(c.twin, [rounded(t) for t in c.trials], c.threads)
         self.cache = Cache(in_cache("sensitivities"))
 
     def columns(
-        self, point: Point, parameters: Sequence[FitParameter], progress: Callable[[], None] | None = None
+        self, point: ParameterPoint, parameters: Sequence[FitParameter], progress: Callable[[], None] | None = None
     ) -> np.ndarray:
-        """As `Comparison.jacobian`, but in metres (n, k), kept on disk column by column."""
+        """As `TwinComparison.jacobian`, but in metres (n, k), kept on disk column by column."""
         comparison = self.comparison
         share = {k: np.array([k.share(t.speed, t.pressure) for t in comparison.trials]) for k in parameters if k.trend}
         out = []
@@ -56,12 +56,14 @@ class Sensitivities:
             out.append(column * (share[parameter][comparison.layout.record] if parameter.trend else 1.0))
         return np.column_stack(out) if out else np.zeros((len(comparison.measured), 0))
 
-    def _column(self, point: Point, parameter: FitParameter, progress: Callable[[], None] | None) -> np.ndarray:
+    def _column(
+        self, point: ParameterPoint, parameter: FitParameter, progress: Callable[[], None] | None
+    ) -> np.ndarray:
         key = self.rough.key(point, self.rough.twin, parameter.key, parameter.step, parameter.low, parameter.high)
         shape = self.comparison.measured.shape
         return self.cache.array(key, shape, lambda: self.rough.column(point, parameter, self._at(point), progress))
 
-    def _at(self, point: Point) -> np.ndarray:
+    def _at(self, point: ParameterPoint) -> np.ndarray:
         """The response at a point; options that are held for an effect that is off change nothing."""
         slots, own = self.comparison.twin.slots, self.comparison.twin.machine.effects
         at_work = {name for name, table in slots.items() if table < len(own.get(name, ()))}
@@ -75,7 +77,10 @@ class Sensitivities:
 
 
 def columns(
-    comparison: Comparison, point: Point, parameters: Sequence[FitParameter], progress: Callable[[], None] | None = None
+    comparison: TwinComparison,
+    point: ParameterPoint,
+    parameters: Sequence[FitParameter],
+    progress: Callable[[], None] | None = None,
 ) -> np.ndarray:
     """Sensitivity columns of a comparison at one point."""
-    return Sensitivities(comparison).columns(point, parameters, progress)
+    return SensitivityColumns(comparison).columns(point, parameters, progress)
