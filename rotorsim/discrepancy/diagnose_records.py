@@ -8,16 +8,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.cache import Cache
+from rotorsim.discrepancy.data.changes import known_changes
 from rotorsim.discrepancy.data.intake import make_trials, open_records, record_notes
 from rotorsim.discrepancy.data.run_ups import is_table, with_tables
+from rotorsim.discrepancy.data.sensors import check_plane, check_ring
 from rotorsim.discrepancy.data.spectra import Trial
-from rotorsim.discrepancy.data.sweeps import Sweep, rate_notes
-from rotorsim.discrepancy.diagnosis import CompiledModels, Progress, diagnose_trials
+from rotorsim.discrepancy.data.sweeps import Sweep, make_sweeps, rate_notes
+from rotorsim.discrepancy.diagnosis import diagnose_trials
 from rotorsim.discrepancy.outcome.result import Diagnosis
-from rotorsim.discrepancy.plan.allowed import check_allowed
+from rotorsim.discrepancy.plan.experiments import check_allowed
 from rotorsim.discrepancy.residuals.comparison import THREADS
 from rotorsim.discrepancy.residuals.floor import TOLERANCE
-from rotorsim.discrepancy.runup_diagnosis import vector_trials
+from rotorsim.discrepancy.twin.compiled_models import CompiledModels, Progress
 from rotorsim.machine import Machine, load_machine
 
 if TYPE_CHECKING:
@@ -62,8 +64,8 @@ def diagnose(
     resume : folder
         Where to keep what was computed, so that an interrupted diagnosis resumes; yours to delete once it is done.
     plan_next : names, optional
-        Rank the experiments that may come next: what may differ from the records, of `plan.allowed.ALLOWED`; all that
-        the machine can do for an empty one. `Diagnosis.planned` has them.
+        Rank the experiments that may come next. The names, of `plan.experiments.ALLOWED`, may differ from the records;
+        all that the machine can do for an empty one. `Diagnosis.planned` has them.
 
     Returns
     -------
@@ -100,3 +102,17 @@ def trials_of(machine: Machine, opened: Sequence[tuple[str, xr.Dataset]], role: 
     tables = [(name, record) for name, record in opened if is_table(record)]
     others = [(name, record) for name, record in opened if not is_table(record)]
     return [*make_trials(machine, others, role), *vector_trials(machine, tables, role)]
+
+
+def vector_trials(machine: Machine, opened: Sequence[tuple[str, xr.Dataset]], role: str | None = None) -> list[Trial]:
+    """Trials of tables of vectors; of six rows one is held out and one untouched, where no role is stated for all."""
+    for name, vectors in opened:
+        check_plane(machine, vectors.attrs.get("disc_position"), name)
+    found = [
+        replace(sweep, changes=known_changes(machine, vectors.attrs.get("changes"), name))
+        for name, vectors in opened
+        for sweep in make_sweeps(vectors, name, machine.film is not None, role or str(vectors.attrs.get("role", "")))
+    ]
+    for sweep in found:
+        check_ring(machine, sweep)
+    return list(found)

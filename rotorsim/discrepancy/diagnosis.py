@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,42 +12,45 @@ from rotorsim.base.cache import Cache
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.changes import notes_on_changes
 from rotorsim.discrepancy.data.intake import data_hash, limits
-from rotorsim.discrepancy.data.plausibility import UNLIKE, check_after, unexplained
 from rotorsim.discrepancy.data.spectra import Trial
-from rotorsim.discrepancy.data.unit_checks import check_before
-from rotorsim.discrepancy.fit.calibrate import MOST_REPEATS, null_vectors, recalibrate, relinearised, strained
-from rotorsim.discrepancy.fit.least_squares import ParameterFit, fit as refit
-from rotorsim.discrepancy.fit.parameters import FitParameter
-from rotorsim.discrepancy.fit.uncertainty import covariance, finished
+from rotorsim.discrepancy.fit import (
+    MOST_REPEATS,
+    ParameterFit,
+    covariance,
+    finished,
+    fit_parameters,
+    null_vectors,
+    recalibrate,
+    relinearised,
+    strained,
+)
 from rotorsim.discrepancy.linear_algebra import NoAnswerError
-from rotorsim.discrepancy.odds.explanation import SURE, Explanation
-from rotorsim.discrepancy.odds.odds import odds
-from rotorsim.discrepancy.odds.priors import prior_sizes
-from rotorsim.discrepancy.odds.thresholds import by_odds, joined_classes
-from rotorsim.discrepancy.outcome.estimates import calibration_of, evidence_of, found_of, null_sentence
-from rotorsim.discrepancy.outcome.findings import CLOCK, IdentifiedEffect
-from rotorsim.discrepancy.outcome.gap import gap_dataset, gap_of
-from rotorsim.discrepancy.outcome.missed_bands import missed_bands
-from rotorsim.discrepancy.outcome.report_spectra import spectra_of
-from rotorsim.discrepancy.outcome.result import NO_ACCURACY, Diagnosis, Planner
-from rotorsim.discrepancy.plan.plan import ExperimentPlan, plan_next, rivals_of
-from rotorsim.discrepancy.residuals.comparison import THREADS, ParameterPoint, TwinComparison
+from rotorsim.discrepancy.odds import SURE, Explanation, by_odds, joined_classes, odds
+from rotorsim.discrepancy.outcome.gap import gap_dataset, gap_of, missed_bands, spectra_of
+from rotorsim.discrepancy.outcome.machine_file import CLOCK, IdentifiedEffect
+from rotorsim.discrepancy.outcome.result import (
+    NO_ACCURACY,
+    Diagnosis,
+    Planner,
+    calibration_of,
+    evidence_of,
+    found_of,
+    null_sentence,
+)
+from rotorsim.discrepancy.plan.ranking import ExperimentPlan, plan_next, rivals_of
+from rotorsim.discrepancy.residuals.comparison import THREADS, SensitivityColumns, TwinComparison
 from rotorsim.discrepancy.residuals.equivalent_force import equivalent_force
 from rotorsim.discrepancy.residuals.floor import unknown_sources
-from rotorsim.discrepancy.residuals.localise import Misfit, excess, flagged, table
-from rotorsim.discrepancy.residuals.unsteady import GROUP as UNSTEADY, unsteady
-from rotorsim.discrepancy.search.candidates import Form, candidates
-from rotorsim.discrepancy.search.search import CLEAR, EffectSearch, Hypothesis
-from rotorsim.discrepancy.search.untouched import objection, untouched_gone
-from rotorsim.discrepancy.search.verdict import SearchVerdict, judge
-from rotorsim.discrepancy.twin.alternative_injection import other_law
-from rotorsim.discrepancy.twin.sensitivity_cache import SensitivityColumns
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.residuals.misfit import UNSTEADY, Misfit, excess, flagged, table, unsteady
+from rotorsim.discrepancy.residuals.plausibility import UNLIKE, check_after, check_before, unexplained
+from rotorsim.discrepancy.search.candidates import Form, candidates, prior_sizes
+from rotorsim.discrepancy.search.hypotheses import CLEAR, EffectSearch, Hypothesis
+from rotorsim.discrepancy.search.verdict import SearchVerdict, judge, objection, untouched_gone
+from rotorsim.discrepancy.twin.compiled_models import GRID, STEP, CompiledModels, Progress
+from rotorsim.discrepancy.twin.parameters import ParameterPoint
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import Machine
-from rotorsim.plant.compose import is_compiled
 
-GRID, STEP = (32, 8), 2e-4
-FINE_GRID, FINE_STEP = (32, 16), 1e-4
 SOLVER_LEFT = 0.5
 """Share of what the solver's error moves a number by that is taken to remain in it: the proof is one refinement."""
 UNSETTLED = 5.0
@@ -64,36 +67,6 @@ STRAINED = (
     "re-calibration ends where it is not believed ({}): what is missing leads it astray, or the machine is another one"
 )
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
-Progress = Callable[[str], None]
-
-
-@dataclass(frozen=True)
-class CompiledModels:
-    """Compiled twins of a machine: the coarse one for the fit and the fine one for its discretisation error.
-
-    Examples
-    --------
-    >>> import rotorsim as rs
-    >>> models = rs.discrepancy.CompiledModels.of(machine)  # doctest: +SKIP
-    >>> found = [rs.diagnose(machine, [file], models=models) for file in ("1.nc", "2.nc")]  # doctest: +SKIP
-    """
-
-    twin: Twin
-    fine: Twin | None
-    law: tuple[Twin, Mapping[FitParameter, float]] | None = None
-    """The twin with the injectors' other law, and the changes that match its flow."""
-
-    @classmethod
-    def of(
-        cls, machine: Machine, effects: Iterable[str] | None = None, progress: Progress = lambda _: None
-    ) -> CompiledModels:
-        """Twins of a machine with all effects of the catalogue, or these, as candidates."""
-        only = None if effects is None else tuple(sorted(set(effects)))
-        fine_grid = GRID if machine.film is None else FINE_GRID
-        twin = Twin(machine, GRID, STEP, only=only)
-        if not is_compiled(twin.assembly.module):
-            progress("compile")
-        return cls(twin, Twin(machine, fine_grid, FINE_STEP, only=only), other_law(twin))
 
 
 def diagnose_trials(
@@ -356,7 +329,8 @@ class DiagnosisRun:
         if fine is None:
             return self.fitted, fit
         comparison = self.fitted.proven(fit.point, fine)
-        return comparison, refit(comparison, fit.point, fit.parameters, fit.J, progress=lambda: self.progress("show"))
+        again = fit_parameters(comparison, fit.point, fit.parameters, fit.J, progress=lambda: self.progress("show"))
+        return comparison, again
 
 
 def _row_of(h: Hypothesis) -> dict[str, Any]:

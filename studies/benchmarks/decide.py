@@ -16,24 +16,23 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.errors import RotorsimError
-from rotorsim.discrepancy.blind_test.hide import HiddenTruth, hide, scaled, truth_twin
 from rotorsim.discrepancy.data.groups import make_layout
 from rotorsim.discrepancy.data.intake import open_records
 from rotorsim.discrepancy.diagnose_records import diagnose, trials_of
-from rotorsim.discrepancy.diagnosis import CompiledModels
-from rotorsim.discrepancy.loop.decide import decide
-from rotorsim.discrepancy.loop.rigs import record_on
-from rotorsim.discrepancy.loop.steps import DecisionStep, DecisionSteps
-from rotorsim.discrepancy.odds.explanation import SURE
-from rotorsim.discrepancy.plan.options import ExperimentOption, options
+from rotorsim.discrepancy.hidden_machine import HiddenTruth, hide, truth_twin
+from rotorsim.discrepancy.loop import decide
+from rotorsim.discrepancy.odds import SURE
+from rotorsim.discrepancy.outcome.steps import DecisionStep, DecisionSteps
+from rotorsim.discrepancy.plan.experiments import ExperimentOption, options
 from rotorsim.discrepancy.residuals.comparison import THREADS, simulate
-from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.search.indistinguishable import class_of
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.rigs import record_on
+from rotorsim.discrepancy.search.candidates import candidates, class_of
+from rotorsim.discrepancy.twin.compiled_models import CompiledModels
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import Machine, load_machine
 from studies.benchmarks.detectable import Detectable
 from studies.benchmarks.diagnose import STEP
-from studies.benchmarks.hidden_case import hidden_case
+from studies.benchmarks.hidden_case import hidden_case, scaled
 from studies.benchmarks.loop_case import LoopCase, Rejected, counted, read_cases
 from studies.benchmarks.result import Figure
 

@@ -11,14 +11,13 @@ from math import inf, sqrt
 
 import numpy as np
 
-from rotorsim.discrepancy.blind_test.hide import HiddenTruth, hide
 from rotorsim.discrepancy.data.intake import make_trials, open_records
-from rotorsim.discrepancy.diagnosis import CompiledModels
-from rotorsim.discrepancy.fit.calibrate import recalibrate, relinearised
+from rotorsim.discrepancy.fit import recalibrate, relinearised
+from rotorsim.discrepancy.hidden_machine import HiddenTruth, hide
 from rotorsim.discrepancy.residuals.comparison import TwinComparison
-from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.search.projection import Screening, screen
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.search.candidates import Screening, candidates, screen
+from rotorsim.discrepancy.twin.compiled_models import CompiledModels
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import Machine
 
 CHI2 = 50.0

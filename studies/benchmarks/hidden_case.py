@@ -11,12 +11,11 @@ import numpy as np
 
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import hide
-from rotorsim.discrepancy.blind_test.design import PlannedRecord
-from rotorsim.discrepancy.blind_test.hide import HiddenTruth, draw
-from rotorsim.discrepancy.fit.calibration import flow_key
-from rotorsim.discrepancy.fit.parameters import REFERENCE_PRESSURE, FitParameter
+from rotorsim.discrepancy.hidden_machine import HiddenTruth, draw
+from rotorsim.discrepancy.plan.experiments import PlannedRecord
 from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.twin.parameters import REFERENCE_PRESSURE, FitParameter, flow_key
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine
 
@@ -97,3 +96,12 @@ def _pick(pool: list[str], count: int, rng: np.random.Generator) -> list[str]:
         picked = [pool[i] for i in rng.choice(len(pool), count, replace=False)]
         if len({p.split(".")[0] for p in picked}) == count:
             return picked
+
+
+def scaled(truth: HiddenTruth, factor: float) -> HiddenTruth:
+    """Same truth with the amplitudes of the hidden effects multiplied by a factor."""
+    values = dict(truth.point.values)
+    for form in truth.forms:
+        for parameter in form.parameters:
+            values[parameter] *= factor
+    return replace(truth, point=replace(truth.point, values=values))

@@ -7,11 +7,12 @@ import pytest
 
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import hide
-from rotorsim.discrepancy.blind_test.hide import HiddenTruth, truth_twin
 from rotorsim.discrepancy.data.clocks import clock_offset, delayed, drift_of, without_drift
 from rotorsim.discrepancy.data.intake import make_trials, open_records
 from rotorsim.discrepancy.data.spectra import make_trial
-from rotorsim.discrepancy.residuals.comparison import ParameterPoint, TwinComparison
+from rotorsim.discrepancy.hidden_machine import HiddenTruth, truth_twin
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
+from rotorsim.discrepancy.twin.parameters import ParameterPoint
 from rotorsim.machine import load_machine
 
 F = np.arange(1, 200) * 1.25

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from rotorsim.discrepancy.diagnosis import UNSETTLED, DiagnosisRun
-from rotorsim.discrepancy.fit.parameters import FitParameter
-from rotorsim.discrepancy.residuals.comparison import ParameterPoint, TwinComparison
-from rotorsim.discrepancy.search.candidates import NO_SOLUTION
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
+from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
+from rotorsim.discrepancy.twin.plant import NO_SOLUTION
 
 LINES = 3
 AWAY = ParameterPoint({FitParameter("shaft_damping", 0.1): 2.0})

@@ -5,15 +5,11 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.fit.least_squares import ParameterFit, fit, singular_directions
-from rotorsim.discrepancy.fit.parameters import REFERENCE_SPEED, FitParameter, contributions, setting
-from rotorsim.discrepancy.fit.uncertainty import covariance, sd_of_polar
+from rotorsim.discrepancy.fit import ParameterFit, covariance, fit_parameters, sd_of_polar, singular_directions
 from rotorsim.discrepancy.outcome.result import EXIT_CODES
-from rotorsim.discrepancy.residuals.comparison import ParameterPoint
-from rotorsim.discrepancy.search.candidates import Form
-from rotorsim.discrepancy.search.indistinguishable import class_of
-from rotorsim.discrepancy.search.projection import screen
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.search.candidates import Form, class_of, screen
+from rotorsim.discrepancy.twin.parameters import REFERENCE_SPEED, FitParameter, ParameterPoint, contributions, setting
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.effects import REGISTRY
 from rotorsim.effects.base import forms_of_parameters
 from rotorsim.machine import load_machine
@@ -37,16 +33,17 @@ class Curve:
 def test_a_nonlinear_fit_with_a_kept_jacobian_converges():
     t = np.linspace(0, 2, 20)
     start = float(np.sum(Curve().residual(ParameterPoint()) ** 2))
-    found = fit(Curve(), ParameterPoint(), [A, B], np.column_stack([t, t**2]), steps=40)
+    found = fit_parameters(Curve(), ParameterPoint(), [A, B], np.column_stack([t, t**2]), steps=40)
     assert found.cost < 0.02 * start
-    better = fit(Curve(), found.point, [A, B], np.column_stack([t * np.exp(found.vector[0] * t), t**2]), steps=40)
+    J = np.column_stack([t * np.exp(found.vector[0] * t), t**2])
+    better = fit_parameters(Curve(), found.point, [A, B], J, steps=40)
     assert better.cost < 1e-3 * start
 
 
 def test_a_prior_holds_what_the_data_do_not_tell():
     tight = FitParameter("a", 0.1, sd=1e-6)
     t = np.linspace(0, 2, 20)
-    found = fit(Curve(), ParameterPoint(), [tight, B], np.column_stack([t, t**2]))
+    found = fit_parameters(Curve(), ParameterPoint(), [tight, B], np.column_stack([t, t**2]))
     assert abs(found.point.values[tight]) < 1e-4
 
 

@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rotorsim.discrepancy.fit.parameters import FitParameter, contributions, setting
-from rotorsim.discrepancy.outcome.findings import IdentifiedEffect
-from rotorsim.discrepancy.outcome.machine_file import difference
+from rotorsim.discrepancy.outcome.machine_file import IdentifiedEffect, difference
 from rotorsim.discrepancy.outcome.result import Diagnosis
-from rotorsim.discrepancy.residuals.comparison import ParameterPoint
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint, contributions, setting
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import Machine, load_machine, machine_text
 from rotorsim.machine.edit import remarked
 

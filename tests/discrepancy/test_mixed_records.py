@@ -7,13 +7,13 @@ import pytest
 
 from identification import make_record, make_vectors
 from rotorsim.discrepancy import diagnose, runup_vectors
-from rotorsim.discrepancy.blind_test.design import PlannedRecord
-from rotorsim.discrepancy.blind_test.hide import record_of
 from rotorsim.discrepancy.data.groups import make_layout
 from rotorsim.discrepancy.data.intake import limits, make_trials
 from rotorsim.discrepancy.data.run_ups import is_table, sweeps, with_tables
 from rotorsim.discrepancy.data.sweeps import TOLERANCE, make_sweeps
 from rotorsim.discrepancy.diagnose_records import trials_of
+from rotorsim.discrepancy.hidden_machine import record_of
+from rotorsim.discrepancy.plan.experiments import PlannedRecord
 from rotorsim.discrepancy.residuals.comparison import TwinComparison
 from rotorsim.discrepancy.residuals.floor import floor, repeat_scatter, unknown_sources
 from rotorsim.experiments import Coastdown

@@ -8,26 +8,23 @@ import pytest
 
 from rotorsim.base.errors import DataError
 from rotorsim.campaign import load_plan
-from rotorsim.discrepancy.blind_test.design import campaign
 from rotorsim.discrepancy.data.groups import make_layout
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.data.sweeps import empty_sweep
-from rotorsim.discrepancy.odds.evidence import log_evidence
-from rotorsim.discrepancy.odds.explanation import Explanation
-from rotorsim.discrepancy.odds.model_form import ModelForm
-from rotorsim.discrepancy.plan.allowed import ALLOWED, check_allowed
-from rotorsim.discrepancy.plan.expected import (
+from rotorsim.discrepancy.evidence import ModelForm, log_evidence
+from rotorsim.discrepancy.odds import Explanation
+from rotorsim.discrepancy.plan.experiments import ALLOWED, campaign, check_allowed, options
+from rotorsim.discrepancy.plan.forecast import (
     CurrentOdds,
     Outlook,
     PredictedResponse,
     PredictiveDensity,
     entropy,
+    in_proportion,
     outlook,
     separation,
 )
-from rotorsim.discrepancy.plan.forecast import in_proportion
-from rotorsim.discrepancy.plan.options import options
-from rotorsim.discrepancy.plan.plan import ExperimentPlan, ExperimentRanking, Proposal, _of_class, rivals_of
+from rotorsim.discrepancy.plan.ranking import ExperimentPlan, ExperimentRanking, Proposal, _of_class, rivals_of
 from rotorsim.experiments import Coastdown, Impact, Multisine, Runup, Steady
 from rotorsim.machine import load_machine
 

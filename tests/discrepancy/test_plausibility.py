@@ -5,12 +5,12 @@ import pytest
 
 from identification import from_arrays
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.blind_test.design import campaign
-from rotorsim.discrepancy.blind_test.hide import record_of
-from rotorsim.discrepancy.data.plausibility import check_after
 from rotorsim.discrepancy.data.spectra import make_trial
-from rotorsim.discrepancy.data.unit_checks import check_before
-from rotorsim.discrepancy.residuals.comparison import ParameterPoint, TwinComparison
+from rotorsim.discrepancy.hidden_machine import record_of
+from rotorsim.discrepancy.plan.experiments import campaign
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
+from rotorsim.discrepancy.residuals.plausibility import check_after, check_before
+from rotorsim.discrepancy.twin.parameters import ParameterPoint
 
 WANTED = ("fit_2", "fit_3", "fit_5")
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from rotorsim.base.cache import Cache
-from rotorsim.discrepancy.blind_test.design import campaign
-from rotorsim.discrepancy.blind_test.hide import record_of
 from rotorsim.discrepancy.data.spectra import make_trial
-from rotorsim.discrepancy.fit.parameters import FitParameter
-from rotorsim.discrepancy.residuals.comparison import ParameterPoint, TwinComparison
+from rotorsim.discrepancy.hidden_machine import record_of
+from rotorsim.discrepancy.plan.experiments import campaign
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
+from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
 
 
 def test_a_response_is_computed_once_for_every_place(machine, models, tmp_path):

@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 
 from rotorsim.discrepancy.data.intake import make_trials, open_records
-from rotorsim.discrepancy.fit.calibration import calibration
-from rotorsim.discrepancy.fit.least_squares import ParameterFit, fit
-from rotorsim.discrepancy.odds.evidence import log_evidence, prior_sizes
-from rotorsim.discrepancy.odds.model_form import SIZES, model_form, weights, whitened_size
-from rotorsim.discrepancy.odds.odds import TEMPERATURE
-from rotorsim.discrepancy.residuals.comparison import ParameterPoint, TwinComparison
+from rotorsim.discrepancy.evidence import SIZES, log_evidence, model_form, prior_sizes, weights, whitened_size
+from rotorsim.discrepancy.fit import ParameterFit, fit_parameters
+from rotorsim.discrepancy.odds import TEMPERATURE
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
 from rotorsim.discrepancy.residuals.floor import TOLERANCE
 from rotorsim.discrepancy.search.candidates import candidates
+from rotorsim.discrepancy.twin.parameters import ParameterPoint, calibration
 
 pytestmark = pytest.mark.nightly
 CASES = [("coupling.force_2x", 4), ("runout.amplitude_1x", 6), ("runout.amplitude_2x", 7), ("shaft_bow.bow", 8),
@@ -67,7 +66,7 @@ def posterior(request, machine, models, recorded):
     point = ParameterPoint({p: hidden.get(p.name, 0.0) for p in parameters}, dict(form.fixed))
     comparison.set_floor(point, models.fine, TOLERANCE)
     for _ in range(3):
-        found = fit(comparison, point, parameters, comparison.jacobian(point, parameters))
+        found = fit_parameters(comparison, point, parameters, comparison.jacobian(point, parameters))
         point = found.point
     J = comparison.jacobian(point, parameters, central=True)
     return Posterior(comparison, ParameterFit(parameters, point, found.residual, J, found.cost)), len(form.parameters)

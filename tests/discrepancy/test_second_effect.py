@@ -5,15 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.fit.least_squares import ParameterFit
-from rotorsim.discrepancy.fit.parameters import FitParameter
-from rotorsim.discrepancy.residuals.comparison import ParameterPoint
-from rotorsim.discrepancy.residuals.localise import Misfit
+from rotorsim.discrepancy.fit import ParameterFit
+from rotorsim.discrepancy.residuals.misfit import Misfit
 from rotorsim.discrepancy.search import second_effect
-from rotorsim.discrepancy.search.candidates import Form
-from rotorsim.discrepancy.search.indistinguishable import alike_by_weight, of_one_force, same_class
-from rotorsim.discrepancy.search.search import EffectSearch
-from rotorsim.discrepancy.search.second_effect import cancel, within_form_error
+from rotorsim.discrepancy.search.candidates import Form, alike_by_weight, of_one_force, same_class
+from rotorsim.discrepancy.search.hypotheses import EffectSearch, cancel, within_form_error
+from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
 
 
 def test_responses_that_cancel_are_noticed_and_others_are_not(rng):

@@ -14,25 +14,23 @@ from identification.records.mapping import parse
 from rotorsim.base.errors import DataError
 from rotorsim.campaign import load_plan
 from rotorsim.discrepancy import diagnose, runup_vectors
-from rotorsim.discrepancy.blind_test.design import campaign
-from rotorsim.discrepancy.blind_test.hide import draw, record_of
 from rotorsim.discrepancy.data.changes import RING_KEY, known_changes, ring_angle, with_ring
 from rotorsim.discrepancy.data.intake import make_trials
 from rotorsim.discrepancy.data.sensors import check_ring
 from rotorsim.discrepancy.data.spectra import make_trial
 from rotorsim.discrepancy.data.sweeps import empty_sweep
-from rotorsim.discrepancy.fit.parameters import FitParameter, setting
-from rotorsim.discrepancy.loop.rigs import record_on
-from rotorsim.discrepancy.plan.expected import Outlook
-from rotorsim.discrepancy.plan.forecast import Forecast, on_turned_ring
-from rotorsim.discrepancy.plan.options import RING_ANGLE, options
-from rotorsim.discrepancy.plan.plan import ExperimentPlan, Proposal
-from rotorsim.discrepancy.residuals.comparison import ParameterPoint, TwinComparison, simulate
+from rotorsim.discrepancy.hidden_machine import draw, record_of
+from rotorsim.discrepancy.plan.experiments import RING_ANGLE, campaign, options
+from rotorsim.discrepancy.plan.forecast import Forecast, Outlook, on_turned_ring
+from rotorsim.discrepancy.plan.ranking import ExperimentPlan, Proposal
+from rotorsim.discrepancy.residuals.comparison import TwinComparison, simulate
 from rotorsim.discrepancy.residuals.equivalent_force import equivalent_force
 from rotorsim.discrepancy.residuals.floor import repeats
-from rotorsim.discrepancy.residuals.localise import flagged, table
+from rotorsim.discrepancy.residuals.misfit import flagged, table
+from rotorsim.discrepancy.rigs import record_on
 from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint, setting
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise
 

@@ -7,11 +7,10 @@ import pytest
 
 from rotorsim.base.errors import MachineFileError
 from rotorsim.discrepancy import diagnose
-from rotorsim.discrepancy.fit.calibration import calibration
-from rotorsim.discrepancy.outcome.findings import Findings, IdentifiedEffect
-from rotorsim.discrepancy.outcome.machine_file import extended
+from rotorsim.discrepancy.outcome.machine_file import Findings, IdentifiedEffect, extended
 from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.twin.parameters import calibration
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.experiments.impact import Impact
 from rotorsim.experiments.running import run
 from rotorsim.machine import load_machine

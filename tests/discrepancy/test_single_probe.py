@@ -15,16 +15,16 @@ from identification.records.probes import DISPLACEMENTS
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import diagnose, hide
 from rotorsim.discrepancy.data.sweeps import make_sweeps, ramp
-from rotorsim.discrepancy.diagnosis import CompiledModels, for_probes
-from rotorsim.discrepancy.fit.calibrate import recalibrate, relinearised
-from rotorsim.discrepancy.outcome.gap import reduction
-from rotorsim.discrepancy.outcome.missed_bands import missed_bands
+from rotorsim.discrepancy.diagnose_records import vector_trials
+from rotorsim.discrepancy.diagnosis import for_probes
+from rotorsim.discrepancy.fit import recalibrate, relinearised
+from rotorsim.discrepancy.outcome.gap import missed_bands, reduction
 from rotorsim.discrepancy.residuals.comparison import TwinComparison
 from rotorsim.discrepancy.residuals.floor import repeat_scatter, repeats
-from rotorsim.discrepancy.residuals.localise import flagged, table
-from rotorsim.discrepancy.runup_diagnosis import vector_trials
+from rotorsim.discrepancy.residuals.misfit import flagged, table
 from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.twin.compiled_models import CompiledModels
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import load_machine
 
 KIT = Path(__file__).parents[2] / "docs" / "rk4"

@@ -5,8 +5,9 @@ import pytest
 
 from rotorsim.analysis.supply import regulator_pressure
 from rotorsim.discrepancy.data.spectra import make_trial
-from rotorsim.discrepancy.residuals.comparison import ParameterPoint, TwinComparison
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
+from rotorsim.discrepancy.twin.parameters import ParameterPoint
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 from rotorsim.study.physics import physics

@@ -6,11 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.fit.least_squares import ParameterFit, fit
-from rotorsim.discrepancy.fit.parameters import FitParameter
-from rotorsim.discrepancy.fit.uncertainty import covariance, fall, finished
-from rotorsim.discrepancy.residuals.comparison import ParameterPoint, TwinComparison
-from rotorsim.discrepancy.twin.twin import of_bearing
+from rotorsim.discrepancy.fit import ParameterFit, covariance, fall, finished, fit_parameters
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
+from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
+from rotorsim.discrepancy.twin.plant import of_bearing
 
 pytestmark = pytest.mark.numerical
 
@@ -52,7 +51,7 @@ def fitted(number):
     scanned = [ParameterPoint({SHAFT: v}) for v in np.linspace(-0.08, 0.08, 81)]
     start = min(scanned, key=lambda p: float(np.sum(comparison.residual(p) ** 2)))
     for _ in range(3):
-        found = fit(comparison, start, PARAMETERS, comparison.jacobian(start, PARAMETERS))
+        found = fit_parameters(comparison, start, PARAMETERS, comparison.jacobian(start, PARAMETERS))
         start = found.point
     return comparison, found, truth
 

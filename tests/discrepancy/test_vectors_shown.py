@@ -5,12 +5,12 @@ import pytest
 
 from identification import make_vectors
 from rotorsim.discrepancy.data.sweeps import make_sweeps
-from rotorsim.discrepancy.outcome.gap import rms
-from rotorsim.discrepancy.outcome.report_spectra import spectra_of
-from rotorsim.discrepancy.residuals.comparison import ParameterPoint, TwinComparison
+from rotorsim.discrepancy.outcome.gap import rms, spectra_of
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
 from rotorsim.discrepancy.residuals.equivalent_force import equivalent_force
-from rotorsim.discrepancy.residuals.localise import flagged, table
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.residuals.misfit import flagged, table
+from rotorsim.discrepancy.twin.parameters import ParameterPoint
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import load_machine
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise

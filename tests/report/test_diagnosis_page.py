@@ -5,11 +5,10 @@ from dataclasses import replace
 
 import pytest
 
-from rotorsim.discrepancy.loop.steps import DecisionSteps
-from rotorsim.discrepancy.outcome.findings import IdentifiedEffect
-from rotorsim.discrepancy.outcome.result import NO_ACCURACY, PLAN_NEXT
-from rotorsim.discrepancy.outcome.stored_plan import StoredPlan
-from rotorsim.discrepancy.outcome.where import located
+from rotorsim.discrepancy.outcome.files import StoredPlan
+from rotorsim.discrepancy.outcome.machine_file import IdentifiedEffect
+from rotorsim.discrepancy.outcome.result import NO_ACCURACY, PLAN_NEXT, located
+from rotorsim.discrepancy.outcome.steps import DecisionSteps
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import load_machine
 from rotorsim.plant.acting import acting_places, nozzles

@@ -8,10 +8,10 @@ import numpy as np
 import xarray as xr
 
 from rotorsim.discrepancy import Diagnosis
-from rotorsim.discrepancy.odds.explanation import Explanation
-from rotorsim.discrepancy.outcome.findings import IdentifiedEffect
+from rotorsim.discrepancy.odds import Explanation
 from rotorsim.discrepancy.outcome.gap import STAGES
-from rotorsim.discrepancy.residuals.localise import Misfit
+from rotorsim.discrepancy.outcome.machine_file import IdentifiedEffect
+from rotorsim.discrepancy.residuals.misfit import Misfit
 from rotorsim.machine import load_machine
 
 POINTS = {"fit_1": "fit", "fit_2": "fit", "held_out_1": "held_out", "untouched_1": "untouched"}

@@ -10,10 +10,10 @@ import typer
 from rotorsim.base.constants import TO_UM
 from rotorsim.base.progress import end_line
 from rotorsim.discrepancy import Diagnosis
-from rotorsim.discrepancy.odds.explanation import LEAST_SHOWN, shown_share
+from rotorsim.discrepancy.odds import LEAST_SHOWN, shown_share
 from rotorsim.discrepancy.outcome.gap import reduction
 from rotorsim.discrepancy.outcome.result import PLAN_NEXT
-from rotorsim.discrepancy.plan.plan import ExperimentPlan
+from rotorsim.discrepancy.plan.ranking import ExperimentPlan
 
 
 def show(diagnosis: Diagnosis, files: dict[str, str], as_json: bool) -> None:

@@ -10,8 +10,8 @@ import typer
 from rotorsim.base.constants import MINUTE
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import parse
-from rotorsim.discrepancy.loop.rigs import ExperimentRig, open_rig
-from rotorsim.discrepancy.plan.allowed import ALLOWED, check_allowed
+from rotorsim.discrepancy.plan.experiments import ALLOWED, check_allowed
+from rotorsim.discrepancy.rigs import ExperimentRig, open_rig
 from rotorsim.machine import Machine
 
 BUDGET, WAIT = "30 min", "8 h"

@@ -13,9 +13,9 @@ from rotorsim.commands.diagnosis.experiment_options import ExperimentOptions
 from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import results
 from rotorsim.discrepancy import Diagnosis, decide
-from rotorsim.discrepancy.loop.steps import FILE, DecisionSteps
-from rotorsim.discrepancy.odds.explanation import shown_share
+from rotorsim.discrepancy.odds import shown_share
 from rotorsim.discrepancy.outcome.files import RESULTS, save_diagnosis
+from rotorsim.discrepancy.outcome.steps import FILE, DecisionSteps
 from rotorsim.machine import load_machine
 
 FOLDER = Path("decision")

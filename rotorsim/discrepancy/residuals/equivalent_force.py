@@ -21,12 +21,11 @@ from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.discrepancy.data.changes import RING, RING_KEY, ring_axes
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.data.window import TURNING
-from rotorsim.discrepancy.fit.parameters import contributions, setting
 from rotorsim.discrepancy.linear_algebra import answer
-from rotorsim.discrepancy.residuals.comparison import ParameterPoint, TwinComparison
-from rotorsim.discrepancy.residuals.localise import Misfit
-from rotorsim.discrepancy.residuals.unsteady import GROUP, tone
-from rotorsim.discrepancy.twin.twin import FAILURES, Setting, Twin
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
+from rotorsim.discrepancy.residuals.misfit import UNSTEADY, Misfit, tone
+from rotorsim.discrepancy.twin.parameters import ParameterPoint, contributions, setting
+from rotorsim.discrepancy.twin.plant import FAILURES, Setting, Twin
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise
 
@@ -67,7 +66,7 @@ def _of_record(
     metres = residual * comparison.sigma
     r = np.array([metres[o[:half]] + 1j * metres[o[half:]] for o in own])
     white = np.array([residual[o[:half]] ** 2 + residual[o[half:]] ** 2 for o in own]).sum(axis=0)
-    inside = np.isin(layout.group[own[0][:half]], [layout.groups.index(g) for g in groups - {GROUP}])
+    inside = np.isin(layout.group[own[0][:half]], [layout.groups.index(g) for g in groups - {UNSTEADY}])
     values = setting(
         comparison.twin, contributions(point.values, trial.speed, trial.pressure, trial.changes), point.fixed
     )
@@ -80,7 +79,7 @@ def _of_record(
     for k in _peaks(white * inside, 3):
         near = r[:, max(0, k - spread) : k + spread + 1]
         found.append(_line(trial, plant, probes, float(trial.frequencies[1 + k]), r[:, k], near))
-    if GROUP in groups:
+    if UNSTEADY in groups:
         f, size = tone(trial, comparison.apart(point)[i])
         found.append(_line(trial, plant, probes, f, size, size[:, None]) | {"unsteady": True})
     return found
@@ -175,7 +174,7 @@ def _direction(force: np.ndarray) -> str:
 
 def _growth(comparison: TwinComparison, residual: np.ndarray, flags: Sequence[Misfit]) -> dict[str, float]:
     """Exponents of a fit  size ~ speed^a pressure^b amplitude^c  to the residual of the worst group over records."""
-    flags = [f for f in flags if f.group != GROUP]
+    flags = [f for f in flags if f.group != UNSTEADY]
     if not flags:
         return {}
     layout, trials = comparison.layout, comparison.trials

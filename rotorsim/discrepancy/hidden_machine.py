@@ -19,14 +19,19 @@ from rotorsim.base.exchange import json_text as json
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import make_folder, write_json
 from rotorsim.base.netcdf import write_netcdf
-from rotorsim.discrepancy.blind_test.design import PlannedRecord, campaign
 from rotorsim.discrepancy.data.window import find_period
-from rotorsim.discrepancy.fit.calibration import MESH, calibration
-from rotorsim.discrepancy.fit.parameters import DIRECTIONS, FitParameter, contributions, setting
-from rotorsim.discrepancy.residuals.comparison import ParameterPoint
+from rotorsim.discrepancy.plan.experiments import PlannedRecord, campaign
 from rotorsim.discrepancy.search.candidates import Form, candidates
-from rotorsim.discrepancy.twin.periodic_motion import in_motion
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.twin.parameters import (
+    DIRECTIONS,
+    MESH,
+    FitParameter,
+    ParameterPoint,
+    calibration,
+    contributions,
+    setting,
+)
+from rotorsim.discrepancy.twin.plant import Twin, in_motion
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine, load_machine
 from rotorsim.plant.columns import COLUMNS
@@ -152,7 +157,7 @@ def record_of(
 
     A record that is `tiled` is one period of the response of a machine that has been running, again and again, with
     noise drawn outside the plant: equal to the whole run if no state lasts longer, at a third of its cost. `changes`
-    are made on purpose, by key of `fit.parameters`.
+    are made on purpose, by key of `twin.parameters`.
     """
     speed, pressure = planned.experiment.initial()
     rows = planned.experiment.rows(0, planned.experiment.samples)
@@ -275,12 +280,3 @@ def write(folder: Path, records: Sequence[xr.Dataset], truth: HiddenTruth, twin:
         for record in records:
             write_netcdf(make_folder(part / "records") / f"{record.attrs['record']}.nc", record)
         write_json(make_folder(part / "sealed") / "truth.json", truth.as_dict(twin), default=float)
-
-
-def scaled(truth: HiddenTruth, factor: float) -> HiddenTruth:
-    """Same truth with the amplitudes of the hidden effects multiplied by a factor."""
-    values = dict(truth.point.values)
-    for form in truth.forms:
-        for parameter in form.parameters:
-            values[parameter] *= factor
-    return replace(truth, point=replace(truth.point, values=values))

@@ -12,12 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.blind_test.design import PlannedRecord
-from rotorsim.discrepancy.blind_test.hide import read_truth, record_of, truth_twin
 from rotorsim.discrepancy.data.changes import known_changes
-from rotorsim.discrepancy.plan.options import ExperimentOption
-from rotorsim.discrepancy.residuals.comparison import ParameterPoint
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.hidden_machine import read_truth, record_of, truth_twin
+from rotorsim.discrepancy.plan.experiments import ExperimentOption, PlannedRecord
+from rotorsim.discrepancy.twin.parameters import ParameterPoint
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import Machine
 
 if TYPE_CHECKING:

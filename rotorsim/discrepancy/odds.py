@@ -1,4 +1,4 @@
-r"""Odds of a diagnosis: probability of every explanation, of nothing missing, and of something beyond the catalogue.
+r"""Odds of a diagnosis: probability of every explanation, and the verdict that follows from them.
 
 .. math:: P_k \propto p_k\, Z_k
 
@@ -7,6 +7,11 @@ Where it was re-fitted with the plant the evidence is taken there, otherwise fro
 point. The temperature T makes up for what the evidence takes for certain (independent lines, the tangent); it is fitted
 on hidden cases, not derived. An effect whose size the records do not narrow down cannot be distinguished from nothing,
 and is counted with it.
+
+A name or a tie of the search is named where one explanation has `SURE`, a tie where several share it, and partial where
+something beyond the catalogue is more likely than not. A partial explanation is the most probable one that helps. Where
+the search has no name, or too little, `no_disagreement` follows if nothing missing has `SURE`: all that is flagged is
+within the model's inferred form error then.
 
 Cites: mackay_2003, kennedy_2001.
 """
@@ -19,20 +24,88 @@ from math import comb
 
 import numpy as np
 
-from rotorsim.discrepancy.fit.least_squares import ParameterFit
-from rotorsim.discrepancy.odds.evidence import (
+from rotorsim.discrepancy.evidence import (
+    ModelForm,
     likely_sizes,
     log_evidence,
+    model_form,
     one_sided,
     prior_sizes,
     settled,
     unexplained_gain,
+    whitened_size,
 )
-from rotorsim.discrepancy.odds.explanation import NOTHING, Explanation
-from rotorsim.discrepancy.odds.model_form import ModelForm, model_form, whitened_size
+from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.residuals.comparison import TwinComparison
-from rotorsim.discrepancy.search.indistinguishable import class_of
-from rotorsim.discrepancy.search.search import EffectSearch, Hypothesis
+from rotorsim.discrepancy.search.candidates import class_of
+from rotorsim.discrepancy.search.hypotheses import EffectSearch, Hypothesis
+from rotorsim.discrepancy.search.verdict import A_FIFTH, SearchVerdict
+
+BEYOND = "something that is not in the catalogue"
+NOTHING = "nothing is missing"
+NOT_IN_CATALOGUE = "not in the catalogue"
+"""Name of all explanations together that hold something which is not in the catalogue."""
+SURE = 0.95
+"""Probability from which an explanation is settled."""
+MOST = 6
+"""Effects that a sentence lists at most."""
+LEAST_SHOWN = 1e-3
+"""Probability below which an explanation is not listed."""
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What may be missing, with its probability.
+
+    effects : keys of forms, none where nothing of the catalogue is missing
+    beyond : whether something that is not in the catalogue is missing as well
+    alike : explanations that no record distinguishes from it; their probabilities are in this one
+    evidence : logarithm, above that of nothing missing
+    error : relative error of the model's form that it leaves, most probable value
+    shown : whether the records narrow its size down; otherwise it cannot be distinguished from nothing
+    refitted : whether the plant was fitted with it; otherwise by the sensitivities alone
+    unseen : explanations that are counted with it because these records do not show them; other records may
+    """
+
+    effects: tuple[str, ...]
+    beyond: bool
+    evidence: float
+    error: float
+    refitted: bool
+    probability: float = 0.0
+    alike: tuple[tuple[str, ...], ...] = ()
+    shown: bool = True
+    unseen: tuple[Explanation, ...] = ()
+
+    @property
+    def shown_probability(self) -> float:
+        """Probability without that of the unseen ones."""
+        return self.probability - sum(e.probability for e in self.unseen)
+
+    @property
+    def unseen_sentence(self) -> str:
+        """Which effects the records do not show, with their probability; empty for none."""
+        if not self.unseen:
+            return ""
+        names = [e.name for e in self.unseen]
+        more = f" and {len(names) - MOST} others" if len(names) > MOST else ""
+        share = shown_share(self.probability - self.shown_probability)
+        return f"{share} of it is of effects that these records do not show: {', '.join(names[:MOST])}{more}"
+
+    @property
+    def name(self) -> str:
+        """As text."""
+        if not self.effects:
+            return BEYOND if self.beyond else NOTHING
+        return " with ".join(self.effects) + (f" and {BEYOND}" if self.beyond else "")
+
+
+def shown_share(probability: float) -> str:
+    """A probability in percent; next to certainty as what it is above."""
+    if probability > 0.999:
+        return "> 99.9 %"
+    return f"{100 * probability:.0f} %" if 0.01 <= probability < 0.99 else f"{100 * probability:.1f} %"
+
 
 TEMPERATURE = 4.0
 """T of the formula above. With it and `ELSE` 35 hidden cases for tuning had a Brier score of .02, with 1 one of .10."""
@@ -169,3 +242,72 @@ def _with_unseen(nothing: Explanation, unseen: tuple[Explanation, ...]) -> Expla
     """Nothing missing together with what the records do not show."""
     probability = nothing.probability + sum(e.probability for e in unseen)
     return replace(nothing, probability=probability, unseen=unseen)
+
+
+RIVAL = 0.01
+"""Probability from which an explanation is a rival of a tie."""
+LIKELY = 0.5
+"""Probability of something beyond the catalogue from which no name is given."""
+
+
+def by_odds(verdict: SearchVerdict, odds: Sequence[Explanation], known: Iterable[str]) -> SearchVerdict:
+    """The verdict of a search as the odds have it; unchanged where there are none."""
+    if not odds:
+        return verdict
+    beyond = sum(e.probability for e in odds if e.beyond)
+    if verdict.status in ("named", "tie") and verdict.best is not None:
+        return _partial(verdict) if beyond > LIKELY else _of_names(verdict, verdict.best, odds, set(known))
+    nothing = sum(e.probability for e in odds if not e.effects and not e.beyond)
+    if verdict.status in ("unknown", "partial") and nothing >= SURE:
+        return replace(verdict, status="no_disagreement", best=None, rivals=(), classes=())
+    return _most_probable_part(verdict, odds, set(known)) if verdict.status == "partial" else verdict
+
+
+def _partial(verdict: SearchVerdict) -> SearchVerdict:
+    return replace(verdict, status="partial", rivals=())
+
+
+def _most_probable_part(verdict: SearchVerdict, odds: Sequence[Explanation], known: set[str]) -> SearchVerdict:
+    """A partial explanation by the effects that are most probable, with something beyond the catalogue or without."""
+    first = max((e for e in odds if e.effects), key=lambda e: e.probability, default=None)
+    own = () if first is None else (first.effects, *first.alike)
+    helps = [h for h in verdict.tried if h.keys in own and not h.failed and h.gone >= A_FIFTH]
+    if not helps:
+        return verdict
+    best = min(helps, key=lambda h: h.fit.cost)
+    return replace(verdict, best=best, rivals=(), classes=tuple(class_of(key, known) for key in best.keys))
+
+
+def _of_names(verdict: SearchVerdict, best: Hypothesis, odds: Sequence[Explanation], known: set[str]) -> SearchVerdict:
+    """A name or a tie of the hypotheses that the search has accepted."""
+    accepted = sorted((best, *verdict.rivals), key=lambda h: -probability_of(h.keys, odds))
+    first, p = accepted[0], probability_of(accepted[0].keys, odds)
+    others = [h for h in accepted[1:] if p < SURE and probability_of(h.keys, odds) >= RIVAL]
+    classes = verdict.classes if first is best else tuple(class_of(key, known) for key in first.keys)
+    several = any(len(own) > 1 for own in classes) or bool(others) or p < SURE
+    return replace(verdict, status="tie" if several else "named", best=first, rivals=tuple(others), classes=classes)
+
+
+def joined_classes(odds: Sequence[Explanation], verdict: SearchVerdict) -> tuple[Explanation, ...]:
+    """The odds with the members of the found effects' classes as one: some are known once the size is found."""
+    if verdict.best is None:
+        return tuple(odds)
+    own, key_sets = verdict.best.keys, [set(c) for c in verdict.classes]
+
+    def same(e: Explanation) -> bool:
+        pairs = zip(e.effects, key_sets, strict=False)
+        return not e.beyond and len(e.effects) == len(key_sets) and all(key in c for key, c in pairs)
+
+    members = [e for e in odds if same(e)]
+    if len(members) < 2:
+        return tuple(odds)
+    first = next((e for e in members if own in (e.effects, *e.alike)), members[0])
+    alike = tuple(keys for e in members for keys in (e.effects, *e.alike) if keys != first.effects)
+    one = replace(first, probability=sum(e.probability for e in members), alike=alike)
+    rest = [e for e in odds if e not in members]
+    return tuple(sorted((one, *rest), key=lambda e: (-e.probability, e.name)))
+
+
+def probability_of(keys: tuple[str, ...], odds: Sequence[Explanation]) -> float:
+    """Probability of an explanation by its effects, as one of a class or alone."""
+    return next((e.probability for e in odds if not e.beyond and keys in (e.effects, *e.alike)), 0.0)

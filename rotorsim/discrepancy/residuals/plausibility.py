@@ -1,6 +1,6 @@
-"""Checks for wrong units, exchanged channels and clock errors of records before the fit.
+"""Plausibility of records for a machine: units, channels and clocks before the fit, the unexplained share after it.
 
-They are suggested and never assumed: a diagnosis stops with the sentence.
+A likely mistake is suggested and never assumed: a diagnosis stops with the sentence.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from rotorsim.base.errors import DataError
+from rotorsim.discrepancy.data.groups import EXCITED
 from rotorsim.discrepancy.residuals.comparison import TwinComparison
 
 FACTORS = {25.4: "mils or inches taken for millimetres", 1e3: "a prefix of a thousand lost (mm, um; mV, V)",
@@ -19,6 +20,9 @@ ALIKE = 0.7
 NEAR = 0.35
 """Relative distance of a ratio to one of FACTORS: the calibration may be off as well."""
 LAGS = np.linspace(-0.02, 0.02, 801)
+"""Time shifts [s] that are tried."""
+UNLIKE, FOREIGN = 0.5, 0.8
+"""Shares of the response that stay unexplained: from the first nothing is named, from the second it is refused."""
 
 
 def check_before(comparison: TwinComparison, simulated: np.ndarray) -> None:
@@ -136,3 +140,30 @@ def check_clocks(comparison: TwinComparison, simulated: np.ndarray) -> None:
                 f"{trial.name}: the displacement is shifted by {lags[0] * 1e3:+.2f} ms in time; are the clocks of the "
                 "two recorders aligned? shift one of them, or state clock, how far it may be off; nothing was assumed"
             )
+
+
+def unexplained(comparison: TwinComparison, fitted: np.ndarray) -> float:
+    """Fraction of the measured response to excitation not explained by a prediction (n,) [m]; 0 if unexcited.
+
+    Orders of the shaft do not count: a missing force may well be larger than what the unbalance does.
+    """
+    layout = comparison.layout
+    excited = np.isin(layout.group, [layout.groups.index(band) for band in EXCITED])
+    y, f = comparison.measured[excited], fitted[excited]
+    return float(np.linalg.norm(y - f)) / max(float(np.linalg.norm(y)), 1e-300)
+
+
+def check_after(comparison: TwinComparison, fitted: np.ndarray) -> list[str]:
+    """Warnings for a poorly matching machine; raises DataError if the records cannot be this machine's."""
+    share = unexplained(comparison, fitted)
+    if share < UNLIKE:
+        return []
+    if share > FOREIGN:
+        raise DataError(
+            f"records: even re-calibrated, the machine file leaves {100 * share:.0f} % of the response unexplained; "
+            "are they of this machine, and are the machine file, speed and pressure right?"
+        )
+    return [
+        f"re-calibrated, the machine file leaves {100 * share:.0f} % of the response unexplained: nothing is named; "
+        "check that the records are of this machine"
+    ]

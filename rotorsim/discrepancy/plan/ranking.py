@@ -16,15 +16,22 @@ import tomlkit
 from rotorsim.base.constants import MPA, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.spectra import Trial
-from rotorsim.discrepancy.fit.least_squares import ParameterFit
+from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.linear_algebra import NoAnswerError
-from rotorsim.discrepancy.odds.explanation import NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, shown_share
-from rotorsim.discrepancy.odds.odds import TEMPERATURE
-from rotorsim.discrepancy.plan.expected import CurrentOdds, Outlook, outlook, separation
-from rotorsim.discrepancy.plan.forecast import Columns, Forecast, in_proportion, on_turned_ring
-from rotorsim.discrepancy.plan.options import ExperimentOption, options, written_changes
+from rotorsim.discrepancy.odds import NOT_IN_CATALOGUE, NOTHING, SURE, TEMPERATURE, Explanation, shown_share
+from rotorsim.discrepancy.plan.experiments import ExperimentOption, options, written_changes
+from rotorsim.discrepancy.plan.forecast import (
+    Columns,
+    CurrentOdds,
+    Forecast,
+    Outlook,
+    in_proportion,
+    on_turned_ring,
+    outlook,
+    separation,
+)
 from rotorsim.discrepancy.residuals.comparison import TwinComparison
-from rotorsim.discrepancy.search.indistinguishable import signature_of
+from rotorsim.discrepancy.search.candidates import signature_of
 from rotorsim.machine import Machine
 
 LEAST = 1e-3
