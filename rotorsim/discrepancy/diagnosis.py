@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.changes import notes_on_changes
 from rotorsim.discrepancy.data.intake import data_hash, limits
 from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.explanation import SURE, Explanation
 from rotorsim.discrepancy.fit import (
     MOST_REPEATS,
     ParameterFit,
@@ -25,7 +26,7 @@ from rotorsim.discrepancy.fit import (
     strained,
 )
 from rotorsim.discrepancy.linear_algebra import NoAnswerError
-from rotorsim.discrepancy.odds import SURE, Explanation, by_odds, joined_classes, odds
+from rotorsim.discrepancy.odds import by_odds, joined_classes, odds
 from rotorsim.discrepancy.outcome.gap import gap_dataset, gap_of, missed_bands, spectra_of
 from rotorsim.discrepancy.outcome.machine_file import CLOCK, IdentifiedEffect
 from rotorsim.discrepancy.outcome.result import (
@@ -37,7 +38,6 @@ from rotorsim.discrepancy.outcome.result import (
     found_of,
     null_sentence,
 )
-from rotorsim.discrepancy.plan.ranking import ExperimentPlan, plan_next, rivals_of
 from rotorsim.discrepancy.residuals.comparison import THREADS, SensitivityColumns, TwinComparison
 from rotorsim.discrepancy.residuals.equivalent_force import equivalent_force
 from rotorsim.discrepancy.residuals.floor import unknown_sources
@@ -50,6 +50,9 @@ from rotorsim.discrepancy.twin.compiled_models import GRID, STEP, CompiledModels
 from rotorsim.discrepancy.twin.parameters import ParameterPoint
 from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import Machine
+
+if TYPE_CHECKING:
+    from rotorsim.discrepancy.plan.ranking import ExperimentPlan
 
 SOLVER_LEFT = 0.5
 """Share of what the solver's error moves a number by that is taken to remain in it: the proof is one refinement."""
@@ -283,6 +286,8 @@ class DiagnosisRun:
         """What plans the next experiment, by what may change, the longest experiment [min] and what is settled."""
 
         def planned(allow: Iterable[str], longest: float, sure: float) -> ExperimentPlan:
+            from rotorsim.discrepancy.plan.ranking import plan_next, rivals_of  # experiments load when they are planned
+
             tried = [*verdict.tried, *verdict.rivals, *([verdict.best] if verdict.best else [])]
             fits = {h.keys: h.fit for h in sorted(tried, key=lambda h: -h.fit.cost) if not h.failed} | {(): base}
             others = [e for e in rivals_of(judged) if len(e.effects) == 1 and e.effects not in fits]

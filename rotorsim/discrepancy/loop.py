@@ -14,11 +14,12 @@ from rotorsim.base.files import make_folder
 from rotorsim.base.interrupt import undoing
 from rotorsim.base.netcdf import write_netcdf
 from rotorsim.discrepancy.diagnose_records import diagnose
-from rotorsim.discrepancy.odds import NOTHING, SURE
+from rotorsim.discrepancy.explanation import NOTHING, SURE
 from rotorsim.discrepancy.outcome.files import write_plan
 from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.discrepancy.outcome.steps import DecisionStep, DecisionSteps, read_steps
-from rotorsim.discrepancy.plan.experiments import SET_UP, ExperimentOption, allowed_here, check_allowed
+from rotorsim.discrepancy.plan.allowed import allowed_here, check_allowed
+from rotorsim.discrepancy.plan.experiments import SET_UP, ExperimentOption
 from rotorsim.discrepancy.plan.ranking import ExperimentPlan, Proposal
 from rotorsim.discrepancy.residuals.floor import TOLERANCE
 from rotorsim.discrepancy.rigs import ExperimentRig, FolderRig, open_rig
@@ -60,7 +61,7 @@ def decide(
     records : Datasets or paths
         Records to begin with: in place of those that were hidden with a truth, besides those of a folder.
     allow : names
-        What experiments may change (`plan.experiments.ALLOWED`); all for none.
+        What experiments may change (`plan.allowed.ALLOWED`); all for none.
     effects : names, optional
         Candidates.
     sure : float

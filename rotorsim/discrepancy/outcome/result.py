@@ -13,14 +13,13 @@ from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.base.reported import Reported
+from rotorsim.discrepancy.explanation import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, shown_share
 from rotorsim.discrepancy.fit import ParameterFit, sd_of_polar
-from rotorsim.discrepancy.odds import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, shown_share
 from rotorsim.discrepancy.outcome.gap import reduction
 from rotorsim.discrepancy.outcome.machine_file import Findings, IdentifiedEffect, extended
 from rotorsim.discrepancy.outcome.steps import DecisionSteps
-from rotorsim.discrepancy.plan.experiments import check_allowed
+from rotorsim.discrepancy.plan.allowed import check_allowed
 from rotorsim.discrepancy.plan.forecast import entropy
-from rotorsim.discrepancy.plan.ranking import ExperimentPlan
 from rotorsim.discrepancy.residuals.misfit import Misfit
 from rotorsim.discrepancy.search.candidates import Form
 from rotorsim.discrepancy.search.hypotheses import EffectSearch, Hypothesis
@@ -33,6 +32,8 @@ from rotorsim.plant.acting import Place, acting_places, force_plane
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from rotorsim.discrepancy.plan.ranking import ExperimentPlan
 
 
 def found_of(twin: Twin, form: Form, fit: ParameterFit, V: np.ndarray, tie_class: tuple[str, ...]) -> IdentifiedEffect:
@@ -107,7 +108,7 @@ WITHIN_FORM = (
 )
 EXCLUDED = 0.01
 """Probability below which an explanation counts as excluded."""
-Planner = Callable[[Iterable[str], float, float], ExperimentPlan]
+Planner = Callable[[Iterable[str], float, float], "ExperimentPlan"]
 """Plans experiments by what may change and the minutes that one may take."""
 NO_ACCURACY = (
     "nothing states how exact the records are: they may agree or be too coarse to disagree; give accuracy (a "
@@ -170,7 +171,7 @@ class Diagnosis(Shown, Findings, Reported):
         Parameters
         ----------
         allow : names
-            What may differ from the records (`plan.experiments.ALLOWED`); all that the machine can do for none.
+            What may differ from the records (`plan.allowed.ALLOWED`); all that the machine can do for none.
         budget : float
             Minutes of rig time that an experiment may take.
         sure : float

@@ -35,9 +35,10 @@ from rotorsim.discrepancy.data.groups import EXCITED, NAMES, Layout, make_layout
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.data.sweeps import Sweep
 from rotorsim.discrepancy.evidence import ModelForm, model_form, posterior_root, whitened_size
+from rotorsim.discrepancy.explanation import SURE
 from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.linear_algebra import answer
-from rotorsim.discrepancy.odds import SURE, TEMPERATURE
+from rotorsim.discrepancy.odds import TEMPERATURE
 from rotorsim.discrepancy.residuals.comparison import LOST, TwinComparison, simulate
 from rotorsim.discrepancy.residuals.floor import floor
 from rotorsim.discrepancy.twin.parameters import DIRECTIONS, FitParameter, ParameterPoint

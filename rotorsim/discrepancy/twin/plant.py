@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 from scipy.linalg import expm
 
-from rotorsim.analysis.supply import regulator_pressure
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffError
 from rotorsim.base.rounding import decays
@@ -295,6 +294,8 @@ class Twin:
         """
         if not any(e.port == "supply" and e != type(e)() for own in self.machine.effects.values() for e in own):
             return pressure
+        from rotorsim.analysis.supply import regulator_pressure  # for machines with a supply line alone
+
         filed = {k: v for k, v in setting.items() if getattr(REGISTRY.get(k.split(".")[0]), "port", "") != "supply"}
         return regulator_pressure(self.set(filed), speed, pressure)
 
