@@ -18,7 +18,7 @@ LEAST_SHOWN = 1e-3
 
 @dataclass(frozen=True)
 class Explanation:
-    """What may be missing, with its probability.
+    """Set of effects that may be missing, with its probability.
 
     effects : keys of forms, none where nothing of the catalogue is missing
     beyond : whether something that is not in the catalogue is missing as well
@@ -42,12 +42,12 @@ class Explanation:
 
     @property
     def shown_probability(self) -> float:
-        """Probability without that of the unseen ones."""
+        """Probability without that of the effects that the records do not show."""
         return self.probability - sum(e.probability for e in self.unseen)
 
     @property
     def unseen_sentence(self) -> str:
-        """Which effects the records do not show, with their probability; empty for none."""
+        """Sentence on the effects that the records do not show, with their probability; empty for none."""
         if not self.unseen:
             return ""
         names = [e.name for e in self.unseen]
@@ -57,14 +57,14 @@ class Explanation:
 
     @property
     def name(self) -> str:
-        """As text."""
+        """Name as text."""
         if not self.effects:
             return BEYOND if self.beyond else NOTHING
         return " with ".join(self.effects) + (f" and {BEYOND}" if self.beyond else "")
 
 
 def shown_share(probability: float) -> str:
-    """A probability in percent; next to certainty as what it is above."""
+    """Probability in percent, next to certainty by the bound that it exceeds."""
     if probability > 0.999:
         return "> 99.9 %"
     return f"{100 * probability:.0f} %" if 0.01 <= probability < 0.99 else f"{100 * probability:.1f} %"

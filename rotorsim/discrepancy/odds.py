@@ -45,19 +45,19 @@ from rotorsim.discrepancy.search.verdict import A_FIFTH, SearchVerdict
 TEMPERATURE = 4.0
 """T of the formula above. With it and `ELSE` 35 hidden cases for tuning had a Brier score of .02, with 1 one of .10."""
 PRIORS = {0: 0.40, 1: 0.40, 2: 0.12, 3: 0.03}
-"""Prior probability of so many effects together, shared evenly by their combinations."""
+"""Prior probability by number of missing effects, shared evenly by their combinations."""
 ELSE = 0.05
 """Prior probability of something that is not in the catalogue."""
 LESS_EXACT = 10.0
-"""Times by which the form of an effect is less exact than that of the whole model: of a response within 1 %, that of a
-crack or a rub is within 10 %."""
+"""Error of an effect's form over that of the whole model: where a response is within 1 %, a crack's or a rub's is
+within 10 %."""
 
 
 NARROWED = 0.3
-"""Standard deviation of a size, in prior ones, from which on the records do not show it."""
+"""Standard deviation of a size, over the prior one, from which on the records do not show it."""
 
 
-def odds(
+def explanation_odds(
     comparison: TwinComparison,
     base: ParameterFit,
     search: EffectSearch | None,
@@ -95,7 +95,7 @@ def odds(
 
 @dataclass(frozen=True, eq=False)
 class BeyondCatalogue:
-    """What shows something beyond the catalogue: line numbers (n,), excess that does not repeat, temperature."""
+    """Signs of something beyond the catalogue: line numbers (n,), excess that does not repeat, temperature."""
 
     lines: np.ndarray
     unsteady: float
@@ -224,7 +224,7 @@ def _of_names(verdict: SearchVerdict, best: Hypothesis, odds: Sequence[Explanati
 
 
 def joined_classes(odds: Sequence[Explanation], verdict: SearchVerdict) -> tuple[Explanation, ...]:
-    """The odds with the members of the found effects' classes as one: some are known once the size is found."""
+    """Odds with the members of each identified effect's class as one; some classes follow from the size."""
     if verdict.best is None:
         return tuple(odds)
     own, key_sets = verdict.best.keys, [set(c) for c in verdict.classes]

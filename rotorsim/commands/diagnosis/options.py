@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DataOptions:
-    """What is diagnosed, and what may be missing."""
+    """Records by their use, columns, candidates, and tolerance of the model."""
 
     records: Annotated[
         list[Path] | None, typer.Argument(metavar="RECORDS", help="Records to fit: files, or a folder of .nc.")
@@ -58,7 +58,7 @@ BUDGET, WAIT = "30 min", "8 h"
 
 @dataclass(frozen=True)
 class ExperimentOptions:
-    """Whether experiments are planned or made, on which rig, and what they may change and take."""
+    """Next experiments: planned or made, on which rig, with which changes and rig time."""
 
     plan_next: Annotated[
         bool,
@@ -103,7 +103,7 @@ class ExperimentOptions:
 
     @property
     def allowed(self) -> tuple[str, ...]:
-        """What experiments may change; raises DataError for something unknown."""
+        """Changes that experiments may make; raises DataError for something unknown."""
         return check_allowed([] if self.allow is None else [name.strip() for name in self.allow.split(",")])
 
     @property

@@ -136,7 +136,7 @@ class Stages:
 
 @dataclass
 class StepPrinter:
-    """Steps as they come: the odds after each, and which experiment to make next."""
+    """Printer of a loop's steps: the odds after each, and the experiment to make next."""
 
     plan: Path
     as_json: bool

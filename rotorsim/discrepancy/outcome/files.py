@@ -57,18 +57,18 @@ AGAIN = "run 'rotorsim diagnose' again"
 
 @dataclass(frozen=True)
 class StoredPlan:
-    """A plan that was read from a file; it has what pages and files show of a plan."""
+    """Plan that was read from a file, with the numbers and texts that pages and files show."""
 
     content: dict[str, Any]
     toml: str = ""
 
     @property
     def sentence(self) -> str:
-        """What to do next."""
+        """Sentence on the next experiment."""
         return str(self.content.get("sentence", ""))
 
     def as_dict(self) -> dict[str, Any]:
-        """As plain numbers and text."""
+        """Plain numbers and text, for JSON."""
         return dict(self.content)
 
     def campaign(self, *_: Any) -> str:

@@ -93,6 +93,7 @@ def null_sentence(null: dict[str, float]) -> str:
 
 
 EXIT_CODES = {"no_disagreement": 0, "named": 10, "tie": 11, "partial": 11, "unknown": 12}
+"""Exit code of the command by verdict."""
 WORDS = {
     "no_disagreement": "No disagreement: after re-calibration every group of lines is within the floor.",
     "named": "Named: {effects}.",
@@ -100,6 +101,7 @@ WORDS = {
     "partial": "Partial: {effects} helps, but much of the disagreement stays; this is not a name.",
     "unknown": "Unknown: no effect of the catalogue explains the disagreement; see the equivalent force.",
 }
+"""Sentence of each verdict."""
 
 NOT_SURE = "Tie: the records show {effects}, but do not exclude: {others}."
 WITHIN_FORM = (
@@ -109,7 +111,7 @@ WITHIN_FORM = (
 EXCLUDED = 0.01
 """Probability below which an explanation counts as excluded."""
 Planner = Callable[[Iterable[str], float, float], "ExperimentPlan"]
-"""Plans experiments by what may change and the minutes that one may take."""
+"""Planner of experiments by allowed changes, longest experiment [min] and probability that settles."""
 NO_ACCURACY = (
     "nothing states how exact the records are: they may agree or be too coarse to disagree; give accuracy (a "
     "displacement), or record one operating point twice"
@@ -140,7 +142,7 @@ class Diagnosis(Shown, Findings, Reported):
     planned: ExperimentPlan | None = None
     """The next experiments, where they were asked for."""
     planner: Planner | None = field(default=None, repr=False)
-    """What plans further experiments; a diagnosis that was stored has none."""
+    """Planner of further experiments; a diagnosis that was stored has none."""
     steps: DecisionSteps | None = None
     """Odds after each step of a loop of diagnoses and experiments."""
 
@@ -207,7 +209,7 @@ class Diagnosis(Shown, Findings, Reported):
 
     @property
     def exit_code(self) -> int:
-        """0 no disagreement, 10 named, 11 tie or partial, 12 unknown."""
+        """Exit code of the command: 0 no disagreement, 10 named, 11 tie or partial, 12 unknown."""
         return EXIT_CODES[self.status]
 
     @property
@@ -231,7 +233,7 @@ class Diagnosis(Shown, Findings, Reported):
         return extended(self)
 
     def as_dict(self) -> dict[str, Any]:
-        """As plain numbers and text, for JSON."""
+        """Plain numbers and text, for JSON."""
         return {
             "status": self.status,
             "verdict": self.sentence,
@@ -278,7 +280,7 @@ def _number(value: float) -> float | None:
 
 
 FORCE = "equivalent force"
-"""Label of the force that would make what no effect explains."""
+"""Label of the force that would make the residual which no effect explains."""
 
 
 @dataclass(frozen=True)
@@ -291,12 +293,12 @@ class LocatedEffect:
 
     @property
     def sentence(self) -> str:
-        """As text, with the bearing and the injector once."""
+        """Sentence on the places, with the bearing and the injector once."""
         return f"{self.label.partition(' of ')[0]}: {' and '.join(place.name for place in self.places)}"
 
 
 def located(diagnosis: Diagnosis) -> tuple[LocatedEffect, ...]:
-    """Found effects, what is indistinguishable from them, and the equivalent force of what nothing explains."""
+    """Places of the identified effects, of their rivals, and of the equivalent force of an unexplained residual."""
     machine, effects = diagnosis.machine, diagnosis.effects
     out = [LocatedEffect(f.form, "found", acting_places(machine, effect_of(f))) for f in effects]
     keys = [key for found in effects for key in found.tie_class] + [key for tie in diagnosis.ties for key in tie]
@@ -309,7 +311,7 @@ def located(diagnosis: Diagnosis) -> tuple[LocatedEffect, ...]:
 
 
 def effect_of(found: IdentifiedEffect) -> Effect:
-    """The effect with the parameters that were found."""
+    """Effect with the identified parameters."""
     kind = REGISTRY[found.effect]
     return kind(**{f.name: found.parameters[f.name] for f in fields(kind) if f.name in found.parameters})
 

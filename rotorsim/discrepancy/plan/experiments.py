@@ -27,6 +27,8 @@ from rotorsim.experiments.parameters import parameters
 from rotorsim.machine import Machine
 
 PERIOD, PERIODS, SPACING, LOW, HIGH = 0.8, 3, 4, 2.5, 250.0
+"""Period [s] of the standard multisine, its periods, spacing of its lines in 1 / period, lowest and highest line
+[Hz]."""
 POINTS = {
     "fit": ((20, 0.30, 1.0), (40, 0.50, 0.5), (55, 0.70, 1.0), (70, 0.40, 0.5), (85, 0.60, 1.0), (100, 0.50, 0.5)),
     "held_out": ((30, 0.60, 1.0), (50, 0.35, 0.5), (65, 0.55, 1.0), (90, 0.45, 0.5)),
@@ -34,7 +36,7 @@ POINTS = {
 }
 """Speed [Hz], pressure [MPa], amplitude [1 V, or 20 N of a hammer] by role."""
 REPEATED = (1, 4)
-"""Which records to fit are made twice."""
+"""Numbers of the records to fit that are made twice."""
 
 
 @dataclass(frozen=True)
@@ -131,12 +133,12 @@ class ExperimentOption:
 
     @property
     def stated(self) -> bool:
-        """Whether its record has to state what was changed on purpose."""
+        """Whether its record has to state a change on purpose."""
         return self.weight is not None or bool(self.ring)
 
     @property
     def name(self) -> str:
-        """As text."""
+        """Name as text."""
         one, pressure = self.experiment, f", {self.pressure / MPA:.2g} MPa" if self.pressure else ""
         if isinstance(one, Runup | Coastdown):
             text = f"{one.name} from {one.start * TO_RPM:.0f} to {one.stop * TO_RPM:.0f} rpm"
@@ -153,7 +155,7 @@ class ExperimentOption:
         return text
 
     def changes(self, machine: Machine) -> dict[str, Any]:
-        """What is changed on purpose, SI, as a record states it."""
+        """Changes on purpose in SI units, as a record states them."""
         found: dict[str, Any] = {}
         if self.weight is not None:
             me, phase, plane = self.weight
@@ -175,7 +177,7 @@ class ExperimentOption:
         return replace(found, changes=known_changes(machine, self.changes(machine), "next"))
 
     def table(self) -> dict[str, Any]:
-        """Parameters of the experiment as a plan of a campaign has them; what is usual is left out."""
+        """Parameters of the experiment as a plan of a campaign has them, usual values left out."""
         one, out = self.experiment, {"kind": self.experiment.name}
         for item, known in parameters(one):
             value = getattr(one, item.name)
@@ -198,7 +200,7 @@ def _what(one: Experiment) -> str:
 
 
 def options(machine: Machine, trials: Sequence[Trial], allow: Iterable[str]) -> tuple[ExperimentOption, ...]:
-    """Experiments with what may change; what may not is as in the records. Raises DataError for what cannot be done."""
+    """Experiments with the allowed changes, otherwise as in the records; raises DataError for what cannot be done."""
     sweeps = [t for t in trials if isinstance(t, Sweep)]
     one_probe = any(t.probe_angle is not None for t in trials)
     allowed = allowed_here(machine, allow, len(sweeps) == len(trials), one_probe)
@@ -318,13 +320,13 @@ def _of_sweep(machine: Machine, like: Sweep, allowed: Sequence[str]) -> Iterator
 
 
 def _mounted(option: ExperimentOption, like: Sweep) -> ExperimentOption:
-    """With the time in which a probe is turned to another angle."""
+    """Experiment with the time in which a probe is turned to another angle."""
     turned = option.probe_angle != like.probe_angle
     return replace(option, minutes=option.minutes + MOUNT) if turned else option
 
 
 def written_changes(machine: Machine, option: ExperimentOption) -> Mapping[str, Any]:
-    """What is changed on purpose, with units, as the plan of a campaign has it; empty for nothing."""
+    """Changes on purpose, with units, as the plan of a campaign has them; empty for none."""
     units = {"me": "kg*m", "phase": "rad", "position": "m", "angle": "rad"}
     stated = option.changes(machine)
     return {name: {key: show(value, units[key]) for key, value in one.items()} for name, one in stated.items()}
