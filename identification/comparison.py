@@ -16,7 +16,8 @@ from identification.local.prepare import of_stretches
 from identification.local.result import Identification
 from identification.lpv.model import LpvModel
 from identification.lpv.surfaces import SAME
-from identification.records.prefilter import Prefilter, Signals
+from identification.records.prefilter import Prefilter
+from identification.records.stretches import Signals
 from identification.threads import one_thread
 
 if TYPE_CHECKING:

@@ -14,10 +14,9 @@ from identification.local.grey_fits import result_of
 from identification.local.joint import ahead_of, covariance_of, problem_of
 from identification.local.models import LinearModel
 from identification.local.result import Identification
-from identification.local.stretches import longest_part
 from identification.local.uncertainty.confidence import propagate
 from identification.records.checks import suspicious_gains
-from identification.records.prefilter import Signals
+from identification.records.stretches import Signals, longest_part
 
 REDUNDANT = 1e-6
 """Where a black-box fit ends: what is left moves along directions that the data hardly know, and no fit any more."""

@@ -25,9 +25,9 @@ from identification.local.greybox import DELAYED, RATED
 from identification.local.residuals import residual_tests
 from identification.local.result import Identification
 from identification.local.start import peak_frequency
-from identification.local.stretches import parts_of
-from identification.records.frf import frequency_response
-from identification.records.prefilter import Signals, rest_length
+from identification.records.frequency_response import frequency_response
+from identification.records.prefilter import rest_length
+from identification.records.stretches import Signals, parts_of
 
 PERIODS = 9.0
 """Length of the impulse responses, in periods of the frequency at which the displacement moves fastest. Shorter ones,

@@ -20,14 +20,13 @@ from identification.local.own import bound_remarks, box, covariance_of as own_co
 from identification.local.residuals import residual_tests
 from identification.local.result import Identification, noted
 from identification.local.start import DEAD_TIME, broadened, start_values
-from identification.local.stretches import longest_part, offsets, regressors_of
 from identification.local.structure import Structure
 from identification.local.uncertainty.amplitude import AtRest, at_rest, nothing
 from identification.local.uncertainty.bias import bias
 from identification.local.uncertainty.confidence import Spread, propagate, spread
 from identification.records.checks import check_modes, suspicious_gains
-from identification.records.pin_positions import pin_pairs
-from identification.records.prefilter import Signals
+from identification.records.prefilter import pin_pairs
+from identification.records.stretches import Signals, longest_part, offsets, regressors_of
 from rotorsim.base.rounding import normal_root
 
 CANDIDATES = 5000

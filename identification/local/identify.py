@@ -8,7 +8,6 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from identification.errors import UnfitError
-from identification.feedback import controller_of
 from identification.local import dead_time as late
 from identification.local.blackbox_fit import black_box
 from identification.local.closed_loop import NO_BIAS, judged
@@ -18,7 +17,8 @@ from identification.local.prepare import ready
 from identification.local.result import Identification
 from identification.local.structure import Structure
 from identification.machine_name import machine_of
-from identification.records.frf import FrequencyResponse
+from identification.records.checks import controller_of
+from identification.records.frequency_response import FrequencyResponse
 from identification.records.prefilter import Prefilter
 from identification.threads import one_thread
 

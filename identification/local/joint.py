@@ -12,8 +12,8 @@ import numpy as np
 from identification.local.fit import Fit, Parametrised, Problem
 from identification.local.simulation import normal_matrices, respond_with_sensitivities
 from identification.local.steps import Box
-from identification.local.stretches import parts_of, regressors_of
 from identification.local.uncertainty.confidence import sandwich
+from identification.records.stretches import parts_of, regressors_of
 from rotorsim.base.rounding import normal_root
 
 

@@ -9,13 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import UnfitError
-from identification.feedback import check_loop, check_saturation, method_for
 from identification.local.closed_loop import two_stage
-from identification.local.stretches import joined
-from identification.records.checks import check_record, check_signals
-from identification.records.lab.without_gaps import without_gaps
-from identification.records.prefilter import Prefilter, Signals, chosen_output, filtered
+from identification.records.checks import check_loop, check_record, check_saturation, check_signals, method_for
+from identification.records.prefilter import Prefilter, chosen_output, filtered
 from identification.records.sampling import sampling_time
+from identification.records.stretches import Signals, joined, without_gaps
 
 if TYPE_CHECKING:
     import xarray as xr

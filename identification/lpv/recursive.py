@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import UnfitError
-from identification.feedback import WAY_OUT, controller_of
 from identification.local.discretise import sampled
 from identification.local.models import LinearModel
 from identification.lpv import recursive_kernel as kernel
@@ -22,6 +21,7 @@ from identification.lpv.model import LpvModel
 from identification.lpv.recursive_form import OWN, coefficients_of, model_of
 from identification.lpv.recursive_settings import Recursion
 from identification.lpv.surfaces import SAME, Basis, fit_surfaces, make_basis
+from identification.records.checks import WAY_OUT, controller_of
 from identification.records.prefilter import measured
 from identification.records.sampling import sampling_time
 from identification.records.schema import require

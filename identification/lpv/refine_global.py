@@ -22,7 +22,7 @@ from identification.local.greybox import DELAYED, STRUCTURES
 from identification.local.joint import problem_of
 from identification.lpv.model import LpvModel
 from identification.lpv.refine_frequency import minimise
-from identification.records.prefilter import Signals
+from identification.records.stretches import Signals
 
 ITERATIONS = 6
 

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from identification.errors import ReadError
+from identification.readers.registry import reader
 from identification.records.table import MAX_VALUES, Column, Table, not_read
 from identification.records.units import factor, is_unit_of
 from rotorsim.base.sentences import quote
@@ -27,6 +28,7 @@ _IGNORED = ("wf_samples", "wf_xname", "wf_time_pref", "name", "NI_ChannelName", 
 """Beginnings of properties that repeat what the channel shows: nptdms applies scales itself."""
 
 
+@reader(".tdms", magic=rb"TDSm")
 def read_tdms(path: Path) -> Table:
     """Table of a TDMS file; raises ReadError if nptdms is missing or the file is damaged."""
     try:

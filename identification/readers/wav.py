@@ -13,6 +13,7 @@ import numpy as np
 from scipy.io import wavfile
 
 from identification.errors import ReadError
+from identification.readers.registry import reader
 from identification.records.table import MAX_VALUES, Column, Table
 from identification.records.units import FULL_SCALE
 
@@ -20,6 +21,7 @@ _UNSIGNED = 128.0
 """Middle of the codes of 8 bits, which WAV stores without sign."""
 
 
+@reader(".wav", magic=rb"(RIFF|RIFX|RF64).{4}WAVE")
 def read_wav(path: Path) -> Table:
     """Table of a WAV file of 8 to 64 bits; raises ReadError if it is damaged, cut off or compressed."""
     try:

@@ -10,9 +10,8 @@ from collections import Counter
 
 from identification.errors import ReadError
 from identification.records.mapping import Entry, Mapping
-from identification.records.schema import AXES, VARIABLES
+from identification.records.schema import AXES, VARIABLES, VECTORS
 from identification.records.table import Column, Table
-from identification.records.vectors import VECTORS
 from rotorsim.base.sentences import listing
 from rotorsim.base.suggest import closest
 

@@ -32,6 +32,7 @@ sign * scale * (column in SI, through the sensitivity if there is one) + offset.
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from collections.abc import Mapping as Tables
@@ -40,13 +41,10 @@ from pathlib import Path
 from typing import Any
 
 from identification.errors import ReadError
-from identification.records.changes import stated_changes
-from identification.records.lab.keyphasor import Keyphasor
-from identification.records.lab.lab_probes import OWN, LabProbe, split_probe
-from identification.records.lab.slow_roll import SlowRoll, parse_slow_roll
-from identification.records.schema import AXES, VARIABLES
+from identification.records.runout import SlowRoll, parse_slow_roll
+from identification.records.schema import AXES, VARIABLES, VECTORS
+from identification.records.sensors import OWN, Keyphasor, LabProbe, split_probe
 from identification.records.units import quantity, quantity_at
-from identification.records.vectors import VECTORS
 from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.base.own_files import instead
 from rotorsim.base.sentences import quote
@@ -368,3 +366,35 @@ def _text(path: Path) -> str:
         return path.read_bytes().decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise ReadError("cannot be read as text; a mapping is TOML in UTF-8") from error
+
+
+WEIGHT, RING = "trial_weight", "sensor_ring"
+_PARTS = {WEIGHT: {"me": "kg*m", "phase": "rad", "position": "m"}, RING: {"angle": "rad"}}
+_EXAMPLES = {WEIGHT: "{ me = '300 g*mm', phase = '45 deg' }", RING: "{ angle = '30 deg' }"}
+
+
+def stated_changes(table: dict[str, Any]) -> dict[str, str]:
+    """The attribute; raises ReadError with one sentence."""
+    found: dict[str, Any] = {}
+    for name, value in table.items():
+        if name == WEIGHT:
+            weights = value if isinstance(value, list) else [value]
+            found[name] = [_numbers(WEIGHT, w) for w in weights]
+        elif name == RING:
+            found[name] = _numbers(RING, value)
+        elif isinstance(value, bool) or not isinstance(value, (str, int, float)):
+            raise ReadError(f"changes.{quote(name)}: {quote(value)}; quote the path and give one value with its unit")
+        else:
+            found[name] = value
+    return {"changes": json.dumps(found)} if found else {}
+
+
+def _numbers(change: str, given: Any) -> dict[str, float]:
+    """The numbers [SI] of a weight or ring, of which the first is needed."""
+    path, units = f"changes.{change}", _PARTS[change]
+    if not isinstance(given, dict) or next(iter(units)) not in given:
+        raise ReadError(f"{path}: {quote(given)}; write {_EXAMPLES[change]}")
+    for name in given:
+        if name not in units:
+            raise ReadError(f"{path}.{name}: is not known; give {', '.join(units)}")
+    return {name: quantity_at(f"{path}.{name}", value, units[name]) for name, value in given.items()}

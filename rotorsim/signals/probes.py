@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification import SchemaError
-from identification.records.probes import SAME_PLACE, probe_outputs
+from identification.records.sensors import SAME_PLACE, probe_outputs
 from rotorsim.signals.record_blocks import blocks
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ r"""Frequency response for a figure: H1 estimate and coherence at the driven fre
 
 with the (multiple) coherence :math:`\gamma_i^2`: the share of the motion along axis i that follows linearly from the
 inputs. Source: Bendat and Piersol, Random Data (2010), chapters 6 and 7. Assumes: noise at the output only, inputs
-that do not follow the output (no feedback). An identification starts from `identification.records.frf`: every line,
-regularised, from samples in memory.
+that do not follow the output (no feedback). An identification starts from
+`identification.records.frequency_response`: every line, regularised, from samples in memory.
 
 Cites: bendat_2010.
 """

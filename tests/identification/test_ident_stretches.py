@@ -8,8 +8,7 @@ import identification as idn
 from identification.local.fit import GreyBox, Problem, solve
 from identification.local.greybox import STRUCTURES
 from identification.local.joint import Joint, covariance_of
-from identification.local.stretches import offsets, regressors_of
-from identification.records.lab.without_gaps import without_gaps
+from identification.records.stretches import offsets, regressors_of, without_gaps
 
 pytestmark = pytest.mark.numerical
 

@@ -37,7 +37,7 @@ from identification.local.own import (
 from identification.local.start import response_starts
 from identification.local.steps import Box
 from identification.local.structure import Matrices, Structure
-from identification.records.frf import FrequencyResponse
+from identification.records.frequency_response import FrequencyResponse
 from rotorsim.base.rounding import unstable_poles
 
 KINDS = ("1", "3")

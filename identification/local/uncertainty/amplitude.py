@@ -23,8 +23,8 @@ from scipy.stats import f
 from identification.local.fit import GreyBox, Problem
 from identification.local.joint import Joint, scores_of
 from identification.local.simulation import respond
-from identification.local.stretches import parts_of
 from identification.local.uncertainty.confidence import WINDOW, sandwich
+from identification.records.stretches import parts_of
 
 MOVING = 8
 """K and D, the first parameters of every structure that moves, depend on the amplitude."""

@@ -69,14 +69,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from identification.local.greybox import modes, static_gain
-from identification.local.stretches import parts_of
 from identification.local.uncertainty.amplitude import AtRest
 from identification.local.uncertainty.confidence import Spread, propagate
 from identification.local.uncertainty.model_error import ModelError, model_error
+from identification.records.stretches import parts_of
 
 if TYPE_CHECKING:
     from identification.local.models import LinearModel
-    from identification.records.prefilter import Signals
+    from identification.records.stretches import Signals
 
 LEVEL = 0.9
 """Share of intervals that hold the truth."""

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from identification.local.models import LinearModel
-from identification.records.frf import FrequencyResponse, frequency_response
+from identification.records.frequency_response import FrequencyResponse, frequency_response
 
 BAND = (0.6, 1.4)
 """Lines around the modes, in units of their mean frequency."""

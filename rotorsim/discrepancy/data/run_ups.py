@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identification.records.notes import notes_of, with_notes
 from identification.records.prefilter import measured
+from identification.records.schema import notes_of, with_notes
 from rotorsim.base.constants import TO_RPM
 from rotorsim.discrepancy.data.runup_vectors import SWEEP, runup_vectors
 from rotorsim.discrepancy.data.sweeps import RECORDED, SETTLING, TURNS, stated_turns

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from identification.records.prefilter import measured, operating_point
-from identification.records.probes import DISPLACEMENTS, SAME_PLACE
 from identification.records.sampling import sampling_time
+from identification.records.sensors import DISPLACEMENTS, SAME_PLACE
 from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.broken_turns import broken_orders, on_lines

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identification.records.vectors import probe_angle
+from identification.records.schema import probe_angle
 from rotorsim.base.constants import RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.record_checks import stated_accuracy

@@ -1,8 +1,4 @@
-"""Proposal of a mapping: columns and units guessed from names, stated units and values; each guess is marked.
-
-A guess is a proposal to a person and never used unseen: the text notes where each unit comes from, and columns
-that are not known stand as comments.
-"""
+"""Draft of a mapping for a file: recognised columns filled in, the others as comments."""
 
 from __future__ import annotations
 
@@ -16,8 +12,77 @@ from typing import Any
 import numpy as np
 
 from identification.records.column_names import meaning, schema_unit
+from identification.records.schema import VARIABLES, VECTORS
 from identification.records.table import Column, Table
 from identification.records.units import FACTORS, is_unit_of
+
+_HELP = """\
+# Mapping for {file}: take away the '#' of a section, write the channel's name, check column and unit.
+# Channels over x and y: {axis}; pin.1, pin.2 ...
+# Others: {plain}
+# Run-up vectors: [speed] and [vectors.1X.x] with amplitude (unit e.g. 'um pp') and phase (a LAG; sign = -1 for a lead).
+# An entry may also have: sensitivity = "8 V/mm", scale = 2.0, sign = -1, offset = "0.1 mm".
+"""
+
+
+def mapping_template(table: Table, file: str) -> str:
+    """TOML text that `identification.records.mapping` reads once it is filled in; `file` is the name shown.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> "column" in rs.identification.mapping_template(rs.identification.columns("run.csv"), "run.csv")
+    True
+    """
+    axis = ", ".join(f"{name}.x" for name, variable in VARIABLES.items() if variable.dims == ("axis",))
+    plain = ", ".join(name for name, variable in VARIABLES.items() if not variable.dims)
+    safe = "".join(c if c.isprintable() else "?" for c in file)
+    parts = [_HELP.format(file=safe, axis=axis, plain=plain), *_clock(table)]
+    taken: set[tuple[str, str, str]] = set()
+    for number, column in enumerate(table.columns, 1):
+        if column.fault:
+            parts.append(f"# not usable: column {number}, {column.fault}\n")
+            continue
+        key = meaning(column.name)
+        fresh = key is not None and key not in taken and key[0] not in VECTORS
+        parts.append(_known_entry(column, key) if key and fresh else _unknown_entry(column, number, table))
+        taken |= {key} if key else set()
+    parts += [f"# not usable: {_quoted(name)} {reason}\n" for name, reason in table.others.items()]
+    return "\n".join([*parts, '# [constants]\n# pressure = "0.3 MPa"\n'])
+
+
+def _clock(table: Table) -> list[str]:
+    if table.clocked:
+        return ["# The file has its own clock; no [time] is needed.\n"]
+    if any(column.name == "time" for column in table.columns):
+        return []
+    return ['# [time]\n# column = "..."\n# unit = "s"\n# or, without such a column: sample_rate = "5 kHz"\n']
+
+
+def _known_entry(column: Column, key: tuple[str, str, str]) -> str:
+    section = "time" if key[0] == "time" else ".".join(filter(None, ("channels", *key)))
+    unit = column.unit if column.unit is not None else schema_unit(key)
+    return f"# {_count_and_extent(column)}\n[{section}]\ncolumn = {_quoted(column.name)}\nunit = {_quoted(unit)}\n"
+
+
+def _unknown_entry(column: Column, number: int, table: Table) -> str:
+    unit = f"unit = {_quoted(column.unit)}" if column.unit is not None else 'unit = "?"'
+    clear = sum(other.name == column.name for other in table.columns) == 1
+    name = f"column = {_quoted(column.name) if clear else number}"
+    return f"# column {number}: {_count_and_extent(column)}\n# [channels.NAME.x]\n# {name}\n# {unit}\n"
+
+
+def _count_and_extent(column: Column) -> str:
+    finite = column.values[np.isfinite(column.values)]
+    if not finite.size:
+        return f"{column.values.size} values, none of them finite"
+    return f"{column.values.size} values from {finite.min():.6g} to {finite.max():.6g}"
+
+
+def _quoted(text: str) -> str:
+    """A TOML string; JSON's escapes are TOML's, but for DEL and for what stands outside the first plane."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
 
 KINDS: tuple[tuple[str, str, str], ...] = (
     ("time", r"^(t|time|zeit|seconds?|x axis( value)?)( (s|sec|ms|us|min))?$", "s"),
@@ -89,7 +154,7 @@ def propose(table: Table, file: str) -> tuple[str, int]:
     parts += _vectors(known) if vectors else _series(known)
     unknown = [g for g in guesses if not g.kind]
     parts += [
-        f"# not known: column {g.number}, {_text(g.column.name)}, {g.column.fault or _extent(g.column)}\n"
+        f"# not known: column {g.number}, {_quoted(g.column.name)}, {g.column.fault or _range(g.column)}\n"
         for g in unknown
     ]
     if not vectors:
@@ -185,7 +250,7 @@ def _series(known: Sequence[Guess]) -> list[str]:
 
 
 def _entry(section: str, g: Guess, angled: bool) -> str:
-    lines = [f"[{section}]", f"column = {_text(g.column.name)}    # {_extent(g.column)}", _unit_line(g)]
+    lines = [f"[{section}]", f"column = {_quoted(g.column.name)}    # {_range(g.column)}", _unit_line(g)]
     if g.kind == "probe" and is_unit_of(g.unit, "V"):
         mean = float(np.nanmean(g.column.values)) if np.isfinite(g.column.values).any() else 0.0
         lines.append('sensitivity = "200 mV/mil"    # guessed: the usual 7.87 V/mm; take that of the calibration')
@@ -212,7 +277,8 @@ def _vectors(known: Sequence[Guess]) -> list[str]:
         for kind in ("amplitude", "phase"):
             own = [g for g in known if g.kind == kind and (g.order or 1, g.axis or "x") == (order, axis)]
             lines += [
-                f"{'# the second: ' if i else ''}{kind} = {{ column = {_text(g.column.name)}, unit = {_text(g.unit)} }}"
+                f"{'# the second: ' if i else ''}{kind} = {{ column = {_quoted(g.column.name)}, "
+                f"unit = {_quoted(g.unit)} }}"
                 f"    # unit from {g.source}" + ("; 0-pk unless 'pp' or 'rms' stands there" if kind == "amplitude" else
                                                  "; a lag, else add sign = -1")
                 for i, g in enumerate(own)
@@ -233,7 +299,9 @@ def _missing(kinds: set[str]) -> list[str]:
 def _unit_line(g: Guess) -> str:
     known = any(is_unit_of(g.unit, si) for si in FACTORS)
     return (
-        f"unit = {_text(g.unit)}    # from {g.source}" if known else f'# unit = "?"    # {_text(g.unit)} is not known'
+        f"unit = {_quoted(g.unit)}    # from {g.source}"
+        if known
+        else f'# unit = "?"    # {_quoted(g.unit)} is not known'
     )
 
 
@@ -245,10 +313,6 @@ def _safe(text: str) -> str:
     return "".join(c if c.isprintable() else "?" for c in text)
 
 
-def _extent(column: Column) -> str:
+def _range(column: Column) -> str:
     finite = column.values[np.isfinite(column.values)]
     return f"from {finite.min():.6g} to {finite.max():.6g}" if finite.size else "no finite value"
-
-
-def _text(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
