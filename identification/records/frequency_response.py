@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from scipy.signal import ShortTimeFFT
@@ -29,6 +30,8 @@ FEWEST = 16
 """Samples of a stretch: four segments of four."""
 DRIVEN, ALONE = 1e-3, 1e-4
 """A line of periodic excitation has this share of the strongest line's power; of other inputs less than that of its."""
+RIDGE = 1e-9
+"""Share of the inputs' power at a line that is added to each, so that lines without excitation have a response."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +50,57 @@ class FrequencyResponse:
     segments: int
     variance: np.ndarray | None = None
     Ts: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class CrossSpectra:
+    """Spectra summed over `count` segments: of inputs uu (f, m, m), of outputs with inputs yu (f, p, m), powers of the
+    outputs yy (f, p)."""
+
+    uu: np.ndarray
+    yu: np.ndarray
+    yy: np.ndarray
+    count: int
+
+    @classmethod
+    def of(cls, u: np.ndarray, y: np.ndarray) -> CrossSpectra:
+        """Sums over the transforms u (m, f, segments) and y (p, f, segments)."""
+        uu, yu = (np.einsum("aft,bft->fab", values, u.conj()) for values in (u, y))
+        return cls(uu, yu, np.sum(np.abs(y) ** 2, axis=-1).T, u.shape[-1])
+
+    def __add__(self, other: CrossSpectra) -> CrossSpectra:
+        """Sums over the segments of both."""
+        return CrossSpectra(
+            self.uu + other.uu, self.yu + other.yu, self.yy + other.yy, self.count + other.count
+        )  # fmt: skip
+
+    def at(self, lines: np.ndarray, inputs: np.ndarray | slice = slice(None)) -> CrossSpectra:
+        """Sums at some lines, of some of the inputs."""
+        uu, yu = self.uu[lines], self.yu[lines]
+        return CrossSpectra(uu[:, inputs][:, :, inputs], yu[:, :, inputs], self.yy[lines], self.count)
+
+    def h1(self, ridge: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """H1 estimate (f, p, m), and the inverse (f, m, m) of the inputs' spectra with a ridge of a share of them."""
+        eye = np.eye(self.uu.shape[1])
+        inverse = np.linalg.inv(
+            self.uu + ridge * np.trace(self.uu, axis1=1, axis2=2).real[:, None, None] * eye + 1e-300 * eye
+        )
+        return self.yu @ inverse, inverse
+
+    def explained(self, H: np.ndarray) -> np.ndarray:
+        """Power (f, p) of the outputs that the inputs explain through the response H (f, p, m)."""
+        return np.asarray(np.einsum("fpm,fpm->fp", self.yu, H.conj()).real)
+
+
+def segments_of(length: int, Ts: float) -> ShortTimeFFT:
+    """Hann segments of `length` samples every `Ts` [s] that overlap by half."""
+    return ShortTimeFFT(hann(length, sym=False), max(length // 2, 1), 1 / Ts)
+
+
+def transforms(window: ShortTimeFFT, values: np.ndarray, detrend: Literal["constant"] | None = None) -> np.ndarray:
+    """Transforms (channels, f, segments) of the whole segments of values (n, channels), each less its mean if asked."""
+    first, last = window.lower_border_end[1], window.upper_border_begin(len(values))[1]
+    return np.asarray(window.stft_detrend(values.T, detrend, p0=first, p1=last))
 
 
 def frequency_response(
@@ -70,22 +124,21 @@ def frequency_response(
     """
     parts = _finite_parts(u, y, parts or [slice(0, len(u))])
     length = int(min(1 / (resolution * Ts), max(at.stop - at.start for at in parts) // 4))
-    window = ShortTimeFFT(hann(length, sym=False), max(length // 2, 1), 1 / Ts)
+    window = segments_of(length, Ts)
     long = [at for at in parts if at.stop - at.start >= length]
-    inputs, outputs = (_transforms(window, [values[at] for at in long]) for values in (u, y))
-    Suu, Syu = (np.einsum("aft,bft->fab", values, inputs.conj()) for values in (inputs, outputs))
-    Syy = np.sum(np.abs(outputs) ** 2, axis=-1).T
-    ridge = 1e-9 * np.trace(Suu, axis1=1, axis2=2).real[:, None, None] * np.eye(Suu.shape[1]) + 1e-300 * np.eye(
-        Suu.shape[1]
+    inputs, outputs = (
+        np.concatenate([transforms(window, values[at] - values[at].mean(axis=0)) for at in long], axis=-1)
+        for values in (u, y)
     )
-    inverse = np.linalg.inv(Suu + ridge)
-    G = Syu @ inverse
-    explained = np.einsum("fpm,fpm->fp", Syu, G.conj()).real
-    coherence = np.clip(explained / np.maximum(Syy, 1e-300), 0, 1)
-    segments = inputs.shape[-1]
-    free = max(segments * OVERLAPPED - u.shape[1], 0.5)
-    variance = ((1 - coherence) * Syy / free)[:, :, None] * np.einsum("fmm->fm", inverse).real[:, None, :]
-    return FrequencyResponse(2 * np.pi * window.f[1:], G[1:], coherence[1:], explained[1:], segments, variance[1:], Ts)
+    sums = CrossSpectra.of(inputs, outputs)
+    G, inverse = sums.h1(RIDGE)
+    explained = sums.explained(G)
+    coherence = np.clip(explained / np.maximum(sums.yy, 1e-300), 0, 1)
+    free = max(sums.count * OVERLAPPED - u.shape[1], 0.5)
+    variance = ((1 - coherence) * sums.yy / free)[:, :, None] * np.einsum("fmm->fm", inverse).real[:, None, :]
+    return FrequencyResponse(
+        2 * np.pi * window.f[1:], G[1:], coherence[1:], explained[1:], sums.count, variance[1:], Ts
+    )
 
 
 def _finite_parts(u: np.ndarray, y: np.ndarray, parts: Sequence[slice]) -> Sequence[slice]:
@@ -104,15 +157,6 @@ def _finite_parts(u: np.ndarray, y: np.ndarray, parts: Sequence[slice]) -> Seque
             f"frequency_response: {longest} samples in the longest stretch of finite ones; give {FEWEST} or more"
         )
     return parts
-
-
-def _transforms(window: ShortTimeFFT, stretches: list[np.ndarray]) -> np.ndarray:
-    """Transforms (channels, f, segments) of the whole segments of stretches (n, channels), their means taken off."""
-    found, low = [], window.lower_border_end[1]
-    for values in stretches:
-        high = window.upper_border_begin(len(values))[1]
-        found.append(window.stft(values.T - values.mean(axis=0)[:, None])[..., low:high])
-    return found[0] if len(found) == 1 else np.concatenate(found, axis=-1)
 
 
 def measured_response(

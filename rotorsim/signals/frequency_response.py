@@ -1,26 +1,23 @@
-r"""Frequency response for a figure: H1 estimate and coherence at the driven frequencies of a record of any length.
+r"""Frequency response for a figure, from a record of any length: the lines at which its inputs drive it.
 
-.. math:: H_1 = S_{yu} S_{uu}^{-1}, \qquad
-          \gamma_i^2 = \frac{(S_{yu} S_{uu}^{-1} S_{uy})_{ii}}{S_{y_i y_i}}
-
-with the (multiple) coherence :math:`\gamma_i^2`: the share of the motion along axis i that follows linearly from the
-inputs. Source: Bendat and Piersol, Random Data (2010), chapters 6 and 7. Assumes: noise at the output only, inputs
-that do not follow the output (no feedback). An identification starts from
-`identification.records.frequency_response`: every line, regularised, from samples in memory.
+Spectra are summed block by block; H1 and the multiple coherence :math:`\gamma_i^2`, the share of the motion along axis
+i that follows linearly from the inputs, are those of `identification.records.frequency_response`, which an
+identification starts from. Assumes: noise at the output only, inputs that do not follow the output (no feedback).
 
 Cites: bendat_2010.
 """
 
 from __future__ import annotations
 
+import operator
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 import xarray as xr
 
-from rotorsim.signals.missing import need
-from rotorsim.signals.prepare import sampling_time
-from rotorsim.signals.segments import segments, taper, transformed
+from identification.records.frequency_response import CrossSpectra, segments_of, transforms
+from rotorsim.signals.record_blocks import need, overlapping, sampling_time
 
 LONGEST, LEAST, FEWEST = 2.0, 0.2, 4
 """A segment lasts at most [s] and at least [s]; a Welch estimate averages at least so many."""
@@ -80,44 +77,34 @@ def welch_transfer(record: xr.Dataset, inputs: tuple[int, ...], drive: str, outp
     length = round(min(LONGEST, max(LEAST, n * dt / 8)) / dt)
     reason = f"The record of {n * dt:.2g} s is too short: a frequency response takes {FEWEST} averages of {LEAST:g} s."
     need(n >= FEWEST / 2 * length + length // 2, reason)
-    window, sums, count = taper(length), Sums(), 0
-    for part in segments(record, (drive, output), length, length // 2):
-        sums.add(transformed(part[drive][:, inputs], window), transformed(part[output], window))
-        count += 1
-    return solve(sums, np.fft.rfftfreq(length, dt), inputs, drive, output, count, most)
-
-
-class Sums:
-    """Running cross spectra (frequency, row, column) of inputs and outputs, and powers of the outputs."""
-
-    def __init__(self) -> None:
-        self.uu = self.yu = self.yy = np.zeros(())
-
-    def add(self, u: np.ndarray, y: np.ndarray) -> None:
-        """Take in transforms (frequency, channel)."""
-        self.uu = self.uu + u[:, :, None] * u[:, None, :].conj()
-        self.yu = self.yu + y[:, :, None] * u[:, None, :].conj()
-        self.yy = self.yy + np.abs(y) ** 2
+    window = segments_of(length, dt)
+    parts = (
+        CrossSpectra.of(*(transforms(window, part[k], "constant") for k in (drive, output)))
+        for part in overlapping(record, (drive, output), length, window.hop)
+    )
+    sums = reduce(operator.add, parts)
+    return solve(
+        sums.at(np.arange(length // 2 + 1), np.array(inputs)), np.fft.rfftfreq(length, dt), inputs, drive, output, most
+    )
 
 
 def solve(
-    sums: Sums, frequency: np.ndarray, inputs: tuple[int, ...], drive: str, output: str, count: int, most: float
+    sums: CrossSpectra, frequency: np.ndarray, inputs: tuple[int, ...], drive: str, output: str, most: float
 ) -> Transfer:
     """H1 and coherence from summed spectra; inputs that move together are reduced to the first."""
-    kept = (frequency > 0) & (frequency <= most)
-    uu, yu, yy, frequency = sums.uu[kept], sums.yu[kept], sums.yy[kept], frequency[kept]
-    together = len(inputs) > 1 and _together(uu)
+    kept = np.flatnonzero((frequency > 0) & (frequency <= most))
+    sums, frequency = sums.at(kept), frequency[kept]
+    together = len(inputs) > 1 and _together(sums.uu)
     if together:
-        uu, yu, inputs = uu[:, :1, :1], yu[:, :, :1], inputs[:1]
-    H = np.full((len(frequency), yu.shape[1], len(inputs)), np.nan, complex)
-    active = driven(np.real(np.einsum("fii->fi", uu)))
+        sums, inputs = sums.at(np.arange(len(kept)), slice(1)), inputs[:1]
+    H = np.full((len(frequency), sums.yu.shape[1], len(inputs)), np.nan, complex)
+    active = driven(np.real(np.einsum("fii->fi", sums.uu)))
     for columns in {tuple(row) for row in active.tolist() if any(row)}:
         rows, c = np.flatnonzero(np.all(active == columns, axis=1)), np.flatnonzero(columns)
-        of_uu, of_yu = (a[rows][..., c].transpose(0, 2, 1) for a in (uu[:, c], yu))
-        H[rows[:, None], :, c] = np.linalg.solve(of_uu, of_yu)
-    explained = np.real(np.einsum("fik,fik->fi", np.nan_to_num(H), yu.conj()))
-    coherence = np.clip(explained / np.maximum(yy, 1e-300), 0, 1) if count > len(inputs) else None
-    return Transfer(frequency, H, coherence, inputs, drive, output, count, together)
+        H[np.ix_(rows, np.arange(H.shape[1]), c)] = sums.at(rows, c).h1()[0]
+    explained = sums.explained(np.nan_to_num(H))
+    coherence = np.clip(explained / np.maximum(sums.yy, 1e-300), 0, 1) if sums.count > len(inputs) else None
+    return Transfer(frequency, H, coherence, inputs, drive, output, sums.count, together)
 
 
 def driven(power: np.ndarray) -> np.ndarray:

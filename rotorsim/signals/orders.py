@@ -25,7 +25,8 @@ Cites: bendat_2010.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -33,7 +34,8 @@ import xarray as xr
 from scipy.signal import find_peaks
 
 from rotorsim.base.constants import TO_RPM, TO_UM
-from rotorsim.signals.record_blocks import BLOCK, Values, blocks, displacement_name
+from rotorsim.base.errors import DataError
+from rotorsim.signals.record_blocks import BLOCK, Values, blocks, displacement_name, envelopes, need, prepared
 
 REVOLUTIONS, SECONDS, ENOUGH, LONGEST = 8, 0.25, 60, 30.0
 """A window spans at least so many revolutions and seconds, or of a fast shaft `ENOUGH` revolutions; where it would take
@@ -226,3 +228,133 @@ def _peak(tracked: xr.Dataset, order: int, axis: str, i: int, local: bool) -> di
             "time_s": float(tracked["time"][i]), "phase_lag_deg": float((90 - np.angle(a, deg=True)) % 360 - 90),
             "local_maximum": local,
             "at_end": "" if local or not last or i not in (0, last) else "start" if i == 0 else "end"}  # fmt: skip
+
+
+NEAR = 0.2
+"""Peaks of two runs belong together where their speeds differ by less than this share."""
+
+
+@dataclass(frozen=True, eq=False)
+class RunComparison:
+    """Orders by the name of the run: `amplitude` (window, order, axis) complex [m, 0-pk] over `speed` [rad/s]."""
+
+    tracked: Mapping[str, xr.Dataset]
+    order: int
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Axes that some run has."""
+        every = {str(axis) for one in self.tracked.values() for axis in one["axis"].values}
+        return tuple(sorted(every))
+
+    def peaks(self) -> list[dict[str, Any]]:
+        """Peaks of the order: run, axis, rpm, um (0-pk), phase_lag_deg, and rpm_change, um_change from the first run.
+
+        A change is a share of the first run's value, None where that has no peak near; a phase lag is within half a
+        turn of that of the near peak.
+        """
+        rows: list[dict[str, Any]] = []
+        first = next(iter(self.tracked))
+        for name, tracked in self.tracked.items():
+            for axis in self.axes:
+                for peak in _peaks(tracked, self.order, axis):
+                    own = [p for p in rows if p["run"] == first and p["axis"] == axis]
+                    rows.append({"run": name, **peak, **(_change(peak, own) if name != first else {})})
+        return rows
+
+
+def compare_runs(runs: Mapping[str, xr.Dataset], order: int = 1) -> RunComparison:
+    """Track an order of several runs, which may be records over time or run-up vectors.
+
+    Parameters
+    ----------
+    runs : Datasets by name
+        At least two; the first is what the others are compared with.
+    order : int
+        Multiple of the shaft speed.
+
+    Raises
+    ------
+    DataError
+        For fewer than two runs, a run without displacement or angle, without a turning shaft, or without the order.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.signals.compare_runs({"before": runup, "after": runup}).peaks()[0]["run"]
+    'before'
+    """
+    if isinstance(runs, xr.Dataset) or not isinstance(runs, Mapping):
+        raise DataError(
+            f"runs: a {type(runs).__name__}; give Datasets by name, e.g. {{'before': first, 'after': second}}"
+        )
+    if len(runs) < 2:
+        raise DataError(f"compare: {len(runs)} run; give at least two")
+    return RunComparison({name: _orders(name, run, order) for name, run in runs.items()}, order)
+
+
+def _orders(name: str, run: xr.Dataset, order: int) -> xr.Dataset:
+    """The order over the speed, of a record or of a table of vectors."""
+    if "speed" in run.dims:
+        if order not in run["order"].values:
+            raise DataError(f"{name}: holds no {order}X; its orders are {', '.join(map(str, run['order'].values))}")
+        found = run.sel(order=[order]).rename(speed="window")
+        amplitude = found["amplitude"] * np.exp(-1j * found["phase"])
+        coords = {"speed": ("window", run["speed"].values), "time": ("window", np.full(run.sizes["speed"], np.nan))}
+        return xr.Dataset({"amplitude": amplitude.drop_vars("window")}, coords)
+    try:
+        found = track_orders(prepared(run), [order])
+    except DataError as error:
+        raise DataError(f"{name}: {error}") from error
+    if not found.sizes["window"]:
+        raise DataError(f"{name}: the shaft does not turn for eight revolutions; there is no {order}X")
+    return found[["amplitude"]]
+
+
+def _peaks(tracked: xr.Dataset, order: int, axis: str) -> list[dict[str, Any]]:
+    if axis not in tracked["axis"].values:
+        return []
+    kept = ("axis", "rpm", "um", "phase_lag_deg", "local_maximum")
+    return [{key: peak[key] for key in kept} for peak in find_resonances(tracked, order, axis)]
+
+
+def _change(peak: dict[str, Any], of_first: list[dict[str, Any]]) -> dict[str, float | None]:
+    """Relative changes of speed and amplitude from the nearest peak of the first run, and the phase lag next to its."""
+    near = min(of_first, key=lambda p: abs(p["rpm"] - peak["rpm"]), default=None)
+    if near is None or abs(near["rpm"] - peak["rpm"]) > NEAR * abs(peak["rpm"]) or not near["um"]:
+        return {"rpm_change": None, "um_change": None}
+    turns = round((peak["phase_lag_deg"] - near["phase_lag_deg"]) / 360)
+    return {
+        "phase_lag_deg": peak["phase_lag_deg"] - 360 * turns,
+        "rpm_change": peak["rpm"] / near["rpm"] - 1,
+        "um_change": peak["um"] / near["um"] - 1,
+    }
+
+
+DECELERATION_BINS = 200
+
+
+@dataclass(frozen=True)
+class Deceleration:
+    """Mean `speed` [rad/s] in stretches about `time` [s] and its negative slope `rate` [rad/s^2], each (stretch,)."""
+
+    time: np.ndarray
+    speed: np.ndarray
+    rate: np.ndarray
+
+
+def deceleration_of(record: xr.Dataset) -> Deceleration:
+    """Deceleration in at most 200 stretches, of the size of the speed whichever way the shaft turns.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> down = rs.experiments.coastdown(plant, start=300.0, stop=280.0, rate=100.0, pressure=0.5e6)
+    >>> float(rs.signals.deceleration_of(down).rate.mean().round(1))
+    100.0
+    """
+    data = envelopes(record, ["speed"], DECELERATION_BINS)["speed"]
+    need(data.time.size >= 5, "The record is too short for a deceleration.")
+    speed = np.abs(data.mean)
+    need(bool(speed.max() > 0), "The shaft stands still.")
+    return Deceleration(data.time, speed, -np.gradient(speed, data.time))
