@@ -13,20 +13,16 @@ from .errors import (
     SchemaError as SchemaError,
     UnfitError as UnfitError,
 )
-from .local.frequency.response_fit import fit_frequency_response as fit_frequency_response
-from .local.frequency.response_result import ResponseFit as ResponseFit
+from .local.bias import Interval as Interval
 from .local.goodness import ceiling as ceiling, fit_of as fit_of, noise_free_fit as noise_free_fit, nrmse as nrmse
+from .local.greybox import Structure as Structure
 from .local.identify import identify as identify
 from .local.models import LinearModel as LinearModel
+from .local.response_fit import ResponseFit as ResponseFit, fit_frequency_response as fit_frequency_response
 from .local.result import Identification as Identification
-from .local.structure import Structure as Structure
-from .local.uncertainty.bias import Interval as Interval
-from .lpv.coherent import coherent_basis as coherent_basis
-from .lpv.fit import fit_lpv as fit_lpv
+from .lpv.fit import coherent_basis as coherent_basis, distance as distance, fit_lpv as fit_lpv
 from .lpv.model import ExtrapolationWarning as ExtrapolationWarning, LpvModel as LpvModel
-from .lpv.recursive import RecursiveLpv as RecursiveLpv, Track as Track
-from .lpv.recursive_settings import Recursion as Recursion
-from .lpv.refine_frequency import distance as distance
+from .lpv.recursive import Recursion as Recursion, RecursiveLpv as RecursiveLpv, Track as Track
 from .model_file import load_model as load_model
 from .readers import checked as checked, columns as columns, load as load, read as read
 from .records.arrays import from_arrays as from_arrays

@@ -21,8 +21,8 @@ import numpy as np
 from identification.local.blackbox import observable, realised
 from identification.local.goodness import fit_of, project
 from identification.local.greybox import RATED
+from identification.local.identify import fit_signals
 from identification.local.models import LinearModel
-from identification.local.prepare import fit_signals
 from identification.local.start import levy, peak_frequency
 from identification.records.checks import check_loop, check_signals, method_for
 from identification.records.frequency_response import FrequencyResponse, frequency_response

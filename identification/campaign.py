@@ -1,4 +1,7 @@
-"""Identification of many records: local models in parallel threads, then surfaces; one record in memory per worker."""
+"""Identification of many records: files of a folder, local models in parallel threads, then surfaces.
+
+Excited records are paired with steady runs at the same operating point. Each worker holds one record in memory.
+"""
 
 from __future__ import annotations
 
@@ -14,9 +17,8 @@ import numpy as np
 
 from identification.errors import SchemaError, UnfitError
 from identification.local.dead_time import FREE
-from identification.local.identify import identify
+from identification.local.identify import fit_signals, identify
 from identification.local.models import LinearModel
-from identification.local.prepare import fit_signals
 from identification.local.result import Identification, noted
 from identification.lpv.fit import fit_lpv
 from identification.lpv.model import LpvModel

@@ -20,9 +20,9 @@ import numpy as np
 from scipy.signal import fftconvolve, welch
 
 from identification.errors import UnfitError
+from identification.local.confidence import residual_tests
 from identification.local.goodness import ceiling, fit_of, noise_free_fit, project, simulated
 from identification.local.greybox import DELAYED, RATED
-from identification.local.residuals import residual_tests
 from identification.local.result import Identification
 from identification.local.start import peak_frequency
 from identification.records.frequency_response import frequency_response

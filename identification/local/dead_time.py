@@ -19,10 +19,9 @@ from numbers import Real
 import numpy as np
 
 from identification.errors import UnfitError
-from identification.local.fit import GreyBox, Problem
-from identification.local.greybox import DELAYED, SHORTEST_DEAD, STRUCTURES
-from identification.local.structure import Structure
-from identification.local.uncertainty.confidence import Spread
+from identification.local.confidence import Spread
+from identification.local.greybox import DELAYED, SHORTEST_DEAD, STRUCTURES, Structure
+from identification.local.least_squares import GreyBox, Problem
 
 FREE = "free"
 LONGEST = 5e-3

@@ -1,8 +1,12 @@
 """CSV and text tables with decimal point or comma; comma, semicolon, tab or spaces as delimiter.
 
-The layout is found by `csv_layout`; every line below the heading must be a full row. An empty cell is a missing value.
+The first lines show the layout; every line below the heading must be a full row. An empty cell is a missing value.
 A column with what is not a number has a fault that names line and column; it is never interpreted, and where no mapping
 takes the column it does no harm.
+
+The heading is the first line with as many cells as the first row of numbers. Lines before it with fewer cells are a
+preamble, and so are those that begin with a name and a colon; a line after it may hold units. A table may come without
+a heading: then columns go by their numbers.
 """
 
 from __future__ import annotations

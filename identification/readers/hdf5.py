@@ -1,8 +1,13 @@
-"""Safe opening of HDF5 files: no links out of the file, no more data than the file can hold.
+"""HDF5 files: safe opening, netCDF records of rotorsim, and vectors of other programs.
 
-A child process reads it first, because a damaged file can crash libhdf5 or keep it busy for ever.
+A child process reads a file first, because a damaged one can crash libhdf5 or keep it busy for ever. Links to other
+files, external and virtual datasets are refused, because a file must not make the reader open others, and so is more
+data than the file can hold.
 
-Links to other files, external and virtual datasets are refused, because a file must not make the reader open others.
+Other programs' files have vectors and matrices of numbers at the top or one group below it. A data set gives a column,
+a matrix one for each of its shorter dimension (MATLAB writes matrices turned round). Units are taken from the attribute
+`units` or `unit`, clocks from `dt` or a sample rate and `t0`, scales and missing values by the conventions of netCDF
+(`scale_factor`, `add_offset`, `_FillValue`).
 """
 
 from __future__ import annotations

@@ -1,7 +1,12 @@
-"""MATLAB files of versions 5 to 7: numeric vectors and matrices with one row per sample.
+"""MATLAB files of versions 5 to 7.3: numeric vectors and matrices with one row per sample.
 
 A matrix gives a column per column, `name_1`, `name_2` ...; one named like a variable of the schema over x and y gives
 `name_x`, `name_y`.
+
+Versions 5 to 7 are parsed for numeric arrays and text. The file is 128 bytes of header and then elements, each a type,
+a size and, deflated or not, a matrix: flags (its class), dimensions, name, values. An opaque object has no dimensions.
+Own code, because scipy cannot list a file with such objects and crashes on some damaged ones; anything but arrays of
+numbers and text is skipped. Version 7.3 is HDF5 with MATLAB's class attributes and transposed matrices.
 """
 
 from __future__ import annotations

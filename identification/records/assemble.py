@@ -1,4 +1,7 @@
-"""Record in SI units from the columns of a file and a mapping; `validate` checks it against the schema."""
+"""Record in SI units from the columns of a file and a mapping; `validate` checks it against the schema.
+
+Probes that a mapping names give the motion of the disc, or readings of other planes; dead ones are left out.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,18 @@
-"""Checks of a record's fitness for identification; each fault raises UnfitError with one sentence."""
+r"""Checks of a record's fitness for identification: faults, length, excitation, and feedback to its reference.
+
+Feedback from the displacement to the reference is found by the test of Caines and Chan (1975).
+
+.. math:: \Delta u_k = \sum_{i=1}^{p} a_i u_{k-i} + \sum_{i=1}^{q} b_i y_{k-i} + e_k
+
+In open loop past outputs y add nothing to the prediction of the next reference u from past ones, whatever the rotor
+does; behind a controller they do, because it feeds their noise back. Jumps of the reference, which no feedback makes,
+are left out. The coefficients come from every other stretch of the record, and are judged on those between.
+
+Output-error models are biased in closed loop, where the disturbance and the input are correlated (Ljung 1999, 13.4). A
+record that holds the external reference is fitted in two stages, see `identification.local.closed_loop`.
+
+Cites: caines_1975, ljung_1999.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,14 @@
-"""Examination of a record: channels, faults, suspicious values, possible uses."""
+"""Examination of a record: channels, faults, possible uses, values that suggest a mistake.
+
+Values that suggest a wrong unit are only reported, never corrected. Values that no rotor
+has make a record unfit; those of few rigs are a warning alone.
+
+Hints that phases are leads or that axes are exchanged or mirrored are reported too. Unbalance whirls forward, and its
+phase lag grows through a resonance. With complex amplitudes A of an order, :math:`|A_x + i A_y|/2` is its forward and
+:math:`|A_x - i A_y|/2` its backward part. Phases that are leads conjugate the amplitudes: they turn both around.
+Exchanged axes, or one of the wrong sign, turn the whirl alone. Split supports can whirl backward between two critical
+speeds, hence a hint needs the whole table.
+"""
 
 from __future__ import annotations
 

@@ -28,6 +28,17 @@
 
 and for run-up vectors `[speed]` and `[vectors.1X.x]` with `amplitude` and `phase`, each an entry as above. A value is
 sign * scale * (column in SI, through the sensitivity if there is one) + offset.
+
+The table [changes] states what was changed on purpose before a record was made.
+
+::
+
+    [changes]
+    trial_weight = { me = "300 g*mm", phase = "45 deg", position = "160 mm" }   # or a list; else the first disc
+    sensor_ring = { angle = "30 deg" }                                          # of both probes, from x towards y
+    "effects.gas_heating.rise" = "12 K"                                         # a new value of the machine file
+
+It becomes the attribute `changes` of the record, a JSON text with weights and ring in SI; `rotorsim diagnose` reads it.
 """
 
 from __future__ import annotations

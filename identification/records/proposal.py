@@ -1,4 +1,9 @@
-"""Draft of a mapping for a file: recognised columns filled in, the others as comments."""
+"""Drafts of a mapping for a file: a template with the recognised columns, and a proposal with guesses.
+
+A proposal guesses columns and units from names, stated units and values, and marks each guess.
+It is read before it is used: the text notes where each unit comes from, and columns
+that are not known stand as comments.
+"""
 
 from __future__ import annotations
 

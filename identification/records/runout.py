@@ -1,4 +1,6 @@
-r"""Runout and extended runout over the shaft angle, estimated from a run without excitation.
+r"""Runout, extended runout and slow roll: what probes show over the shaft angle without excitation, and its removal.
+
+The runout of a run without excitation is estimated over the shaft angle.
 
 .. math:: \hat y(\varphi) = \sum_{k=1}^{n} a_k \cos k\varphi + b_k \sin k\varphi \qquad\text{or a table over } \varphi
 
@@ -6,7 +8,14 @@ At a slow roll it is the sensors' runout; at the speed of the experiment it is r
 (thesis, section 2.6.2). The thesis takes a look-up table of the mean at every angle. At speeds that divide the sampling
 frequency a record visits few angles, 60 at 5000 rpm and 5 kHz, so the table is interpolated around the turn.
 
-Cites: thesis.
+The slow roll, what probes show of a shaft that turns too slowly to move, is subtracted once.
+
+.. math:: A_n - A_n^{slow} \qquad\text{or}\qquad d(t) - \sum_n \Re\{A_n^{slow} e^{i n \alpha(t)}\}
+
+for run-up vectors and for time series, with the shaft angle from the same mark. It holds runout and the bow at low
+speed alike. A record notes the subtraction in its attribute `slow_roll`, and a second one is refused.
+
+Cites: api_670, thesis.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Sampling time of a record, and checks for uneven time stamps and gaps.
+"""Sampling of a record: its even clock, checks for uneven time stamps and gaps, resampling at a lower rate.
 
 Time stamps that a program rounded still count as even: each step may differ by a tenth from the mean one, and no stamp
 lies further than half a sample from the even clock. A step of more than one and a half samples is a gap.

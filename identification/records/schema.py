@@ -1,17 +1,23 @@
-"""Schema of measured and virtual records: variable names, dimensions, units.
+r"""Schema of measured and virtual records: variable names, dimensions, units.
 
 A record is an `xarray.Dataset` over `time` with the variables below, those that were measured. A virtual record holds
 the truth and, apart from it, what the sensors saw: `disc` and `disc_measured`, `angle` and `angle_measured`; a record
 of a rig has the measured ones, or `angle`, `speed` and `pressure` where there is only one of each. Angles are in rad
 and run on without wrapping, pressures are gauge, displacements are measured from the bearing's centre. Attributes carry
 the machine's text, the seed, versions and a content hash where the record is virtual, and its source where it was read
-from a file. The other kind of data, run-up vectors, is in `identification.records.schema`.
+from a file.
+
+The other kind of data are run-up vectors, amplitude and phase of the orders over speed. An order n of the displacement
+is :math:`\Re\{A_n e^{i n \alpha}\}` with the shaft angle :math:`\alpha`, :math:`A_n = |A_n| e^{-i \varphi_n}`:
+amplitudes are 0-pk and the phase is a LAG, so the maximum passes :math:`\varphi_n / n` of shaft rotation after the
+mark. A table of a single probe has one axis, and its angle from x towards y in the attribute `probe_angle` [rad] where
+it stands elsewhere than there.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +25,7 @@ import numpy as np
 
 from identification.errors import SchemaError
 from identification.records.sampling import WAY_OUT, sampling_time
+from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.base.suggest import did_you_mean
 
 if TYPE_CHECKING:
@@ -363,3 +370,19 @@ def validate(record: xr.Dataset) -> xr.Dataset:
     True
     """
     return validate_vectors(record) if "speed" in record.dims else validate_record(record)
+
+
+def machine_of(record: xr.Dataset) -> str:
+    """Name and fingerprint of a record's machine, a space between; empty for a record that states none."""
+    try:
+        name = str(tomllib.loads(str(record.attrs.get("machine", ""))).get("name", ""))
+    except tomllib.TOMLDecodeError:
+        name = ""
+    mark = str(record.attrs.get("machine_hash", ""))
+    return f"{name} {mark}" if name and mark else ""
+
+
+def common(machines: Iterable[str]) -> str:
+    """The machine of several records, empty where they differ."""
+    found = set(machines)
+    return found.pop() if len(found) == 1 else ""

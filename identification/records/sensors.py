@@ -1,7 +1,11 @@
-"""Motion in x and y at one plane from the readings of two or more displacement probes there.
+"""Sensors of a laboratory: displacement probes at any angle, and the keyphasor that gives the shaft angle.
 
-A probe at the angle a reads r = g (x cos a + y sin a), its gain g holding sensitivity and sense; two at different
-angles give x and y, more of them by least squares.
+Two or more displacement probes at one plane give the motion in x and y there. A probe at the angle a reads r = g (x cos
+a + y sin a), its gain g holding sensitivity and sense; two at different angles give x and y, more of them by least
+squares.
+
+A proximity probe gives volts round its gap voltage. DC-coupled, the gap voltage (or the mean) is taken off, so that
+motion is measured from there; without either the reading stays as it is. AC-coupled, there is no mean to measure.
 """
 
 from __future__ import annotations

@@ -1,4 +1,9 @@
-"""Raw content of a data file: named columns of numbers, before a mapping."""
+"""Raw content of a data file before a mapping: named columns of numbers, dead and clipped ones.
+
+A dead sensor's column never moves, a clipped one rests at a limit of its range. A quantised signal stays at its extreme
+value for a few samples too, but there it stays little longer than at the next value; a clipped one stays there much
+longer than anywhere near.
+"""
 
 from __future__ import annotations
 

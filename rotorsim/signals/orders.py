@@ -1,4 +1,6 @@
-r"""Order tracking: amplitude and phase of 1X, 2X, 3X over speed, and resonances, from a record of any length.
+r"""Orders of a record of any length: tracking, resonances, comparison of runs; deceleration of a coast-down.
+
+Amplitude and phase of 1X, 2X, 3X are tracked over the speed.
 
 Convention of orders: in a window of whole revolutions a displacement is
 

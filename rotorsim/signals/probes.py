@@ -1,4 +1,14 @@
-"""Readings of a record's probes: numbers of each, and planes in which probes see an orbit."""
+r"""Readings of a record's probes: numbers of each, planes that see an orbit, runout over the shaft angle.
+
+The runout profile of a figure is the mean over the shaft angle at slow roll.
+
+.. math:: d(\alpha) = d_0 + \sum_n \Re\{R_n e^{i n \alpha}\}
+
+Mean and scatter in bins of the shaft angle, in one pass, and the harmonics of the mean. What a prefilter subtracts is
+`identification.records.runout`: a function of the angle, without gaps and of zero mean, from samples in memory.
+
+Cites: thesis.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,9 @@
-"""Opening of records of any length, and reading of their variables block by block."""
+"""Records of any length: opened, prepared under common names, and read block by block.
+
+A measured record may have `angle`, `speed` and `pressure` under `..._measured` only, or not at all. A missing one is
+put in as zero, which costs no memory, and named in the attribute `assumed`; a speed that follows from the angle is
+differentiated where it is read.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-r"""Static gain from the rest positions of a staircase: linear fit per input, deviations and hysteresis.
+"""Static gain from the rest positions of a staircase: linear fit per input, deviations, hysteresis loops of the pins.
 
 .. math:: d_i = d_{i0} + G_{ij} r_j
 

@@ -16,8 +16,8 @@ import numpy as np
 
 import identification as idn
 from identification.campaign import identify_all
-from identification.local.fit import GreyBox, Problem
 from identification.local.greybox import STRUCTURES, modes
+from identification.local.least_squares import GreyBox, Problem
 from studies.benchmarks.result import Figure
 
 TRUTH = np.array(

@@ -5,13 +5,12 @@ import pytest
 from model3 import DELAYED, TRUTH, TS, model, prbs, record
 
 import identification as idn
+from identification.local.bias import _modulated, _part_of_the_input, of_any_phase
+from identification.local.confidence import Spread, sandwich, spread
 from identification.local.discretise import zero_order_hold
-from identification.local.fit import GreyBox, Problem
 from identification.local.greybox import STRUCTURES, modes
-from identification.local.uncertainty.amplitude import _modulated
-from identification.local.uncertainty.bias import _part_of_the_input, of_any_phase
-from identification.local.uncertainty.confidence import Spread, sandwich, spread
-from identification.local.uncertainty.model_error import model_error
+from identification.local.least_squares import GreyBox, Problem
+from identification.local.model_error import model_error
 
 pytestmark = pytest.mark.numerical
 

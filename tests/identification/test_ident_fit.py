@@ -8,8 +8,8 @@ from scipy.linalg import expm
 import identification as idn
 from identification.local.blackbox import FullStateSpace
 from identification.local.discretise import exponential, sampled
-from identification.local.fit import GreyBox, Predictor, Problem
 from identification.local.greybox import STRUCTURES, actuator_poles, modes
+from identification.local.least_squares import GreyBox, Predictor, Problem
 
 pytestmark = pytest.mark.numerical
 

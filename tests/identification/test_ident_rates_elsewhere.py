@@ -6,9 +6,9 @@ from test_ident_rates import PLAIN, RATES, TS, moved
 
 import identification as idn
 import rotorsim as rs
-from identification.local.fit import GreyBox, Problem
+from identification.local.bias import _velocity
 from identification.local.greybox import RATED, STRUCTURES, modes
-from identification.local.uncertainty.amplitude import _velocity
+from identification.local.least_squares import GreyBox, Problem
 
 pytestmark = pytest.mark.numerical
 

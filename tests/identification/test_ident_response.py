@@ -10,8 +10,8 @@ from scipy.signal import csd, lfilter, welch
 import identification as idn
 import rotorsim as rs
 from identification.errors import UnfitError
-from identification.local.frequency.response_fit import response_problem
 from identification.local.greybox import STRUCTURES, modes
+from identification.local.response_fit import response_problem
 
 pytestmark = pytest.mark.numerical
 

@@ -5,9 +5,8 @@ import pytest
 from model3 import TRUTH, TS, record
 
 import identification as idn
-from identification.local.fit import GreyBox, Problem, solve
 from identification.local.greybox import STRUCTURES
-from identification.local.joint import Joint, covariance_of
+from identification.local.least_squares import GreyBox, Joint, Problem, covariance_of, solve
 from identification.records.stretches import offsets, regressors_of, without_gaps
 
 pytestmark = pytest.mark.numerical

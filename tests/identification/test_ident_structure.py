@@ -8,9 +8,8 @@ from model3 import TRUTH, TS, prbs, record
 
 import identification as idn
 from identification.errors import ModelError, UnfitError
-from identification.local.fit import GreyBox, Problem
 from identification.local.greybox import STRUCTURES
-from identification.local.steps import damped_step
+from identification.local.least_squares import GreyBox, Problem, damped_step
 
 pytestmark = pytest.mark.numerical
 

@@ -1,4 +1,4 @@
-r"""Output-error and prediction-error fits by Levenberg and Marquardt with exact sensitivities.
+r"""Least squares of output-error and prediction-error fits by Levenberg and Marquardt with exact sensitivities.
 
 .. math:: \min_{\theta, x_0, c} \sum_k \| y_k - \hat y_k(\theta, x_0) - c\,\phi_k \|^2
 
@@ -6,21 +6,72 @@ The output-error model simulates; the prediction-error model (thesis, eqs. C.6 a
 K (y - y^) at every sample. Regressors phi that are linear (offsets, harmonics of the shaft angle) are projected out, so
 their coefficients c never enter the iteration. Source: Ljung, System Identification (1999), sections 7.2, 10.2.
 
-Cites: ljung_1999, thesis.
+The parameters take steps with or without bounds.
+
+.. math:: (N + \lambda\,\mathrm{diag} N)\, \Delta = g, \qquad \theta_{low} \le \theta + \Delta \le \theta_{high}
+
+Elements that pass a bound stop there and the others are solved for again (active set). Source: Nocedal and Wright
+(2006), chapters 10 and 16.
+
+A joint fit over several stretches has shared parameters, an initial state for each stretch and regressors of any.
+The sums of `Problem.normal_equations` run stretch by stretch; the states stand behind each other in x0.
+
+Cites: ljung_1999, nocedal_2006, thesis.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 from scipy.linalg import block_diag
 
+from identification.local.confidence import sandwich
 from identification.local.discretise import sampled, sampled_with_derivatives
+from identification.local.greybox import Structure
 from identification.local.simulation import normal_matrices, respond_with_sensitivities
-from identification.local.steps import Box, damped_step, reach, within
-from identification.local.structure import Structure
+from identification.records.stretches import parts_of, regressors_of
+from rotorsim.base.rounding import normal_root
+
+Box = tuple[np.ndarray, np.ndarray] | None
+"""Lowest and highest parameters, None where there are no bounds."""
+
+
+def within(box: Box, theta: np.ndarray) -> np.ndarray:
+    """Parameters without what rounding added beyond a bound."""
+    return theta if box is None else np.clip(theta, *box)
+
+
+def reach(box: Box, theta: np.ndarray, size: int) -> Box:
+    """Least and largest step (size,) of the parameters and of the state, which has no bounds."""
+    if box is None:
+        return None
+    free = np.full(size - len(theta), np.inf)
+    return np.concatenate([box[0] - theta, -free]), np.concatenate([box[1] - theta, free])
+
+
+def damped_step(N: np.ndarray, g: np.ndarray, damping: float, room: Box = None) -> tuple[np.ndarray, float]:
+    """Damped step and the fall of the cost that it promises; what would leave its room stops there, the rest adapts."""
+    scale = np.sqrt(np.maximum(np.diag(N), 1e-300))
+    M, s = N / np.outer(scale, scale), g / scale
+    damped = M + damping * np.eye(len(M))
+    step = np.linalg.solve(damped, s)
+    if room is not None:
+        step = _stopped(damped, s, step, room[0] * scale, room[1] * scale)
+    return step / scale, float(2 * step @ s - step @ M @ step)
+
+
+def _stopped(M: np.ndarray, s: np.ndarray, step: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Solution of M step = s in what is free; elements that pass a bound are held at it, one set after another."""
+    held = np.zeros(len(s), bool)
+    while np.any(beyond := ~held & ((step < low) | (step > high))):
+        held |= beyond
+        step, free = np.where(held, np.clip(step, low, high), step), ~held
+        if free.any():
+            step[free] = np.linalg.solve(M[np.ix_(free, free)], s[free] - M[np.ix_(free, held)] @ step[held])
+    return step
+
 
 ITERATIONS, TOLERANCE = 60, 1e-9
 """Most steps; end of the iteration."""
@@ -283,3 +334,83 @@ def solve(problem: Minimised, theta: np.ndarray, iterations: int = ITERATIONS, t
         damping = max(damping / 10, 1e-12) if cost - found[2] > 0.25 * promised else damping
         theta, x0, V, (N, g, cost) = trial, state, ahead, found
     return Fit(theta, x0, N, cost, number, converged or damping >= MOST_DAMPING)
+
+
+@dataclass(frozen=True, eq=False)
+class Joint(Problem):
+    """A problem whose data are several stretches, which begin at sample 0 and at `breaks`."""
+
+    breaks: tuple[int, ...] = ()
+
+    def states(self, theta: np.ndarray) -> int:
+        """Number of initial states, of all stretches."""
+        return super().states(theta) * (len(self.breaks) + 1)
+
+    def normal_equations(
+        self, theta: np.ndarray, x0: np.ndarray, V: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray, float]:
+        """J'J, J'r and r'r over all stretches; infinite cost where the simulation overflows."""
+        F, G, H, E, dF, dH, dx0 = self._sensitive(theta, V)
+        n, q, p = len(F), dF.shape[2] - len(F), self.y.shape[1]
+        size = q + len(x0)
+        N, g, cost = np.zeros((size, size)), np.zeros(size), 0.0
+        QJ, Qr = np.zeros((p, self.Q.shape[1], size)), np.zeros((p, self.Q.shape[1]))
+        for k, at in enumerate(parts_of(self.breaks, len(self.y))):
+            own = np.r_[0:q, q + k * n : q + (k + 1) * n]
+            Q, shown = regressors_of(self.Q, at)
+            some = normal_matrices(F, G, H, E, dF, dH, x0[k * n : (k + 1) * n], dx0, self.w[at], self.y[at], Q)
+            N[np.ix_(own, own)] += some[0]
+            g[own] += some[1]
+            QJ[:, shown[:, None], own] += some[2]
+            Qr[:, shown] += some[3]
+            cost += some[4]
+        for axis in range(p):
+            N -= QJ[axis].T @ QJ[axis]
+            g -= QJ[axis].T @ Qr[axis]
+            cost -= float(Qr[axis] @ Qr[axis])
+        return N, g, cost if np.isfinite(cost) else np.inf
+
+    def scores(self, theta: np.ndarray, x0: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Residual (n, p) and its negative derivative (n, p, q) by the parameters, the initial states eliminated."""
+        F, G, H, E, dF, dH, dx0 = self._sensitive(theta)
+        n, q = len(F), len(theta)
+        N = self.normal_equations(theta, x0)[0]
+        root = normal_root(N[q:, q:])
+        known = root @ (root.T @ N[q:, :q])
+        y, J = np.empty_like(self.y), np.empty((*self.y.shape, q))
+        for k, at in enumerate(parts_of(self.breaks, len(self.y))):
+            own = slice(k * n, (k + 1) * n)
+            y[at], both = respond_with_sensitivities(F, G, H, E, dF, dH, x0[own], dx0, self.w[at])
+            J[at] = both[..., :q] - both[..., q:] @ known[own]
+        return self.project(self.y - y), self.project(J)
+
+
+def problem_of(
+    model: Parametrised, w: np.ndarray, y: np.ndarray, Q: np.ndarray, breaks: tuple[int, ...], box: Box = None
+) -> Problem | Joint:
+    """The problem of one stretch, or of several."""
+    return Joint(model, w, y, Q, box, breaks=breaks) if breaks else Problem(model, w, y, Q, box)
+
+
+def ahead_of(problem: Problem, predictor: Parametrised) -> Problem:
+    """The problem of one-step prediction: the measured outputs are inputs too."""
+    return replace(problem, model=predictor, w=np.ascontiguousarray(np.hstack([problem.w, problem.y])))
+
+
+def covariance_of(problem: Problem, fitted: Fit, q: int, Ts: float) -> np.ndarray:
+    """Covariance (q, q) of the first parameters of a fit."""
+    return sandwich(*scores_of(problem, fitted.theta, fitted.x0), Ts)[:q, :q]
+
+
+def scores_of(problem: Problem, theta: np.ndarray, x0: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Residual and negative derivative by parameters and initial state, of several stretches by parameters alone.
+
+    The residual is that of the problem's judge, where it has one.
+    """
+    residual, J = problem.scores(theta, x0) if isinstance(problem, Joint) else problem.residual(theta, x0)
+    if problem.judge is not None:
+        q = len(theta)
+        N, g, _ = problem.judge.normal_equations(theta, x0)
+        root = normal_root(N[q:, q:])
+        residual = scores_of(problem.judge, theta, x0 + root @ (root.T @ g[q:]))[0]
+    return residual, J

@@ -1,4 +1,7 @@
-"""Fits of the grey-box models, of one record or of several stretches: start, fit, covariance, result."""
+"""Fits of grey-box and black-box models, of one record or of several stretches: start, fit, covariance, result.
+
+A black-box model starts from the subspace method and is refined by output error or prediction error.
+"""
 
 from __future__ import annotations
 
@@ -10,20 +13,34 @@ import numpy as np
 
 from identification.errors import UnfitError
 from identification.local import dead_time as late
+from identification.local.bias import AtRest, at_rest, bias, nothing
+from identification.local.blackbox import FullStateSpace, balanced, subspace
 from identification.local.closed_loop import acted_of
-from identification.local.fit import Fit, GreyBox, Predictor, Problem, solve
+from identification.local.confidence import Spread, propagate, residual_tests, spread
 from identification.local.goodness import ceiling, fit_of, noise_free_fit, project, simulated
-from identification.local.greybox import DELAYED, STRUCTURES, delays, modes, static_gain
-from identification.local.joint import ahead_of, problem_of, scores_of
+from identification.local.greybox import DELAYED, STRUCTURES, Structure, delays, modes, static_gain
+from identification.local.least_squares import (
+    Fit,
+    GreyBox,
+    Predictor,
+    Problem,
+    ahead_of,
+    covariance_of,
+    problem_of,
+    scores_of,
+    solve,
+)
 from identification.local.models import LinearModel
-from identification.local.own import bound_remarks, box, covariance_of as own_covariance, prepared, properties, valued
-from identification.local.residuals import residual_tests
+from identification.local.own_structure import (
+    bound_remarks,
+    box,
+    covariance_of as own_covariance,
+    prepared,
+    properties,
+    valued,
+)
 from identification.local.result import Identification, noted
 from identification.local.start import DEAD_TIME, broadened, start_values
-from identification.local.structure import Structure
-from identification.local.uncertainty.amplitude import AtRest, at_rest, nothing
-from identification.local.uncertainty.bias import bias
-from identification.local.uncertainty.confidence import Spread, propagate, spread
 from identification.records.checks import check_modes, suspicious_gains
 from identification.records.prefilter import pin_pairs
 from identification.records.stretches import Signals, longest_part, offsets, regressors_of
@@ -250,3 +267,47 @@ def result_of(
         residual_tests(left, signals.u), left.std(axis=0), signals.speed, signals.pressure,
         fitted.iterations, fitted.converged, 0.0, signals.notes, (*unfinished, *warnings), information,
     )  # fmt: skip
+
+
+REDUNDANT = 1e-6
+"""Where a black-box fit ends: what is left moves along directions that the data hardly know, and no fit any more."""
+
+
+def black_box(signals: Signals, order: int, method: str) -> Identification:
+    """A black-box model of an order, from the subspace method on."""
+    y = project(signals.y, signals.Q)
+    full = FullStateSpace(order, 2, 2)
+    scale = float(np.std(y))  # matrices of like size make the redundant fit well conditioned
+    at = longest_part(signals)
+    A, B, C = balanced(*subspace(signals.u[at], y[at] / scale, order))
+    problem = problem_of(full, np.ascontiguousarray(signals.u), y / scale, signals.Q, signals.breaks)
+    if (acted := acted_of(signals)) is not None:
+        problem = replace(problem, judge=replace(problem, w=acted.u))
+    fitted = solve(problem, full.pack(A, B, C), tolerance=REDUNDANT)
+    if method == "pem":
+        problem = ahead_of(problem, Predictor(full, order, 2))
+        fitted = solve(problem, np.concatenate([fitted.theta, np.zeros(2 * order)]), tolerance=REDUNDANT)
+    q = order * (order + 4)
+    theta = fitted.theta[:q]
+    covariance = covariance_of(problem, fitted, q, signals.Ts)
+    model = _black_model(full, theta, scale, signals)
+    wn, zeta = model.wn, model.zeta
+
+    def properties(values: np.ndarray) -> np.ndarray:
+        other = _black_model(full, values, scale, signals)
+        same = len(other.wn) == len(wn)
+        return np.concatenate([other.wn if same else wn, other.zeta if same else zeta, other.static_gain.ravel()])
+
+    sds = propagate(properties, theta, covariance)
+    n = len(wn)
+    return result_of(
+        "blackbox", method, model, {}, theta, covariance, signals, fitted,
+        modes_found=(wn, zeta, sds[:n], sds[n : 2 * n]),
+        gains=(model.static_gain, sds[2 * n :].reshape(2, 2)), lags=(np.full(2, np.nan), np.full(2, np.nan)),
+        information=np.zeros((0, 0)), warnings=suspicious_gains(model.static_gain),
+    )  # fmt: skip
+
+
+def _black_model(full: FullStateSpace, theta: np.ndarray, scale: float, signals: Signals) -> LinearModel:
+    A, B, C, D = full.sampled(theta)
+    return LinearModel(A, B, C * scale, D, signals.Ts, speed=signals.speed, pressure=signals.pressure)

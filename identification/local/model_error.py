@@ -37,7 +37,7 @@ LEAKAGE = 35 / 18
 of the next two lines on either side (of white noise measured: 1.86)."""
 
 
-class ModelError(NamedTuple):
+class ModelRemainder(NamedTuple):
     """Changes (8,) of wn [rad/s], zeta, static gain [m/V] (row by row) that the model lacks, their variances (8,), and
     the share that the inputs explain linearly of the residual's power around the modes, sensor noise left out."""
 
@@ -49,7 +49,7 @@ class ModelError(NamedTuple):
 def model_error(
     model: LinearModel, wn: np.ndarray, zeta: np.ndarray, u: np.ndarray, residual: np.ndarray, Ts: float,
     noise: np.ndarray, parts: Sequence[slice] = (),
-) -> ModelError:  # fmt: skip
+) -> ModelRemainder:  # fmt: skip
     """Error of a continuous model with modes wn (2,) [rad/s], zeta (2,), by inputs u (n, 2) and residual (n, 2).
 
     noise (2,): standard deviations of the sensors' white noise [m].
@@ -67,9 +67,9 @@ def model_error(
         gain = found.G[low].real.mean(axis=0)
     change, variance = (np.concatenate([a.ravel(), b.ravel()]) for a, b in ((modes, gain), (spread, scatter)))
     if not modes.any():  # modes that no response shows: none of the rest is accounted for
-        return ModelError(change, variance, 0.0)
+        return ModelRemainder(change, variance, 0.0)
     ratio = noise / np.maximum(residual.std(axis=0), 1e-300)
-    return ModelError(change, variance, _share(found, around, u.shape[1], ratio))
+    return ModelRemainder(change, variance, _share(found, around, u.shape[1], ratio))
 
 
 def _share(found: FrequencyResponse, around: np.ndarray, inputs: int, noise: np.ndarray) -> float:

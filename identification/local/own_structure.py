@@ -9,12 +9,10 @@ from typing import Any
 import numpy as np
 
 from identification.errors import ModelError, UnfitError
-from identification.local.fit import Fit, Problem
-from identification.local.identifiable import indistinguishable, without_nuisance
-from identification.local.joint import scores_of
+from identification.local.confidence import indistinguishable, propagate, sandwich, without_nuisance
+from identification.local.greybox import Matrices, Structure
+from identification.local.least_squares import Fit, Problem, scores_of
 from identification.local.models import LinearModel
-from identification.local.structure import Matrices, Structure
-from identification.local.uncertainty.confidence import propagate, sandwich
 from rotorsim.base.rounding import unstable_poles
 
 TAKEN = ("1", "2", "3", "actuator", "blackbox")

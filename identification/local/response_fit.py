@@ -1,4 +1,4 @@
-r"""Fit of a structure to a measured frequency response, weighted line by line.
+r"""Fit of a structure to a measured frequency response, weighted line by line, and its result.
 
 .. math:: \min_\theta \sum_{f, i, j} \frac{|G_{ij}(f) - \hat G_{ij}(f; \theta)|^2}{\mathrm{var}\, G_{ij}(f)}
 
@@ -7,7 +7,13 @@ behind its zero-order hold. The covariance is that of least squares, by the scat
 of the correlations rho_k of what is left k lines apart, for a window makes errors of neighbours alike. Source: Pintelon
 and Schoukens, System Identification: A Frequency Domain Approach (2012), chapters 8 and 9.
 
-Cites: pintelon_2012.
+The response of a state-space model and its derivatives by the parameters are
+
+.. math:: G = C R B + D, \qquad R = (s I - A)^{-1}, \qquad dG = C R\,(dA\, R B + dB) + dC\, R B + dD
+
+with s = j omega of a continuous model, exp(j omega Ts) of a sampled one.
+
+Cites: ljung_1999, pintelon_2012.
 """
 
 from __future__ import annotations
@@ -19,13 +25,11 @@ from typing import Any
 import numpy as np
 
 from identification.errors import ModelError, UnfitError
-from identification.local.fit import GreyBox, solve
-from identification.local.frequency.response import response_with_derivatives
-from identification.local.frequency.response_result import ResponseFit
-from identification.local.greybox import RATED, STRUCTURES
-from identification.local.identifiable import without_nuisance
+from identification.local.confidence import without_nuisance
+from identification.local.greybox import RATED, STRUCTURES, Matrices, Structure
+from identification.local.least_squares import Box, GreyBox, solve
 from identification.local.models import LinearModel
-from identification.local.own import (
+from identification.local.own_structure import (
     bound_remarks,
     box,
     prepared,
@@ -34,11 +38,74 @@ from identification.local.own import (
     sizes,
     valued,
 )
+from identification.local.result import insignificant, mode_lines, model_name, parameter_lines
 from identification.local.start import response_starts
-from identification.local.steps import Box
-from identification.local.structure import Matrices, Structure
 from identification.records.frequency_response import FrequencyResponse
 from rotorsim.base.rounding import unstable_poles
+
+
+@dataclass(frozen=True, eq=False)
+class ResponseFit:
+    """Result of `fit_frequency_response`.
+
+    kind '1', '3' or the name of your own structure; parameters by name as (value, sd) in SI, sd NaN at a bound;
+    covariance (q, q) of `theta`; wn [rad/s], zeta (k,) and static gain (2, 2) [m/V] with standard deviations; fit (2,)
+    of each output, as a share of one; misfit (2,), RMS of what is left over its standard deviation, about 1 where the
+    structure explains the response and NaN where no variance is known; number of lines.
+    """
+
+    kind: str
+    model: LinearModel
+    parameters: dict[str, tuple[float, float]]
+    theta: np.ndarray
+    covariance: np.ndarray
+    wn: np.ndarray
+    zeta: np.ndarray
+    wn_sd: np.ndarray
+    zeta_sd: np.ndarray
+    static_gain: np.ndarray
+    static_gain_sd: np.ndarray
+    fit: np.ndarray
+    misfit: np.ndarray
+    lines: int
+    speed: float
+    pressure: float
+    iterations: int
+    converged: bool
+    seconds: float
+    warnings: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
+
+    @property
+    def insignificant(self) -> tuple[str, ...]:
+        """Parameters within two standard deviations of zero."""
+        return insignificant(self.parameters)
+
+    def report(self) -> str:
+        """The findings as a text that a person can read."""
+        name = model_name(self.kind, self.model)
+        fits, misfits = (", ".join(f"{v:.{d}f}" for v in row) for row, d in ((100 * self.fit, 2), (self.misfit, 2)))
+        lines = [f"{name}, frequency response, {self.lines} lines, {self.iterations} iterations, {self.seconds:.2f} s"]
+        lines.append(f"fit      {fits} %   residual over its standard deviation {misfits}")
+        lines += mode_lines(self.wn, self.wn_sd, self.zeta, self.zeta_sd)
+        lines += parameter_lines(self.parameters, self.units)
+        return "\n".join([*lines, *(f"warning: {text}" for text in self.warnings)])
+
+
+def response_with_derivatives(matrices: Matrices, slopes: Matrices, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """G (f, p, m) and its derivatives (f, p, m, q) at s (f,).
+
+    matrices : A (n, n), B (n, m), C (p, n), D (p, m); slopes : their derivatives (q, ...).
+    """
+    A, B, C, D = matrices
+    dA, dB, dC, dD = slopes
+    R = np.linalg.inv(s[:, None, None] * np.eye(len(A)) - A)
+    left, right = C @ R, R @ B
+    dG = np.einsum("fin,qnm,fmj->fijq", left, dA, right) + np.einsum("fin,qnj->fijq", left, dB)
+    if dC.any() or dD.any():
+        dG = dG + np.einsum("qin,fnj->fijq", dC, right) + np.moveaxis(dD, 0, -1)
+    return left @ B + D, dG
+
 
 KINDS = ("1", "3")
 NEIGHBOURS = 5
