@@ -58,7 +58,7 @@ def spectrum_of(record: xr.Dataset, name: str, most: float, less: str = "") -> S
     for part in overlapping(record, (name, less) if less else (name,), length, window.hop):
         d = transforms(window, part[name] - part[less] if less else part[name], "constant") / window.win.sum()
         single = single + np.sum(np.abs(2 * d) ** 2, axis=-1).T
-        full = full + np.sum(two_sided(*d, length, sense) ** 2, axis=-1)
+        full = full + np.sum(two_sided(d, length, sense) ** 2, axis=-1)
         count += d.shape[-1]
     frequency, signed = np.fft.rfftfreq(length, dt), np.fft.fftshift(np.fft.fftfreq(length, dt))
     kept, kept_signed = frequency <= most, np.abs(signed) <= most
@@ -66,11 +66,12 @@ def spectrum_of(record: xr.Dataset, name: str, most: float, less: str = "") -> S
                     np.sqrt(full / count)[kept_signed], 2 / (length * dt), count)  # fmt: skip
 
 
-def two_sided(x: np.ndarray, y: np.ndarray, n: int, sense: int) -> np.ndarray:
-    """Size (n, ...) of the full spectrum of x + i y over rising signed frequencies, from transforms of x and y.
+def two_sided(found: np.ndarray, n: int, sense: int) -> np.ndarray:
+    """Size (n, ...) of the full spectrum of x + i y over rising signed frequencies.
 
-    The one-sided transforms (f, ...) are those of n real samples; with a `sense` of -1 it is that of x - i y.
+    The one-sided transforms `found` (2, f, ...) are those of n real samples of x and y; a `sense` of -1 gives x - i y.
     """
+    x, y = found
     forward, backward = np.abs(x + sense * 1j * y), np.abs(x - sense * 1j * y)
     return np.concatenate((backward[:0:-1], forward[: n - len(x) + 1]))
 
@@ -146,7 +147,7 @@ def _piece_spectra(d: np.ndarray, piece: int, sense: int) -> tuple[np.ndarray, n
     cut = d[: len(d) // piece * piece].reshape(-1, piece, 2)
     taper = hann(piece, sym=False)[:, None]
     found = np.fft.rfft(detrend(cut, axis=1) * taper / taper.sum(), 2 * piece, axis=1).transpose(2, 1, 0)
-    full = two_sided(*found, 2 * piece, sense)
+    full = two_sided(found, 2 * piece, sense)
     return np.sqrt(np.mean(np.abs(2 * found) ** 2, axis=-1)).T, np.sqrt(np.mean(full**2, axis=-1))
 
 
