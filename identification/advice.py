@@ -163,7 +163,7 @@ def _delay(response: FrequencyResponse, peak: float, Ts: float) -> tuple[float, 
 
 
 def _sentences(order: int, fit: np.ndarray, peak: float, delay: float, model: str) -> tuple[str, ...]:
-    """What follows from the estimates."""
+    """Sentences that follow from the estimates."""
     turn = peak * delay
     reasons = {
         "1": "model 1: references act at once",

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 SAME_POINT = (5.0, 0.02, 1e4)
-"""A steady run belongs to a record within so many rad/s, this share of the speed, and so many Pa."""
+"""Largest differences of a steady run from its record: of the speed in rad/s and as a share, of the pressure in Pa."""
 
 
 @dataclass(frozen=True)
@@ -156,8 +156,8 @@ NO_EXCITATION = "no record whose reference moves; identification needs excitatio
 
 
 @dataclass(frozen=True, eq=False)
-class Local:
-    """A file and what came of it: a result, or the sentence why not."""
+class SourceResult:
+    """A file with the result of its identification, or the sentence why there is none."""
 
     source: Source
     result: Identification | None
@@ -167,13 +167,13 @@ class Local:
 def identify_source(
     source: Source, model: int | str = 3, order: int = 6, method: str = "auto", settings: Prefilter | None = None,
     mapping: Any = None, dead_time: float | str = FREE,
-) -> Local:  # fmt: skip
+) -> SourceResult:  # fmt: skip
     """Local model of one file, or the sentence why there is none."""
     try:
         record, steady = open_pair(source, mapping)
-        return Local(source, identify(record, model, order, method, steady, settings, dead_time=dead_time))
+        return SourceResult(source, identify(record, model, order, method, steady, settings, dead_time=dead_time))
     except SchemaError as error:
-        return Local(source, None, f"{source.path}: {error}")
+        return SourceResult(source, None, f"{source.path}: {error}")
 
 
 @one_thread
@@ -185,12 +185,12 @@ def identify_all(
     settings: Prefilter | None = None,
     mapping: Any = None,
     workers: int = 2,
-    progress: Callable[[Local], None] | None = None,
+    progress: Callable[[SourceResult], None] | None = None,
     dead_time: float | str = FREE,
-) -> list[Local]:
+) -> list[SourceResult]:
     """Local models of files, in their order; `progress` is called as each is finished."""
 
-    def one(source: Source) -> Local:
+    def one(source: Source) -> SourceResult:
         found = identify_source(source, model, order, method, settings, mapping, dead_time)
         if progress is not None:
             progress(found)
@@ -201,7 +201,7 @@ def identify_all(
 
 
 def loaders(
-    locals_: Sequence[Local], settings: Prefilter | None = None, mapping: Any = None
+    locals_: Sequence[SourceResult], settings: Prefilter | None = None, mapping: Any = None
 ) -> list[Callable[[], Signals]]:
     """Functions that read and filter each record again, for `fit_lpv(refine='global')`."""
     return [partial(_signals, one.source, settings, mapping) for one in locals_]
@@ -223,9 +223,9 @@ def identify_sources(
     refine: str = "none",
     held: Sequence[str] = (),
     workers: int = 2,
-    progress: Callable[[Local], None] | None = None,
+    progress: Callable[[SourceResult], None] | None = None,
     dead_time: float | str = FREE,
-) -> tuple[LinearModel | LpvModel, list[Local]]:
+) -> tuple[LinearModel | LpvModel, list[SourceResult]]:
     """One model of many records: linear for one operating point, parameter-varying for several.
 
     Parameters
@@ -241,14 +241,14 @@ def identify_sources(
     workers : int
         Records identified at a time.
     progress : callable, optional
-        Called with each `Local`.
+        Called with each `SourceResult`.
     dead_time : float or "free"
         Of model 3, as for `identify`; where a free one shows in some records only, all are identified without.
 
     Returns
     -------
     model : LinearModel or LpvModel
-    found : list of Local
+    found : list of SourceResult
         A result or a sentence per record; where several at one operating point were fitted together, that as well.
 
     Raises
@@ -268,11 +268,14 @@ def identify_sources(
     if together := _together(good, held):
         records, steady = zip(*(open_pair(one.source, mapping) for one in together), strict=True)
         both = identify(records, model, order, method, steady, settings, dead_time=dead_time)
-        return both.model, [*found, Local(replace(together[0].source, path=Path(f"{len(together)} together")), both)]
+        return both.model, [
+            *found,
+            SourceResult(replace(together[0].source, path=Path(f"{len(together)} together")), both),
+        ]
     return _model(good, surfaces, refine, settings, mapping, held), found
 
 
-def _together(good: list[Local], roles: Sequence[str]) -> list[Local]:
+def _together(good: list[SourceResult], roles: Sequence[str]) -> list[SourceResult]:
     """The records of one operating point that make one model, where there are several."""
     fitted = [one for one in good if one.source.role not in roles] or good
     points = {_point(one.result) for one in fitted if one.result is not None}
@@ -286,7 +289,7 @@ def _point(result: Identification) -> tuple[int, int] | None:
 
 
 def _model(
-    good: list[Local], surfaces: int | str, refine: str, settings: Any, mapping: Any, roles: Sequence[str]
+    good: list[SourceResult], surfaces: int | str, refine: str, settings: Any, mapping: Any, roles: Sequence[str]
 ) -> LinearModel | LpvModel:
     """A linear model of one operating point; surfaces through several."""
     fitted = [one for one in good if one.source.role not in roles] or good

@@ -82,7 +82,7 @@ from scipy.stats import f
 
 from identification.local.confidence import WINDOW, Spread, propagate, sandwich
 from identification.local.greybox import modes, static_gain
-from identification.local.least_squares import GreyBox, Joint, Problem, scores_of
+from identification.local.least_squares import FitProblem, GreyBox, JointProblem, scores_of
 from identification.local.model_error import ModelRemainder, model_error
 from identification.local.simulation import respond
 from identification.records.stretches import parts_of
@@ -106,11 +106,11 @@ class AtRest(NamedTuple):
     share: float
 
     def first(self, count: int) -> AtRest:
-        """Of the first parameters alone."""
+        """The change of the first parameters alone."""
         return AtRest(self.change[:count], self.covariance[:count, :count], self.share)
 
     def joined(self, count: int) -> AtRest:
-        """With so many more parameters that do not change."""
+        """The change with further parameters that stay as they are."""
         q = len(self.change)
         covariance = np.zeros((q + count, q + count))
         covariance[:q, :q] = self.covariance
@@ -122,7 +122,7 @@ def nothing(count: int) -> AtRest:
     return AtRest(np.zeros(count), np.zeros((count, count)), 0.0)
 
 
-def at_rest(problem: Problem, theta: np.ndarray, x0: np.ndarray, Ts: float, noise: np.ndarray) -> AtRest:
+def at_rest(problem: FitProblem, theta: np.ndarray, x0: np.ndarray, Ts: float, noise: np.ndarray) -> AtRest:
     """Parameters at no amplitude, less those of an output-error fit that ended at theta (q,), x0; noise (2,) [m]."""
     residual, J = scores_of(problem, theta, x0)
     columns = np.concatenate([J, _modulated(problem, theta, x0)], axis=-1)
@@ -143,18 +143,18 @@ def at_rest(problem: Problem, theta: np.ndarray, x0: np.ndarray, Ts: float, nois
 
 
 def _limit(lasting: float) -> float:
-    """What the squared size of beta exceeds by chance in 1 % of records of so many seconds."""
+    """Squared size of beta that chance exceeds in 1 % of records of a length [s]."""
     free = 1.5 * lasting / WINDOW
     rest = free - MOVING + 1
     return float(MOVING * free / rest * f.ppf(KNOWN_MOTION, MOVING, rest)) if rest > 1 else np.inf
 
 
-def _modulated(problem: Problem, theta: np.ndarray, x0: np.ndarray) -> np.ndarray:
+def _modulated(problem: FitProblem, theta: np.ndarray, x0: np.ndarray) -> np.ndarray:
     """Sensitivities (n, p, MOVING) to changes of K and D that follow the square of the amplitude."""
     F, G, H, _ = problem.model.sampled(theta)
     slopes = problem.model.derivatives(theta)[0]
     n, p = len(F), len(H)
-    parts = list(parts_of(problem.breaks if isinstance(problem, Joint) else (), len(problem.w)))
+    parts = list(parts_of(problem.breaks if isinstance(problem, JointProblem) else (), len(problem.w)))
     through, begin = np.zeros((n, problem.w.shape[1])), x0.reshape(-1, n)
     states = np.vstack([respond(F, G, np.eye(n), through, begin[k], problem.w[at]) for k, at in enumerate(parts)])
     x, v = states[:, :2], _velocity(problem, theta, states)
@@ -170,7 +170,7 @@ def _modulated(problem: Problem, theta: np.ndarray, x0: np.ndarray) -> np.ndarra
     return np.stack(found, axis=-1)
 
 
-def _velocity(problem: Problem, theta: np.ndarray, states: np.ndarray) -> np.ndarray:
+def _velocity(problem: FitProblem, theta: np.ndarray, states: np.ndarray) -> np.ndarray:
     """Velocity x' (n, 2): the states v, and what the inputs add to them at once as the rates of the pins do."""
     assert isinstance(problem.model, GreyBox)
     B = problem.model.structure.matrices(theta)[1]
@@ -188,9 +188,9 @@ MAIN = (0.15, 0.5)
 LEAST_ANGLE = 0.5
 """Least 1 - zeta^2 by which a change of a damping ratio is taken for one of the angle of its poles."""
 POLES = np.arange(8) < 4
-"""Of the eight values those that poles have."""
+"""Values of the eight that belong to poles."""
 CERTAIN = 3.0
-"""Distortion is there if the residual's variance is above the noise's by so many standard deviations of the latter."""
+"""Standard deviations of the noise's variance by which the residual's exceeds it where there is distortion."""
 
 
 @dataclass(frozen=True)
@@ -274,7 +274,7 @@ def bias(
 
 
 def _of_linear_error(error: ModelRemainder, wn: np.ndarray, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """What is taken (8,) of the changes of the linear model error, and the variance (8,) that they leave."""
+    """Part (8,) that is taken of the changes by the linear model error, and the variance (8,) that they leave."""
     far = np.hypot(error.change[:2], wn * error.change[2:4]) > zeta * wn
     far = np.concatenate([far, far, np.zeros(4, bool)])
     part = np.where(far, 0.0, (1 + error.share) / 2)

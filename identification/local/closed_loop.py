@@ -39,7 +39,7 @@ SAMPLES = 30
 FACTOR = 4
 """Shorter stretches, in lengths of the impulse responses, are left out."""
 RIDGE = 1e-7
-"""Of the mean diagonal: a held binary signal leaves directions without power."""
+"""Share of the mean diagonal that is added to it: a held binary signal leaves directions without power."""
 RAISED = 10.0
 """L stays within this factor of its median."""
 NO_BIAS = "record of a closed loop: intervals are those of the standard deviations alone and hold no bias"
@@ -225,7 +225,7 @@ def orbit_remark(signals: Signals, external: np.ndarray) -> tuple[str, ...]:
 
 
 def _remarks(kind: str) -> tuple[str, ...]:
-    """What comes of the two stages where an open loop states a bias."""
+    """Remarks on the two stages in the place of an open loop's bias."""
     if kind in ("3", DELAYED):
         return NO_BIAS, COARSE
     return (NO_BIAS,) if kind in ("1", "2", RATED) else ()

@@ -51,11 +51,11 @@ class Spread(NamedTuple):
     distortion: np.ndarray
 
     def first(self, count: int) -> Spread:
-        """Of the first parameters alone."""
+        """The spread of the first parameters alone."""
         return Spread(*(M[:count, :count] for M in self))
 
     def joined(self, other: Spread) -> Spread:
-        """Of two independent sets of parameters."""
+        """The spread of two independent sets of parameters."""
         return Spread(*(block_diag(*pair) for pair in zip(self, other, strict=True)))
 
 
@@ -161,7 +161,7 @@ def _unit(values: np.ndarray) -> np.ndarray:
 SINGULAR = 1e-6
 """Singular value, of sensitivities of unit length, below which a direction leaves the response as it is."""
 NEGLIGIBLE = 1e-9
-"""A parameter whose size moves the response by less than this share of what the strongest does has no effect."""
+"""Effect of a parameter, as a share of the strongest one's, below which it has none."""
 LINKED = 1e-3
 """Elements of the projection above this link two parameters."""
 

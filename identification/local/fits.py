@@ -20,10 +20,10 @@ from identification.local.confidence import Spread, propagate, residual_tests, s
 from identification.local.goodness import ceiling, fit_of, noise_free_fit, project, simulated
 from identification.local.greybox import DELAYED, STRUCTURES, Structure, delays, modes, static_gain
 from identification.local.least_squares import (
-    Fit,
+    FitProblem,
     GreyBox,
+    Minimum,
     Predictor,
-    Problem,
     ahead_of,
     covariance_of,
     problem_of,
@@ -93,7 +93,7 @@ def delayed(signals: Signals, method: str, start: Any, dead_time: float | str) -
 
 def _solved(
     kind: str, signals: Signals, w: np.ndarray, hold: str, method: str, start: Any, structure: Structure | None = None
-) -> tuple[Fit, Spread, AtRest]:
+) -> tuple[Minimum, Spread, AtRest]:
     """Fit, covariance and change at rest of a grey-box structure, or of another with its parameters."""
     problem, fitted = _fitted(kind, signals, w, hold, method, start, structure)
     return fitted, *_judged(kind, method, signals, problem, fitted)
@@ -101,7 +101,7 @@ def _solved(
 
 def _fitted(
     kind: str, signals: Signals, w: np.ndarray, hold: str, method: str, start: Any, structure: Structure | None = None
-) -> tuple[Problem, Fit]:
+) -> tuple[FitProblem, Minimum]:
     """Fit of a structure, and the problem that it solves."""
     grey = GreyBox(structure or STRUCTURES[kind], signals.Ts, hold)
     problem = problem_of(grey, _inputs(w, hold), project(signals.y, signals.Q), signals.Q, signals.breaks)
@@ -122,7 +122,7 @@ def _fitted(
     return problem, fitted
 
 
-def _judged(kind: str, method: str, signals: Signals, problem: Problem, fitted: Fit) -> tuple[Spread, AtRest]:
+def _judged(kind: str, method: str, signals: Signals, problem: FitProblem, fitted: Minimum) -> tuple[Spread, AtRest]:
     """Covariance of the structure's parameters, and their change at rest by an output-error fit of what moves."""
     q = len(STRUCTURES[kind].parameters) if method == "pem" else len(fitted.theta)
     found = spread(*scores_of(problem, fitted.theta, fitted.x0), signals.Ts, signals.noise).first(q)
@@ -131,7 +131,7 @@ def _judged(kind: str, method: str, signals: Signals, problem: Problem, fitted: 
     return found, at_rest(problem, fitted.theta, fitted.x0, signals.Ts, signals.noise)
 
 
-def _with_judge(problem: Problem, kind: str, signals: Signals, hold: str) -> Problem:
+def _with_judge(problem: FitProblem, kind: str, signals: Signals, hold: str) -> FitProblem:
     """The problem, judged by what acted where its inputs are only the explained part of that."""
     if (acted := acted_of(signals)) is None:
         return problem
@@ -152,12 +152,12 @@ def _excited(w: np.ndarray, signals: Signals) -> tuple[np.ndarray, np.ndarray, f
     return w[first:], signals.y[first:], signals.Ts
 
 
-def _best_start(problem: Problem, signals: Signals, candidates: Sequence[np.ndarray]) -> np.ndarray:
+def _best_start(problem: FitProblem, signals: Signals, candidates: Sequence[np.ndarray]) -> np.ndarray:
     """The usable candidate whose first steps on a stretch of the record come closest."""
     part = longest_part(signals)
     first = max(part.start, min(signals.rest, len(signals.u) // 2))
     at = slice(first, min(first + CANDIDATES, part.stop))
-    short = Problem(problem.model, problem.w[at], problem.y[at], np.linalg.qr(regressors_of(problem.Q, at)[0])[0])
+    short = FitProblem(problem.model, problem.w[at], problem.y[at], np.linalg.qr(regressors_of(problem.Q, at)[0])[0])
     best, lowest = None, np.inf
     for theta in candidates:
         if problem.usable(theta):
@@ -194,7 +194,7 @@ def _check_start(start: Any, wanted: int, name: str) -> None:
 
 
 def _grey_result(
-    kind: str, method: str, signals: Signals, theta: np.ndarray, found: Spread, calm: AtRest, fitted: Fit
+    kind: str, method: str, signals: Signals, theta: np.ndarray, found: Spread, calm: AtRest, fitted: Minimum
 ) -> Identification:
     structure, covariance = STRUCTURES[kind], found.covariance
     A, B, C, D = structure.matrices(theta)
@@ -254,7 +254,7 @@ def schur(N: np.ndarray, keep: int) -> np.ndarray:
 
 def result_of(
     kind: str, method: str, model: LinearModel, parameters: dict[str, tuple[float, float]], theta: np.ndarray,
-    covariance: np.ndarray, signals: Signals, fitted: Fit, *, modes_found: tuple[np.ndarray, ...],
+    covariance: np.ndarray, signals: Signals, fitted: Minimum, *, modes_found: tuple[np.ndarray, ...],
     gains: tuple[np.ndarray, ...], lags: tuple[np.ndarray, ...], information: np.ndarray, warnings: tuple[str, ...],
 ) -> Identification:  # fmt: skip
     y = project(signals.y, signals.Q)
@@ -270,7 +270,7 @@ def result_of(
 
 
 REDUNDANT = 1e-6
-"""Where a black-box fit ends: what is left moves along directions that the data hardly know, and no fit any more."""
+"""Relative improvement at which a black-box fit ends: further steps go along directions that the data hardly show."""
 
 
 def black_box(signals: Signals, order: int, method: str) -> Identification:

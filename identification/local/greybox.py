@@ -123,7 +123,7 @@ class Structure:
 
     @property
     def positive_places(self) -> np.ndarray:
-        """Where the parameters stand that must be positive."""
+        """Places of the parameters that must be positive."""
         return np.array([self.parameters.index(name) for name in self.positive], int)
 
     def admissible(self, theta: np.ndarray) -> bool:
@@ -295,7 +295,7 @@ STRUCTURES = {
     DELAYED: _built_in("Model 3 with dead times", LATE_3, model_3_delayed, 2 / SHORTEST_DEAD),
     "actuator": _built_in("actuator", ACTUATOR, actuator),
 }
-"""Every structure by what `identify(model=)` calls it."""
+"""Structures by their names in `identify(model=)`."""
 
 
 def modes(theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

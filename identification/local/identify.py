@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Ready:
+class FitSignals:
     """Signals of the fit and of the records themselves; external references (n, 2) [V] of closed loops; method."""
 
     fit: Signals
@@ -55,7 +55,7 @@ def ready(
     settings: Prefilter | None,
     check: bool,
     parameters: int,
-) -> Ready:
+) -> FitSignals:
     """Signals of records at one operating point; raises SchemaError or UnfitError for what no fit can take."""
     if not records:
         raise UnfitError("identify: no record; give one or several")
@@ -76,10 +76,12 @@ def ready(
     fits = [_staged(one) for one in each]
     fit = whole if all(one is other.whole for one, other in zip(fits, each, strict=True)) else joined(fits)
     remarks = tuple(dict.fromkeys(text for one in each for text in one.remarks))
-    return Ready(fit, whole, external, methods.pop(), remarks)
+    return FitSignals(fit, whole, external, methods.pop(), remarks)
 
 
-def _one(record: xr.Dataset, method: str, steady: xr.Dataset | None, settings: Prefilter | None, check: bool) -> Ready:
+def _one(
+    record: xr.Dataset, method: str, steady: xr.Dataset | None, settings: Prefilter | None, check: bool
+) -> FitSignals:
     method = method_for(record, method)
     closed = method == "two-stage"
     record, signals = of_stretches(record, None if closed else steady, settings)
@@ -89,7 +91,7 @@ def _one(record: xr.Dataset, method: str, steady: xr.Dataset | None, settings: P
     if closed:
         remarks += check_saturation(record, check)
     external = np.asarray(record["reference_external"].values, float) if closed else None
-    return Ready(signals, signals, external, method, remarks)
+    return FitSignals(signals, signals, external, method, remarks)
 
 
 def of_stretches(
@@ -110,7 +112,7 @@ def fit_signals(record: xr.Dataset, steady: xr.Dataset | None = None, settings: 
     return _staged(_one(record, "auto", steady, settings, check=False))
 
 
-def _staged(one: Ready) -> Signals:
+def _staged(one: FitSignals) -> Signals:
     if one.external is None:
         return one.whole
     staged, text = two_stage(one.whole, one.external)
@@ -120,7 +122,7 @@ def _staged(one: Ready) -> Signals:
 MODELS = ("1", "2", RATED, "3", "actuator", "blackbox")
 METHODS = ("auto", "oe", "pem", "two-stage")
 LOST = 0.25
-"""Share of what noise allows that a prediction-error model explains at least."""
+"""Least fit of a prediction-error model, as a share of the fit that its noise allows."""
 
 
 @one_thread

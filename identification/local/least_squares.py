@@ -14,7 +14,7 @@ Elements that pass a bound stop there and the others are solved for again (activ
 (2006), chapters 10 and 16.
 
 A joint fit over several stretches has shared parameters, an initial state for each stretch and regressors of any.
-The sums of `Problem.normal_equations` run stretch by stretch; the states stand behind each other in x0.
+The sums of `FitProblem.normal_equations` run stretch by stretch; the states stand behind each other in x0.
 
 Cites: ljung_1999, nocedal_2006, thesis.
 """
@@ -88,7 +88,7 @@ class Parametrised(Protocol):
         """F (n, n), G (n, m), H (p, n), E (p, m)."""
 
     def derivatives(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Of [F G], (n, n + m, q), and of [H E], (p, n + m, q)."""
+        """Derivatives of [F G], (n, n + m, q), and of [H E], (p, n + m, q)."""
 
     def admissible(self, theta: np.ndarray) -> bool:
         """Whether the parameters make sense."""
@@ -118,7 +118,7 @@ class GreyBox:
         return np.ascontiguousarray(FG[:, :n]), np.ascontiguousarray(FG[:, n:]), C, E
 
     def derivatives(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Of [F G] and [H E]."""
+        """Derivatives of [F G] and [H E]."""
         A, B, _, D = self.structure.matrices(theta)
         dA, dB, dC, dD = self.structure.derivatives(theta)
         _, dF = sampled_with_derivatives(A, B, dA, dB, self.Ts, self.hold)
@@ -161,7 +161,7 @@ class Predictor:
         )  # fmt: skip
 
     def derivatives(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """By the model's own derivatives and by the elements of K."""
+        """Derivatives by the model's parameters and by the elements of K."""
         own, K = self._split(theta)
         dF, dH = self.inner.derivatives(own)
         _, _, H, E = self.inner.sampled(own)
@@ -193,7 +193,7 @@ class Predictor:
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class FitProblem:
     """Inputs w (n, m), outputs y (n, p), orthonormal regressors Q (n, h) that are projected out.
 
     box: lowest and highest parameters (q,), where they have bounds. judge: the same model with the inputs and outputs
@@ -205,7 +205,7 @@ class Problem:
     y: np.ndarray
     Q: np.ndarray
     box: Box = None
-    judge: Problem | None = None
+    judge: FitProblem | None = None
 
     def project(self, values: np.ndarray) -> np.ndarray:
         """Component of values (n, ...) orthogonal to the regressors."""
@@ -254,7 +254,7 @@ class Problem:
 
 
 class Minimised(Protocol):
-    """What `solve` minimises: a sum of squares over parameters and a state, which may have no elements."""
+    """Problem that `solve` minimises: a sum of squares over parameters and a state, which may have no elements."""
 
     @property
     def model(self) -> Parametrised:
@@ -277,8 +277,8 @@ class Minimised(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
-    """Where the iteration ended: parameters (q,), state (n,), normal matrix (d + n, d + n), cost, history.
+class Minimum:
+    """End of an iteration: parameters (q,), state (n,), normal matrix (d + n, d + n), cost, history.
 
     d is q but for redundant parameters: then it is the number of directions that change the model.
     """
@@ -292,12 +292,12 @@ class Fit:
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a step too far, which is not taken
-def solve(problem: Minimised, theta: np.ndarray, iterations: int = ITERATIONS, tolerance: float = TOLERANCE) -> Fit:
+def solve(problem: Minimised, theta: np.ndarray, iterations: int = ITERATIONS, tolerance: float = TOLERANCE) -> Minimum:
     """Fit from the start `theta`; the state starts at zero.
 
     Parameters
     ----------
-    problem : Problem or another with its model, box, states, normal equations and test of usability
+    problem : FitProblem or another with its model, box, states, normal equations and test of usability
         Model and data.
     theta : ndarray, shape (q,)
         Start, usable: stable and admissible, within the bounds.
@@ -333,11 +333,11 @@ def solve(problem: Minimised, theta: np.ndarray, iterations: int = ITERATIONS, t
             break
         damping = max(damping / 10, 1e-12) if cost - found[2] > 0.25 * promised else damping
         theta, x0, V, (N, g, cost) = trial, state, ahead, found
-    return Fit(theta, x0, N, cost, number, converged or damping >= MOST_DAMPING)
+    return Minimum(theta, x0, N, cost, number, converged or damping >= MOST_DAMPING)
 
 
 @dataclass(frozen=True, eq=False)
-class Joint(Problem):
+class JointProblem(FitProblem):
     """A problem whose data are several stretches, which begin at sample 0 and at `breaks`."""
 
     breaks: tuple[int, ...] = ()
@@ -387,27 +387,27 @@ class Joint(Problem):
 
 def problem_of(
     model: Parametrised, w: np.ndarray, y: np.ndarray, Q: np.ndarray, breaks: tuple[int, ...], box: Box = None
-) -> Problem | Joint:
+) -> FitProblem | JointProblem:
     """The problem of one stretch, or of several."""
-    return Joint(model, w, y, Q, box, breaks=breaks) if breaks else Problem(model, w, y, Q, box)
+    return JointProblem(model, w, y, Q, box, breaks=breaks) if breaks else FitProblem(model, w, y, Q, box)
 
 
-def ahead_of(problem: Problem, predictor: Parametrised) -> Problem:
+def ahead_of(problem: FitProblem, predictor: Parametrised) -> FitProblem:
     """The problem of one-step prediction: the measured outputs are inputs too."""
     return replace(problem, model=predictor, w=np.ascontiguousarray(np.hstack([problem.w, problem.y])))
 
 
-def covariance_of(problem: Problem, fitted: Fit, q: int, Ts: float) -> np.ndarray:
+def covariance_of(problem: FitProblem, fitted: Minimum, q: int, Ts: float) -> np.ndarray:
     """Covariance (q, q) of the first parameters of a fit."""
     return sandwich(*scores_of(problem, fitted.theta, fitted.x0), Ts)[:q, :q]
 
 
-def scores_of(problem: Problem, theta: np.ndarray, x0: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def scores_of(problem: FitProblem, theta: np.ndarray, x0: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Residual and negative derivative by parameters and initial state, of several stretches by parameters alone.
 
     The residual is that of the problem's judge, where it has one.
     """
-    residual, J = problem.scores(theta, x0) if isinstance(problem, Joint) else problem.residual(theta, x0)
+    residual, J = problem.scores(theta, x0) if isinstance(problem, JointProblem) else problem.residual(theta, x0)
     if problem.judge is not None:
         q = len(theta)
         N, g, _ = problem.judge.normal_equations(theta, x0)

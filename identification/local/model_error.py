@@ -33,7 +33,7 @@ STEPS = 4
 FEWEST = 20
 """Least number of lines around the modes."""
 LEAKAGE = 35 / 18
-"""So many lines count as one: behind a Hann window errors of the estimate correlate by (2/3)^2 and (1/6)^2 with those
+"""Lines that count as one: behind a Hann window errors of the estimate correlate by (2/3)^2 and (1/6)^2 with those
 of the next two lines on either side (of white noise measured: 1.86)."""
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from identification.errors import ModelError, UnfitError
 from identification.local.confidence import indistinguishable, propagate, sandwich, without_nuisance
 from identification.local.greybox import Matrices, Structure
-from identification.local.least_squares import Fit, Problem, scores_of
+from identification.local.least_squares import FitProblem, Minimum, scores_of
 from identification.local.models import LinearModel
 from rotorsim.base.rounding import unstable_poles
 
@@ -114,7 +114,7 @@ def box(structure: Structure, more: int = 0) -> tuple[np.ndarray, np.ndarray] | 
     return np.concatenate([structure.low, -free]), np.concatenate([structure.high, free])
 
 
-def covariance_of(structure: Structure, problem: Problem, fitted: Fit, Ts: float) -> np.ndarray:
+def covariance_of(structure: Structure, problem: FitProblem, fitted: Minimum, Ts: float) -> np.ndarray:
     """Covariance (q, q) of the parameters; of those at a bound zero, for the others as if these were known.
 
     Raises

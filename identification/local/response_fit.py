@@ -272,7 +272,7 @@ def weights(response: FrequencyResponse) -> np.ndarray:
 
 
 def response_problem(structure: Structure, response: FrequencyResponse) -> ResponseProblem:
-    """What is minimised over the parameters of a structure."""
+    """Problem that is minimised over the parameters of a structure."""
     grey = GreyBox(structure, response.Ts or 1.0)
     G = np.where(np.isfinite(response.G), response.G, 0.0)
     return ResponseProblem(grey, response.omega, G, weights(response), not response.Ts, box(structure))

@@ -12,7 +12,7 @@ from identification.local.greybox import DELAYED, RATED, dead_times
 from identification.local.models import LinearModel
 
 SIGNIFICANT = 2.0
-"""A parameter counts as significant from so many standard deviations."""
+"""Standard deviations from zero at which a parameter counts as significant."""
 
 
 @dataclass(frozen=True, eq=False)

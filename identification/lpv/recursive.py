@@ -98,7 +98,7 @@ class Recursion:
 OWN = 11
 """Regressors without harmonics: y'', y', y, u and u' of both axes, and a constant."""
 ABRUPT = 1e-6
-"""Most that a reference may do to the displacement's first derivative, as a share of what it does to the third."""
+"""Largest effect of a reference on the displacement's first derivative, as a share of that on the third."""
 WORST = 1e10
 """Largest condition of displacements and their derivatives as coordinates of the state."""
 
@@ -158,12 +158,12 @@ def model_of(
 
 
 OUTCOMES = ("updated", "between", "settling", "skipped", "idle", "refused")
-"""What becomes of a sample, by the numbers of `recursive_kernel`: learned from, between two updates, filters settle,
+"""Outcomes of a sample by the numbers of `recursive_kernel`: learned from, between two updates, filters settle,
 missing or an outlier, no excitation, update refused for stability."""
 WARM = 200
 """Errors weighed before the first update."""
 FORGOTTEN = 20.0
-"""Filters have settled after so many of their time constants."""
+"""Time constants after which filters have settled."""
 SLOW, FAST, MOST_OUTLIERS = 0.5, 0.1, 0.02
 """Times [s] over which means and mean squares run, and after which outliers in a row count as signal."""
 FASTEST = 0.5

@@ -1,7 +1,7 @@
 """Readers of measured data, one per file format; importing this package registers them all.
 
-Nothing in a file is ever evaluated or unpickled. A reader gives a `Table` of columns; mapping and units come after. A
-new format is one file of this folder with a function under `registry.reader`.
+Nothing in a file is ever evaluated or unpickled. A reader gives a `DataTable` of columns; mapping and units come after.
+A new format is one file of this folder with a function under `registry.reader`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from identification.records.mapping import Mapping
-    from identification.records.table import Table
+    from identification.records.table import DataTable
 
 for _module in iter_modules(__path__, f"{__name__}."):
     import_module(_module.name)
@@ -111,7 +111,7 @@ def _from_columns(path: Path, mapped: Mapping | None) -> xr.Dataset:
     return record.assign_attrs(provenance(table, mapped, path.name, _digest(path)))
 
 
-def columns(path: str | Path, mapping: Mapping | None = None) -> Table:
+def columns(path: str | Path, mapping: Mapping | None = None) -> DataTable:
     """The columns of a file as they are; raises ReadError if it is none of the formats.
 
     Examples

@@ -24,7 +24,7 @@ import numpy as np
 
 from identification.errors import ReadError
 from identification.readers.registry import reader
-from identification.records.table import MARK, MAX_NAME, MAX_VALUES, Column, Table, parse_header, split_name
+from identification.records.table import MARK, MAX_NAME, MAX_VALUES, Column, DataTable, parse_header, split_name
 from identification.records.units import is_unit
 from rotorsim.base.sentences import quote
 
@@ -217,7 +217,7 @@ MAX_LINE = 1_000_000
 
 
 @reader(".csv", ".txt", ".tsv", ".dat", ".asc", takes_layout=True)
-def read_csv(path: Path, file: dict[str, str] | None = None) -> Table:
+def read_csv(path: Path, file: dict[str, str] | None = None) -> DataTable:
     """Table of a text file; `file` may state delimiter and decimal sign (see `identification.records.mapping`)."""
     try:
         layout = find_layout(path, file or {}, MAX_LINE)
@@ -236,7 +236,7 @@ def read_csv(path: Path, file: dict[str, str] | None = None) -> Table:
     found = tuple(Column(name, column, unit, fault=faults.get(i, "")) for i, ((name, unit), column) in columns if name)
     if all(column.fault for column in found):
         raise ReadError(found[0].fault if found else "no column with a name; name them in the heading")
-    return Table("CSV", found, header=header, notes=notes if guessed else ())
+    return DataTable("CSV", found, header=header, notes=notes if guessed else ())
 
 
 def _numbers(path: Path, layout: TextLayout, stated: bool) -> tuple[np.ndarray, dict[int, str]]:

@@ -24,7 +24,7 @@ import numpy as np
 from identification.errors import ReadError
 from identification.readers.registry import reader
 from identification.records.schema import VARIABLES, named_axes
-from identification.records.table import MAX_VALUES, Column, Table, not_read
+from identification.records.table import MAX_VALUES, Column, DataTable, not_read
 from rotorsim.base.hdf5_check import check_hdf5
 from rotorsim.base.own_files import NETCDF
 from rotorsim.base.sentences import listing, quote
@@ -120,7 +120,7 @@ _ITS_OWN = ("dimension_list", "class", "name", "reference_list", "_netcdf4", "di
 
 
 @reader(".h5", ".hdf5", magic=HDF5)
-def read_plain_hdf5(path: Path) -> Table:
+def read_plain_hdf5(path: Path) -> DataTable:
     """Table of a file's numeric data sets; raises ReadError if there is none."""
     import h5py
 
@@ -142,7 +142,7 @@ def read_plain_hdf5(path: Path) -> Table:
         unread += [f"{name}/{key}" for name, item in groups for key in item.attrs]
     if not columns:
         raise ReadError("holds no vector of numbers; save some")
-    return Table("HDF5", tuple(columns), others, notes=not_read(unread))
+    return DataTable("HDF5", tuple(columns), others, notes=not_read(unread))
 
 
 def _items(file: Any) -> Iterator[tuple[str, Any]]:

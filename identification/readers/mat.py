@@ -23,7 +23,7 @@ from identification.errors import ReadError
 from identification.readers.hdf5 import HDF5, opened
 from identification.readers.registry import reader
 from identification.records.schema import AXES, VARIABLES
-from identification.records.table import MAX_VALUES, Column, Table, parse_header
+from identification.records.table import MAX_VALUES, Column, DataTable, parse_header
 from rotorsim.base.sentences import quote
 
 Order = Literal["little", "big"]
@@ -169,7 +169,7 @@ _WAYS_OUT = {
 
 @reader(".mat")
 @reader(magic=rb"(?!.{512}\x89HDF).{126}(IM|MI)")
-def read_mat(path: Path) -> Table:
+def read_mat(path: Path) -> DataTable:
     """Table of a v5 file; raises ReadError if it is damaged or holds no numbers."""
     if not is_v5(path):
         raise ReadError("does not begin like a .mat file of version 5 to 7.3; save it with save(..., '-v7')")
@@ -181,7 +181,7 @@ def read_mat(path: Path) -> Table:
         raise ReadError("is a damaged or cut off .mat file; save it again") from error
 
 
-def _table(path: Path, found: list[MatlabVariable]) -> Table:
+def _table(path: Path, found: list[MatlabVariable]) -> DataTable:
     _check_names([variable.name for variable in found])
     others = {v.name: reason for v in found if (reason := refusal(v.shape, "complex" if v.is_complex else v.kind))}
     numbers = [variable for variable in found if variable.name not in others]
@@ -201,7 +201,7 @@ def refusal(shape: tuple[int, ...], kind: str) -> str:
     return ""
 
 
-def build(kind: str, arrays: dict[str, Any], others: dict[str, str], header: str | None) -> Table:
+def build(kind: str, arrays: dict[str, Any], others: dict[str, str], header: str | None) -> DataTable:
     """Table from arrays of a MATLAB file; raises ReadError if there is none or if samples are missing."""
     columns = [column for name, array in arrays.items() for column in _columns(name, np.asarray(array), others)]
     if not columns:
@@ -212,7 +212,7 @@ def build(kind: str, arrays: dict[str, Any], others: dict[str, str], header: str
         others = {name: reason for name, reason in others.items() if name not in (HEADER, "units")}
     if parsed and parsed.samples != max(column.values.size for column in columns):
         raise ReadError("holds another number of samples than its header states; take the original file")
-    return Table(kind, tuple(columns), others, header=parsed)
+    return DataTable(kind, tuple(columns), others, header=parsed)
 
 
 def _columns(name: str, array: np.ndarray, others: dict[str, str]) -> list[Column]:
@@ -246,7 +246,7 @@ _KINDS = {"function_handle": "function"}
 
 @reader(".mat", magic=HDF5)
 @reader(".mat", magic=rb"MATLAB.{506}\x89HDF")
-def read_mat73(path: Path) -> Table:
+def read_mat73(path: Path) -> DataTable:
     """Table of a v7.3 file; references, cells and objects are not followed."""
     import h5py
 

@@ -25,7 +25,7 @@ from rotorsim.base.own_files import instead
 if TYPE_CHECKING:
     import xarray as xr
 
-    from identification.records.table import Table
+    from identification.records.table import DataTable
 
 START = 1024
 """Bytes of a file's beginning that are matched."""
@@ -53,11 +53,11 @@ class Reader:
     takes_layout: bool
     describes_itself: bool
 
-    def table(self, path: Path, layout: dict[str, str]) -> Table:
+    def table(self, path: Path, layout: dict[str, str]) -> DataTable:
         """Columns of a file; raises ReadError for a file that has none, or that describes itself."""
         if self.describes_itself:
             raise ReadError("is netCDF; a record of rotorsim needs no mapping, another file must come as CSV or .mat")
-        found: Table = self.function(path, layout) if self.takes_layout else self.function(path)
+        found: DataTable = self.function(path, layout) if self.takes_layout else self.function(path)
         return found
 
     def record(self, path: Path) -> xr.Dataset:

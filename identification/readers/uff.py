@@ -21,7 +21,7 @@ import numpy as np
 
 from identification.errors import ReadError
 from identification.readers.registry import reader
-from identification.records.table import MAX_VALUES, Column, Table
+from identification.records.table import MAX_VALUES, Column, DataTable
 from identification.records.units import factor, is_unit_of
 from rotorsim.base.sentences import quote
 
@@ -44,7 +44,7 @@ class Response:
 
 
 @reader(".uff", ".unv", magic=rb"[ \t\r\f\v]*-1[ \t\r\f\v]*(\n|\Z)")
-def read_uff(path: Path) -> Table:
+def read_uff(path: Path) -> DataTable:
     """Table of the time responses in a file; raises ReadError if there is none or the file is damaged."""
     data = path.read_bytes().removeprefix(BOM_UTF8)
     responses: list[Response] = []
@@ -75,7 +75,7 @@ def read_uff(path: Path) -> Table:
     return _table(responses, others)
 
 
-def _table(responses: list[Response], others: dict[str, str]) -> Table:
+def _table(responses: list[Response], others: dict[str, str]) -> DataTable:
     shared: list[np.ndarray] = []
     titles = [r.title for r in responses]
     columns = []
@@ -84,7 +84,7 @@ def _table(responses: list[Response], others: dict[str, str]) -> Table:
         time = next((one for one in shared if np.array_equal(one, r.time)), r.time)
         shared += [] if any(one is time for one in shared) else [time]
         columns.append(Column(r.title if titled else r.freedom, r.values, r.unit, (r.freedom, r.title), time))
-    return Table("UFF 58", tuple(columns), others)
+    return DataTable("UFF 58", tuple(columns), others)
 
 
 def _title(body: bytes) -> str:
@@ -111,7 +111,7 @@ def _is_binary(kind: bytes) -> bool:
 
 
 def _text_end(data: bytes, at: int) -> tuple[int, int]:
-    """Where a body of text ends and where the next dataset begins."""
+    """End of a body of text, and beginning of the next dataset."""
     while at < len(data):
         end = at
         line, at = _line(data, at)

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import ReadError
-from identification.records.mapping import Entry, Mapping
+from identification.records.mapping import ColumnEntry, Mapping
 from identification.records.sampling import nominal_rate, problems
 from identification.records.schema import AXES, PROBE_UNITS, VARIABLES, VECTORS, make_record, make_vectors, with_notes
 from identification.records.sensors import MEAN, LabProbe, angle_by_stretches, coordinates, disc_plane, in_plane
-from identification.records.table import Column, Header, Table, clipped, dead
+from identification.records.table import Column, DataTable, Header, clipped, dead
 from identification.records.units import (
     FACTORS,
     FULL_SCALE,
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def values(table: Table, entry: Entry, si: str) -> np.ndarray:
+def values(table: DataTable, entry: ColumnEntry, si: str) -> np.ndarray:
     """Values of a channel (n,) in SI units; raises ReadError that begins with the entry's path."""
     try:
         column = table.find(entry.column)
@@ -47,7 +47,7 @@ def values(table: Table, entry: Entry, si: str) -> np.ndarray:
         raise ReadError(f"{entry.path}: {error}") from error
 
 
-def unit_of(column: Column, entry: Entry) -> tuple[str, float]:
+def unit_of(column: Column, entry: ColumnEntry) -> tuple[str, float]:
     """Unit of a column's numbers and the factor to it, which is 1 but for shares of a full scale.
 
     A unit that the mapping states replaces the file's (see `replaced`).
@@ -69,7 +69,7 @@ def unit_of(column: Column, entry: Entry) -> tuple[str, float]:
     return unit, 1.0
 
 
-def replaced(table: Table, entries: Iterable[Entry]) -> list[str]:
+def replaced(table: DataTable, entries: Iterable[ColumnEntry]) -> list[str]:
     """A sentence for each entry whose unit stands in place of another one that the file states."""
     found = []
     for entry in entries:
@@ -81,7 +81,7 @@ def replaced(table: Table, entries: Iterable[Entry]) -> list[str]:
     return found
 
 
-def _factor(column: Column, entry: Entry, si: str) -> float:
+def _factor(column: Column, entry: ColumnEntry, si: str) -> float:
     unit, scale = unit_of(column, entry)
     try:
         if entry.sensitivity is not None:
@@ -95,12 +95,12 @@ def _factor(column: Column, entry: Entry, si: str) -> float:
         raise
 
 
-def scale_of(table: Table, entry: Entry, si: str) -> float:
+def scale_of(table: DataTable, entry: ColumnEntry, si: str) -> float:
     """Factor from an entry's column to SI units, without the offset."""
     return entry.factor * _factor(table.find(entry.column), entry, si)
 
 
-def one_unit(table: Table, entries: Iterable[Entry]) -> None:
+def one_unit(table: DataTable, entries: Iterable[ColumnEntry]) -> None:
     """Raise ReadError where a file states several units of one quantity and the mapping none."""
     stated = {(entry.path, table.find(entry.column).unit) for entry in entries if entry.unit is None}
     units = {unit for _, unit in stated if unit}
@@ -120,7 +120,7 @@ class ProbeColumns:
     """Plane of the disc's probes [m], where they state it."""
 
 
-def read_probes(table: Table, mapping: Mapping) -> ProbeColumns:
+def read_probes(table: DataTable, mapping: Mapping) -> ProbeColumns:
     """Motion of the disc from the probes of its plane, and `probe_measured` of all others.
 
     Dead and missing probes are left out and noted; where the rest at the disc's plane does not see both x and y, their
@@ -155,7 +155,7 @@ def read_probes(table: Table, mapping: Mapping) -> ProbeColumns:
     return ProbeColumns(groups, coordinates({name: probes[name] for name in others}), tuple(notes), position)
 
 
-def _left_out(table: Table, entries: dict[str, Entry]) -> dict[str, str]:
+def _left_out(table: DataTable, entries: dict[str, ColumnEntry]) -> dict[str, str]:
     """Name and reason of the probes whose column is missing or dead."""
     found = {}
     for name, entry in entries.items():
@@ -169,7 +169,7 @@ def _left_out(table: Table, entries: dict[str, Entry]) -> dict[str, str]:
     return found
 
 
-def _reading(table: Table, entry: Entry, probe: LabProbe) -> np.ndarray:
+def _reading(table: DataTable, entry: ColumnEntry, probe: LabProbe) -> np.ndarray:
     """Displacement (n,) [m] along a probe, from its gap voltage or its mean where the mapping states one."""
     found = values(table, entry, "m")
     if probe.gap is None:
@@ -193,7 +193,7 @@ RATE = 1e-3
 """Largest relative difference between a stated sample rate and the file's own clock."""
 
 
-def assemble(table: Table, mapping: Mapping) -> xr.Dataset:
+def assemble(table: DataTable, mapping: Mapping) -> xr.Dataset:
     """Record, or run-up vectors, from the columns that a mapping names; raises ReadError with one sentence."""
     record = _vectors(table, mapping) if mapping.vectors else _series(table, mapping)
     for name, attrs in (table.header or Header()).variables.items():
@@ -202,14 +202,14 @@ def assemble(table: Table, mapping: Mapping) -> xr.Dataset:
     return record
 
 
-def used(mapping: Mapping) -> list[Entry]:
+def used(mapping: Mapping) -> list[ColumnEntry]:
     """All entries of a mapping."""
     single = [entry for entry in (mapping.time, mapping.speed) if entry]
     single += [entry for entry, _ in (*mapping.probes.values(), *filter(None, [mapping.keyphasor]))]
     return [*single, *mapping.channels.values(), *mapping.vectors.values()]
 
 
-def _series(table: Table, mapping: Mapping) -> xr.Dataset:
+def _series(table: DataTable, mapping: Mapping) -> xr.Dataset:
     groups: dict[str, dict[str, np.ndarray]] = {}
     for (name, label), entry in mapping.channels.items():
         si = _probe_unit(table, entry) if name == "probe_measured" else VARIABLES[name].units
@@ -237,7 +237,7 @@ def _series(table: Table, mapping: Mapping) -> xr.Dataset:
     return record
 
 
-def _probes(table: Table, mapping: Mapping, names: list[str], own: dict[str, Any]) -> dict[str, Any]:
+def _probes(table: DataTable, mapping: Mapping, names: list[str], own: dict[str, Any]) -> dict[str, Any]:
     """Coordinates of `probe_measured`: those of the file's header or the mapping, or what columns state."""
     known = (table.header or Header()).probes
     if names and known.get("probe") == names:
@@ -251,7 +251,7 @@ def _probes(table: Table, mapping: Mapping, names: list[str], own: dict[str, Any
     return {"probe": names, "probe_unit": [units[name] for name in names]}
 
 
-def _clipped(table: Table, mapping: Mapping) -> list[str]:
+def _clipped(table: DataTable, mapping: Mapping) -> list[str]:
     """Sentences about clipped displacement sensors, as their columns stand in the file."""
     entries = {name: entry for name, (entry, _) in mapping.probes.items()}
     entries |= {
@@ -272,7 +272,7 @@ def _clipped(table: Table, mapping: Mapping) -> list[str]:
     return found
 
 
-def _probe_unit(table: Table, entry: Entry) -> str:
+def _probe_unit(table: DataTable, entry: ColumnEntry) -> str:
     """SI unit of a probe's readings, by the unit of its column, or by what its sensitivity leads to."""
     if entry.sensitivity is not None:
         try:
@@ -286,7 +286,7 @@ def _probe_unit(table: Table, entry: Entry) -> str:
     return found[0]
 
 
-def _turning(table: Table, mapping: Mapping, time: np.ndarray) -> dict[str, np.ndarray]:
+def _turning(table: DataTable, mapping: Mapping, time: np.ndarray) -> dict[str, np.ndarray]:
     """Angle and speed of the shaft from the keyphasor."""
     assert mapping.keyphasor is not None
     entry, how = mapping.keyphasor
@@ -329,7 +329,7 @@ def _number(label: str) -> int:
     return int(label)
 
 
-def _time(table: Table, mapping: Mapping, n: int) -> np.ndarray:
+def _time(table: DataTable, mapping: Mapping, n: int) -> np.ndarray:
     """Time of the samples [s] from a column, the file's clock or the sample rate."""
     time = values(table, mapping.time, "s") if mapping.time else table.time
     if time is None:
@@ -347,7 +347,7 @@ def _time(table: Table, mapping: Mapping, n: int) -> np.ndarray:
     return time
 
 
-def _vectors(table: Table, mapping: Mapping) -> xr.Dataset:
+def _vectors(table: DataTable, mapping: Mapping) -> xr.Dataset:
     assert mapping.speed is not None
     speed = values(table, mapping.speed, "rad/s")
     orders = sorted({order for _, order, _ in mapping.vectors})
@@ -367,7 +367,7 @@ def _vectors(table: Table, mapping: Mapping) -> xr.Dataset:
     return make_vectors(speed, arrays["amplitude"], arrays["phase"], orders, attrs, axes)
 
 
-def left_out(table: Table, mapping: Mapping) -> list[str]:
+def left_out(table: DataTable, mapping: Mapping) -> list[str]:
     """Sentences about units that the mapping replaced, and about what the file holds and no reader takes."""
     taken = [(entry, table.find(entry.column)) for entry in used(mapping) if table.has(entry.column)]
     found = replaced(table, [entry for entry, _ in taken])
@@ -385,7 +385,7 @@ def left_out(table: Table, mapping: Mapping) -> list[str]:
     return found
 
 
-def provenance(table: Table, mapping: Mapping, path: Any, digest: str) -> dict[str, Any]:
+def provenance(table: DataTable, mapping: Mapping, path: Any, digest: str) -> dict[str, Any]:
     """Attributes of a record: those it was written with, or where foreign data came from."""
     taken = {id(table.find(entry.column)) for entry in used(mapping) if table.has(entry.column)}
     left = [column.name for column in table.columns if id(column) not in taken]

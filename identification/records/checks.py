@@ -35,7 +35,7 @@ SHORTEST = 1.0
 SAMPLES = 50
 """Least samples for each parameter."""
 STUCK = 0.02
-"""A displacement that stays the same to the last bit for so long [s] is a drop-out."""
+"""Time [s] from which a displacement that stays the same to the last bit is a drop-out."""
 SPANS = 10
 """Number of stretches whose means show drift."""
 
@@ -138,9 +138,9 @@ def suspicious_gains(gain: np.ndarray) -> tuple[str, ...]:
 PAST_U, PAST_Y = 30, 10
 """Samples of the references and of the outputs from which the next reference is predicted."""
 JUMP = 6.0
-"""Changes beyond so many times the median one are jumps of the excitation."""
+"""Jump of the excitation: a change of this many times the median one."""
 FEED = 0.05
-"""Share of what past references leave unexplained from which past outputs count as fed back."""
+"""Share of the variance unexplained by past references from which past outputs count as fed back."""
 PREDICTABLE = 1e-4
 """Prediction error, as a share of the reference's spread, below which its own past predicts it (sines): no verdict."""
 STRETCH = 500
@@ -151,10 +151,10 @@ OPEN = ("", "off", "none", "no", "open loop")
 WAY_OUT = "record reference_external too, or without the controller"
 EXTERNAL = "reference_external"
 SATURATED = 1e-3
-"""Share of samples at the range of the actuators from which a closed loop is refused: the excursions that take the law
-there are beyond what a linear model of the film follows."""
+"""Share of samples at the range of the actuators from which a closed loop is refused: no linear model of the
+film follows the excursions that take the law there."""
 RECURRING = 5
-"""So many samples at one and the same extreme are the range of the actuators."""
+"""Samples at one and the same extreme that show it to be the range of the actuators."""
 
 
 def fed_back(u: np.ndarray, y: np.ndarray) -> float:

@@ -36,8 +36,8 @@ class Suspicion(NamedTuple):
     unfit: bool = True
 
 
-class Range(NamedTuple):
-    """What the largest absolute value lies between unless it is 0, what it is, and the mistake above and below."""
+class ValueRange(NamedTuple):
+    """Range of the largest absolute value of a quantity unless it is 0, its name, and the mistake above and below."""
 
     low: float
     high: float
@@ -47,30 +47,50 @@ class Range(NamedTuple):
 
 
 _LIMITS = {
-    "m": Range(1e-9, 1e-2, "a displacement of a rotor", "um or mm taken for m, or V taken for a length",
-               "m taken for mm or um"),
-    "rad/s": Range(1e-1, 2e4, "a shaft speed", "rpm or deg/s taken for rad/s", "krpm or Hz taken for rpm or rad/s"),
-    "Pa": Range(1e3, 5e7, "a supply pressure", "Pa or kPa taken for MPa or GPa", "bar or MPa taken for Pa"),
-    "V": Range(1e-4, 2e3, "an actuator voltage", "mV taken for V", "V taken for mV"),
-}  # fmt: skip
-"""By unit: what no rig leaves."""
+    "m": ValueRange(
+        1e-9, 1e-2, "a displacement of a rotor", "um or mm taken for m, or V taken for a length", "m taken for mm or um"
+    ),
+    "rad/s": ValueRange(
+        1e-1, 2e4, "a shaft speed", "rpm or deg/s taken for rad/s", "krpm or Hz taken for rpm or rad/s"
+    ),
+    "Pa": ValueRange(1e3, 5e7, "a supply pressure", "Pa or kPa taken for MPa or GPa", "bar or MPa taken for Pa"),
+    "V": ValueRange(1e-4, 2e3, "an actuator voltage", "mV taken for V", "V taken for mV"),
+}
+"""Ranges by unit that no rig leaves."""
 _USUAL = {
-    "m": Range(1e-7, 1e-3, "a displacement of a rotor (films are 5 to 200 um thick, probes resolve some 50 nm)",
-               "um taken for mm or mil, or V taken for a length", "um taken for nm, or mm taken for um"),
-    "rad/s": Range(0.0, 6.3e3, "a shaft speed (above 60000 rpm turn only shafts of less than some 20 mm)",
-                   "rpm taken for Hz or rad/s", ""),
-    "Pa": Range(0.0, 2e6, "a supply pressure (bearings are fed with 0.2 to 1 MPa, networks hold 2 MPa at most)",
-                "bar or psi taken for MPa", ""),
-    "V": Range(0.0, 200.0, "an actuator voltage (amplifiers take 10 V, most piezo stacks 200 V)", "mV taken for V", ""),
-}  # fmt: skip
-"""By unit: what few rigs leave."""
+    "m": ValueRange(
+        1e-7,
+        1e-3,
+        "a displacement of a rotor (films are 5 to 200 um thick, probes resolve some 50 nm)",
+        "um taken for mm or mil, or V taken for a length",
+        "um taken for nm, or mm taken for um",
+    ),
+    "rad/s": ValueRange(
+        0.0,
+        6.3e3,
+        "a shaft speed (above 60000 rpm turn only shafts of less than some 20 mm)",
+        "rpm taken for Hz or rad/s",
+        "",
+    ),
+    "Pa": ValueRange(
+        0.0,
+        2e6,
+        "a supply pressure (bearings are fed with 0.2 to 1 MPa, networks hold 2 MPa at most)",
+        "bar or psi taken for MPa",
+        "",
+    ),
+    "V": ValueRange(
+        0.0, 200.0, "an actuator voltage (amplifiers take 10 V, most piezo stacks 200 V)", "mV taken for V", ""
+    ),
+}
+"""Ranges by unit that few rigs leave."""
 _RATES = (20.0, 2e6)
 _SLOPES = {
     "the speed seems to be in rpm": pi / 30,
     "the speed seems to be in Hz": 2 * pi,
     "the angle seems to be in deg": 180 / pi,
 }
-"""True over stated speed: what the angle's slope divided by the speed is, by the mistake."""
+"""Slope of the angle over the stated speed, by the mistake that makes it."""
 
 
 def suspicions(record: xr.Dataset, rate: float) -> list[Suspicion]:
@@ -119,7 +139,7 @@ def _angle(record: xr.Dataset) -> list[Suspicion]:
 BACKWARD = 2.0
 """Ratio of backward to forward amplitude from which whirl counts as backward."""
 FALL = np.deg2rad(60.0)
-"""A phase lag that falls by so much [rad] about a peak is a lead."""
+"""Fall of a phase lag about a peak [rad] from which it is a lead."""
 SOLID, EVERY = 0.5, 200_000
 """Share of the motion's power that must be 1X; most samples that are looked at."""
 TINY = 1e-300
@@ -207,7 +227,7 @@ _STEADY = ("speed", "speed_measured", "pressure", "pressure_measured", "referenc
 
 @dataclass(frozen=True)
 class Channel:
-    """One column of a variable: SI unit, range of the finite values, and what is odd about it.
+    """One column of a variable: SI unit, range of the finite values, and remarks on its values.
 
     Examples
     --------
@@ -225,10 +245,10 @@ class Channel:
 
 @dataclass(frozen=True)
 class Examination:
-    """`kind` is 'time series' or 'run-up vectors'; `uses` maps each use to what it lacks, '' if nothing.
+    """`kind` is 'time series' or 'run-up vectors'; `uses` maps each use to the variables that it lacks.
 
     `problems` make the record unfit for any use, as do those of the `warnings` that are `doubts`: values in a unit that
-    must be wrong. `left_out` is what identification leaves out of a record whose problems are gaps alone, '' of others.
+    must be wrong. `left_out` states the part that identification leaves out of a record whose problems are gaps alone.
     Rate [Hz] and duration [s] are NaN without a time.
     """
 
@@ -316,7 +336,7 @@ def _doubts(found: list[Suspicion]) -> tuple[str, ...]:
 
 
 def _closed(record: xr.Dataset) -> tuple[xr.Dataset, str]:
-    """A record without its gaps, and what identification leaves out so; the record and '' where that does not help."""
+    """A record without its gaps and the part that identification leaves out, or the record itself and ''."""
     try:
         closed, _, text = without_gaps(record)
         return validate(closed), text

@@ -18,7 +18,7 @@ import numpy as np
 
 from identification.records.column_names import meaning, schema_unit
 from identification.records.schema import VARIABLES, VECTORS
-from identification.records.table import Column, Table
+from identification.records.table import Column, DataTable
 from identification.records.units import FACTORS, is_unit_of
 
 _HELP = """\
@@ -30,7 +30,7 @@ _HELP = """\
 """
 
 
-def mapping_template(table: Table, file: str) -> str:
+def mapping_template(table: DataTable, file: str) -> str:
     """TOML text that `identification.records.mapping` reads once it is filled in; `file` is the name shown.
 
     Examples
@@ -56,7 +56,7 @@ def mapping_template(table: Table, file: str) -> str:
     return "\n".join([*parts, '# [constants]\n# pressure = "0.3 MPa"\n'])
 
 
-def _clock(table: Table) -> list[str]:
+def _clock(table: DataTable) -> list[str]:
     if table.clocked:
         return ["# The file has its own clock; no [time] is needed.\n"]
     if any(column.name == "time" for column in table.columns):
@@ -70,7 +70,7 @@ def _known_entry(column: Column, key: tuple[str, str, str]) -> str:
     return f"# {_count_and_extent(column)}\n[{section}]\ncolumn = {_quoted(column.name)}\nunit = {_quoted(unit)}\n"
 
 
-def _unknown_entry(column: Column, number: int, table: Table) -> str:
+def _unknown_entry(column: Column, number: int, table: DataTable) -> str:
     unit = f"unit = {_quoted(column.unit)}" if column.unit is not None else 'unit = "?"'
     clear = sum(other.name == column.name for other in table.columns) == 1
     name = f"column = {_quoted(column.name) if clear else number}"
@@ -102,11 +102,11 @@ KINDS: tuple[tuple[str, str, str], ...] = (
     ("reference", r"\bref|drive|command|excit|\bu ?[12xy]\b|piezo", "V"),
     ("probe", r"probe|prox|disp|weg|orbit|shaft|disc|\b[xy]\b|\d+ ?(l|r|left|right)\b|y axis value", "m"),
 )
-"""Kind of a column, pattern of its name in plain words, SI unit of what it gives; the first that fits counts."""
+"""Kind of a column, pattern of its name in plain words, SI unit of its quantity; the first that fits counts."""
 _AXIS = re.compile(r"(?:^|[ \d])([xy])(?:[ \d]|$)")
 _ANGLE = re.compile(r"(\d{1,3}) ?(?:deg)? ?(left|right|l|r)?\b")
 _CAPITAL = re.compile(r"(?<=[a-z])(?!(?<=\b[kmu])(?:V|Hz|Pa|N)\b)(?=[A-Z])")
-"""Where a word begins with a capital letter; the units mV, kHz, kPa and the like stay whole."""
+"""Places where a word begins with a capital letter; the units mV, kHz, kPa and the like stay whole."""
 _PREFIXED = re.compile(r"(?:(?<![a-z])[ku]|m)(?:V|Hz|Pa|N)$")
 _ORDER = re.compile(r"\b(\d) ?x\b")
 _GUESSES: dict[str, tuple[tuple[float, str], ...]] = {
@@ -128,8 +128,8 @@ GAP = (3.0, 22.0)
 
 
 @dataclass(frozen=True)
-class Guess:
-    """What a column probably is: kind, axis, order, angle [deg], unit, and where the unit comes from."""
+class ColumnGuess:
+    """Probable meaning of a column: kind, axis, order, angle [deg], unit, and where the unit comes from."""
 
     column: Column
     number: int
@@ -141,7 +141,7 @@ class Guess:
     source: str = ""
 
 
-def propose(table: Table, file: str) -> tuple[str, int]:
+def propose(table: DataTable, file: str) -> tuple[str, int]:
     """TOML text of a mapping for a file's columns, and the number of columns without a complete entry there.
 
     Examples
@@ -169,7 +169,7 @@ def propose(table: Table, file: str) -> tuple[str, int]:
 
 
 def _complete(tables: dict[str, Any], angled: bool = False) -> Iterator[bool]:
-    """Of each entry of a column: whether it states a unit and, for a probe at some angle, the angle."""
+    """Whether each entry of a column states a unit and, for a probe at some angle, the angle."""
     for name, table in tables.items():
         if isinstance(table, dict) and "column" in table:
             yield "unit" in table and ("angle" in table or not angled)
@@ -177,18 +177,18 @@ def _complete(tables: dict[str, Any], angled: bool = False) -> Iterator[bool]:
             yield from _complete(table, name == "probes")
 
 
-def _guess(column: Column, number: int) -> Guess:
+def _guess(column: Column, number: int) -> ColumnGuess:
     if column.fault:
-        return Guess(column, number, "")
+        return ColumnGuess(column, number, "")
     words = " ".join(_CAPITAL.sub(" ", re.sub(r"[_-]", " ", column.name)).lower().split())
     if key := meaning(column.name):
         unit, source = (column.unit, "the file") if column.unit else (schema_unit(key), "the schema's name")
         kind = {"disc_measured": "probe", "time": "time"}.get(key[0], key[0])
         own = int(key[1]) if kind in ("amplitude", "phase") else 0
-        return Guess(column, number, kind, key[2] or key[1], own, None, unit, source)
+        return ColumnGuess(column, number, kind, key[2] or key[1], own, None, unit, source)
     kind, si = next(((kind, si) for kind, pattern, si in KINDS if re.search(pattern, words)), ("", ""))
     if not kind:
-        return Guess(column, number, "")
+        return ColumnGuess(column, number, "")
     axis, order = _AXIS.search(words), _ORDER.search(words)
     unit, source = _unit(column, words, si, kind)
     angle = None
@@ -196,7 +196,7 @@ def _guess(column: Column, number: int) -> Guess:
         # 45 deg right of the top, seen from the driver, is 45 deg from x towards y; 45 deg left is 135 deg
         angle = float(found[1]) if not found[2] else 90.0 + float(found[1]) * (1 if found[2][0] == "l" else -1)
     letter = axis[1] if axis else {"1": "x", "2": "y"}.get(words[-1], "") if kind in PAIRS else ""
-    return Guess(column, number, kind, letter, int(order[1]) if order else 0, angle, unit, source)
+    return ColumnGuess(column, number, kind, letter, int(order[1]) if order else 0, angle, unit, source)
 
 
 def _unit(column: Column, words: str, si: str, kind: str) -> tuple[str, str]:
@@ -230,7 +230,7 @@ def _named_unit(name: str, words: str, si: str) -> str:
     return plain if is_unit_of(plain, si) or is_unit_of(plain, "V") else ""
 
 
-def _series(known: Sequence[Guess]) -> list[str]:
+def _series(known: Sequence[ColumnGuess]) -> list[str]:
     probes = [g for g in known if g.kind == "probe"]
     axes = [g.axis for g in probes]
     plain = sorted(axes) == ["x", "y"] and all(g.angle is None for g in probes)
@@ -254,7 +254,7 @@ def _series(known: Sequence[Guess]) -> list[str]:
     return parts
 
 
-def _entry(section: str, g: Guess, angled: bool) -> str:
+def _entry(section: str, g: ColumnGuess, angled: bool) -> str:
     lines = [f"[{section}]", f"column = {_quoted(g.column.name)}    # {_range(g.column)}", _unit_line(g)]
     if g.kind == "probe" and is_unit_of(g.unit, "V"):
         mean = float(np.nanmean(g.column.values)) if np.isfinite(g.column.values).any() else 0.0
@@ -274,7 +274,7 @@ def _entry(section: str, g: Guess, angled: bool) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _vectors(known: Sequence[Guess]) -> list[str]:
+def _vectors(known: Sequence[ColumnGuess]) -> list[str]:
     parts = [_entry("speed", g, False) for g in known if g.kind == "speed"][:1]
     parts = parts or ['# No speed was found: [speed] with column = "..." and unit = "rpm"\n']
     for order, axis in sorted({(g.order or 1, g.axis or "x") for g in known if g.kind in ("amplitude", "phase")}):
@@ -301,7 +301,7 @@ def _missing(kinds: set[str]) -> list[str]:
     return parts
 
 
-def _unit_line(g: Guess) -> str:
+def _unit_line(g: ColumnGuess) -> str:
     known = any(is_unit_of(g.unit, si) for si in FACTORS)
     return (
         f"unit = {_quoted(g.unit)}    # from {g.source}"

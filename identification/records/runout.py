@@ -144,7 +144,7 @@ SlowVectors = dict[tuple[int, str], complex]
 
 
 @dataclass(frozen=True)
-class SlowRoll:
+class SlowRollSource:
     """One of: `subtracted` already; `file` of a slow roll; rows `below` a speed [rad/s]; vectors [m] of order, axis."""
 
     subtracted: bool = False
@@ -153,7 +153,7 @@ class SlowRoll:
     vectors: SlowVectors = field(default_factory=dict)
 
 
-def parse_slow_roll(table: dict[str, Any], order_of: Callable[[str], int], folder: Path) -> SlowRoll:
+def parse_slow_roll(table: dict[str, Any], order_of: Callable[[str], int], folder: Path) -> SlowRollSource:
     """Section [slow_roll] of a mapping; raises ReadError for no or more than one source."""
     keys = {"subtracted", "file", "below"} & set(table)
     orders = [key for key in table if key not in keys]
@@ -166,7 +166,7 @@ def parse_slow_roll(table: dict[str, Any], order_of: Callable[[str], int], folde
         raise ReadError(f"slow_roll.subtracted: {quote(table['subtracted'])}; write true, or leave the section out")
     if "file" in keys and not isinstance(table["file"], str):
         raise ReadError(f"slow_roll.file: {quote(table['file'])}; give the path of a slow roll's file")
-    return SlowRoll(
+    return SlowRollSource(
         "subtracted" in keys,
         folder / table["file"] if "file" in keys else None,
         quantity_at("slow_roll.below", table["below"], "rad/s") if "below" in keys else None,
@@ -191,7 +191,7 @@ def _stated_vectors(name: str, axes: Any, order: int) -> SlowVectors:
     return found
 
 
-def without_slow_roll(record: xr.Dataset, how: SlowRoll, slow: xr.Dataset | None = None) -> xr.Dataset:
+def without_slow_roll(record: xr.Dataset, how: SlowRollSource, slow: xr.Dataset | None = None) -> xr.Dataset:
     """The record less its slow roll; `slow` is what `how.file` holds.
 
     Raises
@@ -214,7 +214,7 @@ def without_slow_roll(record: xr.Dataset, how: SlowRoll, slow: xr.Dataset | None
     return with_notes(found.assign_attrs({ATTRIBUTE: text}), [f"slow roll {text}"])
 
 
-def _of_vectors(record: xr.Dataset, how: SlowRoll, slow: xr.Dataset | None) -> tuple[SlowVectors, str]:
+def _of_vectors(record: xr.Dataset, how: SlowRollSource, slow: xr.Dataset | None) -> tuple[SlowVectors, str]:
     """Vectors of the slow roll, and where they come from."""
     if how.vectors:
         return how.vectors, "vectors of the mapping"
@@ -245,7 +245,7 @@ def _less_vectors(record: xr.Dataset, vectors: SlowVectors) -> xr.Dataset:
     return out
 
 
-def _less_harmonics(record: xr.Dataset, how: SlowRoll, slow: xr.Dataset | None) -> tuple[xr.Dataset, str]:
+def _less_harmonics(record: xr.Dataset, how: SlowRollSource, slow: xr.Dataset | None) -> tuple[xr.Dataset, str]:
     if how.below is not None:
         raise SchemaError("slow roll: below is for vectors; give the file of a slow roll, or its vectors")
     angle, motion = _turning(record, "the record")

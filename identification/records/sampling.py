@@ -24,7 +24,7 @@ EXACT = 1e-9
 """Relative difference of rates that are the same."""
 
 WAY_OUT = "cut it with 'rotorsim data cut', or read it with identification.load: identify leaves its gaps out"
-"""Of records with gaps or without values somewhere."""
+"""Remedy for records with gaps or missing values."""
 
 
 def sampling_time(record: xr.Dataset) -> float:
@@ -107,7 +107,7 @@ HELD = ("reference", "reference_external", "disc_force")
 
 
 PER_PERIOD = 2.5
-"""Least samples in a period of an order: the filter passes what lies below 0.4 of the rate."""
+"""Least samples in a period of an order: the filter passes frequencies below 0.4 of the rate."""
 
 
 def resample(record: xr.Dataset, rate: float, order: int = 0) -> xr.Dataset:

@@ -59,7 +59,7 @@ class Header:
 
 
 @dataclass(frozen=True)
-class Table:
+class DataTable:
     """Columns of a file, what else is in it (name and reason why it is not a column) and the file's own clock [s]."""
 
     format: str
@@ -68,7 +68,7 @@ class Table:
     time: np.ndarray | None = None
     header: Header | None = None
     notes: tuple[str, ...] = ()
-    """Sentences about how the file was read, and about what it states and no reader takes."""
+    """Sentences about how the file was read, and about its statements that no reader takes."""
 
     @property
     def clocked(self) -> bool:
@@ -134,11 +134,16 @@ def parse_header(text: str) -> Header:
     return header
 
 
-STUCK, SHARE, LONGER = 5, 0.005, 4.0
-"""A channel is clipped if runs of so many samples at its extreme make up this share of the record, and so many times
-what it spends at the value next to the extreme."""
-FEWEST, VALUES = 100, 3
-"""A column of so many samples or more that shows no more different values than this is dead."""
+STUCK = 5
+"""Samples of a run at the extreme of a clipped channel."""
+SHARE = 0.005
+"""Share of the record that such runs make up."""
+LONGER = 4.0
+"""Time at the extreme as a multiple of the time at the value next to it."""
+FEWEST = 100
+"""Samples of a column from which few different values show that it is dead."""
+VALUES = 3
+"""Most different values of a dead column."""
 
 
 def dead(values: np.ndarray) -> str:

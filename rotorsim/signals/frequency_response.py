@@ -19,8 +19,10 @@ import xarray as xr
 from identification.records.frequency_response import CrossSpectra, segments_of, transforms
 from rotorsim.signals.record_blocks import need, overlapping, sampling_time
 
-LONGEST, LEAST, FEWEST = 2.0, 0.2, 4
-"""A segment lasts at most [s] and at least [s]; a Welch estimate averages at least so many."""
+LONGEST, LEAST = 2.0, 0.2
+"""Longest and shortest segment [s]."""
+FEWEST = 4
+"""Fewest segments of an average."""
 UNDRIVEN = 1e-4
 """Frequencies whose input has less than this share of the largest power are left out."""
 AT_REST = 0.01

@@ -25,14 +25,20 @@ from rotorsim.signals.record_blocks import MissingError, Values, blocks, need, s
 
 THRESHOLD = 0.05
 """A pulse is where the force exceeds this share of its largest value."""
-APART, LONGEST = 0.01, 0.05
-"""Pulses closer than the first time [s] are one; what lasts longer than the second is not an impact."""
-BEFORE, AFTER = 0.5, 2.0
-"""Time [s] before a pulse from which the motion of the turning shaft is taken, and after it that is kept, at most."""
+APART = 0.01
+"""Time [s] between two pulses below which they are one."""
+LONGEST = 0.05
+"""Longest pulse [s] of an impact."""
+BEFORE = 0.5
+"""Longest time [s] before a pulse from which the motion of the turning shaft is taken."""
+AFTER = 2.0
+"""Longest time [s] of an answer."""
 LEAD = 0.002
+"""Time [s] of an answer that lies before its pulse."""
 ORDERS = (1, 2, 3, 4, 5, 6, 7, 8)
+"""Multiples of the shaft speed in the motion before a pulse."""
 TURNS = 4
-"""Orders are fitted over so many turns or more."""
+"""Least turns over which orders are fitted."""
 
 
 @dataclass(frozen=True)
@@ -117,9 +123,12 @@ def steady_motion(angle: np.ndarray, d: np.ndarray, quiet: int) -> np.ndarray:
     return np.asarray(basis @ c)
 
 
-SMALLEST, NOISE = 0.05, 4.0
-"""Extremes count down to the first share of the largest, and to so many times the rms of the last tenth."""
+SMALLEST = 0.05
+"""Smallest extreme that counts, as a share of the largest."""
+NOISE = 4.0
+"""Smallest extreme that counts, in rms values of the last tenth."""
 FEWEST = 4
+"""Fewest extremes of a decrement."""
 
 
 @dataclass(frozen=True)
@@ -193,14 +202,14 @@ def dominant_frequency(signal: np.ndarray, dt: float) -> float:
 
 
 def _smooth(signal: np.ndarray, main: float, dt: float) -> np.ndarray:
-    """Without what lies above twice the main frequency, not shifted in time."""
+    """The signal without frequencies above twice the main one, not shifted in time."""
     if 2 * main >= 0.45 / dt:
         return signal
     return np.asarray(sosfiltfilt(butter(3, 2 * main, fs=1 / dt, output="sos"), signal))
 
 
 LEAST = 0.1
-"""An answer is used from so many seconds on."""
+"""Shortest answer [s] that is used."""
 
 
 @dataclass(frozen=True)

@@ -39,20 +39,30 @@ from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.signals.record_blocks import BLOCK, Values, blocks, displacement_name, envelopes, need, prepared
 
-REVOLUTIONS, SECONDS, ENOUGH, LONGEST = 8, 0.25, 60, 30.0
-"""A window spans at least so many revolutions and seconds, or of a fast shaft `ENOUGH` revolutions; where it would take
-longer than the last, none is made."""
-PROMINENCE, FAINT, APART = 0.1, 0.01, 0.05
-"""A peak stands out by the first share of the largest amplitude of its order, exceeds the second share of the largest
-of all orders, and is the third share of the highest speed away from larger peaks."""
+REVOLUTIONS = 8
+"""Least revolutions of a window."""
+SECONDS = 0.25
+"""Least length of a window [s], unless it has `ENOUGH` revolutions."""
+ENOUGH = 60
+"""Revolutions of a fast shaft that make a window however short."""
+LONGEST = 30.0
+"""Longest window [s]."""
+PROMINENCE = 0.1
+"""Least prominence of a peak, as a share of the largest amplitude of its order."""
+FAINT = 0.01
+"""Least size of a peak, as a share of the largest amplitude of all orders."""
+APART = 0.05
+"""Least distance of a peak from larger ones, as a share of the highest speed."""
 STANDS_OUT = 4.0
 """Standard deviations of its noise by which an order is resolved."""
 NYQUIST_SHARE = 0.9
 """Share of the half of the sampling rate up to which an order is resolved."""
 UNDRIVEN = ("runup", "coastdown", "steady", "slow_roll")
 """Simulated experiments in which nothing but the rotation moves the disc."""
-AHEAD, CALM = 8, 1.25
-"""The start is over in the first window whose rest is at most `CALM` times the median of `AHEAD` windows from it on."""
+AHEAD = 8
+"""Windows of the median to which the rest of a window is compared."""
+CALM = 1.25
+"""Largest rest of the first window behind the start, as a multiple of that median."""
 
 
 def track_orders(record: xr.Dataset, orders: Sequence[int] = (1, 2, 3), block: int = BLOCK) -> xr.Dataset:
@@ -117,7 +127,7 @@ def _windows(record: xr.Dataset, name: str, block: int) -> Iterator[Values]:
 
 
 def _window_end(time: np.ndarray, angle: np.ndarray) -> tuple[int, bool] | None:
-    """Where the window from the first sample ends and whether it is one; None if more samples are needed to know."""
+    """End of the window from the first sample and whether it is one; None if more samples are needed to decide."""
     last = int(np.searchsorted(time, time[0] + LONGEST, side="right"))
     turned = np.abs(angle[: last + 1] - angle[0]) / (2 * np.pi) + 1e-9
     long = (time[: last + 1] - time[0] >= SECONDS) | (turned >= ENOUGH)

@@ -29,7 +29,7 @@ SHOWN = {"m": ("µm", 1e6), "m/s": ("mm/s", 1e3), "m/s^2": ("m/s²", 1.0), "V": 
 
 
 def probe_numbers(record: xr.Dataset) -> dict[str, dict[str, Any]]:
-    """By name of each probe: unit, mean, and rms and peak about the mean, in its unit; in two passes.
+    """Numbers of each probe by its name: unit, mean, and rms and peak about the mean, in its unit; in two passes.
 
     Empty for a record without readings of probes.
     """

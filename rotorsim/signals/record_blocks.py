@@ -188,8 +188,10 @@ def envelopes(record: xr.Dataset, names: Sequence[str], bins: int = ENVELOPE_BIN
     return {k: Envelope(middle, *(np.concatenate(part) for part in zip(*v, strict=True))) for k, v in rows.items()}
 
 
-SECONDS, TURNS = 0.25, 8.0
-"""Length of the stretch; the shaft makes at most so many turns in it, but it lasts at least a fifth."""
+SECONDS = 0.25
+"""Length of the stretch [s]; that of a fast shaft is down to a fifth of it."""
+TURNS = 8.0
+"""Most turns of the shaft in the stretch."""
 LEAD = 0.1
 """Share of the stretch that lies before the event."""
 
