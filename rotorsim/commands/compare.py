@@ -15,8 +15,8 @@ from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, WithReport, a_folder
 from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import results
+from rotorsim.signals.orders import compare_runs
 from rotorsim.signals.record_blocks import open_record
-from rotorsim.signals.run_comparison import compare_runs
 
 
 @example(

@@ -16,7 +16,7 @@ from rich.markup import escape
 from rich.table import Column, Table
 
 from identification import Prefilter
-from identification.campaign import Local
+from identification.campaign import SourceResult
 from identification.local.dead_time import FREE
 from identification.local.models import plain
 from identification.lpv.fit import REFINEMENTS
@@ -101,7 +101,7 @@ def _check(surfaces: str, refine: str, runout: str, median: int) -> None:
         raise DataError(f"--median: {median} samples; give an odd number, 1 for no filter")
 
 
-def _print(found: list[Local], made: Any, out: Path, as_json: bool) -> None:
+def _print(found: list[SourceResult], made: Any, out: Path, as_json: bool) -> None:
     rows = [_row(one, name) for one, name in zip(found, told_apart([one.source.path for one in found]), strict=True)]
     if as_json:
         typer.echo(json.dumps({"model": str(out), "kind": type(made).__name__, "records": rows}, indent=2))
@@ -122,7 +122,7 @@ def _print(found: list[Local], made: Any, out: Path, as_json: bool) -> None:
     console.print(escape(f"{out}: {type(made).__name__} written"), soft_wrap=True)
 
 
-def _row(one: Local, name: str) -> dict[str, Any]:
+def _row(one: SourceResult, name: str) -> dict[str, Any]:
     if one.result is None:
         return {"record": name, "error": one.error}
     r = one.result

@@ -19,7 +19,7 @@ from rotorsim.base.exchange import json_text as json
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import make_folder, write_json
 from rotorsim.base.netcdf import write_netcdf
-from rotorsim.discrepancy.data.window import find_period
+from rotorsim.discrepancy.data.blocks import find_period
 from rotorsim.discrepancy.plan.experiments import PlannedRecord, campaign
 from rotorsim.discrepancy.search.candidates import Form, candidates
 from rotorsim.discrepancy.twin.parameters import (

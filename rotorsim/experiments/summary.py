@@ -14,7 +14,7 @@ from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.base.units import parse
 from rotorsim.experiments.experiment import REFERENCE_LIMIT
 from rotorsim.experiments.limits import beyond_of
-from rotorsim.signals.order_tracking import after_start, start_transient
+from rotorsim.signals.orders import after_start, start_transient
 from rotorsim.signals.probes import probe_numbers
 from rotorsim.signals.record_blocks import blocks, displacement_name
 from rotorsim.signals.static_gain import static_gain_map

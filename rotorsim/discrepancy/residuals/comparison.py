@@ -17,9 +17,8 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.cache import RUNS, Cache, in_cache, key_of, sources_hash
-from rotorsim.discrepancy.data.clocks import clock_offset, delayed
-from rotorsim.discrepancy.data.groups import Layout, make_layout
-from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.data.blocks import clock_offset, delayed
+from rotorsim.discrepancy.data.spectra import DataLayout, Trial, make_layout
 from rotorsim.discrepancy.residuals.floor import TOLERANCE, floor, repeat_scatter
 from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
 from rotorsim.discrepancy.twin.plant import NO_SOLUTION, Twin
@@ -56,7 +55,7 @@ class TwinComparison:
     """Data vectors [m] of the parameters that need no simulation: sensor zeros, mesh, injector law."""
 
     def __post_init__(self) -> None:
-        self.layout: Layout = make_layout(self.trials)
+        self.layout: DataLayout = make_layout(self.trials)
         slow = (self.layout.frequency == 0) & ~self.layout.drift
         slow &= np.array([t.has_mean for t in self.trials])[self.layout.record]
         for i, axis in enumerate("xy"):

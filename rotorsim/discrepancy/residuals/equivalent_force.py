@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.discrepancy.data.blocks import TURNING
 from rotorsim.discrepancy.data.changes import RING, RING_KEY, ring_axes
 from rotorsim.discrepancy.data.spectra import Trial
-from rotorsim.discrepancy.data.window import TURNING
 from rotorsim.discrepancy.linear_algebra import answer
 from rotorsim.discrepancy.residuals.comparison import TwinComparison
 from rotorsim.discrepancy.residuals.misfit import UNSTEADY, Misfit, tone

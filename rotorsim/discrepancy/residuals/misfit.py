@@ -18,8 +18,8 @@ from math import sqrt
 import numpy as np
 
 from rotorsim.base.constants import RIG_SAMPLE, TO_RPM, TO_UM
+from rotorsim.discrepancy.data.blocks import TURNING
 from rotorsim.discrepancy.data.spectra import Trial
-from rotorsim.discrepancy.data.window import TURNING
 from rotorsim.discrepancy.residuals.comparison import TwinComparison
 from rotorsim.discrepancy.residuals.floor import LEAST as FAINTEST
 

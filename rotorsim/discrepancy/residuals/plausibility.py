@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.data.groups import EXCITED
+from rotorsim.discrepancy.data.spectra import EXCITED
 from rotorsim.discrepancy.residuals.comparison import TwinComparison
 
 FACTORS = {25.4: "mils or inches taken for millimetres", 1e3: "a prefix of a thousand lost (mm, um; mV, V)",

@@ -9,7 +9,7 @@ from typing import Any
 from rotorsim.report.pages import sections as s
 from rotorsim.report.pages.run import Run
 from rotorsim.report.pages.sections import Section
-from rotorsim.signals.missing import MissingError
+from rotorsim.signals.record_blocks import MissingError
 
 SWEPT = (s.BODE, s.WATERFALL, s.FULL, s.ORBITS, s.OVERVIEW)
 BROADBAND = (s.PER_VOLT, s.EXCITATION, s.SPECTRUM, s.OVERVIEW)
