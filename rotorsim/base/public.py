@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import ast
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Container, Iterable
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from types import ModuleType
 from typing import Any, NoReturn
 
 from rotorsim.base.suggest import closest
@@ -30,6 +31,10 @@ def lazy(package: str, file: str) -> Access:
     """
     places = dict(_places(package, Path(file).with_suffix(".pyi").read_text(encoding="utf-8")))
     names = sorted(places)
+    functions = {name for name, place in places.items() if place != (package, name)}
+    sys.modules[package].__class__ = _package_class(functions)
+        {name for name, place in places.items() if place != (package, name)}
+    )
 
     def find(name: str) -> Any:
         if name not in places:
@@ -59,6 +64,20 @@ def refuse(package: str, name: str, known: Iterable[str], below: Callable[[], di
         near = places.get(name) or closest(name, known) or places.get(closest(name, places), "")
     hint = f"did you mean '{near}'?" if near else f"dir({package}) lists its names"
     raise AttributeError(f"{package} has no '{name}'; {hint}", name=name)
+
+
+def _package_class(names: Container[str]) -> type[ModuleType]:
+    """Class of a package in which these names never become its modules of the same name when those are imported."""
+
+    class Package(ModuleType):
+        """Package whose public function `campbell` stands before its module `campbell`."""
+
+        def __setattr__(self, name: str, value: Any) -> None:
+            """Set an attribute, unless the import of a module would hide a public name."""
+            if not (name in names and isinstance(value, ModuleType) and value.__name__ == f"{self.__name__}.{name}"):
+                super().__setattr__(name, value)
+
+    return Package
 
 
 def _places(package: str, stub: str) -> Iterable[tuple[str, tuple[str, str]]]:

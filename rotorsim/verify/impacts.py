@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorsim.base.constants import KRPM, MPA, RIG_SAMPLE, TO_UM
-from rotorsim.experiments.impact import Impact
+from rotorsim.experiments.catalogue.impact import Impact
 from rotorsim.plant import Plant
 from rotorsim.verify.other import AnyLaw
 from rotorsim.verify.running import Run, run_rows, steady_rows

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rotorsim.base.constants import KRPM, RIG_SAMPLE
-from rotorsim.experiments.impact import Impact
+from rotorsim.experiments.catalogue.impact import Impact
 from rotorsim.plant import Plant
 from rotorsim.verify.other import AnyLaw
 from rotorsim.verify.running import Frozen, Run, run_rows, steady_rows
