@@ -12,7 +12,7 @@ from rotorsim.discrepancy.outcome.findings import Findings, Found
 from rotorsim.discrepancy.outcome.machine_file import extended
 from rotorsim.discrepancy.search.candidates import candidates
 from rotorsim.discrepancy.twin.twin import Twin
-from rotorsim.experiments.impact import Impact
+from rotorsim.experiments.catalogue.impact import Impact
 from rotorsim.experiments.running import run
 from rotorsim.machine import load_machine
 

@@ -27,6 +27,7 @@ BY_NAME = {
     "rotorsim/campaign/workers/case_process.py",
     "rotorsim/commands/lazy_group.py",
     "rotorsim/effects/__init__.py",
+    "rotorsim/experiments/catalogue/__init__.py",
     "rotorsim/study/pool.py",
 }
 """Files that may import a module by a name: tables of public names, effects, commands, cases of workers."""

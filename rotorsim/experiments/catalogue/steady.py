@@ -7,10 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from rotorsim.experiments.experiment import AtPoint
+from rotorsim.experiments.experiment import AtPoint, register
+from rotorsim.experiments.functions import as_function
 from rotorsim.experiments.parameters import param
 
 
+@register
 @dataclass(frozen=True)
 class Steady(AtPoint):
     """Steady running at constant speed and supply pressure.
@@ -23,6 +25,8 @@ class Steady(AtPoint):
     """
 
     name: ClassVar[str] = "steady"
+    example: ClassVar[str] = "--speed '3000 rpm' --pressure '0.3 MPa' --duration '10 s'"
+    figures: ClassVar[tuple[str, ...]] = ("spectrum", "filtered", "waterfall", "overview")
     duration: float = param("s", "Length of the record.", 10.0, above=0, samples=True)
 
     @property
@@ -33,3 +37,6 @@ class Steady(AtPoint):
     def rows(self, first: int, count: int) -> np.ndarray:
         """Input rows (count, 6) of a stretch."""
         return self.held(count)
+
+
+steady = as_function(Steady)

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 
 from identification.feedback import SATURATED, saturated_share
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.controlled import controlled
+from rotorsim.experiments.catalogue.controlled import controlled
 from rotorsim.experiments.experiment import REFERENCE_LIMIT
 from rotorsim.plant.control_systems import as_controller
 from rotorsim.plant.controller import call, check_controller, name_of, provenance

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import Experiment
+from rotorsim.experiments.catalogue.runup import Runup, ramp_time
+from rotorsim.experiments.experiment import Experiment, register
+from rotorsim.experiments.functions import as_function
 from rotorsim.experiments.parameters import param
-from rotorsim.experiments.runup import Runup, ramp_time
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 OFF = np.nan
 """End speed of a row that leaves the shaft to itself."""
 
 
+@register
 @dataclass(frozen=True)
 class Coastdown(Experiment):
     """The drive is switched off and friction slows the shaft down; or a declared ramp.
@@ -29,6 +34,8 @@ class Coastdown(Experiment):
     """
 
     name: ClassVar[str] = "coastdown"
+    example: ClassVar[str] = "--start '6000 rpm' --stop '600 rpm' --longest '60 s'"
+    figures: ClassVar[tuple[str, ...]] = ("coast", "bode", "waterfall", "full", "orbits", "overview")
     start: float = param(
         "rad/s", "Speed when the drive is switched off.", 200 * np.pi, above=0, attribute="start_speed"
     )
@@ -73,3 +80,24 @@ class Coastdown(Experiment):
         """The record ends with the first sample at or below `stop`."""
         below = np.flatnonzero(speed <= self.stop)
         return int(below[0]) + 1 if self.rate is None and below.size else None
+
+    @classmethod
+    def findings(cls, record: xr.Dataset) -> dict[str, Any]:
+        """Duration [s] and mean deceleration [rpm/s] from the first sample to the last."""
+        from identification.records.sampling import nominal_rate
+
+        speeds = np.asarray(record["speed"].isel(time=[0, -1]).values, float)
+        time = (record.sizes["time"] - 1) / nominal_rate(record["time"].values)
+        reached = bool(speeds[1] <= record.attrs["stop_speed"] + 1e-9)
+        mean = float((speeds[0] - speeds[1]) / time * TO_RPM) if time else 0.0
+        return {"deceleration": {"time_s": time, "mean_rpm_per_s": mean, "reached_stop": reached}}
+
+    @classmethod
+    def table(cls, summary: dict[str, Any]) -> list[tuple[str, str]]:
+        """Row of the deceleration."""
+        found = summary["deceleration"]
+        end = "" if found["reached_stop"] else ", before the speed asked for"
+        return [("Deceleration", f"{found['time_s']:.4g} s{end}, {found['mean_rpm_per_s']:.4g} rpm/s on average")]
+
+
+coastdown = as_function(Coastdown)

@@ -17,7 +17,8 @@ from typing import ClassVar
 import numpy as np
 
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import REFERENCE_LIMIT, AtPoint, generator
+from rotorsim.experiments.experiment import REFERENCE_LIMIT, AtPoint, generator, register
+from rotorsim.experiments.functions import as_function
 from rotorsim.experiments.parameters import param, sequence
 
 GROUP = 256
@@ -26,6 +27,7 @@ KEY = 1
 """First key of this experiment's random numbers."""
 
 
+@register
 @dataclass(frozen=True)
 class Prbs(AtPoint):
     """Pseudo-random binary references, independent on x and y, after a time without excitation.
@@ -39,6 +41,8 @@ class Prbs(AtPoint):
 
     name: ClassVar[str] = "prbs"
     drives_reference: ClassVar[bool] = True
+    example: ClassVar[str] = "--speed '3000 rpm' --pressure '0.6 MPa' --amplitude '1 V' --duration '10 s' --seed 1"
+    figures: ClassVar[tuple[str, ...]] = ("per_volt", "excitation", "spectrum", "overview")
     amplitude: float = param("V", "Level of the reference, plus and minus.", 1.0, above=0, high=REFERENCE_LIMIT)
     duration: float = param("s", "Length of the record.", 10.0, above=0, samples=True)
     bias: float = param("s", "Time without excitation at the beginning.", 0.4, low=0, samples=True)
@@ -67,6 +71,9 @@ class Prbs(AtPoint):
             for axis in range(2):
                 rows[excited, 2 + axis] = self.amplitude * bits(self.sequence, axis, ticks)
         return rows
+
+
+prbs = as_function(Prbs)
 
 
 def bits(sequence: int, axis: int, ticks: np.ndarray) -> np.ndarray:

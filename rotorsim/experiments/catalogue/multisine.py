@@ -19,13 +19,15 @@ from typing import ClassVar
 import numpy as np
 
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, AtPoint, generator
+from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, AtPoint, generator, register
+from rotorsim.experiments.functions import as_function
 from rotorsim.experiments.parameters import param, sequence
 
 KEY = 2
 """First key of this experiment's random numbers."""
 
 
+@register
 @dataclass(frozen=True)
 class Multisine(AtPoint):
     """Whole periods of multisine references on both axes at once, each with frequency lines of its own, or on one.
@@ -39,6 +41,8 @@ class Multisine(AtPoint):
 
     name: ClassVar[str] = "multisine"
     drives_reference: ClassVar[bool] = True
+    example: ClassVar[str] = "--low '2 Hz' --high '300 Hz' --period '2 s' --periods 10"
+    figures: ClassVar[tuple[str, ...]] = ("per_volt", "excitation", "spectrum", "overview")
     amplitude: float = param("V", "Largest value of the reference.", 1.0, above=0, high=REFERENCE_LIMIT)
     low: float = param("Hz", "Lowest frequency.", 1.0, above=0, sampled=True)
     high: float = param("Hz", "Highest frequency.", 400.0, above=0)
@@ -102,6 +106,9 @@ class Multisine(AtPoint):
         one = one_period(self)
         rows[:, 2:4] = np.where((since >= 0)[:, None], one[since % len(one)], 0.0) + self.means
         return rows
+
+
+multisine = as_function(Multisine)
 
 
 @lru_cache(maxsize=4)

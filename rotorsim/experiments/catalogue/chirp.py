@@ -17,10 +17,12 @@ from typing import ClassVar
 import numpy as np
 
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, AtPoint
+from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, AtPoint, register
+from rotorsim.experiments.functions import as_function
 from rotorsim.experiments.parameters import param
 
 
+@register
 @dataclass(frozen=True)
 class Chirp(AtPoint):
     """A swept sine of the reference; on both axes one after the other.
@@ -34,6 +36,8 @@ class Chirp(AtPoint):
 
     name: ClassVar[str] = "chirp"
     drives_reference: ClassVar[bool] = True
+    example: ClassVar[str] = "--low '20 Hz' --high '300 Hz' --duration '20 s' --axis both"
+    figures: ClassVar[tuple[str, ...]] = ("per_volt", "excitation", "spectrum", "overview")
     amplitude: float = param("V", "Amplitude of the reference, 0-pk.", 1.0, above=0, high=REFERENCE_LIMIT)
     low: float = param("Hz", "Frequency at the beginning.", 1.0, above=0, sampled=True)
     high: float = param("Hz", "Frequency at the end.", 400.0, above=0, sampled=True)
@@ -68,3 +72,6 @@ class Chirp(AtPoint):
             return 2 * np.pi * time * (self.low + 0.5 * (self.high - self.low) * time / self.duration)
         growth = np.log(self.high / self.low) / self.duration
         return 2 * np.pi * self.low * np.expm1(growth * time) / growth
+
+
+chirp = as_function(Chirp)

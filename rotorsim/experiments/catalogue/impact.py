@@ -12,19 +12,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil, floor
-from typing import ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import show
-from rotorsim.experiments.experiment import AtPoint, generator
+from rotorsim.experiments.experiment import AtPoint, generator, pair, register
+from rotorsim.experiments.functions import as_function
 from rotorsim.experiments.parameters import param, sequence
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 KEY = 3
 """First key of this experiment's random numbers."""
 
 
+@register
 @dataclass(frozen=True)
 class Impact(AtPoint):
     """Half-sine hits of an impact hammer on the disc.
@@ -37,6 +42,8 @@ class Impact(AtPoint):
     """
 
     name: ClassVar[str] = "impact"
+    example: ClassVar[str] = "--peak '20 N' --width '1 ms' --angle '90 deg' --hits 5"
+    figures: ClassVar[tuple[str, ...]] = ("ring_down", "per_newton", "excitation", "overview")
     peak: float = param("N", "Peak of the force.", 20.0, above=0)
     width: float = param("s", "Duration of a hit.", 1e-3, low=0, sampled=True)
     angle: float = param("rad", "Direction of the force: 0 is x, 90 deg is y.", 0.0)
@@ -80,3 +87,20 @@ class Impact(AtPoint):
         peak = self.peak * (1 + self.scatter * (2 * off - 1))
         turned = np.clip((edges - begin) / self.width, 0.0, 1.0)
         return np.diff(-np.cos(np.pi * turned)) * (peak * self.width / (np.pi * self.Ts))
+
+    @classmethod
+    def findings(cls, record: xr.Dataset) -> dict[str, Any]:
+        """Impulse [N s] of all hits along x and y."""
+        from identification.records.sampling import nominal_rate
+        from rotorsim.signals.record_blocks import blocks
+
+        total = sum(block["disc_force"].sum(axis=0) for block in blocks(record, ["disc_force"]))
+        return {"impulse_n_s": np.asarray(total / nominal_rate(record["time"].values)).tolist()}
+
+    @classmethod
+    def table(cls, summary: dict[str, Any]) -> list[tuple[str, str]]:
+        """Row of the impulse."""
+        return [("Impulse of all hits x, y", pair(summary["impulse_n_s"], "N s"))]
+
+
+impact = as_function(Impact)

@@ -9,13 +9,18 @@ Cites: thesis.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, AtPoint
+from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, AtPoint, pair, register
+from rotorsim.experiments.functions import as_function
 from rotorsim.experiments.parameters import param
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MOST = 100_000
 """Steps from 0 to the amplitude."""
@@ -23,6 +28,7 @@ SLACK = 1e-5
 """Relative error of a step written with six digits."""
 
 
+@register
 @dataclass(frozen=True)
 class Staircase(AtPoint):
     """Reference stepwise up to the amplitude, down to its negative and back to 0, for static gains and hysteresis.
@@ -36,6 +42,8 @@ class Staircase(AtPoint):
 
     name: ClassVar[str] = "staircase"
     drives_reference: ClassVar[bool] = True
+    example: ClassVar[str] = "--pressure '0.6 MPa' --axis both --amplitude '2 V' --step '0.5 V'"
+    figures: ClassVar[tuple[str, ...]] = ("gain", "loops", "excitation", "overview")
     axis: str = param("1", "Driven axis; both drives y after x.", "x", choices=tuple(DRIVEN))
     amplitude: float = param("V", "Highest level.", 2.0, above=0, high=REFERENCE_LIMIT)
     step: float = param("V", "Height of a step.", 0.5, above=0)
@@ -78,3 +86,37 @@ class Staircase(AtPoint):
         rows = self.held(count)
         rows[:, 2:4] = self.levels()[(first + np.arange(count)) // self.samples_in(self.hold)]
         return rows
+
+    @classmethod
+    def findings(cls, record: xr.Dataset) -> dict[str, Any]:
+        """Static gains and deviations from them [um/V, um] by driven axis; none of steps that are too short or few."""
+        from rotorsim.signals.static_gain import static_gain_map
+
+        if record.attrs.get("ended", "complete") != "complete":
+            return {}
+        try:
+            found = static_gain_map(record)
+        except DataError:
+            return {}
+        gains: dict[str, Any] = {}
+        for axis in found["input"].values:
+            column = found.sel(input=axis)
+            gains[str(axis)] = {"gain_um_per_v": (column["gain"].values * TO_UM).tolist()} | {
+                f"{name}_um": (column[name].values * TO_UM).tolist()
+                for name in ("deviation_max", "deviation_rms", "hysteresis")
+            }
+        return {"static_gain": gains}
+
+    @classmethod
+    def table(cls, summary: dict[str, Any]) -> list[tuple[str, str]]:
+        """Rows of the static gains."""
+        rows = []
+        for axis, found in summary.get("static_gain", {}).items():
+            rows.append((f"Static gain of r_{axis} on x, y", pair(found["gain_um_per_v"], "µm/V")))
+            rows.append(("  largest deviation from linear", pair(found["deviation_max_um"], "µm")))
+            rows.append(("  rms deviation from linear", pair(found["deviation_rms_um"], "µm")))
+            rows.append(("  opening between up and down", pair(found["hysteresis_um"], "µm")))
+        return rows
+
+
+staircase = as_function(Staircase)

@@ -10,11 +10,8 @@ import numpy as np
 
 from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import LONGEST, Experiment
-from rotorsim.experiments.limits import cut
+from rotorsim.experiments.experiment import LONGEST, Experiment, register
 from rotorsim.experiments.parameters import param
-from rotorsim.experiments.running import Outcome, record, run
-from rotorsim.plant.plant import as_plant
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,6 +20,7 @@ if TYPE_CHECKING:
     from rotorsim.plant.plant import Plant, Signal
 
 
+@register
 @dataclass(frozen=True)
 class Runup(Experiment):
     """A linear ramp of the speed at constant supply pressure.
@@ -35,6 +33,8 @@ class Runup(Experiment):
     """
 
     name: ClassVar[str] = "runup"
+    example: ClassVar[str] = "--stop '6000 rpm' --rate '100 rpm/s' --pressure '0.3 MPa'"
+    figures: ClassVar[tuple[str, ...]] = ("bode", "waterfall", "full", "orbits", "overview")
     start: float = param("rad/s", "Speed at the beginning.", 0.0, low=0, attribute="start_speed")
     stop: float = param(
         "rad/s", "Speed at the end; below the start it is a coast-down.", 200 * np.pi, low=0, attribute="stop_speed"
@@ -95,6 +95,10 @@ def runup(
     >>> rs.experiments.runup(plant, start=50.0, stop=60.0, rate=100.0, pressure=0.5e6).sizes["time"]
     500
     """
+    from rotorsim.experiments.limits import cut
+    from rotorsim.experiments.running import run
+    from rotorsim.plant.plant import as_plant
+
     if not callable(pressure) and np.ndim(pressure) == 0:
         return run(plant, Runup(start, stop, rate, float(pressure)), seed, progress)  # type: ignore[arg-type]
     plant = as_plant(plant)
@@ -103,20 +107,6 @@ def runup(
     made = plant.simulate(ramp.samples * ramp.Ts, speed, pressure, seed=seed, progress=progress)
     attrs = {name: value for name, value in ramp.attrs().items() if name != "pressure"}
     return cut(made.assign_attrs(attrs), plant.assembly)
-
-
-def record_runup(
-    plant: Plant,
-    path: str | Path,
-    start: float,
-    stop: float,
-    rate: float,
-    pressure: float,
-    seed: int = 0,
-    progress: bool = False,
-) -> Outcome:
-    """Run up as `runup` and stream to the NetCDF file `path`; see `rotorsim.experiments.running.record`."""
-    return record(plant, Runup(start, stop, rate, pressure), path, seed, progress)
 
 
 def ramp_time(start: float, stop: float, rate: float) -> float:

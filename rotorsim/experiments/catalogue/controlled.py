@@ -14,12 +14,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import REFERENCE_LIMIT, AtPoint, Experiment
-from rotorsim.experiments.given import Given
+from rotorsim.base.exchange import toml_text
+from rotorsim.base.units import parse
+from rotorsim.experiments.catalogue.given import Given
+from rotorsim.experiments.experiment import REFERENCE_LIMIT, AtPoint, Experiment, register
 from rotorsim.experiments.parameters import param
-from rotorsim.experiments.running import run
-from rotorsim.plant.control_systems import as_controller, check_any_controller
-from rotorsim.plant.controller import provenance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,6 +28,7 @@ if TYPE_CHECKING:
     from rotorsim.plant.plant import Plant
 
 
+@register
 @dataclass(frozen=True)
 class Controlled(AtPoint):
     """Closed loop with a discrete controller; references and forces of `excitations` are added while they last.
@@ -43,6 +43,15 @@ class Controlled(AtPoint):
 
     name: ClassVar[str] = "controlled"
     drives_reference: ClassVar[bool] = True
+    example: ClassVar[str] = (
+        "--pressure '0.6 MPa' --gain-x '0.25 V/um' --gain-y '0.22 V/um' --hit '20 N' --duration '2 s'"
+    )
+    python: ClassVar[str] = (
+        "rs.experiments.controlled(plant, rs.experiments.ProportionalLaw(0.25e6, 0.22e6, "
+        "centre=plant.equilibrium(0.0, 0.6e6).disc), pressure=0.6e6, duration=2.0, "
+        "excitations=(rs.experiments.Impact(peak=20.0, hits=2),))"
+    )
+    figures: ClassVar[tuple[str, ...]] = ("excitation", "spectrum", "waterfall", "full", "orbits", "overview")
     duration: float = param("s", "Length of the record.", 10.0, above=0, samples=True)
     bias_x: float = param("V", "Constant reference x.", 0.0, low=-REFERENCE_LIMIT, high=REFERENCE_LIMIT)
     bias_y: float = param("V", "Constant reference y.", 0.0, low=-REFERENCE_LIMIT, high=REFERENCE_LIMIT)
@@ -51,6 +60,8 @@ class Controlled(AtPoint):
 
     def check(self) -> None:
         """Refuse what is neither a controller nor an excitation."""
+        from rotorsim.plant.control_systems import check_any_controller
+
         check_any_controller(self.controller)
         for other in self.excitations:
             if not isinstance(other, Experiment) or isinstance(other, Controlled):
@@ -78,11 +89,42 @@ class Controlled(AtPoint):
 
     def attrs(self) -> dict[str, Any]:
         """Name and parameters of the experiment, its controller and its excitations, SI."""
+        from rotorsim.plant.control_systems import as_controller
+        from rotorsim.plant.controller import provenance
+
         attrs = super().attrs() | provenance(as_controller(self.controller, lambda: (0.0, 0.0)))
         for number, other in enumerate(self.excitations, start=1):
             own = {key: value for key, value in other.attrs().items() if key not in ("speed", "pressure")}
             attrs |= {f"excitation_{number}_{key}": value for key, value in own.items()}
         return attrs
+
+    @classmethod
+    def findings(cls, record: xr.Dataset) -> dict[str, Any]:
+        """Samples whose reference stands at its range, and alarms of the controller."""
+        from rotorsim.signals.record_blocks import blocks
+
+        limit = _range_of(record)
+        limited = [np.any(np.abs(b["reference"]) >= limit, axis=1).sum() for b in blocks(record, ["reference"])]
+        alarms = {key: str(record.attrs[key]) for key in ("controller_alarms",) if key in record.attrs}
+        return {"saturated_samples": int(np.sum(limited)), **alarms}
+
+    @classmethod
+    def table(cls, summary: dict[str, Any]) -> list[tuple[str, str]]:
+        """Rows of the saturation, with a warning if most samples are saturated, and of the alarms."""
+        limited, samples = summary["saturated_samples"], summary["samples"]
+        share = f"{limited} samples, {100 * limited / samples:.3g} %"
+        if limited > samples / 2:
+            share += ": the loop is not in control; check the signs and the order of the sensors' axes, then the gain"
+        alarms = [("Controller", summary["controller_alarms"])] if "controller_alarms" in summary else []
+        return [("Reference at its limit", share), *alarms]
+
+
+def _range_of(record: xr.Dataset) -> float:
+    """Largest reference [V] of the machine that a record names; see `reference_range`."""
+    actuators = toml_text.loads(str(record.attrs.get("machine", ""))).get("actuators", {})
+    if "reference_limit" not in actuators:
+        return REFERENCE_LIMIT
+    return min(parse(actuators["reference_limit"], "V"), REFERENCE_LIMIT)
 
 
 def controlled(
@@ -132,6 +174,8 @@ def controlled(
     >>> rs.experiments.controlled(plant, law, speed=300.0, pressure=0.5e6, duration=0.1).sizes["time"]
     500
     """
+    from rotorsim.experiments.running import run
+
     if np.shape(bias) != (2,):
         raise DataError(f"bias = {bias}: is not a pair of voltages; give e.g. (0.5, 0.0)")
     added = list(excitations)
