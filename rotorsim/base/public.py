@@ -33,8 +33,6 @@ def lazy(package: str, file: str) -> Access:
     names = sorted(places)
     functions = {name for name, place in places.items() if place != (package, name)}
     sys.modules[package].__class__ = _package_class(functions)
-        {name for name, place in places.items() if place != (package, name)}
-    )
 
     def find(name: str) -> Any:
         if name not in places:

@@ -57,6 +57,8 @@ class Experiment(ABC):
     name: ClassVar[str]
     drives_reference: ClassVar[bool] = False
     """Whether it needs actuators."""
+    swept: ClassVar[bool] = False
+    """Whether it sweeps the speed, so that its summary has resonances over the speed."""
     example: ClassVar[str] = ""
     """Options of the example in the help of its command."""
     python: ClassVar[str] = ""

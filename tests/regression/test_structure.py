@@ -25,7 +25,6 @@ BY_NAME = {
     "fmu/kernel_object.py",
     "rotorsim/base/public.py",
     "rotorsim/campaign/workers/case_process.py",
-    "rotorsim/commands/lazy_group.py",
     "rotorsim/effects/__init__.py",
     "rotorsim/experiments/catalogue/__init__.py",
     "rotorsim/study/pool.py",

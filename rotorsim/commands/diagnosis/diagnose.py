@@ -15,16 +15,16 @@ from rotorsim.commands.diagnosis.experiment_options import ExperimentOptions
 from rotorsim.commands.diagnosis.loop import run_loop
 from rotorsim.commands.diagnosis.stages import Stages
 from rotorsim.commands.diagnosis.unfinished import unfinished
-from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import AsJson, GivenMachine, WithReport, a_folder, resumable
-from rotorsim.commands.page_options import PageOptions
+from rotorsim.commands.options import AsJson, GivenMachine, PageOptions, WithReport, a_folder, resumable
+from rotorsim.commands.registry import command
 from rotorsim.commands.results import results
 from rotorsim.discrepancy import Diagnosis, diagnose as find
 from rotorsim.discrepancy.identifiability import alias_matrix, markdown
 from rotorsim.discrepancy.outcome.files import RESULTS, save_diagnosis
 
 
-@example(
+@command(
+    "diagnose",
     "rotorsim diagnose dtu_gas_bearing puzzle/records --out diagnosis",
     "rs.diagnose('dtu_gas_bearing', 'puzzle/records')",
 )

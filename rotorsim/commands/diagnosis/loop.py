@@ -10,7 +10,7 @@ from pathlib import Path
 from rotorsim.base.progress import end_line, on_terminal
 from rotorsim.commands.diagnosis.data_options import DataOptions
 from rotorsim.commands.diagnosis.experiment_options import ExperimentOptions
-from rotorsim.commands.page_options import PageOptions
+from rotorsim.commands.options import PageOptions
 from rotorsim.commands.results import results
 from rotorsim.discrepancy import Diagnosis, decide
 from rotorsim.discrepancy.loop.steps import FILE, Steps

@@ -34,6 +34,7 @@ class Coastdown(Experiment):
     """
 
     name: ClassVar[str] = "coastdown"
+    swept: ClassVar[bool] = True
     example: ClassVar[str] = "--start '6000 rpm' --stop '600 rpm' --longest '60 s'"
     figures: ClassVar[tuple[str, ...]] = ("coast", "bode", "waterfall", "full", "orbits", "overview")
     start: float = param(

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 @register
 @dataclass(frozen=True)
 class Runup(Experiment):
-    """A linear ramp of the speed at constant supply pressure.
+    """Run-up: a linear ramp of the speed at constant supply pressure.
 
     Examples
     --------
@@ -33,8 +33,10 @@ class Runup(Experiment):
     """
 
     name: ClassVar[str] = "runup"
-    example: ClassVar[str] = "--stop '6000 rpm' --rate '100 rpm/s' --pressure '0.3 MPa'"
+    swept: ClassVar[bool] = True
+    example: ClassVar[str] = "--stop '7000 rpm' --rate '100 rpm/s' --pressure '0.5 MPa'"
     figures: ClassVar[tuple[str, ...]] = ("bode", "waterfall", "full", "orbits", "overview")
+    page: ClassVar[str] = "report.html"
     start: float = param("rad/s", "Speed at the beginning.", 0.0, low=0, attribute="start_speed")
     stop: float = param(
         "rad/s", "Speed at the end; below the start it is a coast-down.", 200 * np.pi, low=0, attribute="stop_speed"

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
-from rotorsim.experiments import Controlled, Experiment, Impact, Prbs, ProportionalLaw, WithHarmonics, without_orbit
-from rotorsim.experiments.experiment import REFERENCE_LIMIT
+from rotorsim.experiments.catalogue.controlled import Controlled
+from rotorsim.experiments.catalogue.impact import Impact
+from rotorsim.experiments.catalogue.prbs import Prbs
+from rotorsim.experiments.experiment import REFERENCE_LIMIT, Experiment
 from rotorsim.experiments.parameters import check_parameters, param, sequence
-from rotorsim.plant import Plant
 
 if TYPE_CHECKING:
     from rotorsim.control import Law
+    from rotorsim.experiments import ProportionalLaw, WithHarmonics
+    from rotorsim.plant import Plant
 
 LawFile = Annotated[
     Path | None, typer.Option("--law", help="Law that 'rotorsim design' wrote, in place of controller and gains.")
@@ -27,12 +30,14 @@ WithoutOrbit = Annotated[
         "--without-orbit", help="Add harmonics of the speed that keep the references from following the orbit."
     ),
 ]
+FILES: dict[str, tuple[Any, Any]] = {"law": (LawFile, None), "without_orbit": (WithoutOrbit, False)}
+"""Options that are no parameters: annotation and default."""
 BUILT_IN = ("controller", "gain_x", "gain_y", "low_pass")
 """Parameters of the built-in law."""
 
 
 @dataclass(frozen=True)
-class Setup:
+class ClosedLoopSetup:
     """Closed loop with a controller, dither and hits."""
 
     speed: float = param("rad/s", "Shaft speed.", 0.0, low=0)
@@ -71,7 +76,11 @@ class Setup:
     def controlled_by(self, plant: Plant) -> Law | ProportionalLaw | WithHarmonics:
         """The law, with harmonics of the speed where these are asked for."""
         law = self._law(plant)
-        return without_orbit(plant, law, self.speed, self.pressure) if self.without_orbit else law
+        if not self.without_orbit:
+            return law
+        from rotorsim.experiments.orbit import without_orbit
+
+        return without_orbit(plant, law, self.speed, self.pressure)
 
     def _law(self, plant: Plant) -> Law | ProportionalLaw:
         """The law of the file, or the built-in one."""
@@ -79,6 +88,8 @@ class Setup:
             from rotorsim.control import load_law
 
             return load_law(self.law)
+        from rotorsim.experiments.proportional_law import ProportionalLaw
+
         centre = plant.equilibrium(self.speed, self.pressure).disc
         return ProportionalLaw(self.gain_x, self.gain_y, self.low_pass, (float(centre[0]), float(centre[1])), self.Ts)
 

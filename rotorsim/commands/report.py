@@ -1,4 +1,4 @@
-"""`rotorsim report diagnosis FOLDER`: writes the page of a diagnosis again from its files."""
+"""`rotorsim report diagnosis FOLDER`: pages of stored results, written again."""
 
 from __future__ import annotations
 
@@ -8,15 +8,18 @@ from typing import Annotated
 
 import typer
 
-from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import AsJson
-from rotorsim.commands.page_options import PageOptions
+from rotorsim.commands.options import AsJson, PageOptions
+from rotorsim.commands.registry import CommandGroup, command, group
 from rotorsim.commands.results import files
-from rotorsim.discrepancy import load_diagnosis
-from rotorsim.discrepancy.outcome.files import RESULTS
 
 
-@example(
+@group("report", "Example: rotorsim report diagnosis diagnosis --units imperial")
+class Report(CommandGroup):
+    """Write the page of a stored result again."""
+
+
+@command(
+    "report diagnosis",
     "rotorsim report diagnosis diagnosis --out again.html --units imperial",
     "rs.discrepancy.load_diagnosis('diagnosis').report('again.html')",
 )
@@ -34,6 +37,9 @@ def diagnosis(
 
     Nothing is computed: the numbers are those in the folder.
     """
+    from rotorsim.discrepancy import load_diagnosis
+    from rotorsim.discrepancy.outcome.files import RESULTS
+
     page.check()
     found = load_diagnosis(folder)
     target = out or folder / RESULTS["report"]
