@@ -24,8 +24,8 @@ from reynolds.jit import inlined
 from rotorsim.base.constants import MPA
 from rotorsim.base.errors import RotorsimError
 from rotorsim.discrepancy import Diagnosis, diagnose, hide
-from rotorsim.discrepancy.blind_test.design import HIGH, LOW, PERIOD, PERIODS, SPACING, Planned
-from rotorsim.discrepancy.blind_test.hide import draw, record_of, truth_twin
+from rotorsim.discrepancy.hidden_machine import draw, record_of, truth_twin
+from rotorsim.discrepancy.plan.experiments import HIGH, LOW, PERIOD, PERIODS, SPACING, PlannedRecord
 from rotorsim.effects import REGISTRY, Effect, param, register
 from rotorsim.experiments import Multisine
 from rotorsim.machine import load_machine
@@ -101,7 +101,7 @@ def drift(seed: int = 1) -> tuple[Any, list[Any]]:
     """The rig, with 3 % more supply in one record than is stated."""
     rig = load_machine("dtu_gas_bearing")
 
-    def more(rows: np.ndarray, planned: Planned) -> np.ndarray:
+    def more(rows: np.ndarray, planned: PlannedRecord) -> np.ndarray:
         if planned.name == "fit_4":
             rows[:, 1] *= 1.03
         return rows
@@ -123,7 +123,7 @@ def off_the_grid(seed: int = 1) -> tuple[Any, list[Any]]:
         own = role[0 if i < 6 else 1 if i < 9 else 2]
         pressure, amplitude = (0.3 + 0.07 * (i % 6)) * MPA, 1.0 - 0.5 * (i % 2)
         one = Multisine(2 * np.pi * hertz, pressure, amplitude, LOW, HIGH, PERIOD, PERIODS, SPACING, sequence=i)
-        records.append(record_of(twin, Planned(f"{own}_{i}", own, one, i), truth.point, seed))
+        records.append(record_of(twin, PlannedRecord(f"{own}_{i}", own, one, i), truth.point, seed))
     return rig, records
 
 

@@ -28,9 +28,9 @@ sys.path.append(str(Path(__file__).resolve().parents[2]))
 import identification as idn
 from rotorsim.base.errors import RotorsimError
 from rotorsim.discrepancy import diagnose
-from rotorsim.discrepancy.blind_test.hide import truth_twin
-from rotorsim.discrepancy.diagnosis import Workshop
+from rotorsim.discrepancy.hidden_machine import truth_twin
 from rotorsim.discrepancy.search.candidates import candidates
+from rotorsim.discrepancy.twin.compiled_models import CompiledModels
 from rotorsim.machine import load_machine
 from studies.benchmarks.diagnose import STEP
 from studies.benchmarks.hidden_case import KINDS, hidden_case
@@ -138,8 +138,8 @@ def main() -> int:
     """Hide, convert and diagnose case after case, and print a row for each."""
     first, count = (int(text) for text in (sys.argv[1:3] + ["300000", "6"][len(sys.argv[1:3]) :]))
     machine = load_machine("dtu_gas_bearing")
-    truth_plant, workshop = replace(truth_twin(machine), step=STEP), Workshop.of(machine)
-    known, verdicts = {f.key for f in candidates(workshop.twin)}, []
+    truth_plant, models = replace(truth_twin(machine), step=STEP), CompiledModels.of(machine)
+    known, verdicts = {f.key for f in candidates(models.twin)}, []
     print("| case | kind | file | dead | hidden | status | effects | ties | verdict | seconds |\n|" + "---|" * 10)
     for number in range(first, first + count):
         kind = KINDS[number % len(KINDS)]
@@ -151,10 +151,10 @@ def main() -> int:
             records = [through(record, Path(folder), form, dead) for record in records]
         only = None
         if kind == "left_out":
-            only = {f.effect for f in candidates(workshop.twin)} - {f.effect for f in truth.forms}
+            only = {f.effect for f in candidates(models.twin)} - {f.effect for f in truth.forms}
         row = f"| {number} | {kind} | {form} | {dead} | {', '.join(hidden)}"
         try:
-            found = diagnose(machine, records, effects=only, workshop=workshop)
+            found = diagnose(machine, records, effects=only, models=models)
         except RotorsimError as error:
             print(f"{row} | refused: {error} | | | missed | |", flush=True)
             continue

@@ -13,7 +13,7 @@ from rotorsim.base.errors import RotorsimError
 from rotorsim.base.exchange import json_text, toml_text
 from rotorsim.base.sentences import visible
 from rotorsim.commands.options import Console
-from rotorsim.discrepancy.blind_test.hide import read_truth
+from rotorsim.discrepancy.hidden_machine import read_truth
 
 DEEP = {
     "lists": "[" * 100_000 + "]" * 100_000,

@@ -5,15 +5,11 @@ import pytest
 from scipy.integrate import quad
 
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.fit.parameters import STEPS, FitParameter
-from rotorsim.discrepancy.odds import model_form
-from rotorsim.discrepancy.odds.evidence import log_evidence, one_sided, unexplained_gain
-from rotorsim.discrepancy.odds.explanation import Explanation, shown_share
-from rotorsim.discrepancy.odds.model_form import SIZES, ModelForm, weights
-from rotorsim.discrepancy.odds.odds import _merged
-from rotorsim.discrepancy.odds.priors import prior_sizes
-from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.evidence import SIZES, ModelForm, log_evidence, one_sided, unexplained_gain, weights
+from rotorsim.discrepancy.odds import Explanation, _merged, model_form, shown_share
+from rotorsim.discrepancy.search.candidates import candidates, prior_sizes
+from rotorsim.discrepancy.twin.parameters import STEPS, FitParameter
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.effects import REGISTRY
 from rotorsim.effects.diagnosis import CandidateForm
 from rotorsim.machine import load_machine

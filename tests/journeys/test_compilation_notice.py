@@ -62,7 +62,7 @@ def test_a_diagnosis_notes_it_before_it_compiles_anything(monkeypatch):
     order = []
     monkeypatch.setattr(diagnosis, "is_compiled", lambda module: False)
     monkeypatch.setattr(diagnosis, "other_law", lambda twin: order.append("equilibrium"))
-    diagnosis.Workshop.of(load_machine("plain_rotor"), progress=order.append)
+    diagnosis.CompiledModels.of(load_machine("plain_rotor"), progress=order.append)
     assert order == ["compile", "equilibrium"]
 
 

@@ -9,11 +9,11 @@ import pytest
 
 from rotorsim.base.errors import DataError
 from rotorsim.commands.diagnosis.unfinished import unfinished
-from rotorsim.discrepancy.blind_test.design import campaign
-from rotorsim.discrepancy.blind_test.hide import draw, record_of, write
-from rotorsim.discrepancy.diagnosis import GRID
+from rotorsim.discrepancy.hidden_machine import draw, record_of, write
+from rotorsim.discrepancy.plan.experiments import campaign
 from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.twin.compiled_models import GRID
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import load_machine
 
 EFFECTS = ("coupling", "runout", "shaft_bow")

@@ -10,10 +10,10 @@ import typer
 from rotorsim.base.constants import TO_UM
 from rotorsim.base.progress import end_line
 from rotorsim.discrepancy import Diagnosis
-from rotorsim.discrepancy.odds.explanation import LEAST_SHOWN, shown_share
+from rotorsim.discrepancy.odds import LEAST_SHOWN, shown_share
 from rotorsim.discrepancy.outcome.gap import reduction
 from rotorsim.discrepancy.outcome.result import PLAN_NEXT
-from rotorsim.discrepancy.plan.plan import Plan
+from rotorsim.discrepancy.plan.ranking import ExperimentPlan
 
 
 def show(diagnosis: Diagnosis, files: dict[str, str], as_json: bool) -> None:
@@ -77,7 +77,7 @@ def _disagreement(diagnosis: Diagnosis) -> Iterator[str]:
         yield f"  equivalent force {one['force_n']:.3g} N at {place}"
 
 
-def _plan(plan: Plan) -> Iterator[str]:
+def _plan(plan: ExperimentPlan) -> Iterator[str]:
     """The sentence and the best five experiments."""
     yield plan.sentence
     for sentence in plan.unbreakable:

@@ -10,8 +10,8 @@ import typer
 from rotorsim.base.constants import MINUTE
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import parse
-from rotorsim.discrepancy.loop.rigs import Rig, open_rig
-from rotorsim.discrepancy.plan.allowed import ALLOWED, check_allowed
+from rotorsim.discrepancy.plan.experiments import ALLOWED, check_allowed
+from rotorsim.discrepancy.rigs import ExperimentRig, open_rig
 from rotorsim.machine import Machine
 
 BUDGET, WAIT = "30 min", "8 h"
@@ -73,7 +73,7 @@ class ExperimentOptions:
         """Rig time of the experiments [min]; raises DataError."""
         return _minutes("--budget", self.budget or BUDGET)
 
-    def open_rig(self, machine: Machine) -> Rig:
+    def open_rig(self, machine: Machine) -> ExperimentRig:
         """The rig, with the longest wait for a record; raises DataError where the text names none."""
         longest = MINUTE * _minutes("--wait", self.wait or WAIT)
         return open_rig(str(self.rig), machine, longest)

@@ -15,7 +15,7 @@ from rotorsim.commands.options import AsJson, GivenMachine, a_folder, note_compi
 from rotorsim.commands.registry import command
 from rotorsim.commands.results import results
 from rotorsim.discrepancy import hide as record_hidden
-from rotorsim.discrepancy.blind_test.hide import truth_twin
+from rotorsim.discrepancy.hidden_machine import truth_twin
 from rotorsim.machine import load_machine
 
 

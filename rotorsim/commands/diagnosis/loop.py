@@ -13,9 +13,9 @@ from rotorsim.commands.diagnosis.experiment_options import ExperimentOptions
 from rotorsim.commands.options import PageOptions
 from rotorsim.commands.results import results
 from rotorsim.discrepancy import Diagnosis, decide
-from rotorsim.discrepancy.loop.steps import FILE, Steps
-from rotorsim.discrepancy.odds.explanation import shown_share
+from rotorsim.discrepancy.odds import shown_share
 from rotorsim.discrepancy.outcome.files import RESULTS, save_diagnosis
+from rotorsim.discrepancy.outcome.steps import FILE, DecisionSteps
 from rotorsim.machine import load_machine
 
 FOLDER = Path("decision")
@@ -32,9 +32,19 @@ def run_loop(
     with results(folder, str(FOLDER), (*RESULTS.values(), FILE), force or (folder / FILE).exists()) as place:
         page.begin(place / RESULTS["report"], True)
         found = decide(
-            loaded, rig, budget, data.records or (), experiments.allowed, data.effect, out=place, mapping=data.mapping,
-            progress=progress, shown=Shown(place / RESULTS["plan"], as_json).show, tolerance=data.tolerance, anew=force,
-        )  # fmt: skip
+            loaded,
+            rig,
+            budget,
+            data.records or (),
+            experiments.allowed,
+            data.effect,
+            out=place,
+            mapping=data.mapping,
+            progress=progress,
+            shown=StepPrinter(place / RESULTS["plan"], as_json).show,
+            tolerance=data.tolerance,
+            anew=force,
+        )
         files = save_diagnosis(found, place, report)
         if report:
             files |= page.finish(files["report"])
@@ -42,7 +52,7 @@ def run_loop(
 
 
 @dataclass
-class Shown:
+class StepPrinter:
     """Steps as they come: the odds after each, and which experiment to make next."""
 
     plan: Path
@@ -50,7 +60,7 @@ class Shown:
     steps: int = 0
     waited: str = ""
 
-    def show(self, steps: Steps) -> None:
+    def show(self, steps: DecisionSteps) -> None:
         """Print what is new, on standard error where the result is JSON."""
         stream = sys.stderr if self.as_json else sys.stdout
         if on_terminal():

@@ -62,7 +62,7 @@ class Trial:
     repeating: bool = False
     """Whether every block is one period of the excitation, with whole turns or not."""
     changes: Mapping[str, float] = field(default_factory=dict)
-    """What was changed on purpose for this record: sums by key of `fit.parameters`."""
+    """What was changed on purpose for this record: sums by key of `twin.parameters`."""
     probe_angle: float | None = None
     """Angle [rad] from x towards y of the only probe, whose reading takes the place of x; None where both are seen."""
 

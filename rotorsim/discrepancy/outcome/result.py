@@ -1,9 +1,10 @@
-"""Result of a diagnosis: verdict, effects with uncertainties, ties, unexplained part, gap, plan."""
+"""Result of a diagnosis: verdict, effects with uncertainties and places, ties, unexplained part, gap, plan."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,26 +13,83 @@ from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.base.reported import Reported
-from rotorsim.discrepancy.loop.steps import Steps
-from rotorsim.discrepancy.odds.explanation import (
-    LEAST_SHOWN,
-    NOT_IN_CATALOGUE,
-    NOTHING,
-    SURE,
-    Explanation,
-    shown_share,
-)
-from rotorsim.discrepancy.outcome.findings import Findings
+from rotorsim.discrepancy.fit import ParameterFit, sd_of_polar
+from rotorsim.discrepancy.odds import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, shown_share
 from rotorsim.discrepancy.outcome.gap import reduction
-from rotorsim.discrepancy.outcome.machine_file import extended
-from rotorsim.discrepancy.plan.allowed import check_allowed
-from rotorsim.discrepancy.plan.expected import entropy
-from rotorsim.discrepancy.plan.plan import Plan
-from rotorsim.discrepancy.residuals.localise import Flag
+from rotorsim.discrepancy.outcome.machine_file import Findings, IdentifiedEffect, extended
+from rotorsim.discrepancy.outcome.steps import DecisionSteps
+from rotorsim.discrepancy.plan.experiments import check_allowed
+from rotorsim.discrepancy.plan.forecast import entropy
+from rotorsim.discrepancy.plan.ranking import ExperimentPlan
+from rotorsim.discrepancy.residuals.misfit import Misfit
+from rotorsim.discrepancy.search.candidates import Form
+from rotorsim.discrepancy.search.hypotheses import EffectSearch, Hypothesis
+from rotorsim.discrepancy.twin.parameters import FitParameter, contributions, lobes, setting, wave
+from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.effects import REGISTRY, Effect
+from rotorsim.effects.base import WHERE
 from rotorsim.machine import Machine
+from rotorsim.plant.acting import Place, acting_places, force_plane
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+def found_of(twin: Twin, form: Form, fit: ParameterFit, V: np.ndarray, tie_class: tuple[str, ...]) -> IdentifiedEffect:
+    """Estimated parameters of a form with standard deviations, as in its table of the machine file."""
+    own = {k: fit.point.values.get(k, 0.0) for k in (*form.parameters, *form.refine)}
+    absolute = setting(twin, contributions(own, 0.0, 0.0), form.fixed)
+    parameters = {key.split(".")[2]: value for key, value in absolute.items()}
+    table = next(iter(absolute)).split(".")[1]
+    for where in WHERE:
+        place = getattr(twin.effect(form.effect, int(table)), where, None)
+        parameters |= {} if place is None else {where: place}
+    at = {k: i for i, k in enumerate(fit.parameters)}
+    sd: dict[str, float] = {}
+    if len(form.parameters) == 2 and "~" in form.parameters[0].key:
+        i, j = (at[k] for k in form.parameters)
+        path = form.parameters[0].key[:-2]
+        pair = path.split(".")[2].split("~")
+        name, table = path.split(".")[:2]
+        effect = twin.effect(name, int(table))
+        n = form.fixed.get(f"{name}.{table}.{pair[0]}_lobes", lobes(effect, pair[0]))
+        c, s = (fit.point.values.get(k, 0.0) for k in form.parameters)
+        own_wave = wave(effect, pair[0], pair[1], n)
+        _, _, sd[pair[0]], sd[pair[1]] = sd_of_polar(c, s, V[np.ix_([i, j], [i, j])], own_wave)
+        sd[pair[1]] /= n
+    for parameter in (*form.parameters, *form.refine):
+        if "~" not in parameter.key and parameter in at:
+            sd[parameter.key.split(".")[2]] = float(np.sqrt(V[at[parameter], at[parameter]]))
+    return IdentifiedEffect(form.effect, form.key, parameters, sd, tie_class)
+
+
+def calibration_of(
+    fit: ParameterFit, V: np.ndarray, parameters: Sequence[FitParameter]
+) -> dict[str, tuple[float, float]]:
+    """Calibration parameters and standard deviations by name; V (k, k) is the covariance of all parameters."""
+    at = {k: i for i, k in enumerate(fit.parameters)}
+    return {k.name: (fit.point.values.get(k, 0.0), float(np.sqrt(V[at[k], at[k]]))) for k in parameters}
+
+
+def evidence_of(base: ParameterFit, best: Hypothesis | None, search: EffectSearch | None) -> dict[str, float]:
+    """Sums of squares and excess misfit before and with the effect."""
+    evidence = {"chi2_calibrated": base.chi2, "numbers": float(len(base.residual))}
+    if search is not None:
+        evidence |= {"flagged_excess": search.base_excess, "held_out_excess": search.base_held}
+    if best is not None:
+        evidence |= {
+            "chi2_with_effect": best.fit.chi2,
+            "share_gone": best.gone,
+            "held_out_excess_with_effect": best.held_out,
+        }
+    return evidence
+
+
+def null_sentence(null: dict[str, float]) -> str:
+    """Sentence about a combination of parameters that the records do not determine."""
+    parts = " ".join(f"{v:+.2f} {n}" for n, v in sorted(null.items(), key=lambda x: -abs(x[1])))
+    return f"the calibration has a null vector that the records do not determine: {parts}; its priors hold it"
+
 
 EXIT_CODES = {"no_disagreement": 0, "named": 10, "tie": 11, "partial": 11, "unknown": 12}
 WORDS = {
@@ -49,7 +107,7 @@ WITHIN_FORM = (
 )
 EXCLUDED = 0.01
 """Probability below which an explanation counts as excluded."""
-Planner = Callable[[Iterable[str], float, float], Plan]
+Planner = Callable[[Iterable[str], float, float], ExperimentPlan]
 """Plans experiments by what may change and the minutes that one may take."""
 NO_ACCURACY = (
     "nothing states how exact the records are: they may agree or be too coarse to disagree; give accuracy (a "
@@ -68,7 +126,7 @@ NOTHING_BEYOND = (
 class Diagnosis(Shown, Findings, Reported):
     """Result of `diagnose`."""
 
-    localisation: tuple[Flag, ...]
+    localisation: tuple[Misfit, ...]
     unknown: dict[str, Any]
     gap: xr.Dataset
     notes: tuple[str, ...]
@@ -78,11 +136,11 @@ class Diagnosis(Shown, Findings, Reported):
     """Explanations with their probabilities and evidence, the most probable first."""
     priors: Mapping[str, str] = field(default_factory=dict, repr=False)
     """Prior standard deviation of the size of every candidate, with its unit."""
-    planned: Plan | None = None
+    planned: ExperimentPlan | None = None
     """The next experiments, where they were asked for."""
     planner: Planner | None = field(default=None, repr=False)
     """What plans further experiments; a diagnosis that was stored has none."""
-    steps: Steps | None = None
+    steps: DecisionSteps | None = None
     """Odds after each step of a loop of diagnoses and experiments."""
 
     @property
@@ -106,13 +164,13 @@ class Diagnosis(Shown, Findings, Reported):
             return False
         return bool(self.explanations) and (self.status == "tie" or max(self.odds.values()) < SURE)
 
-    def plan(self, allow: Iterable[str] = (), budget: float = np.inf, sure: float = SURE) -> Plan:
+    def plan(self, allow: Iterable[str] = (), budget: float = np.inf, sure: float = SURE) -> ExperimentPlan:
         """Experiments that may come next, the best first.
 
         Parameters
         ----------
         allow : names
-            What may differ from the records (`plan.allowed.ALLOWED`); all that the machine can do for none.
+            What may differ from the records (`plan.experiments.ALLOWED`); all that the machine can do for none.
         budget : float
             Minutes of rig time that an experiment may take.
         sure : float
@@ -216,3 +274,57 @@ class Diagnosis(Shown, Findings, Reported):
 
 def _number(value: float) -> float | None:
     return None if np.isnan(value) else value
+
+
+FORCE = "equivalent force"
+"""Label of the force that would make what no effect explains."""
+
+
+@dataclass(frozen=True)
+class LocatedEffect:
+    """An effect with the places where it acts; `role` is 'found', 'rival' or 'force'."""
+
+    label: str
+    role: str
+    places: tuple[Place, ...]
+
+    @property
+    def sentence(self) -> str:
+        """As text, with the bearing and the injector once."""
+        return f"{self.label.partition(' of ')[0]}: {' and '.join(place.name for place in self.places)}"
+
+
+def located(diagnosis: Diagnosis) -> tuple[LocatedEffect, ...]:
+    """Found effects, what is indistinguishable from them, and the equivalent force of what nothing explains."""
+    machine, effects = diagnosis.machine, diagnosis.effects
+    out = [LocatedEffect(f.form, "found", acting_places(machine, effect_of(f))) for f in effects]
+    keys = [key for found in effects for key in found.tie_class] + [key for tie in diagnosis.ties for key in tie]
+    others = [key for key in dict.fromkeys(keys) if key not in {found.form for found in effects}]
+    rivals = [(key, effect) for key in others if (effect := effect_of_key(machine, key)) is not None]
+    out += [LocatedEffect(key, "rival", acting_places(machine, effect)) for key, effect in rivals]
+    if diagnosis.unknown.get("lines"):
+        out.append(LocatedEffect(FORCE, "force", (force_plane(machine),)))
+    return tuple(one for one in out if one.places)
+
+
+def effect_of(found: IdentifiedEffect) -> Effect:
+    """The effect with the parameters that were found."""
+    kind = REGISTRY[found.effect]
+    return kind(**{f.name: found.parameters[f.name] for f in fields(kind) if f.name in found.parameters})
+
+
+def effect_of_key(machine: Machine, key: str) -> Effect | None:
+    """A neutral effect at the place that a candidate's key names; None for an effect that is not known.
+
+    A key is 'weak_injector.blocked of injector 3 of front', see `rotorsim.discrepancy.search.candidates`.
+    """
+    kind = REGISTRY.get(key.partition(".")[0])
+    if kind is None:
+        return None
+    known, values = {f.name for f in fields(kind)}, {}
+    if "injector" in known and (number := re.search(r" of injector (\d+)", key)):
+        values["injector"] = float(number[1])
+    named = [i for i, name in enumerate(machine.bearing_names) if key.endswith(f" of {name}")]
+    if "bearing" in known and named:
+        values["bearing"] = float(named[0])
+    return replace(kind.neutral(machine, 0), **values)

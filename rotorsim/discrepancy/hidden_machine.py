@@ -19,14 +19,19 @@ from rotorsim.base.exchange import json_text as json
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import make_folder, write_json
 from rotorsim.base.netcdf import write_netcdf
-from rotorsim.discrepancy.blind_test.design import Planned, campaign
 from rotorsim.discrepancy.data.window import find_period
-from rotorsim.discrepancy.fit.calibration import MESH, calibration
-from rotorsim.discrepancy.fit.parameters import DIRECTIONS, FitParameter, contributions, setting
-from rotorsim.discrepancy.residuals.comparison import Point
+from rotorsim.discrepancy.plan.experiments import PlannedRecord, campaign
 from rotorsim.discrepancy.search.candidates import Form, candidates
-from rotorsim.discrepancy.twin.periodic_motion import in_motion
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.twin.parameters import (
+    DIRECTIONS,
+    MESH,
+    FitParameter,
+    ParameterPoint,
+    calibration,
+    contributions,
+    setting,
+)
+from rotorsim.discrepancy.twin.plant import Twin, in_motion
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine, load_machine
 from rotorsim.plant.columns import COLUMNS
@@ -46,16 +51,16 @@ TILE = 2000
 """Samples of a period of the campaign's excitation, in which it makes whole turns."""
 BALANCED = 1e-3
 """Mean of an excitation, as a share of its largest value, up to which nothing creeps."""
-Disturb = Callable[[np.ndarray, Planned], np.ndarray]
+Disturb = Callable[[np.ndarray, PlannedRecord], np.ndarray]
 
 
 @dataclass(frozen=True)
-class Truth:
+class HiddenTruth:
     """Hidden truth of a blind test: forms with their parameter values, the changed calibration, seed."""
 
     forms: tuple[Form, ...]
     amplitudes: tuple[tuple[float, ...], ...]
-    point: Point
+    point: ParameterPoint
     seed: int
 
     def as_dict(self, twin: Twin) -> dict[str, Any]:
@@ -72,20 +77,20 @@ class Truth:
 
 
 @dataclass(frozen=True)
-class Sealed:
+class SealedTruth:
     """What of a sealed truth makes further records of the same machine: point and seed."""
 
-    point: Point
+    point: ParameterPoint
     seed: int
 
 
-def read_truth(path: Path) -> Sealed:
+def read_truth(path: Path) -> SealedTruth:
     """The machine of a sealed truth; raises DataError where it cannot be read."""
     try:
         table = json.loads(path.read_text(encoding="utf-8-sig"))
         values = {FitParameter(str(name), 1.0): float(v) for name, v in table["fit_parameters"].items()}
         fixed = {str(name): float(v) for name, v in table["fixed"].items()}
-        return Sealed(Point(values, fixed), int(table["seed"]))
+        return SealedTruth(ParameterPoint(values, fixed), int(table["seed"]))
     except OSError as error:
         raise DataError(
             f"{path}: cannot be read ({error.strerror}); give the folder that rotorsim hide has made"
@@ -102,7 +107,7 @@ def truth_twin(machine: Machine, effects: Sequence[str] | None = None) -> Twin:
 
 def draw(
     twin: Twin, effects: Sequence[str], seed: int, sizes: tuple[float, float] = SIZES, off: float = SHARE_OF_PRIOR
-) -> Truth:
+) -> HiddenTruth:
     """Random forms and sizes of hidden effects and a changed calibration; raises DataError for an unknown effect."""
     rng = np.random.default_rng([seed, 7])
     forms: list[Form] = []
@@ -127,7 +132,7 @@ def draw(
             values[parameter] = float(rng.normal(0, 1e-6))
         elif parameter != MESH and not parameter.trend:
             values[parameter] = float(np.clip(rng.normal(0, off), -2 * off, 2 * off) * parameter.sd)
-    return Truth(tuple(forms), tuple(amplitudes), Point(values, fixed), seed)
+    return HiddenTruth(tuple(forms), tuple(amplitudes), ParameterPoint(values, fixed), seed)
 
 
 def _amplitude(form: Form, size: float, rng: np.random.Generator) -> np.ndarray:
@@ -140,14 +145,19 @@ def _amplitude(form: Form, size: float, rng: np.random.Generator) -> np.ndarray:
 
 
 def record_of(
-    twin: Twin, planned: Planned, point: Point, seed: int, disturb: Disturb | None = None, tiled: bool = False,
+    twin: Twin,
+    planned: PlannedRecord,
+    point: ParameterPoint,
+    seed: int,
+    disturb: Disturb | None = None,
+    tiled: bool = False,
     changes: Mapping[str, float] | None = None,
-) -> xr.Dataset:  # fmt: skip
+) -> xr.Dataset:
     """Record of the hidden machine with measured channels only; raises NoLiftOffError.
 
     A record that is `tiled` is one period of the response of a machine that has been running, again and again, with
     noise drawn outside the plant: equal to the whole run if no state lasts longer, at a third of its cost. `changes`
-    are made on purpose, by key of `fit.parameters`.
+    are made on purpose, by key of `twin.parameters`.
     """
     speed, pressure = planned.experiment.initial()
     rows = planned.experiment.rows(0, planned.experiment.samples)
@@ -211,7 +221,7 @@ def hide(
     seed: int = 0,
     out: str | Path | None = None,
     sizes: tuple[float, float] = SIZES,
-    truth: Truth | None = None,
+    truth: HiddenTruth | None = None,
     disturb: Disturb | None = None,
     twin: Twin | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -262,7 +272,7 @@ def hide(
     return records
 
 
-def write(folder: Path, records: Sequence[xr.Dataset], truth: Truth, twin: Twin) -> None:
+def write(folder: Path, records: Sequence[xr.Dataset], truth: HiddenTruth, twin: Twin) -> None:
     """Write records and sealed truth together; raises DataError if records exist, or WriteError."""
     if (folder / "records").exists() or (folder / "sealed").exists():
         raise DataError(f"{folder}: has hidden records already; choose another --out")
@@ -270,12 +280,3 @@ def write(folder: Path, records: Sequence[xr.Dataset], truth: Truth, twin: Twin)
         for record in records:
             write_netcdf(make_folder(part / "records") / f"{record.attrs['record']}.nc", record)
         write_json(make_folder(part / "sealed") / "truth.json", truth.as_dict(twin), default=float)
-
-
-def scaled(truth: Truth, factor: float) -> Truth:
-    """Same truth with the amplitudes of the hidden effects multiplied by a factor."""
-    values = dict(truth.point.values)
-    for form in truth.forms:
-        for parameter in form.parameters:
-            values[parameter] *= factor
-    return replace(truth, point=replace(truth.point, values=values))

@@ -12,12 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.blind_test.design import Planned
-from rotorsim.discrepancy.blind_test.hide import read_truth, record_of, truth_twin
 from rotorsim.discrepancy.data.changes import known_changes
-from rotorsim.discrepancy.plan.options import Option
-from rotorsim.discrepancy.residuals.comparison import Point
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.hidden_machine import read_truth, record_of, truth_twin
+from rotorsim.discrepancy.plan.experiments import ExperimentOption, PlannedRecord
+from rotorsim.discrepancy.twin.parameters import ParameterPoint
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import Machine
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ LOOK = 1.0
 READABLE = (".nc", ".csv", ".mat", ".wav", ".tdms", ".uff", ".unv")
 
 
-class Rig(Protocol):
+class ExperimentRig(Protocol):
     """What makes the records of a loop."""
 
     @property
@@ -48,7 +47,7 @@ class Rig(Protocol):
     def arrived(self) -> list[Any]:
         """Absolute paths of records that have come since the last call of any of these, without being waited for."""
 
-    def run(self, option: Option, number: int, waiting: Callable[[], None]) -> list[Any]:
+    def run(self, option: ExperimentOption, number: int, waiting: Callable[[], None]) -> list[Any]:
         """Records of an experiment, the loop's one of this number from 1; none if none came in time."""
 
 
@@ -92,16 +91,18 @@ class VirtualRig:
         """None: the machine is recorded by experiments alone."""
         return []
 
-    def run(self, option: Option, number: int, waiting: Callable[[], None]) -> list[Any]:
+    def run(self, option: ExperimentOption, number: int, waiting: Callable[[], None]) -> list[Any]:
         """Record of an experiment on the hidden machine."""
         waiting()
         return [record_on(self.machine, self.twin, self.truth.point, self.truth.seed, option, number)]
 
 
-def record_on(machine: Machine, twin: Twin, point: Point, seed: int, option: Option, number: int) -> xr.Dataset:
+def record_on(
+    machine: Machine, twin: Twin, point: ParameterPoint, seed: int, option: ExperimentOption, number: int
+) -> xr.Dataset:
     """Record of an experiment on a hidden machine, which states what was changed on purpose."""
     stated = option.changes(machine)
-    planned = Planned(f"next_{number}", "fit", option.experiment, FIRST_NOISE + number)
+    planned = PlannedRecord(f"next_{number}", "fit", option.experiment, FIRST_NOISE + number)
     changes = known_changes(machine, stated, "next")
     record = record_of(twin, planned, point, seed, tiled=True, changes=changes)
     return record.assign_attrs(changes=json.dumps(stated)) if stated else record
@@ -140,7 +141,7 @@ class FolderRig:
         self.taken.update(new)
         return sorted(new)
 
-    def run(self, option: Option, number: int, waiting: Callable[[], None]) -> list[Any]:
+    def run(self, option: ExperimentOption, number: int, waiting: Callable[[], None]) -> list[Any]:
         """New records, as soon as there are any that do not grow any more."""
         end = time.monotonic() + self.longest
         while time.monotonic() < end:
@@ -172,13 +173,10 @@ def refuse_same(out: str | Path | None, folder: Path) -> None:
         raise DataError(f"--out: {out} is in the folder of the rig, {folder}; give another one")
 
 
-def open_rig(text: str, machine: Machine, longest: float = 8 * 3600.0) -> Rig:
+def open_rig(text: str, machine: Machine, longest: float = 8 * 3600.0) -> ExperimentRig:
     """Rig from its text: virtual:FOLDER of `hide`, or a folder of records; raises DataError for neither."""
     if text.startswith(VIRTUAL):
         return VirtualRig(Path(text.removeprefix(VIRTUAL)), machine)
     if ":" in text and not Path(text).exists():
         raise DataError(f"--rig: '{text}' is neither virtual:FOLDER (of rotorsim hide) nor a folder; give one of these")
     return FolderRig(Path(text), longest)
-
-
-__all__ = ["FolderRig", "Rig", "VirtualRig", "open_rig"]

@@ -1,6 +1,6 @@
-"""Checks for wrong units, exchanged channels and clock errors of records before the fit.
+"""Plausibility of records for a machine: units, channels and clocks before the fit, the unexplained share after it.
 
-They are suggested and never assumed: a diagnosis stops with the sentence.
+A likely mistake is suggested and never assumed: a diagnosis stops with the sentence.
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ from collections.abc import Callable
 import numpy as np
 
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.residuals.comparison import Comparison
+from rotorsim.discrepancy.data.groups import EXCITED
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
 
 FACTORS = {25.4: "mils or inches taken for millimetres", 1e3: "a prefix of a thousand lost (mm, um; mV, V)",
            1e6: "metres taken for micrometres", 39.37: "inches taken for metres"}  # fmt: skip
@@ -19,30 +20,33 @@ ALIKE = 0.7
 NEAR = 0.35
 """Relative distance of a ratio to one of FACTORS: the calibration may be off as well."""
 LAGS = np.linspace(-0.02, 0.02, 801)
+"""Time shifts [s] that are tried."""
+UNLIKE, FOREIGN = 0.5, 0.8
+"""Shares of the response that stay unexplained: from the first nothing is named, from the second it is refused."""
 
 
-def check_before(comparison: Comparison, simulated: np.ndarray) -> None:
+def check_before(comparison: TwinComparison, simulated: np.ndarray) -> None:
     """Raise DataError for records with a likely mistake; simulated (n,) [m] is at the nominal point."""
     check_exchanged(comparison, simulated)
     check_units(comparison, simulated)
     check_clocks(comparison, simulated)
 
 
-def lines_of(comparison: Comparison, number: int, channel: int, vector: np.ndarray) -> np.ndarray:
+def lines_of(comparison: TwinComparison, number: int, channel: int, vector: np.ndarray) -> np.ndarray:
     """Complex lines (lines - 1,) of a record's channel in a data vector, without the mean."""
     own = np.flatnonzero((comparison.layout.record == number) & (comparison.layout.channel == channel))[2:]
     half = len(own) // 2
     return np.asarray(vector[own[:half]] + 1j * vector[own[half:]])
 
 
-def excited(comparison: Comparison, vector: np.ndarray, wanted: Callable[[str], bool]) -> np.ndarray:
+def excited(comparison: TwinComparison, vector: np.ndarray, wanted: Callable[[str], bool]) -> np.ndarray:
     """Values (k,) of the selected line groups."""
     layout = comparison.layout
     groups = [i for i, name in enumerate(layout.groups) if wanted(name)]
     return np.asarray(vector[np.isin(layout.group, groups) & (layout.frequency > 0)])
 
 
-def _ratio(comparison: Comparison, simulated: np.ndarray, wanted: Callable[[str], bool]) -> tuple[float, float]:
+def _ratio(comparison: TwinComparison, simulated: np.ndarray, wanted: Callable[[str], bool]) -> tuple[float, float]:
     """Ratio of norms measured to simulated, and cosine, over some groups; (nan, 0) where there is nothing."""
     y, s = (excited(comparison, v, wanted) for v in (comparison.measured, simulated))
     a, b = float(np.linalg.norm(y)), float(np.linalg.norm(s))
@@ -58,7 +62,7 @@ def _factor(ratio: float) -> tuple[float, str] | None:
     return None
 
 
-def check_units(comparison: Comparison, simulated: np.ndarray) -> None:
+def check_units(comparison: TwinComparison, simulated: np.ndarray) -> None:
     """Check of displacement and excitation for a factor between units."""
     drive, alike = _ratio(comparison, simulated, lambda g: g.endswith("band") or g == "resonance")
     turning, turned = _ratio(comparison, simulated, lambda g: g in ("1X", "2X", "3X"))
@@ -77,7 +81,7 @@ def check_units(comparison: Comparison, simulated: np.ndarray) -> None:
     )
 
 
-def check_exchanged(comparison: Comparison, simulated: np.ndarray) -> None:
+def check_exchanged(comparison: TwinComparison, simulated: np.ndarray) -> None:
     """Check for exchanged channels x and y."""
     y, s, other = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
     for i, trial in enumerate(comparison.trials):
@@ -91,7 +95,7 @@ def check_exchanged(comparison: Comparison, simulated: np.ndarray) -> None:
         raise DataError("records: channels x and y fit when they are exchanged; check the mapping of the sensors")
 
 
-def _loud_where_quiet(comparison: Comparison, simulated: np.ndarray) -> bool:
+def _loud_where_quiet(comparison: TwinComparison, simulated: np.ndarray) -> bool:
     """Whether the power of excited lines in x over y is that in y over x, record by record.
 
     Resonances that are off spoil a comparison of lines, but not which way an excitation points.
@@ -116,7 +120,7 @@ def _loud_where_quiet(comparison: Comparison, simulated: np.ndarray) -> bool:
     return bool(np.ptp(wanted) > 0.4 and float(found @ wanted) < -0.7 * size)
 
 
-def check_clocks(comparison: Comparison, simulated: np.ndarray) -> None:
+def check_clocks(comparison: TwinComparison, simulated: np.ndarray) -> None:
     """Check for a time shift of displacement against inputs, common to a record's excited lines."""
     for i, trial in enumerate(comparison.trials):
         at = trial.excited[1:]
@@ -136,3 +140,30 @@ def check_clocks(comparison: Comparison, simulated: np.ndarray) -> None:
                 f"{trial.name}: the displacement is shifted by {lags[0] * 1e3:+.2f} ms in time; are the clocks of the "
                 "two recorders aligned? shift one of them, or state clock, how far it may be off; nothing was assumed"
             )
+
+
+def unexplained(comparison: TwinComparison, fitted: np.ndarray) -> float:
+    """Fraction of the measured response to excitation not explained by a prediction (n,) [m]; 0 if unexcited.
+
+    Orders of the shaft do not count: a missing force may well be larger than what the unbalance does.
+    """
+    layout = comparison.layout
+    excited = np.isin(layout.group, [layout.groups.index(band) for band in EXCITED])
+    y, f = comparison.measured[excited], fitted[excited]
+    return float(np.linalg.norm(y - f)) / max(float(np.linalg.norm(y)), 1e-300)
+
+
+def check_after(comparison: TwinComparison, fitted: np.ndarray) -> list[str]:
+    """Warnings for a poorly matching machine; raises DataError if the records cannot be this machine's."""
+    share = unexplained(comparison, fitted)
+    if share < UNLIKE:
+        return []
+    if share > FOREIGN:
+        raise DataError(
+            f"records: even re-calibrated, the machine file leaves {100 * share:.0f} % of the response unexplained; "
+            "are they of this machine, and are the machine file, speed and pressure right?"
+        )
+    return [
+        f"re-calibrated, the machine file leaves {100 * share:.0f} % of the response unexplained: nothing is named; "
+        "check that the records are of this machine"
+    ]

@@ -1,4 +1,9 @@
-"""Plant of a diagnosis, compiled once with all candidates; effects are set through its parameter record."""
+"""Plant of a diagnosis: the user's machine with every effect at its neutral value, compiled once.
+
+A candidate is then a change of parameters in the plant's record, and nothing is compiled for it; so is what single
+records state as set on purpose. Effects that scatter readings (noise, quantisation, encoder, pressure transducer) are
+left out: the diagnosis compares means, and what scatters is its floor.
+"""
 
 from __future__ import annotations
 
@@ -9,19 +14,175 @@ from math import ceil
 from typing import Any
 
 import numpy as np
+from scipy.linalg import expm
 
 from rotorsim.analysis.supply import regulator_pressure
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffError
-from rotorsim.discrepancy.linear_algebra import NoAnswerError
-from rotorsim.discrepancy.twin.instrumented import equip
-from rotorsim.discrepancy.twin.periodic_motion import in_motion
-from rotorsim.effects import REGISTRY, Effect
+from rotorsim.base.rounding import decays
+from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
+from rotorsim.effects import FILM_PORTS, REGISTRY, Effect, FilmEffect
 from rotorsim.machine import Machine
+from rotorsim.machine.bearings.film import GasFilm
 from rotorsim.plant.assemble import Assembly, assemble
 from rotorsim.plant.columns import READ
 from rotorsim.plant.equilibrium import settle
+from rotorsim.plant.linearise import linearise
 from rotorsim.plant.simulation import Simulation
+
+NO_SOLUTION = 1e-3
+"""Lines [m] that stand for a plant without solution."""
+
+
+def without_scatter(machine: Machine) -> Machine:
+    """Machine without the effects that scatter sensor readings."""
+    return with_effects(machine, {n: e for n, e in machine.effects.items() if REGISTRY[n].role != "scatter"})
+
+
+def with_effects(machine: Machine, effects: dict[str, tuple[Effect, ...]]) -> Machine:
+    """Machine with other effects; raises MachineFileError if they do not fit."""
+    return machine.with_({"effects": effects})
+
+
+def fits(effect: Effect, machine: Machine) -> bool:
+    """True if an effect has something to act on in the machine."""
+    if machine.film is None and effect.port in FILM_PORTS:
+        return False
+    if effect.port in ("injector", "plenum") and not machine.injector_count(effect):
+        return False
+    if effect.port == "actuator" and not machine.injectors:
+        return False
+    if effect.port == "actuator" and (machine.actuators is None or machine.actuators.mode == "ideal"):
+        return False
+    present = {**machine.effects, effect.name: (effect,)}
+    return not effect.problems(machine.model_copy(update={"effects": present}))
+
+
+def bearings_of(effect: type[Effect], machine: Machine) -> tuple[int | None, ...]:
+    """Bearings that a candidate can be about: of several gas films each, else None alone."""
+    films = tuple(i for i, bearing in enumerate(machine.bearings) if isinstance(bearing, GasFilm))
+    return films if issubclass(effect, FilmEffect) and len(films) > 1 else (None,)
+
+
+def own_tables(effect: type[Effect], machine: Machine) -> tuple[Effect, ...]:
+    """Neutral tables of a candidate: for every bearing that it can be about all its places."""
+    tables = []
+    for bearing in bearings_of(effect, machine):
+        own = [effect.neutral(machine, i) for i in range(effect.places)]
+        own = own if bearing is None else [replace(e, bearing=bearing) for e in own]  # type: ignore[call-arg]
+        tables += own if all(fits(e, machine) for e in own) else []
+    return tuple(tables)
+
+
+def of_each_film(present: tuple[Effect, ...], own: tuple[Effect, ...]) -> tuple[Effect, ...]:
+    """What a machine has of an effect that a film has once, as a table for each film; neutral where it has none."""
+    if all(getattr(e, "bearing", None) is None for e in own):
+        return present
+    common = next((e for e in present if getattr(e, "bearing", None) is None), None)
+    named = {getattr(e, "bearing", None): e for e in present}
+    return tuple(
+        named.get(e.bearing, e if common is None else replace(common, bearing=e.bearing))  # type: ignore
+        for e in own
+    )
+
+
+def equip(
+    machine: Machine, also: tuple[str, ...] = (), scatter: bool = False, only: tuple[str, ...] | None = None
+) -> tuple[Machine, dict[str, int]]:
+    """Machine with all candidates at neutral values, and the table number of each.
+
+    An effect that may have several tables gets its own; a single one shares the machine's. Of several films each has
+    a table. `also` adds effects
+    that are otherwise left out, `scatter` keeps those of the sensors, `only` limits the candidates.
+    """
+    base = dict(machine.effects) if scatter else dict(without_scatter(machine).effects)
+    slots: dict[str, int] = {}
+    ahead: dict[str, tuple[Effect, ...]] = {}
+    behind: dict[str, tuple[Effect, ...]] = {}
+    for name in sorted(REGISTRY):
+        effect = REGISTRY[name]
+        if effect.role == "scatter" or (effect.role == "asymmetric" and name not in also):
+            continue
+        fixed = effect.role == "set" or effect.calibration_of(machine)
+        if only is not None and name not in only and not fixed:
+            continue
+        own = own_tables(effect, machine)
+        if not own:
+            continue
+        if name in base:
+            if effect.single:
+                slots[name] = 0
+                base[name] = of_each_film(base[name], own)
+            else:
+                slots[name] = len(base[name])
+                base[name] = (*base[name], *own)
+        else:
+            slots[name] = 0
+            (behind if effect.ends_chain else ahead)[name] = own
+    return with_effects(machine, {**ahead, **base, **behind}), slots
+
+
+MOST_TURNS, ROUNDS = 12, 8
+CLOSE = 0.01
+"""Share of a sample by which turns may miss whole samples."""
+SETTLED = 1e-6
+"""Relative change of the state over the turns that counts as none."""
+
+
+def whole_turns(speed: float) -> int:
+    """Number of samples closest to whole revolutions at a speed [rad/s], up to MOST_TURNS of them."""
+    turns = np.arange(1, MOST_TURNS + 1) * (2 * np.pi / abs(speed) / RIG_SAMPLE)
+    miss = np.abs(turns - np.round(turns))
+    close = np.flatnonzero(miss < max(CLOSE, 1.001 * miss.min()))
+    return int(np.round(turns[close[0]]))
+
+
+def in_motion(a: Assembly, w: np.ndarray, speed: float, pressure: float) -> np.ndarray:
+    r"""Workspace of a rotor on linear bearings in periodic motion at a speed [rad/s]; w itself if that is unstable.
+
+    A lightly damped rotor takes minutes to forget how it was started. One step of Newton's method on the map over whole
+    turns finds its motion instead,
+
+    .. math:: x^* = x_1 + \Phi (I - \Phi)^{-1} (x_1 - x_0), \qquad \Phi = e^{A T}
+
+    with x_1 the state that the plant reaches from x_0 in T; exact where the plant is linear, repeated where effects
+    bend it. Source: Aprille & Trick (1972), Proc. IEEE 60, 108 (shooting).
+
+    Cites: aprille_1972.
+    """
+    if a.film_model is not None or abs(speed) < 1.0:
+        return w
+    rows = np.zeros((whole_turns(speed), 6))
+    rows[:, 0], rows[:, 1] = speed, pressure
+    try:
+        phi = answer(expm, linearise(a, w, speed).A * (len(rows) * RIG_SAMPLE))
+        if not decays(answer(np.linalg.eigvals, phi)):
+            return w
+        jump = phi @ answer(np.linalg.inv, np.eye(len(phi)) - phi)
+    except NoAnswerError:
+        return w
+    n, angle = a.rotor.n, w[a.rotor.angle]
+    at = np.concatenate([a.rotor.q + np.arange(n), a.rotor.v + np.arange(n)])
+    # a step begins at the displacement and velocity of the last one's end, which it keeps apart
+    begin = np.concatenate([a.rotor.q_old + np.arange(n), a.rotor.v_old + np.arange(n)])
+    rest, began = w, {i: w[i] for i in (a.rig.tick, a.rotor.time, a.rotor.turns)}
+    for _ in range(ROUNDS):
+        before = w[at].copy()
+        moved = w.copy()
+        Simulation(a, moved).advance(rows)
+        change = moved[at] - before
+        if not np.all(np.isfinite(change)):
+            return rest
+        moved[at] += jump @ change
+        moved[begin] = moved[at]
+        w = moved
+        w[a.rotor.angle] = angle
+        if np.linalg.norm(change) < SETTLED * np.linalg.norm(before):
+            break
+    for i, value in began.items():
+        w[i] = value
+    return w
+
 
 Setting = Mapping[str, float]
 """Values by key: 'effect.table.parameter' (absolute, SI) or a name of FACTORS (a relative change)."""

@@ -1,4 +1,10 @@
-"""Search steps: linear screening, nonlinear re-fits, held-out points, ties, abstention."""
+"""Hypotheses of a search: sets of forms, screened linearly, fitted to the plant, tested at held-out points.
+
+Two things speak against a further effect next to another: their responses cancel, or the further one explains the
+other's form error. A model of an effect is never exact: damping, a delay of the recorder, the shape of the effect
+itself leave a share of its own response in the same line groups. A remainder that is small against the effect's
+response there, group by group, is measured as that form error and gets no name of its own.
+"""
 
 from __future__ import annotations
 
@@ -9,33 +15,59 @@ from math import log
 
 import numpy as np
 
-from rotorsim.discrepancy.fit.least_squares import Fit, cost_of, fit, prior_rows
-from rotorsim.discrepancy.fit.parameters import FitParameter, within
-from rotorsim.discrepancy.fit.uncertainty import covariance
+from rotorsim.discrepancy.fit import ParameterFit, cost_of, covariance, fit_parameters, prior_rows
 from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
-from rotorsim.discrepancy.residuals.comparison import Comparison, Point
-from rotorsim.discrepancy.residuals.localise import excess, table
-from rotorsim.discrepancy.search.candidates import Form
-from rotorsim.discrepancy.search.form_sets import apart, distinct
-from rotorsim.discrepancy.search.projection import Screen, screen
-from rotorsim.discrepancy.search.second_effect import cancel, within_form_error
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
+from rotorsim.discrepancy.residuals.misfit import excess, flagged, table
+from rotorsim.discrepancy.search.candidates import Form, Screening, apart, distinct, screen
+from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint, within
 
-MOST_EFFECTS = 3
-ENOUGH = 0.95
-"""Share of the flagged excess that has to go before anything is named."""
 CLEAR = 100.0
 """A name lowers the sum of squares by this much at least, besides k ln N: twice what makes an effect detectable. Where
 nothing is missing the best effect lowers it by some ten, with another law of the injectors by up to thirty."""
-MORE = 100.0
-"""Flagged excess that explanations may leave before an additional effect is searched for."""
-NEARLY = 0.8
-"""From this share on a hypothesis is fitted with all sensitivities updated before it is dropped."""
-A_FIFTH = 0.2
-REFITS = 3
-"""Hypotheses of each size that are re-fitted with the plant."""
 TIE = 0.06
 """Rivals are tied when their sums of squares differ by less than this share of what the best one explains."""
-TIE_LEAST = 16.0
+
+CANCEL = 0.5
+"""Responses cancel where their sum is below this share of the largest: of two equal ones, a cosine below -0.87."""
+FORM = 0.1
+"""Share of its own response that an effect's form may leave in a group. Chosen, not measured: a remainder of .4 % in
+energy, as a bow in records of another program left, is 0.06 in amplitude."""
+OTHERS = 0.02
+"""Share of its largest response in a record's channel that an effect's form may leave in any group: of forces that are
+not linear, such as those of a crack, a model has the strongest harmonics right. Chosen as FORM was."""
+
+
+def cancel(responses: Sequence[np.ndarray]) -> bool:
+    """Whether responses (n,) of several effects nearly cancel."""
+    if len(responses) < 2:
+        return False
+    largest = max(float(np.linalg.norm(r)) for r in responses)
+    return float(np.linalg.norm(np.sum(responses, axis=0))) < CANCEL * largest
+
+
+def within_form_error(comparison: TwinComparison, before: np.ndarray, after: np.ndarray) -> bool:
+    """Whether what an effect leaves is small against its own response in every group that is beyond its floor.
+
+    Where the group itself has little of that response, the largest one in the same channel of the record counts.
+    `before` and `after` are whitened residuals (n,) without the effect and with it.
+    """
+    left = flagged(table(comparison, after))
+    own = {(f.number, f.channel, f.group): f.rms for f in table(comparison, before - after)}
+    largest: dict[tuple[int, str], float] = {}
+    for (number, channel, _), size in own.items():
+        largest[number, channel] = max(largest.get((number, channel), 0.0), size)
+    return all(
+        f.rms < max(FORM * own[f.number, f.channel, f.group], OTHERS * largest[f.number, f.channel]) for f in left
+    )
+
+
+ENOUGH = 0.95
+"""Share of the flagged excess that has to go before anything is named."""
+NEARLY = 0.8
+"""From this share on a hypothesis is fitted with all sensitivities updated before it is dropped."""
+REFITS = 3
+"""Hypotheses of each size that are re-fitted with the plant."""
 SURE = 5.0
 """Standard deviations by which the size of a further effect differs from none."""
 MOST_HALVINGS = 4
@@ -51,7 +83,7 @@ class Hypothesis:
     """Combination of forms that explains the misfit, fitted to the plant."""
 
     forms: tuple[Form, ...]
-    fit: Fit
+    fit: ParameterFit
     excess: float
     held_out: float
     gone: float
@@ -71,26 +103,26 @@ class Hypothesis:
 
 
 @dataclass(eq=False)
-class Search:
+class EffectSearch:
     """Data of a search for missing effects; `columns` are sensitivities by form at some point."""
 
-    comparison: Comparison
-    held_out: Comparison | None
-    base: Fit
+    comparison: TwinComparison
+    held_out: TwinComparison | None
+    base: ParameterFit
     forms: tuple[Form, ...]
     columns: dict[str, np.ndarray]
     base_excess: float
     base_held: float
     progress: Callable[[], None] = lambda: None
     updated: set[str] | None = None
-    nominal: Fit | None = None
+    nominal: ParameterFit | None = None
     """The base with sensitivities of where `columns` were taken; where there is none all are updated at once."""
-    before: Search | None = None
+    before: EffectSearch | None = None
     """The same search from the machine file's own numbers, where what is missing has led the calibration astray."""
     unsteady: float = 0.0
     """Part of the excess that does not repeat from period to period: no effect takes it away."""
 
-    def screened(self, base: Fit | None = None) -> Screen:
+    def screened(self, base: ParameterFit | None = None) -> Screening:
         """All forms, projected off the calibration as it is at the re-fitted point (or at that of another `base`)."""
         return screen(base or self.base, self.forms, [self.columns[f.label] for f in self.forms])
 
@@ -132,7 +164,7 @@ class Search:
         parameters = (*self.base.parameters, *own)
         J = np.concatenate([self.base.J, S], axis=1)
         point, residual = self._beginning(parameters, fixed, S, start)
-        first = fit(self.comparison, point, parameters, J, residual, progress=self.progress)
+        first = fit_parameters(self.comparison, point, parameters, J, residual, progress=self.progress)
         done = self._left(first) <= (1 - ENOUGH) * self.base_excess
         if not done and first.cost < self.base.cost:
             refine = tuple(k for f in forms for k in f.refine)
@@ -140,7 +172,7 @@ class Search:
             here = self.comparison.predict(first.point)
             fresh = self.comparison.jacobian(first.point, turned, here, self.progress)
             J = np.concatenate([first.J[:, : len(self.base.parameters)], fresh], axis=1)
-            again = fit(
+            again = fit_parameters(
                 self.comparison,
                 first.point,
                 (*self.base.parameters, *turned),
@@ -156,7 +188,7 @@ class Search:
 
     def _beginning(
         self, parameters: tuple[FitParameter, ...], fixed: dict[str, float], S: np.ndarray, start: np.ndarray
-    ) -> tuple[Point, np.ndarray]:
+    ) -> tuple[ParameterPoint, np.ndarray]:
         """Point and residual that a fit begins at: the linear estimate or a part of it that helps, or size 0."""
         own, p = parameters[len(self.base.parameters) :], prior_rows(parameters)
         for halving in range(MOST_HALVINGS + 1):
@@ -174,14 +206,14 @@ class Search:
         The calibration's sensitivities change with the effect at work: without them its size and uncertainty are off.
         """
         J = self.comparison.jacobian(h.fit.point, h.fit.parameters, progress=self.progress)
-        done = fit(self.comparison, h.fit.point, h.fit.parameters, J, h.fit.residual, progress=self.progress)
+        done = fit_parameters(self.comparison, h.fit.point, h.fit.parameters, J, h.fit.residual, progress=self.progress)
         return self._found(h.forms, done)
 
-    def _left(self, fit: Fit) -> float:
+    def _left(self, fit: ParameterFit) -> float:
         """Excess that a fit leaves."""
         return excess(table(self.comparison, fit.residual)) + self.unsteady
 
-    def _found(self, forms: tuple[Form, ...], fit: Fit) -> Hypothesis:
+    def _found(self, forms: tuple[Form, ...], fit: ParameterFit) -> Hypothesis:
         left = self._left(fit)
         return Hypothesis(forms, fit, left, self._held(fit.point), share_gone(left, self.base_excess))
 
@@ -207,14 +239,16 @@ class Search:
                 return False
         return True
 
-    def onward(self, h: Hypothesis) -> Search:
+    def onward(self, h: Hypothesis) -> EffectSearch:
         """A search for effects missing besides those of a hypothesis."""
         forms = tuple(f for f in self.forms if all(apart((f, taken)) for taken in h.forms))
         columns = {f.label: self.columns[f.label] for f in forms}
         left = h.excess - self.unsteady
-        return Search(self.comparison, self.held_out, h.fit, forms, columns, left, h.held_out, self.progress)
+        return EffectSearch(self.comparison, self.held_out, h.fit, forms, columns, left, h.held_out, self.progress)
 
-    def _start(self, own: tuple[FitParameter, ...], fixed: dict[str, float], S: np.ndarray, start: np.ndarray) -> Point:
+    def _start(
+        self, own: tuple[FitParameter, ...], fixed: dict[str, float], S: np.ndarray, start: np.ndarray
+    ) -> ParameterPoint:
         """The linear estimate: forms at `start` (in steps), and the calibration as it moves with them."""
         values = start * np.array([k.step for k in own])
         low, high = np.array([k.low for k in own]), np.array([k.high for k in own])
@@ -228,18 +262,24 @@ class Search:
         moved = within(self.base.parameters, self.base.vector + move) - self.base.vector
         return self.base.point.holding(fixed).moved(self.base.parameters, moved).moved(own, values)
 
-    def not_moved(self, keys: Iterable[str]) -> dict[tuple[str, ...], Fit]:
+    def not_moved(self, keys: Iterable[str]) -> dict[tuple[str, ...], ParameterFit]:
         """Fits of single forms, by their effects, at a size of zero: what the records do not show stays there."""
         wanted, base = set(keys), self.base
         return {
-            (one.key,): Fit((*base.parameters, *one.parameters), base.point.holding(dict(one.fixed)), base.residual,
-                            np.concatenate([base.J, self.columns[one.label]], axis=1), base.cost)
-            for one in reversed(self.forms) if one.key in wanted
-        }  # fmt: skip
+            (one.key,): ParameterFit(
+                (*base.parameters, *one.parameters),
+                base.point.holding(dict(one.fixed)),
+                base.residual,
+                np.concatenate([base.J, self.columns[one.label]], axis=1),
+                base.cost,
+            )
+            for one in reversed(self.forms)
+            if one.key in wanted
+        }
 
-    def tangents(self, keys: Iterable[str]) -> dict[tuple[str, ...], Fit]:
+    def tangents(self, keys: Iterable[str]) -> dict[tuple[str, ...], ParameterFit]:
         """Fits of single forms, by their effects and by sensitivities alone; of a form's options the best."""
-        view, best = self.screened(), dict[str, tuple[float, Fit]]()
+        view, best = self.screened(), dict[str, tuple[float, ParameterFit]]()
         wanted = set(keys)
         for i, one in enumerate(self.forms):
             if one.key not in wanted:
@@ -250,12 +290,12 @@ class Search:
             S = self.columns[one.label]
             point = self._start(one.parameters, dict(one.fixed), S, start)
             parameters, J = (*self.base.parameters, *one.parameters), np.concatenate([self.base.J, S], axis=1)
-            fit = Fit(parameters, point, self.base.residual, J, self.base.cost - gain)
+            fit = ParameterFit(parameters, point, self.base.residual, J, self.base.cost - gain)
             moved = fit.vector - np.concatenate([self.base.vector, np.zeros(len(start))])
             best[one.key] = gain, replace(fit, residual=self.base.residual - J @ moved)
         return {(key,): fit for key, (_, fit) in best.items()}
 
-    def _held(self, point: Point) -> float:
+    def _held(self, point: ParameterPoint) -> float:
         """Excess of the held-out records."""
         if self.held_out is None:
             return 0.0
@@ -338,7 +378,7 @@ class Search:
                 found.append(self.hypothesis(forms, start))
         return sorted(found, key=lambda h: h.fit.cost)
 
-    def _pool(self, view: Screen, most: int) -> list[int]:
+    def _pool(self, view: Screening, most: int) -> list[int]:
         """Forms worth combining: best options of every key by their own drop, and by what they add to the best one."""
         drops = [view.drop(i)[0] for i in range(len(self.forms))]
         best = int(np.argmax(drops))
@@ -368,32 +408,9 @@ def share_gone(left: float, before: float) -> float:
     return 1.0 if left <= 0 else 0.0
 
 
-def passes(h: Hypothesis, search: Search) -> bool:
+def passes(h: Hypothesis, search: EffectSearch) -> bool:
     """True if a hypothesis explains the flagged misfit, at held-out points too."""
     price = CLEAR + (len(h.fit.parameters) - len(search.base.parameters)) * log(len(h.fit.residual))
     better = search.base.cost - h.fit.cost > price
     held = search.held_out is None or h.held_out <= max(0.25 * search.base_held, 0.1 * search.base_excess)
     return bool(better and held and h.gone >= ENOUGH and not search.cancels(h))
-
-
-def tied(best: Hypothesis, others: Sequence[Hypothesis], base: Fit) -> list[Hypothesis]:
-    """Hypotheses that the records cannot distinguish from the best one."""
-    margin = max(TIE_LEAST, TIE * (base.cost - best.fit.cost))
-    return [h for h in others if h is not best and h.fit.cost - best.fit.cost < margin and h.gone >= 0.8]
-
-
-def without_idle(h: Hypothesis, search: Search) -> Hypothesis:
-    """Backward elimination of forms without which the others explain as much."""
-    while len(h.forms) > 1:
-        smaller = []
-        view = search.screened()
-        for i in range(len(h.forms)):
-            rest = tuple(f for k, f in enumerate(h.forms) if k != i)
-            drop, start = view.drop(*(search.forms.index(f) for f in rest))
-            if drop > 0:
-                smaller.append(search.hypothesis(rest, start))
-        best = min(smaller, key=lambda s: s.score, default=None)
-        if best is None or best.score > h.score + 10 or (h.gone >= ENOUGH > best.gone):
-            return h
-        h = best
-    return h

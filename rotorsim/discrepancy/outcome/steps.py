@@ -27,7 +27,7 @@ FIRST, OTHERS = "records there are", "more records"
 
 
 @dataclass(frozen=True)
-class Step:
+class DecisionStep:
     """A diagnosis of a loop: the experiment before it with its minutes and files, and the odds after it.
 
     `experiment` is empty for the first one, and where records came that no experiment was proposed for.
@@ -47,11 +47,11 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Steps:
+class DecisionSteps:
     """All steps of a loop so far; `asked` is what it was begun with."""
 
     asked: Mapping[str, Any]
-    steps: tuple[Step, ...] = ()
+    steps: tuple[DecisionStep, ...] = ()
     end: str = "open"
     pending: Mapping[str, Any] = field(default_factory=dict)
     """The experiment that comes next; with its records once it was made. Without a name: other records that came."""
@@ -86,14 +86,14 @@ class Steps:
         """What came before each step: its experiment, or records without one."""
         return [step.experiment or (OTHERS if number else FIRST) for number, step in enumerate(self.steps)]
 
-    def with_new(self, files: Sequence[str]) -> Steps:
+    def with_new(self, files: Sequence[str]) -> DecisionSteps:
         """With files that have come: records of the experiment that was proposed before, else other records."""
         if not files:
             return self
         ahead = self.pending or {"experiment": "", "minutes": 0.0}
         return replace(self, pending={**ahead, "records": (*ahead.get("records", ()), *files)})
 
-    def with_step(self, step: Step) -> Steps:
+    def with_step(self, step: DecisionStep) -> DecisionSteps:
         """One step more."""
         return replace(self, steps=(*self.steps, step), pending={})
 
@@ -121,17 +121,17 @@ class Steps:
         return "\n".join("  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in rows)
 
 
-def read_steps(folder: Path, asked: Mapping[str, Any]) -> Steps:
+def read_steps(folder: Path, asked: Mapping[str, Any]) -> DecisionSteps:
     """Steps of a loop in a folder, none for a new one; raises DataError for a loop that was begun otherwise."""
     path = folder / FILE
     if not path.exists():
-        return Steps(dict(asked))
+        return DecisionSteps(dict(asked))
     try:
         table = json.loads(path.read_text(encoding="utf-8-sig"))
         if table.pop("version") != VERSION:
             raise ValueError("version")
-        steps = tuple(Step(**(row | {"records": tuple(row["records"])})) for row in table.pop("steps"))
-        found = Steps(**(table | {"first": tuple(table["first"])}), steps=steps)
+        steps = tuple(DecisionStep(**(row | {"records": tuple(row["records"])})) for row in table.pop("steps"))
+        found = DecisionSteps(**(table | {"first": tuple(table["first"])}), steps=steps)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise DataError(f"{path}: does not hold the steps of a loop; give another --out, or --force") from error
     differs = [name for name in asked if asked[name] != found.asked.get(name)]

@@ -16,15 +16,22 @@ import tomlkit
 from rotorsim.base.constants import MPA, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.spectra import Trial
-from rotorsim.discrepancy.fit.least_squares import Fit
+from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.linear_algebra import NoAnswerError
-from rotorsim.discrepancy.odds.explanation import NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, shown_share
-from rotorsim.discrepancy.odds.odds import TEMPERATURE
-from rotorsim.discrepancy.plan.expected import Outlook, Today, outlook, separation
-from rotorsim.discrepancy.plan.forecast import Columns, Forecast, in_proportion, on_turned_ring
-from rotorsim.discrepancy.plan.options import Option, options, written_changes
-from rotorsim.discrepancy.residuals.comparison import Comparison
-from rotorsim.discrepancy.search.indistinguishable import signature_of
+from rotorsim.discrepancy.odds import NOT_IN_CATALOGUE, NOTHING, SURE, TEMPERATURE, Explanation, shown_share
+from rotorsim.discrepancy.plan.experiments import ExperimentOption, options, written_changes
+from rotorsim.discrepancy.plan.forecast import (
+    Columns,
+    CurrentOdds,
+    Forecast,
+    Outlook,
+    in_proportion,
+    on_turned_ring,
+    outlook,
+    separation,
+)
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
+from rotorsim.discrepancy.search.candidates import signature_of
 from rotorsim.machine import Machine
 
 LEAST = 1e-3
@@ -55,7 +62,7 @@ class Proposal:
         them, or some alone where its lines are others (`bare`), which promises too much
     """
 
-    option: Option
+    option: ExperimentOption
     outlook: Outlook
     close: bool = True
     bare: bool = False
@@ -78,7 +85,7 @@ class Proposal:
 
 
 @dataclass(frozen=True)
-class Plan:
+class ExperimentPlan:
     """Experiments, the best first; entropy [bit] of today's odds; what no experiment separates, in words.
 
     Experiments that help come before those that do not, whose price may be lower (`with_proposals`).
@@ -103,7 +110,7 @@ class Plan:
         """Whether the best experiment helps."""
         return bool(self.proposals) and self.helps(self.proposals[0])
 
-    def with_proposals(self, ranked: Iterable[Proposal]) -> Plan:
+    def with_proposals(self, ranked: Iterable[Proposal]) -> ExperimentPlan:
         """With experiments of a ranking, those that help before the others."""
         return replace(self, proposals=tuple(sorted(ranked, key=lambda p: not self.helps(p))))
 
@@ -164,9 +171,14 @@ def _apart(odds: Iterable[Explanation]) -> list[Explanation]:
 
 
 def plan_next(
-    comparison: Comparison, fits: Mapping[tuple[str, ...], Fit], odds: Sequence[Explanation], allow: Iterable[str],
-    progress: Callable[[], None] = lambda: None, longest: float = np.inf, sure: float = SURE,
-) -> Plan:  # fmt: skip
+    comparison: TwinComparison,
+    fits: Mapping[tuple[str, ...], ParameterFit],
+    odds: Sequence[Explanation],
+    allow: Iterable[str],
+    progress: Callable[[], None] = lambda: None,
+    longest: float = np.inf,
+    sure: float = SURE,
+) -> ExperimentPlan:
     """Rank the experiments that are allowed.
 
     Parameters
@@ -208,13 +220,13 @@ def plan_next(
         rivals.append(Rival((), NOT_IN_CATALOGUE, more, first.fit, error))
     names = tuple(r.name for r in rivals)
     if len(rivals) < 2:
-        return Plan(0.0, names, (), inseparable, tried=len(short))
+        return ExperimentPlan(0.0, names, (), inseparable, tried=len(short))
     today = _today(rivals, [e for e in _apart(odds) if e not in known and e not in beyond])
     forecast = Forecast(comparison, [r.fit for r in rivals], [r.error for r in rivals])
-    looks = Looks(forecast, today, short, progress, sure)
+    looks = ExperimentRanking(forecast, today, short, progress, sure)
     proposals = looks.ranked()
     inseparable += tuple(looks.inseparable([e.name for e in known if e.shown]))
-    plan = Plan(today.entropy, names, (), inseparable, tuple(map(float, today.odds)), len(short), sure)
+    plan = ExperimentPlan(today.entropy, names, (), inseparable, tuple(map(float, today.odds)), len(short), sure)
     return plan.with_proposals(proposals)
 
 
@@ -224,7 +236,7 @@ def _shows_more(e: Explanation, odds: Sequence[Explanation]) -> bool:
     return e.evidence - alone > UNEXPLAINED
 
 
-def _today(rivals: Sequence[Rival], others: Sequence[Explanation]) -> Today:
+def _today(rivals: Sequence[Rival], others: Sequence[Explanation]) -> CurrentOdds:
     """Odds of the rivals; the others with the rival with the same effects, else of nothing missing."""
     rest, names = np.zeros(len(rivals)), [r.name for r in rivals]
     nothing = names.index(NOTHING) if NOTHING in names else 0
@@ -234,7 +246,7 @@ def _today(rivals: Sequence[Rival], others: Sequence[Explanation]) -> Today:
     odds = np.array([r.probability for r in rivals])
     whole = float(odds.sum() + rest.sum())
     beyond = sum(e.probability for e in others if e.beyond)
-    return Today(odds / whole, rest / whole, np.array([bool(r.effects) for r in rivals]), beyond / whole)
+    return CurrentOdds(odds / whole, rest / whole, np.array([bool(r.effects) for r in rivals]), beyond / whole)
 
 
 @dataclass(frozen=True)
@@ -244,17 +256,17 @@ class Rival:
     effects: tuple[str, ...]
     name: str
     probability: float
-    fit: Fit
+    fit: ParameterFit
     error: float
 
 
 @dataclass(eq=False)
-class Looks:
+class ExperimentRanking:
     """First and close looks at experiments."""
 
     forecast: Forecast
-    today: Today
-    options: Sequence[Option]
+    today: CurrentOdds
+    options: Sequence[ExperimentOption]
     progress: Callable[[], None] = lambda: None
     sure: float = SURE
 
@@ -347,6 +359,3 @@ def _of_class(e: Explanation) -> str:
     others = ", ".join(" with ".join(one) for one in e.alike)
     reason = next((s for s in map(signature_of, e.effects) if s), "the same response in every record")
     return f"no experiment separates {e.name} from {others}: {reason}"
-
-
-__all__ = ["Plan", "Proposal", "plan_next", "rivals_of"]

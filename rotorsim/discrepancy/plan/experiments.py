@@ -1,4 +1,9 @@
-"""Experiments that a rig can do next, with what is changed on purpose for each and the rig time that it costs."""
+"""Experiments of a diagnosis: the standard campaign, and those that a rig can do next with their rig time.
+
+The standard campaign has six operating points to fit, four held out, four untouched, at two amplitudes. A multisine's
+period holds whole revolutions and its lines miss every order: lines are at odd multiples of 2.5 Hz, speeds at even
+ones. A rotor without actuators is hit by a hammer instead.
+"""
 
 from __future__ import annotations
 
@@ -10,17 +15,119 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM
+from rotorsim.base.errors import DataError
+from rotorsim.base.suggest import did_you_mean
 from rotorsim.base.units import show
-from rotorsim.discrepancy.blind_test.design import HIGH, LOW, PERIOD, PERIODS, SPACING
 from rotorsim.discrepancy.data.changes import RING, WEIGHT, known_changes, ring_angle
 from rotorsim.discrepancy.data.spectra import Trial, planned_trial
 from rotorsim.discrepancy.data.sweeps import Sweep, empty_sweep, planned_sweep
-from rotorsim.discrepancy.plan.allowed import allowed_here
 from rotorsim.effects.base import TURN
 from rotorsim.experiments import Coastdown, Experiment, Impact, Multisine, Runup, Staircase, Steady
 from rotorsim.experiments.experiment import reference_range
 from rotorsim.experiments.parameters import parameters
 from rotorsim.machine import Machine
+
+ALLOWED = {
+    "speed": "shaft speed, within the machine's range",
+    "pressure": "injection pressure",
+    "amplitude": "amplitude of the excitation",
+    "axis": "excitation of one axis alone; of vectors of one probe, its angle",
+    "bias": "constant part of the reference, which biases the pins",
+    "step": "steps of the reference, held so that slow effects show",
+    "trial-weight": "a known unbalance mounted in a balancing plane",
+    "sensor-ring": "the ring of the displacement probes, turned by a stated angle",
+    "slow-roll": "slow revolutions, in which the probes read runout",
+    "coast-down": "vectors of 1X, 2X, 3X while the shaft slows down at a stated rate",
+}
+"""What may differ from the records there are."""
+OF_VECTORS = ("speed", "axis", "trial-weight", "sensor-ring", "slow-roll", "coast-down")
+"""What a plan can change where all records are vectors of run-ups."""
+
+
+def check_allowed(names: Iterable[str]) -> tuple[str, ...]:
+    """The names, each once, all of them for none; raises DataError for one that is unknown."""
+    asked = tuple(name for name in dict.fromkeys(names) if name != "all")
+    for unknown in (name for name in asked if name not in ALLOWED):
+        raise DataError(f"--allow: '{unknown}' cannot be changed by a plan; {did_you_mean(unknown, ALLOWED)}")
+    return asked or tuple(ALLOWED)
+
+
+def obstacles(machine: Machine, vectors: bool = False, one_probe: bool = False) -> dict[str, str]:
+    """Why a machine cannot change something, by name.
+
+    `vectors` where all records are vectors of run-ups, `one_probe` where a record has a single displacement probe.
+    """
+    found: dict[str, str] = {}
+    if not machine.injectors or machine.actuators is None:
+        found |= dict.fromkeys(("bias", "step"), f"{machine.name} has no injectors with moving pins")
+    if not machine.fed:
+        found["pressure"] = f"{machine.name} has no injection pressure"
+    if not machine.effects.get("unbalance"):
+        found["trial-weight"] = f"{machine.name} has no [effects.unbalance] to add a weight to"
+    if one_probe:
+        found["sensor-ring"] = "the records are of one probe" + (", which 'axis' turns" if vectors else "")
+    if vectors:
+        others = (name for name in ALLOWED if name not in OF_VECTORS)
+        found |= dict.fromkeys(others, "the records are vectors of run-ups, which show no excitation")
+    return found
+
+
+def allowed_here(
+    machine: Machine, names: Iterable[str], vectors: bool = False, one_probe: bool = False
+) -> tuple[str, ...]:
+    """What is allowed and can be done; raises DataError for something named that the machine cannot do."""
+    asked, against = check_allowed(names), obstacles(machine, vectors, one_probe)
+    can = tuple(name for name in ALLOWED if name not in against)
+    if set(asked) == set(ALLOWED):
+        return can
+    for name in asked:
+        if name in against:
+            raise DataError(f"--allow: '{name}' cannot be changed, {against[name]}; allow {', '.join(can)}")
+    return asked
+
+
+PERIOD, PERIODS, SPACING, LOW, HIGH = 0.8, 3, 4, 2.5, 250.0
+POINTS = {
+    "fit": ((20, 0.30, 1.0), (40, 0.50, 0.5), (55, 0.70, 1.0), (70, 0.40, 0.5), (85, 0.60, 1.0), (100, 0.50, 0.5)),
+    "held_out": ((30, 0.60, 1.0), (50, 0.35, 0.5), (65, 0.55, 1.0), (90, 0.45, 0.5)),
+    "untouched": ((25, 0.45, 0.5), (45, 0.65, 1.0), (75, 0.50, 0.5), (95, 0.35, 1.0)),
+}
+"""Speed [Hz], pressure [MPa], amplitude [1 V, or 20 N of a hammer] by role."""
+REPEATED = (1, 4)
+"""Which records to fit are made twice."""
+
+
+@dataclass(frozen=True)
+class PlannedRecord:
+    """Planned record: file name, role, experiment, noise seed number."""
+
+    name: str
+    role: str
+    experiment: Experiment
+    noise: int
+
+
+def campaign(machine: Machine) -> tuple[PlannedRecord, ...]:
+    """Planned records of the standard campaign for a machine."""
+    plan: list[PlannedRecord] = []
+    for role, points in POINTS.items():
+        for i, (hertz, pressure, amplitude) in enumerate(points):
+            one = _experiment(machine, hertz, pressure, amplitude, len(plan))
+            plan.append(PlannedRecord(f"{role}_{i + 1}", role, one, len(plan)))
+    repeats = [
+        PlannedRecord(f"{plan[i].name}_repeat", "fit", plan[i].experiment, len(plan) + k)
+        for k, i in enumerate(REPEATED)
+    ]
+    return (*plan, *repeats)
+
+
+def _experiment(machine: Machine, hertz: float, pressure: float, amplitude: float, number: int) -> Experiment:
+    speed = 2 * np.pi * hertz
+    if machine.film is not None and machine.injectors:
+        return Multisine(speed, pressure * MPA, amplitude, LOW, HIGH, PERIOD, PERIODS, SPACING, sequence=number)
+    angle = float(np.deg2rad(35 + 20 * (number % 3)))
+    return Impact(speed, 0.0, 20 * amplitude, 2e-3, angle, 2, 1.0, 0.4)
+
 
 SPEEDS = (0.0, 15.0, 30.0, 50.0, 70.0, 90.0, 110.0)
 """Shaft speeds [Hz] that a plan tries."""
@@ -57,7 +164,7 @@ NEAR = 0.02
 
 
 @dataclass(frozen=True)
-class Option:
+class ExperimentOption:
     """An experiment at an operating point, what is changed on purpose for it, and its minutes of rig time.
 
     weight : me [kg m] and angle [rad] of a trial weight and the number of its [[effects.unbalance]]; None for none
@@ -150,7 +257,7 @@ def _what(one: Experiment) -> str:
     return one.name.replace("_", " ")
 
 
-def options(machine: Machine, trials: Sequence[Trial], allow: Iterable[str]) -> tuple[Option, ...]:
+def options(machine: Machine, trials: Sequence[Trial], allow: Iterable[str]) -> tuple[ExperimentOption, ...]:
     """Experiments with what may change; what may not is as in the records. Raises DataError for what cannot be done."""
     sweeps = [t for t in trials if isinstance(t, Sweep)]
     one_probe = any(t.probe_angle is not None for t in trials)
@@ -163,7 +270,7 @@ def options(machine: Machine, trials: Sequence[Trial], allow: Iterable[str]) -> 
     return tuple(dict.fromkeys(replace(one, probe_angle=angle) for one in _of_points(machine, records, allowed)))
 
 
-def _of_points(machine: Machine, trials: Sequence[Trial], allowed: Sequence[str]) -> Iterator[Option]:
+def _of_points(machine: Machine, trials: Sequence[Trial], allowed: Sequence[str]) -> Iterator[ExperimentOption]:
     """Records at constant speed, and coast-downs."""
     driven = bool(machine.injectors) and machine.actuators is not None
     points = _points(machine, trials, allowed)
@@ -183,7 +290,7 @@ def _of_points(machine: Machine, trials: Sequence[Trial], allowed: Sequence[str]
     yield from _of_pressures(points, allowed)
 
 
-def _of_pressures(points: Sequence[tuple[float, float]], allowed: Sequence[str]) -> Iterator[Option]:
+def _of_pressures(points: Sequence[tuple[float, float]], allowed: Sequence[str]) -> Iterator[ExperimentOption]:
     """Runs at every pressure: steps of the reference at the lowest speed, slow rolls, coast-downs from the highest."""
     slowest, highest = min(s for s, _ in points), max(s for s, _ in points)
     for pressure in sorted({p for _, p in points}):
@@ -212,8 +319,8 @@ def _on_grid(speed: float) -> float:
     return 2 * np.pi * whole if abs(speed / (2 * np.pi) - whole) < NEAR else speed
 
 
-def _timed(one: Experiment) -> Option:
-    return Option(one, SET_UP + one.samples * one.Ts / 60)
+def _timed(one: Experiment) -> ExperimentOption:
+    return ExperimentOption(one, SET_UP + one.samples * one.Ts / 60)
 
 
 def _sized(machine: Machine, one: Multisine | Impact, size: float) -> Experiment:
@@ -229,14 +336,14 @@ def _of_one_axis(one: Multisine | Impact) -> Iterator[Experiment]:
         yield from (replace(one, axis=axis) for axis in "xy")
 
 
-def _weighed(machine: Machine, option: Option) -> Iterator[Option]:
+def _weighed(machine: Machine, option: ExperimentOption) -> Iterator[ExperimentOption]:
     """The same run with a trial weight, at two places in each plane."""
     me = float(f"{WEIGHT_SIZE * machine.mass:.1g}")
     for plane, angle in product(range(len(machine.effects["unbalance"])), WEIGHT_ANGLES):
         yield replace(option, weight=(me, angle, plane), minutes=option.minutes + MOUNT)
 
 
-def _on_turned_ring(option: Option) -> Option:
+def _on_turned_ring(option: ExperimentOption) -> ExperimentOption:
     """The same run with the ring of the probes turned."""
     return replace(option, ring=RING_ANGLE, minutes=option.minutes + MOUNT)
 
@@ -247,12 +354,12 @@ def _vectors(one: Coastdown) -> Sweep:
     return empty_sweep(speeds, one.pressure)
 
 
-def _of_sweep(machine: Machine, like: Sweep, allowed: Sequence[str]) -> Iterator[Option]:
+def _of_sweep(machine: Machine, like: Sweep, allowed: Sequence[str]) -> Iterator[ExperimentOption]:
     """Run-ups over the speeds of a table of vectors."""
     rate = float(abs(like.rows[-1, 0] - like.rows[0, 0]) / (len(like.rows) * RIG_SAMPLE))
     low, high = float(min(like.speeds)), float(max(like.speeds))
     up = Runup(low, high, rate, like.pressure)
-    usual = Option(up, SET_UP + up.samples * up.Ts / 60, probe_angle=like.probe_angle, like=like)
+    usual = ExperimentOption(up, SET_UP + up.samples * up.Ts / 60, probe_angle=like.probe_angle, like=like)
     angles = PROBE_ANGLES if "axis" in allowed and like.probe_angle is not None else (like.probe_angle,)
     rates = RATES if "speed" in allowed else (1.0,)
     for angle, faster in product(angles, rates):
@@ -270,17 +377,14 @@ def _of_sweep(machine: Machine, like: Sweep, allowed: Sequence[str]) -> Iterator
         yield replace(usual, experiment=down, like=back)
 
 
-def _mounted(option: Option, like: Sweep) -> Option:
+def _mounted(option: ExperimentOption, like: Sweep) -> ExperimentOption:
     """With the time in which a probe is turned to another angle."""
     turned = option.probe_angle != like.probe_angle
     return replace(option, minutes=option.minutes + MOUNT) if turned else option
 
 
-def written_changes(machine: Machine, option: Option) -> Mapping[str, Any]:
+def written_changes(machine: Machine, option: ExperimentOption) -> Mapping[str, Any]:
     """What is changed on purpose, with units, as the plan of a campaign has it; empty for nothing."""
     units = {"me": "kg*m", "phase": "rad", "position": "m", "angle": "rad"}
     stated = option.changes(machine)
     return {name: {key: show(value, units[key]) for key, value in one.items()} for name, one in stated.items()}
-
-
-__all__ = ["Option", "options", "written_changes"]

@@ -14,26 +14,25 @@ from rotorsim.base.files import make_folder
 from rotorsim.base.interrupt import undoing
 from rotorsim.base.netcdf import write_netcdf
 from rotorsim.discrepancy.diagnose_records import diagnose
-from rotorsim.discrepancy.diagnosis import Progress, Workshop
-from rotorsim.discrepancy.loop.rigs import FolderRig, Rig, open_rig
-from rotorsim.discrepancy.loop.steps import Step, Steps, read_steps
-from rotorsim.discrepancy.odds.explanation import NOTHING, SURE
+from rotorsim.discrepancy.odds import NOTHING, SURE
 from rotorsim.discrepancy.outcome.files import write_plan
 from rotorsim.discrepancy.outcome.result import Diagnosis
-from rotorsim.discrepancy.plan.allowed import allowed_here, check_allowed
-from rotorsim.discrepancy.plan.options import SET_UP, Option
-from rotorsim.discrepancy.plan.plan import Plan, Proposal
+from rotorsim.discrepancy.outcome.steps import DecisionStep, DecisionSteps, read_steps
+from rotorsim.discrepancy.plan.experiments import SET_UP, ExperimentOption, allowed_here, check_allowed
+from rotorsim.discrepancy.plan.ranking import ExperimentPlan, Proposal
 from rotorsim.discrepancy.residuals.floor import TOLERANCE
+from rotorsim.discrepancy.rigs import ExperimentRig, FolderRig, open_rig
+from rotorsim.discrepancy.twin.compiled_models import CompiledModels, Progress
 from rotorsim.machine import Machine, load_machine
 
-Shown = Callable[[Steps], None]
+StepPrinter = Callable[[DecisionSteps], None]
 UNFINISHED = "unfinished"
 """Folder of what was computed, by which an interrupted loop resumes."""
 
 
 def decide(
     machine: Machine | str | Path,
-    rig: Rig | str | Path,
+    rig: ExperimentRig | str | Path,
     budget: float = 30.0,
     records: Iterable[Any] = (),
     allow: Iterable[str] = (),
@@ -42,8 +41,8 @@ def decide(
     out: str | Path | None = None,
     mapping: Any = None,
     progress: Progress = lambda stage: None,
-    shown: Shown = lambda steps: None,
-    workshop: Workshop | None = None,
+    shown: StepPrinter = lambda steps: None,
+    models: CompiledModels | None = None,
     tolerance: float = TOLERANCE,
     anew: bool = False,
 ) -> Diagnosis:
@@ -61,7 +60,7 @@ def decide(
     records : Datasets or paths
         Records to begin with: in place of those that were hidden with a truth, besides those of a folder.
     allow : names
-        What experiments may change (`plan.allowed.ALLOWED`); all for none.
+        What experiments may change (`plan.experiments.ALLOWED`); all for none.
     effects : names, optional
         Candidates.
     sure : float
@@ -72,7 +71,7 @@ def decide(
         Columns of records that are not netCDF files.
     progress, shown : functions
         Called with each stage of the work, and with all steps after each of them.
-    workshop : Workshop, optional
+    models : CompiledModels, optional
         Compiled twins of the machine.
     tolerance : float
         Declared tolerance of the model, as a share of every line.
@@ -114,19 +113,19 @@ def decide(
     }  # fmt: skip
     with TemporaryDirectory() as scratch, undoing():
         folder = make_folder(Path(scratch if out is None else out).resolve())
-        loop = Loop(
-            machine, there, budget, names, alike, only, sure, folder, mapping, progress, shown, workshop, tolerance
+        loop = DecisionLoop(
+            machine, there, budget, names, alike, only, sure, folder, mapping, progress, shown, models, tolerance
         )
         first = there.begin(given)
-        return loop.run(first, Steps(asked) if anew else read_steps(folder, asked))
+        return loop.run(first, DecisionSteps(asked) if anew else read_steps(folder, asked))
 
 
 @dataclass(eq=False)
-class Loop:
+class DecisionLoop:
     """A loop in progress."""
 
     machine: Machine
-    rig: Rig
+    rig: ExperimentRig
     budget: float
     allow: Sequence[str]
     alike: bool
@@ -136,13 +135,13 @@ class Loop:
     folder: Path
     mapping: Any
     progress: Progress
-    shown: Shown
-    workshop: Workshop | None
+    shown: StepPrinter
+    models: CompiledModels | None
     tolerance: float
 
-    def run(self, first: list[Any], steps: Steps) -> Diagnosis:
+    def run(self, first: list[Any], steps: DecisionSteps) -> Diagnosis:
         """All steps that are left."""
-        self.workshop = self.workshop or Workshop.of(self.machine, self.effects, self.progress)
+        self.models = self.models or CompiledModels.of(self.machine, self.effects, self.progress)
         steps = _with_files(steps, first)
         while True:
             found = self._diagnosed([*(r for r in first if str(r) not in steps.records), *map(Path, steps.records)])
@@ -170,34 +169,34 @@ class Loop:
     def _diagnosed(self, records: list[Any]) -> Diagnosis:
         """Diagnosis of all records."""
         return diagnose(
-            self.machine, records, effects=self.effects, mapping=self.mapping, workshop=self.workshop,
+            self.machine, records, effects=self.effects, mapping=self.mapping, models=self.models,
             tolerance=self.tolerance, progress=self.progress, resume=self.folder / UNFINISHED,
         )  # fmt: skip
 
-    def _next_plan(self, found: Diagnosis) -> Plan:
+    def _next_plan(self, found: Diagnosis) -> ExperimentPlan:
         """What may come next, of experiments whose records can state what was changed."""
         plan = found.plan(self.allow, sure=self.sure)
         able = tuple(p for p in plan.proposals if not (self.alike and p.option.stated))
         return replace(plan, proposals=able)
 
-    def _step(self, found: Diagnosis, steps: Steps) -> Step:
+    def _step(self, found: Diagnosis, steps: DecisionSteps) -> DecisionStep:
         """The diagnosis as a step, with the experiment that was made before it."""
         made: dict[str, Any] = {"experiment": "", "minutes": 0.0, "records": ()}
         made |= dict(steps.pending)
-        return Step(**made, status=found.status, odds=found.odds, entropy=found.entropy)
+        return DecisionStep(**made, status=found.status, odds=found.odds, entropy=found.entropy)
 
     def _settled(self, found: Diagnosis) -> bool:
         """Whether one explanation is settled; nothing missing is not while a run may show something."""
         return max((p for name, p in found.odds.items() if name != NOTHING), default=0.0) >= self.sure
 
-    def _end(self, found: Diagnosis, steps: Steps) -> str:
+    def _end(self, found: Diagnosis, steps: DecisionSteps) -> str:
         """How the loop ends, or 'open'."""
         if self._settled(found):
             return "decided"
         end = self._unsettled_end(found, steps)
         return "decided" if end != "open" and max(found.odds.values(), default=0.0) >= self.sure else end
 
-    def _unsettled_end(self, found: Diagnosis, steps: Steps) -> str:
+    def _unsettled_end(self, found: Diagnosis, steps: DecisionSteps) -> str:
         plan = found.planned
         if plan is None or not plan.proposals:
             return "no_plan"
@@ -210,7 +209,7 @@ class Loop:
             raise DataError(f"budget: {self.budget:.3g} min; the shortest experiment takes {least:.3g} min; give more")
         return "budget"
 
-    def _next(self, found: Diagnosis, steps: Steps) -> Proposal | None:
+    def _next(self, found: Diagnosis, steps: DecisionSteps) -> Proposal | None:
         """The experiment that waits for its record, else the best that helps and that the budget still pays for."""
         plan, left = found.planned, self.budget - steps.spent
         if plan is None:
@@ -219,7 +218,7 @@ class Loop:
         asked = next((p for p in plan.proposals if p.option.name == waiting and p.option.minutes <= left), None)
         return asked or plan.first(left)
 
-    def _experiment(self, found: Diagnosis, best: Proposal, steps: Steps) -> Steps:
+    def _experiment(self, found: Diagnosis, best: Proposal, steps: DecisionSteps) -> DecisionSteps:
         """The next experiment made; pending until it is diagnosed."""
         assert found.planned is not None
         write_plan(self.folder, found.planned, self.machine)
@@ -233,7 +232,7 @@ class Loop:
         made = self._made(best.option, len(steps.steps))
         return replace(steps, pending=ahead | {"records": tuple(made)}, end="open" if made else "no_record")
 
-    def _made(self, option: Option, number: int) -> list[str]:
+    def _made(self, option: ExperimentOption, number: int) -> list[str]:
         """Files of an experiment's records."""
         paths = []
         for k, record in enumerate(self.rig.run(option, number, lambda: self.progress("experiment"))):
@@ -245,17 +244,17 @@ class Loop:
             paths.append(path)
         return [str(path) for path in paths]
 
-    def _keep(self, steps: Steps) -> None:
+    def _keep(self, steps: DecisionSteps) -> None:
         steps.write(self.folder)
         self.shown(steps)
 
 
-def _with_first(plan: Plan | None, best: Proposal) -> Plan | None:
+def _with_first(plan: ExperimentPlan | None, best: Proposal) -> ExperimentPlan | None:
     """The plan with one experiment before the others."""
     return None if plan is None else replace(plan, proposals=(best, *(p for p in plan.proposals if p is not best)))
 
 
-def _with_files(steps: Steps, first: Sequence[Any]) -> Steps:
+def _with_files(steps: DecisionSteps, first: Sequence[Any]) -> DecisionSteps:
     """Steps that know the files to begin with, and those that have come since the loop was interrupted."""
     files = [str(r) for r in first if isinstance(r, Path)]
     if not steps.steps:
