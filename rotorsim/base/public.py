@@ -75,6 +75,7 @@ def _package_class(names: Container[str]) -> type[ModuleType]:
             if not (name in names and isinstance(value, ModuleType) and value.__name__ == f"{self.__name__}.{name}"):
                 super().__setattr__(name, value)
 
+    Package.__name__ = "module"
     return Package
 
 

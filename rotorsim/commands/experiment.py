@@ -121,13 +121,13 @@ def _literal(text: str, known: Quantity | None) -> str:
 def option(entry: Field[Any], known: Quantity) -> tuple[Any, Any]:
     """Annotation and default text of a parameter's option."""
     hint = f" One of {', '.join(known.choices)}." if known.choices else ""
-    default: Any = entry.default
-    if entry.name == OF_FILM:  # whether it is given must be seen
-        hint, default = f"{hint}  [default: {show(default, known.unit)}]", None
-    flag = typer.Option(f"--{entry.name.replace('_', '-')}", help=known.doc + hint)
+    name, default = f"--{entry.name.replace('_', '-')}", entry.default
     if default is None:
-        return Annotated[str | None, flag], None
-    return Annotated[str, flag], default if known.choices else show(default, known.unit)
+        return Annotated[str | None, typer.Option(name, help=known.doc + hint)], None
+    shown = str(default) if known.choices else show(default, known.unit)
+    if entry.name == OF_FILM:  # whether it was given must be seen
+        return Annotated[str | None, typer.Option(name, help=known.doc + hint, show_default=shown)], None
+    return Annotated[str, typer.Option(name, help=known.doc + hint)], shown
 
 
 def read(name: str, text: str | None, known: Quantity) -> Any:

@@ -47,15 +47,20 @@ def export(
     out: Annotated[Path, typer.Option("--out", help="File to write.")] = Path("rotor.fmu"),
     cpu: Annotated[str, typer.Option(help="'portable', or 'native' for this computer's processor alone.")] = "portable",
     speed: Annotated[
-        str | None, typer.Option(help="Speed at which it starts.  [default: 0 rpm; the middle of a model's range]")
+        str | None,
+        typer.Option(help="Speed at which it starts.", show_default="0 rpm; the middle of a model's range"),
     ] = None,
     pressure: Annotated[
         str | None,
-        typer.Option(help="Gauge injection pressure at which it starts.  [default: 0.3 MPa; the middle of the range]"),
+        typer.Option(
+            help="Gauge injection pressure at which it starts.", show_default="0.3 MPa; the middle of a model's range"
+        ),
     ] = None,
     name: Annotated[
         str | None,
-        typer.Option(help="Name of the model and of its libraries.  [default: that of the subject and of its kind]"),
+        typer.Option(
+            help="Name of the model and of its libraries.", show_default="that of the subject and of its kind"
+        ),
     ] = None,
     *,
     settings: PlantOptions,
@@ -112,7 +117,7 @@ def system(
     cpu: Annotated[str, typer.Option(help="'portable', or 'native'.")] = "portable",
     speed: Annotated[str, typer.Option(help="Speed at which it starts.")] = "0 rpm",
     pressure: Annotated[
-        str | None, typer.Option(help="Gauge injection pressure at which it starts.  [default: 0.3 MPa]")
+        str | None, typer.Option(help="Gauge injection pressure at which it starts.", show_default="0.3 MPa")
     ] = None,
     *,
     settings: PlantOptions,

@@ -69,7 +69,9 @@ class MapOptions:
     speed: Annotated[str, typer.Option(help="Speeds: FROM:TO:COUNT, or values with commas.")] = SPEEDS
     pressure: Annotated[
         str | None,
-        typer.Option(help=f"Gauge supply pressures, likewise.  [default: {PRESSURES}; 0 for a machine without feed]"),
+        typer.Option(
+            help="Gauge supply pressures, likewise.", show_default=f"{PRESSURES}; 0 for a machine without feed"
+        ),
     ] = None
     over: Annotated[
         list[str] | None, typer.Option(help="Another axis: PATH=FROM:TO:COUNT of a field of the machine file.")

@@ -45,9 +45,8 @@ def sweep(
         typer.Option(help="Axis PATH=FROM:TO:COUNT, PATH=A,B or PATH=-10%:+10%:5; PATH may be speed or pressure."),
     ] = None,
     what: Annotated[
-        str | None,
-        typer.Option(help="Quantities: lift_off, onset, load, flow, damping, frequency, peak.  [default: all]"),
-    ] = None,
+        str, typer.Option(help="Quantities: lift_off, onset, load, flow, damping, frequency, peak.")
+    ] = "lift_off,onset,flow",
     speed: Annotated[str, typer.Option(help="Shaft speed, where it is not an axis.")] = "0 rpm",
     pressure: Annotated[str, typer.Option(help="Gauge supply pressure, where it is not an axis.")] = "0.5 MPa",
     highest_speed: Annotated[
@@ -68,7 +67,7 @@ def sweep(
     """
     page.check(report)
     plant = settings.plant(machine)
-    from rotorsim.analysis.sweeps.definition import WHAT, make_sweep
+    from rotorsim.analysis.sweeps.definition import make_sweep
     from rotorsim.analysis.sweeps.result import NETCDF, TABLE
     from rotorsim.campaign.store.store import MANIFEST
     from rotorsim.campaign.sweep import plan_of, run_sweep
@@ -76,7 +75,7 @@ def sweep(
     chosen = run.settings()
     point = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
     top = None if highest_speed is None else quantity("highest-speed", highest_speed, "rad/s")
-    defined = make_sweep(plant, over or (), what or ",".join(WHAT), *point, top)
+    defined = make_sweep(plant, over or (), what, *point, top)
     plan_of(defined)
     names = (NETCDF, TABLE, REPORT) if report else (NETCDF, TABLE)
     again = (out / CAMPAIGN / MANIFEST).is_file()

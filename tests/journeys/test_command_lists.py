@@ -57,7 +57,7 @@ def test_the_help_has_one_line_a_command_and_two_examples(capsys, monkeypatch):
 def test_every_command_has_help_an_example_and_a_python_call():
     assert len(LEAVES) > 40
     for words, command in leaves(typer.main.get_command(app)):
-        assert command.help and command.python and f"rotorsim {' '.join(words)}".split()[0] in command.epilog, words
+        assert command.help and command.python and "Example: rotorsim " in command.epilog, words
 
 
 @pytest.mark.parametrize("path", ["map", "machine", "experiment impact", "campaign", "fmu export"])
