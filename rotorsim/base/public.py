@@ -87,7 +87,9 @@ def _places(package: str, stub: str) -> Iterable[tuple[str, tuple[str, str]]]:
                 yield alias.asname or alias.name, (alias.name, "")
         elif isinstance(node, ast.ImportFrom):
             module = ".".join(filter(None, (package if node.level else "", node.module)))
-            for alias in node.names:
+            for name in _listed(module) if node.names[0].name == "*" else ():
+                yield name, (module, name)
+            for alias in (one for one in node.names if one.name != "*"):
                 yield alias.asname or alias.name, (module, alias.name)
 
 

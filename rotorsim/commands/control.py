@@ -18,7 +18,7 @@ from rotorsim.base.exchange import json_text as json
 from rotorsim.base.files import write_json
 from rotorsim.base.progress import line, on_terminal
 from rotorsim.base.units import parse
-from rotorsim.commands.completion import designs
+from rotorsim.commands.completion import LAWS, designs
 from rotorsim.commands.options import (
     Console,
     Force,
@@ -47,9 +47,7 @@ FAILED = 1
     "rs.control.design('hinf', rs.load_model('model.json'))",
 )
 def design(
-    name: Annotated[
-        str, typer.Argument(help="p, lead, placement, lqr, hinf, lpv, h2_scheduled or youla.", autocompletion=designs)
-    ],
+    name: Annotated[str, typer.Argument(help=f"{', '.join(LAWS[:-1])} or {LAWS[-1]}.", autocompletion=designs)],
     model: Annotated[Path | None, typer.Argument(help="Model that 'rotorsim identify' wrote.")] = None,
     spec: Annotated[
         list[str] | None, typer.Option("--spec", help="FIELD=VALUE; may be repeated; see --fields.")

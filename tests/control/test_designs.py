@@ -217,7 +217,7 @@ def test_every_number_of_a_specification_is_declared():
 
 
 def test_the_documentation_of_a_specification_states_the_unit_of_every_number():
-    for spec in (*(module_of(name).Spec for name in DESIGNS), mpc.Spec, mixed.Weights, h2_plant.Weights):
+    for spec in (*(module_of(name).Spec for name in DESIGNS), mpc.Spec, mixed.Weights, h2_plant.H2Weights):
         for name, quantity in quantities(spec).items():
             entry = spec.__doc__.partition(f"\n{name} : ")[2].split("\n")
             assert entry[1].startswith("    ") and entry[1].endswith(f"[{quantity.unit}]."), (spec, name)

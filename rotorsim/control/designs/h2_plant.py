@@ -22,7 +22,7 @@ from rotorsim.control.numerics.systems import System, block_diag, series, side_b
 
 
 @dataclass(frozen=True)
-class Weights(Specification):
+class H2Weights(Specification):
     """Thesis section G.3.1.
 
     The thesis leaves the imbalance gain B_delta and the units of W_i and W_n open; `force`, `W_i` and `W_n` are
@@ -41,7 +41,7 @@ class Weights(Specification):
     force: float = number(1.0, "um/ms^2", "Level of the force on the rotor.")
 
 
-def scheduled_plant(plant: System, speed: float, weights: Weights) -> Generalised:
+def scheduled_plant(plant: System, speed: float, weights: H2Weights) -> Generalised:
     """The generalised plant of a continuous plant in um, V and ms at a speed [rad/s]."""
     one = notch(speed / 1e3, weights.zeta_1, weights.zeta_2, weights.k_0, weights.level)
     up = high_pass(weights.omega_b / 1e3, weights.A_b, weights.over_M_b)

@@ -13,10 +13,18 @@ import numpy as np
 
 from rotorsim.base.constants import KRPM, RIG_SAMPLE
 from rotorsim.control.designs.h2_local import h2_controller
-from rotorsim.control.designs.h2_plant import Weights, scheduled_plant, with_integrator
+from rotorsim.control.designs.h2_plant import H2Weights, scheduled_plant, with_integrator
 from rotorsim.control.designs.interpolation import Surfaces, fit, held_out
 from rotorsim.control.designs.plants import Model, design_plant, point_text, sampled_plant
-from rotorsim.control.designs.specification import Specification, count, delay_of, loop_delay, number, sampling_time
+from rotorsim.control.designs.specification import (
+    Specification,
+    count,
+    delay_of,
+    loop_delay,
+    number,
+    register,
+    sampling_time,
+)
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete, make_law, over_grid, table_axes
@@ -25,10 +33,10 @@ from rotorsim.control.numerics.systems import System, response
 
 
 @dataclass(frozen=True)
-class Spec(Specification):
+class ScheduledH2Spec(Specification):
     """Weights, grids and the orders of interpolation that are tried, in turn."""
 
-    weights: Weights = field(default_factory=Weights)
+    weights: H2Weights = field(default_factory=H2Weights)
     grid: tuple[int, int] = count((10, 10), "Speeds and pressures of the local designs.")
     slowest: float = number(1 * KRPM, "rad/s", "Lowest speed of the grids.", low=0)
     orders: tuple[int, ...] = count((2, 3, 4, 5), "Orders of interpolation that are tried, in turn.", low=0)
@@ -40,9 +48,13 @@ class Spec(Specification):
     Ts: float = sampling_time()
 
 
-def design(model: Model, spec: Spec | None = None) -> Law:
+Spec = ScheduledH2Spec
+
+
+@register("gain-scheduled H2 with notch and integral action (G)")
+def design(model: Model, spec: ScheduledH2Spec | None = None) -> Law:
     """The law; raises DesignError if no order of interpolation passes, naming what the last one failed."""
-    spec = spec or Spec()
+    spec = spec or ScheduledH2Spec()
     speeds, pressures = table_axes(model, spec.grid, spec.slowest)
     points = np.array([(w, p) for w in speeds for p in pressures])
     local = [local_controller(model, spec, w, p) for w, p in points]
@@ -66,27 +78,27 @@ def design(model: Model, spec: Spec | None = None) -> Law:
     raise DesignError(f"h2_scheduled: with order {spec.orders[-1]} {fault}; allow higher orders or a finer grid")
 
 
-def local(model: Model, speed: float, pressure: float, spec: Spec | None = None) -> Law:
+def local(model: Model, speed: float, pressure: float, spec: ScheduledH2Spec | None = None) -> Law:
     """The law of one local design."""
-    spec = spec or Spec()
+    spec = spec or ScheduledH2Spec()
     made = discrete(with_integrator(local_controller(model, spec, speed, pressure)), spec.Ts)
     return constant_law("h2", model, made, spec, about={"speed": speed, "pressure": pressure})
 
 
-def local_controller(model: Model, spec: Spec, speed: float, pressure: float) -> System:
+def local_controller(model: Model, spec: ScheduledH2Spec, speed: float, pressure: float) -> System:
     """K_Delta at an operating point."""
     plant = design_plant(model, speed, pressure, delay_of(spec))
     return h2_controller(scheduled_plant(plant, speed, spec.weights))
 
 
-def scheduled(model: Model, spec: Spec, surfaces: Surfaces) -> Law:
+def scheduled(model: Model, spec: ScheduledH2Spec, surfaces: Surfaces) -> Law:
     """Law of interpolated surfaces."""
     speeds, pressures = table_axes(model, spec.table, spec.slowest)
     grid = over_grid(speeds, pressures, lambda w, p: discrete(with_integrator(surfaces.at(w, p)), spec.Ts))
     return make_law("h2_scheduled", model, grid, speeds, pressures, spec, refresh=max(round(spec.refresh / spec.Ts), 1))
 
 
-def imbalance_excess(model: Model, spec: Spec, law: Law, points: np.ndarray, local: list[System]) -> float:
+def imbalance_excess(model: Model, spec: ScheduledH2Spec, law: Law, points: np.ndarray, local: list[System]) -> float:
     """Largest excess of the imbalance response over the local designs', as a share of theirs."""
     worst = 0.0
     for (speed, pressure), K in zip(points, local, strict=True):
@@ -112,4 +124,4 @@ def imbalance_response(model: Model, K: System | None, speed: float, pressure: f
     return float(np.linalg.norm(So @ turning))
 
 
-__all__ = ["Spec", "Weights", "design", "local"]
+__all__ = ["H2Weights", "Spec", "design", "local"]
