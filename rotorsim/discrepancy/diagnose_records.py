@@ -16,7 +16,7 @@ from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.data.sweeps import Sweep, make_sweeps, rate_notes
 from rotorsim.discrepancy.diagnosis import diagnose_trials
 from rotorsim.discrepancy.outcome.result import Diagnosis
-from rotorsim.discrepancy.plan.experiments import check_allowed
+from rotorsim.discrepancy.plan.allowed import check_allowed
 from rotorsim.discrepancy.residuals.comparison import THREADS
 from rotorsim.discrepancy.residuals.floor import TOLERANCE
 from rotorsim.discrepancy.twin.compiled_models import CompiledModels, Progress
@@ -64,7 +64,7 @@ def diagnose(
     resume : folder
         Where to keep what was computed, so that an interrupted diagnosis resumes; yours to delete once it is done.
     plan_next : names, optional
-        Rank the experiments that may come next. The names, of `plan.experiments.ALLOWED`, may differ from the records;
+        Rank the experiments that may come next. The names, of `plan.allowed.ALLOWED`, may differ from the records;
         all that the machine can do for an empty one. `Diagnosis.planned` has them.
 
     Returns

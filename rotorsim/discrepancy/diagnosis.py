@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.changes import notes_on_changes
 from rotorsim.discrepancy.data.intake import data_hash, limits
 from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.explanation import SURE, Explanation
 from rotorsim.discrepancy.fit import (
     MOST_REPEATS,
     ParameterFit,
@@ -25,7 +26,7 @@ from rotorsim.discrepancy.fit import (
     strained,
 )
 from rotorsim.discrepancy.linear_algebra import NoAnswerError
-from rotorsim.discrepancy.odds import SURE, Explanation, by_odds, joined_classes, odds
+from rotorsim.discrepancy.odds import by_odds, explanation_odds, joined_classes
 from rotorsim.discrepancy.outcome.gap import gap_dataset, gap_of, missed_bands, spectra_of
 from rotorsim.discrepancy.outcome.machine_file import CLOCK, IdentifiedEffect
 from rotorsim.discrepancy.outcome.result import (
@@ -37,7 +38,6 @@ from rotorsim.discrepancy.outcome.result import (
     found_of,
     null_sentence,
 )
-from rotorsim.discrepancy.plan.ranking import ExperimentPlan, plan_next, rivals_of
 from rotorsim.discrepancy.residuals.comparison import THREADS, SensitivityColumns, TwinComparison
 from rotorsim.discrepancy.residuals.equivalent_force import equivalent_force
 from rotorsim.discrepancy.residuals.floor import unknown_sources
@@ -51,6 +51,9 @@ from rotorsim.discrepancy.twin.parameters import ParameterPoint
 from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import Machine
 
+if TYPE_CHECKING:
+    from rotorsim.discrepancy.plan.ranking import ExperimentPlan
+
 SOLVER_LEFT = 0.5
 """Share of what the solver's error moves a number by that is taken to remain in it: the proof is one refinement."""
 UNSETTLED = 5.0
@@ -58,15 +61,20 @@ UNSETTLED = 5.0
 SWEEP_REPEATS = 10
 """Most repeats of the re-calibration to a run-up's vectors."""
 FAINT = "no group of lines is beyond the floor by itself; the effect shows in all together (chi-square falls by {:.0f})"
+"""Note on an effect that no single group shows."""
 NOT_SETTLED = (
     "with {} at work a finer grid and step and a longer run move the response by {:.0f} floors more than without: the "
     "solver does not settle the motion, and what is left may be that and not another effect"
 )
+"""Note on a motion that the solver does not settle."""
 COMMON_DELAY = "the clock of each record is calibrated: a delay of the displacement sensors is a part of it"
+"""Note on records whose clocks are calibrated."""
 STRAINED = (
     "re-calibration ends where it is not believed ({}): what is missing leads it astray, or the machine is another one"
 )
+"""Note on a calibration beyond its limits or priors."""
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
+"""Note on a search without finite numbers."""
 
 
 def diagnose_trials(
@@ -74,7 +82,7 @@ def diagnose_trials(
     models: CompiledModels | None = None, threads: int = THREADS, cache: Cache | None = None,
     allow: tuple[str, ...] | None = None,
 ) -> Diagnosis:  # fmt: skip
-    """Diagnosis of prepared trials; with the next experiment among those that `allow` names."""
+    """Diagnosis of prepared trials, with the next experiment among those that `allow` names."""
     by_role = {role: [t for t in trials if t.role == role] for role in ("fit", "held_out", "untouched")}
     if not by_role["fit"]:
         raise DataError("diagnose: no records to fit; give some, or set the attribute role")
@@ -87,12 +95,12 @@ def diagnose_trials(
 
 
 def _model(best: Hypothesis | None) -> str:
-    """What the last stage of the gap is of, as text."""
+    """Name of the model behind the last stage of the gap."""
     return f"the model with {' and '.join(best.keys)}" if best is not None else "the re-calibrated model"
 
 
 def for_probes(forms: tuple[Form, ...], trials: Sequence[Trial]) -> tuple[tuple[Form, ...], list[str]]:
-    """The forms that are known for the trials' probes, and a sentence on the others."""
+    """Forms that can be candidates with the trials' probes, and a sentence on the others."""
     others = sorted({f.key for f in forms if f.axes_only})
     if not others or not any(t.off_axes for t in trials):
         return forms, []
@@ -105,7 +113,7 @@ def for_probes(forms: tuple[Form, ...], trials: Sequence[Trial]) -> tuple[tuple[
 
 @dataclass(eq=False)
 class DiagnosisRun:
-    """Diagnosis in progress."""
+    """Run of a diagnosis: locate the misfit, calibrate, search, judge, report."""
 
     machine: Machine
     models: CompiledModels
@@ -118,11 +126,11 @@ class DiagnosisRun:
 
     @property
     def fitted(self) -> TwinComparison:
-        """The records to fit."""
+        """Comparison of the records to fit."""
         return self.parts["fit"]
 
     def run(self) -> Diagnosis:
-        """All steps."""
+        """All steps of the diagnosis in order."""
         self.progress("check")
         check_before(self.fitted, self.fitted.predict(ParameterPoint()))
         self.progress("calibrate")
@@ -273,16 +281,20 @@ class DiagnosisRun:
         """Probabilities of the explanations; none where their evidence has no number."""
         tried = [*verdict.tried, *verdict.rivals, *([verdict.best] if verdict.best else [])]
         try:
-            return odds(self.fitted, base, search, tried, sum(f.excess for f in flags if f.group == UNSTEADY))
+            return explanation_odds(
+                self.fitted, base, search, tried, sum(f.excess for f in flags if f.group == UNSTEADY)
+            )
         except NoAnswerError:
             return ()
 
     def _planner(
         self, base: ParameterFit, verdict: SearchVerdict, search: EffectSearch | None, judged: tuple[Explanation, ...]
     ) -> Planner:  # fmt: skip
-        """What plans the next experiment, by what may change, the longest experiment [min] and what is settled."""
+        """Planner of the next experiment, by allowed changes, longest experiment [min] and probability that settles."""
 
         def planned(allow: Iterable[str], longest: float, sure: float) -> ExperimentPlan:
+            from rotorsim.discrepancy.plan.ranking import plan_next, rivals_of  # experiments load when they are planned
+
             tried = [*verdict.tried, *verdict.rivals, *([verdict.best] if verdict.best else [])]
             fits = {h.keys: h.fit for h in sorted(tried, key=lambda h: -h.fit.cost) if not h.failed} | {(): base}
             others = [e for e in rivals_of(judged) if len(e.effects) == 1 and e.effects not in fits]
@@ -306,7 +318,7 @@ class DiagnosisRun:
         return tuple(found_of(self.models.twin, f, proven, V, classes.get(f.key, (f.key,))) for f in best.forms)
 
     def _unsettled(self, comparison: TwinComparison, best: Hypothesis | None) -> list[str]:
-        """The note on a motion that the solver does not settle with the named effects at work."""
+        """Note on a motion that the solver does not settle with the named effects at work."""
         moved = self._moved_by_solver(comparison)
         return [] if best is None or moved <= UNSETTLED else [NOT_SETTLED.format(" and ".join(best.keys), moved)]
 
@@ -318,13 +330,13 @@ class DiagnosisRun:
     def _measured(
         self, fit: ParameterFit, comparison: TwinComparison, proven: ParameterFit
     ) -> tuple[ParameterFit, np.ndarray]:
-        """The fit whose numbers are reported, as it is `proven`, and their covariance (k, k)."""
+        """Fit whose numbers are reported, converged from `proven`, and their covariance (k, k)."""
         moved = SOLVER_LEFT * (proven.vector - fit.vector)
         done = finished(comparison, proven, lambda: self.progress("show"))
         return done, covariance(done, comparison.layout.record) + np.outer(moved, moved)
 
     def _proven(self, fit: ParameterFit) -> tuple[TwinComparison, ParameterFit]:
-        """The fit with the solver's error as it is with the effect at work, and the comparison it is of."""
+        """Comparison with the solver's error as it is with the effect at work, and the fit to it."""
         fine = self.models.fine
         if fine is None:
             return self.fitted, fit
@@ -334,5 +346,5 @@ class DiagnosisRun:
 
 
 def _row_of(h: Hypothesis) -> dict[str, Any]:
-    """What is stored of a hypothesis that was tried."""
+    """Row of a hypothesis that was tried, for the stored result."""
     return {"effects": list(h.keys), "gone": h.gone, "cost": h.fit.cost, "held_out": h.held_out, "failed": h.failed}

@@ -51,8 +51,9 @@ SPEED, PRESSURE = 2 * np.pi * 30.0, 0.15 * MPA
 SIZES = np.geomspace(1e-4, 0.3, 18)
 """Relative errors that are tried."""
 USUAL = 0.01
-"""Half of all models are taken to be better than this (half-Cauchy distribution)."""
+"""Median relative error of a model's form (half-Cauchy distribution)."""
 MOST_NODES = 60
+"""Most intervals of the hat functions over frequency."""
 LEAST = 1e-6
 """Variance, relative to the largest, of directions that are left out."""
 
@@ -124,7 +125,7 @@ class LinePlaces:
 
 
 def lines_of(layout: Layout, trials: Sequence[Trial]) -> LinePlaces:
-    """Where the numbers of a comparison lie."""
+    """Frequencies and operating points of the numbers of a comparison."""
     frequency, point, points = layout.frequency.copy(), np.zeros(len(layout.record), int), list[tuple[float, float]]()
     for i, trial in enumerate(trials):
         rows, own = trial.rows_of_vectors, layout.record == i
@@ -201,7 +202,8 @@ class Evidence:
 
 
 def prior_sizes(parameters: Sequence[FitParameter], found: np.ndarray) -> np.ndarray:
-    """Prior standard deviations (k,): those of the calibration; of sizes of effects what they state and what is found.
+    """Prior standard deviations (k,) of the calibration, and of effects' sizes by their statement and the size
+    `found`.
 
     A size has a prior with a long tail, a normal one whose scale is as likely large as small: its density at the size
     `found` (k,) is that of the scale that goes with it. Otherwise a large effect would count as impossible.
@@ -250,7 +252,7 @@ def log_evidence(
 
 
 def one_sided(evidence: Evidence, parameters: Sequence[FitParameter]) -> float:
-    """What sizes that cannot be negative add to the logarithm of the evidence."""
+    """Contribution of sizes that cannot be negative to the logarithm of the evidence."""
     return float(
         sum(
             np.log(2.0) + log_ndtr(m / max(s, 1e-300))
@@ -281,7 +283,7 @@ def _at(
 
 
 def unexplained_gain(residual: np.ndarray, lines: np.ndarray, temperature: float = 1.0) -> float:
-    r"""By how much freely placed excess on a share of the lines raises the log evidence: 'something else is missing'.
+    r"""Gain of the log evidence by freely placed excess on a share of the lines: 'something else is missing'.
 
     .. math:: \ln\,\Big\langle \prod_l \Big(1 - \epsilon + \epsilon\,
               \frac{N(r_l; 0, 1 + s^2)}{N(r_l; 0, 1)}\Big)^{1/T} \Big\rangle_{\epsilon, s}

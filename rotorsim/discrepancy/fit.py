@@ -50,8 +50,9 @@ if TYPE_CHECKING:
     from rotorsim.discrepancy.residuals.comparison import TwinComparison
 
 MOST_STEPS, MOST_DAMPING = 8, 1e4
+"""Most steps of a fit, and damping from which on it ends."""
 ENOUGH = 1.0
-"""A step that lowers the sum of squares by less than this ends a fit (or by a thousandth of it)."""
+"""Fall of the sum of squares in a step below which a fit ends (a thousandth of the sum at least)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,6 +162,7 @@ def singular_directions(
 
 
 MOST_ROUNDS = 4
+"""Most fits with the Jacobian at their own point."""
 STILL = 0.25
 """Fall of the sum of squares, as the Jacobian at the point foretells it, below which a fit has ended: half a standard
 deviation."""
@@ -216,8 +218,9 @@ def sd_of_polar(c: float, s: float, V: np.ndarray, base: complex = 0.0) -> tuple
 
 
 KEY = "shaft_stiffness"
+"""Key of the parameter that is scanned."""
 REACH, STEPS, FINER = 2.5, 21, 2
-"""Scan to so many standard deviations of the prior, in so many steps, and refine so many times."""
+"""Reach of the scan in standard deviations of the prior, number of its steps, number of refinements."""
 
 
 def nearest(
@@ -248,6 +251,7 @@ def nearest(
 
 
 MOST_REPEATS = 2
+"""Most continued fits from a rough one."""
 IMPLAUSIBLE = 3.0
 """Standard deviations of its prior beyond which a calibration parameter is not believed."""
 ROUGH = 0.02

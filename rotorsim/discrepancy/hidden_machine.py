@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 GRID, STEP = (48, 16), 5e-5
 """Grid and step [s] of hidden records; a diagnosis works on 32x8 and 0.2 ms and proves it on 32x16 and 0.1 ms."""
 SHARE_OF_PRIOR = 0.3
-"""The hidden machine's calibration is off by so many of the priors' standard deviations (one standard deviation)."""
+"""Standard deviation of the hidden machine's calibration, in standard deviations of the priors."""
 SIZES = (2.0, 8.0)
 """Range of hidden amplitudes in steps of the candidates."""
 TILE = 2000
@@ -52,6 +52,7 @@ TILE = 2000
 BALANCED = 1e-3
 """Mean of an excitation, as a share of its largest value, up to which nothing creeps."""
 Disturb = Callable[[np.ndarray, PlannedRecord], np.ndarray]
+"""Function that changes the inputs (n, 6) of a planned record."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ class HiddenTruth:
     seed: int
 
     def as_dict(self, twin: Twin) -> dict[str, Any]:
-        """As it is sealed."""
+        """Plain numbers and text of the truth, as they are sealed."""
         own = {key: v for key, v in setting(twin, contributions(self.point.values, 0.0, 0.0), self.point.fixed).items()}
         return {
             "effects": [f.effect for f in self.forms],
@@ -78,14 +79,14 @@ class HiddenTruth:
 
 @dataclass(frozen=True)
 class SealedTruth:
-    """What of a sealed truth makes further records of the same machine: point and seed."""
+    """Part of a sealed truth that makes further records of the same machine: point and seed."""
 
     point: ParameterPoint
     seed: int
 
 
 def read_truth(path: Path) -> SealedTruth:
-    """The machine of a sealed truth; raises DataError where it cannot be read."""
+    """Machine of a sealed truth; raises DataError where it cannot be read."""
     try:
         table = json.loads(path.read_text(encoding="utf-8-sig"))
         values = {FitParameter(str(name), 1.0): float(v) for name, v in table["fit_parameters"].items()}

@@ -26,6 +26,7 @@ from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import Machine, load_machine
 
 ALIAS = 0.95
+"""Cosine of two signatures above which their effects are aliases."""
 NOISE = 5e-9
 """Floor [m] of a line where no record gives one."""
 
@@ -54,7 +55,7 @@ class AliasMatrix:
         return out
 
     def as_dict(self) -> dict[str, Any]:
-        """As plain lists."""
+        """Plain lists of names, cosines, shares and classes, for JSON."""
         return {
             "names": list(self.names), "likeness": self.likeness.round(4).tolist(),
             "survives": self.survives.round(5).tolist(), "detectable_steps": self.detectable.tolist(),

@@ -14,18 +14,19 @@ from rotorsim.base.files import make_folder
 from rotorsim.base.interrupt import undoing
 from rotorsim.base.netcdf import write_netcdf
 from rotorsim.discrepancy.diagnose_records import diagnose
-from rotorsim.discrepancy.odds import NOTHING, SURE
+from rotorsim.discrepancy.explanation import NOTHING, SURE
 from rotorsim.discrepancy.outcome.files import write_plan
 from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.discrepancy.outcome.steps import DecisionStep, DecisionSteps, read_steps
-from rotorsim.discrepancy.plan.experiments import SET_UP, ExperimentOption, allowed_here, check_allowed
+from rotorsim.discrepancy.plan.allowed import allowed_here, check_allowed
+from rotorsim.discrepancy.plan.experiments import SET_UP, ExperimentOption
 from rotorsim.discrepancy.plan.ranking import ExperimentPlan, Proposal
 from rotorsim.discrepancy.residuals.floor import TOLERANCE
 from rotorsim.discrepancy.rigs import ExperimentRig, FolderRig, open_rig
 from rotorsim.discrepancy.twin.compiled_models import CompiledModels, Progress
 from rotorsim.machine import Machine, load_machine
 
-StepPrinter = Callable[[DecisionSteps], None]
+ShowSteps = Callable[[DecisionSteps], None]
 UNFINISHED = "unfinished"
 """Folder of what was computed, by which an interrupted loop resumes."""
 
@@ -41,7 +42,7 @@ def decide(
     out: str | Path | None = None,
     mapping: Any = None,
     progress: Progress = lambda stage: None,
-    shown: StepPrinter = lambda steps: None,
+    shown: ShowSteps = lambda steps: None,
     models: CompiledModels | None = None,
     tolerance: float = TOLERANCE,
     anew: bool = False,
@@ -60,7 +61,7 @@ def decide(
     records : Datasets or paths
         Records to begin with: in place of those that were hidden with a truth, besides those of a folder.
     allow : names
-        What experiments may change (`plan.experiments.ALLOWED`); all for none.
+        What experiments may change (`plan.allowed.ALLOWED`); all for none.
     effects : names, optional
         Candidates.
     sure : float
@@ -122,7 +123,7 @@ def decide(
 
 @dataclass(eq=False)
 class DecisionLoop:
-    """A loop in progress."""
+    """Loop of diagnoses and experiments in progress."""
 
     machine: Machine
     rig: ExperimentRig
@@ -135,12 +136,12 @@ class DecisionLoop:
     folder: Path
     mapping: Any
     progress: Progress
-    shown: StepPrinter
+    shown: ShowSteps
     models: CompiledModels | None
     tolerance: float
 
     def run(self, first: list[Any], steps: DecisionSteps) -> Diagnosis:
-        """All steps that are left."""
+        """Diagnoses and experiments until the loop ends."""
         self.models = self.models or CompiledModels.of(self.machine, self.effects, self.progress)
         steps = _with_files(steps, first)
         while True:
@@ -174,7 +175,7 @@ class DecisionLoop:
         )  # fmt: skip
 
     def _next_plan(self, found: Diagnosis) -> ExperimentPlan:
-        """What may come next, of experiments whose records can state what was changed."""
+        """Plan of the next experiment, among those whose records can state their changes."""
         plan = found.plan(self.allow, sure=self.sure)
         able = tuple(p for p in plan.proposals if not (self.alike and p.option.stated))
         return replace(plan, proposals=able)
@@ -186,7 +187,7 @@ class DecisionLoop:
         return DecisionStep(**made, status=found.status, odds=found.odds, entropy=found.entropy)
 
     def _settled(self, found: Diagnosis) -> bool:
-        """Whether one explanation is settled; nothing missing is not while a run may show something."""
+        """Whether one explanation is settled; "nothing is missing" never is while a run may show something."""
         return max((p for name, p in found.odds.items() if name != NOTHING), default=0.0) >= self.sure
 
     def _end(self, found: Diagnosis, steps: DecisionSteps) -> str:
@@ -219,7 +220,7 @@ class DecisionLoop:
         return asked or plan.first(left)
 
     def _experiment(self, found: Diagnosis, best: Proposal, steps: DecisionSteps) -> DecisionSteps:
-        """The next experiment made; pending until it is diagnosed."""
+        """Steps with the next experiment made, which is pending until it is diagnosed."""
         assert found.planned is not None
         write_plan(self.folder, found.planned, self.machine)
         ahead = {
@@ -255,7 +256,7 @@ def _with_first(plan: ExperimentPlan | None, best: Proposal) -> ExperimentPlan |
 
 
 def _with_files(steps: DecisionSteps, first: Sequence[Any]) -> DecisionSteps:
-    """Steps that know the files to begin with, and those that have come since the loop was interrupted."""
+    """Steps with the files to begin with, and those that have come since the loop was interrupted."""
     files = [str(r) for r in first if isinstance(r, Path)]
     if not steps.steps:
         return replace(steps, first=tuple(files))

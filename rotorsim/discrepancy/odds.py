@@ -35,94 +35,29 @@ from rotorsim.discrepancy.evidence import (
     unexplained_gain,
     whitened_size,
 )
+from rotorsim.discrepancy.explanation import NOTHING, SURE, Explanation
 from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.residuals.comparison import TwinComparison
 from rotorsim.discrepancy.search.candidates import class_of
 from rotorsim.discrepancy.search.hypotheses import EffectSearch, Hypothesis
 from rotorsim.discrepancy.search.verdict import A_FIFTH, SearchVerdict
 
-BEYOND = "something that is not in the catalogue"
-NOTHING = "nothing is missing"
-NOT_IN_CATALOGUE = "not in the catalogue"
-"""Name of all explanations together that hold something which is not in the catalogue."""
-SURE = 0.95
-"""Probability from which an explanation is settled."""
-MOST = 6
-"""Effects that a sentence lists at most."""
-LEAST_SHOWN = 1e-3
-"""Probability below which an explanation is not listed."""
-
-
-@dataclass(frozen=True)
-class Explanation:
-    """What may be missing, with its probability.
-
-    effects : keys of forms, none where nothing of the catalogue is missing
-    beyond : whether something that is not in the catalogue is missing as well
-    alike : explanations that no record distinguishes from it; their probabilities are in this one
-    evidence : logarithm, above that of nothing missing
-    error : relative error of the model's form that it leaves, most probable value
-    shown : whether the records narrow its size down; otherwise it cannot be distinguished from nothing
-    refitted : whether the plant was fitted with it; otherwise by the sensitivities alone
-    unseen : explanations that are counted with it because these records do not show them; other records may
-    """
-
-    effects: tuple[str, ...]
-    beyond: bool
-    evidence: float
-    error: float
-    refitted: bool
-    probability: float = 0.0
-    alike: tuple[tuple[str, ...], ...] = ()
-    shown: bool = True
-    unseen: tuple[Explanation, ...] = ()
-
-    @property
-    def shown_probability(self) -> float:
-        """Probability without that of the unseen ones."""
-        return self.probability - sum(e.probability for e in self.unseen)
-
-    @property
-    def unseen_sentence(self) -> str:
-        """Which effects the records do not show, with their probability; empty for none."""
-        if not self.unseen:
-            return ""
-        names = [e.name for e in self.unseen]
-        more = f" and {len(names) - MOST} others" if len(names) > MOST else ""
-        share = shown_share(self.probability - self.shown_probability)
-        return f"{share} of it is of effects that these records do not show: {', '.join(names[:MOST])}{more}"
-
-    @property
-    def name(self) -> str:
-        """As text."""
-        if not self.effects:
-            return BEYOND if self.beyond else NOTHING
-        return " with ".join(self.effects) + (f" and {BEYOND}" if self.beyond else "")
-
-
-def shown_share(probability: float) -> str:
-    """A probability in percent; next to certainty as what it is above."""
-    if probability > 0.999:
-        return "> 99.9 %"
-    return f"{100 * probability:.0f} %" if 0.01 <= probability < 0.99 else f"{100 * probability:.1f} %"
-
-
 TEMPERATURE = 4.0
 """T of the formula above. With it and `ELSE` 35 hidden cases for tuning had a Brier score of .02, with 1 one of .10."""
 PRIORS = {0: 0.40, 1: 0.40, 2: 0.12, 3: 0.03}
-"""Prior probability of so many effects together, shared evenly by their combinations."""
+"""Prior probability by number of missing effects, shared evenly by their combinations."""
 ELSE = 0.05
 """Prior probability of something that is not in the catalogue."""
 LESS_EXACT = 10.0
-"""Times by which the form of an effect is less exact than that of the whole model: of a response within 1 %, that of a
-crack or a rub is within 10 %."""
+"""Error of an effect's form over that of the whole model: where a response is within 1 %, a crack's or a rub's is
+within 10 %."""
 
 
 NARROWED = 0.3
-"""Standard deviation of a size, in prior ones, from which on the records do not show it."""
+"""Standard deviation of a size, over the prior one, from which on the records do not show it."""
 
 
-def odds(
+def explanation_odds(
     comparison: TwinComparison,
     base: ParameterFit,
     search: EffectSearch | None,
@@ -160,7 +95,7 @@ def odds(
 
 @dataclass(frozen=True, eq=False)
 class BeyondCatalogue:
-    """What shows something beyond the catalogue: line numbers (n,), excess that does not repeat, temperature."""
+    """Signs of something beyond the catalogue: line numbers (n,), excess that does not repeat, temperature."""
 
     lines: np.ndarray
     unsteady: float
@@ -289,7 +224,7 @@ def _of_names(verdict: SearchVerdict, best: Hypothesis, odds: Sequence[Explanati
 
 
 def joined_classes(odds: Sequence[Explanation], verdict: SearchVerdict) -> tuple[Explanation, ...]:
-    """The odds with the members of the found effects' classes as one: some are known once the size is found."""
+    """Odds with the members of each identified effect's class as one; some classes follow from the size."""
     if verdict.best is None:
         return tuple(odds)
     own, key_sets = verdict.best.keys, [set(c) for c in verdict.classes]

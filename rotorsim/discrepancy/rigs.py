@@ -27,16 +27,17 @@ VIRTUAL = "virtual:"
 FIRST_NOISE = 1000
 """Number of the noise of the first new record: those of `hide` are lower."""
 LOOK = 1.0
-"""Seconds between two looks into a folder."""
+"""Time [s] between two looks into a folder."""
 READABLE = (".nc", ".csv", ".mat", ".wav", ".tdms", ".uff", ".unv")
+"""Endings of files that may be records."""
 
 
 class ExperimentRig(Protocol):
-    """What makes the records of a loop."""
+    """Rig that makes the records of a loop."""
 
     @property
     def name(self) -> str:
-        """As it is given."""
+        """Name of the rig, as the command line gives it."""
 
     def check(self, out: str | Path | None) -> None:
         """Raise DataError where the rig is not there, or where results in `out` would be among its records."""
@@ -60,7 +61,7 @@ class VirtualRig:
 
     @property
     def name(self) -> str:
-        """As it is given."""
+        """Name of the rig, as the command line gives it."""
         return f"{VIRTUAL}{self.folder.resolve()}"
 
     def check(self, out: str | Path | None) -> None:
@@ -79,7 +80,7 @@ class VirtualRig:
 
     @cached_property
     def truth(self) -> Any:
-        """The sealed truth, which the diagnosis never sees."""
+        """Sealed truth, which the diagnosis never reads."""
         return read_truth(self.folder / "sealed" / "truth.json")
 
     @cached_property
@@ -88,7 +89,7 @@ class VirtualRig:
         return truth_twin(self.machine)
 
     def arrived(self) -> list[Any]:
-        """None: the machine is recorded by experiments alone."""
+        """No records: the machine is recorded by experiments alone."""
         return []
 
     def run(self, option: ExperimentOption, number: int, waiting: Callable[[], None]) -> list[Any]:
@@ -114,7 +115,7 @@ class FolderRig:
 
     folder: Path
     longest: float = 8 * 3600.0
-    """Seconds to wait for a record."""
+    """Time [s] to wait for a record."""
     taken: set[Path] = field(default_factory=set)
 
     @property

@@ -19,9 +19,9 @@ from rotorsim.base.errors import RotorsimError
 from rotorsim.discrepancy.data.groups import make_layout
 from rotorsim.discrepancy.data.intake import open_records
 from rotorsim.discrepancy.diagnose_records import diagnose, trials_of
+from rotorsim.discrepancy.explanation import SURE
 from rotorsim.discrepancy.hidden_machine import HiddenTruth, hide, truth_twin
 from rotorsim.discrepancy.loop import decide
-from rotorsim.discrepancy.odds import SURE
 from rotorsim.discrepancy.outcome.steps import DecisionStep, DecisionSteps
 from rotorsim.discrepancy.plan.experiments import ExperimentOption, options
 from rotorsim.discrepancy.residuals.comparison import THREADS, simulate

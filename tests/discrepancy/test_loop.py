@@ -12,11 +12,11 @@ import pytest
 from rotorsim.base.errors import DataError
 from rotorsim.base.netcdf import write_netcdf
 from rotorsim.discrepancy import decide
+from rotorsim.discrepancy.explanation import Explanation
 from rotorsim.discrepancy.hidden_machine import read_truth
 from rotorsim.discrepancy.loop import DecisionLoop, _with_files, rigs
-from rotorsim.discrepancy.odds import Explanation
 from rotorsim.discrepancy.outcome.steps import FILE, OTHERS, DecisionStep, DecisionSteps, read_steps
-from rotorsim.discrepancy.plan.experiments import ALLOWED
+from rotorsim.discrepancy.plan.allowed import ALLOWED
 from rotorsim.discrepancy.rigs import FolderRig, VirtualRig, open_rig
 from small_diagnosis import small_diagnosis
 from studies.benchmarks.decide import HiddenRig, loop_figures

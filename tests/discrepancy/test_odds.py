@@ -6,7 +6,8 @@ from scipy.integrate import quad
 
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.evidence import SIZES, ModelForm, log_evidence, one_sided, unexplained_gain, weights
-from rotorsim.discrepancy.odds import Explanation, _merged, model_form, shown_share
+from rotorsim.discrepancy.explanation import Explanation, shown_share
+from rotorsim.discrepancy.odds import _merged, model_form
 from rotorsim.discrepancy.search.candidates import candidates, prior_sizes
 from rotorsim.discrepancy.twin.parameters import STEPS, FitParameter
 from rotorsim.discrepancy.twin.plant import Twin

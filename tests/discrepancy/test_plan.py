@@ -12,8 +12,9 @@ from rotorsim.discrepancy.data.groups import make_layout
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.data.sweeps import empty_sweep
 from rotorsim.discrepancy.evidence import ModelForm, log_evidence
-from rotorsim.discrepancy.odds import Explanation
-from rotorsim.discrepancy.plan.experiments import ALLOWED, campaign, check_allowed, options
+from rotorsim.discrepancy.explanation import Explanation
+from rotorsim.discrepancy.plan.allowed import ALLOWED, check_allowed
+from rotorsim.discrepancy.plan.experiments import campaign, options
 from rotorsim.discrepancy.plan.forecast import (
     CurrentOdds,
     Outlook,

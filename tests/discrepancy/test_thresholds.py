@@ -4,7 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from rotorsim.discrepancy.odds import Explanation, by_odds, joined_classes
+from rotorsim.discrepancy.explanation import Explanation
+from rotorsim.discrepancy.odds import by_odds, joined_classes
 from rotorsim.discrepancy.search.verdict import SearchVerdict
 
 KNOWN = ("coupling.force_2x", "runout.amplitude_1x", "runout.amplitude_2x", "shaft_bow.bow")

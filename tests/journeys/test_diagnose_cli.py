@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rotorsim.base.errors import DataError
-from rotorsim.commands.diagnosis.unfinished import unfinished
+from rotorsim.commands.diagnosis.diagnose import unfinished
 from rotorsim.discrepancy.hidden_machine import draw, record_of, write
 from rotorsim.discrepancy.plan.experiments import campaign
 from rotorsim.discrepancy.search.candidates import candidates
@@ -133,7 +133,7 @@ def test_what_an_interrupted_diagnosis_computed_waits_for_the_same_command(tmp_p
 @pytest.mark.parametrize(
     ("command", "work"),
     [
-        (("diagnose", "plain_rotor", "x.nc"), "rotorsim.commands.diagnosis.diagnose.find"),
+        (("diagnose", "plain_rotor", "x.nc"), "rotorsim.discrepancy.diagnose"),
         (("study", "identification-vs-physics"), "rotorsim.study.plans.run"),
     ],
 )

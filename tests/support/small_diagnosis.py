@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from rotorsim.discrepancy import Diagnosis
-from rotorsim.discrepancy.odds import Explanation
+from rotorsim.discrepancy.explanation import Explanation
 from rotorsim.discrepancy.outcome.gap import STAGES
 from rotorsim.discrepancy.outcome.machine_file import IdentifiedEffect
 from rotorsim.discrepancy.residuals.misfit import Misfit

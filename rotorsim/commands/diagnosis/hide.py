@@ -14,9 +14,6 @@ from rotorsim.commands.completion import parameters
 from rotorsim.commands.options import AsJson, GivenMachine, a_folder, note_compiling
 from rotorsim.commands.registry import command
 from rotorsim.commands.results import results
-from rotorsim.discrepancy import hide as record_hidden
-from rotorsim.discrepancy.hidden_machine import truth_twin
-from rotorsim.machine import load_machine
 
 
 @command(
@@ -48,6 +45,9 @@ def hide(
     """
     if not 0 <= seed < 2**31:
         raise DataError(f"--seed: {seed} must be a whole number from 0 to 2^31 - 1; give e.g. 0")
+
+    from rotorsim.discrepancy.hidden_machine import hide as record_hidden, truth_twin
+    from rotorsim.machine import load_machine
 
     def progress(done: int, of: int) -> None:
         line(f"record {done} of {of}", done == of)

@@ -12,10 +12,9 @@ import io
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
-from typing import Any, cast, get_type_hints
+from typing import TYPE_CHECKING, Any, cast, get_type_hints
 
 import numpy as np
-import xarray as xr
 
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.exchange import json_text as json
@@ -26,39 +25,55 @@ from rotorsim.base.files import write_bytes, write_text
 from rotorsim.base.netcdf import write_netcdf
 from rotorsim.discrepancy.outcome.machine_file import difference
 from rotorsim.discrepancy.outcome.result import Diagnosis
-from rotorsim.discrepancy.plan.ranking import ExperimentPlan
 from rotorsim.machine import Machine, load_machine, shipped_machines
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rotorsim.discrepancy.plan.ranking import ExperimentPlan
+
+RESULTS = {
+    "gap": "gap.nc",
+    "machine": "machine.toml",
+    "difference": "machine.diff",
+    "plan": "next.toml",
+    "believed": "believed.toml",
+    "report": "report.html",
+    "data": "report_data.npz",
+    "verdict": "diagnosis.json",
+}
+"""Files in the folder; where the verdict is, the others are complete."""
+VERSION = 2
+"""Version of the format."""
+KIND = "stored diagnosis"
+"""Kind of file, as its content states it."""
+OWN = ("machine", "gap", "planned", "planner")
+"""Fields with a form of their own."""
+LARGEST = 1_000_000_000
+"""Bytes that a stored diagnosis may take, packed or unpacked."""
+AGAIN = "run 'rotorsim diagnose' again"
+"""Way out where files are damaged, changed or of another version."""
 
 
 @dataclass(frozen=True)
 class StoredPlan:
-    """A plan that was read from a file; it has what pages and files show of a plan."""
+    """Plan that was read from a file, with the numbers and texts that pages and files show."""
 
     content: dict[str, Any]
     toml: str = ""
 
     @property
     def sentence(self) -> str:
-        """What to do next."""
+        """Sentence on the next experiment."""
         return str(self.content.get("sentence", ""))
 
     def as_dict(self) -> dict[str, Any]:
-        """As plain numbers and text."""
+        """Plain numbers and text, for JSON."""
         return dict(self.content)
 
     def campaign(self, *_: Any) -> str:
         """The best experiment as the plan of a campaign, of the machine that it was written for."""
         return self.toml
-
-
-VERSION = 2
-"""Version of the format."""
-KIND = "stored diagnosis"
-OWN = ("machine", "gap", "planned", "planner")
-"""Fields with a form of their own."""
-LARGEST = 1_000_000_000
-"""Bytes that a stored diagnosis may take, packed or unpacked."""
-AGAIN = "run 'rotorsim diagnose' again"
 
 
 def to_bytes(diagnosis: Diagnosis, verdict: str, toml: str = "") -> bytes:
@@ -142,7 +157,11 @@ def _content(arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
 
 
 def _diagnosis(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Diagnosis:
-    hints, stored = get_type_hints(Diagnosis, localns={"xr": xr}), content["fields"]
+    import xarray as xr
+
+    # names that the result imports for types alone; a stored plan stands for the plan
+    hints = get_type_hints(Diagnosis, localns={"xr": xr, "ExperimentPlan": StoredPlan})
+    stored = content["fields"]
     given: dict[str, Any] = {"machine": _machine(content["machine"]), "gap": _gap_from_plain(content["gap"], arrays)}
     for field in (f for f in fields(Diagnosis) if f.name not in OWN):
         if field.name in stored:
@@ -151,7 +170,7 @@ def _diagnosis(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> 
             raise ValueError(f"{field.name} is missing")
     if content["plan"] is not None:
         plan = from_plain(StoredPlan, content["plan"], arrays, "plan")
-        given["planned"] = cast(ExperimentPlan, plan)  # has all of a plan that is shown
+        given["planned"] = cast("ExperimentPlan", plan)  # has all of a plan that is shown
     return Diagnosis(**given)
 
 
@@ -175,25 +194,14 @@ def _gap_to_plain(gap: xr.Dataset, arrays: dict[str, np.ndarray]) -> dict[str, A
 
 
 def _gap_from_plain(stored: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> xr.Dataset:
+    import xarray as xr
+
     made = {}
     for name, one in stored["variables"].items():
         values = from_plain(Any, one["values"], arrays, f"gap.{name}")
         made[name] = xr.Variable(one["dims"], values, one["attrs"])
     coords = {name: made.pop(name) for name in stored["coords"]}
     return xr.Dataset(made, coords, stored["attrs"])
-
-
-RESULTS = {
-    "gap": "gap.nc",
-    "machine": "machine.toml",
-    "difference": "machine.diff",
-    "plan": "next.toml",
-    "believed": "believed.toml",
-    "report": "report.html",
-    "data": "report_data.npz",
-    "verdict": "diagnosis.json",
-}
-"""Files in the folder; where the verdict is, the others are complete."""
 
 
 def save_diagnosis(diagnosis: Diagnosis, folder: str | Path, report: bool = True) -> dict[str, str]:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 STAGES = ("nominal", "re-calibrated", "with effect", "floor")
+"""Stages of a diagnosis whose gap is shown."""
 
 
 def rms(comparison: TwinComparison, vector: np.ndarray) -> np.ndarray:
@@ -92,7 +93,7 @@ def reduction(dataset: xr.Dataset, role: str = "untouched") -> float:
 
 
 def spectra_of(comparison: TwinComparison, points: list[ParameterPoint | None]) -> list[dict[str, Any]]:
-    """For each record: frequencies [Hz] and magnitudes [m] (2, lines) of measurement, residuals, floor.
+    """Frequencies [Hz] and magnitudes [m] (2, lines) of measurement, residuals and floor, record by record.
 
     Of vectors also orders, speeds (rows,) [rad/s] and complex amplitudes (2, orders, rows) [m], measured and simulated.
     """
@@ -141,10 +142,11 @@ def _vectors(trial: Trial, own: list[np.ndarray], measured: np.ndarray, stages: 
 
 
 AMPLITUDE, PHASE = 0.10, np.deg2rad(15.0)
+"""Share of an order's largest amplitude, and phase [rad], by which a row is missed."""
 ABOVE = 3.0
-"""Amplitudes below so many times the floor have no phase."""
+"""Amplitude over its floor below which it has no phase."""
 NEAR = 0.05
-"""Bands that are less than this share of all rows apart are one."""
+"""Distance of two bands, as a share of all rows, below which they are one."""
 
 
 def missed_bands(shown: Iterable[dict[str, Any]], model: str = "the model") -> list[str]:
@@ -173,7 +175,7 @@ def _rows(parts: Sequence[dict[str, Any]], channel: int, number: int) -> tuple[n
 
 
 def _missed(speed: np.ndarray, measured: np.ndarray, simulated: np.ndarray, floor: np.ndarray) -> str:
-    """What is missed, by how much at most, and where; empty where nothing is."""
+    """Text on the missed amplitude and phase: largest miss and bands of speed; empty where nothing is missed."""
     clear = np.abs(measured) > ABOVE * floor
     if not clear.any():
         return ""

@@ -89,9 +89,11 @@ HEAD = (
     "# Re-calibrated by rotorsim diagnose with data {data}: the values marked so; comments on others are those of the\n"
     "# file before.\n"
 )
+"""Comment at the top of a re-calibrated machine file."""
 WRITTEN = ("named", "tie")
 """Verdicts whose effects are written."""
 FOUND, FITTED = "found by rotorsim diagnose", "re-calibrated by rotorsim diagnose"
+"""Remarks next to an identified and to a calibrated value."""
 
 
 def extended(diagnosis: Findings) -> Machine:
@@ -106,7 +108,7 @@ def extended(diagnosis: Findings) -> Machine:
 
 
 def _written(diagnosis: Findings, text: str, last: bool) -> str:
-    """The machine file's text with what was found, new tables behind or ahead of the others."""
+    """Machine file's text with the identified effects, new tables behind or ahead of the others."""
     document = tomlkit.parse(text)
     effects: Any = document.setdefault("effects", tomlkit.table(is_super_table=True))
     before = list(effects)
@@ -161,13 +163,13 @@ def _comments(diagnosis: Findings, found: IdentifiedEffect) -> list[str]:
 
 
 def _rough(value: float, unit: str) -> str:
-    """Two digits of a value in a unit people use."""
+    """Value with two digits, in the unit that machine files use."""
     number, _, written = show(value, unit).partition(" ")
     return f"{float(f'{float(number):.2g}'):g} {written}".rstrip()
 
 
 def _add(effects: Any, name: str, values: dict[str, float], comments: list[str], remark: str) -> None:
-    """A table of an effect: into the one that is there where the effect is single, else a further one."""
+    """Write a table of an effect: into the present one where the effect is single, else a further one."""
     units = {p: known.unit for p, known in quantities(REGISTRY[name]).items()}
     texts = {p: short(v) if units[p] == "1" else show(short(v), units[p]) for p, v in values.items()}
     present = effects.get(name)
@@ -200,7 +202,7 @@ def _add(effects: Any, name: str, values: dict[str, float], comments: list[str],
 
 
 def _of_film(present: Any, bearing: float | None) -> Any:
-    """The table of one film, or of all, among those of an effect that a film has once; None where it is not there."""
+    """Table of one film, or of all, among those of an effect that a film has once; None where there is none."""
     tables = present if isinstance(present, list) else [present] if present is not None else []
     return next((one for one in tables if one.get("bearing") == bearing), None)
 
@@ -219,7 +221,7 @@ def _one_for_each_film(effects: Any, machine: Machine, changed: set[str]) -> Non
 
 
 def _table_before(machine: Machine, name: str, table: int) -> Effect:
-    """What a machine has in a table of its twin."""
+    """Effect of a machine in a table of its twin, before the calibration."""
     present, own = machine.effects.get(name, ()), own_tables(REGISTRY[name], machine)
     if not REGISTRY[name].single:
         return own[table - len(present)]
@@ -240,7 +242,7 @@ def _where(machine: Machine, name: str, table: int) -> dict[str, float]:
 
 
 def _put(table: Any, key: str, value: Any, remark: str) -> None:
-    """A value with where it comes from as its comment: the one that is there is of another value."""
+    """Write a value with its origin as the comment, in place of the comment on the older value."""
     table[key] = value
     comment(table, key, remark)
 
@@ -251,7 +253,7 @@ def short(value: float) -> float:
 
 
 def _keep_y(table: Any, bearing: Any) -> None:
-    """Write what a bearing has along y, where the file leaves it to be as along x."""
+    """Write a bearing's numbers along y where the file leaves them to be those along x."""
     for what, value, unit in zip("kc", of_axis(bearing, "y"), ("N/m", "N*s/m"), strict=True):
         if getattr(bearing, f"{what}yy") is None and value:
             table[f"{what}yy"] = show(value, unit)
@@ -268,7 +270,7 @@ def _bearing(table: Any, bearing: Any, axis: str, estimates: dict[str, tuple[flo
 
 
 def _calibrate(document: Any, effects: Any, diagnosis: Findings) -> list[str]:
-    """Write the calibration; returns comments on what has no place in the file."""
+    """Write the calibration; returns comments on the numbers that have no place in the file."""
     machine, left_out = diagnosis.machine, []
     tables: dict[tuple[str, int], dict[str, float]] = {}
     turned: dict[str, complex] = {}

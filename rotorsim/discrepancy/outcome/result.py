@@ -13,14 +13,13 @@ from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.base.reported import Reported
+from rotorsim.discrepancy.explanation import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, shown_share
 from rotorsim.discrepancy.fit import ParameterFit, sd_of_polar
-from rotorsim.discrepancy.odds import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, shown_share
 from rotorsim.discrepancy.outcome.gap import reduction
 from rotorsim.discrepancy.outcome.machine_file import Findings, IdentifiedEffect, extended
 from rotorsim.discrepancy.outcome.steps import DecisionSteps
-from rotorsim.discrepancy.plan.experiments import check_allowed
+from rotorsim.discrepancy.plan.allowed import check_allowed
 from rotorsim.discrepancy.plan.forecast import entropy
-from rotorsim.discrepancy.plan.ranking import ExperimentPlan
 from rotorsim.discrepancy.residuals.misfit import Misfit
 from rotorsim.discrepancy.search.candidates import Form
 from rotorsim.discrepancy.search.hypotheses import EffectSearch, Hypothesis
@@ -33,6 +32,8 @@ from rotorsim.plant.acting import Place, acting_places, force_plane
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from rotorsim.discrepancy.plan.ranking import ExperimentPlan
 
 
 def found_of(twin: Twin, form: Form, fit: ParameterFit, V: np.ndarray, tie_class: tuple[str, ...]) -> IdentifiedEffect:
@@ -92,6 +93,7 @@ def null_sentence(null: dict[str, float]) -> str:
 
 
 EXIT_CODES = {"no_disagreement": 0, "named": 10, "tie": 11, "partial": 11, "unknown": 12}
+"""Exit code of the command by verdict."""
 WORDS = {
     "no_disagreement": "No disagreement: after re-calibration every group of lines is within the floor.",
     "named": "Named: {effects}.",
@@ -99,6 +101,7 @@ WORDS = {
     "partial": "Partial: {effects} helps, but much of the disagreement stays; this is not a name.",
     "unknown": "Unknown: no effect of the catalogue explains the disagreement; see the equivalent force.",
 }
+"""Sentence of each verdict."""
 
 NOT_SURE = "Tie: the records show {effects}, but do not exclude: {others}."
 WITHIN_FORM = (
@@ -107,8 +110,8 @@ WITHIN_FORM = (
 )
 EXCLUDED = 0.01
 """Probability below which an explanation counts as excluded."""
-Planner = Callable[[Iterable[str], float, float], ExperimentPlan]
-"""Plans experiments by what may change and the minutes that one may take."""
+Planner = Callable[[Iterable[str], float, float], "ExperimentPlan"]
+"""Planner of experiments by allowed changes, longest experiment [min] and probability that settles."""
 NO_ACCURACY = (
     "nothing states how exact the records are: they may agree or be too coarse to disagree; give accuracy (a "
     "displacement), or record one operating point twice"
@@ -139,7 +142,7 @@ class Diagnosis(Shown, Findings, Reported):
     planned: ExperimentPlan | None = None
     """The next experiments, where they were asked for."""
     planner: Planner | None = field(default=None, repr=False)
-    """What plans further experiments; a diagnosis that was stored has none."""
+    """Planner of further experiments; a diagnosis that was stored has none."""
     steps: DecisionSteps | None = None
     """Odds after each step of a loop of diagnoses and experiments."""
 
@@ -170,7 +173,7 @@ class Diagnosis(Shown, Findings, Reported):
         Parameters
         ----------
         allow : names
-            What may differ from the records (`plan.experiments.ALLOWED`); all that the machine can do for none.
+            What may differ from the records (`plan.allowed.ALLOWED`); all that the machine can do for none.
         budget : float
             Minutes of rig time that an experiment may take.
         sure : float
@@ -206,7 +209,7 @@ class Diagnosis(Shown, Findings, Reported):
 
     @property
     def exit_code(self) -> int:
-        """0 no disagreement, 10 named, 11 tie or partial, 12 unknown."""
+        """Exit code of the command: 0 no disagreement, 10 named, 11 tie or partial, 12 unknown."""
         return EXIT_CODES[self.status]
 
     @property
@@ -230,7 +233,7 @@ class Diagnosis(Shown, Findings, Reported):
         return extended(self)
 
     def as_dict(self) -> dict[str, Any]:
-        """As plain numbers and text, for JSON."""
+        """Plain numbers and text, for JSON."""
         return {
             "status": self.status,
             "verdict": self.sentence,
@@ -277,7 +280,7 @@ def _number(value: float) -> float | None:
 
 
 FORCE = "equivalent force"
-"""Label of the force that would make what no effect explains."""
+"""Label of the force that would make the residual which no effect explains."""
 
 
 @dataclass(frozen=True)
@@ -290,12 +293,12 @@ class LocatedEffect:
 
     @property
     def sentence(self) -> str:
-        """As text, with the bearing and the injector once."""
+        """Sentence on the places, with the bearing and the injector once."""
         return f"{self.label.partition(' of ')[0]}: {' and '.join(place.name for place in self.places)}"
 
 
 def located(diagnosis: Diagnosis) -> tuple[LocatedEffect, ...]:
-    """Found effects, what is indistinguishable from them, and the equivalent force of what nothing explains."""
+    """Places of the identified effects, of their rivals, and of the equivalent force of an unexplained residual."""
     machine, effects = diagnosis.machine, diagnosis.effects
     out = [LocatedEffect(f.form, "found", acting_places(machine, effect_of(f))) for f in effects]
     keys = [key for found in effects for key in found.tie_class] + [key for tie in diagnosis.ties for key in tie]
@@ -308,7 +311,7 @@ def located(diagnosis: Diagnosis) -> tuple[LocatedEffect, ...]:
 
 
 def effect_of(found: IdentifiedEffect) -> Effect:
-    """The effect with the parameters that were found."""
+    """Effect with the identified parameters."""
     kind = REGISTRY[found.effect]
     return kind(**{f.name: found.parameters[f.name] for f in fields(kind) if f.name in found.parameters})
 

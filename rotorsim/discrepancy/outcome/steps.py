@@ -12,7 +12,9 @@ from rotorsim.base.exchange import json_text as json
 from rotorsim.base.files import write_json
 
 FILE = "decision.json"
+"""Name of the file of a loop's steps."""
 VERSION = 1
+"""Version of that file's format."""
 ENDS = {
     "decided": "decided: one explanation has {sure:.3g} %",
     "budget": "the budget is spent",
@@ -21,7 +23,7 @@ ENDS = {
     "no_record": "no record came in time",
     "open": "not ended: the same command continues",
 }
-"""How a loop ends, as sentences."""
+"""Sentence on each end of a loop."""
 FIRST, OTHERS = "records there are", "more records"
 """Names of steps without an experiment: the first one, and those after records that came by themselves."""
 
@@ -48,7 +50,7 @@ class DecisionStep:
 
 @dataclass(frozen=True)
 class DecisionSteps:
-    """All steps of a loop so far; `asked` is what it was begun with."""
+    """All steps of a loop so far; `asked` holds the options it was begun with."""
 
     asked: Mapping[str, Any]
     steps: tuple[DecisionStep, ...] = ()
@@ -75,7 +77,7 @@ class DecisionSteps:
 
     @property
     def sentence(self) -> str:
-        """How it ended."""
+        """Sentence on the end of the loop."""
         sure = 100 * float(self.asked.get("sure", 0.95))
         made = sum(bool(step.experiment) for step in self.steps)
         count = f"{made} experiment{'' if made == 1 else 's'}"
@@ -83,26 +85,26 @@ class DecisionSteps:
 
     @property
     def names(self) -> list[str]:
-        """What came before each step: its experiment, or records without one."""
+        """Experiment before each step, or records without one."""
         return [step.experiment or (OTHERS if number else FIRST) for number, step in enumerate(self.steps)]
 
     def with_new(self, files: Sequence[str]) -> DecisionSteps:
-        """With files that have come: records of the experiment that was proposed before, else other records."""
+        """Steps with new files: records of the experiment that was proposed before, else other records."""
         if not files:
             return self
         ahead = self.pending or {"experiment": "", "minutes": 0.0}
         return replace(self, pending={**ahead, "records": (*ahead.get("records", ()), *files)})
 
     def with_step(self, step: DecisionStep) -> DecisionSteps:
-        """One step more."""
+        """Steps with a further one."""
         return replace(self, steps=(*self.steps, step), pending={})
 
     def write(self, folder: Path) -> None:
-        """Into the folder of the loop, in one step; raises WriteError."""
+        """Write the steps into the folder of the loop, whole or not at all; raises WriteError."""
         write_json(folder / FILE, {"version": VERSION, **asdict(self)}, indent=2, default=float)
 
     def as_dict(self) -> dict[str, Any]:
-        """As plain numbers and text."""
+        """Plain numbers and text, for JSON."""
         return {
             "end": self.end,
             "sentence": self.sentence,

@@ -15,78 +15,20 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM
-from rotorsim.base.errors import DataError
-from rotorsim.base.suggest import did_you_mean
 from rotorsim.base.units import show
 from rotorsim.discrepancy.data.changes import RING, WEIGHT, known_changes, ring_angle
 from rotorsim.discrepancy.data.spectra import Trial, planned_trial
 from rotorsim.discrepancy.data.sweeps import Sweep, empty_sweep, planned_sweep
+from rotorsim.discrepancy.plan.allowed import allowed_here
 from rotorsim.effects.base import TURN
 from rotorsim.experiments import Coastdown, Experiment, Impact, Multisine, Runup, Staircase, Steady
 from rotorsim.experiments.experiment import reference_range
 from rotorsim.experiments.parameters import parameters
 from rotorsim.machine import Machine
 
-ALLOWED = {
-    "speed": "shaft speed, within the machine's range",
-    "pressure": "injection pressure",
-    "amplitude": "amplitude of the excitation",
-    "axis": "excitation of one axis alone; of vectors of one probe, its angle",
-    "bias": "constant part of the reference, which biases the pins",
-    "step": "steps of the reference, held so that slow effects show",
-    "trial-weight": "a known unbalance mounted in a balancing plane",
-    "sensor-ring": "the ring of the displacement probes, turned by a stated angle",
-    "slow-roll": "slow revolutions, in which the probes read runout",
-    "coast-down": "vectors of 1X, 2X, 3X while the shaft slows down at a stated rate",
-}
-"""What may differ from the records there are."""
-OF_VECTORS = ("speed", "axis", "trial-weight", "sensor-ring", "slow-roll", "coast-down")
-"""What a plan can change where all records are vectors of run-ups."""
-
-
-def check_allowed(names: Iterable[str]) -> tuple[str, ...]:
-    """The names, each once, all of them for none; raises DataError for one that is unknown."""
-    asked = tuple(name for name in dict.fromkeys(names) if name != "all")
-    for unknown in (name for name in asked if name not in ALLOWED):
-        raise DataError(f"--allow: '{unknown}' cannot be changed by a plan; {did_you_mean(unknown, ALLOWED)}")
-    return asked or tuple(ALLOWED)
-
-
-def obstacles(machine: Machine, vectors: bool = False, one_probe: bool = False) -> dict[str, str]:
-    """Why a machine cannot change something, by name.
-
-    `vectors` where all records are vectors of run-ups, `one_probe` where a record has a single displacement probe.
-    """
-    found: dict[str, str] = {}
-    if not machine.injectors or machine.actuators is None:
-        found |= dict.fromkeys(("bias", "step"), f"{machine.name} has no injectors with moving pins")
-    if not machine.fed:
-        found["pressure"] = f"{machine.name} has no injection pressure"
-    if not machine.effects.get("unbalance"):
-        found["trial-weight"] = f"{machine.name} has no [effects.unbalance] to add a weight to"
-    if one_probe:
-        found["sensor-ring"] = "the records are of one probe" + (", which 'axis' turns" if vectors else "")
-    if vectors:
-        others = (name for name in ALLOWED if name not in OF_VECTORS)
-        found |= dict.fromkeys(others, "the records are vectors of run-ups, which show no excitation")
-    return found
-
-
-def allowed_here(
-    machine: Machine, names: Iterable[str], vectors: bool = False, one_probe: bool = False
-) -> tuple[str, ...]:
-    """What is allowed and can be done; raises DataError for something named that the machine cannot do."""
-    asked, against = check_allowed(names), obstacles(machine, vectors, one_probe)
-    can = tuple(name for name in ALLOWED if name not in against)
-    if set(asked) == set(ALLOWED):
-        return can
-    for name in asked:
-        if name in against:
-            raise DataError(f"--allow: '{name}' cannot be changed, {against[name]}; allow {', '.join(can)}")
-    return asked
-
-
 PERIOD, PERIODS, SPACING, LOW, HIGH = 0.8, 3, 4, 2.5, 250.0
+"""Period [s] of the standard multisine, its periods, spacing of its lines in 1 / period, lowest and highest line
+[Hz]."""
 POINTS = {
     "fit": ((20, 0.30, 1.0), (40, 0.50, 0.5), (55, 0.70, 1.0), (70, 0.40, 0.5), (85, 0.60, 1.0), (100, 0.50, 0.5)),
     "held_out": ((30, 0.60, 1.0), (50, 0.35, 0.5), (65, 0.55, 1.0), (90, 0.45, 0.5)),
@@ -94,7 +36,7 @@ POINTS = {
 }
 """Speed [Hz], pressure [MPa], amplitude [1 V, or 20 N of a hammer] by role."""
 REPEATED = (1, 4)
-"""Which records to fit are made twice."""
+"""Numbers of the records to fit that are made twice."""
 
 
 @dataclass(frozen=True)
@@ -191,12 +133,12 @@ class ExperimentOption:
 
     @property
     def stated(self) -> bool:
-        """Whether its record has to state what was changed on purpose."""
+        """Whether its record has to state a change on purpose."""
         return self.weight is not None or bool(self.ring)
 
     @property
     def name(self) -> str:
-        """As text."""
+        """Name as text."""
         one, pressure = self.experiment, f", {self.pressure / MPA:.2g} MPa" if self.pressure else ""
         if isinstance(one, Runup | Coastdown):
             text = f"{one.name} from {one.start * TO_RPM:.0f} to {one.stop * TO_RPM:.0f} rpm"
@@ -213,7 +155,7 @@ class ExperimentOption:
         return text
 
     def changes(self, machine: Machine) -> dict[str, Any]:
-        """What is changed on purpose, SI, as a record states it."""
+        """Changes on purpose in SI units, as a record states them."""
         found: dict[str, Any] = {}
         if self.weight is not None:
             me, phase, plane = self.weight
@@ -235,7 +177,7 @@ class ExperimentOption:
         return replace(found, changes=known_changes(machine, self.changes(machine), "next"))
 
     def table(self) -> dict[str, Any]:
-        """Parameters of the experiment as a plan of a campaign has them; what is usual is left out."""
+        """Parameters of the experiment as a plan of a campaign has them, usual values left out."""
         one, out = self.experiment, {"kind": self.experiment.name}
         for item, known in parameters(one):
             value = getattr(one, item.name)
@@ -258,7 +200,7 @@ def _what(one: Experiment) -> str:
 
 
 def options(machine: Machine, trials: Sequence[Trial], allow: Iterable[str]) -> tuple[ExperimentOption, ...]:
-    """Experiments with what may change; what may not is as in the records. Raises DataError for what cannot be done."""
+    """Experiments with the allowed changes, otherwise as in the records; raises DataError for what cannot be done."""
     sweeps = [t for t in trials if isinstance(t, Sweep)]
     one_probe = any(t.probe_angle is not None for t in trials)
     allowed = allowed_here(machine, allow, len(sweeps) == len(trials), one_probe)
@@ -378,13 +320,13 @@ def _of_sweep(machine: Machine, like: Sweep, allowed: Sequence[str]) -> Iterator
 
 
 def _mounted(option: ExperimentOption, like: Sweep) -> ExperimentOption:
-    """With the time in which a probe is turned to another angle."""
+    """Experiment with the time in which a probe is turned to another angle."""
     turned = option.probe_angle != like.probe_angle
     return replace(option, minutes=option.minutes + MOUNT) if turned else option
 
 
 def written_changes(machine: Machine, option: ExperimentOption) -> Mapping[str, Any]:
-    """What is changed on purpose, with units, as the plan of a campaign has it; empty for nothing."""
+    """Changes on purpose, with units, as the plan of a campaign has them; empty for none."""
     units = {"me": "kg*m", "phase": "rad", "position": "m", "angle": "rad"}
     stated = option.changes(machine)
     return {name: {key: show(value, units[key]) for key, value in one.items()} for name, one in stated.items()}

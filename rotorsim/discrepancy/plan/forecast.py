@@ -35,9 +35,10 @@ from rotorsim.discrepancy.data.groups import EXCITED, NAMES, Layout, make_layout
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.data.sweeps import Sweep
 from rotorsim.discrepancy.evidence import ModelForm, model_form, posterior_root, whitened_size
+from rotorsim.discrepancy.explanation import SURE
 from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.linear_algebra import answer
-from rotorsim.discrepancy.odds import SURE, TEMPERATURE
+from rotorsim.discrepancy.odds import TEMPERATURE
 from rotorsim.discrepancy.residuals.comparison import LOST, TwinComparison, simulate
 from rotorsim.discrepancy.residuals.floor import floor
 from rotorsim.discrepancy.twin.parameters import DIRECTIONS, FitParameter, ParameterPoint
@@ -49,7 +50,7 @@ DRAWS = 48
 
 @dataclass(frozen=True)
 class PredictedResponse:
-    """An explanation's response (n,) [m] in a new run and what leaves it open.
+    """Response (n,) [m] that an explanation predicts in a new run, and the directions that leave it open.
 
     spread : sensitivities times a root of the parameters' covariance (n, k) [m]
     form : directions of the model's form error, as large as it is (n, m) [m]
@@ -61,13 +62,13 @@ class PredictedResponse:
 
     @property
     def open(self) -> np.ndarray:
-        """Everything that leaves it open (n, k + m) [m]."""
+        """All directions that leave it open (n, k + m) [m]."""
         return np.concatenate([self.spread, self.form], axis=1)
 
 
 @dataclass(frozen=True)
 class Outlook:
-    """What a run should leave.
+    """Odds that a run should leave.
 
     entropy : bit
     decided : chance that the truth is settled
@@ -99,7 +100,7 @@ class CurrentOdds:
 
     @classmethod
     def of(cls, *odds: float) -> CurrentOdds:
-        """Of rivals that name effects, with nothing left out."""
+        """Odds of rivals that all name effects, with nothing left out."""
         return cls(np.array(odds), np.zeros(len(odds)), np.ones(len(odds), bool))
 
     @property
@@ -117,7 +118,7 @@ def outlook(
     today: CurrentOdds, predicted: Sequence[PredictedResponse], sigma: np.ndarray, temperature: float, seed: int = 0,
     sure: float = SURE,
 ) -> Outlook:  # fmt: skip
-    """What a new record should leave of the odds.
+    """Expected odds after a new record.
 
     Parameters
     ----------
@@ -171,7 +172,7 @@ def _of_effects(today: CurrentOdds, values: np.ndarray) -> float:
 
 @dataclass(frozen=True)
 class PredictiveDensity:
-    """Predictive density of a whitened record: mean (n,), what leaves it open S (n, k), its constant, temperature."""
+    """Predictive density of a whitened record: mean (n,), open directions S (n, k), its constant, temperature."""
 
     mean: np.ndarray
     S: np.ndarray
@@ -181,7 +182,7 @@ class PredictiveDensity:
 
     @classmethod
     def of(cls, p: PredictedResponse, temperature: float) -> PredictiveDensity:
-        """Of a prediction in standard deviations; raises NoAnswerError where it has none."""
+        """Density of a prediction in standard deviations; raises NoAnswerError where it has none."""
         S = np.concatenate([p.form, p.spread / np.sqrt(temperature)], axis=1)
         inner = np.eye(S.shape[1]) + S.T @ S
         m = p.form.shape[1]
@@ -190,7 +191,7 @@ class PredictiveDensity:
         return cls(p.mean, S, inner, -0.5 * (form / temperature + whole - form), temperature)
 
     def log(self, drawn: np.ndarray) -> np.ndarray:
-        """Its logarithm at records (d, n), less what n ln 2 pi adds."""
+        """Logarithm of the density at records (d, n), without the term n ln 2 pi."""
         r = drawn - self.mean
         a = r @ self.S
         q = (r**2).sum(axis=1) - (a * answer(np.linalg.solve, self.inner, a.T).T).sum(axis=1)
@@ -247,7 +248,7 @@ class Forecast:
         return [[own[self._acting(fit)] for fit in self.fits] for own in found]
 
     def _acting(self, fit: ParameterFit) -> tuple[Any, ...]:
-        """What a response follows from: values, and an effect's options where its size is not zero."""
+        """Cause of a response: values, and an effect's options where its size is not zero."""
         values = tuple(sorted((p.name, v) for p, v in fit.point.values.items() if v))
         own = {p.name for p in fit.parameters} - {p.name for p in self.fits[0].parameters}
         return values, tuple(sorted(fit.point.fixed.items())) if own & dict(values).keys() else ()
@@ -343,7 +344,7 @@ def _samples(trial: Trial) -> float:
 
 
 def _drive(trial: Trial) -> float:
-    """Rms of what excites a trial, about its mean [V or N]."""
+    """Rms of a trial's excitation about its mean [V or N]."""
     rows = trial.rows[trial.start : trial.start + trial.blocks * trial.length]
     driving = rows[:, 2:4] if rows[:, 2:4].any() else rows[:, 4:6]
     return float(np.sqrt(driving.var(axis=0).sum()))
@@ -365,6 +366,6 @@ def is_of_sensor(key: str) -> bool:
 
 
 def on_turned_ring(columns: Columns, angle: float) -> Columns:
-    """Sensitivities of the motion as probes on a ring read them that is turned further by an angle [rad]."""
+    """Sensitivities of the motion in the axes of a ring of probes that is turned further by an angle [rad]."""
     turn = ring_axes(angle)
     return {key: (turn @ one.reshape(2, -1)).ravel() for key, one in columns.items() if not is_of_sensor(key[1])}

@@ -16,9 +16,10 @@ import tomlkit
 from rotorsim.base.constants import MPA, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.explanation import NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, shown_share
 from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.linear_algebra import NoAnswerError
-from rotorsim.discrepancy.odds import NOT_IN_CATALOGUE, NOTHING, SURE, TEMPERATURE, Explanation, shown_share
+from rotorsim.discrepancy.odds import TEMPERATURE
 from rotorsim.discrepancy.plan.experiments import ExperimentOption, options, written_changes
 from rotorsim.discrepancy.plan.forecast import (
     Columns,
@@ -37,11 +38,11 @@ from rotorsim.machine import Machine
 LEAST = 1e-3
 """Probability, among those of the catalogue, from which an explanation is a rival."""
 RIVALS, UNSEEN = 4, 8
-"""Rivals that are followed into a new run, at most: of those that the records show, and of those that they do not."""
+"""Most rivals that are followed into a new run: of those that the records show, and of those that they do not."""
 ENOUGH = 0.02
 """Share of today's entropy that a run has to take away to be worth its time."""
 CLOSE = 6
-"""Experiments that get a close look, at most."""
+"""Most experiments that get a close look."""
 UNKNOWN_FORM, WORSE = 0.3, 3.0
 """Relative error of the response where something beyond the catalogue is missing besides the most probable effects, and
 times theirs that it is at least."""
@@ -56,7 +57,7 @@ A_MINUTE = 0.002
 
 @dataclass(frozen=True)
 class Proposal:
-    """An experiment with what it should leave of the odds.
+    """Experiment with the odds that it should leave.
 
     close : whether sensitivities were taken in it; else those of the usual excitation at its operating point stand for
         them, or some alone where its lines are others (`bare`), which promises too much
@@ -73,7 +74,7 @@ class Proposal:
         return self.outlook.entropy + A_MINUTE * self.option.minutes
 
     def as_dict(self) -> dict[str, Any]:
-        """As plain numbers and text."""
+        """Plain numbers and text, for JSON."""
         one = self.option
         return {
             "experiment": one.name, "kind": one.experiment.name, "speed_rpm": one.speed * TO_RPM,
@@ -86,7 +87,7 @@ class Proposal:
 
 @dataclass(frozen=True)
 class ExperimentPlan:
-    """Experiments, the best first; entropy [bit] of today's odds; what no experiment separates, in words.
+    """Experiments, the best first; entropy [bit] of today's odds; sentences on what no experiment separates.
 
     Experiments that help come before those that do not, whose price may be lower (`with_proposals`).
     `odds` are the rivals' probabilities today, `tried` the number of experiments that were looked at, `sure` the
@@ -111,7 +112,7 @@ class ExperimentPlan:
         return bool(self.proposals) and self.helps(self.proposals[0])
 
     def with_proposals(self, ranked: Iterable[Proposal]) -> ExperimentPlan:
-        """With experiments of a ranking, those that help before the others."""
+        """Plan with the experiments of a ranking, those that help before the others."""
         return replace(self, proposals=tuple(sorted(ranked, key=lambda p: not self.helps(p))))
 
     def first(self, longest: float) -> Proposal | None:
@@ -120,7 +121,7 @@ class ExperimentPlan:
 
     @property
     def sentence(self) -> str:
-        """What to do next."""
+        """Sentence on the next experiment."""
         if len(self.rivals) < 2 or not self.proposals:
             return "No next experiment: one explanation is left, or none was re-fitted."
         best, share = self.proposals[0], max(self.odds, default=0.0)
@@ -136,7 +137,7 @@ class ExperimentPlan:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """As plain numbers and text."""
+        """Plain numbers and text, for JSON."""
         return {
             "sentence": self.sentence, "entropy_bit": self.entropy, "experiments_tried": self.tried,
             "rivals": [{"name": n, "probability": p} for n, p in zip(self.rivals, self.odds, strict=False)],
@@ -262,7 +263,7 @@ class Rival:
 
 @dataclass(eq=False)
 class ExperimentRanking:
-    """First and close looks at experiments."""
+    """Ranking of experiments: a first look at each, a close one at those that promise most."""
 
     forecast: Forecast
     today: CurrentOdds
@@ -355,7 +356,7 @@ class ExperimentRanking:
 
 
 def _of_class(e: Explanation) -> str:
-    """Why no experiment separates explanations of one class."""
+    """Sentence on why no experiment separates explanations of one class."""
     others = ", ".join(" with ".join(one) for one in e.alike)
     reason = next((s for s in map(signature_of, e.effects) if s), "the same response in every record")
     return f"no experiment separates {e.name} from {others}: {reason}"

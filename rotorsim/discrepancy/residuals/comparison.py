@@ -25,17 +25,18 @@ from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint, c
 from rotorsim.discrepancy.twin.plant import NO_SOLUTION, Twin
 
 SOURCES = (*RUNS, "rotorsim/analysis", "rotorsim/discrepancy")
-"""Sources that a response follows from."""
+"""Source folders and files whose change makes cached responses stale."""
 THREADS = min(2, os.cpu_count() or 1)
+"""Number of runs at a time."""
 BEYOND = 0.01
-"""Displacement [m] that no machine survives: no solution."""
+"""Displacement [m] from which on the twin counts as without solution."""
 LOST = NO_SOLUTION / 4
 """Change of a line [m] by a finer mesh or another law from which on one of both has no solution."""
 
 
 @dataclass(eq=False)
 class TwinComparison:
-    """Trials and their twin; sigma (n,) [m] is the noise floor, correction (n,) [m] the solver's error."""
+    """Comparison of trials with a twin; sigma (n,) [m] is the noise floor, correction (n,) [m] the solver's error."""
 
     twin: Twin
     trials: list[Trial]
@@ -80,7 +81,7 @@ class TwinComparison:
         return [done[i] for i in first]
 
     def _first_of_repeats(self) -> list[int]:
-        """For every trial the first one with the same inputs: repeats are simulated once."""
+        """Number of the first trial with the same inputs, trial by trial: repeats are simulated once."""
         seen: dict[tuple[str, float], int] = {}
         return [seen.setdefault((t.inputs, round(t.angle, 9)), i) for i, t in enumerate(self.trials)]
 
@@ -96,7 +97,7 @@ class TwinComparison:
         return self.cache.array(key, self.measured.shape, lambda: self._joined(self.spectra(point, twin, whole)))
 
     def key(self, point: ParameterPoint, twin: Twin, *more: Any) -> str:
-        """Cache key of what follows from the inputs of the trials, a twin at a point, and `more`."""
+        """Cache key of a response to the inputs of the trials by a twin at a point, and of `more`."""
         plant = (twin.equipped[0].hash, twin.assembly.module.__name__)
         inputs = [(t.inputs, t.angle, t.lead) for t in self.trials]
         values = sorted((parameter.name, value) for parameter, value in point.values.items())
@@ -301,7 +302,7 @@ class SensitivityColumns:
     def columns(
         self, point: ParameterPoint, parameters: Sequence[FitParameter], progress: Callable[[], None] | None = None
     ) -> np.ndarray:
-        """As `TwinComparison.jacobian`, but in metres (n, k), kept on disk column by column."""
+        """Sensitivity columns (n, k) [m], kept on disk column by column."""
         comparison = self.comparison
         share = {k: np.array([k.share(t.speed, t.pressure) for t in comparison.trials]) for k in parameters if k.trend}
         out = []

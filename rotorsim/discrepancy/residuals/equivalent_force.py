@@ -30,6 +30,7 @@ from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise
 
 MOST_LINES, NEIGHBOURS, MOST_RECORDS = 8, 3, 4
+"""Most lines that are reported, lines of a peak's skirt to each side, most records that are looked at."""
 
 
 def equivalent_force(

@@ -22,12 +22,15 @@ from rotorsim.discrepancy.data.spectra import Trial
 TOLERANCE = 0.004
 """Declared tolerance of the model: share of a line."""
 SOLVER_SHARE = 0.25
+"""Share of the solver's error that remains after its correction."""
 NEIGHBOURS = 12
+"""Lines to each side whose scatter is pooled."""
 LEAST = 1e-9
-"""Smallest floor [m]: what the solver's stopping rule leaves."""
+"""Smallest floor [m], that of the solver's stopping rule."""
 LN2 = 0.6931471805599453
+"""Median of an exponential distribution of mean 1."""
 QUIET, ROWS = "the quiet lines within the records", "neighbouring rows"
-"""Where the scatter comes from of records and of vectors that do not show it."""
+"""Sources of the scatter of records and of vectors that do not show it."""
 
 
 def repeat_scatter(trials: list[Trial], residuals: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
@@ -48,7 +51,7 @@ def repeat_scatter(trials: list[Trial], residuals: list[np.ndarray]) -> tuple[np
 
 
 def unknown_sources(trials: list[Trial]) -> list[str]:
-    """Where the scatter comes from of records, and of vectors, that have no blocks, repeats or stated accuracy."""
+    """Sources of the scatter of records, and of vectors, that have no blocks, repeats or stated accuracy."""
     kinds = (([t for t in trials if not t.orders], QUIET), ([t for t in trials if t.orders], ROWS))
     return [source for own, source in kinds if own and not _known(own)]
 

@@ -24,8 +24,8 @@ from rotorsim.discrepancy.residuals.comparison import TwinComparison
 from rotorsim.discrepancy.residuals.floor import LEAST as FAINTEST
 
 SIGMAS, LEAST = 6.0, 20.0
-"""A group is flagged when its sum of squares is beyond its number by so many standard deviations and so much: of two
-numbers, as an order has, one in 60 000 is by chance."""
+"""Standard deviations, and least excess, by which a group's sum of squares is beyond its number where it is flagged;
+of two numbers, as an order has, one in 60 000 is by chance."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Misfit:
 
     @property
     def place(self) -> str:
-        """Where among the rows of vectors the residual is largest, as text; empty for records."""
+        """Row of vectors with the largest residual, as text; empty for records."""
         return f"{self.largest * TO_UM:.3g} um at {self.speed * TO_RPM:.0f} rpm" if self.speed else ""
 
     @property
@@ -101,8 +101,9 @@ def excess(groups: list[Misfit]) -> float:
 
 
 UNSTEADY = "unsteady"
+"""Name of the group of lines between the orders that do not repeat."""
 NEAR_ORDER = 1.5
-"""Lines this near to an order are left out: a speed that wavers spreads it."""
+"""Distance to an order, in lines, within which lines are left out: a speed that wavers spreads it."""
 
 
 def unsteady(trials: list[Trial], residuals: list[np.ndarray], scatter: np.ndarray) -> list[Misfit]:
@@ -141,7 +142,7 @@ def tone(trial: Trial, residual: np.ndarray) -> tuple[float, np.ndarray]:
 
 
 def _quiet(trial: Trial) -> np.ndarray:
-    """Which lines (lines,) are away from the mean and from the orders."""
+    """Mask (lines,) of the lines away from the mean and from the orders."""
     f = trial.frequencies
     away = f > f[1] / 2
     turns = abs(trial.speed) / (2 * np.pi)

@@ -15,6 +15,7 @@ from rotorsim.discrepancy.residuals.comparison import TwinComparison
 
 FACTORS = {25.4: "mils or inches taken for millimetres", 1e3: "a prefix of a thousand lost (mm, um; mV, V)",
            1e6: "metres taken for micrometres", 39.37: "inches taken for metres"}  # fmt: skip
+"""Factors between units that are taken for one another, with their causes."""
 ALIKE = 0.7
 """Cosine between measured and simulated lines from which they count as the same up to a factor."""
 NEAR = 0.35

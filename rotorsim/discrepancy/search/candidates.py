@@ -74,7 +74,7 @@ def candidates(twin: Twin, effects: Iterable[str] | None = None) -> tuple[Form, 
 
 
 def _known(effects: Iterable[str], forms: Iterable[Form], machine: str) -> set[str]:
-    """The names given, all of them those of forms."""
+    """Names that were asked for; raises DataError for one that no form has."""
     asked, known = set(effects), set().union(*(f.names for f in forms))
     for unknown in sorted(asked - known):
         own = sorted(n for n in known if n.startswith(unknown.partition(".")[0] + "."))
@@ -112,7 +112,7 @@ def _forms(twin: Twin, name: str, recipe: CandidateForm) -> list[Form]:
 
 
 def _about(twin: Twin, name: str, table: int) -> tuple[str, bool]:
-    """What names the film of a table, where there are several, and whether injectors with pins feed it."""
+    """Suffix that names the film of a table where there are several, and whether injectors with pins feed it."""
     bearing = getattr(twin.effect(name, table), "bearing", None)
     if bearing is None or len(twin.machine.films) < 2:
         return "", twin.machine.pinned_film is not None
@@ -201,13 +201,13 @@ def of_one_force(a: str, b: str) -> bool:
 
 
 def resembles(key: str) -> str:
-    """Known cause with the same signature that is not an effect of the catalogue; empty if there is none."""
+    """Cause outside the catalogue with the same signature; empty if there is none."""
     form = _form(key)
     return form.resembles if form is not None else ""
 
 
 def signature_of(key: str) -> str:
-    """What forms of its class have in common, in words; empty where it is distinguishable."""
+    """Common property of the forms of its class, in words; empty where it is distinguishable."""
     return _signature(key)[0]
 
 
@@ -263,7 +263,7 @@ class Screening:
     raw: np.ndarray
 
     def drop(self, *numbers: int) -> tuple[float, np.ndarray]:
-        """By how much a set of forms together lowers the sum of squares, and at which values of their parameters."""
+        """Fall of the sum of squares by a set of forms together, and the values of their parameters there."""
         columns = np.concatenate([np.arange(*self.where[i].indices(len(self.products))) for i in numbers])
         return self._drop(columns)
 

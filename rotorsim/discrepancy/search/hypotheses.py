@@ -23,13 +23,13 @@ from rotorsim.discrepancy.search.candidates import Form, Screening, apart, disti
 from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint, within
 
 CLEAR = 100.0
-"""A name lowers the sum of squares by this much at least, besides k ln N: twice what makes an effect detectable. Where
-nothing is missing the best effect lowers it by some ten, with another law of the injectors by up to thirty."""
+"""Least fall of the sum of squares by a name, besides k ln N: twice that of a detectable effect. Where nothing is
+missing the best effect lowers it by some ten, with another law of the injectors by up to thirty."""
 TIE = 0.06
-"""Rivals are tied when their sums of squares differ by less than this share of what the best one explains."""
+"""Difference of two rivals' sums of squares below which they are tied, as a share of the fall by the best one."""
 
 CANCEL = 0.5
-"""Responses cancel where their sum is below this share of the largest: of two equal ones, a cosine below -0.87."""
+"""Sum of responses over the largest one below which they cancel: of two equal ones, a cosine below -0.87."""
 FORM = 0.1
 """Share of its own response that an effect's form may leave in a group. Chosen, not measured: a remainder of .4 % in
 energy, as a bow in records of another program left, is 0.06 in amplitude."""
@@ -65,15 +65,17 @@ def within_form_error(comparison: TwinComparison, before: np.ndarray, after: np.
 ENOUGH = 0.95
 """Share of the flagged excess that has to go before anything is named."""
 NEARLY = 0.8
-"""From this share on a hypothesis is fitted with all sensitivities updated before it is dropped."""
+"""Share of the excess gone from which on a hypothesis is fitted with all sensitivities updated before it is dropped."""
 REFITS = 3
 """Hypotheses of each size that are re-fitted with the plant."""
 SURE = 5.0
 """Standard deviations by which the size of a further effect differs from none."""
 MOST_HALVINGS = 4
+"""Most reductions of the linear estimate, by 0.4 each, before a fit begins at size 0."""
 MOST_ROUNDS = 8
+"""Most fits of a hypothesis with new sensitivities."""
 COARSE = 10.0
-"""Times by which the floor is raised where forms are ranked against a calibration that is not believed."""
+"""Factor on the floor where forms are ranked against a calibration that is not believed."""
 FINALISTS = 10
 """Forms whose sensitivities are updated at the re-fitted point."""
 
@@ -93,7 +95,7 @@ class Hypothesis:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Which effects, sorted."""
+        """Keys of the effects, sorted."""
         return tuple(sorted(f.key for f in self.forms))
 
     @property
@@ -104,7 +106,7 @@ class Hypothesis:
 
 @dataclass(eq=False)
 class EffectSearch:
-    """Data of a search for missing effects; `columns` are sensitivities by form at some point."""
+    """Search for missing effects; `columns` are sensitivities by form at some point."""
 
     comparison: TwinComparison
     held_out: TwinComparison | None
@@ -116,7 +118,7 @@ class EffectSearch:
     progress: Callable[[], None] = lambda: None
     updated: set[str] | None = None
     nominal: ParameterFit | None = None
-    """The base with sensitivities of where `columns` were taken; where there is none all are updated at once."""
+    """Base with the sensitivities of the point of `columns`; without one all are updated at once."""
     before: EffectSearch | None = None
     """The same search from the machine file's own numbers, where what is missing has led the calibration astray."""
     unsteady: float = 0.0
@@ -127,7 +129,7 @@ class EffectSearch:
         return screen(base or self.base, self.forms, [self.columns[f.label] for f in self.forms])
 
     def promise(self) -> float:
-        """By how much the best form would lower the sum of squares, by linear sensitivities."""
+        """Fall of the sum of squares by the best form, from linear sensitivities."""
         if not self.forms:
             return 0.0
         view = self.screened(self.nominal)

@@ -31,14 +31,18 @@ from rotorsim.discrepancy.search.hypotheses import (
 from rotorsim.discrepancy.twin.parameters import contributions, setting
 
 MOST_EFFECTS = 3
+"""Most effects that are named together."""
 MORE = 100.0
 """Flagged excess that explanations may leave before an additional effect is searched for."""
 TIE_LEAST = 16.0
+"""Difference of two rivals' sums of squares below which they are always tied."""
 A_FIFTH = 0.2
+"""Share of the flagged excess that a partial explanation takes at least."""
 
 ANOTHER = 0.05
 """Share of the flagged misfit that a further effect must take."""
 STATUSES = ("no_disagreement", "named", "tie", "partial", "unknown")
+"""Verdicts of a search."""
 
 
 @dataclass(frozen=True, eq=False)

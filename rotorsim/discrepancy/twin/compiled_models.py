@@ -58,7 +58,7 @@ class CompiledModels:
     def of(
         cls, machine: Machine, effects: Iterable[str] | None = None, progress: Progress = lambda _: None
     ) -> CompiledModels:
-        """Twins of a machine with all effects of the catalogue, or these, as candidates."""
+        """Compile the twins of a machine with all effects of the catalogue, or these, as candidates."""
         only = None if effects is None else tuple(sorted(set(effects)))
         fine_grid = GRID if machine.film is None else FINE_GRID
         twin = Twin(machine, GRID, STEP, only=only)

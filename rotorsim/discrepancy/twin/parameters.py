@@ -27,7 +27,9 @@ from rotorsim.machine.bearings.linear import LinearBearing
 STEPS = 10.0
 """Prior standard deviation of an effect's size in steps; one moves a response by a few tenths of a micrometre."""
 REFERENCE_PRESSURE = 0.5e6
+"""Gauge pressure [Pa] at which a trend over pressure is zero."""
 REFERENCE_SPEED = 2 * np.pi * 100
+"""Shaft speed [rad/s] that scales a trend over speed."""
 DIRECTIONS = ("offset_x", "offset_y", "mesh", "law")
 """Keys that shift the data and not the plant: the sensors' zeros [m], the solver's mesh and the injectors' law [1]."""
 
@@ -65,6 +67,7 @@ class FitParameter:
 
 
 Values = Mapping[FitParameter, float]
+"""Values by fit parameter."""
 
 
 def contributions(
@@ -136,7 +139,7 @@ def calibration(twin: Twin, points: int = 6) -> tuple[FitParameter, ...]:
 
 
 MESH = FitParameter("mesh", 1.0, 0.5)
-"""Direction of the solver's error, which is corrected for: what is left of it is within half of it."""
+"""Direction of the solver's error, which is corrected for; half of it may remain."""
 LAW = FitParameter("law", 1.0, 0.1)
 """Direction from one injector law to the other."""
 
@@ -213,12 +216,12 @@ class ParameterPoint:
     fixed: Mapping[str, float] = field(default_factory=dict, hash=False)
 
     def moved(self, parameters: Sequence[FitParameter], changes: np.ndarray) -> ParameterPoint:
-        """With changes added to parameters."""
+        """Point with changes added to parameters."""
         new = dict(self.values)
         for parameter, change in zip(parameters, changes, strict=True):
             new[parameter] = new.get(parameter, 0.0) + float(change)
         return replace(self, values=new)
 
     def holding(self, fixed: Mapping[str, float]) -> ParameterPoint:
-        """With further numbers held."""
+        """Point with further numbers held."""
         return replace(self, fixed={**self.fixed, **fixed})

@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 from scipy.linalg import expm
 
-from rotorsim.analysis.supply import regulator_pressure
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffError
 from rotorsim.base.rounding import decays
@@ -31,7 +30,7 @@ from rotorsim.plant.linearise import linearise
 from rotorsim.plant.simulation import Simulation
 
 NO_SOLUTION = 1e-3
-"""Lines [m] that stand for a plant without solution."""
+"""Size of the lines [m] that stand for a plant without solution."""
 
 
 def without_scatter(machine: Machine) -> Machine:
@@ -75,7 +74,7 @@ def own_tables(effect: type[Effect], machine: Machine) -> tuple[Effect, ...]:
 
 
 def of_each_film(present: tuple[Effect, ...], own: tuple[Effect, ...]) -> tuple[Effect, ...]:
-    """What a machine has of an effect that a film has once, as a table for each film; neutral where it has none."""
+    """Tables, one for each film, of an effect that a film has once; neutral where the machine has none."""
     if all(getattr(e, "bearing", None) is None for e in own):
         return present
     common = next((e for e in present if getattr(e, "bearing", None) is None), None)
@@ -123,10 +122,11 @@ def equip(
 
 
 MOST_TURNS, ROUNDS = 12, 8
+"""Most turns in one shot, and most shots, of a search for periodic motion."""
 CLOSE = 0.01
-"""Share of a sample by which turns may miss whole samples."""
+"""Largest distance of turns from whole samples, in samples."""
 SETTLED = 1e-6
-"""Relative change of the state over the turns that counts as none."""
+"""Relative change of the state over the turns below which the motion is periodic."""
 
 
 def whole_turns(speed: float) -> int:
@@ -187,11 +187,13 @@ def in_motion(a: Assembly, w: np.ndarray, speed: float, pressure: float) -> np.n
 Setting = Mapping[str, float]
 """Values by key: 'effect.table.parameter' (absolute, SI) or a name of FACTORS (a relative change)."""
 FACTORS = ("curtain_discharge", "shaft_damping", "shaft_stiffness", "actuator_x", "actuator_y")
+"""Keys of relative changes of numbers that no effect describes."""
 PRESSURE = np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
-"""Column of a run's input rows that is the supply."""
+"""Mask of the supply pressure in the columns of a run's input rows."""
 USUAL_STEP = 1e-4
 """Step [s] of a machine for which the steps of twins were chosen."""
 FAILURES = (ConvergenceError, NoLiftOffError, MachineFileError, NoAnswerError)
+"""Errors of a plant without solution."""
 
 
 @dataclass(frozen=True)
@@ -217,7 +219,7 @@ class Twin:
         return machine.with_(changes), slots
 
     def _step(self) -> float:
-        """The step [s], as much finer as the machine's own step is than the usual one."""
+        """Time step [s], finer by the factor by which the machine's own step is finer than the usual one."""
         finer = min(self.machine.time_step / USUAL_STEP, 1.0)
         return self.step if finer == 1.0 else RIG_SAMPLE / ceil(RIG_SAMPLE / (finer * self.step) - 1e-9)
 
@@ -232,7 +234,7 @@ class Twin:
         return assemble(self.equipped[0])
 
     def effect(self, name: str, table: int) -> Effect:
-        """An effect as the neutral setting has it."""
+        """Effect with the numbers of the neutral setting."""
         return self.equipped[0].effects[name][table]
 
     @cached_property
@@ -249,7 +251,7 @@ class Twin:
         return any(key.split(".")[0] in slow and value for key, value in setting.items() if "." in key)
 
     def set(self, setting: Setting) -> Assembly:
-        """The assembly with other parameters; nothing is compiled."""
+        """Assembly with other parameters; nothing is compiled."""
         a = self.assembly
         record, w = a.record.copy(), a.w.copy()
         changes: dict[tuple[str, int], dict[str, float]] = {}
@@ -295,12 +297,14 @@ class Twin:
         """
         if not any(e.port == "supply" and e != type(e)() for own in self.machine.effects.values() for e in own):
             return pressure
+        from rotorsim.analysis.supply import regulator_pressure  # for machines with a supply line alone
+
         filed = {k: v for k, v in setting.items() if getattr(REGISTRY.get(k.split(".")[0]), "port", "") != "supply"}
         return regulator_pressure(self.set(filed), speed, pressure)
 
 
 def _scale(a: Assembly, record: Any, w: np.ndarray, key: str, change: float) -> None:
-    """Relative changes of what no effect describes."""
+    """Change relatively a number that no effect describes."""
     if key == "curtain_discharge":
         for k in range(len(a.films)):
             a.film_part(w, k)[a.film.curtain : a.film.curtain + a.film.n_inj] *= 1 + change

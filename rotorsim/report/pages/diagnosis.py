@@ -7,7 +7,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.constants import TO_UM
-from rotorsim.discrepancy.odds import LEAST_SHOWN, shown_share
+from rotorsim.discrepancy.explanation import LEAST_SHOWN, shown_share
 from rotorsim.discrepancy.outcome.machine_file import difference
 from rotorsim.report.export.display_units import quantity
 from rotorsim.report.figures import diagnosis_plots as plots

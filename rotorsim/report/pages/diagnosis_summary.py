@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rotorsim.discrepancy.odds import NOTHING, Explanation, shown_share
+from rotorsim.discrepancy.explanation import NOTHING, Explanation, shown_share
 from rotorsim.discrepancy.outcome.gap import reduction
 from rotorsim.discrepancy.outcome.result import FORCE, NO_ACCURACY, NOTHING_BEYOND, PLAN_NEXT, LocatedEffect, located
 from rotorsim.report.figures.diagnosis_summary_plots import gap_by_role, leading_odds, stages_of

@@ -1,18 +1,56 @@
-"""Options of `rotorsim diagnose` on the next experiments: a plan of them, or a loop that makes them on a rig."""
+"""Options of `rotorsim diagnose`: its data, and the next experiments as a plan or made on a rig."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rotorsim.base.constants import MINUTE
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import parse
-from rotorsim.discrepancy.plan.experiments import ALLOWED, check_allowed
-from rotorsim.discrepancy.rigs import ExperimentRig, open_rig
-from rotorsim.machine import Machine
+from rotorsim.commands.completion import parameters
+from rotorsim.discrepancy.plan.allowed import ALLOWED, check_allowed
+
+if TYPE_CHECKING:
+    from rotorsim.discrepancy.rigs import ExperimentRig
+    from rotorsim.machine import Machine
+
+
+@dataclass(frozen=True)
+class DataOptions:
+    """Records by their use, columns, candidates, and tolerance of the model."""
+
+    records: Annotated[
+        list[Path] | None, typer.Argument(metavar="RECORDS", help="Records to fit: files, or a folder of .nc.")
+    ] = None
+    held_out: Annotated[
+        list[Path] | None, typer.Option("--held-out", help="Record at another operating point that chooses the effect.")
+    ] = None
+    untouched: Annotated[
+        list[Path] | None, typer.Option("--untouched", help="Record that only shows the gap; may be repeated.")
+    ] = None
+    mapping: Annotated[Path | None, typer.Option("--mapping", help="Columns of files that are not .nc.")] = None
+    effect: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--effect",
+            help="Only this is a candidate, e.g. runout or runout.amplitude_2x; may be repeated.",
+            autocompletion=parameters,
+        ),
+    ] = None
+    tolerance: Annotated[float, typer.Option("--tolerance", help="Tolerance of the model: share of a line.")] = 0.004
+
+    def check(self, records: bool) -> None:
+        """Raise DataError for a tolerance that is not a fraction, and without `records` where they are needed."""
+        if records and not self.records:
+            raise DataError("diagnose: no records; name files or a folder, or give --self-test")
+        if not 0 < self.tolerance < 1:
+            text = f"--tolerance: {self.tolerance:g} is not a fraction; give a number between 0 and 1, e.g. 0.004"
+            raise DataError(text)
+
 
 BUDGET, WAIT = "30 min", "8 h"
 """Rig time of the experiments, and longest time to wait for a record, where none is given."""
@@ -20,7 +58,7 @@ BUDGET, WAIT = "30 min", "8 h"
 
 @dataclass(frozen=True)
 class ExperimentOptions:
-    """Whether experiments are planned or made, on which rig, and what they may change and take."""
+    """Next experiments: planned or made, on which rig, with which changes and rig time."""
 
     plan_next: Annotated[
         bool,
@@ -65,7 +103,7 @@ class ExperimentOptions:
 
     @property
     def allowed(self) -> tuple[str, ...]:
-        """What experiments may change; raises DataError for something unknown."""
+        """Changes that experiments may make; raises DataError for something unknown."""
         return check_allowed([] if self.allow is None else [name.strip() for name in self.allow.split(",")])
 
     @property
@@ -75,6 +113,8 @@ class ExperimentOptions:
 
     def open_rig(self, machine: Machine) -> ExperimentRig:
         """The rig, with the longest wait for a record; raises DataError where the text names none."""
+        from rotorsim.discrepancy.rigs import open_rig
+
         longest = MINUTE * _minutes("--wait", self.wait or WAIT)
         return open_rig(str(self.rig), machine, longest)
 
