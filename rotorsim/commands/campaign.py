@@ -35,7 +35,7 @@ Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a campaig
 
 
 @group("campaign", "Example: rotorsim campaign thesis --out my_campaign; rotorsim campaign status my_campaign")
-class Campaign(CommandGroup):
+class CampaignCommands(CommandGroup):
     """Run many experiments by a plan, on all cores or a cluster."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:

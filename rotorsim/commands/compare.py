@@ -119,7 +119,7 @@ def _compare_results(
 
 
 def _mappings(runs: list[Path], given: Mapping | None) -> dict[Path, Mapping | None]:
-    """By file what holds for it of a mapping: of one for the columns of other files, the conditions of a .nc."""
+    """Mapping of each file; a record .nc takes only the conditions of one that maps columns of other files."""
     from identification import Mapping
 
     own = [path for path in runs if path.suffix == ".nc"]

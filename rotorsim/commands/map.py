@@ -53,13 +53,13 @@ LISTED: dict[str, tuple[str, str, float]] = {
     "onset_ratio": ("whirl_ratio", "Whirl frequency ratio at the onset", 1.0),
     "crossing_speed": ("crossings_rpm", "Critical speeds [rpm]", TO_RPM),
 }
-"""By variable: key of the summary, title of the table, factor."""
+"""Key of the summary, title of the table and factor of each variable that has a table of its own."""
 LOOKED: dict[str, tuple[str, str]] = {
     "onset_speed": ("onset_looked", "whirl_onset_looked"),
     "onset_ratio": ("onset_looked", "whirl_onset_looked"),
     "crossing_speed": ("crossing_searched", "crossings_searched"),
 }
-"""By variable: the one that is 1 where all of it was looked for, and that one's key of the summary."""
+"""Flag of each such variable, 1 where all of it was searched, and the flag's key of the summary."""
 
 
 @dataclass(frozen=True)

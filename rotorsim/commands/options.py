@@ -99,7 +99,7 @@ class PlantOptions(GridOptions):
 
 @dataclass(frozen=True)
 class PageOptions:
-    """What is done with a page that a command writes."""
+    """Options about the page that a command writes: units, figures as files, display in the browser."""
 
     units: Annotated[str, typer.Option(help="Units of the page: metric or imperial.")] = "metric"
     figures: Annotated[str | None, typer.Option(help="Every figure of the page as a file too: png, svg or csv.")] = None

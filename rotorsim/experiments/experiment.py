@@ -122,7 +122,7 @@ class Experiment(ABC):
 
 
 @dataclass(frozen=True)
-class AtPoint(Experiment):
+class PointExperiment(Experiment):
     """An experiment at constant speed and supply pressure."""
 
     speed: float = param("rad/s", "Shaft speed.", 0.0, low=0)

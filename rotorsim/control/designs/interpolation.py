@@ -34,7 +34,7 @@ class Surfaces:
 
 
 def exponents(order: int) -> tuple[tuple[int, int], ...]:
-    """Of all monomials up to a total degree."""
+    """Exponents of all monomials in two variables up to a total degree."""
     return tuple((i, total - i) for total in range(order + 1) for i in range(total, -1, -1))
 
 

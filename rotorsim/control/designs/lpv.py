@@ -22,7 +22,7 @@ from rotorsim.base.progress import Report, silent
 from rotorsim.base.rounding import definite
 from rotorsim.control.designs.lpv_controller import controller_at, performance, separation
 from rotorsim.control.designs.lpv_matrices import Solution
-from rotorsim.control.designs.lpv_problem import Grid, Sought, synthesise
+from rotorsim.control.designs.lpv_problem import SynthesisGrid, Sought, synthesise
 from rotorsim.control.designs.mixed import MILD, RIG, Generalised, Weights, mixed_sensitivity
 from rotorsim.control.designs.plants import MILLI, Model, design_plant, point_text
 from rotorsim.control.designs.specification import (
@@ -128,7 +128,7 @@ def synthesis(model: Model, spec: LpvSpec, progress: Report = silent) -> Designe
     scale = balance(plants)
     low, high = np.array([speeds[0], pressures[0]]), np.array([speeds[-1], pressures[-1]])
     scaled = np.array([_scaled(low, high, w, p) for w, p in points])
-    grid = Grid(scaled, tuple(rescaled(P, scale) for P in plants), scaled_rates(spec, low, high))
+    grid = SynthesisGrid(scaled, tuple(rescaled(P, scale) for P in plants), scaled_rates(spec, low, high))
     sought = Sought(spec.order_X, spec.order_Y, spec.eps, spec.bound)
     made = None
     if plants[0].D21.shape[0] == plants[0].D21.shape[1]:  # y shows all disturbances: Y's inequality binds alone

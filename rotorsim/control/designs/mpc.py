@@ -48,7 +48,7 @@ SETTINGS = {
     "verbose": False, "adaptive_rho": False, "rho": 1.0, "eps_abs": 1e-4, "eps_rel": 1e-4, "max_iter": 4000,
     "check_termination": 10, "polishing": False, "warm_starting": True,
 }  # fmt: skip
-"""Of the solver; nothing in them depends on the time that it takes."""
+"""Settings of the solver; nothing in them depends on the time that it takes."""
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ Spec = PlacementSpec
 
 
 def target(poles: np.ndarray, share: float, light: float) -> np.ndarray:
-    """Where the poles z go: those with a damping ratio below `light` lose imaginary part."""
+    """Poles z of the closed loop: those with a damping ratio below `light` lose imaginary part."""
     s = np.log(np.where(np.abs(poles) > 1e-9, poles, 1e-9).astype(complex))
     moved = (np.abs(s.imag) > 1e-6) & (-s.real < light * np.abs(s))
     return np.where(moved, poles.real + 1j * share * poles.imag, poles)

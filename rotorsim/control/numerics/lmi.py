@@ -43,7 +43,7 @@ GAP = 1e-4
 
 
 @dataclass
-class Problem:
+class LmiProblem:
     """Minimise c'x subject to matrix inequalities; `variables` is the length of x."""
 
     variables: int

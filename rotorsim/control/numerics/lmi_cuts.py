@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorsim.base.progress import Report, silent
-from rotorsim.control.numerics.lmi import Problem
+from rotorsim.control.numerics.lmi import LmiProblem
 
 MOST = 8
 """Inequalities of a kind that a round adds."""
@@ -38,7 +38,7 @@ class Inequality(NamedTuple):
             value += factor * np.tensordot(x[first : first + len(matrices)], matrices, 1)
         return float(np.linalg.eigvalsh(value)[0] - self.margin / 2)
 
-    def impose(self, problem: Problem) -> None:
+    def impose(self, problem: LmiProblem) -> None:
         """Add it to a problem with its margin."""
         merged: dict[int, np.ndarray] = {}
         for first, factor, matrices in self.terms:
@@ -58,7 +58,7 @@ def minimise(
     imposed = set(start)
     while True:
         progress(f"{len(imposed)} of {len(inequalities)} inequalities")
-        problem = Problem(len(cost))
+        problem = LmiProblem(len(cost))
         for k in sorted(imposed):
             inequalities[k].impose(problem)
         x = problem.minimise(cost, what)

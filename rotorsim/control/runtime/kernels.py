@@ -123,7 +123,7 @@ def answer(w, table, axes, L, S, measured_x, measured_y, speed, pressure, out):
 
 @inlined
 def fade_states(w, L):
-    """As much of the states as is left of the output: what they were is old, and after a wrong connection wrong."""
+    """Scale the states as the output has faded: they are old, and after a wrong connection wrong."""
     part = left(w, L.guard)
     for k in range(L.n):
         w[L.x + k] *= part
@@ -133,7 +133,7 @@ def fade_states(w, L):
 def step(w, table, axes, L, S, measured_x, measured_y, speed, pressure, out):
     """One sample: `out` (2,) [V] from the measured disc [m], speed [rad/s] and gauge pressure [Pa].
 
-    S: settings, see `rotorsim.control.law.Settings`. Bad samples are held out of the law's states.
+    S: settings, see `rotorsim.control.law.LawSettings`. Bad samples are held out of the law's states.
     """
     fault = fault_in(L, measured_x, measured_y, speed, pressure)
     if L.checks >= 0:

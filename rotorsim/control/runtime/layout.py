@@ -8,7 +8,7 @@ from rotorsim.control.runtime.guard import SIZE
 from rotorsim.control.runtime.plausibility import LIMITS, STATE, WAYS
 
 
-class Layout(NamedTuple):
+class LawLayout(NamedTuple):
     """Offsets, in doubles.
 
     A block of the table holds A (n, n), B (n, 2), C (2, n), D (2, 2) and the anti-windup gain W (n, 2), row by row.
@@ -51,7 +51,7 @@ class Layout(NamedTuple):
     applied: int = 0
 
 
-def make_layout(n: int, speeds: int, pressures: int, predictors: tuple[int, int, int] | None = None) -> Layout:
+def make_layout(n: int, speeds: int, pressures: int, predictors: tuple[int, int, int] | None = None) -> LawLayout:
     """Layout of a law of order n scheduled over `speeds` x `pressures` operating points.
 
     `predictors`: order, speeds and pressures of those of its plausibility checks, order 0 for limits alone; None for a
@@ -67,11 +67,11 @@ def make_layout(n: int, speeds: int, pressures: int, predictors: tuple[int, int,
     centre = new + n
     guard = centre + 5
     seen = guard + SIZE
-    bare = Layout(n, speeds, pressures, B, C, D, W, block, x, new, centre, centre + 2, centre + 4, guard, seen)
+    bare = LawLayout(n, speeds, pressures, B, C, D, W, block, x, new, centre, centre + 2, centre + 4, guard, seen)
     return bare if predictors is None else _with_checks(bare, *predictors)
 
 
-def _with_checks(L: Layout, n: int, speeds: int, pressures: int) -> Layout:
+def _with_checks(L: LawLayout, n: int, speeds: int, pressures: int) -> LawLayout:
     """The layout with that of the plausibility checks behind it."""
     B = n * n
     C, gain, S = B + 2 * n, B + 4 * n, B + 6 * n
@@ -89,4 +89,4 @@ def _with_checks(L: Layout, n: int, speeds: int, pressures: int) -> Layout:
 
 
 FIRST_BLOCK = len(LIMITS)
-"""Where the predictors' table begins behind `checks`."""
+"""Offset of the predictors' table behind `checks`."""

@@ -17,14 +17,14 @@ from typing import ClassVar
 import numpy as np
 
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, AtPoint, register
+from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, PointExperiment, register
 from rotorsim.experiments.functions import as_function
 from rotorsim.experiments.parameters import param
 
 
 @register
 @dataclass(frozen=True)
-class Chirp(AtPoint):
+class Chirp(PointExperiment):
     """A swept sine of the reference; on both axes one after the other.
 
     Examples

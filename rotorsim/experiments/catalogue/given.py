@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import REFERENCE_LIMIT, AtPoint
+from rotorsim.experiments.experiment import REFERENCE_LIMIT, PointExperiment
 
 
 @dataclass(frozen=True, eq=False)
-class Given(AtPoint):
+class Given(PointExperiment):
     """Reference [V] and disc force [N], (n, 2) over the samples; one of them may be None. Held in memory.
 
     Examples

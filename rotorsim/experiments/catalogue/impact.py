@@ -18,7 +18,7 @@ import numpy as np
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import show
-from rotorsim.experiments.experiment import AtPoint, generator, pair, register
+from rotorsim.experiments.experiment import PointExperiment, generator, pair, register
 from rotorsim.experiments.functions import as_function
 from rotorsim.experiments.parameters import param, sequence
 
@@ -31,7 +31,7 @@ KEY = 3
 
 @register
 @dataclass(frozen=True)
-class Impact(AtPoint):
+class Impact(PointExperiment):
     """Half-sine hits of an impact hammer on the disc.
 
     Examples

@@ -19,7 +19,7 @@ from typing import ClassVar
 import numpy as np
 
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, AtPoint, generator, register
+from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, PointExperiment, generator, register
 from rotorsim.experiments.functions import as_function
 from rotorsim.experiments.parameters import param, sequence
 
@@ -29,7 +29,7 @@ KEY = 2
 
 @register
 @dataclass(frozen=True)
-class Multisine(AtPoint):
+class Multisine(PointExperiment):
     """Whole periods of multisine references on both axes at once, each with frequency lines of its own, or on one.
 
     Examples

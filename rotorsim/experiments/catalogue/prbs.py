@@ -17,7 +17,7 @@ from typing import ClassVar
 import numpy as np
 
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import REFERENCE_LIMIT, AtPoint, generator, register
+from rotorsim.experiments.experiment import REFERENCE_LIMIT, PointExperiment, generator, register
 from rotorsim.experiments.functions import as_function
 from rotorsim.experiments.parameters import param, sequence
 
@@ -29,7 +29,7 @@ KEY = 1
 
 @register
 @dataclass(frozen=True)
-class Prbs(AtPoint):
+class Prbs(PointExperiment):
     """Pseudo-random binary references, independent on x and y, after a time without excitation.
 
     Examples

@@ -14,7 +14,7 @@ import numpy as np
 from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import show
-from rotorsim.experiments.experiment import AtPoint, pair, register
+from rotorsim.experiments.experiment import PointExperiment, pair, register
 from rotorsim.experiments.functions import as_function
 from rotorsim.experiments.parameters import param
 
@@ -29,7 +29,7 @@ SLOWEST = 1e-5
 
 @register
 @dataclass(frozen=True)
-class SlowRoll(AtPoint):
+class SlowRoll(PointExperiment):
     """Whole revolutions so slowly that the sensors see runout; ends with the sample that completes them.
 
     Examples

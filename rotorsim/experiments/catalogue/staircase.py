@@ -15,7 +15,7 @@ import numpy as np
 
 from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, AtPoint, pair, register
+from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, PointExperiment, pair, register
 from rotorsim.experiments.functions import as_function
 from rotorsim.experiments.parameters import param
 
@@ -30,7 +30,7 @@ SLACK = 1e-5
 
 @register
 @dataclass(frozen=True)
-class Staircase(AtPoint):
+class Staircase(PointExperiment):
     """Reference stepwise up to the amplitude, down to its negative and back to 0, for static gains and hysteresis.
 
     Examples

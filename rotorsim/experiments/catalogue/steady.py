@@ -7,14 +7,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from rotorsim.experiments.experiment import AtPoint, register
+from rotorsim.experiments.experiment import PointExperiment, register
 from rotorsim.experiments.functions import as_function
 from rotorsim.experiments.parameters import param
 
 
 @register
 @dataclass(frozen=True)
-class Steady(AtPoint):
+class Steady(PointExperiment):
     """Steady running at constant speed and supply pressure.
 
     Examples
