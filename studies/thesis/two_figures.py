@@ -4,10 +4,9 @@ Two figures are not reproduced: the slow pole of the pins, and the amplitude of 
 on the rig with one number multiplied; straight lines between give the value that the thesis' figure belongs to.
 """
 
+import argparse
 import sys
 from pathlib import Path
-
-import matplotlib.pyplot as plt
 
 sys.path.append(str(Path(__file__).resolve().parents[2]))
 
@@ -16,11 +15,13 @@ from studies.thesis.claims.judge import MET
 from studies.thesis.experiments.run import run_experiments
 from studies.thesis.experiments.table import chosen_experiments, figure_of
 
-machine = rs.Plant("dtu_gas_bearing").machine
-chosen = chosen_experiments(["unbalance", "pd_gain"])
 SHOWN = {"unbalance": ("I4.before", "amplitude [um]"), "pd_gain": ("I9.p1_x", "slow pole, x [rad/s]")}
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__.splitlines()[0]).parse_args()
+    import matplotlib.pyplot as plt
+
+    machine, chosen = rs.Plant("dtu_gas_bearing").machine, chosen_experiments(["unbalance", "pd_gain"])
     found = run_experiments(machine, chosen, Path("experiments"), lambda *_: None)
     figure, both = plt.subplots(1, 2, figsize=(9, 4))
     for axes, one in zip(both, found, strict=True):
