@@ -10,10 +10,18 @@ from rotorsim.base.errors import MachineFileError
 from rotorsim.base.own_files import instead
 from rotorsim.base.public import named
 from rotorsim.machine import toml
-from rotorsim.machine.bearings.film import GasFilm, Injection, Injector, Orifices
+from rotorsim.machine.bearings.film import (
+    Foil,
+    GasFilm,
+    Grooves,
+    Injection,
+    Injector,
+    Lobes,
+    Orifices,
+    Steps,
+)  # fmt: skip
 from rotorsim.machine.bearings.gas import Gas
 from rotorsim.machine.bearings.linear import LinearBearing, Point, Support, TableBearing
-from rotorsim.machine.bearings.sleeve import Foil, Grooves, Lobes, Steps
 from rotorsim.machine.catalogue import catalogue, describe
 from rotorsim.machine.limits import Checked, Limits
 from rotorsim.machine.numerics import Grid, Solver

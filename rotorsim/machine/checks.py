@@ -108,9 +108,8 @@ def _injection(machine: MachineTables) -> Problems:
         yield "injection.bearing", f"{common.bearing:g} {_no_film(machine)}"
     if machine.injectors and machine.pinned_film is not None:
         film = machine.films[machine.pinned_film]
-        for name in ("foil", "grooves"):
-            if getattr(film, name, None) is not None:
-                yield "injectors", f"feed a film with {'a foil' if name == 'foil' else name}; remove them or the {name}"
+        for name in film.sleeve.closed:
+            yield "injectors", f"feed a film with {'a foil' if name == 'foil' else name}; remove them or the {name}"
 
 
 def _one_law(machine: MachineTables) -> Problems:

@@ -7,7 +7,9 @@ float afterwards. Unknown fields are refused, instances are frozen.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, ClassVar, Self, cast
+from dataclasses import MISSING, fields
+from types import new_class
+from typing import Any, ClassVar, Self, cast, get_type_hints
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
@@ -68,3 +70,25 @@ class Part(BaseModel):
         if known is None or (value is None and field.default is None and info.context is SI):
             return value
         return known.check(value) if info.context is SI else known.parse(value)
+
+
+def part_of(declared: Any, module: str) -> Any:
+    """Part of a machine file that a dataclass with declared fields is: its instances are instances of both.
+
+    Parameters
+    ----------
+    declared : class
+        A frozen dataclass whose fields carry a `Quantity`, or under 'doc' a sentence and under 'stated' whether a file
+        must give a value that has a default in Python. Its method `problems` is that of the part.
+    module : str
+        Module that has the part under the name of the dataclass.
+    """
+    hints = get_type_hints(declared)
+    body: dict[str, Any] = {"__module__": module, "__doc__": declared.__doc__, "__annotations__": {}}
+    body["problems"] = declared.problems
+    for entry in fields(declared):
+        known, stated = quantity_of(entry), entry.default is MISSING or entry.metadata.get("stated", False)
+        default = ... if stated else entry.default
+        body["__annotations__"][entry.name] = hints[entry.name]
+        body[entry.name] = _field(default, known) if known else Field(default, description=entry.metadata["doc"])
+    return new_class(declared.__name__, (Part, declared), exec_body=lambda space: space.update(body))

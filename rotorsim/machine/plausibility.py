@@ -90,9 +90,8 @@ def _sleeves(machine: MachineTables) -> Questions:
             if abs(film.position - before.position) < room * (1 - 1e-9):
                 at = show(film.position, "m")
                 yield f"{path}.position", f"'{at}' puts its sleeve inside that of {other}; check places and lengths"
-        hollows = [(f"steps.{i}", row.depth) for i, row in enumerate(film.steps)]
-        hollows += [("grooves", film.grooves.depth)] if film.grooves else []
-        for name, depth in hollows:
+        for name, form in film.sleeve.forms.items():
+            depth = getattr(form, "depth", 0.0)
             if depth > DEEP * film.clearance:
                 yield (
                     f"{path}.{name}.depth",
