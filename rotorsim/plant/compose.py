@@ -1,7 +1,9 @@
 """Generation of a machine's kernel module: sizes as numbers, static calls of its effects, the step.
 
-The module holds the functions of the templates, with those of `stubs.py` written for the machine; the film's kernels
-are a module of their own, which machines with the same film share. Both lie in the user's cache folder under a name
+The files of `rotorsim.plant.kernels` are templates. They import sizes (FILM, ROTOR, RIG) and calls of effects from
+`kernels/effect_calls.py`, where an editor finds them; the module has their functions with the sizes as numbers and
+with that file's functions written for the machine's effects. The film's kernels are a module of their own, which
+machines with the same film share. Both lie in the user's cache folder under a name
 that hashes every source that goes into them, so a change of any kernel gives a new module, new parameter values never
 recompile, and numba's disk cache holds the machine code next to it.
 """
@@ -54,10 +56,10 @@ from rotorsim.plant.kernels import (
     step,
     supply,
 )  # fmt: skip
+from rotorsim.plant.kernels.effect_calls import FUNCTIONS, write_film_constants
 from rotorsim.plant.kernels.modal_rotor import RotorLayout
 from rotorsim.plant.kernels.motion_forces import SLOT
 from rotorsim.plant.kernels.rig_layout import RigLayout
-from rotorsim.plant.ports import FUNCTIONS
 
 CHECK = "# hash of the lines above: "
 FILM_SOURCES = (
@@ -94,7 +96,7 @@ class Call:
 def compose(layout: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[Call]) -> KernelModule:
     """Write (once) and import the kernel module for these sizes and effects."""
     ports = [f.write([_names(c, rotor, rig) for c in calls if f.takes(c.effect)]) for f in FUNCTIONS]
-    ports.append(_film_constants(rotor.n_films))
+    ports.append(write_film_constants(rotor.n_films))
     entries = film_entries(rotor.n_films)
     kernels = [line for c in calls for kind in KERNELS for line in _taken(c, kind)]
     film_name = f"rotorsim_film_{key_of(repr(layout), entries, _sources_hash(()))[:16]}"
@@ -127,12 +129,6 @@ def film_entries(n_films: int) -> tuple[str, ...]:
     return SEVERAL_ENTRIES if n_films > 1 else FILM_ENTRIES
 
 
-def _film_constants(n_films: int) -> str:
-    """Source of the function that finds a film's record by its number."""
-    lines = [line for f in range(1, n_films) for line in (f"    if f == {f}:", f"        return P.film_{f}")]
-    return "\n".join(["@inlined", "def film_constants(P, f):", *lines, "    return P.film_0"])
-
-
 def _taken(call: Call, kind: str) -> Sequence[str]:
     """Lines that take one of an effect's KERNELS, if it has it, into a module."""
     kernel, name = getattr(type(call.effect), kind), f"{call.record}_{kind}"
@@ -142,7 +138,7 @@ def _taken(call: Call, kind: str) -> Sequence[str]:
 
 
 def _names(call: Call, rotor: RotorLayout, rig: RigLayout) -> dict[str, object]:
-    """Values for the placeholders in the lines of `ports`."""
+    """Values for the placeholders in the lines of `effect_calls`."""
     own = f"k * {rig.n_stroke_states} + {call.state}"
     return {
         **{kind: f"{call.record}_{kind}" for kind in KERNELS},

@@ -19,12 +19,12 @@ from rotorsim.machine import (
     rotor,
     shipped_machines,
 )  # fmt: skip
-from rotorsim.machine.bearings import film, gas, linear, sleeve
+from rotorsim.machine.bearings import film, gas, linear
 from rotorsim.machine.part import Part
 from rotorsim.machine.usual import question, range_of, ranges
 
 PARTS = [
-    kind for room in (rotor, linear, film, gas, sleeve, actuators, numerics, probes) for kind in vars(room).values()
+    kind for room in (rotor, linear, film, gas, actuators, numerics, probes) for kind in vars(room).values()
     if isinstance(kind, type) and issubclass(kind, Part) and kind is not Part
 ]  # fmt: skip
 HOMES = {

@@ -14,7 +14,7 @@ from rotorsim.plant.kernels.equilibrium_kernel import settle
 from rotorsim.plant.kernels.films import film_part
 from rotorsim.plant.kernels.outputs import write_sample
 from rotorsim.plant.kernels.step import step
-from rotorsim.plant.kernels.stubs import FILM, RIG, ROTOR, film_constants
+from rotorsim.plant.kernels.effect_calls import FILM, RIG, ROTOR, film_constants
 
 SETTLE, ADVANCE, LOOK = 0, 1, 2
 """Tasks of `serve`."""

@@ -13,7 +13,7 @@ from rotorsim.plant.kernels.modal_rotor import add_force
 from rotorsim.plant.kernels.outputs import write_sample
 from rotorsim.plant.kernels.piezo import rest_piezos
 from rotorsim.plant.kernels.step import step
-from rotorsim.plant.kernels.stubs import (
+from rotorsim.plant.kernels.effect_calls import (
     FILM,
     RIG,
     ROTOR,

@@ -26,7 +26,7 @@ from rotorsim.plant.kernels.films import film_part
 from rotorsim.plant.kernels.lu import factor_matrix, solve_matrix
 from rotorsim.plant.kernels.modal_rotor import add_force, add_tables, project
 from rotorsim.plant.kernels.step import factorise, solve_film
-from rotorsim.plant.kernels.stubs import (
+from rotorsim.plant.kernels.effect_calls import (
     FILM,
     RIG,
     ROTOR,

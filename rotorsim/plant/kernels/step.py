@@ -1,8 +1,8 @@
 """The coupled step: films, plena and rotor in one implicit TR-BDF2 step.
 
-This file is both a module (with the stand-ins of `neutral`) and a template from which `compose` writes a machine's
-own module: there the names imported from `neutral` are literal sizes and static calls of the machine's effects. A
-step that does not converge is taken back and repeated as two of half the size.
+This file is a template from which `rotorsim.plant.compose` writes a machine's own module, in which the names imported
+from `effect_calls` are numbers and static calls of the machine's effects; as it stands it is a module without effects.
+A step that does not converge is taken back and repeated as two of half the size.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from rotorsim.plant.kernels.modal_rotor import (
     project,
     rotor_rhs,
 )
-from rotorsim.plant.kernels.stubs import (
+from rotorsim.plant.kernels.effect_calls import (
     FILM,
     RIG,
     ROTOR,
