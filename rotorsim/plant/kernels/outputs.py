@@ -9,11 +9,11 @@ import math
 
 from reynolds.jit import inlined
 from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS, HEAT_COLUMNS, READ
+from rotorsim.plant.kernels.effect_calls import FILM, RIG, ROTOR, foundation, sense
 from rotorsim.plant.kernels.film_gap import least_gap
 from rotorsim.plant.kernels.films import film_part
 from rotorsim.plant.kernels.modal_rotor import project
 from rotorsim.plant.kernels.rig_layout import AROUND
-from rotorsim.plant.kernels.effect_calls import FILM, RIG, ROTOR, foundation, sense
 from rotorsim.plant.kernels.supply import flow_of_film, flow_of_injectors
 
 

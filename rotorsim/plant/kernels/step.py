@@ -15,18 +15,6 @@ from reynolds.jit import inlined, kernel
 from reynolds.lanes import wide_vectors
 from reynolds.newton import NOT_CONVERGED, STALE_FACTORS, newton, refresh
 from reynolds.transient import GAMMA, STAGE, TO_END, end_stage, predict, stage_rhs, take_back
-from rotorsim.plant.kernels.film_gap import find_places, shape_gap
-from rotorsim.plant.kernels.films import film_indices, film_part, iterate_films
-from rotorsim.plant.kernels.modal_rotor import (
-    SPEED_STEP,
-    add_force,
-    end_rotor_stage,
-    form_matrix,
-    free_velocity,
-    move_rotor,
-    project,
-    rotor_rhs,
-)
 from rotorsim.plant.kernels.effect_calls import (
     FILM,
     RIG,
@@ -41,6 +29,18 @@ from rotorsim.plant.kernels.effect_calls import (
     missed_motion,
     motion_torque,
     rotating_damping,
+)
+from rotorsim.plant.kernels.film_gap import find_places, shape_gap
+from rotorsim.plant.kernels.films import film_indices, film_part, iterate_films
+from rotorsim.plant.kernels.modal_rotor import (
+    SPEED_STEP,
+    add_force,
+    end_rotor_stage,
+    form_matrix,
+    free_velocity,
+    move_rotor,
+    project,
+    rotor_rhs,
 )
 from rotorsim.plant.kernels.supply import feed_stage
 
