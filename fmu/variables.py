@@ -21,7 +21,7 @@ from rotorsim.machine.bearings.gas import Gas
 from rotorsim.machine.part import Part
 from rotorsim.machine.probes import reading_unit
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS
+from rotorsim.plant.kernels.columns import COLUMNS, FILM_COLUMNS
 
 NOMINAL = {"m": 1e-5, "N": 10.0, "rad/s": 600.0, "rad": 1.0, "Pa": 1e5, "V": 1.0, "kg/s": 1e-4, "N*m": 1e-2}
 ROW = ("shaft.speed_ref", "injection.pressure", "piezo.ref_x", "piezo.ref_y", "disc.force_x", "disc.force_y")

@@ -12,7 +12,7 @@ from rotorsim.commands.completion import machines as shipped_or_files
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, PlantOptions
 from rotorsim.machine import shipped_machines
-from rotorsim.plant.compilation import compile_kernels
+from rotorsim.plant.plant import compile_kernels
 
 
 @example(

@@ -13,7 +13,7 @@ from rotorsim.experiments.recording import FEWEST
 from rotorsim.machine.bearings.linear import TableBearing
 from rotorsim.machine.passed_limits import at_speed, first_passed, limits_of
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.columns import COLUMNS, HEAT_COLUMNS
+from rotorsim.plant.kernels.columns import COLUMNS, HEAT_COLUMNS
 from rotorsim.plant.simulation import Simulation
 from rotorsim.plant.validity import beyond, choked_share
 

@@ -3,11 +3,10 @@
 from typing import TYPE_CHECKING
 
 from rotorsim.base.public import named
-from rotorsim.plant.compilation import compile_kernels
 from rotorsim.plant.controller import Controller
 from rotorsim.plant.equilibrium import Equilibrium
 from rotorsim.plant.linearise import LinearPlant
-from rotorsim.plant.plant import Plant
+from rotorsim.plant.plant import Plant, compile_kernels
 from rotorsim.plant.simulation import Simulation
 from rotorsim.plant.validity import Exceeded, range_of_validity
 

@@ -17,9 +17,9 @@ from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import FILM_PORTS, PORTS, Effect
 from rotorsim.machine.bearings.film import GasFilm
 from rotorsim.machine.schema import Machine
-from rotorsim.plant.columns import COLUMNS, film_columns
 from rotorsim.plant.compose import Call, compose, film_entries, is_compiled
 from rotorsim.plant.kernel_module import KernelModule
+from rotorsim.plant.kernels.columns import COLUMNS, film_columns
 from rotorsim.plant.kernels.modal_rotor import RotorLayout, make_rotor_layout
 from rotorsim.plant.kernels.rig_layout import RigLayout, make_rig_layout
 from rotorsim.plant.mesh import Mesh

@@ -28,8 +28,8 @@ from rotorsim.base.exchange.control_systems import (
     matrices,
     period,
 )
-from rotorsim.plant.columns import COLUMNS
 from rotorsim.plant.controller import STEP, Controller, check_controller
+from rotorsim.plant.kernels import columns
 from rotorsim.plant.simulation import Simulation
 
 MEASURED = DISC
@@ -152,7 +152,7 @@ def plant_system(simulation: Simulation) -> Any:
     which the package takes where it is given none.
     """
     control = control_package()
-    start, place, name = simulation.save(), COLUMNS.index("disc_x"), simulation.assembly.machine.name
+    start, name = simulation.save(), simulation.assembly.machine.name
     kept: dict[str, Any] = {"x": None}
 
     def advanced(x: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -162,7 +162,7 @@ def plant_system(simulation: Simulation) -> Any:
         if kept["x"] is None or not (np.array_equal(kept["x"], x) and np.array_equal(kept["u"], u)):
             simulation.restore(x)
             table = simulation.advance(np.asarray(u, float)[None])
-            kept.update(x=np.array(x), u=np.array(u), disc=table[0, place : place + 2], after=simulation.save())
+            kept.update(x=np.array(x), u=np.array(u), disc=table[0, columns.DISC], after=simulation.save())
         return kept["disc"], kept["after"]
 
     system = control.NonlinearIOSystem(

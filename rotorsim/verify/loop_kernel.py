@@ -9,8 +9,8 @@ from types import ModuleType
 
 from rotorsim.base.cache import key_of, sources_hash
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.columns import READ
 from rotorsim.plant.compose import load_module
+from rotorsim.plant.kernels.columns import READ
 
 TEXT = '''from reynolds.jit import kernel
 from rotorsim.control.runtime.kernels import clip, step

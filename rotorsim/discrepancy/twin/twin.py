@@ -19,8 +19,8 @@ from rotorsim.discrepancy.twin.periodic_motion import in_motion
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly, assemble
-from rotorsim.plant.columns import READ
 from rotorsim.plant.equilibrium import settle
+from rotorsim.plant.kernels.columns import READ
 from rotorsim.plant.simulation import Simulation
 
 Setting = Mapping[str, float]

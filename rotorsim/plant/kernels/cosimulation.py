@@ -8,7 +8,7 @@ from __future__ import annotations
 from reynolds.jit import inlined, kernel
 from reynolds.newton import NOT_CONVERGED
 from reynolds.texture import friction_torque
-from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS, HEAT_COLUMNS
+from rotorsim.plant.kernels.columns import COLUMNS, FILM_COLUMNS, HEAT_COLUMNS
 from rotorsim.plant.kernels.effect_calls import FILM, RIG, ROTOR, film_constants
 from rotorsim.plant.kernels.entry import set_inputs
 from rotorsim.plant.kernels.equilibrium_kernel import settle
