@@ -209,3 +209,9 @@ class Injector(Part):
     stack_lag: float | None = quantity(
         "s", "Time constant of its stack; that of all when not given.", None, low=0, high=10, example=0.1e-3
     )
+
+    @property
+    def signs(self) -> tuple[float, float]:
+        """Signs with which the references along x and y push its pin in, 0 for one that does not drive it."""
+        sign = {"+": 1.0, "-": -1.0}.get(self.reference[0], 0.0)
+        return sign if self.reference.endswith("x") else 0.0, sign if self.reference.endswith("y") else 0.0
