@@ -16,8 +16,8 @@ from rotorsim.base.quantity import UNLIMITED, Quantity, quantities, quantity_of
 from rotorsim.effects import Effect
 from rotorsim.effects.base import WHERE
 from rotorsim.machine.actuators import Actuators, Drive
-from rotorsim.machine.bearings.film import Injector
-from rotorsim.machine.bearings.gas import Gas
+from rotorsim.machine.gas import Gas
+from rotorsim.machine.gas_film import Injector
 from rotorsim.machine.part import Part
 from rotorsim.machine.probes import reading_unit
 from rotorsim.plant.assemble import Assembly

@@ -10,7 +10,10 @@ from rotorsim.base.errors import MachineFileError
 from rotorsim.base.own_files import instead
 from rotorsim.base.public import named
 from rotorsim.machine import toml
-from rotorsim.machine.bearings.film import (
+from rotorsim.machine.bearings import LinearBearing, Point, Support, TableBearing
+from rotorsim.machine.catalogue import catalogue, describe
+from rotorsim.machine.gas import Gas
+from rotorsim.machine.gas_film import (
     Foil,
     GasFilm,
     Grooves,
@@ -20,9 +23,6 @@ from rotorsim.machine.bearings.film import (
     Orifices,
     Steps,
 )  # fmt: skip
-from rotorsim.machine.bearings.gas import Gas
-from rotorsim.machine.bearings.linear import LinearBearing, Point, Support, TableBearing
-from rotorsim.machine.catalogue import catalogue, describe
 from rotorsim.machine.limits import Checked, Limits
 from rotorsim.machine.numerics import Grid, Solver
 from rotorsim.machine.overview import rows, si_numbers, summary

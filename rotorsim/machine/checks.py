@@ -10,8 +10,8 @@ from typing import Any
 from rotorsim.base.quantity import quantities
 from rotorsim.base.units import show
 from rotorsim.effects import FILM_PORTS, Effect
-from rotorsim.machine.bearings.film import GasFilm
-from rotorsim.machine.bearings.linear import LinearBearing
+from rotorsim.machine.bearings import LinearBearing
+from rotorsim.machine.gas_film import GasFilm
 from rotorsim.machine.probes import HousingAcceleration, HousingVelocity
 from rotorsim.machine.sampling import check_step
 from rotorsim.machine.tables import MachineTables
@@ -167,9 +167,8 @@ def _housing(machine: MachineTables, path: str, probe: HousingVelocity | Housing
 
 def _films(machine: MachineTables) -> Iterator[tuple[str, GasFilm]]:
     """Paths of the gas films and themselves."""
-    for i, bearing in enumerate(machine.bearings):
-        if isinstance(bearing, GasFilm):
-            yield f"bearings.{i}", bearing
+    for i, film in zip(machine.film_bearings, machine.films, strict=True):
+        yield f"bearings.{i}", film
 
 
 def _floor(machine: MachineTables) -> Problems:

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from rotorsim.base.units import show as text
-from rotorsim.machine.bearings.linear import Coefficients
+from rotorsim.machine.bearings import Coefficients
 from rotorsim.machine.part import Part
 from rotorsim.machine.schema import Machine
 from rotorsim.machine.toml import entries

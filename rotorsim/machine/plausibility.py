@@ -18,7 +18,7 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 from rotorsim.base.units import show
-from rotorsim.machine.bearings.film import GasFilm
+from rotorsim.machine.gas_film import GasFilm
 from rotorsim.machine.probes import ShaftProbe
 from rotorsim.machine.rotor import Section
 
@@ -121,9 +121,8 @@ def _gas(machine: MachineTables) -> Questions:
 
 
 def _films(machine: MachineTables) -> Iterator[tuple[str, GasFilm]]:
-    for i, bearing in enumerate(machine.bearings):
-        if isinstance(bearing, GasFilm):
-            yield f"bearings.{i}", bearing
+    for i, film in zip(machine.film_bearings, machine.films, strict=True):
+        yield f"bearings.{i}", film
 
 
 def _sections(machine: MachineTables, start: float, end: float) -> Iterator[Section]:

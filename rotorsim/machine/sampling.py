@@ -14,7 +14,7 @@ from rotorsim.base.constants import RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import show
 from rotorsim.machine.actuators import Drive
-from rotorsim.machine.bearings.film import GasFilm
+from rotorsim.machine.gas_film import GasFilm
 from rotorsim.machine.numerics import STEP, Solver
 
 PER_TURN, PER_PERIOD = 12, 8

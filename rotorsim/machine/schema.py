@@ -15,7 +15,7 @@ from rotorsim.base.exchange import notebook
 from rotorsim.base.exchange.notebook import Card
 from rotorsim.base.files import write_text
 from rotorsim.machine import edit, toml
-from rotorsim.machine.bearings.names import by_index
+from rotorsim.machine.bearing_names import by_index
 from rotorsim.machine.checks import cross_check
 from rotorsim.machine.readable import every_problem
 from rotorsim.machine.tables import MachineTables

@@ -9,10 +9,10 @@ from pydantic import Discriminator, Field, InstanceOf, Tag, field_validator
 from rotorsim.effects import Effect
 from rotorsim.machine import sampling
 from rotorsim.machine.actuators import Actuators, Drive
-from rotorsim.machine.bearings.film import GasFilm, Injection, Injector
-from rotorsim.machine.bearings.gas import Gas
-from rotorsim.machine.bearings.linear import LinearBearing, TableBearing
+from rotorsim.machine.bearings import LinearBearing, TableBearing
 from rotorsim.machine.effect_tables import read_effects
+from rotorsim.machine.gas import Gas
+from rotorsim.machine.gas_film import GasFilm, Injection, Injector
 from rotorsim.machine.limits import Checked, Limits
 from rotorsim.machine.numerics import Grid, Solver
 from rotorsim.machine.part import Part
@@ -61,6 +61,11 @@ class MachineTables(Part):
         return tuple(b for b in self.bearings if isinstance(b, GasFilm))
 
     @property
+    def film_bearings(self) -> tuple[int, ...]:
+        """Indices of the bearings that are gas films."""
+        return tuple(i for i, b in enumerate(self.bearings) if isinstance(b, GasFilm))
+
+    @property
     def bearing_names(self) -> tuple[str, ...]:
         """Name of every bearing; 'bearing 0' and so on, as the machine file counts them, where it has none."""
         return tuple(b.name or f"bearing {i}" for i, b in enumerate(self.bearings))
@@ -68,7 +73,7 @@ class MachineTables(Part):
     @property
     def film_names(self) -> tuple[str, ...]:
         """Names of the bearings that are gas films."""
-        return tuple(n for n, b in zip(self.bearing_names, self.bearings, strict=True) if isinstance(b, GasFilm))
+        return tuple(self.bearing_names[i] for i in self.film_bearings)
 
     @property
     def film(self) -> GasFilm | None:
@@ -84,7 +89,7 @@ class MachineTables(Part):
 
     def film_at(self, bearing: float) -> int | None:
         """Number from 0, among the films, of a bearing; None where no gas film stands there."""
-        films = [i for i, b in enumerate(self.bearings) if isinstance(b, GasFilm)]
+        films = self.film_bearings
         return films.index(int(bearing)) if bearing in films else None
 
     def film_number(self, effect: Effect) -> int | None:

@@ -15,7 +15,6 @@ from reynolds.injector import Injector
 from reynolds.workspace import FilmModel, Gas, build_films
 from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import FILM_PORTS, PORTS, Effect
-from rotorsim.machine.bearings.film import GasFilm
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.compose import Call, compose, film_entries, is_compiled
 from rotorsim.plant.kernel_module import KernelModule
@@ -198,9 +197,8 @@ def _fill_rotor(w: np.ndarray, rotor: RotorLayout, mesh: Mesh, calls: tuple[Call
         padded = np.zeros((n, n))
         padded[: rotor.n_machine, : rotor.n_machine] = matrix.T
         w[offset : offset + n**2] = padded.ravel()
-    films = [i for i, bearing in enumerate(mesh.machine.bearings) if isinstance(bearing, GasFilm)]
     rows = [(rotor.disc, mesh.shape(mesh.probe))] + [(c.shape, mesh.influence(c.effect)) for c in calls]
-    rows += [(rotor.journal + 2 * n * k, mesh.between(i)) for k, i in enumerate(films)]
+    rows += [(rotor.journal + 2 * n * k, mesh.between(i)) for k, i in enumerate(mesh.machine.film_bearings)]
     for offset, shape in rows:
         _put_rows(w, offset, shape, n)
 

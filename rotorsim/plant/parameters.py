@@ -13,7 +13,7 @@ from reynolds.injector import Injector as Nozzle
 from reynolds.workspace import FILM_DTYPE, FilmModel
 from rotorsim.effects import Effect, numeric_fields
 from rotorsim.effects.base import WHERE
-from rotorsim.machine.bearings.film import Injector
+from rotorsim.machine.gas_film import Injector
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.mesh import Mesh
 

@@ -6,7 +6,7 @@ import pytest
 
 from rotorsim.base.errors import Unusual
 from rotorsim.machine import Gas, Machine, load_machine
-from rotorsim.machine.bearings.gas import GASES
+from rotorsim.machine.gas import GASES
 from rotorsim.machine.usual import ask_machine
 from rotorsim.plant.assemble import make_films
 

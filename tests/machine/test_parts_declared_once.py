@@ -57,3 +57,17 @@ def test_orifices_and_injectors_hand_the_film_its_nozzles():
     row = rs.machine.Orifices(count=8, diameter="0.2 mm", offset="10 mm")
     assert [one.angle for one in row.nozzles] == list(row.angles)
     assert all(one.open_area == pytest.approx(0.8 * 3.14159265e-8, rel=1e-8) for one in row.nozzles)
+
+
+def test_every_kind_of_bearing_says_what_rotor_limits_and_drawings_ask():
+    """A kind is its class: nothing else asks which one it is."""
+    linear = rs.machine.LinearBearing(kind="linear", position="10 mm", kxx="1 MN/m", cxx="30 N*s/m", kxy="0.1 MN/m")
+    points = [{"speed": "0 rpm", "kxx": "10 MN/m"}, {"speed": "3000 rpm", "kxx": "20 MN/m"}]
+    table = rs.machine.TableBearing(kind="table", position="10 mm", points=points)
+    film = rs.machine.GasFilm(kind="gas_film", position="10 mm", nominal_stiffness="3 MN/m", **SIZE)
+    assert (linear.spring, table.spring, film.spring) == (None, 15e6, 3e6)
+    assert [one.speeds.size for one in (linear, table, film)] == [0, 2, 0]
+    assert linear.coefficients[0].tolist() == [[1e6, 1e5], [0.0, 1e6]] and film.coefficients is None
+    assert table.coefficients[0].shape == table.coefficients[1].shape == (2, 2, 2)
+    assert [one.ends for one in (linear, table)] == [(0.01, 0.01)] * 2
+    assert film.ends == pytest.approx((-0.01, 0.03))

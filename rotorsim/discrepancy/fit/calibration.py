@@ -10,7 +10,7 @@ from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.effects import REGISTRY
 from rotorsim.effects.diagnosis import INJECTOR_FLOW, CalibrationParameter
-from rotorsim.machine.bearings.linear import LinearBearing
+from rotorsim.machine.bearings import LinearBearing
 
 
 def calibration(twin: Twin, points: int = 6) -> tuple[FitParameter, ...]:

@@ -11,7 +11,6 @@ from dataclasses import replace
 
 from rotorsim.effects import FILM_PORTS, REGISTRY, Effect, FilmEffect
 from rotorsim.machine import Machine
-from rotorsim.machine.bearings.film import GasFilm
 
 
 def without_scatter(machine: Machine) -> Machine:
@@ -40,7 +39,7 @@ def fits(effect: Effect, machine: Machine) -> bool:
 
 def bearings_of(effect: type[Effect], machine: Machine) -> tuple[int | None, ...]:
     """Bearings that a candidate can be about: of several gas films each, else None alone."""
-    films = tuple(i for i, bearing in enumerate(machine.bearings) if isinstance(bearing, GasFilm))
+    films = machine.film_bearings
     return films if issubclass(effect, FilmEffect) and len(films) > 1 else (None,)
 
 

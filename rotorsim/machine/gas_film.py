@@ -11,7 +11,7 @@ from pydantic import Field
 from reynolds import sleeve as forms
 from reynolds.injector import Injector as Nozzle
 from rotorsim.base.units import show
-from rotorsim.machine.bearings.linear import Support
+from rotorsim.machine.bearings import BearingPart, Support
 from rotorsim.machine.part import Part, part_of, quantity
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ class Orifices(Part):
         )  # fmt: skip
 
 
-class GasFilm(Part):
+class GasFilm(BearingPart):
     """A gas-lubricated journal bearing.
 
     Examples
@@ -108,6 +108,16 @@ class GasFilm(Part):
     grooves: Grooves | None = Field(None, description="Narrow slanted grooves on journal or sleeve.")
     foil: Foil | None = Field(None, description="Bump foil on the sleeve.")
     support: Support | None = Field(None, description="The housing of the sleeve, where it moves.")
+
+    @property
+    def spring(self) -> float:
+        """The nominal stiffness [N/m]."""
+        return self.nominal_stiffness
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Coordinates z [m] of its ends."""
+        return self.position - 0.5 * self.length, self.position + 0.5 * self.length
 
     @property
     def sleeve(self) -> forms.Sleeve:
