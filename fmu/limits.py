@@ -14,7 +14,7 @@ from typing import Any
 from rotorsim.base.constants import TO_RPM
 from rotorsim.base.quantity import UNLIMITED, quantities
 from rotorsim.effects import Effect
-from rotorsim.machine.passed_limits import speed_limit
+from rotorsim.machine.running_limits import speed_limit
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.validity import known_speed
 

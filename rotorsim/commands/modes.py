@@ -17,7 +17,7 @@ from rotorsim.base.netcdf import write_netcdf
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import GridOptions, MachineName, a_folder, note_compiling, print_table, quantity, warn_of
 from rotorsim.commands.results import results
-from rotorsim.machine.rim_speed import ask_rim_speed
+from rotorsim.machine.running_limits import ask_rim_speed
 from rotorsim.plant.validity import linear_warnings
 
 if TYPE_CHECKING:

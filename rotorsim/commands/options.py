@@ -22,7 +22,7 @@ from rotorsim.commands.console import Console
 from rotorsim.experiments import Outcome
 from rotorsim.experiments.recording import FEWEST
 from rotorsim.machine import Machine, load_machine
-from rotorsim.machine.usual import ask, ask_machine
+from rotorsim.machine.plausibility import ask, ask_machine
 from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly
 

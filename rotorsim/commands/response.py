@@ -41,7 +41,7 @@ from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import results
 from rotorsim.effects.rotor.unbalance import Unbalance
 from rotorsim.machine import Machine
-from rotorsim.machine.rim_speed import ask_rim_speed
+from rotorsim.machine.running_limits import ask_rim_speed
 
 if TYPE_CHECKING:
     import xarray as xr

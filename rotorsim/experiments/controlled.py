@@ -18,8 +18,7 @@ from rotorsim.experiments.experiment import REFERENCE_LIMIT, AtPoint, Experiment
 from rotorsim.experiments.given import Given
 from rotorsim.experiments.parameters import param
 from rotorsim.experiments.running import run
-from rotorsim.plant.control_systems import as_controller, check_any_controller
-from rotorsim.plant.controller import provenance
+from rotorsim.plant.controller import as_controller, check_any_controller, provenance
 
 if TYPE_CHECKING:
     import xarray as xr

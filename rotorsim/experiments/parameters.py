@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import Quantity, check_fields, declared, quantity_of
-from rotorsim.machine.rim_speed import ask_rim_speed
-from rotorsim.machine.usual import ask
+from rotorsim.machine.plausibility import ask
+from rotorsim.machine.running_limits import ask_rim_speed
 
 if TYPE_CHECKING:
     from rotorsim.machine.schema import Machine

@@ -12,10 +12,10 @@ from rotorsim.base.units import show
 from rotorsim.effects import FILM_PORTS, Effect
 from rotorsim.machine.bearings import LinearBearing
 from rotorsim.machine.gas_film import GasFilm
+from rotorsim.machine.numerics import check_step
+from rotorsim.machine.plausibility import numbers
 from rotorsim.machine.probes import HousingAcceleration, HousingVelocity
-from rotorsim.machine.sampling import check_step
 from rotorsim.machine.tables import MachineTables
-from rotorsim.machine.usual import numbers
 
 SAME_PLACE = 1e-6
 """Bearings nearer than this [m] are at one position."""

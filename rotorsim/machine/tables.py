@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import Discriminator, Field, InstanceOf, Tag, field_validator
 
 from rotorsim.effects import Effect
-from rotorsim.machine import sampling
+from rotorsim.machine import numerics
 from rotorsim.machine.actuators import Actuators, Drive
 from rotorsim.machine.bearings import LinearBearing, TableBearing
 from rotorsim.machine.effect_tables import read_effects
@@ -51,7 +51,7 @@ class MachineTables(Part):
     grid: Grid = Field(Grid(symmetry="auto"), description="Grid of the gas film.")
     solver: Solver = Field(Solver(), description="Step and tolerances.")
     effects: dict[str, tuple[InstanceOf[Effect], ...]] = Field({}, description="Physical effects by name.")
-    limits: Limits | None = Field(None, description="Where a run ends; see `rotorsim.machine.passed_limits`.")
+    limits: Limits | None = Field(None, description="Where a run ends; see `rotorsim.machine.running_limits`.")
     checked: Checked | None = Field(None, description="Range in which the model was compared with measurements.")
     unusual: tuple[str, ...] = Field((), description="Paths of values that are meant, however unusual.")
 
@@ -154,13 +154,13 @@ class MachineTables(Part):
 
     @property
     def sampling_time(self) -> float:
-        """Time [s] between two samples of probes, encoder and laws; see `rotorsim.machine.sampling`."""
-        return sampling.sampling_time(self)
+        """Time [s] between two samples of probes, encoder and laws; see `rotorsim.machine.numerics`."""
+        return numerics.sampling_time(self)
 
     @property
     def time_step(self) -> float:
         """Step [s] of the solver, which divides the sampling time."""
-        return sampling.time_step(self)
+        return numerics.time_step(self)
 
     @field_validator("effects", mode="before")
     @classmethod

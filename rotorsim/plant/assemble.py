@@ -16,8 +16,7 @@ from reynolds.workspace import FilmModel, Gas, build_films
 from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import FILM_PORTS, PORTS, Effect
 from rotorsim.machine.schema import Machine
-from rotorsim.plant.compose import Call, compose, film_entries, is_compiled
-from rotorsim.plant.kernel_module import KernelModule
+from rotorsim.plant.compose import Call, KernelModule, compose, film_entries, is_compiled
 from rotorsim.plant.kernels.columns import COLUMNS, film_columns
 from rotorsim.plant.kernels.modal_rotor import RotorLayout, make_rotor_layout
 from rotorsim.plant.kernels.rig_layout import RigLayout, make_rig_layout

@@ -3,9 +3,12 @@
 The files of `rotorsim.plant.kernels` are templates. They import sizes (FILM, ROTOR, RIG) and calls of effects from
 `kernels/effect_calls.py`, where an editor finds them; the module has their functions with the sizes as numbers and
 with that file's functions written for the machine's effects. The film's kernels are a module of their own, which
-machines with the same film share. Both lie in the user's cache folder under a name
-that hashes every source that goes into them, so a change of any kernel gives a new module, new parameter values never
-recompile, and numba's disk cache holds the machine code next to it.
+machines with the same film share. Both lie in the user's cache folder under a name that hashes every source that goes
+into them, so a change of any kernel gives a new module, new parameter values never recompile, and numba's disk cache
+holds the machine code next to it.
+
+`KernelModule` has the functions that Python calls. Everywhere w (n,) is the workspace (all states, float64), ix (m,)
+its integers and P the parameter record; a function reads and writes w in place and allocates nothing.
 """
 
 from __future__ import annotations
@@ -19,7 +22,9 @@ from dataclasses import dataclass
 from numbers import Number
 from pathlib import Path
 from types import ModuleType
-from typing import Any, cast
+from typing import Any, Protocol, cast
+
+import numpy as np
 
 from reynolds import (
     differences,
@@ -41,7 +46,6 @@ from rotorsim.base.cache import in_cache, key_of, source_files
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import WriteError, sweep, write_text
 from rotorsim.effects import Effect
-from rotorsim.plant.kernel_module import KernelModule
 from rotorsim.plant.kernels import (
     cosimulation,
     entry,
@@ -60,6 +64,41 @@ from rotorsim.plant.kernels.effect_calls import FUNCTIONS, write_film_constants
 from rotorsim.plant.kernels.modal_rotor import RotorLayout
 from rotorsim.plant.kernels.motion_forces import SLOT
 from rotorsim.plant.kernels.rig_layout import RigLayout
+
+Array = np.ndarray
+
+
+class KernelModule(Protocol):
+    """Entry points of a composed module; their code is in `rotorsim.plant.kernels`."""
+
+    __name__: str
+    __file__: str | None
+    newton: Any
+    """Film solver, of the module that machines with the same film share."""
+
+    def settle(self, w: Array, initial: Array, ix: Array, P: Any, speed: float, supply: float) -> int:
+        """Fill w with the equilibrium at speed [rad/s] and supply [Pa, absolute]; a code of `equilibrium_kernel`."""
+
+    def run(self, w: Array, ix: Array, P: Any, inputs: Array, out: Array, steps_per_sample: int) -> int:
+        """Advance one sample per row of `inputs` (k, 6), writing `out` (k, columns); returns the samples done.
+
+        inputs: speed at the sample's end [rad/s], supply [Pa, absolute], references x, y [V], disc force x, y [N].
+        """
+
+    def static_terms(self, w: Array, P: Any, speed: float, moving: bool) -> None:
+        """Write the steady modal force and the modal stiffness at rest at speed [rad/s]."""
+
+    def narrowest(self, w: Array, P: Any) -> float:
+        """Smallest distance [m] between journal and sleeve."""
+
+    def supply_line(self, w: Array, P: Any, h: float, supply: float, flow: float) -> tuple[float, float]:
+        """Pressure [Pa, absolute] behind the line at start and end of h [s] at supply [Pa, absolute], flow [kg/s]."""
+
+    def serve(
+        self, task: int, w: Array, initial: Array, ix: Array, P: Any, u: Array, out: Array, steps: int
+    ) -> int:  # fmt: skip
+        """Settle, advance or read, as a co-simulation unit asks; a row u (6,) of inputs; returns a status."""
+
 
 CHECK = "# hash of the lines above: "
 FILM_SOURCES = (

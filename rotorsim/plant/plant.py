@@ -18,11 +18,19 @@ from rotorsim.base.quantity import whole_samples
 from rotorsim.base.units import parse
 from rotorsim.base.version import installed
 from rotorsim.machine import load_machine
-from rotorsim.machine.sampling import check_speed
+from rotorsim.machine.numerics import check_speed
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly, assemble
-from rotorsim.plant.control_systems import as_controller, plant_system
-from rotorsim.plant.controller import Controller, alarms_of, ask, check_range, prepare, provenance
+from rotorsim.plant.controller import (
+    Controller,
+    alarms_of,
+    as_controller,
+    ask,
+    check_range,
+    plant_system,
+    prepare,
+    provenance,
+)
 from rotorsim.plant.equilibrium import Equilibrium, describe, settle
 from rotorsim.plant.kernels.columns import (
     COLUMNS,

@@ -8,8 +8,7 @@ from typing import Any
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.exchange.control_systems import is_linear
 from rotorsim.control.law import LIMIT, Law
-from rotorsim.plant.control_systems import check_any_controller
-from rotorsim.plant.controller import name_of
+from rotorsim.plant.controller import check_any_controller, name_of
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,8 +12,7 @@ from rotorsim.control.law import Law
 from rotorsim.experiments.experiment import reference_range
 from rotorsim.experiments.limits import choked, passed
 from rotorsim.plant import Plant
-from rotorsim.plant.control_systems import as_controller
-from rotorsim.plant.controller import Controller, ask, call, check_actuators
+from rotorsim.plant.controller import Controller, as_controller, ask, call, check_actuators
 from rotorsim.plant.kernels.columns import COLUMNS, READ
 from rotorsim.plant.simulation import Simulation
 from rotorsim.verify.loop_kernel import loop_module

@@ -11,7 +11,7 @@ from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.discrepancy.residuals.comparison import Point
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.machine import Machine, load_machine, machine_text
-from rotorsim.machine.edit import remarked
+from rotorsim.machine.file_text import remarked
 
 
 def found(machine, effects, calibration=None):

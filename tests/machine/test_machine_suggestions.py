@@ -23,7 +23,7 @@ from rotorsim.machine import (
     shipped_machines,
 )  # fmt: skip
 from rotorsim.machine.part import Part
-from rotorsim.machine.usual import question, range_of, ranges
+from rotorsim.machine.plausibility import question, range_of, ranges
 
 PARTS = [
     kind for room in (rotor, bearings, gas_film, gas, actuators, numerics, probes) for kind in vars(room).values()
@@ -32,7 +32,8 @@ PARTS = [
 HOMES = {
     "Material": "shaft.material", "Section": "shaft.sections.0", "Shaft": "shaft", "Disc": "discs.0",
     "LinearBearing": "bearings.0", "Coefficients": "bearings.0", "BearingPart": "bearings.0",
-    "Support": "bearings.0.support", "TableBearing": "bearings.2", "Point": "bearings.2.points.0", "Probe": "probe", "GasFilm": "bearings.1",
+    "Support": "bearings.0.support",
+    "TableBearing": "bearings.2", "Point": "bearings.2.points.0", "Probe": "probe", "GasFilm": "bearings.1",
     "Gas": "gas", "Injection": "injection",
     "Orifices": "bearings.1.orifices.0", "Lobes": "bearings.1.lobes", "Steps": "bearings.1.steps.0",
     "Grooves": "bearings.1.grooves", "Foil": "bearings.1.foil",

@@ -12,7 +12,7 @@ from rotorsim.discrepancy.outcome.stored_plan import StoredPlan
 from rotorsim.discrepancy.outcome.where import located
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import load_machine
-from rotorsim.plant.acting import acting_places, nozzles
+from rotorsim.plant.locations import acting_places, nozzles
 from rotorsim.report.figures.machine_sketch import MARKS, machine_sketch
 from rotorsim.report.pages.diagnosis import page
 from rotorsim.report.pages.diagnosis_summary import next_step

@@ -24,8 +24,8 @@ from rotorsim.commands.map.tables import LISTED, LOOKED, tables
 from rotorsim.commands.options import GridOptions, MachineName, a_folder, note_compiling, print_table, quantity
 from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import results
-from rotorsim.machine.rim_speed import ask_rim_speed
-from rotorsim.machine.usual import ask_machine
+from rotorsim.machine.plausibility import ask_machine
+from rotorsim.machine.running_limits import ask_rim_speed
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -19,7 +19,7 @@ from rotorsim.discrepancy.data.changes import known_changes
 from rotorsim.discrepancy.data.sensors import check_ring, check_sensors
 from rotorsim.discrepancy.data.spectra import Trial, make_trial
 from rotorsim.machine import Machine
-from rotorsim.machine.sampling import FEWEST
+from rotorsim.machine.numerics import FEWEST
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -23,7 +23,7 @@ from rotorsim.discrepancy.twin.instrumented import of_each_film, own_tables
 from rotorsim.discrepancy.twin.twin import of_axis, of_bearing
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine
-from rotorsim.machine.edit import comment, inline
+from rotorsim.machine.file_text import comment, inline
 
 HEAD = (
     "# Re-calibrated by rotorsim diagnose with data {data}: the values marked so; comments on others are those of the\n"

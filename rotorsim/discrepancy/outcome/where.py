@@ -9,7 +9,7 @@ from rotorsim.discrepancy.outcome.findings import Found
 from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine
-from rotorsim.plant.acting import Place, acting_places, force_plane
+from rotorsim.plant.locations import Place, acting_places, force_plane
 
 FORCE = "equivalent force"
 """Label of the force that would make what no effect explains."""

@@ -14,7 +14,7 @@ import plotly.graph_objects as go
 
 from rotorsim.machine import Machine
 from rotorsim.machine.rotor import Disc
-from rotorsim.plant.acting import Nozzle, Place, nozzles, probe_plane
+from rotorsim.plant.locations import Nozzle, Place, nozzles, probe_plane
 from rotorsim.report.figures.theme import INK, faint, style
 
 Box = tuple[float, float, float, float]
