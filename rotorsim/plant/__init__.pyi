@@ -1,4 +1,4 @@
-from .compilation import compile_kernels as compile_kernels
+from .plant import compile_kernels as compile_kernels
 from .controller import Controller as Controller
 from .equilibrium import Equilibrium as Equilibrium
 from .linearise import LinearPlant as LinearPlant

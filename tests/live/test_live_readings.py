@@ -11,7 +11,7 @@ from rotorsim.live.rig.drive import BREAKAWAY, lay_on, torque_rows
 from rotorsim.live.rig.eigenvalue import Modes, modes_at
 from rotorsim.live.rig.readings import another_growing
 from rotorsim.live.runner import Runner
-from rotorsim.plant.columns import READ
+from rotorsim.plant.kernels.columns import READ
 from waiting import until
 
 
