@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from fe_shaft.modes.count import missing_in
-from fe_shaft.modes.pencil import Modes, Pencil, Region, nothing
+from fe_shaft.modes.pencil import Modes, Pencil, Quotient, Region, nothing
 from fe_shaft.modes.subspace import SMALL, around, everything, joined, refined, settled, unknown
 
 
@@ -35,13 +35,19 @@ def modes_in(pencil: Pencil, region: Region, hints: Sequence[float] = (), seed: 
 
 def _found(pencil: Pencil, region: Region, hints: Sequence[float], seed: Modes | None) -> Modes:
     """Those grown out of the seed, then those around shifts until the count proves that none is missing."""
-    known = nothing(pencil.size) if seed is None else refined(pencil, seed)
-    known = replace(known, missing=missing_in(pencil, region, known.values))
-    rounds = _shifts(region, hints)
-    while not known.proven and rounds:
-        for shift in rounds.pop(0):
+    like, rounds = None, [[], *_shifts(region, hints)]
+    known = nothing(pencil.size)
+    if seed is None:
+        rounds = rounds[1:]
+    else:
+        known, like = refined(pencil, seed), seed.quotient if seed.proven else None
+    for shifts in rounds:
+        for shift in shifts:
             known = joined(pencil, known, settled(pencil, unknown(known, around(pencil, shift), region)))
-        known = replace(known, missing=missing_in(pencil, region, known.values))
+        g = Quotient(pencil, known.values)
+        known = replace(known, missing=missing_in(region, g, like), quotient=g)
+        if known.proven:
+            break
     return known
 
 
