@@ -18,6 +18,7 @@ from rotorsim.plant.mesh import Mesh
 SCALARS = (
     "tolerance", "motion_tolerance", "dt", "sample", "sensitivity",
     "transducer", "volt_low", "volt_high", "controlled", "pd_pole", "inertia", "dry_drag", "viscous_drag", "drive_time",
+    "drive_torque",
 )  # fmt: skip
 PER_INJECTOR = (
     "capacity", "pinned", "seat_gap", "minimum_gap", "open_conductance", "loss_exponent", "pin_bias", "pin_x", "pin_y",
