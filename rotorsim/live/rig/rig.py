@@ -71,7 +71,6 @@ class Rig:
         self.laws, self.seed = laws, seed
         self.settings = Settings(self.machine, tuple(laws))
         self.assembly = replace(self.plant.assembly, record=self.plant.assembly.record.copy())
-        self.drag = float(self.assembly.P.dry_drag)
         self.messages: deque[tuple[int, str]] = deque(maxlen=SENTENCES)
         self.sentences = 0
         self.hammer = Hammer(self.Ts)
@@ -272,12 +271,12 @@ class Rig:
     def _rows(self, samples: int) -> np.ndarray:
         """Input rows (n, 6) of the coming samples; the reference is the constant one."""
         numbers, rows = self.settings.numbers, np.zeros((samples, N_INPUTS))
-        torque = self.sense * numbers["torque"] if self.settings.positions["drive"] == "torque" else 0.0
-        drive.lay_on(self.assembly.P, self.drag, torque, self.speed)
+        driven = self.settings.positions["drive"] == "torque"
+        self.assembly.P.drive_torque = self.sense * numbers["torque"] if driven else 0.0
         if self._held:
             rows[:, SPEED] = drive.ramp(self.speed, self.target, numbers["acceleration"], samples, self.Ts)
         else:
-            rows[:, SPEED] = drive.torque_rows(self.speed, torque, self.drag, samples)
+            rows[:, SPEED] = np.nan
         rows[:, SUPPLY] = self.pressure
         rows[:, REFERENCE] = numbers.get("reference_x", 0.0), numbers.get("reference_y", 0.0)
         rows[:, FORCE] = self.hammer.take(samples)
