@@ -15,7 +15,7 @@ from typing import Any
 
 from identification.errors import ReadError
 from identification.records.table import MAX_VALUES
-from rotorsim.base.hdf5_check import check_hdf5
+from rotorsim.base.hdf5 import check_hdf5
 from rotorsim.base.sentences import quote
 
 MAX_OBJECTS = 10_000

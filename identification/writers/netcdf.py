@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from identification.errors import SchemaError
-from rotorsim.base import netcdf as base
+from rotorsim.base import hdf5
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -15,6 +15,6 @@ if TYPE_CHECKING:
 def write_netcdf(record: xr.Dataset, path: Path) -> None:
     """Write a record or run-up vectors as netCDF-4."""
     try:
-        base.write_netcdf(path, record)
+        hdf5.write_netcdf(path, record)
     except (TypeError, ValueError) as error:
         raise SchemaError(f"record: netCDF cannot hold part of it ({error}); drop or convert that") from error

@@ -13,7 +13,7 @@ import typer
 
 from rotorsim.analysis import mode_shapes
 from rotorsim.base.errors import DataError
-from rotorsim.base.netcdf import write_netcdf
+from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import GridOptions, MachineName, a_folder, note_compiling, print_table, quantity, warn_of
 from rotorsim.commands.results import results

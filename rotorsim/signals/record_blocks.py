@@ -10,7 +10,7 @@ import xarray as xr
 
 from identification.records.schema import named_axes
 from rotorsim.base.errors import DataError
-from rotorsim.base.hdf5_check import check_hdf5
+from rotorsim.base.hdf5 import check_hdf5
 
 BLOCK = 100_000
 """Samples read at a time."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
@@ -11,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from rotorsim.base.cache import Cache
-from rotorsim.base.processes import Processes
+from rotorsim.base.processes import Processes, spread
 
 Progress = Callable[[str, int, int], None]
 
@@ -45,12 +44,10 @@ def run_cases(folder: Path, cases: Iterable[Case], workers: int, progress: Progr
             found[case.name] = cache.keep(case.file, run_case(case.function, case.arguments))
             done += 1
         return found
-    with Processes(min(workers, len(left))) as pool:
-        running = {pool.submit(run_case, case.function, case.arguments): case for case in left}
-        for case, result in _as_they_end(running):
-            found[case.name] = cache.keep(case.file, result)
-            done += 1
-            progress(case.name, done, len(listed))
+    for number, result in spread(run_case, [(case.function, case.arguments) for case in left], workers):
+        found[left[number].name] = cache.keep(left[number].file, result)
+        done += 1
+        progress(left[number].name, done, len(listed))
     return found
 
 
@@ -71,11 +68,3 @@ def run_case(function: str, arguments: tuple[Any, ...]) -> Any:
     """The result of a case."""
     module, name = function.split(":")
     return getattr(import_module(module), name)(*arguments)
-
-
-def _as_they_end(running: dict[Future[Any], Case]) -> Iterable[tuple[Case, Any]]:
-    left = set(running)
-    while left:
-        ended, left = wait(left, return_when=FIRST_COMPLETED)
-        for future in ended:
-            yield running[future], future.result()

@@ -17,7 +17,7 @@ from rotorsim.analysis.cases import REASON
 from rotorsim.analysis.sweeps.quantities import QUANTITIES, SweepQuantity
 from rotorsim.analysis.varied import labelled
 from rotorsim.base.files import make_folder, write_text
-from rotorsim.base.netcdf import write_netcdf
+from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.base.rounding import first_of_highest
 
 if TYPE_CHECKING:

@@ -10,9 +10,9 @@ from rotorsim.analysis.cases import ANALYSES, REASON, Analysis
 from rotorsim.analysis.sweeps.axes import Over
 from rotorsim.analysis.sweeps.definition import WHAT, Sweep, make_sweep
 from rotorsim.analysis.sweeps.result import SweepResult, result_of
-from rotorsim.analysis.workers import spread
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.interrupt import finishing
+from rotorsim.base.processes import spread
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.plant import Plant
 
@@ -73,7 +73,7 @@ def sweep(
     cells = list(defined.cells())
     rows: list[tuple[str, tuple[int, ...], dict[str, Any]]] = []
     try:
-        for number, row in spread(_cell, [_job(defined, *cell) for cell in cells], min(workers, len(cells))):
+        for number, row in spread(_cell, [_job(defined, *cell) for cell in cells], workers):
             rows.append((cells[number][0].name, cells[number][1], row))
             if progress:
                 progress(len(rows), len(cells))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rotorsim.base.hdf5 import CommittedFile
+from rotorsim.base.hdf5 import DiskFile
 from rotorsim.signals.record_blocks import blocks
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def write_record(path: Path, data: xr.Dataset, attrs: Mapping[str, Any], keep: t
     import h5py
 
     path.unlink(missing_ok=True)
-    with CommittedFile(path) as disk:
+    with DiskFile(path) as disk:
         with h5py.File(disk, "w", track_order=True, libver="v110") as file:
             _write(file, data, attrs, keep)
         disk.finish()

@@ -20,8 +20,9 @@ from rotorsim.base.cache import in_cache
 from rotorsim.base.errors import ConvergenceError, RotorsimError
 from rotorsim.base.exchange import json_text as json
 from rotorsim.base.files import WriteError, write_error
-from rotorsim.base.hdf5_check import check_hdf5
+from rotorsim.base.hdf5 import check_hdf5
 from rotorsim.base.lock import Lock
+from rotorsim.campaign.errors import StorageError
 from rotorsim.campaign.plan.case import Case
 from rotorsim.campaign.plan.kinds import is_analysis
 from rotorsim.campaign.plan.known_changes import with_changes
@@ -44,10 +45,6 @@ PLANTS = 4
 """Machines kept ready in one process."""
 _plants: OrderedDict[Any, Plant] = OrderedDict()
 _loaded: set[str] = set()
-
-
-class StorageError(RotorsimError):
-    """Store that cannot be written; the case stays pending."""
 
 
 def plant_of(case: Case, text: str) -> Plant:

@@ -11,7 +11,7 @@ import typer
 
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
-from rotorsim.base.netcdf import write_netcdf
+from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.base.progress import on_terminal
 from rotorsim.base.units import show
 from rotorsim.campaign import load_plan

@@ -16,7 +16,7 @@ from rotorsim.analysis.axes import read_axis, read_field
 from rotorsim.analysis.machine_map import check_quantities, machines_at_ends, map_machine
 from rotorsim.analysis.supply import felt
 from rotorsim.base.constants import TO_UM
-from rotorsim.base.netcdf import write_netcdf
+from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.base.progress import Update, bar
 from rotorsim.commands.console import Console
 from rotorsim.commands.lazy_group import example

@@ -18,7 +18,7 @@ from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.exchange import json_text as json
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import make_folder, write_json
-from rotorsim.base.netcdf import write_netcdf
+from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.discrepancy.blind_test.design import Planned, campaign
 from rotorsim.discrepancy.data.window import find_period
 from rotorsim.discrepancy.fit.calibration import MESH, calibration

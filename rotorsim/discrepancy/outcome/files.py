@@ -8,7 +8,7 @@ from pathlib import Path
 from rotorsim.base.errors import DataError
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import write_bytes, write_text
-from rotorsim.base.netcdf import write_netcdf
+from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.discrepancy.outcome.machine_file import difference
 from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.discrepancy.outcome.stored import AGAIN, from_bytes, to_bytes
