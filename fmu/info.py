@@ -9,8 +9,8 @@ from typing import Any
 from xml.etree import ElementTree
 
 from fmu.description import ROWS
+from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange import json_text as json
 from rotorsim.base.exchange.archive import read_archive
 
 DAMAGED = (ElementTree.ParseError, KeyError, IndexError, ValueError, TypeError, AttributeError)

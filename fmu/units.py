@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterable
 from xml.etree.ElementTree import Element, SubElement
 
-from rotorsim.base.unit_table import TABLE, dimension
+from rotorsim.base.units import TABLE, dimension
 
 DERIVED = {
     "N": {"kg": 1, "m": 1, "s": -2},

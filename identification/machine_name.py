@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from rotorsim.base.exchange import toml_text as tomllib
+from rotorsim.base import toml_text as tomllib
 
 if TYPE_CHECKING:
     import xarray as xr

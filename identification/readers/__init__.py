@@ -30,7 +30,7 @@ from identification.records.lab.slow_roll import without_slow_roll
 from identification.records.mapping import load_mapping
 from identification.records.notes import with_notes
 from identification.records.validate import validate
-from rotorsim.base.own_files import instead
+from rotorsim.base.file_kinds import instead
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from identification.errors import ReadError
 from identification.readers.hdf5 import opened
 from identification.records.schema import VARIABLES, named_axes
-from rotorsim.base.own_files import NETCDF
+from rotorsim.base.file_kinds import NETCDF
 from rotorsim.base.sentences import listing
 
 if TYPE_CHECKING:

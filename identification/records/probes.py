@@ -13,7 +13,7 @@ import numpy as np
 
 from identification.errors import SchemaError
 from identification.records.schema import require
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.sentences import did_you_mean
 
 if TYPE_CHECKING:
     import xarray as xr

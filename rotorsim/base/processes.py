@@ -84,7 +84,12 @@ class Child:
         """
         call = pickle.dumps((function, arguments))
         late = threading.Event()
-        timer = threading.Timer(limit or 0.0, lambda: (late.set(), self.process.kill()))
+
+        def expire() -> None:
+            late.set()
+            self.process.kill()
+
+        timer = threading.Timer(limit or 0.0, expire)
         timer.daemon = True
         if limit is not None:
             timer.start()

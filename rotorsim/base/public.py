@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NoReturn
 
-from rotorsim.base.suggest import closest
+from rotorsim.base.sentences import closest
 
 Access = tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]
 

@@ -16,7 +16,7 @@ from typing import Any
 from rotorsim.base import units
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.sentences import quote
-from rotorsim.base.unit_table import dimension
+from rotorsim.base.units import dimension
 
 UNLIMITED = 1e299
 """Size of the bounds of a quantity without limits."""

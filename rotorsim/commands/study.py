@@ -9,8 +9,7 @@ from typing import Annotated
 import typer
 
 from rotorsim.analysis import read_axis
-from rotorsim.base.file_set import replacing_all
-from rotorsim.base.files import write_json
+from rotorsim.base.files import replacing_all, write_json
 from rotorsim.base.progress import counter
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, MachineName, a_folder, plant_of, resumable

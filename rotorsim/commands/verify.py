@@ -13,7 +13,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from rotorsim.base.exchange import json_text as json
+from rotorsim.base import json_text as json
 from rotorsim.base.files import write_json
 from rotorsim.base.progress import on_terminal
 from rotorsim.commands.console import Console

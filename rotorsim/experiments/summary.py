@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.records.sampling import nominal_rate
+from rotorsim.base import toml_text as tomllib
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.base.units import parse
 from rotorsim.experiments.experiment import REFERENCE_LIMIT
 from rotorsim.experiments.limits import beyond_of

@@ -9,8 +9,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from rotorsim.base.quantity import quantity_of
-from rotorsim.base.sentences import quote
-from rotorsim.base.suggest import closest, did_you_mean
+from rotorsim.base.sentences import closest, did_you_mean, quote
 from rotorsim.base.units import quoted
 from rotorsim.machine.part import PartError
 

@@ -8,9 +8,9 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+from rotorsim.base import toml_text as tomllib
 from rotorsim.base.errors import MachineFileError
-from rotorsim.base.exchange import toml_text as tomllib
-from rotorsim.base.own_files import instead
+from rotorsim.base.file_kinds import instead
 from rotorsim.base.quantity import Quantity, quantity_of
 from rotorsim.base.units import show
 from rotorsim.effects import Effect

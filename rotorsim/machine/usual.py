@@ -17,8 +17,7 @@ from math import log, sqrt
 from typing import Any
 
 from rotorsim.base.errors import Unusual
-from rotorsim.base.unit_table import advised, dimension
-from rotorsim.base.units import parse, show, split
+from rotorsim.base.units import advised, dimension, parse, show, split
 from rotorsim.machine.part import Part
 from rotorsim.machine.plausibility import implausible
 from rotorsim.machine.toml import entries

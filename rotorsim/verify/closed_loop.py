@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.constants import KRPM, TO_UM
+from rotorsim.base.display import Reported
 from rotorsim.base.errors import RotorsimError
-from rotorsim.base.reported import Reported
 from rotorsim.control.designs.plants import point_text
 from rotorsim.control.errors import LawError
 from rotorsim.control.law import Law

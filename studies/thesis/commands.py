@@ -12,8 +12,7 @@ from identification import load_model
 from identification.lpv.model import LpvModel
 from rotorsim.base.cache import key_of
 from rotorsim.base.errors import DataError
-from rotorsim.base.file_set import replacing_all
-from rotorsim.base.files import write_json, write_text
+from rotorsim.base.files import replacing_all, write_json, write_text
 from rotorsim.base.progress import line
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, MachineName, a_folder, plant_of, resumable

@@ -11,9 +11,8 @@ import numpy as np
 from rotorsim.analysis.axes import Field, checked, read_axis, read_field, split_range
 from rotorsim.analysis.targets import split, value_at
 from rotorsim.base.errors import DataError
-from rotorsim.base.suggest import did_you_mean
-from rotorsim.base.unit_table import NUMBER
-from rotorsim.base.units import parse
+from rotorsim.base.sentences import did_you_mean
+from rotorsim.base.units import NUMBER, parse
 from rotorsim.machine.edit import expanded
 from rotorsim.machine.schema import Machine
 

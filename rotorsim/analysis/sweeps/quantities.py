@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from rotorsim.analysis.cases import ANALYSES, Analysis
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.sentences import did_you_mean
 from rotorsim.machine.schema import Machine
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from rotorsim.base.errors import DataError, NotCarried
 from rotorsim.base.files import replacing
 from rotorsim.base.sentences import listing, quote
-from rotorsim.base.unit_table import TABLE
+from rotorsim.base.units import TABLE
 
 SYSTEM = ("A", "B", "C", "D")
 DELAYS = ("InputDelay", "OutputDelay", "IODelay", "ioDelay", "InternalDelay")

@@ -6,7 +6,7 @@ import hashlib
 from dataclasses import dataclass
 from typing import Any
 
-from rotorsim.base.exchange import json_text as json
+from rotorsim.base import json_text as json
 from rotorsim.campaign.plan.plan_file import Value
 
 FORMAT = 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.resources import files
 from pathlib import Path
 
-from rotorsim.base.own_files import instead
+from rotorsim.base.file_kinds import instead
 from rotorsim.campaign.errors import PlanError
 from rotorsim.campaign.plan.parse import make_plan
 from rotorsim.campaign.plan.plan import Plan

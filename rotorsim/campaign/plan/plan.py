@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from rotorsim.base.exchange.notebook import Card, Shown
+from rotorsim.base.display import Card, Shown
 from rotorsim.campaign.plan.axes import Axis
 from rotorsim.campaign.plan.case import Case, Numbered, text_hash
 from rotorsim.campaign.plan.kinds import KINDS, make

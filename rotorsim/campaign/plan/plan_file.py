@@ -8,9 +8,8 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Strict, ValidationError
 
-from rotorsim.base.exchange import toml_text as tomllib
-from rotorsim.base.sentences import quote
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base import toml_text as tomllib
+from rotorsim.base.sentences import did_you_mean, quote
 from rotorsim.campaign.errors import PlanError
 
 MAX_BYTES = 10_000_000

@@ -8,8 +8,7 @@ from typing import Any
 
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.quantity import Quantity, quantities
-from rotorsim.base.unit_table import dimension
-from rotorsim.base.units import Suggest, parse, show
+from rotorsim.base.units import Suggest, dimension, parse, show
 from rotorsim.campaign.errors import PlanError
 from rotorsim.campaign.plan.kinds import KINDS, Kind
 from rotorsim.campaign.plan.plan_file import Value, unknown

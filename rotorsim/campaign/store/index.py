@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rotorsim.base.exchange import json_text as json
+from rotorsim.base import json_text as json
 from rotorsim.base.files import replacing
 from rotorsim.campaign.errors import PlanError, StoreError
 from rotorsim.campaign.plan.case import Numbered

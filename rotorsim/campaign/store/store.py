@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rotorsim.base.exchange import json_text as json
+from rotorsim.base import json_text as json
 from rotorsim.base.files import is_temporary, make_folder, write_json, write_text
 from rotorsim.base.lock import BusyError, Lock, about_us
 from rotorsim.campaign.errors import StoreError

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 from threadpoolctl import threadpool_limits
 
 from rotorsim.analysis.cases import ANALYSES
+from rotorsim.base import json_text as json
 from rotorsim.base.cache import in_cache
 from rotorsim.base.errors import ConvergenceError, RotorsimError
-from rotorsim.base.exchange import json_text as json
 from rotorsim.base.files import WriteError, write_error
 from rotorsim.base.hdf5 import check_hdf5
 from rotorsim.base.lock import Lock

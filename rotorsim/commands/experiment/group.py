@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from rotorsim.base.errors import DataError
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.sentences import did_you_mean
 from rotorsim.commands.lazy_group import LazyGroup
 
 

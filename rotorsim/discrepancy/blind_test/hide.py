@@ -13,11 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification import make_record
+from rotorsim.base import json_text as json
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError, NoLiftOffError
-from rotorsim.base.exchange import json_text as json
-from rotorsim.base.file_set import replacing_all
-from rotorsim.base.files import make_folder, write_json
+from rotorsim.base.files import make_folder, replacing_all, write_json
 from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.discrepancy.blind_test.design import Planned, campaign
 from rotorsim.discrepancy.data.window import find_period

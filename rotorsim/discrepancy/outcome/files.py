@@ -6,8 +6,7 @@ import json
 from pathlib import Path
 
 from rotorsim.base.errors import DataError
-from rotorsim.base.file_set import replacing_all
-from rotorsim.base.files import write_bytes, write_text
+from rotorsim.base.files import replacing_all, write_bytes, write_text
 from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.discrepancy.outcome.machine_file import difference
 from rotorsim.discrepancy.outcome.result import Diagnosis

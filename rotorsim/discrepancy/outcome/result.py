@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.base.display import Card, Reported, Shown
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange.notebook import Card, Shown
-from rotorsim.base.reported import Reported
 from rotorsim.discrepancy.loop.steps import Steps
 from rotorsim.discrepancy.odds.explanation import (
     LEAST_SHOWN,

@@ -15,8 +15,8 @@ from typing import Any, cast, get_type_hints
 import numpy as np
 import xarray as xr
 
+from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError, MachineFileError
-from rotorsim.base.exchange import json_text as json
 from rotorsim.base.exchange.archive import ArchiveError, read_archive
 from rotorsim.base.exchange.plain_data import from_plain, to_plain
 from rotorsim.discrepancy.outcome.result import Diagnosis

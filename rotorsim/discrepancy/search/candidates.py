@@ -13,7 +13,7 @@ import numpy as np
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import quantities
-from rotorsim.base.suggest import closest
+from rotorsim.base.sentences import closest
 from rotorsim.discrepancy.fit.parameters import FitParameter
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.effects import REGISTRY

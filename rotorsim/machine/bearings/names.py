@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rotorsim.base.sentences import quote
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.sentences import did_you_mean, quote
 
 KEYS = ("bearing", "place")
 """Keys under which an effect names its bearing."""

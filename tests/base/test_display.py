@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import rotorsim as rs
-from rotorsim.base.exchange.notebook import Card, html, several, text
+from rotorsim.base.display import Card, html, several, text
 from rotorsim.discrepancy.outcome.findings import Found
 
 RIG = Path(__file__).parents[1] / "control" / "rig_model.json"

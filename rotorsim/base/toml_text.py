@@ -6,7 +6,7 @@ import tomllib
 from tomllib import TOMLDecodeError
 from typing import Any
 
-from rotorsim.base.exchange.nesting import NestingError, bounded
+from rotorsim.base.json_text import NestingError, bounded
 
 __all__ = ["TOMLDecodeError", "loads"]
 

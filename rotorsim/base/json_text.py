@@ -1,9 +1,13 @@
-"""Bound on how deeply values of a text are nested: what reads them further calls itself for each level."""
+"""JSON of other people: `loads` as that of the standard library, with a bound on how deeply values are nested."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterable
+from json import JSONDecodeError, dumps
 from typing import Any
+
+__all__ = ["JSONDecodeError", "dumps", "loads"]
 
 DEEPEST = 100
 """Levels of lists and tables in each other; files of rotorsim have ten."""
@@ -31,3 +35,11 @@ def _inside(value: Any) -> Iterable[Any]:
     """Lists and tables directly in a value."""
     parts = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
     return [one for one in parts if isinstance(one, (dict, list))]
+
+
+def loads(text: str | bytes) -> Any:
+    """Value of a JSON text; raises JSONDecodeError, and UnicodeDecodeError for bytes that are no text."""
+    try:
+        return bounded(json.loads, text)
+    except NestingError as error:
+        raise JSONDecodeError(str(error), "", 0) from error

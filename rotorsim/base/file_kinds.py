@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rotorsim.base.exchange import json_text as json, toml_text as tomllib
+from rotorsim.base import json_text as json, toml_text as tomllib
 
 LARGEST = 5_000_000
 """Bytes up to which text is looked at."""

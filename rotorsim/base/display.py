@@ -1,10 +1,11 @@
-"""Short text of a value, and a small HTML table of it for notebooks, from the same rows."""
+"""Display of results: a short text, a small HTML table for notebooks from the same rows, the HTML report of a page."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from html import escape
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import Any, ClassVar, NamedTuple
 
 CELL = "text-align:left;padding:1px 12px 1px 0;vertical-align:top"
 
@@ -54,3 +55,13 @@ def several(values: Iterable[Any], form: str = ".4g", scale: float = 1.0, most: 
     numbers = list(values)
     shown = ", ".join(format(scale * float(one), form) for one in numbers[:most])
     return f"{shown}, ... ({len(numbers)})" if len(numbers) > most else shown
+
+
+class Reported:
+    """Base of results that `rotorsim.report.write` makes a page of."""
+
+    writer: ClassVar[Callable[[Any, str | Path], Path]]
+
+    def report(self, path: str | Path) -> Path:
+        """Write the HTML report, complete or not at all; raises WriteError."""
+        return Reported.writer(self, path)
