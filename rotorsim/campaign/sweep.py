@@ -12,11 +12,11 @@ from rotorsim.analysis.sweeps.axes import Over
 from rotorsim.analysis.sweeps.definition import WHAT, Sweep, make_sweep
 from rotorsim.analysis.sweeps.result import SweepResult, result_of
 from rotorsim.base.units import show
-from rotorsim.campaign.plan.parse import make_plan
-from rotorsim.campaign.plan.plan import Plan
+from rotorsim.campaign.index import DONE, PENDING
+from rotorsim.campaign.plan import Plan
+from rotorsim.campaign.read_plan import make_plan
 from rotorsim.campaign.run import Outcome, Settings, run_campaign
-from rotorsim.campaign.store.index import DONE, PENDING
-from rotorsim.campaign.store.store import open_store
+from rotorsim.campaign.store import open_store
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
 

@@ -14,7 +14,7 @@ from rich.table import Table
 from rotorsim.analysis.sweeps.definition import WHAT, make_sweep
 from rotorsim.analysis.sweeps.result import NETCDF, TABLE, SweepResult
 from rotorsim.campaign.run import Outcome
-from rotorsim.campaign.store.store import MANIFEST
+from rotorsim.campaign.store import MANIFEST
 from rotorsim.campaign.sweep import plan_of, run_sweep
 from rotorsim.commands.campaign.commands import RunOptions
 from rotorsim.commands.console import Console

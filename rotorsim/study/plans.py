@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from rotorsim.base.constants import RPM, TO_MPA
 from rotorsim.base.errors import DataError
 from rotorsim.campaign import Settings, run_campaign
-from rotorsim.campaign.plan.parse import make_plan
+from rotorsim.campaign.read_plan import make_plan
 
 if TYPE_CHECKING:
     from rotorsim.campaign import Plan

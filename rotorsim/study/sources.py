@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from identification import Source, UnfitError, files_of, pair, survey
 from rotorsim.campaign import open_store
-from rotorsim.campaign.store.index import DONE
-from rotorsim.campaign.store.store import record_path
+from rotorsim.campaign.index import DONE
+from rotorsim.campaign.store import record_path
 
 if TYPE_CHECKING:
-    from rotorsim.campaign.store.index import Row
-    from rotorsim.campaign.store.store import Store
+    from rotorsim.campaign.index import IndexRow
+    from rotorsim.campaign.store import Store
 
 EXCITING = ("prbs", "chirp", "multisine")
 """Kinds of experiments that move both references and are at one operating point."""
@@ -73,7 +73,7 @@ def campaign_sources(folder: Path) -> list[Source]:
     return found
 
 
-def _source(store: Store, row: Row) -> Source | None:
+def _source(store: Store, row: IndexRow) -> Source | None:
     entry = next(entry for entry in store.plan.entries if entry.name == row.experiment)
     values = {**entry.parameters, **row.parameters}
     if entry.kind not in EXCITING + QUIET or not {"speed", "pressure"} <= values.keys():

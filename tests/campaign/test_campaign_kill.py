@@ -18,12 +18,12 @@ import xarray as xr
 
 from rotorsim.base.processes import ProcessDiedError
 from rotorsim.campaign import Settings, open_store, run_campaign
+from rotorsim.campaign.cluster import Tls
 from rotorsim.campaign.errors import ClusterError, StoreError
-from rotorsim.campaign.plan.parse import make_plan
-from rotorsim.campaign.store.index import DONE, FAILED, PENDING
-from rotorsim.campaign.store.store import make_store, part_path, record_path
-from rotorsim.campaign.workers.case_process import PHYSICS, prepare, solve
-from rotorsim.campaign.workers.cluster import Tls
+from rotorsim.campaign.index import DONE, FAILED, PENDING
+from rotorsim.campaign.read_plan import make_plan
+from rotorsim.campaign.store import make_store, part_path, record_path
+from rotorsim.campaign.worker import PHYSICS, prepare, solve
 from waiting import PATIENCE, until
 
 pytestmark = [
@@ -154,10 +154,10 @@ def test_a_campaign_whose_process_is_killed_continues_with_the_same_bits(tmp_pat
 WORKER = """
 import asyncio, sys
 from distributed import Security, Worker
-from rotorsim.campaign.store import versions
+from rotorsim.campaign import store
 address, numba, *tls = sys.argv[1:]
 if numba != "same":
-    versions._versions = lambda known=versions._versions(): tuple({**dict(known), "numba": numba}.items())
+    store._versions = lambda known=store._versions(): tuple({**dict(known), "numba": numba}.items())
 names = ("tls_ca_file", "tls_worker_cert", "tls_worker_key")
 security = Security(require_encryption=bool(tls), **dict(zip(names, tls)))
 async def main():
@@ -246,14 +246,14 @@ def test_workers_with_other_versions_are_refused_and_tls_asks_for_a_certificate(
             run_campaign(plan, folder, Settings(scheduler=address, tls=tls))
         with pytest.raises(ClusterError, match="is not a TLS address; write tls://host:port"):
             run_campaign(plan, folder, Settings(scheduler=address.replace("tls", "tcp"), tls=tls))
-        monkeypatch.setattr("rotorsim.campaign.workers.cluster.CONNECT", 1.0)
+        monkeypatch.setattr("rotorsim.campaign.cluster.CONNECT", 1.0)
         for wrong in (address, address.replace("tls", "tcp")):
             with pytest.raises(ClusterError, match="cannot be reached within 1 s"):
                 run_campaign(plan, folder, Settings(scheduler=wrong))
 
 
 def test_a_scheduler_that_cannot_be_reached_is_one_sentence(tmp_path, monkeypatch):
-    monkeypatch.setattr("rotorsim.campaign.workers.cluster.CONNECT", 1.0)
+    monkeypatch.setattr("rotorsim.campaign.cluster.CONNECT", 1.0)
     for address in ("tcp://127.0.0.1:9", "no address", "tls://127.0.0.1:9"):
         with pytest.raises(ClusterError, match=rf"scheduler {address}: cannot be reached within 1 s") as caught:
             run_campaign(make_plan(SLEEPING.format(2, "1 ms")), tmp_path / "s", Settings(scheduler=address))
@@ -295,7 +295,7 @@ def test_a_case_that_raises_has_its_sentence_and_a_fault_of_the_program_its_trac
     failed, done = (run_order(order(tmp_path / "store", number)) for number in (0, 1))
     assert failed["status"] == "failed" and "lift" in failed["error"] and "\n" not in failed["error"]
     assert "trace" not in failed and done["status"] == "done" and done["bytes"] > 0
-    monkeypatch.setattr("rotorsim.campaign.workers.stub.solve", lambda *arguments: 1 / 0)
+    monkeypatch.setattr("rotorsim.campaign.stub.solve", lambda *arguments: 1 / 0)
     fault = run_order(order(tmp_path / "store", 0, "stub"))
     assert fault["status"] == "failed" and fault["error"].startswith("ZeroDivisionError: division by zero; this is a")
     assert "1 / 0" in fault["trace"]
@@ -351,7 +351,7 @@ def test_a_process_that_cannot_be_started_ends_the_campaign_in_one_sentence(tmp_
 
 
 def test_what_a_process_that_died_was_writing_is_removed(tmp_path, monkeypatch):
-    from rotorsim.campaign.workers import worker
+    from rotorsim.campaign import worker
 
     store = make_store(make_plan(SLEEPING.format(1, "1 h")), tmp_path / "store")
     cell, versions = worker.child_of("mine")
@@ -367,7 +367,7 @@ def test_what_a_process_that_died_was_writing_is_removed(tmp_path, monkeypatch):
 
 def test_a_run_that_ends_while_a_process_begins_waits_for_no_case(tmp_path, monkeypatch):
     """The process is known to nobody until it has begun: the end of the run must find it then."""
-    from rotorsim.campaign.workers import worker
+    from rotorsim.campaign import worker
 
     monkeypatch.setattr(worker, "_ended_runs", {"mine"})
     monkeypatch.setattr(worker._thread, "child", None, raising=False)
@@ -377,7 +377,7 @@ def test_a_run_that_ends_while_a_process_begins_waits_for_no_case(tmp_path, monk
 
 def test_a_stopped_run_leaves_the_cases_of_other_runs_alone():
     """Two campaigns with two stores may share a cluster: the end of one ends its own processes only."""
-    from rotorsim.campaign.workers import worker
+    from rotorsim.campaign import worker
 
     cell, _ = worker.child_of("mine")
     worker.end_run("another")

@@ -24,7 +24,7 @@ MOST_LOCAL_IMPORTS = 150
 BY_NAME = {
     "fmu/kernel_object.py",
     "rotorsim/base/public.py",
-    "rotorsim/campaign/workers/case_process.py",
+    "rotorsim/campaign/worker.py",
     "rotorsim/commands/lazy_group.py",
     "rotorsim/effects/__init__.py",
     "rotorsim/study/pool.py",

@@ -14,8 +14,8 @@ import typer
 
 from rotorsim.base.errors import DataError
 from rotorsim.campaign import load_plan
+from rotorsim.campaign.cluster import Tls
 from rotorsim.campaign.run import Settings, retry as retry_failed, run_campaign
-from rotorsim.campaign.workers.cluster import Tls
 from rotorsim.commands.campaign.output import (
     collect_into,
     note_compiling_of_plan,

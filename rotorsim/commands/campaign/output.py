@@ -15,13 +15,11 @@ from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.base.progress import on_terminal
 from rotorsim.base.units import show
 from rotorsim.campaign import load_plan
-from rotorsim.campaign.plan.plan import Plan
-from rotorsim.campaign.progress import spell
-from rotorsim.campaign.run import Outcome
-from rotorsim.campaign.store.collect import collect, write_table
-from rotorsim.campaign.store.index import DONE, FAILED, PENDING
-from rotorsim.campaign.store.status import status
-from rotorsim.campaign.store.store import open_store
+from rotorsim.campaign.collection import collect, write_table
+from rotorsim.campaign.index import DONE, FAILED, PENDING
+from rotorsim.campaign.plan import Plan
+from rotorsim.campaign.run import Outcome, spell
+from rotorsim.campaign.store import open_store, status
 from rotorsim.commands.options import note_compiling
 from rotorsim.commands.results import files
 from rotorsim.machine import Machine

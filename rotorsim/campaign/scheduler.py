@@ -1,6 +1,7 @@
 """Dispatch of cases to workers with a bounded number in flight, so memory does not grow with the plan.
 
-A task is one case, or several short ones: a task costs Dask some milliseconds, whatever it does.
+A task is one case, or several short ones: a task costs Dask some milliseconds, whatever it does. Workers on this
+computer are threads, each with a child process for its cases, and nothing listens on a port.
 """
 
 from __future__ import annotations
@@ -8,14 +9,17 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, Protocol
 
+from dask.system import CPU_COUNT
+
+from rotorsim.campaign.cluster import Tls, cluster
 from rotorsim.campaign.errors import ClusterError
-from rotorsim.campaign.workers.cluster import Tls, cluster
-from rotorsim.campaign.workers.local import local_workers
+from rotorsim.campaign.worker import end_run, run_orders
 
 AHEAD = 8
 """Tasks that wait, besides two for every worker."""
@@ -140,3 +144,61 @@ class Pump:
             self._seen = time.monotonic()
         elif time.monotonic() - self._seen > ALONE:
             raise ClusterError(f"workers: none for {ALONE:g} s; start some and run the same command again")
+
+
+class LocalWorkers:
+    """Threads that run orders; a `Workers` of `rotorsim.campaign.scheduler`."""
+
+    def __init__(self, threads: ThreadPoolExecutor, count: int) -> None:
+        self._threads, self._count = threads, count
+
+    def admit(self, folder: Path, name: str) -> None:
+        """Accept all: each child process states its versions, and the folder is that of this computer."""
+
+    def count(self) -> int:
+        """Number of cases that can run at once."""
+        return self._count
+
+    def check(self) -> None:
+        """Do nothing: they are there as long as this process."""
+
+    def submit(self, key: str, orders: str) -> Future[str]:
+        """Begin a task."""
+        try:
+            return self._threads.submit(run_orders, orders)
+        except RuntimeError as error:  # no thread can be started
+            raise _no_process(error) from error
+
+    def answers(self, tasks: Sequence[Future[str]]) -> list[str | None]:
+        """Result rows of finished tasks as JSON; None for one that failed as a whole."""
+        return [None if task.exception() else task.result() for task in tasks]
+
+    def why(self, task: Future[str]) -> str:
+        """Sentence about a task that failed as a whole; raises ClusterError if its process cannot be started."""
+        error = task.exception()
+        if isinstance(error, OSError):
+            raise _no_process(error) from error
+        return f"worker: {type(error).__name__}: {(str(error).splitlines() or [''])[0][:150]}"
+
+    def free(self, run: str) -> None:
+        """End the child processes of a run."""
+        end_run(run)
+
+
+@contextmanager
+def local_workers(workers: int | None, most: int) -> Iterator[LocalWorkers]:
+    """Number of workers, by default one per core; not more than `most`."""
+    count = max(min(CPU_COUNT if workers is None else workers, most), 1)
+    threads = ThreadPoolExecutor(count, "rotorsim worker")
+    try:
+        yield LocalWorkers(threads, count)
+    finally:
+        threads.shutdown(cancel_futures=True)
+
+
+def _no_process(error: Exception) -> ClusterError:
+    reason = (str(error).splitlines() or ["no reason given"])[0][:150]
+    return ClusterError(
+        f"workers: cannot be started on this machine ({reason}); check free memory, processes and space for "
+        "temporary files"
+    )

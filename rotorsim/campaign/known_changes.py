@@ -20,8 +20,8 @@ import numpy as np
 from identification.records.changes import stated_changes
 from rotorsim.base import json_text as json
 from rotorsim.base.errors import RotorsimError
+from rotorsim.campaign.axes import change
 from rotorsim.campaign.errors import PlanError
-from rotorsim.campaign.plan.targets import change
 from rotorsim.discrepancy.data.changes import RING, WEIGHT, known_changes, with_ring
 from rotorsim.machine import Machine
 

@@ -13,8 +13,10 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from threadpoolctl import threadpool_limits
 
+from identification import make_record
 from rotorsim.analysis.cases import ANALYSES
 from rotorsim.base import json_text as json
 from rotorsim.base.cache import in_cache
@@ -22,15 +24,15 @@ from rotorsim.base.errors import ConvergenceError, RotorsimError
 from rotorsim.base.files import WriteError, write_error
 from rotorsim.base.hdf5 import check_hdf5
 from rotorsim.base.lock import Lock
+from rotorsim.campaign.axes import is_analysis
 from rotorsim.campaign.errors import StorageError
-from rotorsim.campaign.plan.case import Case
-from rotorsim.campaign.plan.kinds import is_analysis
-from rotorsim.campaign.plan.known_changes import with_changes
-from rotorsim.campaign.plan.summaries import summarise
-from rotorsim.campaign.store.netcdf import write_record
-from rotorsim.campaign.store.store import part_path, record_path
-from rotorsim.campaign.workers.memory import LONGEST, Memory
+from rotorsim.campaign.known_changes import with_changes
+from rotorsim.campaign.plan import Case
+from rotorsim.campaign.record_files import write_record
+from rotorsim.campaign.store import part_path, record_path
+from rotorsim.campaign.summaries import summarise
 from rotorsim.experiments import EXPERIMENTS, Experiment
+from rotorsim.experiments.recording import snapshot_variables
 from rotorsim.experiments.running import begin, record, stream
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
@@ -40,6 +42,50 @@ from rotorsim.signals.record_blocks import open_record
 
 if TYPE_CHECKING:
     import xarray as xr
+
+LONGEST = 300.0
+"""Simulated time [s] up to which a record is held in memory, some 0.3 GB; longer ones pass through a file."""
+
+
+class MemoryRecording:
+    """Growing record in memory."""
+
+    def __init__(self, probes: dict[str, Any] | None = None, bearings: Sequence[str] = ()) -> None:
+        self.samples, self._probes, self._bearings = 0, probes, tuple(bearings)
+        self._blocks: list[dict[str, np.ndarray]] = []
+        self._snapshots: list[tuple[float, float, np.ndarray]] = []
+        self._grid: tuple[np.ndarray, np.ndarray] | None = None
+        self._attrs: dict[str, Any] = {}
+
+    def write(self, time: np.ndarray, values: dict[str, np.ndarray]) -> None:
+        """Append samples."""
+        self._blocks.append({"time": time, **values})
+        self.samples += len(time)
+
+    def snapshot(self, time: float, speed: float, theta: np.ndarray, z: np.ndarray, pressure: np.ndarray) -> None:
+        """Keep the film pressure of one instant, as `Simulation.film_snapshot` gives it."""
+        self._grid = theta, z
+        self._snapshots.append((time, speed, pressure.copy()))
+
+    def note(self, **attrs: Any) -> None:
+        """Add attributes."""
+        self._attrs |= attrs
+
+    def dataset(self) -> xr.Dataset:
+        """The record, as `Recording` would have written it."""
+        names = self._blocks[0]
+        values = {name: np.concatenate([block[name] for block in self._blocks]) for name in names}
+        record = make_record(values.pop("time"), values, self._attrs, self._probes, self._bearings)
+        if self._grid is None:
+            return record
+        times, speeds, pressures = (np.array(part) for part in zip(*self._snapshots, strict=True))
+        kept = zip(
+            snapshot_variables(self._grid[1].ndim > 1).items(), (*self._grid, pressures, times, speeds), strict=True
+        )
+        made = {name: (dims, values, {"units": u, "long_name": text}) for (name, (dims, u, text)), values in kept}
+        coordinates = {name: made.pop(name) for name in list(made)[:2]}
+        return record.assign(made).assign_coords(coordinates)
+
 
 PLANTS = 4
 """Machines kept ready in one process."""
@@ -101,7 +147,7 @@ def solve(folder: Path, case: Case, text: str, summary: Sequence[str]) -> dict[s
     text : str
         The base machine's text.
     summary : sequence of str
-        Post-processings of `rotorsim.campaign.plan.summaries`.
+        Post-processings of `rotorsim.campaign.summaries`.
 
     Raises
     ------
@@ -146,7 +192,7 @@ def adopt(path: Path, key: str) -> dict[str, Any] | None:
 def simulated(folder: Path, plant: Plant, experiment: Experiment, case: Case) -> Iterator[xr.Dataset]:
     """Complete record of a run, in memory or, if it is long, in a temporary file."""
     if experiment.samples * experiment.Ts <= LONGEST:
-        sink = Memory(probe_coordinates(plant.machine), plant.machine.film_names)
+        sink = MemoryRecording(probe_coordinates(plant.machine), plant.machine.film_names)
         _complete(stream(begin(plant, experiment, case.seed), experiment, sink).ended)
         yield sink.dataset()
         return

@@ -18,7 +18,7 @@ from typing import Any
 from rotorsim.base import json_text as json
 from rotorsim.base.files import replacing
 from rotorsim.campaign.errors import PlanError, StoreError
-from rotorsim.campaign.plan.case import Numbered
+from rotorsim.campaign.plan import NumberedCase
 
 PENDING, DONE, FAILED = "pending", "done", "failed"
 BATCH = 5000
@@ -37,7 +37,7 @@ COLUMNS = (
 
 
 @dataclass(frozen=True)
-class Row:
+class IndexRow:
     """Case in the index; duration and CPU time `cpu` in s, `finished` in UTC."""
 
     number: int
@@ -67,7 +67,7 @@ class Index:
         self._db = _connect(path, writable)
 
     @classmethod
-    def create(cls, path: Path, cases: Iterable[Numbered]) -> None:
+    def create(cls, path: Path, cases: Iterable[NumberedCase]) -> None:
         """Write a new index of pending cases in one piece; raises PlanError if two cases are the same."""
         with replacing(path) as part, closing(sqlite3.connect(part)) as db:
             try:
@@ -100,14 +100,14 @@ class Index:
         seconds, size = self._db.execute("SELECT total(duration), total(bytes) FROM cases").fetchone()
         return seconds, int(size)
 
-    def rows(self, status: str | None = None, experiment: str | None = None, limit: int = -1) -> Iterator[Row]:
+    def rows(self, status: str | None = None, experiment: str | None = None, limit: int = -1) -> Iterator[IndexRow]:
         """Rows in order, of one status and one experiment if given."""
         query = f"SELECT {', '.join(COLUMNS)} FROM cases WHERE (?1 IS NULL OR status = ?1) "
         query += "AND (?2 IS NULL OR experiment = ?2) ORDER BY number LIMIT ?3"
         for values in self._db.execute(query, (status, experiment, limit)):
             row = dict(zip(COLUMNS, values, strict=True))
             row["parameters"], row["summary"] = json.loads(row["parameters"]), json.loads(row["summary"] or "{}")
-            yield Row(**row)
+            yield IndexRow(**row)
 
     def sizes(self) -> Iterator[tuple[int, str, int | None]]:
         """Number, key and bytes of every case that is done."""
@@ -150,7 +150,7 @@ class Index:
         self._db.close()
 
 
-def _new(one: Numbered) -> tuple[Any, ...]:
+def _new(one: NumberedCase) -> tuple[Any, ...]:
     return one.number, one.case.key, one.experiment, one.repeat, one.case.seed, json.dumps(one.values)
 
 

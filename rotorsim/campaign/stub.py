@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from identification import make_record
-from rotorsim.campaign.plan.case import Case
-from rotorsim.campaign.store.store import record_path
-from rotorsim.campaign.workers.run_case import adopt, publish
+from rotorsim.campaign.plan import Case
+from rotorsim.campaign.simulate_case import adopt, publish
+from rotorsim.campaign.store import record_path
 
 SAMPLES = 5
 
@@ -28,7 +28,7 @@ def prepare(case: Case, text: str) -> None:
 
 
 def solve(folder: Path, case: Case, text: str, summary: Sequence[str]) -> dict[str, Any]:
-    """Run a dummy case; interface of `rotorsim.campaign.workers.run_case.solve`."""
+    """Run a dummy case; interface of `rotorsim.campaign.simulate_case.solve`."""
     path = record_path(folder, case.key)
     found = adopt(path, case.key) if case.keep != () and path.exists() else None
     if found is not None:

@@ -1,26 +1,82 @@
-"""Campaign plan: machines, experiments and axes with checked values; cases are generated on demand."""
+"""Campaign plan: machines, experiments and axes with checked values; cases are generated on demand.
+
+A case is a machine, its changes, an experiment and a seed, with a hash of all inputs as its key.
+"""
 
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from rotorsim.base import json_text as json
 from rotorsim.base.display import Card, Shown
-from rotorsim.campaign.plan.axes import Axis
-from rotorsim.campaign.plan.case import Case, Numbered, text_hash
-from rotorsim.campaign.plan.kinds import KINDS, make
-from rotorsim.campaign.plan.known_changes import with_changes
-from rotorsim.campaign.plan.plan_file import Value
+from rotorsim.base.sentences import quote
+from rotorsim.campaign.axes import KINDS, Axis, make
+from rotorsim.campaign.known_changes import with_changes
+from rotorsim.campaign.plan_file import Value
 from rotorsim.experiments.parameters import parameters
 from rotorsim.machine import Machine
 
+FORMAT = 1
+"""Goes into every key; changes when the same case would be written another way."""
+
 
 @dataclass(frozen=True)
-class Entry:
+class Case:
+    """Case as sent to a worker; `machine` is the hash of the base machine's text, `set` its changed values.
+
+    `changes` is what its record states as changed on purpose, a JSON text; a case without has the key it always had.
+    """
+
+    machine: str
+    set: tuple[tuple[str, Value], ...]
+    kind: str
+    parameters: tuple[tuple[str, Value], ...]
+    seed: int
+    keep: tuple[str, ...] | None
+    changes: str = ""
+
+    @property
+    def key(self) -> str:
+        """Hash of the content, 32 hexadecimal digits."""
+        return hashlib.sha256(f"{FORMAT} {self.text}".encode()).hexdigest()[:32]
+
+    @property
+    def text(self) -> str:
+        """The case as JSON, exact to the last bit."""
+        content = {name: value for name, value in vars(self).items() if name != "changes" or value}
+        return json.dumps(content, sort_keys=True)
+
+    @classmethod
+    def from_text(cls, text: str) -> Case:
+        """The case of its JSON."""
+        content: dict[str, Any] = json.loads(text)
+        pairs = {name: tuple((key, value) for key, value in content[name]) for name in ("set", "parameters")}
+        keep = None if content["keep"] is None else tuple(content["keep"])
+        return cls(**{**content, **pairs, "keep": keep})
+
+
+def text_hash(text: str) -> str:
+    """Hash of a machine's text, used as its name."""
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+@dataclass(frozen=True)
+class NumberedCase:
+    """Case with its number, experiment name, repeat and axis values in the campaign."""
+
+    number: int
+    experiment: str
+    repeat: int
+    values: dict[str, Value]
+    case: Case
+
+
+@dataclass(frozen=True)
+class PlannedExperiment:
     """Experiment of a plan: name, kind, fixed parameters in SI, seed."""
 
     name: str
@@ -43,7 +99,7 @@ class Plan(Shown):
     text: str
     machines: dict[str, str]
     set: tuple[tuple[str, Value], ...]
-    entries: tuple[Entry, ...]
+    entries: tuple[PlannedExperiment, ...]
     axes: tuple[Axis, ...]
     repeats: int
     different_seeds: bool
@@ -70,7 +126,7 @@ class Plan(Shown):
     def _sizes(self) -> tuple[int, ...]:
         return tuple(self._points(entry) * self.repeats for entry in self.entries)
 
-    def axes_of(self, entry: Entry) -> tuple[Axis, ...]:
+    def axes_of(self, entry: PlannedExperiment) -> tuple[Axis, ...]:
         """The axes that change an experiment."""
         return self._taken[entry.name]
 
@@ -78,7 +134,7 @@ class Plan(Shown):
     def _taken(self) -> dict[str, tuple[Axis, ...]]:
         return {entry.name: tuple(axis for axis in self.axes if entry.takes(axis)) for entry in self.entries}
 
-    def _points(self, entry: Entry) -> int:
+    def _points(self, entry: PlannedExperiment) -> int:
         points = 1
         for steps in self._steps[entry.name]:
             points *= len(steps[0].values)
@@ -88,18 +144,18 @@ class Plan(Shown):
     def _steps(self) -> dict[str, list[tuple[Axis, ...]]]:
         return {entry.name: self._steps_of(entry) for entry in self.entries}
 
-    def _steps_of(self, entry: Entry) -> list[tuple[Axis, ...]]:
+    def _steps_of(self, entry: PlannedExperiment) -> list[tuple[Axis, ...]]:
         """Axes that step together; the machine's outermost, so that a worker meets one machine many times."""
         own = self.axes_of(entry)
         latin = tuple(axis for axis in own if axis.latin)
         groups = [(axis,) for axis in own if not axis.latin] + ([latin] if latin else [])
         return sorted(groups, key=lambda group: all(a.target.kind in ("parameter", "seed") for a in group))
 
-    def cases(self) -> Iterator[Numbered]:
+    def cases(self) -> Iterator[NumberedCase]:
         """Every case in its order."""
         return (self.case(number) for number in range(len(self)))
 
-    def case(self, number: int) -> Numbered:
+    def case(self, number: int) -> NumberedCase:
         """The case of a number from 0, without the ones before it."""
         rest = number
         for entry, size in zip(self.entries, self._sizes, strict=True):
@@ -108,7 +164,7 @@ class Plan(Shown):
             rest -= size
         raise IndexError(number)
 
-    def _case(self, number: int, entry: Entry, point: int, repeat: int) -> Numbered:
+    def _case(self, number: int, entry: PlannedExperiment, point: int, repeat: int) -> NumberedCase:
         values: dict[str, Value] = {}
         for group in reversed(self._steps[entry.name]):
             point, at = divmod(point, len(group[0].values))
@@ -125,13 +181,13 @@ class Plan(Shown):
             self.keep,
             self.changes,
         )
-        return Numbered(number, entry.name, repeat, values, case)
+        return NumberedCase(number, entry.name, repeat, values, case)
 
     @cached_property
     def _hashes(self) -> dict[str, str]:
         return {name: text_hash(text) for name, text in self.machines.items()}
 
-    def _seed(self, entry: Entry, values: Mapping[str, Value], repeat: int) -> int:
+    def _seed(self, entry: PlannedExperiment, values: Mapping[str, Value], repeat: int) -> int:
         seed = int(values.get("seed", entry.seed))
         if not self.different_seeds:
             return seed + repeat
@@ -173,3 +229,35 @@ class Plan(Shown):
         for path, value in case.set:
             machine = machine.replace(path, value)
         return with_changes(machine, case.changes)
+
+
+def differences(there: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[str]:
+    """Differences of a store's plan (`there`) from the `wanted` plan, as sentences."""
+    return [
+        sentence
+        for name in [*there, *(key for key in wanted if key not in there)]
+        if there.get(name) != wanted.get(name)
+        for sentence in _sentences(name, there.get(name), wanted.get(name))
+    ]
+
+
+def _sentences(name: str, there: Any, wanted: Any) -> Iterator[str]:
+    if there is None or wanted is None:
+        yield f"{name} {'is only in this plan' if there is None else 'is only in the store'}"
+    elif name.startswith("machine "):
+        yield from _lines(name, there, wanted)
+    elif isinstance(there, list) and isinstance(wanted, list) and len(there) != len(wanted):
+        yield f"{name}: {len(there)} values there, {len(wanted)} here"
+    elif isinstance(there, list) and isinstance(wanted, list):
+        first = next(i for i, (a, b) in enumerate(zip(there, wanted, strict=True)) if a != b)
+        yield f"{name}: {quote(there[first])} there, {quote(wanted[first])} here"
+    else:
+        yield f"{name}: {quote(there)} there, {quote(wanted)} here"
+
+
+def _lines(name: str, there: str, wanted: str) -> Iterator[str]:
+    """Lines of a machine's text that are not the same."""
+    old, new = set(there.splitlines()), set(wanted.splitlines())
+    gone = [line for line in there.splitlines() if line not in new]
+    come = [line for line in wanted.splitlines() if line not in old]
+    yield f"{name}: {'; '.join(gone[:2]) or 'nothing'} there, {'; '.join(come[:2]) or 'nothing'} here"

@@ -8,28 +8,58 @@
     parts/                records being written; emptied when the campaign is resumed
     campaign.log          what happened when
     lock                  held by the process that runs the campaign
+
+Client, workers and store must agree in the versions that determine a record's bits.
 """
 
 from __future__ import annotations
 
 import os
+import platform
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from rotorsim.base import json_text as json
+from rotorsim.base.cache import RUNS, sources_hash
 from rotorsim.base.files import is_temporary, make_folder, write_json, write_text
 from rotorsim.base.lock import BusyError, Lock, about_us
+from rotorsim.base.version import installed
 from rotorsim.campaign.errors import StoreError
-from rotorsim.campaign.plan.case import text_hash
-from rotorsim.campaign.plan.difference import differences
-from rotorsim.campaign.plan.parse import make_plan
-from rotorsim.campaign.plan.plan import Plan
-from rotorsim.campaign.store.index import DONE, Index
-from rotorsim.campaign.store.versions import mismatch, versions
+from rotorsim.campaign.index import FAILED, Index
+from rotorsim.campaign.plan import Plan, differences, text_hash
+from rotorsim.campaign.read_plan import make_plan
+
+PACKAGES = ("numpy", "scipy", "numba", "h5py", "h5netcdf", "distributed")
+KNOWN_CHANGES = ("rotorsim/discrepancy/__init__.py", "rotorsim/discrepancy/data")
+SOURCES = (*RUNS, *KNOWN_CHANGES, "rotorsim/analysis", "rotorsim/campaign")
+
+
+@lru_cache(maxsize=1)
+def _versions() -> tuple[tuple[str, str], ...]:
+    found = {"rotorsim": installed("rotorsim"), "sources": sources_hash(*SOURCES)[:16]}
+    found["python"] = ".".join(platform.python_version_tuple()[:2])
+    return tuple((found | {name: installed(name) for name in PACKAGES}).items())
+
+
+def versions() -> dict[str, str]:
+    """Versions by name; 'sources' is a hash of the code that makes records, which may differ at one version."""
+    return dict(_versions())
+
+
+def mismatch(here: dict[str, str], there: dict[str, str], physics_only: bool = False) -> str:
+    """Version differences such as 'numba 0.60 there, 0.61 here'; empty if all agree."""
+    names = [name for name in here if not (physics_only and name == "distributed")]
+    return "; ".join(
+        f"{name} {there.get(name, 'missing')} there, {here[name]} here"
+        for name in names
+        if there.get(name) != here[name]
+    )
+
 
 FORMAT = 1
 MANIFEST = "store.json"
@@ -190,4 +220,28 @@ def clear_parts(folder: Path) -> int:
     return len(left)
 
 
-__all__ = ["DONE", "Store", "clear_parts", "machines", "make_store", "open_store", "parts_folder", "record_path"]
+def status(folder: str | Path, failures: int = 5) -> dict[str, Any]:
+    """Counts of cases by state, computing time [s], bytes, and the first failed cases; also while it runs.
+
+    Parameters
+    ----------
+    folder : path
+        Of the campaign; raises StoreError where it is damaged.
+    failures : int
+        How many failed cases to list.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.campaign.status("mine")["done"]
+    1
+    """
+    store = open_store(Path(folder))
+    index = store.index()
+    try:
+        counts, (seconds, size) = index.counts(), index.totals()
+        rows = [(row.number, row.experiment, row.parameters, row.error) for row in index.rows(FAILED, limit=failures)]
+    finally:
+        index.close()
+    named = [dict(zip(("number", "experiment", "parameters", "error"), row, strict=True)) for row in rows]
+    return {"name": store.plan.name, **counts, "computing_s": seconds, "bytes": size, "failures": named}

@@ -16,24 +16,23 @@ import numpy as np
 
 from rotorsim.base.files import replacing
 from rotorsim.campaign.errors import StoreError
-from rotorsim.campaign.plan.plan import Plan
-from rotorsim.campaign.store.index import DONE, Row
-from rotorsim.campaign.store.lazy import Variable, opened, stacked
-from rotorsim.campaign.store.store import open_store, record_path
-from rotorsim.campaign.store.table import header, line
+from rotorsim.campaign.index import DONE, IndexRow
+from rotorsim.campaign.plan import Plan
+from rotorsim.campaign.record_files import StackedVariable, opened, stacked
+from rotorsim.campaign.store import open_store, record_path
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 @dataclass(frozen=True)
-class Finished:
+class FinishedCases:
     """Finished cases of one experiment in a store."""
 
     folder: Path
     plan: Plan
     experiment: str
-    rows: tuple[Row, ...]
+    rows: tuple[IndexRow, ...]
 
     @property
     def paths(self) -> tuple[Path, ...]:
@@ -81,7 +80,7 @@ def collect(folder: str | Path, experiment: str | None = None, variables: Sequen
     return data.assign(records.data_vars).assign_coords(records.coords)
 
 
-def _finished(folder: Path, experiment: str | None) -> Finished:
+def _finished(folder: Path, experiment: str | None) -> FinishedCases:
     store = open_store(folder)
     names = [entry.name for entry in store.plan.entries]
     if experiment is None and len(names) > 1:
@@ -96,10 +95,10 @@ def _finished(folder: Path, experiment: str | None) -> Finished:
         index.close()
     if not rows:
         raise StoreError(f"{folder}: no case of {name} is done yet; run the campaign first")
-    return Finished(folder, store.plan, name, rows)
+    return FinishedCases(folder, store.plan, name, rows)
 
 
-def _coordinates(found: Finished) -> dict[str, Any]:
+def _coordinates(found: FinishedCases) -> dict[str, Any]:
     rows = found.rows
     coordinates: dict[str, Any] = {
         "number": ("case", np.array([row.number for row in rows])),
@@ -116,7 +115,7 @@ def _coordinates(found: Finished) -> dict[str, Any]:
     return coordinates
 
 
-def _columns(rows: Iterable[Row]) -> dict[str, Any]:
+def _columns(rows: Iterable[IndexRow]) -> dict[str, Any]:
     """Summaries by name; numbers where all are, with NaN for what is missing."""
     rows = list(rows)
     names = list(dict.fromkeys(name for row in rows for name in row.summary))
@@ -128,7 +127,7 @@ def _columns(rows: Iterable[Row]) -> dict[str, Any]:
     return columns
 
 
-def _records(found: Finished, variables: Sequence[str] | None) -> xr.Dataset:
+def _records(found: FinishedCases, variables: Sequence[str] | None) -> xr.Dataset:
     import xarray as xr
 
     from rotorsim.signals.record_blocks import open_record
@@ -145,7 +144,7 @@ def _records(found: Finished, variables: Sequence[str] | None) -> xr.Dataset:
         arrays = {
             name: (
                 ("case", *sample[name].dims),
-                stacked(Variable(found.paths, name, sample[name].shape, sample[name].dtype)),
+                stacked(StackedVariable(found.paths, name, sample[name].shape, sample[name].dtype)),
                 dict(sample[name].attrs),
             )
             for name in names
@@ -154,7 +153,7 @@ def _records(found: Finished, variables: Sequence[str] | None) -> xr.Dataset:
     return xr.Dataset(arrays, coordinates).assign_coords(samples=("case", lengths))
 
 
-def _check_sizes(found: Finished) -> None:
+def _check_sizes(found: FinishedCases) -> None:
     """Raise StoreError for records that are not as long as they were written."""
     lost = [path for path, row in zip(found.paths, found.rows, strict=True) if _size(path) != row.bytes]
     if lost:
@@ -171,7 +170,7 @@ def _size(path: Path) -> int:
         return -1
 
 
-def _lengths(found: Finished) -> np.ndarray:
+def _lengths(found: FinishedCases) -> np.ndarray:
     """Samples of every record, from the summary or, without one, from the file."""
     samples = [row.summary.get("numbers.samples") for row in found.rows]
     if all(n is not None for n in samples):
@@ -205,3 +204,21 @@ def write_table(folder: str | Path, path: str | Path) -> int:
     finally:
         index.close()
     return count
+
+
+FIRST = ("number", "experiment", "repeat", "seed")
+LAST = ("status", "error", "duration", "cpu", "bytes", "host", "versions", "finished", "attempts", "key")
+
+
+def header(plan: Plan, rows: Iterable[IndexRow]) -> tuple[str, ...]:
+    """Column names of the table: axis values, results, status; values in SI."""
+    axes = [f"set.{axis.name}" for axis in plan.axes if axis.name != "seed"]
+    found = dict.fromkeys(name for row in rows for name in row.summary)
+    return (*FIRST, *axes, *found, *LAST)
+
+
+def line(row: IndexRow, names: Iterable[str]) -> list[Any]:
+    """Values of a row; empty where there is none."""
+    own = set(FIRST + LAST)
+    values = {f"set.{name}": value for name, value in row.parameters.items()} | row.summary
+    return [getattr(row, name) if name in own else values.get(name) for name in names]

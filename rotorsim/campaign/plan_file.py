@@ -20,16 +20,16 @@ Values = Annotated[tuple[Any, ...], Strict(False)]
 Pair = Annotated[tuple[Any, Any], Strict(False)]
 
 
-class Table(BaseModel):
+class TomlTable(BaseModel):
     """A table of a plan: known fields only."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
 
-T = TypeVar("T", bound=Table)
+T = TypeVar("T", bound=TomlTable)
 
 
-class AxisTable(Table):
+class AxisTable(TomlTable):
     """One axis: `list` of values, `grid` from .. to in a number of `points`, or limits of a `latin` hypercube."""
 
     list: Values | None = None
@@ -39,14 +39,14 @@ class AxisTable(Table):
     spacing: Literal["linear", "log"] = "linear"
 
 
-class LatinTable(Table):
+class LatinTable(TomlTable):
     """Number of points and seed of the Latin hypercube of all `latin` axes."""
 
     samples: int
     seed: int = 0
 
 
-class PlanTable(Table):
+class PlanTable(TomlTable):
     """The whole plan."""
 
     name: str = "campaign"
@@ -99,7 +99,7 @@ def read_table(kind: type[T], table: Any, where: str) -> T:
         raise PlanError(f"{path}: {_sentence(problem, kind)}") from error
 
 
-def _sentence(problem: Any, kind: type[Table]) -> str:
+def _sentence(problem: Any, kind: type[TomlTable]) -> str:
     given, key = problem["input"], str(problem["loc"][0]) if problem["loc"] else ""
     if problem["type"] == "missing" and len(problem["loc"]) == 1:
         return "missing; add it"

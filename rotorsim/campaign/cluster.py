@@ -14,9 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from rotorsim.campaign.errors import ClusterError
-from rotorsim.campaign.store.store import parts_folder
-from rotorsim.campaign.store.versions import mismatch, versions
-from rotorsim.campaign.workers.worker import end_run, run_orders
+from rotorsim.campaign.store import mismatch, parts_folder, versions
+from rotorsim.campaign.worker import end_run, run_orders
 
 CONNECT = 10.0
 """Time [s] to wait for a scheduler."""
@@ -44,7 +43,7 @@ def connected() -> Iterator[None]:
 
 
 class ClusterWorkers:
-    """Workers behind a Dask client; a `Workers` of `rotorsim.campaign.workers.scheduler`."""
+    """Workers behind a Dask client; a `Workers` of `rotorsim.campaign.scheduler`."""
 
     def __init__(self, client: Any) -> None:
         self._client = client
