@@ -57,5 +57,4 @@ from .records.schema import (
 from .records.template import mapping_template as mapping_template
 from .records.validate import validate as validate
 from .records.vectors import VECTORS as VECTORS, make_vectors as make_vectors
-from .writers import held as held, save as save
-from .writers.tables import save_timetable as save_timetable, to_pandas as to_pandas
+from .writers import held as held, save as save, save_timetable as save_timetable, to_pandas as to_pandas

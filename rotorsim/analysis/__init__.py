@@ -15,8 +15,7 @@ from rotorsim.analysis.operating_map import operating_map
 from rotorsim.analysis.point import Point, operating_point
 from rotorsim.analysis.safe_region import safe_region
 from rotorsim.analysis.shaft_motion import shaft_motion
-from rotorsim.analysis.sweeps.result import SweepResult
-from rotorsim.analysis.sweeps.sweep import sweep
+from rotorsim.analysis.sweeps.sweep import SweepResult, sweep
 from rotorsim.analysis.targets import read_targets
 from rotorsim.analysis.unbalance_response import unbalance_response
 from rotorsim.analysis.varied import over_fields

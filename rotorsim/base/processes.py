@@ -19,9 +19,9 @@ import sys
 import tempfile
 import threading
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Future, ThreadPoolExecutor, as_completed
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from functools import lru_cache
 from multiprocessing import spawn
 from pathlib import Path
@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 """Variables of the environment that limit the threads of libraries loaded later."""
+Each = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[Any]]
+"""Function that maps another over values, as `map` does."""
 PATIENCE = 5.0
 """Time [s] between the end of a process's results and its own."""
 ROOT = str(Path(__file__).resolve().parents[2])
@@ -188,6 +190,16 @@ def spread(function: Callable[..., Any], calls: Sequence[tuple], workers: int) -
         numbers = {pool.submit(function, *arguments): number for number, arguments in enumerate(calls)}
         for future in as_completed(numbers):
             yield numbers[future], future.result()
+
+
+@contextmanager
+def processes(workers: int) -> Iterator[Each]:
+    """A `map` over some processes of one thread each; in this process for one worker."""
+    if workers <= 1:
+        yield map
+        return
+    with Processes(workers) as pool:
+        yield pool.map
 
 
 def _main_program() -> dict[str, Any]:

@@ -16,7 +16,7 @@ from identification.errors import UnfitError
 from identification.local.models import plain
 from rotorsim.base.errors import DataError
 from rotorsim.base.sentences import told_apart
-from rotorsim.study.sources import sources_of
+from rotorsim.study.identify_records import sources_of
 
 Made = Callable[[Any, Any], Any]
 

@@ -17,10 +17,9 @@ from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import refuse_campaign, study as study_folder
 from rotorsim.report.pages.study import save_study_page
 from rotorsim.study.identification_vs_physics import study
-from rotorsim.study.page import identification_blocks
+from rotorsim.study.identify_records import sources_of
+from rotorsim.study.pages import HEADS, identification_blocks, rows, summary
 from rotorsim.study.plans import COUNTED, QUICK, Layout, run
-from rotorsim.study.sources import sources_of
-from rotorsim.study.table import HEADS, rows, summary
 
 RESULTS = ("model.json", "model_2.json", "report.html", "study.json")
 """Files in the folder; where the last is, the others are complete."""

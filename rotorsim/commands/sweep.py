@@ -12,7 +12,7 @@ import typer
 from rich.table import Table
 
 from rotorsim.analysis.sweeps.definition import WHAT, make_sweep
-from rotorsim.analysis.sweeps.result import NETCDF, TABLE, SweepResult
+from rotorsim.analysis.sweeps.sweep import NETCDF, TABLE, SweepResult
 from rotorsim.campaign.run import Outcome
 from rotorsim.campaign.store import MANIFEST
 from rotorsim.campaign.sweep import plan_of, run_sweep

@@ -9,7 +9,7 @@ from rotorsim.discrepancy.residuals.comparison import Comparison, Point
 from rotorsim.discrepancy.twin.twin import Twin
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
-from rotorsim.study.physics import physics
+from rotorsim.study.identification_vs_physics import physics
 
 SPEED, SUPPLY = 300.0, 0.6e6
 DROOP = 1e9

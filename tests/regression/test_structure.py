@@ -27,7 +27,7 @@ BY_NAME = {
     "rotorsim/campaign/worker.py",
     "rotorsim/commands/lazy_group.py",
     "rotorsim/effects/__init__.py",
-    "rotorsim/study/pool.py",
+    "studies/thesis/cached_cases.py",
 }
 """Files that may import a module by a name: tables of public names, effects, commands, cases of workers."""
 CLOCKS = {"monotonic", "perf_counter", "process_time", "thread_time", "time"}

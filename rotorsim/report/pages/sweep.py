@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rotorsim.analysis.sweeps.result import SweepResult
+from rotorsim.analysis.sweeps.sweep import SweepResult
 from rotorsim.base import toml_text as tomllib
 from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.report.export import display_units

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from rotorsim.base.cache import Cache
-from rotorsim.base.processes import Processes, spread
+from rotorsim.base.processes import spread
 
 Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
-class Case:
+class CachedCase:
     """A function "module:name" of plain arguments whose result is plain JSON; stage and key name its file."""
 
     stage: str
@@ -31,7 +30,7 @@ class Case:
         return f"{self.stage}-{self.key}"
 
 
-def run_cases(folder: Path, cases: Iterable[Case], workers: int, progress: Progress) -> dict[str, Any]:
+def run_cases(folder: Path, cases: Iterable[CachedCase], workers: int, progress: Progress) -> dict[str, Any]:
     """Results by the cases' names; what is in `folder` already is read, all else is run and written as it ends."""
     listed = list(cases)
     cache = Cache(folder, required=True)
@@ -49,19 +48,6 @@ def run_cases(folder: Path, cases: Iterable[Case], workers: int, progress: Progr
         done += 1
         progress(left[number].name, done, len(listed))
     return found
-
-
-Each = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[Any]]
-
-
-@contextmanager
-def processes(workers: int) -> Iterator[Each]:
-    """A `map` over some processes of one thread each; in this process for one worker."""
-    if workers <= 1:
-        yield map
-        return
-    with Processes(workers) as pool:
-        yield pool.map
 
 
 def run_case(function: str, arguments: tuple[Any, ...]) -> Any:
