@@ -78,7 +78,7 @@ def _reference(model: Unit, trial: Path) -> Reference:
     except Exception as error:  # FMPy has several
         _try_start(model)
         raise DataError(
-            f"fmu export: the unit that was built does not run here ({error}); check the compiler"
+            f"fmu export: the unit that was built does not run here ({error}); check the compiler and the point"
         ) from error
 
 

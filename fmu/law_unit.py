@@ -18,7 +18,7 @@ from rotorsim.control import Law
 from rotorsim.control.runtime import guard, plausibility
 from rotorsim.control.runtime.alarm import SENTENCES
 from rotorsim.control.runtime.guard import FADE, FARTHEST, HOLD
-from rotorsim.control.runtime.layout import FIRST_BLOCK
+from rotorsim.control.runtime.kernels import FIRST_BLOCK
 
 INPUTS = ("meas.disc_x", "meas.disc_y", "meas.speed", "meas.pressure")
 OUTPUTS = ("piezo.ref_x", "piezo.ref_y")

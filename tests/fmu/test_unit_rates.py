@@ -11,9 +11,6 @@ from rotorsim.plant import Plant
 SPEED = 12000.0
 
 
-pytestmark = pytest.mark.skip("the reference run of the grooved unit on 16 x 8 ends with an error: an open fault")
-
-
 @pytest.fixture(scope="module")
 def fast(gcc, tmp_path_factory):
     """Model and loaded unit of the small turbo rotor on a coarse grid."""
