@@ -163,7 +163,7 @@ def _plain(value: Any) -> Any:
 
 
 ROWS = 10_000
-"""Rows turned into text at a time."""
+"""Number of rows that are turned into text at a time."""
 
 
 def _write_csv(record: xr.Dataset, path: Path) -> None:
@@ -217,7 +217,7 @@ ONE_LINE = (
     "s = load('run.mat'); t = array2timetable(s.Data, 'RowTimes', seconds(s.Time), 'VariableNames', s.VariableNames); "
     "t.Properties.VariableUnits = s.VariableUnits;"
 )
-"""How MATLAB makes a timetable of the file."""
+"""MATLAB commands that make a timetable of the file."""
 
 
 def to_pandas(record: xr.Dataset) -> pd.DataFrame:

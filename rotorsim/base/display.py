@@ -11,7 +11,7 @@ CELL = "text-align:left;padding:1px 12px 1px 0;vertical-align:top"
 
 
 class Card(NamedTuple):
-    """What is shown of a value: a title of a line and rows (name, text)."""
+    """Title of one line and rows (name, text) that display a value."""
 
     title: str
     rows: list[tuple[str, str]]

@@ -9,21 +9,21 @@ from typing import Any
 from rotorsim.base import json_text as json, toml_text as tomllib
 
 LARGEST = 5_000_000
-"""Bytes up to which text is looked at."""
+"""Largest size [byte] of a text whose kind is recognised."""
 NETCDF = {
     "map": "an operating map of 'rotorsim map'",
     "modes": "a file of mode shapes of 'rotorsim modes'",
     "gap": "the gap of 'rotorsim diagnose'",
     "collected": "the collected records of a campaign",
 }
-"""By the attribute `kind`; records have none."""
+"""Kinds of netCDF files in words, by the attribute `kind`, which records do not have."""
 JSON = {
     "law": "a control law of 'rotorsim design'",
     "lpv": "a model of 'rotorsim identify'",
     "linear": "a model of 'rotorsim identify'",
     "rotorsim scene": "a scene of 'rotorsim live'",
 }
-"""By the key `kind`."""
+"""Kinds of JSON files in words, by the key `kind`."""
 RESULTS = (
     ({"status", "verdict"}, "the verdict of 'rotorsim diagnose'"),
     ({"fit_parameters", "forms"}, "the sealed truth of 'rotorsim hide'"),
@@ -37,7 +37,7 @@ TABLES = (
     ({"channels"}, "a mapping of measured data"),
     ({"vectors"}, "a mapping of measured data"),
 )
-"""Keys of JSON files without a kind, and tables of TOML files."""
+"""Kinds in words of JSON files without the key `kind` and of TOML files, by keys that they have."""
 
 READ_BY = {
     "a netCDF file": "data check",
@@ -49,7 +49,7 @@ READ_BY = {
     "a model of 'rotorsim identify'": "design",
     "a scene of 'rotorsim live'": "live",
 }
-"""Command that reads a kind of file; of netCDF files, records."""
+"""Command that reads a kind of file; the one of netCDF files reads records."""
 
 
 def own_kind(path: str | Path) -> str:

@@ -42,11 +42,13 @@ REASONS = {
 }
 """Reason and way out by error number."""
 LONGEST = 100
-"""Characters of the target's name in the temporary one, which must not become too long itself."""
-GROWING, COMPLETE = ".growing", ".complete"
-"""Kinds of temporary files that hold something of worth: a record before its end, a set of files before its move."""
+"""Longest part [characters] of a file's name in its temporary one, which must not become too long itself."""
+GROWING = ".growing"
+"""Mark of the temporary file of a record before its end."""
+COMPLETE = ".complete"
+"""Mark of the temporary folder of a complete set of files before its move."""
 ORDER = ".order"
-"""File in the temporary folder: the names that move, and those that are removed."""
+"""File in the temporary folder that lists the names to move and those to remove."""
 _numbers = count()
 
 

@@ -26,10 +26,14 @@ from rotorsim.base.processes import Child, ProcessDiedError
 if TYPE_CHECKING:
     import xarray as xr
 
-SECONDS, PER_BYTE = 10.0, 1e-7
-"""Computing time [s] that a file may take, and more per byte: hundreds of times what an undamaged one takes."""
-LARGEST, DENSEST = 2e9, 2000.0
-"""Bytes that a file may claim to hold, or more per byte of the file: gzip packs zeros by 1 : 1032."""
+SECONDS = 10.0
+"""Computing time [s] that the check of any file may take, hundreds of times that of an undamaged one."""
+PER_BYTE = 1e-7
+"""Further computing time [s] per byte of a file."""
+LARGEST = 2e9
+"""Size [byte] of the data that any file may declare."""
+DENSEST = 2000.0
+"""Largest ratio of declared data to the size of a larger file; gzip packs zeros by 1 : 1032."""
 TIMED_OUT = (-signal.SIGXCPU, -signal.SIGKILL) if os.name == "posix" else ()
 """Exit codes of a check that took too long."""
 
@@ -133,15 +137,15 @@ class DiskFile(io.RawIOBase):
         return self._size
 
     def readable(self) -> bool:
-        """Yes."""
+        """Return True."""
         return True
 
     def writable(self) -> bool:
-        """Yes."""
+        """Return True."""
         return True
 
     def seekable(self) -> bool:
-        """Yes."""
+        """Return True."""
         return True
 
     def close(self) -> None:
@@ -217,7 +221,7 @@ def _stamp(path: Path) -> tuple[int, ...]:
 
 
 def _ask(path: Path) -> str | None:
-    """What is wrong with a file, by reading it in the child."""
+    """Fault of a file as the child process meets it, as the predicate of a sentence; None for none."""
     size = path.stat().st_size
     seconds = SECONDS + PER_BYTE * size
     request = os.fspath(path.absolute()), seconds, max(LARGEST, DENSEST * size)

@@ -1,4 +1,7 @@
-"""JSON of other people: `loads` as that of the standard library, with a bound on how deeply values are nested."""
+"""JSON from outside: `loads` as that of the standard library, with a bound on how deeply values are nested.
+
+Code that reads such values further calls itself for each level.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from typing import Any
 __all__ = ["JSONDecodeError", "dumps", "loads"]
 
 DEEPEST = 100
-"""Levels of lists and tables in each other; files of rotorsim have ten."""
+"""Largest number of levels of lists and tables in each other; files of rotorsim have ten."""
 
 
 class NestingError(ValueError):

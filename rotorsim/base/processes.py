@@ -1,4 +1,4 @@
-"""Child processes that call functions: the one parallel engine beside Dask, of sweeps, maps, studies and campaigns.
+"""Child processes that call functions: the one parallel engine next to Dask, of sweeps, maps, studies and campaigns.
 
 A `Child` has one thread of linear algebra, does not receive the Ctrl-C of the terminal, can be ended alone, and ends
 with its pipe: none outlives a parent that was killed. Calls and results are pickles in pipes, so nothing listens on a
@@ -117,7 +117,7 @@ class Child:
         return result
 
     def _cause(self) -> str:
-        """How the process ended, as a predicate."""
+        """End of the process as a predicate: its signal, or its exit code and last line of errors."""
         code = self.process.returncode
         self._stderr.seek(max(self._stderr.seek(0, os.SEEK_END) - 2000, 0))
         last = (self._stderr.read().decode(errors="replace").strip().splitlines() or [""])[-1][:200]
@@ -210,12 +210,12 @@ def _main_program() -> dict[str, Any]:
 
 def main() -> None:
     """Call functions until the end of the input."""
-    from rotorsim.base.errors import LeftOut, Unusual
+    from rotorsim.base.errors import PackageNotLoaded, Unusual
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     results = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what libraries print must not be taken for a result
-    for known in (LeftOut, Unusual):  # the parent has warned or asked
+    for known in (PackageNotLoaded, Unusual):  # the parent has warned or asked
         warnings.simplefilter("ignore", known)
     calls: SimpleQueue[bytes] = SimpleQueue()
     threading.Thread(target=_listen, args=(calls,), daemon=True).start()

@@ -62,7 +62,7 @@ def refuse(package: str, name: str, known: Iterable[str], below: Callable[[], di
 
 
 def _places(package: str, stub: str) -> Iterable[tuple[str, tuple[str, str]]]:
-    """By public name the module and the attribute in it, which is empty for the module itself."""
+    """Module and attribute of every public name; the attribute is empty for the module itself."""
     for node in ast.parse(stub).body:
         if isinstance(node, ast.Import):
             for alias in node.names:

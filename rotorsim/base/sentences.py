@@ -1,4 +1,4 @@
-"""Values in the sentences of errors, names of files in tables, and text of other people on a terminal."""
+"""Values and suggestions in the sentences of errors, names of files in tables, and foreign text on a terminal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""TOML of other people: `loads` as that of the standard library, with a bound on how deeply values are nested."""
+"""TOML from outside: `loads` as that of the standard library, with a bound on how deeply values are nested."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from rotorsim.base.sentences import quote
 
 @dataclass(frozen=True)
 class Dimension:
-    """One kind of quantity; `people` are the units in which values are shown, from small to large.
+    """Kind of quantity; `people` are the units in which values are shown, from small to large.
 
     `recorded` are further spellings that files of measured data use and machine files do not.
     """
@@ -221,11 +221,11 @@ _TEXT = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*", re.ASCII | re.DOTALL)
 _UNIT = re.compile(r"(?!.*\d\d)[\w°%*/^(). -]{1,40}")
 _SPELLINGS = CHARACTERS | {" * ": "*", " / ": "/", "°C": "degC"}
 LONGEST = 25
-"""Longest digits that an advice repeats as they stand; repr of a double has up to 24 characters."""
+"""Longest digits [characters] that an advice repeats as they stand; repr of a double has up to 24."""
 
 
 CLOSE = 25.0
-"""Up to this factor from the example a number is advised in the example's unit."""
+"""Largest factor from the example at which a number is advised in the example's unit."""
 Suggest = Callable[[str], str]
 """Recommended text in place of an unreadable value, from its digits if there are any."""
 

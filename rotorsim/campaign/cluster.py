@@ -18,9 +18,9 @@ from rotorsim.campaign.store import mismatch, parts_folder, versions
 from rotorsim.campaign.worker import end_run, run_orders
 
 CONNECT = 10.0
-"""Time [s] to wait for a scheduler."""
+"""Longest wait [s] for a scheduler."""
 JOIN = 120.0
-"""Time [s] to wait for the first worker."""
+"""Longest wait [s] for the first worker."""
 LOST = "scheduler: the connection is lost; start it again and run the same command, what is done is kept"
 
 

@@ -91,7 +91,7 @@ class Index:
         return [number for (number,) in self._db.execute(query, (PENDING,))]
 
     def counts(self) -> dict[str, int]:
-        """How many cases have which status."""
+        """Number of cases by status."""
         found = dict(self._db.execute("SELECT status, count(*) FROM cases GROUP BY status").fetchall())
         return {status: found.get(status, 0) for status in (DONE, FAILED, PENDING)}
 

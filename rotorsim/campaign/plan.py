@@ -21,7 +21,7 @@ from rotorsim.experiments.parameters import parameters
 from rotorsim.machine import Machine
 
 FORMAT = 1
-"""Goes into every key; changes when the same case would be written another way."""
+"""Number in every key, which changes when the same case would be written another way."""
 
 
 @dataclass(frozen=True)

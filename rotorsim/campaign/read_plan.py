@@ -256,7 +256,7 @@ def _time_limit(text: str) -> float:
 
 
 MOST_WORDS = 50
-"""Values tried of an axis of words or whole numbers, which have no ends."""
+"""Largest number of values that are tried of an axis of words or whole numbers, which has no ends."""
 
 
 def check_corners(plan: Plan, machines: Mapping[str, Machine]) -> None:

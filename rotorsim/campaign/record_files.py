@@ -124,7 +124,7 @@ def _plain(values: np.ndarray) -> np.ndarray:
 
 
 CHUNK = 64_000_000
-"""Bytes of a chunk, about."""
+"""Approximate size [byte] of a chunk of a lazy array."""
 
 
 @dataclass(frozen=True)

@@ -22,17 +22,17 @@ from rotorsim.campaign.errors import ClusterError
 from rotorsim.campaign.worker import end_run, run_orders
 
 AHEAD = 8
-"""Tasks that wait, besides two for every worker."""
+"""Number of tasks that wait besides two for every worker."""
 TASK = 0.4
-"""Time [s] of a task, about, whose cases are shorter."""
+"""Approximate time [s] of a task of several short cases."""
 LARGEST = 64
-"""Cases of a task, at most."""
+"""Largest number of cases in a task."""
 STEP = 2e-3
 """Time [s] between two cases of a task."""
 TICK = 0.5
-"""Longest time [s] without a look at signals."""
+"""Longest wait [s] before signals are checked."""
 LOOK = 2.0
-"""Time [s] between two looks at how many workers there are."""
+"""Time [s] between two counts of the workers."""
 ALONE = 600.0
 """Time [s] without any worker after which a campaign gives up."""
 
@@ -84,15 +84,15 @@ class Pump:
 
     @property
     def room(self) -> int:
-        """How many more tasks should be given."""
+        """Number of tasks that should be submitted now."""
         return 2 * self._count() + AHEAD - len(self)
 
     def size(self, left: int) -> int:
-        """How many of the cases left should go into the next task: fewer towards the end, for an even load."""
+        """Number of cases for the next task: fewer towards the end, for an even load."""
         return max(1, min(int(TASK / self._mean), LARGEST, left // (2 * (2 * self._known + AHEAD))))
 
     def _count(self) -> int:
-        """How many cases the workers can run at once, asked now and then."""
+        """Number of cases that the workers can run at once, counted now and then."""
         if time.monotonic() - self._counted > LOOK:
             self._counted, self._known = time.monotonic(), self._workers.count()
         return self._known

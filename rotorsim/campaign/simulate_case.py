@@ -88,7 +88,7 @@ class MemoryRecording:
 
 
 PLANTS = 4
-"""Machines kept ready in one process."""
+"""Number of plants that a process keeps ready."""
 _plants: OrderedDict[Any, Plant] = OrderedDict()
 _loaded: set[str] = set()
 

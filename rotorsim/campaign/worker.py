@@ -55,7 +55,7 @@ def solve(order: dict[str, Any]) -> dict[str, Any]:
 
 
 def _tried(act: Callable[[Any, Case, str], dict[str, Any]], order: dict[str, Any]) -> dict[str, Any]:
-    """What `act` makes of the physics, the case and its machine's text, or a row with the reason why it failed."""
+    """Row that `act` makes of the physics, the case and its machine's text, or one with the reason of a failure."""
     case = Case.from_text(order["case"])
     try:
         return act(import_module(PHYSICS[order["physics"]]), case, machine_text(Path(order["folder"]), case.machine))

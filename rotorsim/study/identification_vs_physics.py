@@ -63,7 +63,7 @@ MODELS = ("3", "2")
 RECIPE = idn.Prefilter(median=3)
 """The thesis' prefilter: a running median of three. Its Model 3 has no dead time."""
 NEAR = (5.0, 1e4)
-"""Records are at the same operating point within so many rad/s and Pa."""
+"""Tolerances [rad/s] and [Pa] within which two records are at the same operating point."""
 Progress = Callable[[], None]
 
 
@@ -85,7 +85,7 @@ class LocalModels:
 
 
 def at_points(locals_: Sequence[LocalModels], wanted: Iterable[tuple[float, float]]) -> list[LocalModels]:
-    """Those at the wanted operating points [rad/s, Pa], in that order; a point without one is left out."""
+    """Local models at operating points [rad/s, Pa], in that order; a point without one is left out."""
     found = [[one for one in locals_ if _same(one.source, *q)] for q in wanted]
     return [some[0] for some in found if some]
 
@@ -103,7 +103,7 @@ def second_of(source: idn.Source, others: Sequence[idn.Source]) -> idn.Source | 
 def make_locals(
     sources: Sequence[idn.Source], others: Sequence[idn.Source], each: Each, progress: Progress
 ) -> tuple[list[LocalModels], list[str]]:
-    """Locals of all records that could be identified, in their order, and a sentence for each that could not."""
+    """Local models of all records that could be identified, in their order, and a sentence for each that could not."""
     made: list[LocalModels | str] = []
     for one in each(_local_of, [(source, second_of(source, others)) for source in sources]):
         made.append(one)

@@ -86,7 +86,7 @@ def _source(store: Store, row: IndexRow) -> Source | None:
 
 
 ORDER = 6
-"""Of a black-box model."""
+"""Default order of a black-box model."""
 
 
 def identify_records(

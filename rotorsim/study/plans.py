@@ -84,7 +84,7 @@ class Layout:
             yield name, self._text(name, ("extra", "extra_second"), 10 * k + 4, speed, (pressure,))
 
     def extra_points(self) -> list[tuple[float, float]]:
-        """Those of the further points [rad/s, Pa] that are not on the grid."""
+        """Further points [rad/s, Pa] that are not on the grid."""
         grid = {_rounded(w, p) for w in self.speeds for p in self.pressures}
         return [q for q in dict.fromkeys(_rounded(*q) for q in self.more) if q not in grid]
 

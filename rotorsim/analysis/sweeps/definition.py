@@ -34,7 +34,7 @@ POINTS = {"speed": "rad/s", "pressure": "Pa"}
 """Axes that are no values of the machine, with their units."""
 PERCENT = re.compile(rf"({NUMBER})\s*%", re.ASCII)
 MOST = 100_000
-"""Cells of a sweep."""
+"""Largest number of cells in a sweep."""
 
 Over = Mapping[str, Any] | Sequence[str]
 
@@ -172,7 +172,7 @@ def read_quantities(what: str | tuple[str, ...] | list[str], machine: Machine) -
 
 
 WHAT = ("lift_off", "onset", "flow")
-"""Quantities when none are named."""
+"""Default quantities."""
 
 
 @dataclass(frozen=True)

@@ -61,7 +61,7 @@ class SweepResult:
 
     @property
     def best(self) -> dict[str, dict[str, Any]]:
-        """By quantity its best value [shown unit], whether that is the highest or the lowest, and its point.
+        """Best value [shown unit] of each quantity, whether that is the highest or the lowest, and its point.
 
         A quantity without any number is left out.
         """
@@ -69,7 +69,7 @@ class SweepResult:
 
     @property
     def reasons(self) -> dict[str, dict[str, int]]:
-        """By quantity the number of cells without a result, by reason."""
+        """Number of cells without a result, by quantity and reason."""
         counted = {q.name: Counter(map(str, self.data[f"{q.name}_reason"].values.ravel())) for q in self.quantities}
         return {name: {r: n for r, n in found.items() if r} for name, found in counted.items() if set(found) - {""}}
 
