@@ -3,7 +3,7 @@
 An advisory lock of the whole file, also across hosts on NFS and on parallel file systems that are mounted with locks.
 
 Not filelock: with files that are removed, 20 processes x 200 acquisitions overlapped in 1115 of 4000 cases with its
-release 3.16, which also empties the file that names the holder, and in none with 4.2 or here; it took 4.1 s, this 2.5 s.
+release 3.16, which also empties the file that names the holder, and in none with 4.2 or here; 4.1 s against 2.5 s.
 Release 4.3 has 15 700 lines and takes 50 ms to import, before every command. A killed holder's lock is free at once in
 both.
 """
