@@ -1,14 +1,15 @@
-"""Writers of records and run-up vectors: CSV, MATLAB v5, netCDF-4, pandas, the layout of a MATLAB timetable.
+"""Writers of records and run-up vectors; a file is replaced only once it is complete.
 
-What is written here `identification.read` reads back as the same Dataset; .csv and .mat have no place for what is not
-over time (snapshots of the film), which the notes of the written record name, and several bearings are columns alone.
-Formats without dimensions and attributes hold flat columns with a JSON header. A file is replaced once it is complete.
+What is written here `identification.read` reads back as the same Dataset. Formats without dimensions and attributes
+take flat columns, named like those that `identification.records.column_names` recognises, with a header in JSON. They
+have no place for what is not over time (snapshots of the film), which the notes of the written record name, and several
+bearings are columns alone. Other programs take tables: pandas, and the layout of a MATLAB timetable.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Hashable
+from collections.abc import Hashable
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,19 +18,21 @@ import numpy as np
 
 from identification.errors import SchemaError
 from identification.readers.mat import HEADER, MAX_WIDTH
-from identification.records.notes import with_notes
 from identification.records.sampling import sampling_time
-from identification.records.schema import PROBE_COORDINATES, known_variable, named_axes
+from identification.records.schema import PROBE_COORDINATES, VECTORS, known_variable, named_axes, validate, with_notes
 from identification.records.table import MARK
-from identification.records.validate import validate
-from identification.records.vectors import VECTORS
-from rotorsim.base import hdf5
 from rotorsim.base.exchange.mat import cells, write_mat
 from rotorsim.base.files import replacing
+from rotorsim.base.hdf5 import write_netcdf
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+
+_IMPLIED = ("units", "long_name")
+"""Attributes that the schema gives by itself."""
+ROWS = 10_000
+"""Rows of a CSV file that become text at a time."""
 
 
 def save(record: xr.Dataset, path: str | Path) -> Path:
@@ -51,8 +54,10 @@ def save(record: xr.Dataset, path: str | Path) -> Path:
     'copy.mat'
     """
     path = Path(path)
-    writer = _writer(path)
-    writer(held(named_axes(validate(record)), path), path)
+    writers = {".csv": _write_csv, ".mat": _write_mat, ".nc": _write_netcdf}
+    if path.suffix.lower() not in writers:
+        raise SchemaError(f"{path}: unknown suffix {path.suffix.lower()!r}; write .csv, .mat or .nc")
+    writers[path.suffix.lower()](held(named_axes(validate(record)), path), path)
     return path
 
 
@@ -65,24 +70,10 @@ def held(record: xr.Dataset, path: str | Path) -> xr.Dataset:
     >>> rs.identification.held(record, "run.csv").identical(record)
     True
     """
-    return record if Path(path).suffix.lower() == ".nc" else over_time(record)
+    return record if Path(path).suffix.lower() == ".nc" else _over_time(record)
 
 
-def _writer(path: Path) -> Callable[[xr.Dataset, Path], None]:
-    suffix = path.suffix.lower()
-    if suffix == ".csv":
-        return _write_csv
-    if suffix == ".mat":
-        return _write_mat
-    if suffix == ".nc":
-        return _write_netcdf
-    raise SchemaError(f"{path}: unknown suffix {suffix!r}; write .csv, .mat or .nc")
-
-
-_IMPLIED = ("units", "long_name")
-
-
-def over_time(record: xr.Dataset) -> xr.Dataset:
+def _over_time(record: xr.Dataset) -> xr.Dataset:
     """The record without what is not over time, such as snapshots of the film, which its notes name."""
     left = [str(name) for name in record.data_vars if "time" not in record[name].dims]
     if "speed" in record.dims or not left:
@@ -97,12 +88,12 @@ def _dims(record: xr.Dataset) -> set[Hashable]:
     return {dim for name in record.data_vars for dim in record[name].dims} | {"time", "axis"}
 
 
-def flat_columns(record: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
+def _flat_columns(record: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
     """Unit and values (n,) by the names that `identification.records.column_names` knows."""
     return _vector_columns(record) if "speed" in record.dims else _series_columns(record)
 
 
-def header(record: xr.Dataset) -> str:
+def _header(record: xr.Dataset) -> str:
     """Attributes and number of samples as one line of ASCII; raises SchemaError for what is neither text nor number."""
     extra = {str(name): _extra(variable.attrs) for name, variable in record.variables.items()}
     samples = record.sizes["speed" if "speed" in record.dims else "time"]
@@ -162,14 +153,10 @@ def _plain(value: Any) -> Any:
     raise TypeError(type(value).__name__)
 
 
-ROWS = 10_000
-"""Number of rows that are turned into text at a time."""
-
-
 def _write_csv(record: xr.Dataset, path: Path) -> None:
     """Write a record or run-up vectors as comma-separated text."""
-    columns = flat_columns(record)
-    lines = [f"# {MARK}, version 1", f"# {header(record)}"]
+    columns = _flat_columns(record)
+    lines = [f"# {MARK}, version 1", f"# {_header(record)}"]
     lines.append(",".join(f"{name} [{unit}]" for name, (unit, _) in columns.items()))
     values = [column for _, column in columns.values()]
     with replacing(path) as part, part.open("w", encoding="utf-8", newline="\n") as file:
@@ -183,7 +170,7 @@ def _write_mat(record: xr.Dataset, path: Path) -> None:
     """Write a record or run-up vectors as a .mat file."""
     from scipy.io import savemat
 
-    columns = flat_columns(record)
+    columns = _flat_columns(record)
     content: dict[str, Any] = {name: column[:, None] for name, (_, column) in columns.items()}
     units = {name: unit for name, (unit, _) in columns.items()}
     for name in map(str, record.data_vars):
@@ -193,7 +180,7 @@ def _write_mat(record: xr.Dataset, path: Path) -> None:
                 units[name] = units.pop(f"{name}_{label}")
             content[name] = np.hstack(parts)
     with replacing(path) as part, part.open("wb") as file:
-        savemat(file, {**content, "units": units, HEADER: header(record)}, long_field_names=True, do_compression=True)
+        savemat(file, {**content, "units": units, HEADER: _header(record)}, long_field_names=True, do_compression=True)
 
 
 def _is_plain(record: xr.Dataset, name: str) -> bool:
@@ -208,7 +195,7 @@ def _is_plain(record: xr.Dataset, name: str) -> bool:
 def _write_netcdf(record: xr.Dataset, path: Path) -> None:
     """Write a record or run-up vectors as netCDF-4."""
     try:
-        hdf5.write_netcdf(path, record)
+        write_netcdf(path, record)
     except (TypeError, ValueError) as error:
         raise SchemaError(f"record: netCDF cannot hold part of it ({error}); drop or convert that") from error
 
@@ -217,7 +204,7 @@ ONE_LINE = (
     "s = load('run.mat'); t = array2timetable(s.Data, 'RowTimes', seconds(s.Time), 'VariableNames', s.VariableNames); "
     "t.Properties.VariableUnits = s.VariableUnits;"
 )
-"""MATLAB commands that make a timetable of the file."""
+"""How MATLAB makes a timetable of the file."""
 
 
 def to_pandas(record: xr.Dataset) -> pd.DataFrame:
@@ -248,7 +235,7 @@ def to_pandas(record: xr.Dataset) -> pd.DataFrame:
     """
     import pandas as pd
 
-    columns = _columns(record)
+    columns = _table(record)
     first = next(iter(columns))
     table = pd.DataFrame({name: values for name, (_, values) in columns.items()}).set_index(first)
     table.attrs["units"] = {name: unit for name, (unit, _) in columns.items()}
@@ -274,7 +261,7 @@ def save_timetable(record: xr.Dataset, path: str | Path) -> Path:
     >>> rs.identification.save_timetable(record, "run.mat").name
     'run.mat'
     """
-    columns = _columns(record)
+    columns = _table(record)
     (first, (_, axis)), *rest = columns.items()
     content: dict[str, Any] = {
         "Time" if first == "time" else "Speed": axis[:, None],
@@ -289,5 +276,5 @@ def save_timetable(record: xr.Dataset, path: str | Path) -> Path:
     return Path(path)
 
 
-def _columns(record: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
-    return flat_columns(over_time(named_axes(validate(record))))
+def _table(record: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
+    return _flat_columns(_over_time(named_axes(validate(record))))

@@ -17,10 +17,10 @@ import numpy as np
 
 import identification as idn
 from identification.campaign import identify_source
+from identification.local.fits import actuator_signals
 from identification.local.goodness import project
-from identification.local.grey_fits import actuator_signals
 from identification.local.start import levy
-from identification.records.frf import FrequencyResponse
+from identification.records.frequency_response import FrequencyResponse
 from rotorsim.analysis.supply import regulator_pressure
 from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.errors import DataError

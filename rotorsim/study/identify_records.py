@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from identification import LinearModel, LpvModel, Prefilter, Source, UnfitError, files_of, pair, survey
-from identification.campaign import NO_EXCITATION, Local, identify_sources
+from identification.campaign import NO_EXCITATION, SourceResult, identify_sources
 from rotorsim.campaign import open_store
 from rotorsim.campaign.index import DONE
 from rotorsim.campaign.store import record_path
@@ -99,9 +99,9 @@ def identify_records(
     surfaces: int | str = 2,
     refine: str = "none",
     workers: int = 2,
-    progress: Callable[[int], Callable[[Local], None]] | None = None,
+    progress: Callable[[int], Callable[[SourceResult], None]] | None = None,
     dead_time: float | str = "free",
-) -> tuple[LinearModel | LpvModel, list[Local]]:
+) -> tuple[LinearModel | LpvModel, list[SourceResult]]:
     """Identify records of files, folders or campaigns: a linear model of one operating point, an LPV model of several.
 
     Parameters
@@ -131,7 +131,7 @@ def identify_records(
     Returns
     -------
     model : LinearModel or LpvModel
-    found : list of Local
+    found : list of SourceResult
         Result or sentence of every record, then of several that one operating point joined.
 
     Raises
