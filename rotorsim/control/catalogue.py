@@ -9,8 +9,7 @@ from typing import Any
 
 from rotorsim.base.progress import Report, silent
 from rotorsim.base.quantity import quantity_of
-from rotorsim.base.sentences import quote
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.sentences import did_you_mean, quote
 from rotorsim.base.units import show
 from rotorsim.control import designs
 from rotorsim.control.designs.specification import DESIGNS, explained

@@ -8,7 +8,7 @@ from typing import Any
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import Quantity
-from rotorsim.base.unit_table import dimension
+from rotorsim.base.units import dimension
 
 HUGE = 1e300
 
