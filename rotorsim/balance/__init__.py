@@ -2,11 +2,20 @@
 
 from typing import TYPE_CHECKING
 
-from rotorsim.balance.assessment import Assessment, assess
 from rotorsim.balance.conditions import Conditions, Plane, Reading, read_conditions
-from rotorsim.balance.correction import Correction, correction
-from rotorsim.balance.influence import Estimate, Influence, LeftOut, estimate, fit_influence, leave_one_out
-from rotorsim.balance.physical import fit_physical
+from rotorsim.balance.unbalance import (
+    Assessment,
+    Correction,
+    Estimate,
+    Influence,
+    LeftOut,
+    assess,
+    correction,
+    estimate,
+    fit_influence,
+    fit_physical,
+    leave_one_out,
+)
 from rotorsim.base.public import named
 
 __all__ = [

@@ -94,7 +94,7 @@ class Data(LazyGroup):
 class Fmu(LazyGroup):
     """Export, check and show the plant as a functional mock-up unit."""
 
-    places: ClassVar = {"export": "fmu.export", "system": "fmu.system", "check": "fmu.check", "info": "fmu.info"}
+    places: ClassVar = {"export": "fmu.export", "system": "fmu.system", "check": "fmu.check", "info": "fmu.importer"}
 
 
 class Report(LazyGroup):

@@ -23,7 +23,7 @@ from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import files
 from rotorsim.control import Law
 from rotorsim.control.catalogue import design as make, field_rows, make_spec
-from rotorsim.control.loop.analysis import overview
+from rotorsim.control.sampled_loop import overview
 from rotorsim.control.variants import biased, without_dc
 
 

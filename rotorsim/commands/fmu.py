@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fmu.checks.check import check as checks
+from fmu.binaries import choose
+from fmu.check import check as checks
 from fmu.export import export as write, file_names, versions
-from fmu.info import info as facts
+from fmu.importer import info as facts
 from fmu.kinds import law_unit, linear_unit, named, plant_unit
 from fmu.ssp import export_system
-from fmu.targets import choose
 from rotorsim.base.errors import DataError
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, MachineName, PlantOptions, quantity

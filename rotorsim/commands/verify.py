@@ -23,7 +23,7 @@ from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import results
 from rotorsim.control import load_law
 from rotorsim.verify import Verification, closed_loop, safe_speed
-from rotorsim.verify.criteria import edited
+from rotorsim.verify.closed_loop import edited
 from rotorsim.verify.safe_speed import comparison, sentence
 
 FAILED = 1

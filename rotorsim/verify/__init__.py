@@ -3,8 +3,7 @@
 from typing import TYPE_CHECKING
 
 from rotorsim.base.public import named
-from rotorsim.verify.closed_loop import Verification, closed_loop
-from rotorsim.verify.criteria import Criteria
+from rotorsim.verify.closed_loop import Criteria, Verification, closed_loop
 from rotorsim.verify.safe_speed import SafeSpeed, safe_speed
 
 __all__ = ["Criteria", "SafeSpeed", "Verification", "closed_loop", "safe_speed"]

@@ -10,8 +10,8 @@ import pytest
 
 import studies
 from rotorsim.base.constants import KRPM
-from rotorsim.verify.impacts import ring_down
-from rotorsim.verify.running import Run
+from rotorsim.verify.runs import Run
+from rotorsim.verify.transients import ring_down
 from studies.thesis.claims import control_numbers, verdicts
 from studies.thesis.claims.hysteresis import drift
 from studies.thesis.claims.judge import VERDICTS

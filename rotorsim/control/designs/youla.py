@@ -19,14 +19,14 @@ import numpy as np
 
 from rotorsim.base.constants import KRPM, MPA
 from rotorsim.control.designs import h2_scheduled
-from rotorsim.control.designs.h2_plant import with_integrator
-from rotorsim.control.designs.plants import Model, sampled_plant
+from rotorsim.control.designs.h2_scheduled import with_integrator
 from rotorsim.control.designs.specification import Specification, sampling_time, shaft_speed, supply_pressure
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete, no_antiwindup, table_axes
-from rotorsim.control.loop.stability_check import check_loop
-from rotorsim.control.numerics.systems import System, added, feedback, gain
+from rotorsim.control.plants import Model, sampled_plant
+from rotorsim.control.sampled_loop import check_loop
+from rotorsim.control.systems import System, added, feedback, gain
 
 
 @dataclass(frozen=True)

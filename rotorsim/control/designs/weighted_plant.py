@@ -6,6 +6,11 @@ w_1 disturbs the output, as in the thesis. w_2, absent unless `force` is positiv
 as a hammer does; without it an optimal controller may cancel the plant's lightly damped poles, which then stay in the
 answer to forces.
 
+The weighting filters are those of thesis E.13 to E.15 and of Paper G (G.6 to G.8), with rates per ms:
+
+.. math:: w_p = \frac{s^2 + 2\zeta_1\omega s + \omega^2 k_0}{s^2 + 2\zeta_2\omega s + \omega^2}, \qquad
+          w_u = \frac{s/M_b + \omega_b}{s + \omega_b A_b}
+
 Cites: skogestad_2005, thesis.
 """
 
@@ -16,10 +21,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorsim.control.designs.plants import axis_modes
 from rotorsim.control.designs.specification import Specification, number
-from rotorsim.control.designs.weights import high_pass, notch
-from rotorsim.control.numerics.systems import System, block_diag, side_by_side
+from rotorsim.control.plants import axis_modes
+from rotorsim.control.systems import System, block_diag, side_by_side
 
 
 @dataclass(frozen=True)
@@ -46,7 +50,7 @@ then leave the range in which the film is linear. A force among the disturbances
 
 MILD = Weights(k_0=0.5, force=0.1)
 """Between the thesis' weights and `RIG`: hits of 20 N stay where the film is linear. They were picked by runs of the
-plant at the twenty points of `rotorsim.verify.impacts`, out of eight sets, with an LPV law of constant Y; at the twelve
+plant at the twenty points of `rotorsim.verify`, out of eight sets, with an LPV law of constant Y; at the twelve
 others of `rotorsim.control.designs.weight_search` LPV leaves 0.66, H-infinity 0.655."""
 
 
@@ -97,3 +101,18 @@ def closed(P: Generalised, K: System) -> System:
     B = np.vstack([P.B1 + P.B2 @ K.D @ P.D21, K.B @ P.D21])
     C = np.hstack([P.C1 + P.D12 @ K.D @ P.C2, P.D12 @ K.C])
     return System(A, B, C, P.D11 + P.D12 @ K.D @ P.D21)
+
+
+def notch(omega: float, zeta_1: float, zeta_2: float, k_0: float, level: float = 1.0) -> System:
+    """level * w_p in the thesis' realisation (G.7), states y and y' of the filter."""
+    A = np.array([[0.0, 1.0], [-(omega**2), -2 * zeta_2 * omega]])
+    C = level * np.array([[omega**2 * (k_0 - 1), 2 * omega * (zeta_1 - zeta_2)]])
+    return System(A, np.array([[0.0], [1.0]]), C, np.array([[level]]))
+
+
+def high_pass(omega_b: float, A_b: float, over_M_b: float) -> System:
+    """w_u; `over_M_b` is 1/M_b, the gain at high frequency, 1/A_b that at rest."""
+    pole = omega_b * A_b
+    return System(
+        np.array([[-pole]]), np.array([[1.0]]), np.array([[omega_b - over_M_b * pole]]), np.array([[over_M_b]])
+    )

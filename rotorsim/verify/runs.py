@@ -1,22 +1,39 @@
-"""Simulation of a plant with or without a law, for rows of inputs, up to a limit of the machine."""
+"""Runs of a plant with a law, with another controller or without, for rows of inputs, up to a limit of the machine.
+
+Plant and law run as one compiled kernel, bit-identical to `experiments.controlled`: a small generated module, as the
+plant's own is, so that numba keeps its machine code on disk. Another controller is a function, an object with a `step`
+or a system of the package `control`.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 
+from rotorsim.base.cache import key_of, sources_hash
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import ConvergenceError
-from rotorsim.control.law import Law
+from rotorsim.base.exchange.control_systems import is_linear
+from rotorsim.control.law import LIMIT, Law
 from rotorsim.experiments.experiment import reference_range
 from rotorsim.experiments.limits import choked, passed
 from rotorsim.plant import Plant
-from rotorsim.plant.controller import Controller, as_controller, ask, call, check_actuators
+from rotorsim.plant.assemble import Assembly
+from rotorsim.plant.compose import load_module
+from rotorsim.plant.controller import (
+    Controller,
+    as_controller,
+    ask,
+    call,
+    check_actuators,
+    check_any_controller,
+    name_of,
+)
 from rotorsim.plant.kernels.columns import COLUMNS, READ
 from rotorsim.plant.simulation import Simulation
-from rotorsim.verify.loop_kernel import loop_module
-from rotorsim.verify.other import AnyLaw
 
 NEVER = 10**15
 
@@ -174,3 +191,73 @@ def steady_rows(speed: float, pressure: float, duration: float, Ts: float = RIG_
     rows = np.zeros((round(duration / Ts), 6))
     rows[:, 0], rows[:, 1] = speed, pressure
     return rows
+
+
+@dataclass(frozen=True, eq=False)
+class Other:
+    """Any controller under the names that a verification prints; its matrices are not known."""
+
+    given: Any
+    name: str
+    Ts: float = RIG_SAMPLE
+    limit: float = LIMIT
+    order: str = "not known"
+    hash: str = "none"
+    about: dict[str, Any] = field(default_factory=dict)
+
+
+AnyLaw = Law | Other
+
+
+def as_law(given: Any) -> AnyLaw:
+    """The law of a linear system of the package `control`, else the controller as it is; raises DataError."""
+    if isinstance(given, (Law, Other)):
+        return given
+    if is_linear(given) and given.ninputs == 2:
+        return Law.from_control(given)
+    check_any_controller(given)
+    name = getattr(given, "name", None) or getattr(given, "__name__", None)
+    return Other(given, str(name or name_of(given)), about={"controller": type(given).__name__})
+
+
+TEXT = '''from reynolds.jit import kernel
+from rotorsim.control.runtime.kernels import clip, step
+from {plant} import run
+
+
+@kernel
+def run_loop(w, ix, P, rows, out, n, row, line, lw, table, axes, L, S, command, limit, frozen, channel, held):
+    """Advance by one sample for each row; references are added to the law's and limited. Returns samples done.
+
+    From sample `frozen` on the law sees channel `channel` as it was (a sensor that hangs).
+    """
+    for i in range(rows.shape[0]):
+        for k in range(6):
+            row[0, k] = rows[i, k]
+        row[0, 2] = clip(rows[i, 2] + command[0], limit)
+        row[0, 3] = clip(rows[i, 3] + command[1], limit)
+        rows[i, 2] = row[0, 2]
+        rows[i, 3] = row[0, 3]
+        if run(w, ix, P, row, line, n) < 1:
+            return i
+        for k in range(out.shape[1]):
+            out[i, k] = line[0, k]
+        if i <= frozen:
+            held[0] = line[0, {read}]
+            held[1] = line[0, {read} + 1]
+        x = held[0] if channel == 0 else line[0, {read}]
+        y = held[1] if channel == 1 else line[0, {read} + 1]
+        if L.pn > 0:
+            lw[L.applied] = 1.0
+            lw[L.applied + 1] = rows[i, 2]
+            lw[L.applied + 2] = rows[i, 3]
+        step(lw, table, axes, L, S, x, y, line[0, {read} + 3], line[0, {read} + 4], command)
+    return rows.shape[0]
+'''
+
+
+def loop_module(assembly: Assembly) -> ModuleType:
+    """The module with `run_loop` for a machine."""
+    text = TEXT.format(plant=assembly.module.__name__, read=READ)
+    key = key_of(text, sources_hash("rotorsim/control/runtime"))
+    return load_module(f"rotorsim_loop_{key[:16]}", lambda: text)

@@ -1,4 +1,4 @@
-r"""Sampled loop of a law and a model with one sample of delay: poles, sensitivities, margins.
+r"""Sampled loop of a law and a model with one sample of delay: stability, margins, sensitivities, impact response.
 
 .. math:: S_o = (I - G K)^{-1}, \quad S_i = (I - K G)^{-1}, \quad T_i = K G S_i
 
@@ -6,19 +6,27 @@ The law's output adds to the reference, hence the minus: thesis Papers C and E; 
 margin is the balanced one of Seiler, Packard and Gahinet (2020), alpha = 1 / max sigma(S - I/2), over both ends of the
 loop and all frequencies up to Nyquist.
 
+Every design is checked with the model at its operating points, and looked over in the model's whole range. A hit is a
+jump of the rotor's velocity: the first states of every grey-box structure are positions and velocities. Ratios of
+closed to open loop need no mass. Weights can so be chosen without seeing the plant they are verified on.
+
 Cites: seiler_2020, sung_1988, thesis.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from identification import LinearModel
 from rotorsim.base.rounding import DECAYS, decays
-from rotorsim.control.designs.plants import MICRO, MILLI, Model, sampled_plant
+from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
-from rotorsim.control.numerics.systems import System, feedback, largest, response
+from rotorsim.control.plants import MICRO, MILLI, Model, point_text, sampled_plant
+from rotorsim.control.systems import System, feedback, largest, response
 
 FREQUENCIES = 1200
 """Points of a frequency axis up to Nyquist."""
@@ -89,7 +97,7 @@ def loop_of(plant: System, controller: System, Ts: float, frequency: np.ndarray 
     Examples
     --------
     >>> import rotorsim as rs
-    >>> from rotorsim.control.numerics.systems import System
+    >>> from rotorsim.control.systems import System
     >>> lag = System(0.5 * np.eye(2), np.eye(2), 0.5 * np.eye(2), np.zeros((2, 2)))
     >>> damper = System(0.5 * np.eye(2), np.eye(2), -0.1 * np.eye(2), np.zeros((2, 2)))
     >>> rs.control.loop_of(lag, damper, 2e-4).disk_margin > 0.5
@@ -209,6 +217,114 @@ def _in_order(before: np.ndarray, poles: np.ndarray) -> np.ndarray:
     from scipy.optimize import linear_sum_assignment
 
     return poles[linear_sum_assignment(np.abs(before[:, None] - poles[None]))[1]]
+
+
+def check_loop(law: Law, model: Model, points: Sequence[tuple[float, float]]) -> None:
+    """Raise DesignError with the first operating point (rad/s, Pa) where the loop with the model is unstable.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.control.check_loop(law, lpv, [(300.0, 0.5e6)])
+    """
+    for speed, pressure in points:
+        plant = sampled_plant(model, speed, pressure, law.Ts)
+        poles = closed_poles(plant, law_system(law, speed, pressure))
+        worst = poles[np.abs(poles).argmax()]
+        if not decays(poles):
+            hertz = abs(np.angle(worst)) / (2 * np.pi * law.Ts)
+            raise DesignError(
+                f"{law.name}: the loop with the model is unstable at {point_text(speed, pressure)} "
+                f"(pole radius {abs(worst):.4f} at {hertz:.4g} Hz); lower the gains or soften the specification",
+                speed=speed,
+                pressure=pressure,
+            )
+
+
+FINE = (40, 15)
+COARSE = (5, 4)
+
+
+def fine_axes(law: Law, model: Model, size: tuple[int, int] = FINE) -> tuple[np.ndarray, np.ndarray]:
+    """Speeds and pressures of the range in which a law is to work: the model's, from the law's slowest speed up."""
+    if isinstance(model, LinearModel):
+        return np.array([np.nan_to_num(model.speed)]), np.array([np.nan_to_num(model.pressure)])
+    (w0, p0), (w1, p1) = model.low, model.high
+    first = max(float(w0), float(law.speeds[0])) if law.scheduled else float(w0)
+    return np.linspace(first, w1, size[0] if w1 > w0 else 1), np.linspace(p0, p1, size[1] if p1 > p0 else 1)
+
+
+def overview(law: Law, model: Model) -> dict[str, Any]:
+    """Plain numbers; what holds at the law's own operating point holds at the middle of the range otherwise.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> "disk_margin" in rs.control.overview(law, lpv)
+    True
+    """
+    speeds, pressures = fine_axes(law, model)
+    found = sweep(law, model, speeds, pressures)
+    w, p = law.about.get("spec", {}).get("speed"), law.about.get("spec", {}).get("pressure")
+    w = float(np.mean(speeds)) if w is None else float(w)
+    p = float(np.mean(pressures)) if p is None else float(p)
+    plant = sampled_plant(model, w, p, law.Ts)
+    loop = loop_of(plant, law_system(law, w, p), law.Ts)
+    overview: dict[str, Any] = {"design": law.name, "order": law.order, "scheduled": law.scheduled}
+    if law.gamma is not None:
+        overview["gamma"] = law.gamma
+    overview |= {key: value for key, value in law.about.items() if isinstance(value, (int, float)) and key != "spec"}
+    own = smallest_damping(np.linalg.eigvals(plant.A), law.Ts)
+    overview |= {
+        "operating_point": point_text(w, p),
+        "smallest_damping_open": own,
+        "smallest_damping_closed": float(found.damping.min()),
+        "unstable_points": f"{found.unstable} of {found.radius.size}",
+        "largest_pole_radius": float(found.radius.max()),
+        "peak_sensitivity": loop.peak,
+        "disk_margin": loop.disk_margin,
+        "gain_margin": loop.gain_margin,
+        "phase_margin_deg": loop.phase_margin,
+    }
+    return overview
+
+
+SAMPLES = 500
+
+
+def hit_responses(plant: System, controller: System | None, samples: int = SAMPLES) -> tuple[np.ndarray, np.ndarray]:
+    """Norms (2,) of the disc [um] and of the reference [V] after a jump of 1 um/ms along x and along y."""
+    n = plant.order
+    m = 0 if controller is None else controller.order
+    x, c = np.zeros((n, 2)), np.zeros((m, 2))
+    x[2:4] = np.eye(2)
+    disc, reference = np.zeros(2), np.zeros(2)
+    for _ in range(samples):
+        y = plant.C @ x
+        u = np.zeros((2, 2))
+        if controller is not None:
+            u = controller.C @ c + controller.D @ y
+            c = controller.A @ c + controller.B @ y
+        x = plant.A @ x + plant.B @ u
+        disc, reference = disc + (y**2).sum(axis=0), reference + (u**2).sum(axis=0)
+    return np.sqrt(disc), np.sqrt(reference)
+
+
+def hit_ratios(law: Law, model: Model, points: Iterable[tuple[float, float]]) -> np.ndarray:
+    """Closed over open norms of the impact response (points, 2) at operating points [rad/s, Pa], on the model.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> bool((rs.control.hit_ratios(law, lpv, [(300.0, 0.5e6)]) > 0).all())
+    True
+    """
+    rows = []
+    for speed, pressure in points:
+        plant = sampled_plant(model, speed, pressure, law.Ts)
+        closed, _ = hit_responses(plant, law_system(law, speed, pressure))
+        rows.append(closed / hit_responses(plant, None)[0])
+    return np.array(rows)
 
 
 __all__ = ["MILLI", "Loop", "Sweep", "bode_integral", "model_loop", "root_locus", "sweep"]

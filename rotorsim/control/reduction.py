@@ -23,8 +23,8 @@ from scipy.optimize import least_squares
 
 from rotorsim.base.rounding import EPS, decays
 from rotorsim.control.errors import DesignError
-from rotorsim.control.loop.sampled_loop import FREQUENCIES, Loop, closed_poles, frequency_axis, loop_of
-from rotorsim.control.numerics.systems import System, balanced_states, gramians, largest, response, stable, transformed
+from rotorsim.control.sampled_loop import FREQUENCIES, Loop, closed_poles, frequency_axis, loop_of
+from rotorsim.control.systems import System, balanced_states, gramians, largest, response, stable, transformed
 
 SAFE, PENALTY = 0.9985, 1e3
 """Radius of the loop's poles beyond which a fit is penalised, and by how much."""

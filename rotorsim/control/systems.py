@@ -1,8 +1,12 @@
-r"""State-space arithmetic: connections, discretisation, frequency response, norms.
+r"""State-space arithmetic: connections, discretisation, frequency response, norms, Riccati equation.
 
 .. math:: \dot x = A x + B u, \quad y = C x + D u
 
 Everything is a `System` of plain arrays; whether it is continuous or sampled is the caller's to know.
+
+The stabilising solution of the discrete Riccati equation is accepted only if its closed loop decays:
+
+.. math:: P = A^T P A - A^T P B (R + B^T P B)^{-1} B^T P A + Q
 
 Cites: bruinsma_1990, zhou_1996.
 """
@@ -13,10 +17,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.linalg import matrix_balance, solve_continuous_lyapunov
+from scipy.linalg import matrix_balance, solve_continuous_lyapunov, solve_discrete_are
 
 from identification.local.discretise import zero_order_hold
-from rotorsim.base.rounding import unstable_poles
+from rotorsim.base.rounding import decays, unstable_poles
+from rotorsim.control.errors import DesignError
 
 
 class System(NamedTuple):
@@ -206,3 +211,15 @@ def with_middles(values: np.ndarray) -> np.ndarray:
     """Frequencies of complex eigenvalues, ascending from zero, each once, and those half way between."""
     at = np.unique(np.abs(np.append(values.imag, 0.0)))
     return np.sort(np.concatenate([at, (at[1:] + at[:-1]) / 2]))
+
+
+def sampled_riccati(A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray, fault: str) -> np.ndarray:
+    """P (n, n); raises DesignError with the sentence `fault` where there is none or rounding hides it."""
+    try:
+        P = solve_discrete_are(A, B, Q, R)
+        poles = np.linalg.eigvals(A - B @ np.linalg.solve(R + B.T @ P @ B, B.T @ P @ A))
+    except (np.linalg.LinAlgError, ValueError) as error:
+        raise DesignError(fault) from error
+    if not decays(poles):
+        raise DesignError(fault)
+    return np.asarray(P)

@@ -1,6 +1,7 @@
-r"""Influence coefficients with an error model: what each plane's unbalance adds to each 1X vector.
+r"""Unbalance from 1X vectors: influence coefficients, a machine's model, tests by leaving one out, correction weights.
 
-Vectors y (m,) of a condition with added unbalance u (q,) are
+Influence coefficients say what each plane's unbalance adds to each vector. The vectors y (m,) of a condition with added
+unbalance u (q,) are
 
 .. math:: y = y_0 + H u + e, \qquad \operatorname{cov} e = S,
 
@@ -13,6 +14,10 @@ squares over speeds and probes, Schaefer & Strimmer (2005). As many conditions a
 and one with a trial weight in one plane, give H and y_0 exactly and tell nothing of S: all readings then weigh the same
 and no deviation is stated.
 
+A machine's model gives the whirl of the shaft at each probe for unbalance in each plane. What a probe makes of it, its
+angle, its sensitivity, the origin of the angles, is one complex number that all planes and speeds share and labelled
+records give. Correction weights cancel the vectors, in the holes that a disc has.
+
 Cites: goodman_1964, schaefer_2005.
 """
 
@@ -20,12 +25,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from math import pi
+from pathlib import Path
 
 import numpy as np
 from scipy import stats
 
-from rotorsim.balance.conditions import Conditions
+from fe_shaft.response import run_unbalance_response
+from rotorsim.balance.conditions import Conditions, Plane, Reading
 from rotorsim.base.errors import DataError
+from rotorsim.base.sentences import listing, quote
+from rotorsim.machine import Machine, load_machine
+from rotorsim.plant.mesh import Mesh
 
 REGION = 0.9
 """Content of the regions that are stated."""
@@ -243,3 +255,212 @@ def leave_one_out(conditions: Conditions, fit: Fit = fit_influence) -> LeftOut:
         if stats.f.sf(distance, 2 * len(away), 2 * one.freedom) * len(known) < DOUBT:
             doubtful.append(conditions.labels[at])
     return LeftOut(tuple(conditions.labels[k] for k in known), truth, estimates, inside, tuple(doubtful))
+
+
+def model_influence(machine: Machine, conditions: Conditions) -> np.ndarray:
+    """Complex influence (speeds x readings, planes) [m/(kg m)] of the machine on linear bearings along each probe.
+
+    A probe without an angle sees x, which its complex factor turns where the bearings are the same in x and y. Raises
+    DataError for a position that is missing or not on the shaft, and for a gas film.
+    """
+    if machine.film is not None:
+        raise DataError(f"{machine.name}: a balancing model needs linear bearings; this machine has a gas film")
+    mesh = Mesh(machine)
+    speed = np.nanmedian(conditions.speed, axis=0)
+    columns = []
+    for plane in conditions.planes:
+        whirl = run_unbalance_response(mesh.rotor, _node(mesh, plane), 1.0, 0.0, speed)
+        at = np.array([4 * _node(mesh, r) for r in conditions.readings])
+        along = np.array([r.angle or 0.0 for r in conditions.readings])[:, None]
+        seen = np.cos(along) * whirl.response[at] + np.sin(along) * whirl.response[at + 1]
+        columns.append(seen.T.ravel())
+    return np.stack(columns, axis=1)
+
+
+def without_model(machine: Machine, conditions: Conditions) -> str:
+    """Why a machine's model cannot serve these records; empty where it can."""
+    if machine.film is not None:
+        return f"{machine.name} has a gas film, and a balancing model needs linear bearings"
+    bare = [plane.name for plane in conditions.planes if plane.position is None]
+    bare += [reading.name for reading in conditions.readings if reading.position is None]
+    return f"the mapping gives no position of {listing(bare)}" if bare else ""
+
+
+def _node(mesh: Mesh, part: Plane | Reading) -> int:
+    name, position = part.name, part.position
+    if position is None:
+        raise DataError(f"{name}: the mapping gives no position; the physical model needs one")
+    shaft = mesh.machine.shaft
+    if not shaft.start - 1e-9 <= position <= shaft.end + 1e-9:
+        raise DataError(f"{name}: {1e3 * position:g} mm is not on the shaft")
+    return mesh.node(position)
+
+
+def fit_physical(machine: Machine, conditions: Conditions) -> Fit:
+    """Fit of an Influence that keeps the machine's shape: a complex factor a probe, and the first vector of each.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> fit = rs.balance.fit_physical(rs.load_machine("plain_rotor"), conditions)
+    >>> known = conditions.known
+    >>> fit(conditions.flat[known], conditions.unbalance[known]).coefficients.shape
+    (2, 1)
+    """
+    return partial(_fit, model_influence(machine, conditions), len(conditions.readings))
+
+
+def _fit(model: np.ndarray, readings: int, vectors: np.ndarray, unbalance: np.ndarray) -> Influence:
+    free = fit_influence(vectors, unbalance)
+    predicted = unbalance @ model.T
+    weight = 1.0 / np.diag(free.covariance).real  # all the same without freedom
+    factors = np.zeros(readings, dtype=complex)
+    away = predicted - predicted.mean(axis=0)
+    measured = vectors - vectors.mean(axis=0)
+    for k in range(readings):
+        same = slice(k, None, readings)
+        a, b = away[:, same], measured[:, same]
+        factors[k] = (weight[same] * a.conj() * b).sum() / (weight[same] * np.abs(a) ** 2).sum()
+    coefficients = model * np.tile(factors, model.shape[0] // readings)[:, None]
+    return influence_of(coefficients, vectors, unbalance)
+
+
+@dataclass(frozen=True, eq=False)
+class Correction:
+    """Weights and what they leave.
+
+    Attributes
+    ----------
+    wanted : complex unbalance to add in each plane (q,) [kg m]
+    weights : for each plane the angle [rad] and mass [kg] of its weights; without a radius none
+    given : complex unbalance of these weights (q,), `wanted` where there are none [kg m]
+    before, after : 1X vectors (m,) [m 0-pk], the second predicted
+    """
+
+    wanted: np.ndarray
+    weights: tuple[tuple[tuple[float, float], ...], ...]
+    given: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+
+
+def correction(found: Influence, vectors: np.ndarray, planes: tuple[Plane, ...]) -> Correction:
+    """Weights against `vectors` (m,) [m], NaN where not measured, weighted by the errors of the coefficients.
+
+    A weight goes into the two holes on either side of its angle, or anywhere on the radius without a number of holes.
+    Raises DataError if fewer vectors are there than planes.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> unbalance = 1e-5 * np.arange(6)[:, None] + 0j
+    >>> found = rs.balance.fit_influence(1e-6 + 0.1 * unbalance, unbalance)
+    >>> disc = rs.balance.Plane("disc", radius=0.03, holes=16)
+    >>> weights = rs.balance.correction(found, np.array([1e-6 + 0j]), (disc,)).weights
+    >>> [round(mass * 1e6) for angle, mass in weights[0]]  # mg
+    [333]
+    """
+    there = np.isfinite(vectors)
+    H = found.coefficients[there]
+    if H.shape[0] < H.shape[1]:
+        raise DataError(f"{H.shape[0]} vectors cannot be balanced in {H.shape[1]} planes")
+    wanted = -np.linalg.lstsq(H, vectors[there], rcond=None)[0]
+    weights = tuple(in_holes(u, plane) for u, plane in zip(wanted, planes, strict=True))
+    given = np.array([
+        sum(m * (p.radius or 0.0) * np.exp(1j * a) for a, m in ws) if ws else u
+        for u, p, ws in zip(wanted, planes, weights, strict=True)
+    ])  # fmt: skip
+    return Correction(wanted, weights, given, vectors, vectors + found.coefficients @ given)
+
+
+def in_holes(unbalance: complex, plane: Plane) -> tuple[tuple[float, float], ...]:
+    """Angle [rad] and mass [kg] of the weights that make an unbalance [kg m] in a plane; none without its radius."""
+    if not plane.radius:
+        return ()
+    mass, angle = abs(unbalance) / plane.radius, float(np.angle(unbalance)) % (2 * pi)
+    if not plane.holes:
+        return ((angle, mass),)
+    step = 2 * pi / plane.holes
+    first = int(angle // step)
+    share = np.array([np.sin((first + 1) * step - angle), np.sin(angle - first * step)]) / np.sin(step)
+    return tuple(((first + k) % plane.holes * step, float(mass * share[k])) for k in range(2) if share[k] > 1e-9)
+
+
+METHODS = ("influence coefficients", "physical model")
+
+
+@dataclass(frozen=True, eq=False)
+class Assessment:
+    """Unbalance from 1X vectors.
+
+    Attributes
+    ----------
+    conditions : the records
+    tests : by method how well it gives each known unbalance from the others; empty where these are too few to leave
+        one out
+    method : the method of the smaller error, by which the estimates are; without tests the influence coefficients
+    estimates : by record without known unbalance its unbalance [kg m] and standard deviation
+    corrected : record that the weights are against; empty without one
+    correction : weights, None without such a record
+    left_out : why the physical model was not used; empty where it was
+    """
+
+    conditions: Conditions
+    tests: dict[str, LeftOut]
+    method: str
+    estimates: dict[str, Estimate]
+    corrected: str
+    correction: Correction | None
+    left_out: str = ""
+
+
+def assess(machine: Machine | str | Path, conditions: Conditions, correct: str = "") -> Assessment:
+    """Estimate unbalance by influence coefficients and by the machine's model, side by side, and correct it.
+
+    Parameters
+    ----------
+    machine : Machine, name or path
+    conditions : Conditions
+        1X vectors [m 0-pk] and known unbalances [kg m], see `read_conditions`.
+    correct : str
+        Record to balance; by default the first without added unbalance.
+
+    Raises
+    ------
+    DataError
+        If no record has a known unbalance, or no record has the name.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> conditions = rs.balance.read_conditions(["open.csv"], "balance.toml")
+    >>> rs.balance.assess("bently_rk4", conditions).method
+    'influence coefficients'
+    """
+    model = machine if isinstance(machine, Machine) else load_machine(machine)
+    known = conditions.known
+    if not known.any():
+        raise DataError("no condition has a known unbalance; add a trial weight in each plane and label it")
+    labelled = conditions.flat[known], conditions.unbalance[known]
+    free: Fit = fit_influence
+    left_out = without_model(model, conditions)
+    methods = {METHODS[0]: free} if left_out else {METHODS[0]: free, METHODS[1]: fit_physical(model, conditions)}
+    fits = {name: fit(*labelled) for name, fit in methods.items()}
+    enough = testable(conditions.unbalance[known])
+    tests = {name: leave_one_out(conditions, fit) for name, fit in methods.items()} if enough else {}
+    best = min(tests, key=lambda name: tests[name].vector_rms, default=METHODS[0])
+    label, weights = _correction(conditions, fits[best], correct)
+    found = {c: estimate(fits[best], conditions.flat[k]) for k, c in enumerate(conditions.labels) if not known[k]}
+    return Assessment(conditions, tests, best, found, label, weights, left_out)
+
+
+def _correction(conditions: Conditions, found: Influence, wanted: str) -> tuple[str, Correction | None]:
+    """Condition to balance and its weights; empty and None if there is no condition without added unbalance."""
+    if wanted and wanted not in conditions.labels:
+        raise DataError(f"correct: no condition {quote(wanted)}; there are {listing(conditions.labels)}")
+    bare = [c for c, u in zip(conditions.labels, conditions.unbalance, strict=True) if (u == 0).all()]
+    label = wanted or (bare[0] if bare else "")
+    if not label:
+        return "", None
+    vectors = conditions.flat[conditions.labels.index(label)]
+    return label, correction(found, vectors, conditions.planes)
