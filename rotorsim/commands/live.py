@@ -11,10 +11,10 @@ from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.interrupt import done, finishing
 from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import MachineName, PlantOptions, note_compiling
-from rotorsim.live.page.scene import Scene, load_scene
-from rotorsim.live.replay import Replay
-from rotorsim.live.rig.effects import equip
+from rotorsim.live.rig.desk import Scene, load_scene
 from rotorsim.live.rig.laws import read_laws
+from rotorsim.live.rig.records import Replay
+from rotorsim.live.rig.settings import equip
 from rotorsim.live.server.server import complaint, run_desk, serve
 from rotorsim.live.serving import make_desk
 from rotorsim.machine import load_machine

@@ -12,7 +12,7 @@ from fault_injection.checks import SAMPLE
 from fuzzing.disk import largest_file
 from rotorsim.base.files import WriteError
 from rotorsim.experiments.recovery import recover
-from rotorsim.live.recorder import Recorder
+from rotorsim.live.rig.records import Recorder
 from rotorsim.live.rig.rig import Rig
 from rotorsim.machine import load_machine
 
@@ -21,7 +21,7 @@ PART = 500
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from rotorsim.live.recorder import Recorder
+from rotorsim.live.rig.records import Recorder
 from rotorsim.live.rig.rig import Rig
 from rotorsim.machine import load_machine
 rig = Rig(load_machine("plain_rotor"), {}, 0)

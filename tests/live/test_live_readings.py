@@ -7,10 +7,10 @@ import pytest
 
 import rotorsim as rs
 from coarse_rig import RPM, make_rig, ran, shown
-from rotorsim.live.rig.drive import BREAKAWAY, lay_on, torque_rows
-from rotorsim.live.rig.eigenvalue import Modes, modes_at
+from rotorsim.live.rig.modes import Modes, modes_at
 from rotorsim.live.rig.readings import another_growing
-from rotorsim.live.runner import Runner
+from rotorsim.live.rig.runner import Runner
+from rotorsim.live.rig.samples import BREAKAWAY, lay_on, torque_rows
 from rotorsim.plant.kernels.columns import READ
 from waiting import until
 

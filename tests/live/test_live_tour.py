@@ -9,13 +9,12 @@ from coarse_rig import RPM, coarse, make_rig, ran, shown
 from rotorsim.analysis.unbalance_response import unbalance_response, unbalances_of
 from rotorsim.analysis.whirl_onset import whirl_onset
 from rotorsim.base.errors import DataError
-from rotorsim.live.desk import Desk
-from rotorsim.live.page.tour import stops
-from rotorsim.live.rig.effects import equip
+from rotorsim.live.rig.desk import Desk
 from rotorsim.live.rig.laws import read_laws
 from rotorsim.live.rig.rig import Rig
-from rotorsim.live.rig.settings import Settings
-from rotorsim.live.runner import Runner
+from rotorsim.live.rig.runner import Runner
+from rotorsim.live.rig.settings import Settings, equip
+from rotorsim.live.rig.tour import stops
 from rotorsim.machine import Machine, load_machine, machine_text
 
 ACTUATORS = ("actuators", "effects.hysteresis", "effects.creep")

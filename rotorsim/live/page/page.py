@@ -12,9 +12,8 @@ from nicegui.element import Element
 from nicegui.elements import scene as nicegui_scene
 
 from rotorsim.base.errors import RotorsimError
-from rotorsim.live.desk import Desk
-from rotorsim.live.page.control import Control
-from rotorsim.live.rig.operating import BEARING
+from rotorsim.live.rig.controls import BEARING, Control
+from rotorsim.live.rig.desk import Desk
 from rotorsim.live.rig.rig import SCATTER
 
 HERE = Path(__file__).parent

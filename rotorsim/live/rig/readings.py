@@ -8,10 +8,9 @@ import numpy as np
 
 from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.rounding import DAMPED
-from rotorsim.live.rig.eigenvalue import Modes
-from rotorsim.live.rig.operating import OFF
+from rotorsim.live.rig.controls import OFF
+from rotorsim.live.rig.modes import DRIFT, Modes, Reading
 from rotorsim.live.rig.rig import Rig
-from rotorsim.live.rig.ringdown import DRIFT, Reading
 
 REPLAY = "not in a replay"
 SAME = 1e-3

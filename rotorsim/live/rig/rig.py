@@ -17,15 +17,11 @@ from rotorsim.base.errors import ControllerError, ConvergenceError, RotorsimErro
 from rotorsim.effects import REGISTRY
 from rotorsim.experiments.experiment import reference_range
 from rotorsim.experiments.loop import Loop
-from rotorsim.live.rig import drive
-from rotorsim.live.rig.effects import equip, with_value
-from rotorsim.live.rig.eigenvalue import own_copy
-from rotorsim.live.rig.hammer import Hammer
-from rotorsim.live.rig.history import History
+from rotorsim.live.rig.controls import BEARING, OFF, PAUSE, START
 from rotorsim.live.rig.laws import running
-from rotorsim.live.rig.operating import BEARING, OFF, PAUSE, START
-from rotorsim.live.rig.parameters import update_derived, write_effect
-from rotorsim.live.rig.settings import Settings
+from rotorsim.live.rig.modes import own_copy
+from rotorsim.live.rig.samples import Hammer, History, lay_on, ramp, torque_rows
+from rotorsim.live.rig.settings import Settings, equip, update_derived, with_value, write_effect
 from rotorsim.live.rig.stability_check import DECAY, Verdict, check, motion
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
@@ -273,11 +269,11 @@ class Rig:
         """Input rows (n, 6) of the coming samples; the reference is the constant one."""
         numbers, rows = self.settings.numbers, np.zeros((samples, N_INPUTS))
         torque = self.sense * numbers["torque"] if self.settings.positions["drive"] == "torque" else 0.0
-        drive.lay_on(self.assembly.P, self.drag, torque, self.speed)
+        lay_on(self.assembly.P, self.drag, torque, self.speed)
         if self._held:
-            rows[:, SPEED] = drive.ramp(self.speed, self.target, numbers["acceleration"], samples, self.Ts)
+            rows[:, SPEED] = ramp(self.speed, self.target, numbers["acceleration"], samples, self.Ts)
         else:
-            rows[:, SPEED] = drive.torque_rows(self.speed, torque, self.drag, samples)
+            rows[:, SPEED] = torque_rows(self.speed, torque, self.drag, samples)
         rows[:, SUPPLY] = self.pressure
         rows[:, REFERENCE] = numbers.get("reference_x", 0.0), numbers.get("reference_y", 0.0)
         rows[:, FORCE] = self.hammer.take(samples)

@@ -34,7 +34,7 @@ from rotorsim.control.systems import (
     side_by_side,
 )
 from rotorsim.experiments.laws.p_law import ProportionalLaw
-from rotorsim.live.rig.ringdown import ORDERS
+from rotorsim.live.rig.modes import ORDERS
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import describe, settle

@@ -1,4 +1,4 @@
-r"""Natural frequency and damping ratio from the ring-down after a hammer impact.
+r"""Modes of a live rig: frequencies and damping ratios from ring-downs, and eigenvalues of the plant as it is set.
 
 The motion before the blow (rest position, 1X, 2X, 3X over the shaft angle) is taken away from the samples after it. The
 free vibration of disc x, y that is left is a sum of damped oscillations; the eigensystem realisation (Juang and Pappa
@@ -10,16 +10,26 @@ The mode of an axis is the one that the blow moves most along it. The stated sca
 orders and two stretches of the ring-down, and an allowance for the film's nonlinearity, which shifts both with the
 square of the motion over the clearance. A blow that was disturbed has no reading but a reason.
 
+The eigenvalues are those of the open loop, at the present operating point and effect settings.
+
 Cites: juang_1985.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fe_shaft.modes.spectrum import modes_in
+from rotorsim.analysis.modes_over_speed import least_damped
+from rotorsim.analysis.whirl_onset import region_up_to
+from rotorsim.base.errors import RotorsimError
+from rotorsim.base.processes import one_thread
+from rotorsim.plant.assemble import Assembly
+from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.kernels.columns import AT, FORCE, REFERENCE, SUPPLY, inputs_of
+from rotorsim.plant.linearise import LinearPlant, linearise
 
 BEFORE, RING = 2000, 2000
 """Samples before a blow that must be steady, and samples that ring."""
@@ -165,3 +175,45 @@ def _nearest(s: np.ndarray, main: complex) -> complex:
 def _orders(angle: np.ndarray) -> np.ndarray:
     waves = [wave(order * angle) for order in ORDERS for wave in (np.cos, np.sin)]
     return np.stack([np.ones_like(angle), *waves], axis=1)
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Frequency [Hz] and damping ratio of the lowest mode of each axis at a speed [rad/s] and gauge pressure [Pa], or
+    the reason why there is none; `least` are frequency and damping ratio of the least damped of all modes,
+    `proven` whether none is missing among them."""
+
+    frequency: tuple[float, ...] = ()
+    zeta: tuple[float, ...] = ()
+    why: str = ""
+    least: tuple[float, float] = (float("nan"), float("inf"))
+    proven: bool = False
+    speed: float = 0.0
+    pressure: float = 0.0
+
+
+def modes_at(a: Assembly, speed: float, pressure: float) -> Modes:
+    """Modes at a speed [rad/s] and gauge pressure [Pa], without controller."""
+    try:
+        return _modes_of(a, linearise(a, settle(a, speed, pressure), speed), pressure)
+    except RotorsimError as error:
+        return Modes(why=str(error))
+    except np.linalg.LinAlgError:
+        return Modes(why="cannot be computed here")
+
+
+def _modes_of(a: Assembly, plant: LinearPlant, pressure: float) -> Modes:
+    first = [plant.mode_of_axis(axis) for axis in range(2)]
+    frequency, zeta = (plant.wn[first] / (2 * np.pi)).tolist(), plant.zeta[first].tolist()
+    hints = a.mesh.reduced.frequencies
+    region = region_up_to(hints, abs(plant.speed))
+    with one_thread():
+        every = modes_in(plant, region, np.unique(hints.round(3)).tolist())
+    damping, omega = least_damped(every, region)
+    least = omega / (2 * np.pi), damping
+    return Modes(tuple(frequency), tuple(zeta), "", least, every.proven, plant.speed, pressure)
+
+
+def own_copy(a: Assembly) -> Assembly:
+    """Private copy of an assembly's parameter record and workspace."""
+    return replace(a, record=a.record.copy(), w=a.w.copy())

@@ -17,16 +17,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rotorsim.base.errors import RotorsimError
-from rotorsim.live.aside import Aside
-from rotorsim.live.frame import Geometry, make_frame
-from rotorsim.live.pacer import Pacer
-from rotorsim.live.recorder import Recorder
-from rotorsim.live.replay import Replay
-from rotorsim.live.rig.eigenvalue import Modes, modes_at, own_copy
-from rotorsim.live.rig.operating import OFF, PACES
+from rotorsim.live.rig.controls import OFF, PACES
+from rotorsim.live.rig.frame import Geometry, make_frame
+from rotorsim.live.rig.modes import BEFORE, LEAD, RING, Modes, Reading, modes_at, own_copy, read_ringdown
+from rotorsim.live.rig.pacing import Aside, Pacer
 from rotorsim.live.rig.readings import eigenvalues_shown, hit_shown
+from rotorsim.live.rig.records import Recorder, Replay
 from rotorsim.live.rig.rig import Rig
-from rotorsim.live.rig.ringdown import BEFORE, LEAD, RING, Reading, read_ringdown
 from rotorsim.live.rig.stability_check import DECAY, FEWEST, Verdict
 
 if TYPE_CHECKING:
