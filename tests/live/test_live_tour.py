@@ -13,7 +13,7 @@ from rotorsim.live.rig.desk import Desk
 from rotorsim.live.rig.laws import read_laws
 from rotorsim.live.rig.rig import Rig
 from rotorsim.live.rig.runner import Runner
-from rotorsim.live.rig.settings import Settings, equip
+from rotorsim.live.rig.settings import RigSettings, equip
 from rotorsim.live.rig.tour import stops
 from rotorsim.machine import Machine, load_machine, machine_text
 
@@ -105,7 +105,7 @@ def test_a_rig_has_the_controls_scenes_and_laws_of_its_machine(tmp_path, kind, l
 
 
 def test_a_rotor_without_film_has_no_controls_of_one():
-    settings = Settings(equip(load_machine("plain_rotor")), ("off",))
+    settings = RigSettings(equip(load_machine("plain_rotor")), ("off",))
     assert "pressure" not in settings.operating and "slip.mean_free_path" not in settings.sliders
     assert "unbalance.me" in settings.sliders
 

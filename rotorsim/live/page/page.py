@@ -24,8 +24,8 @@ LEVERS = ("drive", "sense", "noise", "controller", BEARING)
 """Switches of the rig."""
 
 
-class Views(Element, component="views.js", esm={"rotorsim-live": "web", "nicegui-scene": str(SCENE)}):
-    """All plots and readings of the rig."""
+class PageViews(Element, component="views.js", esm={"rotorsim-live": "web", "nicegui-scene": str(SCENE)}):
+    """Plots and readings of the rig."""
 
     def __init__(self, geometry: dict[str, Any]) -> None:
         super().__init__()
@@ -74,7 +74,7 @@ class Board:
             with ui.column().classes("live-controls"):
                 self._tabs()
             with ui.column().classes("live-main"):
-                Views(self.runner.geometry.as_dict()).classes("w-full").on("shortcut", self._key)
+                PageViews(self.runner.geometry.as_dict()).classes("w-full").on("shortcut", self._key)
 
     def _tabs(self) -> None:
         with ui.tabs().props("dense") as tabs:

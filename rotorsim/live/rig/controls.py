@@ -54,7 +54,7 @@ class Control:
         return f"{self.read(self.low)} to {self.read(self.high)}"
 
     def place(self, value: float) -> float:
-        """Where a slider from -1 (or 0) to 1 stands for a value; its zero is the neutral value."""
+        """Position of a slider from -1 (or 0) to 1 for a value; its zero is the neutral value."""
         away = value - self.neutral
         reach = self.high - self.neutral if away >= 0 else self.neutral - self.low
         return math.copysign((abs(away) / reach) ** (1 / self.power), away) if reach > 0 else 0.0

@@ -21,8 +21,8 @@ from rotorsim.live.rig.controls import BEARING, OFF, PAUSE, START
 from rotorsim.live.rig.laws import running
 from rotorsim.live.rig.modes import own_copy
 from rotorsim.live.rig.samples import Hammer, History, lay_on, ramp, torque_rows
-from rotorsim.live.rig.settings import Settings, equip, update_derived, with_value, write_effect
-from rotorsim.live.rig.stability_check import DECAY, Verdict, check, motion
+from rotorsim.live.rig.settings import RigSettings, equip, update_derived, with_value, write_effect
+from rotorsim.live.rig.stability_check import DECAY, StabilityVerdict, check, motion
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.equilibrium import describe, settle
@@ -65,7 +65,7 @@ class Rig:
         self.plant = Plant(equip(machine))
         self.machine = self.plant.machine
         self.laws, self.seed = laws, seed
-        self.settings = Settings(self.machine, tuple(laws))
+        self.settings = RigSettings(self.machine, tuple(laws))
         self.assembly = replace(self.plant.assembly, record=self.plant.assembly.record.copy())
         self.drag = float(self.assembly.P.dry_drag)
         self.messages: deque[tuple[int, str]] = deque(maxlen=SENTENCES)
@@ -310,7 +310,7 @@ class Rig:
                 if name in self.settings.sliders:
                     self._set_effect(name, self.settings.numbers[name])
 
-    def check(self, name: str) -> Callable[[], Verdict]:
+    def check(self, name: str) -> Callable[[], StabilityVerdict]:
         """The check whether a controller holds this point, and the one that is set: may be called in any thread."""
         a, limit, law = own_copy(self.assembly), self.limit, running(self.laws[name], (0.0, 0.0))
         speed, target, pressure = self.speed, self.target if self._held else self.speed, self.pressure
@@ -318,7 +318,7 @@ class Rig:
         external = numbers.get("reference_x", 0.0), numbers.get("reference_y", 0.0)
         now = motion(self.history.last(min(2 * LOOK, max(self.seen - DECAY, 0))).copy(), self.Ts, external)
 
-        def work() -> Verdict:
+        def work() -> StabilityVerdict:
             there = check(a, law, speed, pressure, now, limit)
             if there.why or abs(target - speed) < 1.0:
                 return there
@@ -326,7 +326,7 @@ class Rig:
 
         return work
 
-    def switch_on(self, name: str, verdict: Verdict) -> None:
+    def switch_on(self, name: str, verdict: StabilityVerdict) -> None:
         """Switch a controller on that was checked; it holds the disc where its equilibrium is."""
         self.loop = None
         self.settings.keep("controller", OFF)

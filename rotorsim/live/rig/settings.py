@@ -22,7 +22,7 @@ from rotorsim.plant.compose import Call
 from rotorsim.plant.kernels.modal_rotor import build_support
 
 READ_IN = {"m": "um", "s": "ms", "Pa": "kPa", "N*m": "N*m", "N/m": "MN/m"}
-"""Where a slider shows another unit than the machine file's largest."""
+"""Units of sliders that differ from the largest one of machine files."""
 
 
 def equip(machine: Machine) -> Machine:
@@ -70,7 +70,7 @@ def with_value(machine: Machine, key: str, value: float) -> Machine:
         raise DataError(f"{path.removeprefix('effects.').replace('.0', '', 1)}{colon}{sentence}") from error
 
 
-class Settings:
+class RigSettings:
     """Values by key: operating numbers, 'effect.parameter', switches; `revision` counts changes."""
 
     def __init__(self, machine: Machine, laws: tuple[str, ...]) -> None:
@@ -110,7 +110,7 @@ class Settings:
         return str(value)
 
     def everything(self) -> dict[str, float | str]:
-        """All values, in SI."""
+        """Numbers in SI and positions of switches, by key."""
         return {**self.numbers, **self.positions}
 
 

@@ -170,7 +170,7 @@ LOGGERS = ("nicegui", "engineio", "socketio", "uvicorn", "asyncio")
 MOST = 50
 """Lines that are written; a flood of faults shows nothing new."""
 ENDED = "graceful shutdown"
-"""In what the server writes when it ends with pages open."""
+"""Words that the server writes when it ends with pages open."""
 WITHOUT_MESSAGE = ("connect", "disconnect")
 """Events that carry nothing from the page; the server library tries their handlers with more and fewer arguments."""
 MALFORMED = (KeyError, TypeError, ValueError, AttributeError, IndexError)
