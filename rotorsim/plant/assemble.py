@@ -82,7 +82,7 @@ class Assembly:
         return self.machine.sampling_time
 
     def compile_note(self, *kernels: str) -> str:
-        """Sentence on what is compiled before kernels ('settle', 'run') first run, and how long; empty if nothing is."""
+        """Sentence on what is compiled before kernels ('settle', 'run') first run and how long; empty if nothing is."""
         if is_compiled(self.module, kernels):
             return ""
         parts, seconds = [], 3.0 + 0.15 * len(self.calls)
