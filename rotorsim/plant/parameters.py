@@ -61,6 +61,7 @@ def machine_numbers(machine: Machine, mesh: Mesh, films: Sequence[FilmModel]) ->
         "dry_drag": drive.dry_drag,
         "viscous_drag": drive.viscous_drag,
         "drive_time": drive.speed_recovery_time,
+        "drive_torque": 0.0,
     }
 
 

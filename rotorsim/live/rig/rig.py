@@ -20,7 +20,7 @@ from rotorsim.experiments.loop import FeedbackLoop
 from rotorsim.live.rig.controls import BEARING, OFF, PAUSE, START
 from rotorsim.live.rig.laws import running
 from rotorsim.live.rig.modes import own_copy
-from rotorsim.live.rig.samples import Hammer, History, lay_on, ramp, torque_rows
+from rotorsim.live.rig.samples import Hammer, History, ramp
 from rotorsim.live.rig.settings import RigSettings, equip, update_derived, with_value, write_effect
 from rotorsim.live.rig.stability_check import DECAY, StabilityVerdict, check, motion
 from rotorsim.machine import Machine
@@ -67,7 +67,6 @@ class Rig:
         self.laws, self.seed = laws, seed
         self.settings = RigSettings(self.machine, tuple(laws))
         self.assembly = replace(self.plant.assembly, record=self.plant.assembly.record.copy())
-        self.drag = float(self.assembly.P.dry_drag)
         self.messages: deque[tuple[int, str]] = deque(maxlen=SENTENCES)
         self.sentences = 0
         self.hammer = Hammer(self.Ts)
@@ -268,12 +267,12 @@ class Rig:
     def _rows(self, samples: int) -> np.ndarray:
         """Input rows (n, 6) of the coming samples; the reference is the constant one."""
         numbers, rows = self.settings.numbers, np.zeros((samples, N_INPUTS))
-        torque = self.sense * numbers["torque"] if self.settings.positions["drive"] == "torque" else 0.0
-        lay_on(self.assembly.P, self.drag, torque, self.speed)
+        driven = self.settings.positions["drive"] == "torque"
+        self.assembly.P.drive_torque = self.sense * numbers["torque"] if driven else 0.0
         if self._held:
             rows[:, SPEED] = ramp(self.speed, self.target, numbers["acceleration"], samples, self.Ts)
         else:
-            rows[:, SPEED] = torque_rows(self.speed, torque, self.drag, samples)
+            rows[:, SPEED] = np.nan
         rows[:, SUPPLY] = self.pressure
         rows[:, REFERENCE] = numbers.get("reference_x", 0.0), numbers.get("reference_y", 0.0)
         rows[:, FORCE] = self.hammer.take(samples)
