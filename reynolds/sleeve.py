@@ -34,7 +34,7 @@ from rotorsim.base.quantity import number
 from rotorsim.base.units import show
 
 
-class Form:
+class SleeveForm:
     """A form of a sleeve: what a film and a machine file ask of every one."""
 
     fed: ClassVar[bool] = True
@@ -50,7 +50,7 @@ class Form:
 
 
 @dataclass(frozen=True)
-class Lobes(Form):
+class Lobes(SleeveForm):
     """Arcs of equal length whose radius of curvature exceeds that of the circle that they touch.
 
     Examples
@@ -93,7 +93,7 @@ class Lobes(Form):
 
 
 @dataclass(frozen=True)
-class Steps(Form):
+class Steps(SleeveForm):
     """Equal pockets round the sleeve: Rayleigh steps, axial grooves or recesses.
 
     Their edges may lie anywhere between the lines of a grid.
@@ -146,7 +146,7 @@ class Steps(Form):
 
 
 @dataclass(frozen=True)
-class Grooves(Form):
+class Grooves(SleeveForm):
     """Narrow slanted grooves, by narrow-groove theory: a herringbone about a plain land or a spiral.
 
     They pump inwards (a spiral towards +z) when the shaft turns from x to y; those of a negative angle, the mirror
@@ -204,7 +204,7 @@ class Grooves(Form):
 
 
 @dataclass(frozen=True)
-class Foil(Form):
+class Foil(SleeveForm):
     """Bump foil on the sleeve: an elastic foundation under the film with a loss factor.
 
     Examples
@@ -244,7 +244,7 @@ class Sleeve:
     foil: Foil | None = None
 
     @property
-    def forms(self) -> dict[str, Form]:
+    def forms(self) -> dict[str, SleeveForm]:
         """Forms that are there by their paths: 'lobes', 'steps.0', 'grooves', 'foil'."""
         rows = {f"steps.{i}": row for i, row in enumerate(self.steps)}
         found = {"lobes": self.lobes, **rows, "grooves": self.grooves, "foil": self.foil}

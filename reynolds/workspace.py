@@ -28,7 +28,7 @@ def at_cache_line(size: int) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Gas:
+class FilmGas:
     """Viscosity [Pa s], ambient pressure [Pa], temperature [K], gas constant [J/(kg K)], heat capacity ratio [1].
 
     A mean free path [m] at ambient pressure of 0 is a gas that does not slip.
@@ -51,7 +51,7 @@ class FilmModel:
 
     grid: Grid
     clearance: float
-    gas: Gas = Gas()
+    gas: FilmGas = FilmGas()
     injectors: tuple[Injector, ...] = ()
     h_min: float = 2.5e-7
     rarefied: bool = False

@@ -48,7 +48,7 @@ class Unbalance(Effect):
 
     @classmethod
     def neutral(cls, machine: Any, place: int) -> Unbalance:
-        """At the disc first, then in the plane of the film, or of the second disc."""
+        """A neutral one at the disc first, then in the plane of the film or of the second disc."""
         if place == 0 or (machine.film is None and len(machine.discs) < 2):
             return cls()
         return cls(position=machine.discs[1].position if machine.film is None else machine.film.position)
