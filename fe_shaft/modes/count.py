@@ -59,9 +59,7 @@ def _wrapped(change: complex) -> complex:
     return complex(change.real, (change.imag + np.pi) % (2 * np.pi) - np.pi)
 
 
-def _turned(
-    log: Callable[[complex], complex], path: Callable[[float], complex], rate: complex, count: int
-) -> float:
+def _turned(log: Callable[[complex], complex], path: Callable[[float], complex], rate: complex, count: int) -> float:
     """Change of the phase of a logarithm along a path over 0 <= t <= 1 with ds/dt = rate s; NaN where it stays open.
 
     Steps are halved until modulus and phase change as the derivative in their middle says: a root close to the path
