@@ -10,7 +10,7 @@ from rotorsim.control import DesignError
 from rotorsim.control.designs import lpv
 from rotorsim.control.designs.lpv_controller import controller_at
 from rotorsim.control.designs.lpv_matrices import Polynomial, corners, derivatives, exponents, functions
-from rotorsim.control.designs.lpv_problem import SynthesisGrid, Sought, synthesise
+from rotorsim.control.designs.lpv_problem import Sought, SynthesisGrid, synthesise
 from rotorsim.control.designs.mixed import closed, mixed_sensitivity
 from rotorsim.control.designs.plants import design_plant
 from rotorsim.control.numerics.gamma import solve

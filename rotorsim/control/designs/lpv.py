@@ -22,7 +22,7 @@ from rotorsim.base.progress import Report, silent
 from rotorsim.base.rounding import definite
 from rotorsim.control.designs.lpv_controller import controller_at, performance, separation
 from rotorsim.control.designs.lpv_matrices import Solution
-from rotorsim.control.designs.lpv_problem import SynthesisGrid, Sought, synthesise
+from rotorsim.control.designs.lpv_problem import Sought, SynthesisGrid, synthesise
 from rotorsim.control.designs.mixed import MILD, RIG, Generalised, Weights, mixed_sensitivity
 from rotorsim.control.designs.plants import MILLI, Model, design_plant, point_text
 from rotorsim.control.designs.specification import (

@@ -141,7 +141,7 @@ def frequency_bound(P: Generalised) -> float:
 
 
 def level_frequencies(P: Generalised, gamma: float) -> np.ndarray:
-    """Frequencies at which a single one may force gamma: those of the eigenvalues of both Hamiltonians, and between them."""
+    """Frequencies that may force gamma: those of the eigenvalues of both Hamiltonians, and those between them."""
     values = [np.linalg.eigvals(hamiltonian(*equation(side, gamma)[:3])[0]) for side in (P, dual(P))]
     return with_middles(np.concatenate(values))
 

@@ -17,7 +17,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.exchange import toml_text
 from rotorsim.base.units import parse
 from rotorsim.experiments.catalogue.given import Given
-from rotorsim.experiments.experiment import REFERENCE_LIMIT, PointExperiment, Experiment, register
+from rotorsim.experiments.experiment import REFERENCE_LIMIT, Experiment, PointExperiment, register
 from rotorsim.experiments.parameters import param
 
 if TYPE_CHECKING:
