@@ -162,7 +162,7 @@ def verify(
     plant = settings.plant(machine)
     from rotorsim.control import load_law
     from rotorsim.verify import closed_loop, safe_speed
-    from rotorsim.verify.criteria import edited
+    from rotorsim.verify.closed_loop import edited
 
     loaded = load_law(law)
     with results(out, "verification", ("table.json", "report.html"), force) as folder:

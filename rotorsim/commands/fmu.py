@@ -75,9 +75,9 @@ def export(
             "--grid, --time-step and --set: change the plant, not a law or an identified model; leave them out"
         )
     plant = settings.plant(machine) if law is None and model == "plant" else None
+    from fmu.binaries import choose
     from fmu.export import export as write, file_names, versions
     from fmu.kinds import law_unit, linear_unit, named, plant_unit
-    from fmu.targets import choose
 
     chosen, platforms = versions(fmi), choose(targets)
     start = (
@@ -125,10 +125,10 @@ def system(
     as_json: AsJson = False,
 ) -> None:
     """Write plant and control law, wired, as one .ssp file."""
+    from fmu.binaries import choose
     from fmu.export import versions
     from fmu.kinds import law_unit, plant_unit
     from fmu.ssp import export_system
-    from fmu.targets import choose
 
     if len(versions(fmi)) > 1:
         raise DataError(f"--fmi: '{fmi}': a system has units of one version; choose 2 or 3")
@@ -156,8 +156,8 @@ def check(
 ) -> None:
     """Hold a unit against the standard and against the plant in Python, which runs the unit's own machine code with
     your rights; exit code 1 if a check fails; times are remarks."""
-    from fmu.checks.check import check as checks
-    from fmu.info import info as facts
+    from fmu.check import check as checks
+    from fmu.importer import info as facts
 
     facts(file)
     found, length = [], quantity("duration", duration, "s")
@@ -181,7 +181,7 @@ def check(
 )
 def info(file: UnitFile, as_json: AsJson = False) -> None:
     """Show what a unit is."""
-    from fmu.info import info as facts
+    from fmu.importer import info as facts
 
     found = facts(file)
     if as_json:

@@ -13,10 +13,10 @@ from rotorsim.base.sentences import quote
 from rotorsim.base.suggest import did_you_mean
 from rotorsim.base.units import show
 from rotorsim.control import designs
-from rotorsim.control.designs.plants import Model, frozen, outside, point_text, range_text
 from rotorsim.control.designs.specification import DESIGNS, explained
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
+from rotorsim.control.plants import Model, frozen, outside, point_text, range_text
 
 for _name in designs.__all__:
     getattr(designs, _name)  # which registers it

@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.cache import Cache
 from rotorsim.discrepancy.data.changes import known_changes
-from rotorsim.discrepancy.data.intake import make_trials, open_records, record_notes
-from rotorsim.discrepancy.data.run_ups import is_table, with_tables
-from rotorsim.discrepancy.data.sensors import check_plane, check_ring
+from rotorsim.discrepancy.data.intake import check_plane, check_ring, make_trials, open_records, record_notes
 from rotorsim.discrepancy.data.spectra import Trial
-from rotorsim.discrepancy.data.sweeps import Sweep, make_sweeps, rate_notes
+from rotorsim.discrepancy.data.sweeps import RunupTrial, is_table, make_sweeps, rate_notes, with_tables
 from rotorsim.discrepancy.diagnosis import diagnose_trials
 from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.discrepancy.plan.allowed import check_allowed
@@ -90,7 +88,7 @@ def diagnose(
     stated = held_out is None and untouched is None
     trials = [t for role, part in parts.items() for t in trials_of(machine, part, None if stated else role)]
     if any(not t.orders for t in trials):
-        trials = [replace(t, alone=False) if isinstance(t, Sweep) else t for t in trials]
+        trials = [replace(t, alone=False) if isinstance(t, RunupTrial) else t for t in trials]
     found = diagnose_trials(machine, trials, effects, tolerance, progress, models, threads, cache, allow)
     every = [one for part in parts.values() for one in part]
     tables = [(name, record) for name, record in every if is_table(record)]

@@ -37,8 +37,7 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from rotorsim.base.constants import MPA
-from rotorsim.discrepancy.data.groups import Layout
-from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.data.spectra import DataLayout, Trial
 from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.linear_algebra import answer
 from rotorsim.discrepancy.residuals.floor import modulus
@@ -56,6 +55,10 @@ MOST_NODES = 60
 """Most intervals of the hat functions over frequency."""
 LEAST = 1e-6
 """Variance, relative to the largest, of directions that are left out."""
+WIDE = 1e290
+"""Prior standard deviation from which on a parameter has none of its own."""
+SHARES, EXCESSES = np.geomspace(1e-3, 0.5, 10), np.geomspace(1.0, 300.0, 16)
+"""Shares of the lines that something beyond the catalogue touches, and its size there in floors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,14 +88,14 @@ def weights() -> np.ndarray:
     return np.asarray(density / density.sum())
 
 
-def whitened_size(layout: Layout, response: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+def whitened_size(layout: DataLayout, response: np.ndarray, sigma: np.ndarray) -> np.ndarray:
     """Magnitude (n,) of each line of a response (n,) [m] in floors sigma (n,) [m]; drifts have none."""
     size = modulus(layout, response) / sigma
     size[layout.drift] = 0.0
     return np.asarray(size)
 
 
-def model_form(layout: Layout, trials: Sequence[Trial], size: np.ndarray) -> ModelForm:
+def model_form(layout: DataLayout, trials: Sequence[Trial], size: np.ndarray) -> ModelForm:
     """Process of a comparison; size (n,) is the whitened magnitude that the error is relative to."""
     lines = lines_of(layout, trials)
     between = near(lines.points, smooth=lines.has_rows)
@@ -124,7 +127,7 @@ class LinePlaces:
     has_rows: bool
 
 
-def lines_of(layout: Layout, trials: Sequence[Trial]) -> LinePlaces:
+def lines_of(layout: DataLayout, trials: Sequence[Trial]) -> LinePlaces:
     """Frequencies and operating points of the numbers of a comparison."""
     frequency, point, points = layout.frequency.copy(), np.zeros(len(layout.record), int), list[tuple[float, float]]()
     for i, trial in enumerate(trials):
@@ -172,7 +175,7 @@ def _hats(frequency: np.ndarray, nodes: np.ndarray) -> list[np.ndarray]:
     return [np.interp(frequency, nodes, row) for row in unit]
 
 
-def _parts(layout: Layout, channel: int) -> list[np.ndarray]:
+def _parts(layout: DataLayout, channel: int) -> list[np.ndarray]:
     """Masks (n,) of real (with the means) and of imaginary parts of a channel."""
     real = np.zeros(len(layout.record), bool)
     for i in np.unique(layout.record):
@@ -180,12 +183,6 @@ def _parts(layout: Layout, channel: int) -> list[np.ndarray]:
         real[own[: 2 + (len(own) - 2) // 2]] = True
     mine = layout.channel == channel
     return [mine & real, mine & ~real]
-
-
-WIDE = 1e290
-"""Prior standard deviation from which on a parameter has none of its own."""
-SHARES, EXCESSES = np.geomspace(1e-3, 0.5, 10), np.geomspace(1.0, 300.0, 16)
-"""Shares of the lines that something beyond the catalogue touches, and its size there in floors."""
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from identification import make_record
-from rotorsim.discrepancy.data.intake import make_trials, open_records
-from rotorsim.discrepancy.data.spectra import Trial, make_trial
+from rotorsim.discrepancy.data.intake import make_trial, make_trials, open_records
+from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.fit import ParameterFit, singular_directions
 from rotorsim.discrepancy.plan.experiments import campaign
 from rotorsim.discrepancy.residuals.comparison import SensitivityColumns, TwinComparison, columns

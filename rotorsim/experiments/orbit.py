@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from identification.feedback import SATURATED, saturated_share
+from identification.records.checks import SATURATED, saturated_share
 from rotorsim.base.errors import DataError
 from rotorsim.experiments.catalogue.controlled import controlled
 from rotorsim.experiments.experiment import REFERENCE_LIMIT

@@ -10,7 +10,7 @@ from identification.records.sampling import nominal_rate
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.experiments.catalogue import EXPERIMENTS
 from rotorsim.experiments.limits import beyond_of
-from rotorsim.signals.order_tracking import after_start, start_transient
+from rotorsim.signals.orders import after_start, start_transient
 from rotorsim.signals.probes import probe_numbers
 from rotorsim.signals.record_blocks import blocks, displacement_name
 

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.errors import RotorsimError
-from rotorsim.discrepancy.data.groups import make_layout
 from rotorsim.discrepancy.data.intake import open_records
+from rotorsim.discrepancy.data.spectra import make_layout
 from rotorsim.discrepancy.diagnose_records import diagnose, trials_of
 from rotorsim.discrepancy.explanation import SURE
 from rotorsim.discrepancy.hidden_machine import HiddenTruth, hide, truth_twin

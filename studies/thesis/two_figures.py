@@ -11,6 +11,7 @@ from pathlib import Path
 sys.path.append(str(Path(__file__).resolve().parents[2]))
 
 import rotorsim as rs
+from studies.thesis.claims.judge import MET
 from studies.thesis.experiments.run import run_experiments
 from studies.thesis.experiments.table import chosen_experiments, figure_of
 
@@ -27,7 +28,7 @@ if __name__ == "__main__":
         key, label = SHOWN[one.experiment.name]
         rule, factors = figure_of(key), one.experiment.factors
         print(f"{rule.words}: thesis {rule.thesis:g}, here {one.value(key, 1.0):.4g}, at {one.reached(key):.2f} times")
-        axes.axhspan(*rule.met, alpha=0.2, color="tab:green", label="met")
+        axes.axhspan(*rule.met, alpha=0.2, color="tab:green", label=MET)
         axes.axhline(rule.thesis, ls=":", color="k", label="thesis")
         axes.plot(factors, [one.value(key, factor) for factor in factors], "o-")
         axes.axvline(1, lw=0.8, color="grey")

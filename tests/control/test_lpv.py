@@ -8,15 +8,20 @@ import pytest
 import rotorsim as rs
 from rotorsim.control import DesignError
 from rotorsim.control.designs import lpv
-from rotorsim.control.designs.lpv_controller import controller_at
-from rotorsim.control.designs.lpv_matrices import Polynomial, corners, derivatives, exponents, functions
+from rotorsim.control.designs.hinf_synthesis import solve
+from rotorsim.control.designs.lmi import Inequality, LmiProblem, minimise
+from rotorsim.control.designs.lpv_controller import (
+    Polynomial,
+    controller_at,
+    corners,
+    derivatives,
+    exponents,
+    functions,
+)
 from rotorsim.control.designs.lpv_problem import Sought, SynthesisGrid, synthesise
-from rotorsim.control.designs.mixed import closed, mixed_sensitivity
-from rotorsim.control.designs.plants import design_plant
-from rotorsim.control.numerics.gamma import solve
-from rotorsim.control.numerics.lmi import LmiProblem
-from rotorsim.control.numerics.lmi_cuts import Inequality, minimise
-from rotorsim.control.numerics.systems import peak_gain
+from rotorsim.control.designs.weighted_plant import closed, mixed_sensitivity
+from rotorsim.control.plants import design_plant
+from rotorsim.control.systems import peak_gain
 
 pytestmark = pytest.mark.numerical
 SPEC = lpv.Spec(grid=(5, 5), table=(3, 3), validation=(5, 5))

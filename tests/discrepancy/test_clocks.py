@@ -7,9 +7,8 @@ import pytest
 
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import hide
-from rotorsim.discrepancy.data.clocks import clock_offset, delayed, drift_of, without_drift
-from rotorsim.discrepancy.data.intake import make_trials, open_records
-from rotorsim.discrepancy.data.spectra import make_trial
+from rotorsim.discrepancy.data.blocks import clock_offset, delayed, drift_of, without_drift
+from rotorsim.discrepancy.data.intake import make_trial, make_trials, open_records
 from rotorsim.discrepancy.hidden_machine import HiddenTruth, truth_twin
 from rotorsim.discrepancy.residuals.comparison import TwinComparison
 from rotorsim.discrepancy.twin.parameters import ParameterPoint

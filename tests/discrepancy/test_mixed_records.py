@@ -7,10 +7,9 @@ import pytest
 
 from identification import make_record, make_vectors
 from rotorsim.discrepancy import diagnose, runup_vectors
-from rotorsim.discrepancy.data.groups import make_layout
 from rotorsim.discrepancy.data.intake import limits, make_trials
-from rotorsim.discrepancy.data.run_ups import is_table, sweeps, with_tables
-from rotorsim.discrepancy.data.sweeps import TOLERANCE, make_sweeps
+from rotorsim.discrepancy.data.spectra import make_layout
+from rotorsim.discrepancy.data.sweeps import TOLERANCE, is_table, make_sweeps, sweeps, with_tables
 from rotorsim.discrepancy.diagnose_records import trials_of
 from rotorsim.discrepancy.hidden_machine import record_of
 from rotorsim.discrepancy.plan.experiments import PlannedRecord

@@ -8,8 +8,7 @@ import pytest
 
 from rotorsim.base.errors import DataError
 from rotorsim.campaign import load_plan
-from rotorsim.discrepancy.data.groups import make_layout
-from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.data.spectra import Trial, make_layout
 from rotorsim.discrepancy.data.sweeps import empty_sweep
 from rotorsim.discrepancy.evidence import ModelForm, log_evidence
 from rotorsim.discrepancy.explanation import Explanation

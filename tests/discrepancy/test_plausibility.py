@@ -5,7 +5,7 @@ import pytest
 
 from identification import from_arrays
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.data.spectra import make_trial
+from rotorsim.discrepancy.data.intake import make_trial
 from rotorsim.discrepancy.hidden_machine import record_of
 from rotorsim.discrepancy.plan.experiments import campaign
 from rotorsim.discrepancy.residuals.comparison import TwinComparison

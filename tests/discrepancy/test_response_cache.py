@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rotorsim.base.cache import Cache
-from rotorsim.discrepancy.data.spectra import make_trial
+from rotorsim.discrepancy.data.intake import make_trial
 from rotorsim.discrepancy.hidden_machine import record_of
 from rotorsim.discrepancy.plan.experiments import campaign
 from rotorsim.discrepancy.residuals.comparison import TwinComparison

@@ -15,9 +15,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.campaign import load_plan
 from rotorsim.discrepancy import diagnose, runup_vectors
 from rotorsim.discrepancy.data.changes import RING_KEY, known_changes, ring_angle, with_ring
-from rotorsim.discrepancy.data.intake import make_trials
-from rotorsim.discrepancy.data.sensors import check_ring
-from rotorsim.discrepancy.data.spectra import make_trial
+from rotorsim.discrepancy.data.intake import check_ring, make_trial, make_trials
 from rotorsim.discrepancy.data.sweeps import empty_sweep
 from rotorsim.discrepancy.hidden_machine import draw, record_of
 from rotorsim.discrepancy.plan.experiments import RING_ANGLE, campaign, options

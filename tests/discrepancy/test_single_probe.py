@@ -9,9 +9,9 @@ import pytest
 from identification import make_vectors, read
 from identification.errors import ReadError, SchemaError
 from identification.records.assemble import used
-from identification.records.lab.whirl_hints import vector_hints
+from identification.records.examination import vector_hints
 from identification.records.mapping import load_mapping
-from identification.records.probes import DISPLACEMENTS
+from identification.records.sensors import DISPLACEMENTS
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import diagnose, hide
 from rotorsim.discrepancy.data.sweeps import make_sweeps, ramp

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rotorsim.analysis.supply import regulator_pressure
-from rotorsim.discrepancy.data.spectra import make_trial
+from rotorsim.discrepancy.data.intake import make_trial
 from rotorsim.discrepancy.residuals.comparison import TwinComparison
 from rotorsim.discrepancy.twin.parameters import ParameterPoint
 from rotorsim.discrepancy.twin.plant import Twin

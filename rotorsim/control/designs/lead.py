@@ -18,7 +18,6 @@ import numpy as np
 
 from rotorsim.base.constants import MPA
 from rotorsim.control.designs.p import low_pass
-from rotorsim.control.designs.plants import MILLI, Model
 from rotorsim.control.designs.specification import (
     Specification,
     count,
@@ -30,8 +29,9 @@ from rotorsim.control.designs.specification import (
 )
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete
-from rotorsim.control.loop.stability_check import check_loop
-from rotorsim.control.numerics.systems import System, gain, series, side_by_side
+from rotorsim.control.plants import MILLI, Model
+from rotorsim.control.sampled_loop import check_loop
+from rotorsim.control.systems import System, gain, series, side_by_side
 
 
 @dataclass(frozen=True)

@@ -20,11 +20,9 @@ import numpy as np
 from rotorsim.base.constants import KRPM, MPA
 from rotorsim.base.progress import Report, silent
 from rotorsim.base.rounding import definite
-from rotorsim.control.designs.lpv_controller import controller_at, performance, separation
-from rotorsim.control.designs.lpv_matrices import Solution
+from rotorsim.control.designs.hinf_synthesis import balance, rescaled
+from rotorsim.control.designs.lpv_controller import Solution, controller_at, performance, separation
 from rotorsim.control.designs.lpv_problem import Sought, SynthesisGrid, synthesise
-from rotorsim.control.designs.mixed import MILD, RIG, Generalised, Weights, mixed_sensitivity
-from rotorsim.control.designs.plants import MILLI, Model, design_plant, point_text
 from rotorsim.control.designs.specification import (
     Specification,
     count,
@@ -34,11 +32,12 @@ from rotorsim.control.designs.specification import (
     register,
     sampling_time,
 )
+from rotorsim.control.designs.weighted_plant import MILD, RIG, Generalised, Weights, mixed_sensitivity
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import discrete, make_law, over_grid, table_axes
-from rotorsim.control.loop.stability_check import check_loop
-from rotorsim.control.numerics.scaling import balance, rescaled
+from rotorsim.control.plants import MILLI, Model, design_plant, point_text
+from rotorsim.control.sampled_loop import check_loop
 
 
 @dataclass(frozen=True)
@@ -84,7 +83,7 @@ PRESETS = {
     "rig": LpvSpec(weights=RIG, delay=None, backoff=1.02),
     "mild": LpvSpec(weights=MILD),
 }
-"""'rig' and 'mild' are for the virtual rig and Model 2; see `rotorsim.control.designs.mixed`."""
+"""'rig' and 'mild' are for the virtual rig and Model 2; see `rotorsim.control.designs.weighted_plant`."""
 
 
 @register("LPV synthesis over speed and pressure (E)")

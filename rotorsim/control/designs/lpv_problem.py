@@ -23,7 +23,8 @@ import numpy as np
 from scipy.linalg import null_space
 
 from rotorsim.base.progress import Report, silent
-from rotorsim.control.designs.lpv_matrices import (
+from rotorsim.control.designs.lmi import Inequality, minimise, symmetric_basis
+from rotorsim.control.designs.lpv_controller import (
     Exponents,
     Polynomial,
     Solution,
@@ -32,9 +33,7 @@ from rotorsim.control.designs.lpv_matrices import (
     exponents,
     functions,
 )
-from rotorsim.control.designs.mixed import Generalised
-from rotorsim.control.numerics.lmi import symmetric_basis
-from rotorsim.control.numerics.lmi_cuts import Inequality, minimise
+from rotorsim.control.designs.weighted_plant import Generalised
 
 GAMMA_SLACK, TOLERANCE = 3e-3, 2e-3
 """How closely the smallest gamma is found: by a share of it, and of the inequalities by their eigenvalues."""

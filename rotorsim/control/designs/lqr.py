@@ -17,7 +17,6 @@ import numpy as np
 
 from rotorsim.base.constants import KRPM, MPA
 from rotorsim.control.designs.observers import observer_law
-from rotorsim.control.designs.plants import Model, check_modes, design_plant, sampled_plant
 from rotorsim.control.designs.specification import (
     Specification,
     number,
@@ -28,9 +27,9 @@ from rotorsim.control.designs.specification import (
 )
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law
-from rotorsim.control.loop.stability_check import check_loop
-from rotorsim.control.numerics.systems import System
-from rotorsim.control.riccati import sampled_riccati
+from rotorsim.control.plants import Model, check_modes, design_plant, sampled_plant
+from rotorsim.control.sampled_loop import check_loop
+from rotorsim.control.systems import System, sampled_riccati
 
 
 @dataclass(frozen=True)

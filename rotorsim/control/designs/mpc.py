@@ -24,7 +24,6 @@ import numpy as np
 from rotorsim.base.constants import KRPM, MPA
 from rotorsim.base.errors import OtherMachine
 from rotorsim.control.designs.lqr import Gains, LqrSpec, gains
-from rotorsim.control.designs.plants import Model
 from rotorsim.control.designs.specification import (
     Specification,
     count,
@@ -34,11 +33,11 @@ from rotorsim.control.designs.specification import (
     supply_pressure,
 )
 from rotorsim.control.errors import DesignError
-from rotorsim.control.law import LIMIT
-from rotorsim.control.law_checks import other_machine
-from rotorsim.control.numerics.systems import System
+from rotorsim.control.law import LIMIT, other_machine
+from rotorsim.control.plants import Model
 from rotorsim.control.runtime import alarm
 from rotorsim.control.runtime.guard import FARTHEST, LOST, OK, SENSOR, SIZE, guard
+from rotorsim.control.systems import System
 
 DIRECTIONS = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, -1.0]]) / np.array([[1], [1], [2**0.5], [2**0.5]])
 """Directions in which the displacement is limited, both ways."""

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorsim.base.constants import KRPM, MPA
-from rotorsim.control.designs.plants import MILLI, Model
 from rotorsim.control.designs.specification import (
     Specification,
     count,
@@ -27,8 +26,9 @@ from rotorsim.control.designs.specification import (
 )
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete
-from rotorsim.control.loop.stability_check import check_loop
-from rotorsim.control.numerics.systems import System, gain, series, side_by_side
+from rotorsim.control.plants import MILLI, Model
+from rotorsim.control.sampled_loop import check_loop
+from rotorsim.control.systems import System, gain, series, side_by_side
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,6 @@ import numpy as np
 from rotorsim.base.constants import KRPM, MPA
 from rotorsim.base.rounding import ALIKE
 from rotorsim.control.designs.observers import observer_law
-from rotorsim.control.designs.plants import Model, check_modes, design_plant, short_sampled_plant
 from rotorsim.control.designs.specification import (
     Specification,
     number,
@@ -25,8 +24,9 @@ from rotorsim.control.designs.specification import (
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law
-from rotorsim.control.loop.stability_check import check_loop
-from rotorsim.control.numerics.systems import System
+from rotorsim.control.plants import Model, check_modes, design_plant, short_sampled_plant
+from rotorsim.control.sampled_loop import check_loop
+from rotorsim.control.systems import System
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,7 @@ import numpy as np
 
 from rotorsim.base.constants import KRPM, MPA
 from rotorsim.control.designs import h2_scheduled
-from rotorsim.control.designs.h2_plant import with_integrator
-from rotorsim.control.designs.plants import Model, sampled_plant
+from rotorsim.control.designs.h2_scheduled import with_integrator
 from rotorsim.control.designs.specification import (
     Specification,
     register,
@@ -31,8 +30,9 @@ from rotorsim.control.designs.specification import (
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete, no_antiwindup, table_axes
-from rotorsim.control.loop.stability_check import check_loop
-from rotorsim.control.numerics.systems import System, added, feedback, gain
+from rotorsim.control.plants import Model, sampled_plant
+from rotorsim.control.sampled_loop import check_loop
+from rotorsim.control.systems import System, added, feedback, gain
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM
 from rotorsim.base.units import show
 from rotorsim.discrepancy.data.changes import RING, WEIGHT, known_changes, ring_angle
 from rotorsim.discrepancy.data.spectra import Trial, planned_trial
-from rotorsim.discrepancy.data.sweeps import Sweep, empty_sweep, planned_sweep
+from rotorsim.discrepancy.data.sweeps import RunupTrial, empty_sweep, planned_sweep
 from rotorsim.discrepancy.plan.allowed import allowed_here
 from rotorsim.effects.base import TURN
 from rotorsim.experiments import Coastdown, Experiment, Impact, Multisine, Runup, Staircase, Steady
@@ -37,40 +37,6 @@ POINTS = {
 """Speed [Hz], pressure [MPa], amplitude [1 V, or 20 N of a hammer] by role."""
 REPEATED = (1, 4)
 """Numbers of the records to fit that are made twice."""
-
-
-@dataclass(frozen=True)
-class PlannedRecord:
-    """Planned record: file name, role, experiment, noise seed number."""
-
-    name: str
-    role: str
-    experiment: Experiment
-    noise: int
-
-
-def campaign(machine: Machine) -> tuple[PlannedRecord, ...]:
-    """Planned records of the standard campaign for a machine."""
-    plan: list[PlannedRecord] = []
-    for role, points in POINTS.items():
-        for i, (hertz, pressure, amplitude) in enumerate(points):
-            one = _experiment(machine, hertz, pressure, amplitude, len(plan))
-            plan.append(PlannedRecord(f"{role}_{i + 1}", role, one, len(plan)))
-    repeats = [
-        PlannedRecord(f"{plan[i].name}_repeat", "fit", plan[i].experiment, len(plan) + k)
-        for k, i in enumerate(REPEATED)
-    ]
-    return (*plan, *repeats)
-
-
-def _experiment(machine: Machine, hertz: float, pressure: float, amplitude: float, number: int) -> Experiment:
-    speed = 2 * np.pi * hertz
-    if machine.film is not None and machine.injectors:
-        return Multisine(speed, pressure * MPA, amplitude, LOW, HIGH, PERIOD, PERIODS, SPACING, sequence=number)
-    angle = float(np.deg2rad(35 + 20 * (number % 3)))
-    return Impact(speed, 0.0, 20 * amplitude, 2e-3, angle, 2, 1.0, 0.4)
-
-
 SPEEDS = (0.0, 15.0, 30.0, 50.0, 70.0, 90.0, 110.0)
 """Shaft speeds [Hz] that a plan tries."""
 SLOW_ROLL = 5.0
@@ -106,6 +72,38 @@ NEAR = 0.02
 
 
 @dataclass(frozen=True)
+class PlannedRecord:
+    """Planned record: file name, role, experiment, noise seed number."""
+
+    name: str
+    role: str
+    experiment: Experiment
+    noise: int
+
+
+def campaign(machine: Machine) -> tuple[PlannedRecord, ...]:
+    """Planned records of the standard campaign for a machine."""
+    plan: list[PlannedRecord] = []
+    for role, points in POINTS.items():
+        for i, (hertz, pressure, amplitude) in enumerate(points):
+            one = _experiment(machine, hertz, pressure, amplitude, len(plan))
+            plan.append(PlannedRecord(f"{role}_{i + 1}", role, one, len(plan)))
+    repeats = [
+        PlannedRecord(f"{plan[i].name}_repeat", "fit", plan[i].experiment, len(plan) + k)
+        for k, i in enumerate(REPEATED)
+    ]
+    return (*plan, *repeats)
+
+
+def _experiment(machine: Machine, hertz: float, pressure: float, amplitude: float, number: int) -> Experiment:
+    speed = 2 * np.pi * hertz
+    if machine.film is not None and machine.injectors:
+        return Multisine(speed, pressure * MPA, amplitude, LOW, HIGH, PERIOD, PERIODS, SPACING, sequence=number)
+    angle = float(np.deg2rad(35 + 20 * (number % 3)))
+    return Impact(speed, 0.0, 20 * amplitude, 2e-3, angle, 2, 1.0, 0.4)
+
+
+@dataclass(frozen=True)
 class ExperimentOption:
     """An experiment at an operating point, what is changed on purpose for it, and its minutes of rig time.
 
@@ -119,7 +117,7 @@ class ExperimentOption:
     weight: tuple[float, float, int] | None = None
     probe_angle: float | None = None
     ring: float = 0.0
-    like: Sweep | None = field(default=None, repr=False, compare=False)
+    like: RunupTrial | None = field(default=None, repr=False, compare=False)
 
     @property
     def speed(self) -> float:
@@ -201,7 +199,7 @@ def _what(one: Experiment) -> str:
 
 def options(machine: Machine, trials: Sequence[Trial], allow: Iterable[str]) -> tuple[ExperimentOption, ...]:
     """Experiments with the allowed changes, otherwise as in the records; raises DataError for what cannot be done."""
-    sweeps = [t for t in trials if isinstance(t, Sweep)]
+    sweeps = [t for t in trials if isinstance(t, RunupTrial)]
     one_probe = any(t.probe_angle is not None for t in trials)
     allowed = allowed_here(machine, allow, len(sweeps) == len(trials), one_probe)
     if len(sweeps) == len(trials):
@@ -290,13 +288,13 @@ def _on_turned_ring(option: ExperimentOption) -> ExperimentOption:
     return replace(option, ring=RING_ANGLE, minutes=option.minutes + MOUNT)
 
 
-def _vectors(one: Coastdown) -> Sweep:
+def _vectors(one: Coastdown) -> RunupTrial:
     """An empty table of vectors of a coast-down, a row for every 2.5 Hz."""
     speeds = np.arange(one.start, one.stop - 1e-9, -2 * np.pi * 2.5)[1:-1]
     return empty_sweep(speeds, one.pressure)
 
 
-def _of_sweep(machine: Machine, like: Sweep, allowed: Sequence[str]) -> Iterator[ExperimentOption]:
+def _of_sweep(machine: Machine, like: RunupTrial, allowed: Sequence[str]) -> Iterator[ExperimentOption]:
     """Run-ups over the speeds of a table of vectors."""
     rate = float(abs(like.rows[-1, 0] - like.rows[0, 0]) / (len(like.rows) * RIG_SAMPLE))
     low, high = float(min(like.speeds)), float(max(like.speeds))
@@ -319,7 +317,7 @@ def _of_sweep(machine: Machine, like: Sweep, allowed: Sequence[str]) -> Iterator
         yield replace(usual, experiment=down, like=back)
 
 
-def _mounted(option: ExperimentOption, like: Sweep) -> ExperimentOption:
+def _mounted(option: ExperimentOption, like: RunupTrial) -> ExperimentOption:
     """Experiment with the time in which a probe is turned to another angle."""
     turned = option.probe_angle != like.probe_angle
     return replace(option, minutes=option.minutes + MOUNT) if turned else option

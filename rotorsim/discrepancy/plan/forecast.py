@@ -31,9 +31,8 @@ import numpy as np
 
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.discrepancy.data.changes import ring_axes
-from rotorsim.discrepancy.data.groups import EXCITED, NAMES, Layout, make_layout
-from rotorsim.discrepancy.data.spectra import Trial
-from rotorsim.discrepancy.data.sweeps import Sweep
+from rotorsim.discrepancy.data.spectra import EXCITED, GROUPS, DataLayout, Trial, make_layout
+from rotorsim.discrepancy.data.sweeps import RunupTrial
 from rotorsim.discrepancy.evidence import ModelForm, model_form, posterior_root, whitened_size
 from rotorsim.discrepancy.explanation import SURE
 from rotorsim.discrepancy.fit import ParameterFit
@@ -46,6 +45,8 @@ from rotorsim.effects import REGISTRY
 
 DRAWS = 48
 """Draws of a new record for each explanation."""
+Columns = dict[tuple[int, str], np.ndarray]
+"""Sensitivities (n,) [m per unit] by number of the explanation and key; -1 is common to all."""
 
 
 @dataclass(frozen=True)
@@ -211,10 +212,6 @@ def separation(predicted: Sequence[PredictedResponse], sigma: np.ndarray) -> np.
     return np.maximum(out, out.T)
 
 
-Columns = dict[tuple[int, str], np.ndarray]
-"""Sensitivities (n,) [m per unit] by number of the explanation and key; -1 is common to all."""
-
-
 @dataclass(eq=False)
 class Forecast:
     """Explanations by their fits and the relative error of the model's form that each leaves."""
@@ -303,7 +300,7 @@ class Forecast:
             out.append(PredictedResponse(mean, J @ root, error * shape))
         return out
 
-    def _column(self, k: int, p: FitParameter, trial: Trial, layout: Layout, columns: Columns) -> np.ndarray:
+    def _column(self, k: int, p: FitParameter, trial: Trial, layout: DataLayout, columns: Columns) -> np.ndarray:
         if p.key in DIRECTIONS:
             channel = {"offset_x": 0, "offset_y": 1}.get(p.key, -1)
             slow = (layout.frequency == 0) & ~layout.drift & (layout.channel == channel)
@@ -338,7 +335,7 @@ class Forecast:
 
 def _samples(trial: Trial) -> float:
     """Samples that a line of a trial, or a vector of a run-up, is taken over."""
-    if isinstance(trial, Sweep):
+    if isinstance(trial, RunupTrial):
         return float(np.median(2 * np.pi * trial.turns / (np.abs(trial.speeds) * RIG_SAMPLE)))
     return float(trial.length * trial.blocks)
 
@@ -355,7 +352,7 @@ def in_proportion(columns: Columns, usual: Trial, other: Trial) -> Columns | Non
     if usual.spectra.shape != other.spectra.shape or usual.orders or other.orders or _drive(usual) == 0:
         return None
     layout, size = make_layout([usual]), _drive(other) / _drive(usual)
-    driven = np.isin(layout.group, [NAMES.index(name) for name in (*EXCITED, "between")])
+    driven = np.isin(layout.group, [GROUPS.index(name) for name in (*EXCITED, "between")])
     return {key: np.where(driven, size, 1.0) * column for key, column in columns.items()}
 
 

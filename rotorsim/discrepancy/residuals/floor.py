@@ -16,8 +16,7 @@ from itertools import combinations
 import numpy as np
 
 from rotorsim.discrepancy.data.changes import RING_KEY
-from rotorsim.discrepancy.data.groups import Layout
-from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.data.spectra import DataLayout, Trial
 
 TOLERANCE = 0.004
 """Declared tolerance of the model: share of a line."""
@@ -159,7 +158,7 @@ def _slow(
 
 
 def floor(
-    trials: list[Trial], layout: Layout, scatter: np.ndarray, means: np.ndarray, drifts: np.ndarray,
+    trials: list[Trial], layout: DataLayout, scatter: np.ndarray, means: np.ndarray, drifts: np.ndarray,
     response: np.ndarray, solver: np.ndarray, tolerance: float = TOLERANCE,
 ) -> np.ndarray:  # fmt: skip
     """Noise floor (n,) [m] of the data vector; response and solver (n,) [m] are data vectors."""
@@ -176,7 +175,7 @@ def floor(
     return np.asarray(np.sqrt(total))
 
 
-def modulus(layout: Layout, vector: np.ndarray) -> np.ndarray:
+def modulus(layout: DataLayout, vector: np.ndarray) -> np.ndarray:
     """Magnitude (n,) of the spectral line to which each number belongs."""
     out = np.abs(vector)
     for i in range(layout.record.max() + 1):

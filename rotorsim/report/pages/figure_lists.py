@@ -10,7 +10,7 @@ from rotorsim.experiments import EXPERIMENTS
 from rotorsim.report.pages import sections as s
 from rotorsim.report.pages.run import Run
 from rotorsim.report.pages.sections import Section
-from rotorsim.signals.missing import MissingError
+from rotorsim.signals.record_blocks import MissingError
 
 SWEPT = (s.BODE, s.WATERFALL, s.FULL, s.ORBITS, s.OVERVIEW)
 EXPECTED: dict[str, tuple[Section, ...]] = {
