@@ -12,7 +12,7 @@ from pathlib import Path
 
 from rotorsim.control import designs as controllers
 
-LAWS = tuple(name for name in controllers.__all__ if name not in controllers.IN_PYTHON)
+LAWS = tuple(name for name in dir(controllers) if name not in controllers.IN_PYTHON)
 """Names of the designs that write a law."""
 
 

@@ -121,7 +121,8 @@ def _literal(text: str, known: Quantity | None) -> str:
 def option(entry: Field[Any], known: Quantity) -> tuple[Any, Any]:
     """Annotation and default text of a parameter's option."""
     hint = f" One of {', '.join(known.choices)}." if known.choices else ""
-    name, default = f"--{entry.name.replace('_', '-')}", entry.default
+    name = f"--{entry.name.replace('_', '-')}"
+    default: Any = entry.default
     if default is None:
         return Annotated[str | None, typer.Option(name, help=known.doc + hint)], None
     shown = str(default) if known.choices else show(default, known.unit)

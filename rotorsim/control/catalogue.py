@@ -18,7 +18,7 @@ from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.plants import Model, frozen, outside, point_text, range_text
 
-for _name in designs.__all__:
+for _name in dir(designs):
     getattr(designs, _name)  # which registers it
 for _name in sorted(DESIGNS):
     DESIGNS[_name] = DESIGNS.pop(_name)
