@@ -9,3 +9,4 @@ from . import (
     placement as placement,
     youla as youla,
 )
+IN_PYTHON: tuple[str, ...]
