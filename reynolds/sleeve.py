@@ -186,7 +186,7 @@ class Grooves(SleeveForm):
             yield "land", f"'{show(self.land, 'm')}' goes with a herringbone; remove it"
 
     def misfits(self, length: float) -> Iterator[tuple[str, str]]:
-        """The land leaves grooves beside it."""
+        """The land leaves grooves on both sides."""
         if self.land >= length:
             yield (
                 "land",
