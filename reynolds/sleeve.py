@@ -48,6 +48,10 @@ class SleeveForm:
         """Values that do not fit a film of a `length` [m]: fields and sentences."""
         return iter(())
 
+    def remedy(self, load: float, clearance: float, area: float) -> str:
+        """Remedy where a `load` [N] alone closes a `clearance` [m] over an `area` [m^2]; empty where it does not."""
+        return ""
+
 
 @dataclass(frozen=True)
 class Lobes(SleeveForm):
@@ -184,7 +188,7 @@ class Grooves(SleeveForm):
             yield "land", f"'{show(self.land, 'm')}' goes with a herringbone; remove it"
 
     def misfits(self, length: float) -> Iterator[tuple[str, str]]:
-        """The land leaves grooves beside it."""
+        """The land leaves grooves on both sides."""
         if self.land >= length:
             yield (
                 "land",
@@ -226,6 +230,14 @@ class Foil(SleeveForm):
         """Relaxation time [s] of the foundation."""
         return self.loss_factor / self.loss_frequency
 
+    def remedy(self, load: float, clearance: float, area: float) -> str:
+        """A stiffer foil where the `load` [N] bends it by more than the `clearance` [m] over an `area` [m^2]."""
+        if load <= self.stiffness * clearance * area:
+            return ""
+        least = show(float(f"{load / (clearance * area):.1g}"), "N/m^3")
+        bent = show(float(f"{load / (self.stiffness * area):.2g}"), "m")
+        return f"the load bends the foil by {bent}; give a foil well above '{least}'"
+
 
 @dataclass(frozen=True)
 class Sleeve:
@@ -261,6 +273,13 @@ class Sleeve:
             yield from ((f"{path}.{name}", sentence) for name, sentence in form.misfits(length))
         if self.grooves is not None and self.steps:
             yield "steps", "do not go with grooves in the same film; remove the ones or the others"
+
+    @property
+    def modules(self) -> tuple[str, ...]:
+        """Modules of `reynolds` that compute it and not a plain cylinder."""
+        foil, textured = self.foil is not None, self.textured
+        needed = {"sleeve": foil, "texture": textured, "differences": foil or textured}
+        return tuple(name for name, there in needed.items() if there)
 
     @property
     def textured(self) -> bool:
