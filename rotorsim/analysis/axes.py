@@ -11,7 +11,7 @@ import numpy as np
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import NUMBER, parse
-from rotorsim.machine.usual import ask
+from rotorsim.machine.plausibility import ask
 
 TEXT = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*", re.ASCII)
 """Number and unit."""

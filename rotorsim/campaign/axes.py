@@ -22,9 +22,8 @@ from rotorsim.effects import REGISTRY, Effect
 from rotorsim.experiments import EXPERIMENTS, Experiment
 from rotorsim.experiments.experiment import check_seed
 from rotorsim.machine import Machine
-from rotorsim.machine.edit import ANY
+from rotorsim.machine.file_text import ANY, declarations
 from rotorsim.machine.part import Part
-from rotorsim.machine.toml import declarations
 
 Kind = type[Experiment] | type[Analysis]
 KINDS: dict[str, Kind] = {**EXPERIMENTS, **ANALYSES}

@@ -44,8 +44,8 @@ from rotorsim.campaign.plan_file import (
 from rotorsim.experiments.experiment import check_seed
 from rotorsim.experiments.parameters import ask_speeds, fastest
 from rotorsim.machine import Machine, machine_text, shipped_machines
-from rotorsim.machine.sampling import check_speed
-from rotorsim.machine.usual import ask_machine
+from rotorsim.machine.numerics import check_speed
+from rotorsim.machine.plausibility import ask_machine
 
 
 def shipped_plans() -> tuple[str, ...]:

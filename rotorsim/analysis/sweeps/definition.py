@@ -24,10 +24,10 @@ from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.sentences import did_you_mean
 from rotorsim.base.units import NUMBER, parse, show
-from rotorsim.machine.edit import expanded
-from rotorsim.machine.rim_speed import ask_rim_speed
+from rotorsim.machine.file_text import expanded
+from rotorsim.machine.plausibility import ask_machine
+from rotorsim.machine.running_limits import ask_rim_speed
 from rotorsim.machine.schema import Machine
-from rotorsim.machine.usual import ask_machine
 from rotorsim.plant.plant import Plant, as_plant
 
 POINTS = {"speed": "rad/s", "pressure": "Pa"}
