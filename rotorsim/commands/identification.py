@@ -252,9 +252,9 @@ def identification_vs_physics(
     refuse_campaign(out)
     plant, layout = plant_of(machine), _layout(quick, speed, pressure)
     from rotorsim.report.pages.study import save_study_page
-    from rotorsim.study.identification_vs_physics import study
+    from rotorsim.study.identification_vs_physics import HEADS, rows, study, summary
     from rotorsim.study.identify_records import sources_of
-    from rotorsim.study.pages import HEADS, identification_blocks, rows, summary
+    from rotorsim.study.pages import identification_blocks
     from rotorsim.study.plans import COUNTED, run
 
     records = [str(folder.absolute()) for folder in campaign or []]
