@@ -18,7 +18,7 @@ import numpy as np
 from identification.errors import UnfitError
 from identification.records.runout import HARMONICS, Runout, estimate_runout, fitting_count, harmonics
 from identification.records.sampling import sampling_time
-from identification.records.schema import require, validate
+from identification.records.schema import measured, require, validate
 from identification.records.sensors import probe_outputs
 from identification.records.stretches import Signals
 
@@ -58,14 +58,6 @@ class Prefilter:
     order: int = 4
     bias: bool = True
     probes: tuple[str, ...] = ()
-
-
-def measured(record: xr.Dataset, name: str) -> np.ndarray | None:
-    """The measured channel, or the true one where there is no other; None where there is none."""
-    for key in (f"{name}_measured", name):
-        if key in record:
-            return np.asarray(record[key].values, float)
-    return None
 
 
 def chosen_output(record: xr.Dataset, settings: Prefilter | None) -> xr.Dataset:
