@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fmu.linear_tables import numbers
+from fmu.linear_model import numbers
 from fmu.model import wrapper_text
 from fmu.tables import MAGIC, array, row, runs
 from fmu.variables import Variable

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fmu.checks.importer import ImportedUnit
+from fmu.importer import ImportedUnit
 from fmu.law_unit import LawUnit
 from fmu.model import PlantUnit, Unit
 from fmu.variables import Variable

@@ -1,20 +1,5 @@
-from .catalogue import (
-    DESIGNS as DESIGNS,
-    design as design,
-    field_rows as field_rows,
-    make_spec as make_spec,
-)
-from .designs import (
-    h2_scheduled as h2_scheduled,
-    hinf as hinf,
-    lead as lead,
-    lpv as lpv,
-    lqr as lqr,
-    mpc as mpc,
-    p as p,
-    placement as placement,
-    youla as youla,
-)
+from .catalogue import DESIGNS as DESIGNS, design as design, field_rows as field_rows, make_spec as make_spec
+from .designs import *  # noqa: F403
 from .designs.uncertain import uncertainty_between as uncertainty_between
 from .errors import DesignError as DesignError, LawError as LawError
 from .law import Law as Law, load_law as load_law

@@ -32,14 +32,14 @@ from rotorsim.control.errors import LawError
 from rotorsim.control.plausibility import Plausibility
 from rotorsim.control.runtime import alarm
 from rotorsim.control.runtime.guard import LOST
-from rotorsim.control.runtime.kernels import Layout, make_layout, refresh, step
+from rotorsim.control.runtime.kernels import LawLayout, make_layout, refresh, step
 
 MATRICES = law_exchange.MATRICES
 LIMIT = 5.0
 """Range of the reference [V]."""
 
 
-class Settings(NamedTuple):
+class LawSettings(NamedTuple):
     """Settings of a running law apart from its table; times in samples."""
 
     refresh: float
@@ -144,7 +144,7 @@ class Law(Shown):
         return self.speeds.size * self.pressures.size > 1
 
     @cached_property
-    def layout(self) -> Layout:
+    def layout(self) -> LawLayout:
         """Offsets in table and memory."""
         predictors = None if self.plausibility is None else self.plausibility.sizes
         return make_layout(self.order, self.speeds.size, self.pressures.size, predictors)
@@ -163,11 +163,11 @@ class Law(Shown):
         return np.concatenate(own if self.plausibility is None else (*own, self.plausibility.axes))
 
     @cached_property
-    def settings(self) -> Settings:
+    def settings(self) -> LawSettings:
         """Times in samples, limits, bias."""
         average = 0 if self.centre is not None else round(self.average / self.Ts)
         values = (self.refresh, round(self.start / self.Ts), average, round(self.fade / self.Ts), self.limit)
-        return Settings(*map(float, values), *map(float, self.bias))
+        return LawSettings(*map(float, values), *map(float, self.bias))
 
     @cached_property
     def memory(self) -> np.ndarray:

@@ -197,7 +197,7 @@ def largest(matrices: np.ndarray) -> np.ndarray:
 
 
 def level_frequencies(system: System, level: float) -> np.ndarray:
-    """Where a singular value may equal `level`, which exceeds that of D, and the frequencies half way between."""
+    """Frequencies at which a singular value may equal `level`, which exceeds that of D, and those half way between."""
     A, B, C, D = system
     R = level**2 * np.eye(B.shape[1]) - D.T @ D
     inner = np.linalg.solve(R, np.hstack([D.T @ C, B.T]))

@@ -279,11 +279,9 @@ class DiagnosisRun:
         self, base: ParameterFit, flags: list[Misfit], verdict: SearchVerdict, search: EffectSearch | None
     ) -> tuple[Explanation, ...]:  # fmt: skip
         """Probabilities of the explanations; none where their evidence has no number."""
-        tried = [*verdict.tried, *verdict.rivals, *([verdict.best] if verdict.best else [])]
+        excess_of_unsteady = sum(f.excess for f in flags if f.group == UNSTEADY)
         try:
-            return explanation_odds(
-                self.fitted, base, search, tried, sum(f.excess for f in flags if f.group == UNSTEADY)
-            )
+            return explanation_odds(self.fitted, base, search, verdict.fitted, excess_of_unsteady)
         except NoAnswerError:
             return ()
 
@@ -295,8 +293,9 @@ class DiagnosisRun:
         def planned(allow: Iterable[str], longest: float, sure: float) -> ExperimentPlan:
             from rotorsim.discrepancy.plan.ranking import plan_next, rivals_of  # experiments load when they are planned
 
-            tried = [*verdict.tried, *verdict.rivals, *([verdict.best] if verdict.best else [])]
-            fits = {h.keys: h.fit for h in sorted(tried, key=lambda h: -h.fit.cost) if not h.failed} | {(): base}
+            fits = {h.keys: h.fit for h in sorted(verdict.fitted, key=lambda h: -h.fit.cost) if not h.failed} | {
+                (): base
+            }
             others = [e for e in rivals_of(judged) if len(e.effects) == 1 and e.effects not in fits]
             if search is not None and others:
                 fits |= search.tangents(e.effects[0] for e in others if e.shown)

@@ -55,6 +55,10 @@ MOST_NODES = 60
 """Most intervals of the hat functions over frequency."""
 LEAST = 1e-6
 """Variance, relative to the largest, of directions that are left out."""
+WIDE = 1e290
+"""Prior standard deviation from which on a parameter has none of its own."""
+SHARES, EXCESSES = np.geomspace(1e-3, 0.5, 10), np.geomspace(1.0, 300.0, 16)
+"""Shares of the lines that something beyond the catalogue touches, and its size there in floors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,12 +183,6 @@ def _parts(layout: DataLayout, channel: int) -> list[np.ndarray]:
         real[own[: 2 + (len(own) - 2) // 2]] = True
     mine = layout.channel == channel
     return [mine & real, mine & ~real]
-
-
-WIDE = 1e290
-"""Prior standard deviation from which on a parameter has none of its own."""
-SHARES, EXCESSES = np.geomspace(1e-3, 0.5, 10), np.geomspace(1.0, 300.0, 16)
-"""Shares of the lines that something beyond the catalogue touches, and its size there in floors."""
 
 
 @dataclass(frozen=True)

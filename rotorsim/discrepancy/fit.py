@@ -26,7 +26,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -46,13 +45,25 @@ from rotorsim.discrepancy.twin.parameters import (
 )
 from rotorsim.discrepancy.twin.plant import Twin
 
-if TYPE_CHECKING:
-    from rotorsim.discrepancy.residuals.comparison import TwinComparison
-
 MOST_STEPS, MOST_DAMPING = 8, 1e4
 """Most steps of a fit, and damping from which on it ends."""
 ENOUGH = 1.0
 """Fall of the sum of squares in a step below which a fit ends (a thousandth of the sum at least)."""
+MOST_ROUNDS = 4
+"""Most fits with the Jacobian at their own point."""
+STILL = 0.25
+"""Fall of the sum of squares, as the Jacobian at the point foretells it, below which a fit has ended: half a standard
+deviation."""
+KEY = "shaft_stiffness"
+"""Key of the parameter that is scanned."""
+REACH, STEPS, FINER = 2.5, 21, 2
+"""Reach of the scan in standard deviations of the prior, number of its steps, number of refinements."""
+MOST_REPEATS = 2
+"""Most continued fits from a rough one."""
+IMPLAUSIBLE = 3.0
+"""Standard deviations of its prior beyond which a calibration parameter is not believed."""
+ROUGH = 0.02
+"""Tolerance of the first fit, before the solver is proven."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,13 +172,6 @@ def singular_directions(
     return found
 
 
-MOST_ROUNDS = 4
-"""Most fits with the Jacobian at their own point."""
-STILL = 0.25
-"""Fall of the sum of squares, as the Jacobian at the point foretells it, below which a fit has ended: half a standard
-deviation."""
-
-
 def finished(comparison: TwinComparison, fit: ParameterFit, progress: Callable[[], None] | None = None) -> ParameterFit:
     """Converged fit with central-difference Jacobians at its own point, the last one included."""
     for number in range(MOST_ROUNDS):
@@ -217,12 +221,6 @@ def sd_of_polar(c: float, s: float, V: np.ndarray, base: complex = 0.0) -> tuple
     return a, phi, float(np.sqrt(along @ V @ along)), float(np.sqrt(across @ V @ across) / max(a, 1e-300))
 
 
-KEY = "shaft_stiffness"
-"""Key of the parameter that is scanned."""
-REACH, STEPS, FINER = 2.5, 21, 2
-"""Reach of the scan in standard deviations of the prior, number of its steps, number of refinements."""
-
-
 def nearest(
     comparison: TwinComparison, parameters: tuple[FitParameter, ...], progress: Callable[[], None]
 ) -> ParameterPoint:
@@ -248,14 +246,6 @@ def nearest(
         gap = abs(values[1] - values[0]) / 3
         values = best + gap * np.array([-1.0, 1.0])
     return ParameterPoint({parameter: best}) if best else ParameterPoint()
-
-
-MOST_REPEATS = 2
-"""Most continued fits from a rough one."""
-IMPLAUSIBLE = 3.0
-"""Standard deviations of its prior beyond which a calibration parameter is not believed."""
-ROUGH = 0.02
-"""Tolerance of the first fit, before the solver is proven."""
 
 
 def recalibrate(

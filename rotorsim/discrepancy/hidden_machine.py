@@ -28,8 +28,6 @@ from rotorsim.discrepancy.twin.parameters import (
     FitParameter,
     ParameterPoint,
     calibration,
-    contributions,
-    setting,
 )
 from rotorsim.discrepancy.twin.plant import Twin, in_motion
 from rotorsim.effects import REGISTRY, Effect
@@ -66,13 +64,12 @@ class HiddenTruth:
 
     def as_dict(self, twin: Twin) -> dict[str, Any]:
         """Plain numbers and text of the truth, as they are sealed."""
-        own = {key: v for key, v in setting(twin, contributions(self.point.values, 0.0, 0.0), self.point.fixed).items()}
         return {
             "effects": [f.effect for f in self.forms],
             "forms": [f.label for f in self.forms],
             "fit_parameters": {k.name: v for k, v in self.point.values.items()},
             "fixed": dict(self.point.fixed),
-            "parameters": own,
+            "parameters": self.point.setting(twin),
             "seed": self.seed,
         }
 
@@ -162,7 +159,7 @@ def record_of(
     """
     speed, pressure = planned.experiment.initial()
     rows = planned.experiment.rows(0, planned.experiment.samples)
-    own = setting(twin, contributions(point.values, speed, pressure, changes), point.fixed)
+    own = point.setting(twin, speed, pressure, changes)
     tiled = tiled and disturb is None and find_period(rows[:, 2:4]) == TILE
     drive = rows[-TILE:, 2:4]
     balanced = bool(np.abs(drive.mean(axis=0)).max() <= BALANCED * max(np.abs(drive).max(), 1e-300))

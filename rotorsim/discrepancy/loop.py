@@ -191,7 +191,7 @@ class DecisionLoop:
         return max((p for name, p in found.odds.items() if name != NOTHING), default=0.0) >= self.sure
 
     def _end(self, found: Diagnosis, steps: DecisionSteps) -> str:
-        """How the loop ends, or 'open'."""
+        """End of the loop, a key of `ENDS`; 'open' while it goes on."""
         if self._settled(found):
             return "decided"
         end = self._unsettled_end(found, steps)

@@ -51,10 +51,12 @@ ELSE = 0.05
 LESS_EXACT = 10.0
 """Error of an effect's form over that of the whole model: where a response is within 1 %, a crack's or a rub's is
 within 10 %."""
-
-
 NARROWED = 0.3
 """Standard deviation of a size, over the prior one, from which on the records do not show it."""
+RIVAL = 0.01
+"""Probability from which an explanation is a rival of a tie."""
+LIKELY = 0.5
+"""Probability of something beyond the catalogue from which no name is given."""
 
 
 def explanation_odds(
@@ -177,12 +179,6 @@ def _with_unseen(nothing: Explanation, unseen: tuple[Explanation, ...]) -> Expla
     """Nothing missing together with what the records do not show."""
     probability = nothing.probability + sum(e.probability for e in unseen)
     return replace(nothing, probability=probability, unseen=unseen)
-
-
-RIVAL = 0.01
-"""Probability from which an explanation is a rival of a tie."""
-LIKELY = 0.5
-"""Probability of something beyond the catalogue from which no name is given."""
 
 
 def by_odds(verdict: SearchVerdict, odds: Sequence[Explanation], known: Iterable[str]) -> SearchVerdict:

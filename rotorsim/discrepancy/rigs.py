@@ -120,7 +120,7 @@ class FolderRig:
 
     @property
     def name(self) -> str:
-        """Its absolute path."""
+        """Absolute path of the folder."""
         return str(self.folder.resolve())
 
     def check(self, out: str | Path | None) -> None:

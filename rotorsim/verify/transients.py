@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorsim.base.constants import KRPM, MPA, RIG_SAMPLE, TO_UM
-from rotorsim.experiments.impact import Impact
+from rotorsim.experiments.catalogue.impact import Impact
 from rotorsim.plant import Plant
 from rotorsim.verify.runs import AnyLaw, Frozen, Run, run_rows, steady_rows
 

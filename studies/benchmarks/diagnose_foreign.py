@@ -10,6 +10,7 @@ with 1.
 
 from __future__ import annotations
 
+import argparse
 import math
 import sys
 import time
@@ -174,9 +175,14 @@ def verdict(case: str, found: Diagnosis) -> str:
 
 def main() -> int:
     """Diagnose each case and print a row of the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("case", nargs="*", help=f"one of {', '.join(CASES)}; all when not given")
+    cases = parser.parse_args().case or list(CASES)
+    for unknown in (case for case in cases if case not in CASES):
+        parser.error(f"case '{unknown}' is not known; choose one of {', '.join(CASES)}")
     verdicts = []
     print("| case | status | effects | ties | verdict | seconds |\n|---|---|---|---|---|---|")
-    for case in sys.argv[1:] or list(CASES):
+    for case in cases:
         machine, records = CASES[case]()
         begin = time.perf_counter()
         try:

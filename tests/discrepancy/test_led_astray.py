@@ -7,7 +7,7 @@ from rotorsim.discrepancy import diagnose, hide
 from rotorsim.discrepancy.fit import ParameterFit, strained
 from rotorsim.discrepancy.hidden_machine import HiddenTruth, truth_twin
 from rotorsim.discrepancy.residuals.misfit import Misfit
-from rotorsim.discrepancy.search import second_effect
+from rotorsim.discrepancy.search import hypotheses
 from rotorsim.discrepancy.search.candidates import Form, candidates
 from rotorsim.discrepancy.search.hypotheses import EffectSearch
 from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
@@ -110,9 +110,9 @@ def test_harmonics_that_an_effect_hardly_makes_are_measured_by_its_largest_one(m
             for name, s in zip(("1X", "2X"), residual, strict=True)
         ]
 
-    monkeypatch.setattr(second_effect, "table", groups)
+    monkeypatch.setattr(hypotheses, "table", groups)
     after = np.array([0.0, left])
-    assert second_effect.within_form_error(None, after + np.array([1.0, 0.0]), after) == form_error
+    assert hypotheses.within_form_error(None, after + np.array([1.0, 0.0]), after) == form_error
 
 
 def test_the_size_by_sensitivities_alone_is_that_of_least_squares(monkeypatch):

@@ -11,10 +11,10 @@ import pytest
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.netcdf import write_netcdf
-from rotorsim.discrepancy import decide
+from rotorsim.discrepancy import decide, rigs
 from rotorsim.discrepancy.explanation import Explanation
 from rotorsim.discrepancy.hidden_machine import read_truth
-from rotorsim.discrepancy.loop import DecisionLoop, _with_files, rigs
+from rotorsim.discrepancy.loop import DecisionLoop, _with_files
 from rotorsim.discrepancy.outcome.steps import FILE, OTHERS, DecisionStep, DecisionSteps, read_steps
 from rotorsim.discrepancy.plan.allowed import ALLOWED
 from rotorsim.discrepancy.rigs import FolderRig, VirtualRig, open_rig

@@ -7,7 +7,7 @@ import pytest
 
 from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.residuals.misfit import Misfit
-from rotorsim.discrepancy.search import second_effect
+from rotorsim.discrepancy.search import hypotheses
 from rotorsim.discrepancy.search.candidates import Form, alike_by_weight, of_one_force, same_class
 from rotorsim.discrepancy.search.hypotheses import EffectSearch, cancel, within_form_error
 from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
@@ -27,7 +27,7 @@ def test_what_is_small_in_the_groups_of_the_effect_itself_is_its_form_error(monk
         sizes = {"1X": abs(residual[0]), "2X": abs(residual[1])}
         return [Misfit("a", "p", "x", g, 2, 2 * (s / 1e-3) ** 2, s, 1e-3, 0.0, 0) for g, s in sizes.items()]
 
-    monkeypatch.setattr(second_effect, "table", groups)
+    monkeypatch.setattr(hypotheses, "table", groups)
     after = np.array([left, 0.0]) if group == "1X" else np.array([0.0, left])
     assert within_form_error(None, after + np.array([1.0, 0.0]), after) == form_error
 

@@ -11,7 +11,7 @@ from rotorsim.discrepancy.outcome.machine_file import Findings, IdentifiedEffect
 from rotorsim.discrepancy.search.candidates import candidates
 from rotorsim.discrepancy.twin.parameters import calibration
 from rotorsim.discrepancy.twin.plant import Twin
-from rotorsim.experiments.impact import Impact
+from rotorsim.experiments.catalogue.impact import Impact
 from rotorsim.experiments.running import run
 from rotorsim.machine import load_machine
 

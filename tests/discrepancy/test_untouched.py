@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rotorsim.discrepancy.residuals.misfit import Misfit
-from rotorsim.discrepancy.search import untouched
+from rotorsim.discrepancy.search import verdict
 from rotorsim.discrepancy.search.verdict import objection, untouched_gone
 
 
@@ -13,7 +13,7 @@ def group(rms, name="2X", floor=1e-8, n=50):
 
 
 def gone(monkeypatch, before, after):
-    monkeypatch.setattr(untouched, "table", lambda comparison, residual: before if residual[0] == 0 else after)
+    monkeypatch.setattr(verdict, "table", lambda comparison, residual: before if residual[0] == 0 else after)
     return untouched_gone(None, np.zeros(1), np.ones(1))
 
 

@@ -235,7 +235,7 @@ def _at(speed, pressure):
 
 @pytest.mark.slow
 def test_on_the_rig_the_run_up_is_tracked_as_the_plants_eigenvalues_move():
-    from rotorsim.experiments.prbs import bits
+    from rotorsim.experiments.catalogue.prbs import bits
 
     plant = rs.Plant("dtu_gas_bearing", n_theta=16, n_z=8)
     t = np.arange(100000) * TS

@@ -26,8 +26,8 @@ BY_NAME = {
     "identification/readers/__init__.py",
     "rotorsim/base/public.py",
     "rotorsim/campaign/workers/case_process.py",
-    "rotorsim/commands/lazy_group.py",
     "rotorsim/effects/__init__.py",
+    "rotorsim/experiments/catalogue/__init__.py",
     "rotorsim/study/pool.py",
 }
 """Files that may import a module by a name: tables of public names, effects, readers, commands, cases of workers."""

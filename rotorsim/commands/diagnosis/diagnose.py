@@ -17,9 +17,8 @@ from rotorsim.base.errors import RotorsimError
 from rotorsim.base.progress import end_line
 from rotorsim.commands.diagnosis.options import DataOptions, ExperimentOptions
 from rotorsim.commands.diagnosis.output import Stages, StepPrinter, show
-from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import AsJson, GivenMachine, WithReport, a_folder, resumable
-from rotorsim.commands.page_options import PageOptions
+from rotorsim.commands.options import AsJson, GivenMachine, PageOptions, WithReport, a_folder, resumable
+from rotorsim.commands.registry import command
 from rotorsim.commands.results import results
 
 if TYPE_CHECKING:
@@ -31,7 +30,8 @@ MONTH = 30 * 86400.0
 """Time [s] for which an interrupted diagnosis waits for the same command."""
 
 
-@example(
+@command(
+    "diagnose",
     "rotorsim diagnose dtu_gas_bearing puzzle/records --out diagnosis",
     "rs.diagnose('dtu_gas_bearing', 'puzzle/records')",
 )

@@ -11,12 +11,13 @@ import typer
 from rotorsim.base.errors import DataError
 from rotorsim.base.progress import line
 from rotorsim.commands.completion import parameters
-from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, GivenMachine, a_folder, note_compiling
+from rotorsim.commands.registry import command
 from rotorsim.commands.results import results
 
 
-@example(
+@command(
+    "hide",
     "rotorsim hide dtu_gas_bearing --effect coupling.force_2x --seed 3 --out puzzle",
     "rs.hide(rs.load_machine('dtu_gas_bearing'), ('coupling.force_2x',), 3, 'puzzle')",
 )

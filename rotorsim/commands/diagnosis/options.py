@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from rotorsim.discrepancy.rigs import ExperimentRig
     from rotorsim.machine import Machine
 
+BUDGET, WAIT = "30 min", "8 h"
+"""Rig time of the experiments, and longest time to wait for a record, where none is given."""
+
 
 @dataclass(frozen=True)
 class DataOptions:
@@ -50,10 +53,6 @@ class DataOptions:
         if not 0 < self.tolerance < 1:
             text = f"--tolerance: {self.tolerance:g} is not a fraction; give a number between 0 and 1, e.g. 0.004"
             raise DataError(text)
-
-
-BUDGET, WAIT = "30 min", "8 h"
-"""Rig time of the experiments, and longest time to wait for a record, where none is given."""
 
 
 @dataclass(frozen=True)

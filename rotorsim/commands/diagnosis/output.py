@@ -21,6 +21,18 @@ if TYPE_CHECKING:
     from rotorsim.discrepancy.outcome.steps import DecisionSteps
     from rotorsim.discrepancy.plan.ranking import ExperimentPlan
 
+STAGES = {
+    "compile": "compiling the machine with all candidate effects, on three grids and laws: about 50 s, once",
+    "check": "checking the records",
+    "calibrate": "re-calibrating",
+    "prove": "proving the solver",
+    "screen": "screening candidates",
+    "name": "re-fitting candidates",
+    "show": "showing the gap",
+    "plan": "planning the next experiment",
+    "experiment": "waiting for the record of the experiment",
+}
+
 
 def show(diagnosis: Diagnosis, files: dict[str, str], as_json: bool) -> None:
     """Print the diagnosis and the paths of its files by kind."""
@@ -97,19 +109,6 @@ def _plan(plan: ExperimentPlan) -> Iterator[str]:
             f"  {one.option.name}: {one.option.minutes:.0f} min, {one.outlook.entropy:.2f} bit left, "
             f"{100 * one.outlook.decided:.0f} % chance of a decision"
         )
-
-
-STAGES = {
-    "compile": "compiling the machine with all candidate effects, on three grids and laws: about 50 s, once",
-    "check": "checking the records",
-    "calibrate": "re-calibrating",
-    "prove": "proving the solver",
-    "screen": "screening candidates",
-    "name": "re-fitting candidates",
-    "show": "showing the gap",
-    "plan": "planning the next experiment",
-    "experiment": "waiting for the record of the experiment",
-}
 
 
 class Stages:

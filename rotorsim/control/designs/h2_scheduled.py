@@ -29,7 +29,15 @@ import numpy as np
 from scipy.linalg import solve_continuous_are
 
 from rotorsim.base.constants import KRPM, RIG_SAMPLE
-from rotorsim.control.designs.specification import Specification, count, delay_of, loop_delay, number, sampling_time
+from rotorsim.control.designs.specification import (
+    Specification,
+    count,
+    delay_of,
+    loop_delay,
+    number,
+    register,
+    sampling_time,
+)
 from rotorsim.control.designs.weighted_plant import Generalised, high_pass, notch
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
@@ -120,7 +128,7 @@ class Surfaces:
 
 
 def exponents(order: int) -> tuple[tuple[int, int], ...]:
-    """Of all monomials up to a total degree."""
+    """Exponents of all monomials in two variables up to a total degree."""
     return tuple((i, total - i) for total in range(order + 1) for i in range(total, -1, -1))
 
 
@@ -154,8 +162,8 @@ __all__ = ["H2Weights", "Spec", "design", "local"]
 
 
 @dataclass(frozen=True)
-class Spec(Specification):
-    """H2Weights, grids and the orders of interpolation that are tried, in turn."""
+class ScheduledH2Spec(Specification):
+    """Weights, grids and the orders of interpolation that are tried, in turn."""
 
     weights: H2Weights = field(default_factory=H2Weights)
     grid: tuple[int, int] = count((10, 10), "Speeds and pressures of the local designs.")
@@ -169,9 +177,13 @@ class Spec(Specification):
     Ts: float = sampling_time()
 
 
-def design(model: Model, spec: Spec | None = None) -> Law:
+Spec = ScheduledH2Spec
+
+
+@register("gain-scheduled H2 with notch and integral action (G)")
+def design(model: Model, spec: ScheduledH2Spec | None = None) -> Law:
     """The law; raises DesignError if no order of interpolation passes, naming what the last one failed."""
-    spec = spec or Spec()
+    spec = spec or ScheduledH2Spec()
     speeds, pressures = table_axes(model, spec.grid, spec.slowest)
     points = np.array([(w, p) for w in speeds for p in pressures])
     local = [local_controller(model, spec, w, p) for w, p in points]
@@ -195,27 +207,27 @@ def design(model: Model, spec: Spec | None = None) -> Law:
     raise DesignError(f"h2_scheduled: with order {spec.orders[-1]} {fault}; allow higher orders or a finer grid")
 
 
-def local(model: Model, speed: float, pressure: float, spec: Spec | None = None) -> Law:
+def local(model: Model, speed: float, pressure: float, spec: ScheduledH2Spec | None = None) -> Law:
     """The law of one local design."""
-    spec = spec or Spec()
+    spec = spec or ScheduledH2Spec()
     made = discrete(with_integrator(local_controller(model, spec, speed, pressure)), spec.Ts)
     return constant_law("h2", model, made, spec, about={"speed": speed, "pressure": pressure})
 
 
-def local_controller(model: Model, spec: Spec, speed: float, pressure: float) -> System:
+def local_controller(model: Model, spec: ScheduledH2Spec, speed: float, pressure: float) -> System:
     """K_Delta at an operating point."""
     plant = design_plant(model, speed, pressure, delay_of(spec))
     return h2_controller(scheduled_plant(plant, speed, spec.weights))
 
 
-def scheduled(model: Model, spec: Spec, surfaces: Surfaces) -> Law:
+def scheduled(model: Model, spec: ScheduledH2Spec, surfaces: Surfaces) -> Law:
     """Law of interpolated surfaces."""
     speeds, pressures = table_axes(model, spec.table, spec.slowest)
     grid = over_grid(speeds, pressures, lambda w, p: discrete(with_integrator(surfaces.at(w, p)), spec.Ts))
     return make_law("h2_scheduled", model, grid, speeds, pressures, spec, refresh=max(round(spec.refresh / spec.Ts), 1))
 
 
-def imbalance_excess(model: Model, spec: Spec, law: Law, points: np.ndarray, local: list[System]) -> float:
+def imbalance_excess(model: Model, spec: ScheduledH2Spec, law: Law, points: np.ndarray, local: list[System]) -> float:
     """Largest excess of the imbalance response over the local designs', as a share of theirs."""
     worst = 0.0
     for (speed, pressure), K in zip(points, local, strict=True):
@@ -239,3 +251,6 @@ def imbalance_response(model: Model, K: System | None, speed: float, pressure: f
     z = np.array([np.exp(1j * speed * Ts)])
     So = np.linalg.inv(np.eye(2) - response(sampled, z)[0] @ response(K, z)[0])
     return float(np.linalg.norm(So @ turning))
+
+
+__all__ = ["H2Weights", "Spec", "design", "local"]

@@ -22,6 +22,7 @@ from rotorsim.control.designs.specification import (
     delay_of,
     loop_delay,
     number,
+    register,
     sampling_time,
     shaft_speed,
     supply_pressure,
@@ -37,7 +38,7 @@ from rotorsim.control.systems import peak_gain
 
 
 @dataclass(frozen=True)
-class Spec(Specification):
+class HinfSpec(Specification):
     """Operating point, weights, order."""
 
     speed: float = shaft_speed(3 * KRPM)
@@ -54,11 +55,15 @@ class Spec(Specification):
     Ts: float = sampling_time()
 
 
-PRESETS = {"thesis": Spec(), "rig": Spec(weights=RIG, delay=None), "mild": Spec(weights=MILD)}
+Spec = HinfSpec
+
+
+PRESETS = {"thesis": HinfSpec(), "rig": HinfSpec(weights=RIG, delay=None), "mild": HinfSpec(weights=MILD)}
 """'rig' and 'mild' are for the virtual rig and Model 2; see `rotorsim.control.designs.weighted_plant`."""
 
 
-def design(model: Model, spec: Spec | None = None) -> Law:
+@register("H-infinity mixed sensitivity at one operating point (B, E, F)")
+def design(model: Model, spec: HinfSpec | None = None) -> Law:
     """The law, with `gamma` the norm that its controller was made for.
 
     Raises
@@ -67,7 +72,7 @@ def design(model: Model, spec: Spec | None = None) -> Law:
         If no controller meets the weights (the message names the condition), the loop of the one found does not
         keep its gamma, a pole is too fast for Ts, or a mode cannot be moved or seen.
     """
-    spec = spec or Spec()
+    spec = spec or HinfSpec()
     plant = design_plant(model, spec.speed, spec.pressure, delay_of(spec))
     check_modes(plant, "hinf")
     P = mixed_sensitivity(plant, spec.weights)

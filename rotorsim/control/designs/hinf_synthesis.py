@@ -40,11 +40,11 @@ from rotorsim.control.systems import System, equalising, largest, peak_gain, wit
 
 TOLERANCE = 1e-6
 ROUNDING = 3e-6
-"""By which the norm of a loop may exceed the gamma it was made for."""
+"""Share by which the norm of a loop may exceed the gamma that it was made for."""
 LEAST, HIGHEST = 1e-9, 1e12
-"""In the plant's own unit: a gamma that counts as zero, and the one beyond which none is looked for."""
+"""Gamma that counts as zero, and largest gamma that is searched, both in the plant's own unit."""
 SHARES = (0.5, 0.25, 0.75, 0.125, 0.375, 0.625, 0.875)
-"""Where in a bracket is looked, in turn."""
+"""Places in a bracket that are tried, in turn."""
 
 
 class Bounds(NamedTuple):
@@ -142,7 +142,7 @@ def frequency_bound(P: Generalised) -> float:
 
 
 def level_frequencies(P: Generalised, gamma: float) -> np.ndarray:
-    """Where a single frequency may force gamma: those of the eigenvalues of both Hamiltonians, and between them."""
+    """Frequencies at which a single one may force gamma: eigenvalues of both Hamiltonians, and between them."""
     values = [np.linalg.eigvals(hamiltonian(*equation(side, gamma)[:3])[0]) for side in (P, dual(P))]
     return with_middles(np.concatenate(values))
 

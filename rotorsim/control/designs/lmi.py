@@ -50,7 +50,7 @@ GAP = 1e-4
 
 
 @dataclass
-class Problem:
+class LmiProblem:
     """Minimise c'x subject to matrix inequalities; `variables` is the length of x."""
 
     variables: int
@@ -106,7 +106,7 @@ class Inequality(NamedTuple):
             value += factor * np.tensordot(x[first : first + len(matrices)], matrices, 1)
         return float(np.linalg.eigvalsh(value)[0] - self.margin / 2)
 
-    def impose(self, problem: Problem) -> None:
+    def impose(self, problem: LmiProblem) -> None:
         """Add it to a problem with its margin."""
         merged: dict[int, np.ndarray] = {}
         for first, factor, matrices in self.terms:
@@ -126,7 +126,7 @@ def minimise(
     imposed = set(start)
     while True:
         progress(f"{len(imposed)} of {len(inequalities)} inequalities")
-        problem = Problem(len(cost))
+        problem = LmiProblem(len(cost))
         for k in sorted(imposed):
             inequalities[k].impose(problem)
         x = problem.minimise(cost, what)

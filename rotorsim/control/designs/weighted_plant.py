@@ -42,7 +42,7 @@ class Weights(Specification):
 
 
 RIG = Weights(zeta_2=0.1, k_0=0.9, force=0.3)
-"""For the virtual rig, chosen by `rotorsim.control.designs.weight_search` on its identified Model 2 alone.
+"""Weights for the virtual rig, chosen by `rotorsim.control.designs.weight_search` on its identified Model 2 alone.
 
 The thesis' k_0 = 1/3 lets the loop amplify slow disturbances three times: the law softens the bearing, and hits of 20 N
 then leave the range in which the film is linear. A force among the disturbances asks for damping instead.

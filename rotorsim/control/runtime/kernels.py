@@ -124,7 +124,7 @@ def answer(w, table, axes, L, S, measured_x, measured_y, speed, pressure, out):
 
 @inlined
 def fade_states(w, L):
-    """As much of the states as is left of the output: what they were is old, and after a wrong connection wrong."""
+    """Scale the states as the output has faded: they are old, and after a wrong connection wrong."""
     part = left(w, L.guard)
     for k in range(L.n):
         w[L.x + k] *= part
@@ -134,7 +134,7 @@ def fade_states(w, L):
 def step(w, table, axes, L, S, measured_x, measured_y, speed, pressure, out):
     """One sample: `out` (2,) [V] from the measured disc [m], speed [rad/s] and gauge pressure [Pa].
 
-    S: settings, see `rotorsim.control.law.Settings`. Bad samples are held out of the law's states.
+    S: settings, see `rotorsim.control.law.LawSettings`. Bad samples are held out of the law's states.
     """
     fault = fault_in(L, measured_x, measured_y, speed, pressure)
     if L.checks >= 0:
@@ -175,7 +175,7 @@ def steps(w, table, axes, L, S, measured, speed, pressure, out):
         step(w, table, axes, L, S, measured[2 * k], measured[2 * k + 1], speed, pressure, pair)
 
 
-class Layout(NamedTuple):
+class LawLayout(NamedTuple):
     """Offsets, in doubles.
 
     A block of the table holds A (n, n), B (n, 2), C (2, n), D (2, 2) and the anti-windup gain W (n, 2), row by row.
@@ -218,8 +218,8 @@ class Layout(NamedTuple):
     applied: int = 0
 
 
-def make_layout(n: int, speeds: int, pressures: int, predictors: tuple[int, int, int] | None = None) -> Layout:
-    """Layout of a law of order n scheduled over `speeds` x `pressures` operating points.
+def make_layout(n: int, speeds: int, pressures: int, predictors: tuple[int, int, int] | None = None) -> LawLayout:
+    """LawLayout of a law of order n scheduled over `speeds` x `pressures` operating points.
 
     `predictors`: order, speeds and pressures of those of its plausibility checks, order 0 for limits alone; None for a
     law that checks for finite numbers only.
@@ -234,11 +234,11 @@ def make_layout(n: int, speeds: int, pressures: int, predictors: tuple[int, int,
     centre = new + n
     guard = centre + 5
     seen = guard + SIZE
-    bare = Layout(n, speeds, pressures, B, C, D, W, block, x, new, centre, centre + 2, centre + 4, guard, seen)
+    bare = LawLayout(n, speeds, pressures, B, C, D, W, block, x, new, centre, centre + 2, centre + 4, guard, seen)
     return bare if predictors is None else _with_checks(bare, *predictors)
 
 
-def _with_checks(L: Layout, n: int, speeds: int, pressures: int) -> Layout:
+def _with_checks(L: LawLayout, n: int, speeds: int, pressures: int) -> LawLayout:
     """The layout with that of the plausibility checks behind it."""
     B = n * n
     C, gain, S = B + 2 * n, B + 4 * n, B + 6 * n
@@ -256,4 +256,4 @@ def _with_checks(L: Layout, n: int, speeds: int, pressures: int) -> Layout:
 
 
 FIRST_BLOCK = len(LIMITS)
-"""Where the predictors' table begins behind `checks`."""
+"""Offset of the predictors' table behind `checks`."""

@@ -23,6 +23,12 @@ if TYPE_CHECKING:
 
 STAGES = ("nominal", "re-calibrated", "with effect", "floor")
 """Stages of a diagnosis whose gap is shown."""
+AMPLITUDE, PHASE = 0.10, np.deg2rad(15.0)
+"""Share of an order's largest amplitude, and phase [rad], by which a row is missed."""
+ABOVE = 3.0
+"""Amplitude over its floor below which it has no phase."""
+NEAR = 0.05
+"""Distance of two bands, as a share of all rows, below which they are one."""
 
 
 def rms(comparison: TwinComparison, vector: np.ndarray) -> np.ndarray:
@@ -97,19 +103,15 @@ def spectra_of(comparison: TwinComparison, points: list[ParameterPoint | None]) 
 
     Of vectors also orders, speeds (rows,) [rad/s] and complex amplitudes (2, orders, rows) [m], measured and simulated.
     """
-    layout, stages, last = comparison.layout, [], np.zeros(0)
+    stages, last = [], np.zeros(0)
     for point in points:
         if point is not None:
             last = comparison.measured - comparison.predict(point) - comparison.correction
         stages.append(last)
     out = []
     for i, trial in enumerate(comparison.trials):
-        own = [np.flatnonzero((layout.record == i) & (layout.channel == c))[2:] for c in range(2)]
-        half = len(own[0]) // 2
-
-        def size(vector: np.ndarray, own: list[np.ndarray] = own, half: int = half) -> np.ndarray:
-            return np.array([np.hypot(vector[o[:half]], vector[o[half:]]) for o in own])
-
+        measured = comparison.lines_of(i, comparison.measured)
+        left = [comparison.lines_of(i, stage) for stage in stages]
         out.append(
             {
                 "record": trial.name,
@@ -117,36 +119,29 @@ def spectra_of(comparison: TwinComparison, points: list[ParameterPoint | None]) 
                 "speed": trial.speed,
                 "channels": trial.channels,
                 "frequency": trial.frequencies[1:],
-                "measured": size(comparison.measured),
-                "stages": [size(s) for s in stages],
-                "floor": size(comparison.sigma),
+                "measured": _size(measured),
+                "stages": [_size(lines) for lines in left],
+                "floor": _size(comparison.lines_of(i, comparison.sigma)),
             }
-            | (_vectors(trial, own, comparison.measured, stages) if trial.orders else {"orders": ()})
+            | (_vectors(trial, measured, left) if trial.orders else {"orders": ()})
         )
     return out
 
 
-def _vectors(trial: Trial, own: list[np.ndarray], measured: np.ndarray, stages: list[np.ndarray]) -> dict[str, Any]:
-    """Complex amplitudes of a run-up's table; `own` are the numbers of both channels in a data vector."""
-    half, rows = len(own[0]) // 2, trial.rows_of_vectors
+def _size(lines: np.ndarray) -> np.ndarray:
+    """Magnitudes of complex lines."""
+    return np.hypot(lines.real, lines.imag)
 
-    def complexes(vector: np.ndarray) -> np.ndarray:
-        return np.array([vector[o[:half]] + 1j * vector[o[half:]] for o in own]).reshape(2, -1, rows)
 
+def _vectors(trial: Trial, measured: np.ndarray, left: list[np.ndarray]) -> dict[str, Any]:
+    """Complex amplitudes of a run-up's table, from its measured lines and what each stage leaves (2, k) [m]."""
+    rows = trial.rows_of_vectors
     return {
         "orders": trial.orders,
         "speeds": np.array([trial.speed_at(1 + line) for line in range(rows)]),
-        "measured_vectors": complexes(measured),
-        "simulated_vectors": [complexes(measured - left) for left in stages],
+        "measured_vectors": measured.reshape(2, -1, rows),
+        "simulated_vectors": [(measured - one).reshape(2, -1, rows) for one in left],
     }
-
-
-AMPLITUDE, PHASE = 0.10, np.deg2rad(15.0)
-"""Share of an order's largest amplitude, and phase [rad], by which a row is missed."""
-ABOVE = 3.0
-"""Amplitude over its floor below which it has no phase."""
-NEAR = 0.05
-"""Distance of two bands, as a share of all rows, below which they are one."""
 
 
 def missed_bands(shown: Iterable[dict[str, Any]], model: str = "the model") -> list[str]:

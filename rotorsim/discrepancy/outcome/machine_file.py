@@ -28,6 +28,15 @@ from rotorsim.machine.edit import comment, inline
 
 CLOCK = "clock of "
 """Beginning of the calibration's keys of clock offsets [s], before the name of a record."""
+HEAD = (
+    "# Re-calibrated by rotorsim diagnose with data {data}: the values marked so; comments on others are those of the\n"
+    "# file before.\n"
+)
+"""Comment at the top of a re-calibrated machine file."""
+WRITTEN = ("named", "tie")
+"""Verdicts whose effects are written."""
+FOUND, FITTED = "found by rotorsim diagnose", "re-calibrated by rotorsim diagnose"
+"""Remarks next to an identified and to a calibrated value."""
 
 
 @dataclass(frozen=True)
@@ -83,17 +92,6 @@ def _with_unit(value: float, unit: str, digits: int) -> str:
     known = {"m": (TO_UM, "um"), "rad": (180 / pi, "deg"), "kg*m": (1e6, "g mm"), "1": (1.0, "")}
     factor, shown = known.get(unit, (1.0, unit))
     return f"{value * factor:.{digits}g} {shown}".rstrip()
-
-
-HEAD = (
-    "# Re-calibrated by rotorsim diagnose with data {data}: the values marked so; comments on others are those of the\n"
-    "# file before.\n"
-)
-"""Comment at the top of a re-calibrated machine file."""
-WRITTEN = ("named", "tie")
-"""Verdicts whose effects are written."""
-FOUND, FITTED = "found by rotorsim diagnose", "re-calibrated by rotorsim diagnose"
-"""Remarks next to an identified and to a calibrated value."""
 
 
 def extended(diagnosis: Findings) -> Machine:

@@ -23,7 +23,7 @@ from rotorsim.discrepancy.plan.forecast import entropy
 from rotorsim.discrepancy.residuals.misfit import Misfit
 from rotorsim.discrepancy.search.candidates import Form
 from rotorsim.discrepancy.search.hypotheses import EffectSearch, Hypothesis
-from rotorsim.discrepancy.twin.parameters import FitParameter, contributions, lobes, setting, wave
+from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint, lobes, wave
 from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.effects.base import WHERE
@@ -35,11 +35,44 @@ if TYPE_CHECKING:
 
     from rotorsim.discrepancy.plan.ranking import ExperimentPlan
 
+EXIT_CODES = {"no_disagreement": 0, "named": 10, "tie": 11, "partial": 11, "unknown": 12}
+"""Exit code of the command by verdict."""
+WORDS = {
+    "no_disagreement": "No disagreement: after re-calibration every group of lines is within the floor.",
+    "named": "Named: {effects}.",
+    "tie": "Tie: the records show {effects}, or, indistinguishable from it: {rivals}.",
+    "partial": "Partial: {effects} helps, but much of the disagreement stays; this is not a name.",
+    "unknown": "Unknown: no effect of the catalogue explains the disagreement; see the equivalent force.",
+}
+"""Sentence of each verdict."""
+NOT_SURE = "Tie: the records show {effects}, but do not exclude: {others}."
+WITHIN_FORM = (
+    "No disagreement: that nothing is missing has {share}; {count} groups of lines are beyond the floor, but within "
+    "the error of the model's form."
+)
+EXCLUDED = 0.01
+"""Probability below which an explanation counts as excluded."""
+Planner = Callable[[Iterable[str], float, float], "ExperimentPlan"]
+"""Planner of experiments by allowed changes, longest experiment [min] and probability that settles."""
+NO_ACCURACY = (
+    "nothing states how exact the records are: they may agree or be too coarse to disagree; give accuracy (a "
+    "displacement), or record one operating point twice"
+)
+PLAN_NEXT = (
+    "To rank the experiments that may separate the explanations, diagnose again with --plan-next (in Python: "
+    "found.plan())."
+)
+NOTHING_BEYOND = (
+    "Unknown: nothing disagrees beyond the scatter within the records, but how exact they are is not stated."
+)
+FORCE = "equivalent force"
+"""Label of the force that would make the residual which no effect explains."""
+
 
 def found_of(twin: Twin, form: Form, fit: ParameterFit, V: np.ndarray, tie_class: tuple[str, ...]) -> IdentifiedEffect:
     """Estimated parameters of a form with standard deviations, as in its table of the machine file."""
     own = {k: fit.point.values.get(k, 0.0) for k in (*form.parameters, *form.refine)}
-    absolute = setting(twin, contributions(own, 0.0, 0.0), form.fixed)
+    absolute = ParameterPoint(own, form.fixed).setting(twin)
     parameters = {key.split(".")[2]: value for key, value in absolute.items()}
     table = next(iter(absolute)).split(".")[1]
     for where in WHERE:
@@ -90,39 +123,6 @@ def null_sentence(null: dict[str, float]) -> str:
     """Sentence about a combination of parameters that the records do not determine."""
     parts = " ".join(f"{v:+.2f} {n}" for n, v in sorted(null.items(), key=lambda x: -abs(x[1])))
     return f"the calibration has a null vector that the records do not determine: {parts}; its priors hold it"
-
-
-EXIT_CODES = {"no_disagreement": 0, "named": 10, "tie": 11, "partial": 11, "unknown": 12}
-"""Exit code of the command by verdict."""
-WORDS = {
-    "no_disagreement": "No disagreement: after re-calibration every group of lines is within the floor.",
-    "named": "Named: {effects}.",
-    "tie": "Tie: the records show {effects}, or, indistinguishable from it: {rivals}.",
-    "partial": "Partial: {effects} helps, but much of the disagreement stays; this is not a name.",
-    "unknown": "Unknown: no effect of the catalogue explains the disagreement; see the equivalent force.",
-}
-"""Sentence of each verdict."""
-
-NOT_SURE = "Tie: the records show {effects}, but do not exclude: {others}."
-WITHIN_FORM = (
-    "No disagreement: that nothing is missing has {share}; {count} groups of lines are beyond the floor, but within "
-    "the error of the model's form."
-)
-EXCLUDED = 0.01
-"""Probability below which an explanation counts as excluded."""
-Planner = Callable[[Iterable[str], float, float], "ExperimentPlan"]
-"""Planner of experiments by allowed changes, longest experiment [min] and probability that settles."""
-NO_ACCURACY = (
-    "nothing states how exact the records are: they may agree or be too coarse to disagree; give accuracy (a "
-    "displacement), or record one operating point twice"
-)
-PLAN_NEXT = (
-    "To rank the experiments that may separate the explanations, diagnose again with --plan-next (in Python: "
-    "found.plan())."
-)
-NOTHING_BEYOND = (
-    "Unknown: nothing disagrees beyond the scatter within the records, but how exact they are is not stated."
-)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -277,10 +277,6 @@ class Diagnosis(Shown, Findings, Reported):
 
 def _number(value: float) -> float | None:
     return None if np.isnan(value) else value
-
-
-FORCE = "equivalent force"
-"""Label of the force that would make the residual which no effect explains."""
 
 
 @dataclass(frozen=True)

@@ -37,40 +37,6 @@ POINTS = {
 """Speed [Hz], pressure [MPa], amplitude [1 V, or 20 N of a hammer] by role."""
 REPEATED = (1, 4)
 """Numbers of the records to fit that are made twice."""
-
-
-@dataclass(frozen=True)
-class PlannedRecord:
-    """Planned record: file name, role, experiment, noise seed number."""
-
-    name: str
-    role: str
-    experiment: Experiment
-    noise: int
-
-
-def campaign(machine: Machine) -> tuple[PlannedRecord, ...]:
-    """Planned records of the standard campaign for a machine."""
-    plan: list[PlannedRecord] = []
-    for role, points in POINTS.items():
-        for i, (hertz, pressure, amplitude) in enumerate(points):
-            one = _experiment(machine, hertz, pressure, amplitude, len(plan))
-            plan.append(PlannedRecord(f"{role}_{i + 1}", role, one, len(plan)))
-    repeats = [
-        PlannedRecord(f"{plan[i].name}_repeat", "fit", plan[i].experiment, len(plan) + k)
-        for k, i in enumerate(REPEATED)
-    ]
-    return (*plan, *repeats)
-
-
-def _experiment(machine: Machine, hertz: float, pressure: float, amplitude: float, number: int) -> Experiment:
-    speed = 2 * np.pi * hertz
-    if machine.film is not None and machine.injectors:
-        return Multisine(speed, pressure * MPA, amplitude, LOW, HIGH, PERIOD, PERIODS, SPACING, sequence=number)
-    angle = float(np.deg2rad(35 + 20 * (number % 3)))
-    return Impact(speed, 0.0, 20 * amplitude, 2e-3, angle, 2, 1.0, 0.4)
-
-
 SPEEDS = (0.0, 15.0, 30.0, 50.0, 70.0, 90.0, 110.0)
 """Shaft speeds [Hz] that a plan tries."""
 SLOW_ROLL = 5.0
@@ -103,6 +69,38 @@ ALWAYS = ("speed", "pressure", "amplitude", "peak")
 """Parameters that a plan states even where they are the usual ones."""
 NEAR = 0.02
 """Distance [Hz] within which speeds are one."""
+
+
+@dataclass(frozen=True)
+class PlannedRecord:
+    """Planned record: file name, role, experiment, noise seed number."""
+
+    name: str
+    role: str
+    experiment: Experiment
+    noise: int
+
+
+def campaign(machine: Machine) -> tuple[PlannedRecord, ...]:
+    """Planned records of the standard campaign for a machine."""
+    plan: list[PlannedRecord] = []
+    for role, points in POINTS.items():
+        for i, (hertz, pressure, amplitude) in enumerate(points):
+            one = _experiment(machine, hertz, pressure, amplitude, len(plan))
+            plan.append(PlannedRecord(f"{role}_{i + 1}", role, one, len(plan)))
+    repeats = [
+        PlannedRecord(f"{plan[i].name}_repeat", "fit", plan[i].experiment, len(plan) + k)
+        for k, i in enumerate(REPEATED)
+    ]
+    return (*plan, *repeats)
+
+
+def _experiment(machine: Machine, hertz: float, pressure: float, amplitude: float, number: int) -> Experiment:
+    speed = 2 * np.pi * hertz
+    if machine.film is not None and machine.injectors:
+        return Multisine(speed, pressure * MPA, amplitude, LOW, HIGH, PERIOD, PERIODS, SPACING, sequence=number)
+    angle = float(np.deg2rad(35 + 20 * (number % 3)))
+    return Impact(speed, 0.0, 20 * amplitude, 2e-3, angle, 2, 1.0, 0.4)
 
 
 @dataclass(frozen=True)

@@ -45,6 +45,8 @@ from rotorsim.effects import REGISTRY
 
 DRAWS = 48
 """Draws of a new record for each explanation."""
+Columns = dict[tuple[int, str], np.ndarray]
+"""Sensitivities (n,) [m per unit] by number of the explanation and key; -1 is common to all."""
 
 
 @dataclass(frozen=True)
@@ -208,10 +210,6 @@ def separation(predicted: Sequence[PredictedResponse], sigma: np.ndarray) -> np.
             a = S.T @ d
             out[i, k] = max(float(d @ d - a @ answer(np.linalg.solve, M, a)), 0.0)
     return np.maximum(out, out.T)
-
-
-Columns = dict[tuple[int, str], np.ndarray]
-"""Sensitivities (n,) [m per unit] by number of the explanation and key; -1 is common to all."""
 
 
 @dataclass(eq=False)

@@ -20,7 +20,7 @@ from rotorsim.base.cache import RUNS, Cache, in_cache, key_of, sources_hash
 from rotorsim.discrepancy.data.blocks import clock_offset, delayed
 from rotorsim.discrepancy.data.spectra import DataLayout, Trial, make_layout
 from rotorsim.discrepancy.residuals.floor import TOLERANCE, floor, repeat_scatter
-from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint, contributions, setting
+from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
 from rotorsim.discrepancy.twin.plant import NO_SOLUTION, Twin
 
 SOURCES = (*RUNS, "rotorsim/analysis", "rotorsim/discrepancy")
@@ -119,7 +119,7 @@ class TwinComparison:
             if not trial.clock:
                 continue
             f, tau = trial.frequencies[1:], self._offset(i, y)[0]
-            for own, lines in zip(self._own(i), self._lines(i, y), strict=True):
+            for own, lines in zip(self.numbers_of(i), self.lines_of(i, y), strict=True):
                 moved = delayed(lines, f, tau)
                 y[own] = np.concatenate([moved.real, moved.imag])
         return y
@@ -128,9 +128,9 @@ class TwinComparison:
         """Clock offset [s] of trial i against a response y (n,) [m], and its standard deviation."""
         trial = self.trials[i]
         half = trial.spectra.shape[2] - 1
-        sigma = np.array([self.sigma[own][:half] for own in self._own(i)]) if self.floor_known else None
-        measured = self._lines(i, self.measured)
-        return clock_offset(measured, self._lines(i, y), trial.frequencies[1:], trial.clock, sigma)
+        sigma = np.array([self.sigma[own][:half] for own in self.numbers_of(i)]) if self.floor_known else None
+        measured = self.lines_of(i, self.measured)
+        return clock_offset(measured, self.lines_of(i, y), trial.frequencies[1:], trial.clock, sigma)
 
     def clock_offsets(self, point: ParameterPoint) -> dict[str, tuple[float, float]]:
         """Clock offset [s] and standard deviation by record, of those that state how far a clock may be off."""
@@ -139,14 +139,14 @@ class TwinComparison:
         y = self._response(point, self.twin, False)
         return {t.name: self._offset(i, y) for i, t in enumerate(self.trials) if t.clock}
 
-    def _own(self, i: int) -> list[np.ndarray]:
+    def numbers_of(self, i: int) -> list[np.ndarray]:
         """Numbers of the lines of trial i in a data vector, by channel: real parts, then imaginary ones."""
         layout = self.layout
         return [np.flatnonzero((layout.record == i) & (layout.channel == c))[2:] for c in range(2)]
 
-    def _lines(self, i: int, y: np.ndarray) -> np.ndarray:
+    def lines_of(self, i: int, y: np.ndarray) -> np.ndarray:
         """Complex lines (2, k) of trial i in a data vector, without the mean."""
-        return np.array([y[own[: len(own) // 2]] + 1j * y[own[len(own) // 2 :]] for own in self._own(i)])
+        return np.array([y[own[: len(own) // 2]] + 1j * y[own[len(own) // 2 :]] for own in self.numbers_of(i)])
 
     def residual(self, point: ParameterPoint) -> np.ndarray:
         """Whitened measured less simulated (n,)."""
@@ -267,7 +267,7 @@ def simulate(twin: Twin, trial: Trial, point: ParameterPoint, whole: bool = Fals
     Of a periodic record the twin runs one period and what leads into it, unless it is to be run as a `whole` or an
     effect with a long memory is at work.
     """
-    values = setting(twin, contributions(point.values, trial.speed, trial.pressure, trial.changes), point.fixed)
+    values = point.setting(twin, trial.speed, trial.pressure, trial.changes)
     short = trial.lead > 0 and not whole and not twin.lingers(values, trial.balanced)
     rows, angle = trial.short if short else (trial.used, trial.angle)
     table = twin.run(values, rows, trial.pressure, angle, turning=trial.in_motion)[:, :2]

@@ -24,7 +24,7 @@ from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.linear_algebra import answer
 from rotorsim.discrepancy.residuals.comparison import TwinComparison
 from rotorsim.discrepancy.residuals.misfit import UNSTEADY, Misfit, tone
-from rotorsim.discrepancy.twin.parameters import ParameterPoint, contributions, setting
+from rotorsim.discrepancy.twin.parameters import ParameterPoint
 from rotorsim.discrepancy.twin.plant import FAILURES, Setting, Twin
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise
@@ -62,15 +62,11 @@ def _of_record(
     comparison: TwinComparison, point: ParameterPoint, residual: np.ndarray, i: int, trial: Trial, groups: set[str]
 ) -> list[dict[str, Any]]:
     layout, found = comparison.layout, []
-    own = [np.flatnonzero((layout.record == i) & (layout.channel == c))[2:] for c in range(2)]
-    half = len(own[0]) // 2
-    metres = residual * comparison.sigma
-    r = np.array([metres[o[:half]] + 1j * metres[o[half:]] for o in own])
-    white = np.array([residual[o[:half]] ** 2 + residual[o[half:]] ** 2 for o in own]).sum(axis=0)
-    inside = np.isin(layout.group[own[0][:half]], [layout.groups.index(g) for g in groups - {UNSTEADY}])
-    values = setting(
-        comparison.twin, contributions(point.values, trial.speed, trial.pressure, trial.changes), point.fixed
-    )
+    r, w = comparison.lines_of(i, residual * comparison.sigma), comparison.lines_of(i, residual)
+    white = (w.real**2 + w.imag**2).sum(axis=0)
+    group = layout.group[comparison.numbers_of(i)[0][: r.shape[1]]]
+    inside = np.isin(group, [layout.groups.index(g) for g in groups - {UNSTEADY}])
+    values = point.setting(comparison.twin, trial.speed, trial.pressure, trial.changes)
     a = comparison.twin.set(values)
     regulator = comparison.twin.regulator(values, trial.speed, trial.pressure)
     plant = linearise(a, settle(a, trial.speed, regulator), trial.speed)
@@ -91,18 +87,13 @@ def _of_vectors(
 ) -> tuple[list[dict[str, Any]], dict[str, float]]:
     """The row of every flagged order of a run-up with the largest residual, and how the largest force grows."""
     layout, rows = comparison.layout, trial.rows_of_vectors
-    own = [np.flatnonzero((layout.record == i) & (layout.channel == c))[2:] for c in range(2)]
-    half = len(own[0]) // 2
-    metres = residual * comparison.sigma
-    r = np.array([metres[o[:half]] + 1j * metres[o[half:]] for o in own])
-    values = setting(
-        comparison.twin, contributions(point.values, trial.speed, trial.pressure, trial.changes), point.fixed
-    )
+    r, first = comparison.lines_of(i, residual * comparison.sigma), comparison.numbers_of(i)[0]
+    values = point.setting(comparison.twin, trial.speed, trial.pressure, trial.changes)
     a, probes = comparison.twin.set(values), _probes(comparison.twin, trial, values)
     found: list[dict[str, Any]] = []
     growth: dict[str, float] = {}
     for k, order in enumerate(trial.orders):
-        if layout.groups[layout.group[own[0][k * rows]]] not in groups:
+        if layout.groups[layout.group[first[k * rows]]] not in groups:
             continue
         of_rows = []
         for line in range(k * rows, (k + 1) * rows):

@@ -26,6 +26,10 @@ from rotorsim.discrepancy.residuals.floor import LEAST as FAINTEST
 SIGMAS, LEAST = 6.0, 20.0
 """Standard deviations, and least excess, by which a group's sum of squares is beyond its number where it is flagged;
 of two numbers, as an order has, one in 60 000 is by chance."""
+UNSTEADY = "unsteady"
+"""Name of the group of lines between the orders that do not repeat."""
+NEAR_ORDER = 1.5
+"""Distance to an order, in lines, within which lines are left out: a speed that wavers spreads it."""
 
 
 @dataclass(frozen=True)
@@ -98,12 +102,6 @@ def flagged(groups: list[Misfit]) -> list[Misfit]:
 def excess(groups: list[Misfit]) -> float:
     """Sum of the misfit above the floor in flagged groups."""
     return sum(g.excess for g in flagged(groups))
-
-
-UNSTEADY = "unsteady"
-"""Name of the group of lines between the orders that do not repeat."""
-NEAR_ORDER = 1.5
-"""Distance to an order, in lines, within which lines are left out: a speed that wavers spreads it."""
 
 
 def unsteady(trials: list[Trial], residuals: list[np.ndarray], scatter: np.ndarray) -> list[Misfit]:

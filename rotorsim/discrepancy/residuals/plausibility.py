@@ -33,13 +33,6 @@ def check_before(comparison: TwinComparison, simulated: np.ndarray) -> None:
     check_clocks(comparison, simulated)
 
 
-def lines_of(comparison: TwinComparison, number: int, channel: int, vector: np.ndarray) -> np.ndarray:
-    """Complex lines (lines - 1,) of a record's channel in a data vector, without the mean."""
-    own = np.flatnonzero((comparison.layout.record == number) & (comparison.layout.channel == channel))[2:]
-    half = len(own) // 2
-    return np.asarray(vector[own[:half]] + 1j * vector[own[half:]])
-
-
 def excited(comparison: TwinComparison, vector: np.ndarray, wanted: Callable[[str], bool]) -> np.ndarray:
     """Values (k,) of the selected line groups."""
     layout = comparison.layout
@@ -86,10 +79,10 @@ def check_exchanged(comparison: TwinComparison, simulated: np.ndarray) -> None:
     """Check for exchanged channels x and y."""
     y, s, other = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
     for i, trial in enumerate(comparison.trials):
-        for c in range(2) if trial.probe_angle is None else ():
-            y.append(lines_of(comparison, i, c, comparison.measured))
-            s.append(lines_of(comparison, i, c, simulated))
-            other.append(lines_of(comparison, i, 1 - c, simulated))
+        if trial.probe_angle is None:
+            y += [*comparison.lines_of(i, comparison.measured)]
+            s += [*comparison.lines_of(i, simulated)]
+            other += [*comparison.lines_of(i, simulated)[::-1]]
     measured, own, exchanged = (np.concatenate(v) for v in (y, s, other))
     least = min(np.linalg.norm(measured - own), np.linalg.norm(measured))
     if np.linalg.norm(measured - exchanged) < 0.5 * least or _loud_where_quiet(comparison, simulated):
@@ -105,11 +98,11 @@ def _loud_where_quiet(comparison: TwinComparison, simulated: np.ndarray) -> bool
     ratios = []
     for i, trial in enumerate(comparison.trials):
         # not the orders: an unbalance is as loud in x as in y
-        at = lines_of(comparison, i, 0, np.isin(comparison.layout.group, bands)).real > 0
+        at = comparison.lines_of(i, np.isin(comparison.layout.group, bands))[0].real > 0
         if trial.orders or trial.probe_angle is not None or not at.any():
             continue
         power = [
-            [float(np.linalg.norm(lines_of(comparison, i, c, v)[at])) for c in range(2)]
+            [float(np.linalg.norm(lines[at])) for lines in comparison.lines_of(i, v)]
             for v in (comparison.measured, simulated)
         ]
         if np.min(power) > 0:
@@ -131,7 +124,7 @@ def check_clocks(comparison: TwinComparison, simulated: np.ndarray) -> None:
         turned = np.exp(-2j * np.pi * f * LAGS[:, None])
         lags = []
         for c in range(len(trial.channels)):
-            y, s = (lines_of(comparison, i, c, v)[at] for v in (comparison.measured, simulated))
+            y, s = (comparison.lines_of(i, v)[c][at] for v in (comparison.measured, simulated))
             match = np.abs((np.conj(s * turned) @ y).real)
             best = int(np.argmax(match))
             if match[best] > 0.85 * np.linalg.norm(y) * np.linalg.norm(s) and match[400] < 0.6 * match[best]:

@@ -27,7 +27,6 @@ CLEAR = 100.0
 missing the best effect lowers it by some ten, with another law of the injectors by up to thirty."""
 TIE = 0.06
 """Difference of two rivals' sums of squares below which they are tied, as a share of the fall by the best one."""
-
 CANCEL = 0.5
 """Sum of responses over the largest one below which they cancel: of two equal ones, a cosine below -0.87."""
 FORM = 0.1
@@ -36,6 +35,22 @@ energy, as a bow in records of another program left, is 0.06 in amplitude."""
 OTHERS = 0.02
 """Share of its largest response in a record's channel that an effect's form may leave in any group: of forces that are
 not linear, such as those of a crack, a model has the strongest harmonics right. Chosen as FORM was."""
+ENOUGH = 0.95
+"""Share of the flagged excess that has to go before anything is named."""
+NEARLY = 0.8
+"""Share of the excess gone from which on a hypothesis is fitted with all sensitivities updated before it is dropped."""
+REFITS = 3
+"""Hypotheses of each size that are re-fitted with the plant."""
+SURE = 5.0
+"""Standard deviations by which the size of a further effect differs from none."""
+MOST_HALVINGS = 4
+"""Most reductions of the linear estimate, by 0.4 each, before a fit begins at size 0."""
+MOST_ROUNDS = 8
+"""Most fits of a hypothesis with new sensitivities."""
+COARSE = 10.0
+"""Factor on the floor where forms are ranked against a calibration that is not believed."""
+FINALISTS = 10
+"""Forms whose sensitivities are updated at the re-fitted point."""
 
 
 def cancel(responses: Sequence[np.ndarray]) -> bool:
@@ -60,24 +75,6 @@ def within_form_error(comparison: TwinComparison, before: np.ndarray, after: np.
     return all(
         f.rms < max(FORM * own[f.number, f.channel, f.group], OTHERS * largest[f.number, f.channel]) for f in left
     )
-
-
-ENOUGH = 0.95
-"""Share of the flagged excess that has to go before anything is named."""
-NEARLY = 0.8
-"""Share of the excess gone from which on a hypothesis is fitted with all sensitivities updated before it is dropped."""
-REFITS = 3
-"""Hypotheses of each size that are re-fitted with the plant."""
-SURE = 5.0
-"""Standard deviations by which the size of a further effect differs from none."""
-MOST_HALVINGS = 4
-"""Most reductions of the linear estimate, by 0.4 each, before a fit begins at size 0."""
-MOST_ROUNDS = 8
-"""Most fits of a hypothesis with new sensitivities."""
-COARSE = 10.0
-"""Factor on the floor where forms are ranked against a calibration that is not believed."""
-FINALISTS = 10
-"""Forms whose sensitivities are updated at the re-fitted point."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,7 +28,6 @@ from rotorsim.discrepancy.search.hypotheses import (
     share_gone,
     within_form_error,
 )
-from rotorsim.discrepancy.twin.parameters import contributions, setting
 
 MOST_EFFECTS = 3
 """Most effects that are named together."""
@@ -38,11 +37,12 @@ TIE_LEAST = 16.0
 """Difference of two rivals' sums of squares below which they are always tied."""
 A_FIFTH = 0.2
 """Share of the flagged excess that a partial explanation takes at least."""
-
 ANOTHER = 0.05
 """Share of the flagged misfit that a further effect must take."""
 STATUSES = ("no_disagreement", "named", "tie", "partial", "unknown")
 """Verdicts of a search."""
+LEAST_GONE = {"named": 0.5, "tie": 0.5, "partial": 0.1}
+"""Share of the gap on untouched records that has to go, by verdict."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +54,11 @@ class SearchVerdict:
     rivals: tuple[Hypothesis, ...] = ()
     classes: tuple[tuple[str, ...], ...] = ()
     tried: tuple[Hypothesis, ...] = field(default=(), repr=False)
+
+    @property
+    def fitted(self) -> tuple[Hypothesis, ...]:
+        """All hypotheses that were fitted, with rivals and the best one as they were fitted last."""
+        return (*self.tried, *self.rivals, *((self.best,) if self.best else ()))
 
 
 def judge(search: EffectSearch) -> SearchVerdict:
@@ -132,7 +137,7 @@ def _class_at(search: EffectSearch, h: Hypothesis, key: str, known: set[str]) ->
     alike = class_of(key, known)
     if any(e.acceleration > 0 for e in twin.machine.effects.get("gravity", ())):  # type: ignore[attr-defined]
         effect, table = next(f for f in h.forms if f.key == key).parameters[0].key.split(".")[:2]
-        own = setting(twin, contributions(h.fit.point.values, 0.0, 0.0), h.fit.point.fixed)
+        own = h.fit.point.setting(twin)
         found = vars(twin.effect(effect, int(table))) | {
             path.rpartition(".")[2]: value for path, value in own.items() if path.startswith(f"{effect}.{table}.")
         }
@@ -159,10 +164,6 @@ def _short_of_a_name(search: EffectSearch, tried: list[Hypothesis], known: set[s
     best = min(simpler, key=lambda h: (len(h.forms), h.score)) if simpler else best
     rivals = tied(best, [h for h in helps if len(h.forms) == len(best.forms)], search.base)
     return SearchVerdict("partial", best, tuple(rivals), tuple(class_of(k, known) for k in best.keys), tuple(tried))
-
-
-LEAST_GONE = {"named": 0.5, "tie": 0.5, "partial": 0.1}
-"""Share of the gap on untouched records that has to go, by verdict."""
 
 
 def untouched_gone(comparison: TwinComparison, before: np.ndarray, after: np.ndarray) -> float | None:

@@ -222,6 +222,12 @@ class ParameterPoint:
             new[parameter] = new.get(parameter, 0.0) + float(change)
         return replace(self, values=new)
 
+    def setting(
+        self, twin: Twin, speed: float = 0.0, pressure: float = 0.0, known: Mapping[str, float] | None = None
+    ) -> dict[str, float]:
+        """Absolute values for `Twin.run` at an operating point [rad/s], [Pa], with the changes `known` of a record."""
+        return setting(twin, contributions(self.values, speed, pressure, known), self.fixed)
+
     def holding(self, fixed: Mapping[str, float]) -> ParameterPoint:
         """Point with further numbers held."""
         return replace(self, fixed={**self.fixed, **fixed})

@@ -31,6 +31,22 @@ from rotorsim.plant.simulation import Simulation
 
 NO_SOLUTION = 1e-3
 """Size of the lines [m] that stand for a plant without solution."""
+MOST_TURNS, ROUNDS = 12, 8
+"""Most turns in one shot, and most shots, of a search for periodic motion."""
+CLOSE = 0.01
+"""Largest distance of turns from whole samples, in samples."""
+SETTLED = 1e-6
+"""Relative change of the state over the turns below which the motion is periodic."""
+Setting = Mapping[str, float]
+"""Values by key: 'effect.table.parameter' (absolute, SI) or a name of FACTORS (a relative change)."""
+FACTORS = ("curtain_discharge", "shaft_damping", "shaft_stiffness", "actuator_x", "actuator_y")
+"""Keys of relative changes of numbers that no effect describes."""
+PRESSURE = np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+"""Mask of the supply pressure in the columns of a run's input rows."""
+USUAL_STEP = 1e-4
+"""Step [s] of a machine for which the steps of twins were chosen."""
+FAILURES = (ConvergenceError, NoLiftOffError, MachineFileError, NoAnswerError)
+"""Errors of a plant without solution."""
 
 
 def without_scatter(machine: Machine) -> Machine:
@@ -121,14 +137,6 @@ def equip(
     return with_effects(machine, {**ahead, **base, **behind}), slots
 
 
-MOST_TURNS, ROUNDS = 12, 8
-"""Most turns in one shot, and most shots, of a search for periodic motion."""
-CLOSE = 0.01
-"""Largest distance of turns from whole samples, in samples."""
-SETTLED = 1e-6
-"""Relative change of the state over the turns below which the motion is periodic."""
-
-
 def whole_turns(speed: float) -> int:
     """Number of samples closest to whole revolutions at a speed [rad/s], up to MOST_TURNS of them."""
     turns = np.arange(1, MOST_TURNS + 1) * (2 * np.pi / abs(speed) / RIG_SAMPLE)
@@ -182,18 +190,6 @@ def in_motion(a: Assembly, w: np.ndarray, speed: float, pressure: float) -> np.n
     for i, value in began.items():
         w[i] = value
     return w
-
-
-Setting = Mapping[str, float]
-"""Values by key: 'effect.table.parameter' (absolute, SI) or a name of FACTORS (a relative change)."""
-FACTORS = ("curtain_discharge", "shaft_damping", "shaft_stiffness", "actuator_x", "actuator_y")
-"""Keys of relative changes of numbers that no effect describes."""
-PRESSURE = np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
-"""Mask of the supply pressure in the columns of a run's input rows."""
-USUAL_STEP = 1e-4
-"""Step [s] of a machine for which the steps of twins were chosen."""
-FAILURES = (ConvergenceError, NoLiftOffError, MachineFileError, NoAnswerError)
-"""Errors of a plant without solution."""
 
 
 @dataclass(frozen=True)

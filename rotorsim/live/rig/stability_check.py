@@ -33,7 +33,7 @@ from rotorsim.control.systems import (
     series,
     side_by_side,
 )
-from rotorsim.experiments.laws.p_law import ProportionalLaw
+from rotorsim.experiments.proportional_law import ProportionalLaw
 from rotorsim.live.frame import AT
 from rotorsim.live.rig.ringdown import ORDERS
 from rotorsim.machine import Machine
