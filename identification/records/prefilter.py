@@ -41,7 +41,7 @@ class Prefilter:
     runout: 'harmonic', 'table' or 'none'; harmonics: number in the filter; median: odd number of samples of a running
     median against spikes, 1 for none (it changes the displacement so that standard deviations no longer hold); lowpass:
     corner of the Butterworth filter [Hz], None for none; order: its order; bias: subtract the rest's mean; probes:
-    names of the probes whose motion in x and y is the output (see `records.probes`), the disc's where there are none.
+    names of the probes whose motion in x and y is the output (see `records.sensors`), the disc's where there are none.
 
     Examples
     --------
