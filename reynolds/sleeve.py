@@ -28,7 +28,7 @@ import numpy as np
 
 from reynolds.errors import FilmError
 from reynolds.film import JUMP
-from reynolds.grid import Grid, Layout, cells, fill
+from reynolds.grid import FilmGrid, Layout, cells, fill
 from reynolds.texture import mean_flow
 from rotorsim.base.quantity import number
 from rotorsim.base.units import show
@@ -328,7 +328,7 @@ class Pieces:
     and `row_cover` (..., n_steps) say which pockets are there, `slant` (patches, most) the sign of the groove angle.
     """
 
-    def __init__(self, layout: Layout, grid: Grid, sleeve: Sleeve, clearance: float) -> None:
+    def __init__(self, layout: Layout, grid: FilmGrid, sleeve: Sleeve, clearance: float) -> None:
         self.most, lobes = layout.pieces, sleeve.lobes
         steps = (*sleeve.steps, *[NO_STEPS] * (layout.n_steps - len(sleeve.steps)))
         jumps = np.zeros(0) if lobes is None else lobes.edges
@@ -391,7 +391,7 @@ class Pieces:
                 piece[cell, : order.size] = values[order]
         return lengths, kinds, middles
 
-    def carried(self, sleeve: Sleeve, clearance: float, grid: Grid) -> np.ndarray:
+    def carried(self, sleeve: Sleeve, clearance: float, grid: FilmGrid) -> np.ndarray:
         """Shares (line, patch, piece, piece, 2, 2) of a patch that its pieces give its four nodes.
 
         Along both axes the pressure falls from side to side as the resistance of pockets and grooves that is passed,
@@ -429,7 +429,7 @@ ON_A_LINE = 1e-9
 """Share of a cell within which an edge counts as on the line."""
 
 
-def fill_texture(w: np.ndarray, layout: Layout, grid: Grid, sleeve: Sleeve, clearance: float) -> None:
+def fill_texture(w: np.ndarray, layout: Layout, grid: FilmGrid, sleeve: Sleeve, clearance: float) -> None:
     """Write steps, grooves and jumps into the workspace: per patch between four nodes, the pieces of the patches that
     edges cut, and the mean depth about the nodes."""
     pieces = Pieces(layout, grid, sleeve, clearance)
@@ -471,7 +471,7 @@ def fill_texture(w: np.ndarray, layout: Layout, grid: Grid, sleeve: Sleeve, clea
         w[offset + cells(layout)] *= 1.0 + more
 
 
-def _about_nodes(quarters: np.ndarray, grid: Grid) -> np.ndarray:
+def _about_nodes(quarters: np.ndarray, grid: FilmGrid) -> np.ndarray:
     """Sums (n_theta, n_rows) about the nodes of what the quarters (line, patch, 2, 2) of the patches hold."""
     about = quarters[:, :, 0] + np.roll(quarters[:, :, 1], 1, axis=0)
     before, behind = about[..., 1], about[..., 0]
@@ -480,7 +480,7 @@ def _about_nodes(quarters: np.ndarray, grid: Grid) -> np.ndarray:
     return np.asarray(below + (behind if grid.half else behind[:, 1:]))
 
 
-def stretches(sleeve: Sleeve, grid: Grid, clearance: float) -> np.ndarray:
+def stretches(sleeve: Sleeve, grid: FilmGrid, clearance: float) -> np.ndarray:
     """Stretches (n, STRETCH) between lines of the grid and edges of lobes and pockets, within which the form is smooth.
 
     Pockets count where they are as long as the film: else the land at their ends is closer.
