@@ -36,7 +36,7 @@ from rotorsim.commands.results import files, refuse_campaign, study as study_fol
 
 if TYPE_CHECKING:
     from identification import Prefilter
-    from rotorsim.study.identification_vs_physics import Local
+    from identification.campaign import SourceResult
     from rotorsim.study.plans import Layout
 
 RESULTS = ("model.json", "model_2.json", "report.html", "study.json")
@@ -120,7 +120,7 @@ def _check(surfaces: str, refine: str, runout: str, median: int) -> None:
         raise DataError(f"--median: {median} samples; give an odd number, 1 for no filter")
 
 
-def _print_models(found: list[Local], made: Any, out: Path, as_json: bool) -> None:
+def _print_models(found: list[SourceResult], made: Any, out: Path, as_json: bool) -> None:
     rows = [_row(one, name) for one, name in zip(found, told_apart([one.source.path for one in found]), strict=True)]
     if as_json:
         typer.echo(json.dumps({"model": str(out), "kind": type(made).__name__, "records": rows}, indent=2))
@@ -141,7 +141,7 @@ def _print_models(found: list[Local], made: Any, out: Path, as_json: bool) -> No
     console.print(escape(f"{out}: {type(made).__name__} written"), soft_wrap=True)
 
 
-def _row(one: Local, name: str) -> dict[str, Any]:
+def _row(one: SourceResult, name: str) -> dict[str, Any]:
     if one.result is None:
         return {"record": name, "error": one.error}
     from identification.local.models import plain

@@ -125,7 +125,7 @@ def with_value(text: str, path: str, value: Any) -> str:
 
 
 def with_values(text: str, values: Mapping[str, Any]) -> str:
-    """Likewise with several values, by path; the text is parsed once."""
+    """TOML `text` with several values at their dotted paths; the text is parsed once."""
     document = tomlkit.parse(text)
     for path, value in values.items():
         for one in _every(document, path):

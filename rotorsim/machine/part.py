@@ -102,7 +102,7 @@ SHAPES = ("union_tag", "model_type", "model_attributes_type", "tuple_type", "too
 
 
 def sentences(error: ValidationError, model: type[BaseModel]) -> list[str]:
-    """All problems of a validation, one line each, wrong shapes and unknown names first.
+    """Sentences of a validation, one for each problem, wrong shapes and unknown names first.
 
     A field that is missing because its name is misspelt is one problem.
     """

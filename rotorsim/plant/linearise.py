@@ -223,7 +223,7 @@ class LinearPlant(Shown):
         return delays
 
     def mode_of_axis(self, axis: int) -> int:
-        """Which of the two lowest modes moves the disc most along an axis; x has the lower one where they are alike."""
+        """Number, 0 or 1, of the low mode that moves the disc most along an axis; x has the lower of two alike."""
         shapes = np.abs(self._disc_shapes[:, :2])
         x = first_of_largest(shapes[0] / shapes.sum(axis=0))
         return x if axis == 0 else shapes.shape[1] - 1 - x

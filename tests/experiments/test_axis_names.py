@@ -49,7 +49,7 @@ def converted_from_csv(plant: rs.Plant, folder: Path) -> Path:
 
 
 def recorded_live(plant: rs.Plant, folder: Path) -> Path:
-    from rotorsim.live.recorder import Recorder
+    from rotorsim.live.rig.records import Recorder
     from rotorsim.live.rig.rig import Rig
 
     rig = Rig(plant.machine, {})

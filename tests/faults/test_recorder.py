@@ -12,7 +12,7 @@ from fault_injection.checks import SAMPLE
 from fuzzing.disk import largest_file
 from rotorsim.base.files import WriteError
 from rotorsim.experiments.recovery import recover
-from rotorsim.live.recorder import Recorder
+from rotorsim.live.rig.records import Recorder
 from rotorsim.live.rig.rig import Rig
 from rotorsim.machine import load_machine
 
@@ -22,7 +22,7 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 from rotorsim.experiments import recording
-from rotorsim.live.recorder import Recorder
+from rotorsim.live.rig.records import Recorder
 from rotorsim.live.rig.rig import Rig
 from rotorsim.machine import load_machine
 recording.FLUSH = 0.0

@@ -17,17 +17,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rotorsim.base.errors import RotorsimError
-from rotorsim.live.aside import Aside
-from rotorsim.live.frame import Geometry, make_frame
-from rotorsim.live.pacer import Pacer
-from rotorsim.live.recorder import Recorder
-from rotorsim.live.replay import Replay
-from rotorsim.live.rig.eigenvalue import Modes, modes_at, own_copy
-from rotorsim.live.rig.operating import OFF, PACES
+from rotorsim.live.rig.controls import OFF, PACES
+from rotorsim.live.rig.frame import Geometry, make_frame
+from rotorsim.live.rig.modes import BEFORE, LEAD, RING, RigModes, RingdownReading, modes_at, own_copy, read_ringdown
+from rotorsim.live.rig.pacing import Aside, Pacer
 from rotorsim.live.rig.readings import eigenvalues_shown, hit_shown
+from rotorsim.live.rig.records import Recorder, Replay
 from rotorsim.live.rig.rig import Rig
-from rotorsim.live.rig.ringdown import BEFORE, LEAD, RING, Reading, read_ringdown
-from rotorsim.live.rig.stability_check import DECAY, FEWEST, Verdict
+from rotorsim.live.rig.stability_check import DECAY, FEWEST, StabilityVerdict
 
 if TYPE_CHECKING:
     import numpy as np
@@ -55,8 +52,8 @@ class Runner:
         self.geometry = _geometry(rig)
         self.replay: Replay | None = None
         self.recorder: Recorder | None = None
-        self.modes: tuple[int, Modes] = (-1, Modes())
-        self.reading: tuple[int, float, Reading] = (-1, 0.0, Reading())
+        self.modes: tuple[int, RigModes] = (-1, RigModes())
+        self.reading: tuple[int, float, RingdownReading] = (-1, 0.0, RingdownReading())
         """Modes with the epoch they are of; a reading with epoch and speed."""
         self._pacer = Pacer(rig.Ts)
         self._orders: queue.Queue[Callable[[], None]] = queue.Queue(ORDERS)
@@ -231,7 +228,7 @@ class Runner:
     def _check(self, name: str) -> None:
         work, epoch = self.rig.check(name), self.rig.epoch
 
-        def switch(verdict: Verdict) -> None:
+        def switch(verdict: StabilityVerdict) -> None:
             if self._wanted != name:
                 return
             if self.rig.epoch != epoch:
@@ -256,7 +253,7 @@ class Runner:
             elif kind == "reading":
                 self.reading = (*self.reading[:2], replace(self.reading[2], why="it could not be read"))
             else:
-                self.modes = self.rig.epoch, Modes(why="cannot be computed here")
+                self.modes = self.rig.epoch, RigModes(why="cannot be computed here")
             self.rig.notify(_sentence(error))
 
         self.order(end)
@@ -307,14 +304,18 @@ class Runner:
         epoch, speed, name = rig.epoch, rig.speed, "xy"[hit.axis]
         rows = rig.history.last(rig.simulation.samples - hit.sample + BEFORE)[: BEFORE + LEAD + RING].copy()
         if hit.sample - rig.since < BEFORE:
-            self.reading = epoch, speed, Reading(name, why=f"{rig.change} within {BEFORE * rig.Ts:g} s of the hit")
+            self.reading = (
+                epoch,
+                speed,
+                RingdownReading(name, why=f"{rig.change} within {BEFORE * rig.Ts:g} s of the hit"),
+            )
             return
         clearance, limit, Ts = rig.clearance, rig.limit, rig.Ts
 
         def read() -> None:
             self.reading = epoch, speed, read_ringdown(rows, hit.axis, clearance, limit, Ts)
 
-        self.reading = epoch, speed, Reading(name, why="being read")
+        self.reading = epoch, speed, RingdownReading(name, why="being read")
         self._aside.ask("reading", read)
 
     def _watch(self) -> None:

@@ -12,7 +12,7 @@ from rotorsim.analysis.unbalance_response import half_axis, unbalances_of, whirl
 from rotorsim.analysis.whirl_onset import stability_limit
 from rotorsim.base.constants import RPM
 from rotorsim.base.errors import RotorsimError
-from rotorsim.live.rig.operating import operating
+from rotorsim.live.rig.controls import operating
 from rotorsim.machine import Machine, load_machine
 from rotorsim.plant import Plant
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.constants import MPA, TO_RPM, TO_UM
-from rotorsim.live.rig.history import LENGTH
+from rotorsim.live.rig.samples import LENGTH
 from rotorsim.machine import Machine
 from rotorsim.machine.probes import reading_unit
 from rotorsim.plant.journal_room import journal_room

@@ -1,4 +1,4 @@
-r"""Natural frequency and damping ratio from the ring-down after a hammer impact.
+r"""Modes of a live rig: frequencies and damping ratios from ring-downs, and eigenvalues of the plant as it is set.
 
 The motion before the blow (rest position, 1X, 2X, 3X over the shaft angle) is taken away from the samples after it. The
 free vibration of disc x, y that is left is a sum of damped oscillations; the eigensystem realisation (Juang and Pappa
@@ -10,16 +10,26 @@ The mode of an axis is the one that the blow moves most along it. The stated sca
 orders and two stretches of the ring-down, and an allowance for the film's nonlinearity, which shifts both with the
 square of the motion over the clearance. A blow that was disturbed has no reading but a reason.
 
+The eigenvalues are those of the open loop, at the present operating point and effect settings.
+
 Cites: juang_1985.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fe_shaft.modes.spectrum import modes_in
+from rotorsim.analysis.modes_over_speed import least_damped
+from rotorsim.analysis.whirl_onset import region_up_to
+from rotorsim.base.errors import RotorsimError
+from rotorsim.base.processes import one_thread
+from rotorsim.plant.assemble import Assembly
+from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.kernels.columns import AT, FORCE, REFERENCE, SUPPLY, inputs_of
+from rotorsim.plant.linearise import LinearPlant, linearise
 
 BEFORE, RING = 2000, 2000
 """Samples before a blow that must be steady, and samples that ring."""
@@ -49,7 +59,7 @@ MOST_F, MOST_Z = 0.05, 0.35
 
 
 @dataclass(frozen=True)
-class Reading:
+class RingdownReading:
     """Frequency [Hz] and damping ratio of a ring-down with their scatter, or the reason why there is none."""
 
     axis: str = ""
@@ -60,7 +70,7 @@ class Reading:
     why: str = ""
 
 
-def read_ringdown(rows: np.ndarray, axis: int, clearance: float, limit: float, Ts: float) -> Reading:
+def read_ringdown(rows: np.ndarray, axis: int, clearance: float, limit: float, Ts: float) -> RingdownReading:
     """Reading of an impact along x (0) or y (1).
 
     Parameters
@@ -75,14 +85,14 @@ def read_ringdown(rows: np.ndarray, axis: int, clearance: float, limit: float, T
     name = "xy"[axis]
     why = spoilt(rows, limit)
     if why:
-        return Reading(name, why=why)
+        return RingdownReading(name, why=why)
     disc = rows[:, [AT["disc_x"], AT["disc_y"]]]
     free = _free(disc, rows)
     quiet, loud = (float(np.abs(part).max()) for part in (free[:BEFORE], free[BEFORE:]))
     if loud < SMALLEST:
-        return Reading(name, why="the hit was too small to be read")
+        return RingdownReading(name, why="the hit was too small to be read")
     if quiet > UNSTEADY * loud:
-        return Reading(name, why="the rotor was not steady before the hit")
+        return RingdownReading(name, why="the rotor was not steady before the hit")
     return _reading(name, axis, free[BEFORE + LEAD :], _journal(rows) / clearance, Ts)
 
 
@@ -117,21 +127,21 @@ def _journal(rows: np.ndarray) -> float:
     return float(np.sqrt(2 * np.mean(moved**2, axis=0).max()))
 
 
-def _reading(name: str, axis: int, free: np.ndarray, share: float, Ts: float) -> Reading:
+def _reading(name: str, axis: int, free: np.ndarray, share: float, Ts: float) -> RingdownReading:
     """Reading from the ring-down (RING, 2) [m] of a motion that is `share` of the clearance."""
     thin = free[: len(free) // THIN * THIN].reshape(-1, THIN, 2).mean(axis=1)
     found = [poles(thin[at : at + LENGTH], THIN * Ts, MODEL_ORDERS) for at in STRETCHES]
     main = _pole_of_axis(thin[:LENGTH], found[0][REFERENCE_ORDER], axis, THIN * Ts)
     if main is None:
-        return Reading(name, why="the ring-down shows no oscillation")
+        return RingdownReading(name, why="the ring-down shows no oscillation")
     alike = [_nearest(each, main) for one in found for each in one.values()]
     f, zeta = np.abs(alike) / (2 * np.pi), -np.real(alike) / np.abs(alike)
     middle_f, middle_z = float(np.median(f)), float(np.median(zeta))
     df = float(np.abs(f - middle_f).max()) + (LEAST_F + CURVED_F * share**2) * middle_f
     dz = float(np.abs(zeta - middle_z).max()) + LEAST_Z + CURVED_Z * share**2
     if df > MOST_F * middle_f or dz > max(MOST_Z * abs(middle_z), 10 * LEAST_Z):
-        return Reading(name, why="the ring-down is not that of a linear mode; hit less hard")
-    return Reading(name, middle_f, middle_z, df, dz)
+        return RingdownReading(name, why="the ring-down is not that of a linear mode; hit less hard")
+    return RingdownReading(name, middle_f, middle_z, df, dz)
 
 
 def poles(signal: np.ndarray, dt: float, orders: tuple[int, ...]) -> dict[int, np.ndarray]:
@@ -165,3 +175,45 @@ def _nearest(s: np.ndarray, main: complex) -> complex:
 def _orders(angle: np.ndarray) -> np.ndarray:
     waves = [wave(order * angle) for order in ORDERS for wave in (np.cos, np.sin)]
     return np.stack([np.ones_like(angle), *waves], axis=1)
+
+
+@dataclass(frozen=True)
+class RigModes:
+    """Frequency [Hz] and damping ratio of the lowest mode of each axis at a speed [rad/s] and gauge pressure [Pa], or
+    the reason why there is none; `least` are frequency and damping ratio of the least damped of all modes,
+    `proven` whether none is missing among them."""
+
+    frequency: tuple[float, ...] = ()
+    zeta: tuple[float, ...] = ()
+    why: str = ""
+    least: tuple[float, float] = (float("nan"), float("inf"))
+    proven: bool = False
+    speed: float = 0.0
+    pressure: float = 0.0
+
+
+def modes_at(a: Assembly, speed: float, pressure: float) -> RigModes:
+    """Modes at a speed [rad/s] and gauge pressure [Pa], without controller."""
+    try:
+        return _modes_of(a, linearise(a, settle(a, speed, pressure), speed), pressure)
+    except RotorsimError as error:
+        return RigModes(why=str(error))
+    except np.linalg.LinAlgError:
+        return RigModes(why="cannot be computed here")
+
+
+def _modes_of(a: Assembly, plant: LinearPlant, pressure: float) -> RigModes:
+    first = [plant.mode_of_axis(axis) for axis in range(2)]
+    frequency, zeta = (plant.wn[first] / (2 * np.pi)).tolist(), plant.zeta[first].tolist()
+    hints = a.mesh.reduced.frequencies
+    region = region_up_to(hints, abs(plant.speed))
+    with one_thread():
+        every = modes_in(plant, region, np.unique(hints.round(3)).tolist())
+    damping, omega = least_damped(every, region)
+    least = omega / (2 * np.pi), damping
+    return RigModes(tuple(frequency), tuple(zeta), "", least, every.proven, plant.speed, pressure)
+
+
+def own_copy(a: Assembly) -> Assembly:
+    """Private copy of an assembly's parameter record and workspace."""
+    return replace(a, record=a.record.copy(), w=a.w.copy())
