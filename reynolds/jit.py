@@ -33,8 +33,15 @@ _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A building block: merged into the kernels that call it."""
-    return numba.njit(forceinline=True, pipeline_class=KernelCompiler, **_OPTIONS)(function)
+    """A building block: merged into the kernels that call it, for which it costs no machine code of its own.
+
+    Machine code and what makes a layout's hundred numbers of Python's are only there where Python calls it.
+    """
+    block = numba.njit(forceinline=True, pipeline_class=KernelCompiler, **_OPTIONS)(function)
+    if not config.DISABLE_JIT:
+        block.get_call_template = lambda given, named: merged(function).get_call_template(given, named)
+        block.get_overload = lambda signature: merged(function).get_overload(signature)
+    return block
 
 
 def view(function: Callable[..., Any]) -> Callable[..., Any]:
