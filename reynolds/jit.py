@@ -7,6 +7,9 @@ they return a status.
 
 numba's own cache looks only at the file of the decorated function; a change in a building block elsewhere would serve
 stale physics. Hence the cache folder carries the hash of every kernel source given to `cache_folder`.
+
+A building block is compiled where it is first used: a machine file names effects, whose kernels are such blocks, and is
+read without numba.
 """
 
 from __future__ import annotations
@@ -16,35 +19,62 @@ import importlib.metadata
 import sys
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from functools import cache, partial
+from functools import cache, cached_property, partial, update_wrapper
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numba
-from numba.core import config
-from numba.core.types.misc import unliteral
-
-from reynolds.compiler import KernelCompiler, LinkedCompiler, SharedCompiler, compiling
-from reynolds.kernel_cache import KernelCache
 from rotorsim.base.cache import in_cache, kernels_in
 from rotorsim.base.interrupt import apart
+
+if TYPE_CHECKING:
+    from reynolds.compiler import KernelCompiler
 
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False}
 
 
-def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A building block: merged into the kernels that call it, for which it costs no machine code of its own.
+class BuildingBlock:
+    """A Python function that numba merges into the kernels that call it, and compiles alone where Python calls it."""
 
-    Machine code and what makes a layout's hundred numbers of Python's are only there where Python calls it.
-    """
-    block = numba.njit(forceinline=True, pipeline_class=KernelCompiler, **_OPTIONS)(function)
-    if not config.DISABLE_JIT:
-        block.get_call_template = lambda given, named: merged(function).get_call_template(given, named)
-        block.get_overload = lambda signature: merged(function).get_overload(signature)
-    return block
+    __name__: str
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.py_func = function
+        update_wrapper(self, function)
+
+    @cached_property
+    def compiled(self) -> Any:
+        """Numba's function, made when it is first asked for.
+
+        Kernels merge it as a part: machine code of its own, and what makes a layout's hundred numbers of Python's, are
+        only there where Python calls it.
+        """
+        import numba
+        from numba.core import config
+
+        from reynolds.compiler import KernelCompiler
+
+        made: Any = numba.njit(forceinline=True, pipeline_class=KernelCompiler, **_OPTIONS)(self.py_func)
+        if not config.DISABLE_JIT:
+            made.get_call_template = lambda given, named: merged(self).get_call_template(given, named)
+            made.get_overload = lambda signature: merged(self).get_overload(signature)
+        return made
+
+    @property
+    def _numba_type_(self) -> Any:
+        """Type by which numba knows it among the names of a kernel's module."""
+        return self.compiled._numba_type_
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Value for numbers and arrays, from machine code."""
+        return self.compiled(*arguments)
 
 
-def view(function: Callable[..., Any]) -> Callable[..., Any]:
+def inlined(function: Callable[..., Any]) -> BuildingBlock:
+    """A building block: merged into the kernels that call it."""
+    return BuildingBlock(function)
+
+
+def view(function: Callable[..., Any]) -> BuildingBlock:
     """A part of an array as one expression, which `specialise` writes where it is called.
 
     A kernel that manages no memory can use such a part, but not return it.
@@ -54,6 +84,12 @@ def view(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def part(inline: bool) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """A function of a generated module that only its entry points call, merged into its callers with `inline`."""
+
+    import numba
+    from numba.core import config
+    from numba.core.types.misc import unliteral
+
+    from reynolds.compiler import LinkedCompiler
 
     def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
         if config.DISABLE_JIT:
@@ -76,20 +112,28 @@ def merged(block: Callable[..., Any]) -> Callable[..., Any]:
 
 def shared(function: Callable[..., Any]) -> Callable[..., Any]:
     """An entry point of a generated module that others call as it is, without compiling it into their own."""
+    from reynolds.compiler import SharedCompiler
+
     return kernel(function, SharedCompiler)
 
 
-def kernel(function: Callable[..., Any], compiler: type[KernelCompiler] = KernelCompiler) -> Callable[..., Any]:
+def kernel(function: Callable[..., Any], compiler: type[KernelCompiler] | None = None) -> Callable[..., Any]:
     """An entry point, cached on disk under the hash of the sources it may be made of.
 
     These are all files of its package, or the file alone if it belongs to none (a generated module, whose name hashes
     what it imports). Plain Python where NUMBA_DISABLE_JIT is set.
     """
+    import numba
+    from numba.core import config
+
+    from reynolds.compiler import KernelCompiler, compiling
+    from reynolds.kernel_cache import KernelCache
+
     if config.DISABLE_JIT:
         return function
     module = sys.modules[function.__module__]
     own = Path(module.__file__ or "")
-    dispatcher = numba.njit(pipeline_class=compiler, **_OPTIONS)(function)
+    dispatcher = numba.njit(pipeline_class=compiler or KernelCompiler, **_OPTIONS)(function)
     folder = cache_folder(own.parent.glob("*.py") if module.__package__ else [own])
     with kernels_in(folder, config), suppress(RuntimeError):  # of numba, if the folder takes nothing
         dispatcher._cache = KernelCache(function)

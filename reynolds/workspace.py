@@ -28,7 +28,7 @@ def at_cache_line(size: int) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Gas:
+class FilmGas:
     """Viscosity [Pa s], ambient pressure [Pa], temperature [K], gas constant [J/(kg K)], heat capacity ratio [1].
 
     A mean free path [m] at ambient pressure of 0 is a gas that does not slip.
@@ -51,7 +51,7 @@ class FilmModel:
 
     grid: Grid
     clearance: float
-    gas: Gas = Gas()
+    gas: FilmGas = FilmGas()
     injectors: tuple[Injector, ...] = ()
     h_min: float = 2.5e-7
     rarefied: bool = False
@@ -64,7 +64,7 @@ class FilmModel:
             raise FilmError("injectors: all must have the same law")
         if self.grid.half and not self.sleeve.symmetric:
             raise FilmError("grooves: a spiral is not symmetric about the midplane; use symmetric=False")
-        if self.injectors and (self.sleeve.foil is not None or self.sleeve.grooves is not None):
+        if self.injectors and self.sleeve.closed:
             raise FilmError("injectors: a film with a foil or with grooves takes none; remove the ones or the others")
         if self.grid.half and any(injector.offset != 0 for injector in self.injectors):
             raise FilmError("injectors: one is off the midplane, so the film is not symmetric; use symmetric=False")

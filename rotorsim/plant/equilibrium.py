@@ -9,14 +9,13 @@ import numpy as np
 
 from reynolds.workspace import at_cache_line
 from rotorsim.base.constants import MPA, TO_RPM, TO_UM
+from rotorsim.base.display import Card, Shown, several
 from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffError
-from rotorsim.base.exchange.notebook import Card, Shown, several
 from rotorsim.base.units import show
 from rotorsim.effects import Effect
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.kernels.equilibrium_kernel import BEYOND_STROKE, NO_LIFT_OFF, RESTLESS
-from rotorsim.plant.kernels.modal_rotor import add_tables
 
 SLOW = 1e-6
 """Velocity [m/s] of difference quotients."""
@@ -24,7 +23,7 @@ SLOW = 1e-6
 
 @dataclass(frozen=True, repr=False)
 class Equilibrium(Shown):
-    """Where the machine rests: disc (2,) [m], h_min [m] of all films, flows (injectors,) [kg/s] of all films.
+    """Equilibrium of a machine: disc (2,) [m], h_min [m] of all films, flows (injectors,) [kg/s] of all films.
 
     journal (2,) [m], film force (2,) [N] and eccentricity ratio are those of the first film; `journals` (films, 2),
     `forces` (films, 2) and `eccentricity_ratios` (films,) those of all; `temperature_rises` (films, 3) [K] those of
@@ -78,11 +77,23 @@ def stiffness(a: Assembly, w: np.ndarray, speed: float) -> np.ndarray:
 
 def damping(a: Assembly, w: np.ndarray, speed: float) -> np.ndarray:
     """Modal damping (n, n), gyroscopic terms included."""
-    if a.rotor.n_tables:
-        w = w.copy()
-        getattr(add_tables, "py_func", add_tables)(w, a.rotor, speed, 4, 1.0, a.rotor.C)
     C = matrix(a, a.rotor.C, w) + speed * matrix(a, a.rotor.G, w) + motion_damping(a, w, speed)
+    C = C + table_damping(a, w, speed) if a.rotor.n_tables else C
     return C + turning_time(a) * matrix(a, a.rotor.KS, w) if a.rotor.turning else C
+
+
+def table_damping(a: Assembly, w: np.ndarray, speed: float) -> np.ndarray:
+    """Modal damping (n, n) of the tables at `speed`, as `add_tables` of the kernels has it."""
+    R, n = a.rotor, a.rotor.n
+    shapes = w[R.table_rows : R.table_rows + 2 * n * R.n_tables].reshape(-1, 2, n)
+    values = w[R.table_values : R.table_values + 8 * R.n_tables * R.n_points].reshape(R.n_tables, R.n_points, 2, 2, 2)
+    speeds = w[R.table_speeds : R.table_speeds + R.n_points]
+    k = min(max(int(np.searchsorted(speeds, abs(speed))), 1), R.n_points - 1)
+    share = min(max((abs(speed) - speeds[k - 1]) / (speeds[k] - speeds[k - 1]), 0.0), 1.0)
+    C = values[:, k - 1, 1] + share * (values[:, k, 1] - values[:, k - 1, 1])
+    if speed < 0:
+        C = C * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    return np.asarray((shapes.transpose(0, 2, 1) @ C @ shapes).sum(axis=0))
 
 
 def motion_damping(a: Assembly, w: np.ndarray, speed: float) -> np.ndarray:
@@ -173,7 +184,7 @@ def describe(a: Assembly, w: np.ndarray) -> Equilibrium:
 
 
 def _stiffer_foil(machine: Machine, loads: np.ndarray) -> str:
-    """What to do about a foil that its load [N] alone bends by more than the clearance; empty if none is so soft."""
+    """Remedy for a foil that its load [N] alone bends by more than the clearance; empty if none is so soft."""
     for film, load in zip(machine.films, loads, strict=True):
         foil, area = film.foil, film.diameter * film.length
         if foil is not None and load > foil.stiffness * film.clearance * area:

@@ -1,4 +1,7 @@
-"""Controller designs, one file per method: identified model in, law out; imported when they are first used."""
+"""Controller designs, one file per method: identified model in, law out; imported when they are first used.
+
+The stub lists them; what it lists is a command, a name of `rs.control` and an entry of the catalogue.
+"""
 
 from rotorsim.base.public import lazy
 

@@ -47,7 +47,6 @@ class AsymmetricShaft(Effect):
     kernel = asymmetric_shaft
     braking = asymmetric_shaft_torque
     cites = ("friswell_2010", "genta_2005")
-    in_benchmark = False
     forms = (CandidateForm("difference", 1e4, "phase", with_weight="forward 2X", from_value=("difference", 0.0)),)
     difference_lobes: ClassVar[float] = 2.0
     difference: float = param("N/m", bounds=(0.0, 1e9), doc="Stiffer less softer direction, at its plane.")

@@ -40,7 +40,6 @@ class Unbalance(Effect):
     cites = ("friswell_2010", "thesis")
     forms = (CandidateForm("me", 1e-6, "phase", resembles="a skew of the disc"),)
     places = 2
-    in_benchmark = False
     me: float = param("kg*m", bounds=(0.0, 1e-2), doc="Unbalance, mass times eccentricity.")
     phase: float = param("rad", bounds=(-TURN, TURN), doc="Angular position on the shaft, from x towards y.")
     position: float | None = param(
@@ -49,7 +48,7 @@ class Unbalance(Effect):
 
     @classmethod
     def neutral(cls, machine: Any, place: int) -> Unbalance:
-        """At the disc first, then in the plane of the film, or of the second disc."""
+        """A neutral one at the disc first, then in the plane of the film or of the second disc."""
         if place == 0 or (machine.film is None and len(machine.discs) < 2):
             return cls()
         return cls(position=machine.discs[1].position if machine.film is None else machine.film.position)

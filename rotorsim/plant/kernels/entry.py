@@ -9,13 +9,7 @@ import math
 
 from reynolds.jit import inlined, kernel
 from reynolds.texture import friction_torque
-from rotorsim.plant.kernels.film_gap import set_gas, shape_gap
-from rotorsim.plant.kernels.films import film_part
-from rotorsim.plant.kernels.modal_rotor import add_force
-from rotorsim.plant.kernels.outputs import write_sample
-from rotorsim.plant.kernels.piezo import rest_piezos
-from rotorsim.plant.kernels.step import step
-from rotorsim.plant.kernels.stubs import (
+from rotorsim.plant.kernels.effect_calls import (
     FILM,
     RIG,
     ROTOR,
@@ -25,6 +19,12 @@ from rotorsim.plant.kernels.stubs import (
     supply_line,
     warm,
 )
+from rotorsim.plant.kernels.film_gap import set_gas, shape_gap
+from rotorsim.plant.kernels.films import film_part
+from rotorsim.plant.kernels.modal_rotor import add_force
+from rotorsim.plant.kernels.outputs import write_sample
+from rotorsim.plant.kernels.piezo import rest_piezos
+from rotorsim.plant.kernels.step import step
 from rotorsim.plant.kernels.supply import feed_sample, flow_of_film, open_injectors, set_plena
 
 
