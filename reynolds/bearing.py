@@ -28,9 +28,9 @@ class SteadyFilm:
     """Steady film: pressure (n_theta, n_z) [Pa, absolute] at the interval centres `z`, force (2,) [N] on the journal.
 
     A pressure is the mean of the two adjacent nodes, so that the force is exactly the sum of (p - pa) over the
-    cells; `p_max` is the highest nodal value. `mass_flow` (n_inj,) [kg/s] through each injector into the film,
-    `plenum` (n_inj,) [Pa, absolute], `friction_torque` [N m] against the rotation, `h_min` [m], `edge_flow` [kg/s]
-    out of the two edges.
+    cells where no edge of a pocket, land or lobe cuts them; `p_max` is the highest nodal value. `mass_flow` (n_inj,)
+    [kg/s] through each injector into the film, `plenum` (n_inj,) [Pa, absolute], `friction_torque` [N m] against the
+    rotation, `h_min` [m], `edge_flow` [kg/s] out of the two edges.
     """
 
     pressure: Array

@@ -467,8 +467,12 @@ def fill_texture(w: np.ndarray, layout: Layout, grid: FilmGrid, sleeve: Sleeve, 
     deep = (carried * (texture[0] * texture[1]).transpose(0, 2, 1, 3)[..., None, None]).sum(axis=(2, 3))
     fill(w, layout.deep, layout, _about_nodes(deep, grid) + pieces.raised[:, None], 0.0)
     more = _about_nodes(np.where(mixed[..., None, None], carried.sum(axis=(2, 3)) - 0.25, 0.0), grid)
+    edge = cells(layout)[:, -1] + 1
     for offset in (layout.force_x, layout.force_y):
-        w[offset + cells(layout)] *= 1.0 + more
+        added = w[offset + cells(layout)] * more
+        w[offset + cells(layout)] += added
+        # over the ambient pressure, which the edge has
+        w[offset + edge] = -added.sum(axis=1)
 
 
 def _about_nodes(quarters: np.ndarray, grid: FilmGrid) -> np.ndarray:
