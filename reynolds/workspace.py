@@ -15,7 +15,7 @@ from reynolds.sleeve import PLAIN, Sleeve, fill_texture, stretches
 
 CONSTANTS = (
     "mu", "mean_free_path", "radius", "dy", "dz", "pa", "area", "source", "clearance", "h_min", "uneven", "bend_time",
-    "grooved", "recessed", "wide", "lobe", "stretches",
+    "grooved", "recessed", "wide", "lobe", "stretches", "jumps",
 )  # fmt: skip
 FILM_DTYPE = np.dtype([(name, "f8") for name in CONSTANTS])
 
@@ -87,6 +87,7 @@ class FilmModel:
             gas.viscosity, gas.mean_free_path, grid.radius, grid.dy, grid.dz, gas.ambient_pressure, area,
             rt / (grid.dy * grid.dz), self.clearance, self.h_min, uneven, bend_time, grooved,
             float(sleeve.recesses(grid.length) != ()), *sleeve.arc(self.clearance), len(self.stretches),
+            self.stretches[:, -1].sum(),
         )  # fmt: skip
         return np.array([row], FILM_DTYPE).view(np.recarray)
 

@@ -25,8 +25,7 @@ from math import log, sqrt
 from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.errors import Unusual
-from rotorsim.base.unit_table import advised, dimension
-from rotorsim.base.units import parse, show, split
+from rotorsim.base.units import advised, dimension, parse, show, split
 from rotorsim.machine.file_text import entries
 from rotorsim.machine.gas_film import GasFilm
 from rotorsim.machine.part import Part

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import quantity_of
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.sentences import did_you_mean
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine.effect_tables import unknown_effect
 from rotorsim.machine.part import SI, Part, sentences, unknown_field

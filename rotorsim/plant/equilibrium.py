@@ -9,8 +9,8 @@ import numpy as np
 
 from reynolds.workspace import at_cache_line
 from rotorsim.base.constants import MPA, TO_RPM, TO_UM
+from rotorsim.base.display import Card, Shown, several
 from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffError
-from rotorsim.base.exchange.notebook import Card, Shown, several
 from rotorsim.effects import Effect
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly

@@ -9,7 +9,7 @@ from typing import Any
 from rotorsim.base.constants import RPM
 from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import Quantity
-from rotorsim.base.unit_table import dimension
+from rotorsim.base.units import dimension
 from rotorsim.machine import Machine
 
 HUGE = 1e300

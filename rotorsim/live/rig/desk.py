@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange import json_text as json
+from rotorsim.base.file_kinds import instead
 from rotorsim.base.files import make_folder, write_json
-from rotorsim.base.own_files import instead
 from rotorsim.live.rig.controls import OFF
 from rotorsim.live.rig.records import Replay
 from rotorsim.live.rig.runner import Runner
