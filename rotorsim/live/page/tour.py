@@ -121,8 +121,8 @@ def _machine_tour(machine: Machine, plant: Plant, lowest: float, pressure: float
 def _peak(plant: Plant, pressure: float, low: float, high: float) -> float:
     """Speed [rad/s] between two where the response to unbalance has its largest peak; NaN where it has none inside.
 
-    Looked for at equal steps, at every critical speed, which a sharp peak needs, and closer by; where a mode grows there
-    is no response.
+    Looked for at equal steps, at every critical speed, which a sharp peak needs, and closer by; where a mode grows
+    there is no response.
     """
     unbalances, z = unbalances_of(plant.machine, high), (plant.assembly.mesh.probe,)
     nodes, least = np.linspace(low, high, NODES), LeastDamped.up_to(plant, pressure, high)
