@@ -1,8 +1,9 @@
 r"""Stability over speed: smallest logarithmic decrement and the onset speed of instability.
 
 All oscillating modes are computed at every speed. The onset lies where the least damping ratio crosses zero between two
-of the given speeds, of the tables' speeds, or of those in between: a step is halved as long as the slopes of the damping
-ratios at its ends leave it open whether damping is lost and comes back inside. It is then found by Brent's method.
+of the given speeds, of the tables' speeds, or of those in between: a step is halved as long as the slopes of the
+damping ratios at its ends leave it open whether damping is lost and comes back inside. It is then found by Brent's
+method.
 """
 
 from __future__ import annotations

@@ -49,7 +49,7 @@ class UcsResult:
         return dataset(
             {
                 "wn": (("mode", "stiffness"), self.wn, "rad/s", "undamped critical speed"),
-                "missing": ("stiffness", self.missing, "1", "critical speeds up to the highest that are not found"),
+                "missing": (("stiffness",), self.missing, "1", "critical speeds up to the highest that are not found"),
             },
             {"stiffness": (("stiffness",), self.stiffness, "N/m", "stiffness of every bearing")},
         )
