@@ -9,5 +9,3 @@ from . import (
     placement as placement,
     youla as youla,
 )
-
-IN_PYTHON: tuple[str, ...]
