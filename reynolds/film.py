@@ -31,7 +31,7 @@ from __future__ import annotations
 
 import math
 
-from reynolds.grid import PLACE, STRETCH
+from reynolds.grid import JUMP, KINK, PLACE, STRETCH
 from reynolds.jit import inlined, view
 from reynolds.lanes import two_dots
 
@@ -39,8 +39,6 @@ STEEPEST = 1e300
 """Second derivative [m] of the gap at the edge of a pocket."""
 FLATTEST = 1e-9
 """Least second derivative [m] of the gap where it is smallest."""
-JUMP, KINK = 1e-12, 1e-9
-"""Differences [m] of the gap and of its derivative between two stretches that are no rounding."""
 HALVINGS = 60
 
 

@@ -19,6 +19,8 @@ import numpy as np
 
 from reynolds.errors import FilmError
 
+JUMP, KINK = 1e-12, 1e-9
+"""Differences [m] of the gap and of its derivative between two stretches that are no rounding."""
 FILM_ARRAYS = (
     "cos", "sin", "weight", "per_weight", "link", "form", "clearance", "p", "h", "flow_t", "flow_z", "r", "m_rhs",
     "h_frozen", "p_frozen", "diag", "west", "east", "down", "up", "dh", "slope", "two_p",

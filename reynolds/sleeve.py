@@ -27,9 +27,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from reynolds.errors import FilmError
-from reynolds.film import JUMP
-from reynolds.grid import FilmGrid, Layout, cells, fill
-from reynolds.texture import mean_flow
+from reynolds.grid import JUMP, FilmGrid, Layout, cells, fill
 from rotorsim.base.quantity import number
 from rotorsim.base.units import show
 
@@ -397,6 +395,8 @@ class Pieces:
         Along both axes the pressure falls from side to side as the resistance of pockets and grooves that is passed,
         for a journal in the middle.
         """
+        from reynolds.texture import mean_flow  # which loads the compiler; a form is read from a file without
+
         depth, share, slant = self.texture(sleeve)
         nodes = clearance + sleeve.height(grid.theta, clearance)
         h = 0.5 * (nodes + np.roll(nodes, -1))[:, None, None, None]

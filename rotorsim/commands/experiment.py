@@ -148,7 +148,8 @@ def run_experiment(
     page.check(report)
     number = read_seed(seed)
     plant = settings.plant(machine)
-    _check_film(plant, given.get(OF_FILM), settings.grid)
+    if not kind.drives_reference:  # those that do are refused as a whole without a film
+        _check_film(plant, given.get(OF_FILM), settings.grid)
     from rotorsim.experiments.parameters import ask_speeds
     from rotorsim.experiments.running import record
 

@@ -108,7 +108,7 @@ class Experiment(ABC):
 
     @classmethod
     def findings(cls, record: xr.Dataset) -> dict[str, Any]:
-        """Numbers of a record that this experiment is made for, ready for JSON, beside those that all have."""
+        """Numbers of a record that this experiment is made for, ready for JSON, besides those that all have."""
         return {}
 
     @classmethod
