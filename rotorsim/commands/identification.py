@@ -17,8 +17,7 @@ from rich.markup import escape
 from rich.table import Column, Table
 
 from rotorsim.base.errors import DataError
-from rotorsim.base.file_set import replacing_all
-from rotorsim.base.files import write_json
+from rotorsim.base.files import replacing_all, write_json
 from rotorsim.base.progress import counter
 from rotorsim.base.sentences import told_apart
 from rotorsim.commands.options import (
@@ -195,7 +194,7 @@ def _print_each(paths: Sequence[Path], mapping: Any, as_json: bool, make: Callab
     from identification import open_pair
     from identification.campaign import NO_EXCITATION
     from identification.errors import UnfitError
-    from rotorsim.study.sources import sources_of
+    from rotorsim.study.identify_records import sources_of
 
     sources = sources_of(paths, mapping)
     if not sources:
@@ -254,10 +253,9 @@ def identification_vs_physics(
     plant, layout = plant_of(machine), _layout(quick, speed, pressure)
     from rotorsim.report.pages.study import save_study_page
     from rotorsim.study.identification_vs_physics import study
-    from rotorsim.study.page import identification_blocks
+    from rotorsim.study.identify_records import sources_of
+    from rotorsim.study.pages import HEADS, identification_blocks, rows, summary
     from rotorsim.study.plans import COUNTED, run
-    from rotorsim.study.sources import sources_of
-    from rotorsim.study.table import HEADS, rows, summary
 
     records = [str(folder.absolute()) for folder in campaign or []]
     inputs = {"kind": "identification", "machine": plant.machine.hash, "records": records, "surfaces": surfaces}
