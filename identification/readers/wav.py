@@ -10,7 +10,6 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-from scipy.io import wavfile
 
 from identification.errors import ReadError
 from identification.readers.registry import reader
@@ -24,6 +23,8 @@ _UNSIGNED = 128.0
 @reader(".wav", magic=rb"(RIFF|RIFX|RF64).{4}WAVE")
 def read_wav(path: Path) -> DataTable:
     """Table of a WAV file of 8 to 64 bits; raises ReadError if it is damaged, cut off or compressed."""
+    from scipy.io import wavfile
+
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", wavfile.WavFileWarning)

@@ -10,7 +10,6 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.signal import resample_poly
 
 from identification.errors import SchemaError
 
@@ -104,8 +103,6 @@ LARGEST_PART = 20_000
 """Largest numerator or denominator of the ratio of two rates."""
 HELD = ("reference", "reference_external", "disc_force")
 """Inputs, which a sampled model holds from one sample to the next."""
-
-
 PER_PERIOD = 2.5
 """Least samples in a period of an order: the filter passes frequencies below 0.4 of the rate."""
 
@@ -130,6 +127,8 @@ def resample(record: xr.Dataset, rate: float, order: int = 0) -> xr.Dataset:
     >>> rs.identification.resample(record, 1000.0).sizes["time"] < record.sizes["time"]
     True
     """
+    from scipy.signal import resample_poly
+
     sampling_time(record)  # uneven time stamps are refused
     own = nominal_rate(np.asarray(record["time"].values, float))
     ratio = Fraction(rate / own).limit_denominator(LARGEST_PART)

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from identification.errors import ReadError, SchemaError
 from identification.records.schema import require
@@ -200,6 +199,8 @@ def pulse_times(time: np.ndarray, signal: np.ndarray, how: Keyphasor) -> np.ndar
 
 def shaft_angle(time: np.ndarray, signal: np.ndarray, how: Keyphasor) -> tuple[np.ndarray, np.ndarray]:
     """Angle [rad] and speed [rad/s] (n,) of the shaft: monotone cubics between pulses, constant speed outside."""
+    from scipy.interpolate import PchipInterpolator
+
     pulses = pulse_times(time, signal, how)
     turns = 2 * np.pi / how.pulses * np.arange(pulses.size)
     curve = PchipInterpolator(pulses, turns)

@@ -88,7 +88,7 @@ def _of_record(path: Path) -> dict[str, list[str]]:
         raise DataError(f"{path}: states no machine, as measured records do; give the machine that it is compared with")
     parts = citations(Machine.from_text(str(attrs["machine"])))
     experiment = str(attrs.get("experiment", ""))
-    keys = _keys(f"rotorsim.experiments.{experiment}") if experiment.isidentifier() else []
+    keys = _keys(f"rotorsim.experiments.catalogue.{experiment}") if experiment.isidentifier() else []
     return parts | ({f"experiment {experiment}": keys} if keys else {})
 
 
