@@ -19,7 +19,7 @@ from rotorsim.live.server.server import complaint, run_desk, serve
 from rotorsim.live.serving import make_desk
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
-from rotorsim.report.export.browser import has_browser
+from rotorsim.report.page.browser import has_browser
 
 UNVISITED = 60.0
 """Seconds after which a page that only complains is taken away if nobody came."""

@@ -47,7 +47,7 @@ def modes(
     as_json: Annotated[bool, typer.Option("--json", help="Print the modes as JSON.")] = False,
 ) -> None:
     """Draw the modes of rotor and film at one operating point."""
-    from rotorsim.report.scenes.film import lacking
+    from rotorsim.report.pictures import lacking
 
     at = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
     plant = settings.plant(machine)
@@ -79,7 +79,7 @@ def modes(
 
 def _drawn(found: xr.Dataset, folder: Path, endings: list[str], show: bool) -> tuple[dict[str, str], str]:
     """Files of pictures and films, and why there are none."""
-    from rotorsim.report.scenes.shaft import draw_modes, show_modes
+    from rotorsim.report.scenes import draw_modes, show_modes
 
     files: dict[str, str] = {}
     try:
@@ -95,7 +95,7 @@ def _drawn(found: xr.Dataset, folder: Path, endings: list[str], show: bool) -> t
 
 def _check_film(film: str) -> None:
     """Refuse another kind of film, or one that cannot be written here, before anything is computed."""
-    from rotorsim.report.scenes.film import ENDINGS, check_program
+    from rotorsim.report.pictures import ENDINGS, check_program
 
     known = [ending[1:] for ending in ENDINGS[1:]]
     if film and film not in known:

@@ -92,7 +92,7 @@ def response(
         found = unbalance_response(plant, grid, supply, given)
         files = _write(found, folder, "response", _response_rows(found))
         if report:
-            from rotorsim.report.pages.response import write_response
+            from rotorsim.report.linear import write_response
 
             files["report"] = str(write_response(found, folder / "report.html"))
             files |= page.finish(files["report"])
@@ -150,7 +150,7 @@ def campbell(
         kept = found if lines is None else found.assign(undamped_critical_speed=lines["wn"])
         files = _write(kept, folder, "campbell", _mode_rows(found))
         if report:
-            from rotorsim.report.pages.response import write_campbell
+            from rotorsim.report.linear import write_campbell
 
             files["report"] = str(write_campbell(found, folder / "report.html", lines))
             files |= page.finish(files["report"])

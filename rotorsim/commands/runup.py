@@ -89,16 +89,16 @@ def runup(
 
 def _analyse(record: Path, page: Path | None, outcome: Outcome) -> tuple[dict[str, Any], list[tuple[str, str]]]:
     """Summary of the run as numbers and as rows of text; writes the report next to the record."""
-    from rotorsim.report.export.display_units import unit_system
-    from rotorsim.report.pages.page import save_page
-    from rotorsim.report.pages.run import analyse
-    from rotorsim.report.text.tables import results
+    from rotorsim.report.page.page import write_page
+    from rotorsim.report.page.units import unit_system
+    from rotorsim.report.record import results, run_page
+    from rotorsim.report.run import analyse
 
     with open_record(record) as data:
         run = analyse(data)
         with unit_system("metric"):  # the page may be in others, the terminal is not
             rows = results(run)
         if page is not None:
-            save_page(run, page)
+            write_page(lambda: run_page(run), page)
     files = {"record": str(record)} | ({"report": str(page)} if page else {})
     return {**run.summary, "ended": outcome.ended, "solver": outcome.counters, "files": files}, rows

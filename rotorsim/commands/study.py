@@ -16,7 +16,7 @@ from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, MachineName, a_folder, plant_of, resumable
 from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import refuse_campaign, study as study_folder
-from rotorsim.report.pages.study import save_study_page
+from rotorsim.report.page.page import save_study_page
 from rotorsim.study.identification_vs_physics import study
 from rotorsim.study.page import identification_blocks
 from rotorsim.study.plans import COUNTED, QUICK, Layout, run

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.constants import TO_UM
-from rotorsim.report.figures.identification_plots import Panel, fits_by_model, over_speed
+from rotorsim.report.identification import ComparedQuantity, fits_by_model, over_speed
 from rotorsim.study.identification_vs_physics import Study
 
 DERIVED = (
@@ -31,11 +31,11 @@ def figures(study: Study) -> list[tuple[str, str, Any]]:
         shown = {"Model 3": values(study.results, key, index, scale),
                  "physics": values(study.physics, key, index, scale),
                  "Model 2": values(seconds, key, index, scale)}  # fmt: skip
-        derived.append(Panel(title, shown, _surface(study, key, index, scale)))
+        derived.append(ComparedQuantity(title, shown, _surface(study, key, index, scale)))
     for i, name in enumerate(study.lpv.parameters[:12]):
         shown = {"Model 3": np.array([r.theta[i] for r in study.results]),
                  "physics": np.array([p.KDB[i] for p in study.physics])}  # fmt: skip
-        elements.append(Panel(f"{name} [{UNITS[name[0]]}]", shown, _element(study, i)))
+        elements.append(ComparedQuantity(f"{name} [{UNITS[name[0]]}]", shown, _element(study, i)))
     return [
         ("Frequencies, damping, gains, delays", "Dots: Model 3 from records; lines: its second-order surfaces; "
          "diamonds: Model 2; crosses: linearised physics. A delay of Model 3 holds the actuators too, the others' is "

@@ -1,11 +1,10 @@
-"""Report sections of a study of identification against physics, and their JSON form."""
+"""Report sections of a study of identification against physics."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from rotorsim.report.pages.study import Block, figure_of
+from rotorsim.report.page.page import Block
 from rotorsim.study.figures import figures
 from rotorsim.study.table import HEADS, rows, summary
 
@@ -28,19 +27,3 @@ def identification_blocks(found: Study) -> list[Block]:
     if found.failed:
         blocks.append(Block("Records that could not be identified", "", ("",), [(text,) for text in found.failed]))
     return blocks
-
-
-def plain_blocks(blocks: Sequence[Block]) -> list[dict[str, Any]]:
-    """Sections as plain JSON."""
-    plain = []
-    for block in blocks:
-        figure = None if block.figure is None else block.figure.to_json()
-        rows = [[v if isinstance(v, (str, int, float)) else str(v) for v in row] for row in block.rows]
-        plain.append({"title": block.title, "text": block.text, "heads": list(block.heads), "rows": rows,
-                     "figure": figure})  # fmt: skip
-    return plain
-
-
-def blocks_of(plain: Sequence[dict[str, Any]]) -> list[Block]:
-    """Sections from plain JSON."""
-    return [Block(t["title"], t["text"], t["heads"], t["rows"], figure_of(t["figure"])) for t in plain]

@@ -20,7 +20,7 @@ from rotorsim.commands.options import AsJson, MachineName, a_folder, plant_of, r
 from rotorsim.commands.page_options import PageOptions
 from rotorsim.commands.results import refuse_campaign, study as study_folder
 from rotorsim.plant import Plant
-from rotorsim.report.pages.study import save_study_page
+from rotorsim.report.page.page import save_study_page
 from rotorsim.study.pool import Progress
 from studies.thesis.claims.control_numbers import control_left_out, control_numbers
 from studies.thesis.claims.edited import edited, edited_block, edited_markdown

@@ -23,7 +23,7 @@ from rotorsim.control.designs import p
 from rotorsim.control.loop.analysis import overview
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
-from rotorsim.report.pages.verification import spectra_of
+from rotorsim.report.control import spectra_of
 from rotorsim.verify import closed_loop
 from rotorsim.verify.closed_loop import other_machines
 from rotorsim.verify.impacts import ImpactResponse, impact_answers, impact_responses, ring_down

@@ -15,9 +15,9 @@ from rotorsim.base.cache import Cache
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
 from rotorsim.plant import Plant
-from rotorsim.report.pages.study import Block, save_study_page
+from rotorsim.report.page.page import Block, blocks_of, plain_blocks, save_study_page
 from rotorsim.study.identification_vs_physics import study
-from rotorsim.study.page import blocks_of, identification_blocks, plain_blocks
+from rotorsim.study.page import identification_blocks
 from rotorsim.study.plans import COUNTED, QUICK, Layout, run
 from rotorsim.study.pool import Case, Progress, run_cases
 from rotorsim.study.sources import sources_of

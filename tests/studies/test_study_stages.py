@@ -5,8 +5,7 @@ import json
 import plotly.graph_objects as go
 import pytest
 
-from rotorsim.report.pages.study import Block
-from rotorsim.study.page import blocks_of, plain_blocks
+from rotorsim.report.page.page import Block, blocks_of, plain_blocks
 from rotorsim.study.pool import Case, processes, run_cases
 from studies.thesis.stage_key import key_of
 

@@ -71,7 +71,7 @@ def _print_outcome(
 
 def write_page(record: Path, options: PageOptions) -> dict[str, str]:
     """Write the report next to the record; returns its files."""
-    from rotorsim.report.pages.experiment import write_report
+    from rotorsim.report.record import write_report
 
     page = record.with_suffix(".html")
     write_report(record, page)
