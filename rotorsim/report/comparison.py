@@ -241,13 +241,7 @@ def overlay(found: RunComparison) -> go.Figure:
             a = tracked["amplitude"].sel(order=found.order, axis=axis).values
             speed, lag = tracked["speed"].values, phase_lag(a, FAINTEST * float(np.abs(a).max(initial=0.0)))
             lag = next_to(lag, speed, *lags.setdefault(axis, (lag, speed)))
-            common = {
-                "x": compact(speed * TO_RPM, 6),
-                "name": name,
-                "legendgroup": name,
-                "line": look,
-                "mode": "lines",
-            }
+            common = {"x": compact(speed * TO_RPM, 6), "name": name, "legendgroup": name, "line": look, "mode": "lines"}
             figure.add_trace(go.Scatter(y=compact(np.abs(a) * TO_UM), showlegend=column == 1, **common), 1, column)
             figure.add_trace(go.Scatter(y=compact(lag), showlegend=False, **common), 2, column)
     figure.update_xaxes(title_text="speed [rpm]", row=2)

@@ -133,7 +133,7 @@ def locus_figure(law: Law, model: Any, speed: float, pressure: float) -> go.Figu
 def verification_page(result: Verification) -> Page:
     """Page of a verification: criteria, impact responses, run-up, safe speed."""
     words = {True: "pass", False: "FAIL", None: "not judged"}
-    rows = [
+    rows: list[tuple[Any, ...]] = [
         (r.check, f"{r.measured:.4g} {r.unit}", "" if r.bound is None else f"{r.bound:.4g} {r.unit}", words[r.passed],
          r.remark)
         for r in result.rows

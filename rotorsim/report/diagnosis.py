@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -57,7 +57,7 @@ MOST_PROPOSALS = 8
 def diagnosis_page(d: Diagnosis) -> Page:
     """Page of a diagnosis."""
     heading = f"{d.machine.name}: diagnosis"
-    blocks = [_first_screen(d), *_blocks(d), Block("How it was found", METHOD)]
+    blocks: list[Block | Sequence[Block]] = [_first_screen(d), *_blocks(d), Block("How it was found", METHOD)]
     return Page(heading, d.sentence, blocks, _key_numbers(d))
 
 

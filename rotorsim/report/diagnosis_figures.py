@@ -148,11 +148,7 @@ def waterfall(diagnosis: Diagnosis, with_effect: bool) -> go.Figure:
         figure.update_xaxes(title="frequency [Hz]", row=1, col=k + 1)
     figure = style(figure, 140 + 38 * len(every))
     figure.update_yaxes(
-        tickvals=list(range(len(every))),
-        ticktext=[f"{s['speed'] * TO_RPM:.0f}" for s in every],
-        title="",
-        col=1,
-        row=1,
+        tickvals=list(range(len(every))), ticktext=[f"{s['speed'] * TO_RPM:.0f}" for s in every], title="", col=1, row=1
     )
     figure.update_yaxes(title="speed [rpm]", col=1)
     return figure

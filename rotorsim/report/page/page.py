@@ -210,4 +210,4 @@ def plain_blocks(blocks: Sequence[Block]) -> list[Plain]:
 
 def blocks_of(stored: Sequence[Mapping[str, Any]]) -> list[Block]:
     """Blocks from plain JSON."""
-    return [Block(**one | {"figure": one["figure"] and pio.from_json(one["figure"])}) for one in stored]
+    return [Block(**{**one, "figure": one["figure"] and pio.from_json(one["figure"])}) for one in stored]
