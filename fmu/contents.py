@@ -16,8 +16,7 @@ from fmu.law_unit import LawUnit
 from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit, Unit, software
 from fmu.reference import Reference, table
-from fmu.units import fmi_name
-from fmu.variables import Variable
+from fmu.variables import Variable, fmi_name
 from rotorsim.base.constants import MPA, TO_RPM
 from rotorsim.base.quantity import UNLIMITED
 from rotorsim.base.units import show

@@ -6,8 +6,7 @@ from collections.abc import Callable
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from fmu.model import Unit, identifier, software
-from fmu.units import fmi_name, unit_definitions
-from fmu.variables import Variable
+from fmu.variables import Variable, fmi_name, unit_definitions
 from rotorsim.base.quantity import UNLIMITED
 
 STOP_TIME = 1.0

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from fmu.archive import write_archive
-from fmu.binaries import build, compilers, compiles
+from fmu.archive import check_place, workspace, write_archive
+from fmu.binaries import Target, build, compilers, compiles, host
 from fmu.contents import contents
 from fmu.description import DESCRIPTIONS, text
 from fmu.model import PlantUnit, Unit, identifier
-from fmu.places import check_place, workspace
 from fmu.reference import Reference, make_reference
-from fmu.targets import Target, host
 from rotorsim.base.errors import DataError
 
 COMPILING = "compiling the kernels for use outside Python: about 20 s, once for this kind of machine"
@@ -78,7 +76,7 @@ def _reference(model: Unit, trial: Path) -> Reference:
     except Exception as error:  # FMPy has several
         _try_start(model)
         raise DataError(
-            f"fmu export: the unit that was built does not run here ({error}); check the compiler"
+            f"fmu export: the unit that was built does not run here ({error}); check the compiler and the point"
         ) from error
 
 

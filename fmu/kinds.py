@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from fmu import law_unit as law_tables, linear_tables, tables
+from fmu import law_unit as law_tables, linear_model, tables
 from fmu.kernel_object import ObjectTarget, write_objects
 from fmu.law_unit import LawUnit
 from fmu.linear_model import LinearUnit
@@ -88,7 +88,7 @@ def write_sources(unit: Unit, jobs: Mapping[str, ObjectTarget], folder: Path) ->
         write_objects(unit.plant.machine.text, unit.assembly.module.__name__, unit.modules, dict(jobs), folder)
         texts = tables.header(unit), tables.source(unit)
     elif isinstance(unit, LinearUnit):
-        texts = linear_tables.header(unit), linear_tables.source(unit)
+        texts = linear_model.header(unit), linear_model.source(unit)
     elif isinstance(unit, LawUnit):
         texts = law_tables.header(unit), law_tables.source(unit)
     else:

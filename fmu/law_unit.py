@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fmu.linear_tables import numbers
+from fmu.linear_model import numbers
 from fmu.model import wrapper_text
 from fmu.tables import MAGIC, array, row, runs
 from fmu.variables import Variable
@@ -18,7 +18,7 @@ from rotorsim.control import Law
 from rotorsim.control.runtime import guard, plausibility
 from rotorsim.control.runtime.alarm import SENTENCES
 from rotorsim.control.runtime.guard import FADE, FARTHEST, HOLD
-from rotorsim.control.runtime.layout import FIRST_BLOCK
+from rotorsim.control.runtime.kernels import FIRST_BLOCK
 
 INPUTS = ("meas.disc_x", "meas.disc_y", "meas.speed", "meas.pressure")
 OUTPUTS = ("piezo.ref_x", "piezo.ref_y")

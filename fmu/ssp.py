@@ -17,16 +17,14 @@ from xml.etree.ElementTree import Element, SubElement, register_namespace
 
 import numpy as np
 
-from fmu.archive import write_archive
-from fmu.checks.importer import ImportedUnit
+from fmu.archive import check_place, workspace, write_archive
+from fmu.binaries import Target
 from fmu.description import number, text
 from fmu.export import export
+from fmu.importer import ImportedUnit
 from fmu.law_unit import INPUTS, OUTPUTS, LawUnit
 from fmu.model import PlantUnit, Unit, software
-from fmu.places import check_place, workspace
-from fmu.targets import Target
-from fmu.units import exponents, fmi_name
-from fmu.variables import Variable
+from fmu.variables import Variable, exponents, fmi_name
 from rotorsim.base.errors import DataError
 from rotorsim.base.exchange.archive import ArchiveError, read_archive
 

@@ -2,26 +2,41 @@
 
 A variable's value reference is its place in the table. The first is time; names are dotted, parameters of effects are
 called as in the machine file (``effects.unbalance.me``).
+
+Limits of inputs come from the machine, those of an effect's parameters from the effect's own checks. An input is
+refused beyond the limits at which a run in Python is refused or ends, and warned of once beyond the range in which the
+machine's model was checked. Bounds of parameters come from the parameter; `Effect.problems` narrows them (an injector
+that does not exist, heat that closes the gap); a parameter that would change what was fixed at export (the symmetry of
+the film's grid, derived numbers) is locked to its value.
+
+SI units are written as exponents of the base units, display units with their factors.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import ast
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from typing import Any
+from xml.etree.ElementTree import Element, SubElement
 
-from fmu.limits import input_limits, limits
-from fmu.units import display_unit
 from identification.records.schema import warm_bodies
+from rotorsim.base.constants import TO_RPM
 from rotorsim.base.quantity import UNLIMITED, Quantity, quantities, quantity_of
+from rotorsim.base.unit_table import TABLE, dimension
 from rotorsim.effects import Effect
 from rotorsim.effects.base import WHERE
 from rotorsim.machine.actuators import Actuators, Drive
 from rotorsim.machine.bearings.film import Injector
 from rotorsim.machine.bearings.gas import Gas
 from rotorsim.machine.part import Part
+from rotorsim.machine.passed_limits import speed_limit
 from rotorsim.machine.probes import reading_unit
+from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS
+from rotorsim.plant.validity import known_speed
 
 NOMINAL = {"m": 1e-5, "N": 10.0, "rad/s": 600.0, "rad": 1.0, "Pa": 1e5, "V": 1.0, "kg/s": 1e-4, "N*m": 1e-2}
 ROW = ("shaft.speed_ref", "injection.pressure", "piezo.ref_x", "piezo.ref_y", "disc.force_x", "disc.force_y")
@@ -300,3 +315,150 @@ def _constants(a: Assembly) -> Iterator[Variable]:
             rows.append((f"{path}.bearing", "1", effect.bearing, "Index of the bearing that the effect is about."))  # type: ignore[attr-defined]
     for name, unit, value, doc in rows:
         yield Variable(name, "constant", doc, unit, start=float(value))
+
+
+HALVINGS = 60
+MOST_WHOLE = 4096
+SLACK = 1.001
+"""Factor on the ends of the checked range within which there is no warning, as in `Checked.holds`."""
+
+
+def input_limits(machine: Machine, name: str) -> dict[str, Any]:
+    """Limits of an input, as fields of a `Variable`: refused beyond `low` and `high`, warned of beyond `checked`."""
+    if name == "shaft.speed_ref":
+        return _speed_limits(machine)
+    if name == "injection.pressure":
+        return _pressure_limits(machine)
+    if name.startswith("piezo.ref") and machine.actuators is not None:
+        limit = machine.actuators.reference_limit
+        return {"low": -limit, "high": limit, "why": "the actuators take actuators.reference_limit"}
+    return {}
+
+
+def _speed_limits(machine: Machine) -> dict[str, Any]:
+    limit, why = speed_limit(machine)
+    found: dict[str, Any] = {"low": -limit, "high": limit, "why": why}
+    known = known_speed(machine)
+    if known is not None:
+        end, reason = known
+        text = f"is beyond {end:.6g} rad/s ({end * TO_RPM:.6g} rpm), {reason}; this input is in rad/s"
+        found |= {"checked": (-SLACK * end, SLACK * end), "beyond": text}
+    return found
+
+
+def _pressure_limits(machine: Machine) -> dict[str, Any]:
+    found: dict[str, Any] = {"low": 1.0 - machine.gas.ambient_pressure, "why": "less is a vacuum"}
+    checked = machine.checked
+    if checked is not None:
+        high = UNLIMITED if checked.highest_pressure is None else SLACK * checked.highest_pressure
+        text = f"is outside the checked pressures ({checked.pressures}, {checked.against}); this input is in Pa, gauge"
+        found |= {"checked": (checked.lowest_pressure / SLACK, high), "beyond": text}
+    return found
+
+
+def limits(machine: Machine, effect: Effect, name: str, half: bool) -> tuple[float, float]:
+    """Limits of a parameter; `half`: the film is computed on one half."""
+    quantity, value = quantities(effect)[name], float(getattr(effect, name))
+    low, high = quantity.bounds
+    if _locked(machine, effect, name, _another(value, low, high), half):
+        return value, value
+    whole = bool(quantity.multiple)
+    return _reach(machine, effect, name, value, low, whole), _reach(machine, effect, name, value, high, whole)
+
+
+def _with(effect: Effect, name: str, value: float) -> Any:
+    return replace(effect, **{name: value})
+
+
+def _another(value: float, low: float, high: float) -> float:
+    """A permitted value other than the present one."""
+    return min(value + 1e-3 * (high - value), value + 1.0) if high > value else value - min(1e-3 * (value - low), 1.0)
+
+
+def _locked(machine: Machine, effect: Effect, name: str, other: float, half: bool) -> bool:
+    changed = _with(effect, name, other)
+    if half and changed.symmetric != effect.symmetric:
+        return True
+    return bool(changed.derived(machine) != effect.derived(machine))
+
+
+def _refused(machine: Machine, effect: Effect, name: str, value: float) -> bool:
+    return name in _with(effect, name, value).problems(machine)
+
+
+def _reach(machine: Machine, effect: Effect, name: str, good: float, bound: float, whole: bool) -> float:
+    """The bound, or the last value towards it that the effect takes."""
+    if abs(bound) >= UNLIMITED or not _refused(machine, effect, name, bound):
+        return bound
+    if whole:
+        step = 1.0 if bound > good else -1.0
+        for _ in range(MOST_WHOLE):
+            if abs(good + step - bound) > abs(good - bound) or _refused(machine, effect, name, good + step):
+                break
+            good += step
+        return good
+    bad = bound
+    for _ in range(HALVINGS):
+        middle = 0.5 * (good + bad)
+        good, bad = (good, middle) if _refused(machine, effect, name, middle) else (middle, bad)
+    return good
+
+
+DERIVED = {
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "Pa": {"kg": 1, "m": -1, "s": -2},
+    "J": {"kg": 1, "m": 2, "s": -2},
+    "W": {"kg": 1, "m": 2, "s": -3},
+    "V": {"kg": 1, "m": 2, "s": -3, "A": -1},
+    "Hz": {"s": -1},
+}
+BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+
+
+def exponents(unit: str) -> dict[str, int]:
+    """Exponents of the base units, e.g. of 'N*m': kg 1, m 2, s -2."""
+    found = _walk(ast.parse(unit.replace("^", "**"), mode="eval").body)
+    return {name: found[name] for name in BASE if found[name]}
+
+
+def _walk(node: ast.AST) -> Counter[str]:
+    if isinstance(node, ast.Name):
+        return Counter(DERIVED.get(node.id, {node.id: 1}))
+    if isinstance(node, ast.BinOp):
+        left = _walk(node.left)
+        if isinstance(node.op, ast.Pow) and isinstance(node.right, ast.Constant):
+            power = int(str(node.right.value))
+            return Counter({name: n * power for name, n in left.items()})
+        sign = 1 if isinstance(node.op, ast.Mult) else -1
+        for name, n in _walk(node.right).items():
+            left[name] += sign * n
+        return left
+    return Counter()
+
+
+def fmi_name(unit: str) -> str:
+    """'N*m' as 'N.m', 'm/s^2' as 'm/s2'."""
+    return unit.replace("*", ".").replace("^", "")
+
+
+def display_unit(unit: str, typical: float) -> str | None:
+    """Display unit for a value of this size, None where that is the SI unit."""
+    if unit not in TABLE:
+        return None
+    kind = dimension(unit)
+    fitting = [u for u in kind.people if u in kind.factors and abs(typical) >= 0.1 * float(kind.factors[u])]
+    best = (fitting or list(kind.people))[-1 if fitting else 0]
+    return fmi_name(best) if best != unit and best in kind.factors else None
+
+
+def unit_definitions(units: Iterable[str]) -> Element:
+    """The element UnitDefinitions for all units used."""
+    root = Element("UnitDefinitions")
+    for unit in sorted(set(units) - {"1", ""}):
+        entry = SubElement(root, "Unit", name=fmi_name(unit))
+        SubElement(entry, "BaseUnit", {name: str(n) for name, n in exponents(unit).items()})
+        kind = dimension(unit)
+        for shown in kind.people:
+            if shown != unit and shown in kind.factors:
+                SubElement(entry, "DisplayUnit", name=fmi_name(shown), factor=repr(1 / float(kind.factors[shown])))
+    return root

@@ -25,4 +25,4 @@ from rotorsim.base.errors import (
 from rotorsim.base.files import WriteError as WriteError
 from rotorsim.campaign.errors import ClusterError as ClusterError, PlanError as PlanError, StoreError as StoreError
 from rotorsim.control.errors import DesignError as DesignError, LawError as LawError
-from rotorsim.signals.missing import MissingError as MissingError
+from rotorsim.signals.record_blocks import MissingError as MissingError

@@ -245,7 +245,7 @@ class LinearModel(Shown):
 MAT_READ = ("speed", "pressure", "InputName", "OutputName", "InputUnit", "OutputUnit", "machine")
 """Variables of a .mat file besides A, B, C, D and Ts."""
 MAT_NUMBERS = {"Ts": 0.0, "speed": float("nan"), "pressure": float("nan")}
-"""Scalars of a .mat file, with what they are where they are missing."""
+"""Scalars of a .mat file, with their values where they are missing."""
 
 
 def _signals(kind: str, count: int) -> tuple[str, ...]:

@@ -37,7 +37,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.readers.csv_layout import encodings_of, opened
+from identification.readers.csv import encodings_of, opened
 from identification.records.units import amplitude_factor, factor
 from rotorsim.base.errors import DataError
 from rotorsim.base.exchange import toml_text as tomllib

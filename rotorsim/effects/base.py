@@ -143,9 +143,6 @@ class Effect:
     """Parameter that is the size of a random error, if it has one."""
     places: ClassVar[int] = 1
     """Number of places in which a diagnosis needs it at once."""
-    in_benchmark: ClassVar[bool] = True
-    """Whether the benchmark of diagnoses hides it: not where an excitation without mean cannot show it, its shape is
-    not varied by a draw, or the gauge at the injectors shows it."""
 
     @property
     def symmetric(self) -> bool:

@@ -18,7 +18,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.report.page.page import Block, Page, write_page
 from rotorsim.report.page.theme import FAINTEST, INK, PIN_COLOURS, compact, next_to, phase_axes, phase_lag, style
 from rotorsim.report.page.units import quantity
-from rotorsim.signals.run_comparison import RunComparison
+from rotorsim.signals.orders import RunComparison
 
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
 Results = Mapping[str, xr.Dataset]

@@ -10,16 +10,24 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import MPA, TO_HZ, TO_RPM, TO_UM
-from rotorsim.control.designs.plants import sampled_plant
 from rotorsim.control.law import Law
-from rotorsim.control.loop.analysis import fine_axes, overview
-from rotorsim.control.loop.sampled_loop import closed_poles, law_system, loop_of, oscillating, root_locus, sweep
-from rotorsim.control.numerics.systems import largest
+from rotorsim.control.plants import sampled_plant
+from rotorsim.control.sampled_loop import (
+    closed_poles,
+    fine_axes,
+    law_system,
+    loop_of,
+    oscillating,
+    overview,
+    root_locus,
+    sweep,
+)
+from rotorsim.control.systems import largest
 from rotorsim.report.page.page import Block, Page, page_of, write_page
 from rotorsim.report.page.theme import AXIS_COLOURS, INK, NEUTRAL, PIN_COLOURS, SPECTRUM_SCALE, compact, style
 from rotorsim.report.page.units import quantity
 from rotorsim.verify import Verification
-from rotorsim.verify.running import Run
+from rotorsim.verify.runs import Run
 from rotorsim.verify.safe_speed import sentence
 
 LOUD = 10.0

@@ -9,12 +9,11 @@ import numpy as np
 
 from rotorsim.base.constants import TO_UM
 from rotorsim.discrepancy import Diagnosis
-from rotorsim.discrepancy.loop.steps import Steps
-from rotorsim.discrepancy.odds.explanation import LEAST_SHOWN, NOTHING, Explanation, shown_share
+from rotorsim.discrepancy.explanation import LEAST_SHOWN, NOTHING, Explanation, shown_share
 from rotorsim.discrepancy.outcome.gap import reduction
 from rotorsim.discrepancy.outcome.machine_file import difference
-from rotorsim.discrepancy.outcome.result import NO_ACCURACY, NOTHING_BEYOND, PLAN_NEXT
-from rotorsim.discrepancy.outcome.where import FORCE, Located, located
+from rotorsim.discrepancy.outcome.result import FORCE, NO_ACCURACY, NOTHING_BEYOND, PLAN_NEXT, LocatedEffect, located
+from rotorsim.discrepancy.outcome.steps import DecisionSteps
 from rotorsim.report import diagnosis_figures as plots
 from rotorsim.report.machine_sketch import MARKS, machine_sketch
 from rotorsim.report.page.page import Block, Page, page_of
@@ -116,7 +115,7 @@ def _meaning(d: Diagnosis) -> str:
     return MEANING[d.status] if d.status != "unknown" or d.localisation else NOTHING_BEYOND
 
 
-def _places(found: tuple[Located, ...]) -> str:
+def _places(found: tuple[LocatedEffect, ...]) -> str:
     names = dict.fromkeys(place.name for one in found if one.label != FORCE for place in one.places)
     return " and ".join(names) or "the machine"
 
@@ -166,7 +165,7 @@ def _blocks(d: Diagnosis) -> Iterator[Block]:
         yield Block("Machine file: what was added", code=difference(d.machine, d.apply()), folded=True)
 
 
-def _steps(steps: Steps) -> Block:
+def _steps(steps: DecisionSteps) -> Block:
     """Odds after each step of a loop of diagnoses and experiments."""
     names = dict.fromkeys(n for step in steps.steps for n, p in step.odds.items() if p >= LEAST_SHOWN)
     rows = [

@@ -14,7 +14,7 @@ from rotorsim.machine import GasFilm, Machine
 from rotorsim.report.page.theme import INK, PRESSURE_SCALE, compact, style
 from rotorsim.report.page.units import number, quantity
 from rotorsim.report.run import AnalysedRun, record_section
-from rotorsim.signals.missing import need
+from rotorsim.signals.record_blocks import need
 
 MOST_MAPS, COLUMNS = 6, 3
 MOST_LARGE = 8

@@ -17,15 +17,14 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from identification.records.probes import probe_outputs
+from identification.records.sensors import probe_outputs
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.plant.journal_room import journal_room
 from rotorsim.report.page.theme import GRID, INK, NEUTRAL, compact, faint, style
 from rotorsim.report.page.units import displacement, quantity
 from rotorsim.report.run import AnalysedRun, end_of_run, need_orders, need_turns, record_section
-from rotorsim.signals.missing import need
 from rotorsim.signals.probes import probe_planes
-from rotorsim.signals.record_blocks import displacement_name
+from rotorsim.signals.record_blocks import displacement_name, need
 
 TURNS, MOST_POINTS, MOST_ORBITS = 4, 1500, 4
 COLOURS = {"disc": "#0072B2", "journal": NEUTRAL}

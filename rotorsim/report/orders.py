@@ -23,8 +23,7 @@ from rotorsim.report.page.theme import (
 )
 from rotorsim.report.page.units import displacement, number, quantity
 from rotorsim.report.run import AnalysedRun, analyse, end_of_run, need_motion, need_orders, record_section
-from rotorsim.signals.missing import need
-from rotorsim.signals.prepare import sampling_time
+from rotorsim.signals.record_blocks import need, sampling_time
 
 MOST_POINTS, MOST_LINES = 1500, 250
 FEW = 8

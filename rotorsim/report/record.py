@@ -25,26 +25,12 @@ from rotorsim.report.film import feed_word
 from rotorsim.report.page.page import Block, Page, check_wanted, page_of, write_page
 from rotorsim.report.page.units import number, quantity
 from rotorsim.report.run import RUNS, SECTIONS, AnalysedRun, RecordSection, analyse, end_of_run
-from rotorsim.signals.missing import MissingError
 from rotorsim.signals.probes import SHOWN
-from rotorsim.signals.record_blocks import open_record
+from rotorsim.signals.record_blocks import MissingError, open_record
 
 CHAPTERS = (orders, orbit, spectrum, responses, time_history, film)
 """Modules that register sections."""
-SWEPT = ("bode", "waterfall", "full_spectrum", "orbits", "against_time")
-BROADBAND = ("response_to_reference", "excitation", "spectra", "against_time")
-EXPECTED: dict[str, tuple[str, ...]] = {
-    "runup": SWEPT,
-    "coastdown": ("deceleration_curve", *SWEPT),
-    "staircase": ("static_gain", "hysteresis_loops", "excitation", "against_time"),
-    "prbs": BROADBAND,
-    "chirp": BROADBAND,
-    "multisine": BROADBAND,
-    "impact": ("ring_down", "response_to_force", "excitation", "against_time"),
-    "steady": ("spectra", "filtered_orbits", "waterfall", "against_time"),
-    "slow_roll": ("runout_profile", "spectra", "against_time"),
-    "controlled": ("excitation", "spectra", "waterfall", "full_spectrum", "orbits", "against_time"),
-}
+EXPECTED = {name: kind.figures for name, kind in EXPERIMENTS.items()}
 """Sections of each experiment in order; where one of these cannot be made, the page states the reason."""
 POSSIBLE = ("static_gain", "hysteresis_loops", "ring_down", "response_to_force", "response_to_reference", "excitation",
             "spectra", "filtered_orbits")  # fmt: skip
@@ -190,7 +176,7 @@ class MadeSection:
 
 def made_sections(run: AnalysedRun) -> Iterator[MadeSection]:
     """Sections of a run's page in order, those left out with their reason."""
-    expected = EXPECTED.get(run.kind, SWEPT)
+    expected = EXPECTED.get(run.kind, EXPECTED["runup"])
     possible = () if run.kind in EXPECTED else POSSIBLE
     levels = False
     for name in (*expected, *possible, *ADDED):

@@ -18,13 +18,11 @@ from rotorsim.base.constants import TO_UM
 from rotorsim.report.page.theme import AXIS_COLOURS, INK, PIN_COLOURS, compact, faint, style
 from rotorsim.report.page.units import displacement, quantity
 from rotorsim.report.run import AnalysedRun, analyse, record_section, sensed
-from rotorsim.signals import hysteresis, impact
-from rotorsim.signals.hysteresis import Loop
+from rotorsim.signals import impact
+from rotorsim.signals.frequency_response import Transfer, peak_of, welch_transfer
 from rotorsim.signals.impact import RingDown
-from rotorsim.signals.missing import need
-from rotorsim.signals.prepare import sampling_time
-from rotorsim.signals.static_gain import Branches, static_gain as gains_of
-from rotorsim.signals.transfer import Transfer, peak_of, welch_transfer
+from rotorsim.signals.record_blocks import need, sampling_time
+from rotorsim.signals.static_gain import Branches, HysteresisLoop, loops as loops_of, static_gain as gains_of
 
 UNITS = {"reference": "µm/V", "disc_force": "µm/N"}
 NAMES = {"reference": "reference", "disc_force": "force"}
@@ -309,14 +307,14 @@ def _add_fit(figure: go.Figure, gain: Branches, k: int, axis: str, column: int) 
                                 showlegend=False), 1, column)  # fmt: skip
 
 
-def _loops(run: AnalysedRun) -> list[Loop]:
+def _loops(run: AnalysedRun) -> list[HysteresisLoop]:
     need("pin" in run.record, "The record has no pin positions.")
-    found = hysteresis.loops(run.holds, gains_of(run.holds))
+    found = loops_of(run.holds, gains_of(run.holds))
     need(bool(found), "The pins do not move.")
     return found
 
 
-def loop_caption(run: AnalysedRun, loops: list[Loop]) -> str:
+def loop_caption(run: AnalysedRun, loops: list[HysteresisLoop]) -> str:
     """Travel and opening of every loop."""
     parts = [
         f"pin {k.injector} travels {displacement(k.travel)}"
@@ -330,7 +328,7 @@ def loop_caption(run: AnalysedRun, loops: list[Loop]) -> str:
 
 
 @record_section("Hysteresis of the actuators", _loops, loop_caption)
-def hysteresis_loops(run: AnalysedRun, loops: list[Loop]) -> go.Figure:
+def hysteresis_loops(run: AnalysedRun, loops: list[HysteresisLoop]) -> go.Figure:
     """Rests of the pins [um] over the reference [V] of a staircase.
 
     Examples
@@ -350,7 +348,7 @@ def hysteresis_loops(run: AnalysedRun, loops: list[Loop]) -> go.Figure:
     return style(figure, 460)
 
 
-def _loop(loop: Loop) -> go.Scatter:
+def _loop(loop: HysteresisLoop) -> go.Scatter:
     colour = PIN_COLOURS[(loop.injector - 1) % len(PIN_COLOURS)]
     symbols = [SYMBOLS[bool(r)] for r in loop.rising]
     return go.Scatter(

@@ -19,10 +19,9 @@ from rotorsim.base.constants import TO_UM
 from rotorsim.report.page.theme import AXIS_COLOURS, INK, NEUTRAL, compact, faint, style
 from rotorsim.report.page.units import displacement
 from rotorsim.report.run import AnalysedRun, need_motion, record_section, sensed
-from rotorsim.signals.missing import need
-from rotorsim.signals.runout_profile import RunoutProfile, runout_of
-from rotorsim.signals.sensors import Difference, difference_of
-from rotorsim.signals.spectrum import Spectrum, spectrum_of
+from rotorsim.signals.probes import RunoutProfile, runout_of
+from rotorsim.signals.record_blocks import need
+from rotorsim.signals.spectra import SensorError, Spectrum, difference_of, spectrum_of
 
 ORDERS = (1, 2, 3)
 DECADES = 5.0
@@ -71,11 +70,11 @@ def spectra(run: AnalysedRun, spectrum: Spectrum) -> go.Figure:
     return style(figure, 640)
 
 
-def _difference(run: AnalysedRun) -> Difference:
+def _difference(run: AnalysedRun) -> SensorError:
     return difference_of(run.record, run.highest_frequency)
 
 
-def difference_caption(run: AnalysedRun, difference: Difference) -> str:
+def difference_caption(run: AnalysedRun, difference: SensorError) -> str:
     """Noise levels."""
     parts = [
         f"along {axis} {displacement(difference.rms[k])} rms and {displacement(difference.peak_to_peak[k])} pk-pk "
@@ -87,7 +86,7 @@ def difference_caption(run: AnalysedRun, difference: Difference) -> str:
 
 
 @record_section("Measured against true displacement", _difference, difference_caption)
-def sensor_noise(run: AnalysedRun, difference: Difference) -> go.Figure:
+def sensor_noise(run: AnalysedRun, difference: SensorError) -> go.Figure:
     """Spectrum [um 0-pk] of measured less true displacement.
 
     Examples

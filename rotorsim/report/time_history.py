@@ -14,12 +14,9 @@ from rotorsim.report.film import feed_word
 from rotorsim.report.page.theme import AXIS_COLOURS, NEUTRAL, PIN_COLOURS, compact, faint, style
 from rotorsim.report.page.units import quantity
 from rotorsim.report.run import AnalysedRun, end_of_run, record_section
-from rotorsim.signals.deceleration import Deceleration, deceleration_of
-from rotorsim.signals.envelope import Envelope, envelopes
-from rotorsim.signals.missing import need
+from rotorsim.signals.orders import Deceleration, deceleration_of
 from rotorsim.signals.probes import READINGS, SHOWN, names, units
-from rotorsim.signals.record_blocks import displacement_name
-from rotorsim.signals.stretch import eventful_stretch
+from rotorsim.signals.record_blocks import Envelope, displacement_name, envelopes, eventful_stretch, need
 
 FILM_COLOURS = (NEUTRAL, "#CC79A7", "#E69F00", "#56B4E9")
 CONTACT_COLOUR = "#CC3311"

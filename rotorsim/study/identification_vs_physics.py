@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import identification as idn
-from identification.local.grey_fits import actuator_signals
+from identification.local.fits import actuator_signals
 from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.study.coherent import Coherent, coherent

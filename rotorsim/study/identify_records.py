@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from identification import LinearModel, LpvModel, Prefilter, UnfitError
-from identification.campaign import NO_EXCITATION, Local, identify_sources
+from identification.campaign import NO_EXCITATION, SourceResult, identify_sources
 from rotorsim.study.plans import HELD
 from rotorsim.study.sources import sources_of
 
@@ -25,9 +25,9 @@ def identify_records(
     surfaces: int | str = 2,
     refine: str = "none",
     workers: int = 2,
-    progress: Callable[[int], Callable[[Local], None]] | None = None,
+    progress: Callable[[int], Callable[[SourceResult], None]] | None = None,
     dead_time: float | str = "free",
-) -> tuple[LinearModel | LpvModel, list[Local]]:
+) -> tuple[LinearModel | LpvModel, list[SourceResult]]:
     """Identify records of files, folders or campaigns: a linear model of one operating point, an LPV model of several.
 
     Parameters

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from identification.local.start import levy
-from identification.records.frf import FrequencyResponse
+from identification.records.frequency_response import FrequencyResponse
 from rotorsim.analysis.supply import regulator_pressure
 
 if TYPE_CHECKING:

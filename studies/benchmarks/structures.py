@@ -11,9 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 import identification as idn
-from identification.local.greybox import STRUCTURES, modes
-from identification.local.structure import Structure
-from identification.records.frf import FrequencyResponse
+from identification.local.greybox import STRUCTURES, Structure, modes
+from identification.records.frequency_response import FrequencyResponse
 from rotorsim.analysis.supply import regulator_pressure
 from rotorsim.base.constants import RPM
 from rotorsim.plant.plant import Plant

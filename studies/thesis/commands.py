@@ -15,9 +15,8 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import write_json, write_text
 from rotorsim.base.progress import line
-from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import AsJson, MachineName, a_folder, plant_of, resumable
-from rotorsim.commands.page_options import PageOptions
+from rotorsim.commands.options import AsJson, Jobs, MachineName, PageOptions, StudyFolder, plant_of, resumable
+from rotorsim.commands.registry import example
 from rotorsim.commands.results import refuse_campaign, study as study_folder
 from rotorsim.plant import Plant
 from rotorsim.report.page.page import save_study_page
@@ -37,12 +36,6 @@ RESULTS = ("experiments.md", "experiments.json", "report.html")
 """Files in the folder."""
 
 
-Out = Annotated[
-    Path, typer.Option("--out", callback=a_folder, help="Folder of laws, results and report; a study there is resumed.")
-]
-Jobs = Annotated[int, typer.Option("--jobs", min=1, help="Processes.")]
-
-
 @example(
     "python studies/thesis/designs.py model_2.json --out control",
     "control_study(plant, rs.load_model('model_2.json'), Path('control'), print)",
@@ -51,7 +44,7 @@ Jobs = Annotated[int, typer.Option("--jobs", min=1, help="Processes.")]
 def designs(
     model: Annotated[Path, typer.Argument(help="LPV model that 'rotorsim identify' wrote, best Model 2.")],
     machine: MachineName = "dtu_gas_bearing",
-    out: Out = Path("control"),
+    out: StudyFolder = Path("control"),
     jobs: Jobs = 2,
     *,
     page: PageOptions,
@@ -91,7 +84,7 @@ def designs(
 @resumable
 def whole(
     machine: MachineName = "dtu_gas_bearing",
-    out: Out = Path("study"),
+    out: StudyFolder = Path("study"),
     jobs: Jobs = 2,
     *,
     page: PageOptions,
@@ -130,14 +123,12 @@ def _inputs(kind: str, plant: Plant, quick: bool) -> dict[str, str]:
 @resumable
 def one_number(
     machine: MachineName = "dtu_gas_bearing",
-    out: Annotated[
-        Path, typer.Option("--out", callback=a_folder, help="Folder of the results, which are kept.")
-    ] = Path("experiments"),
+    out: StudyFolder = Path("experiments"),
     only: Annotated[
         list[str] | None,
         typer.Option("--only", help="A claim, e.g. I9, or the name of an experiment on one; may be repeated."),
     ] = None,
-    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Processes.")] = 2,
+    jobs: Jobs = 2,
     *,
     page: PageOptions,
     as_json: AsJson = False,

@@ -17,7 +17,7 @@ PACKAGES = ("reynolds", "fe_shaft", "identification", "rotorsim", "fmu", "studie
 STUDIES = Path(studies.__file__).parent
 RESULTS = {
     "response": (comparison.SOURCES, "rotorsim.discrepancy.residuals.comparison"),
-    "sensitivity": (comparison.SOURCES, "rotorsim.discrepancy.twin.sensitivity_cache"),
+    "sensitivity": (comparison.SOURCES, "rotorsim.discrepancy.residuals.comparison"),
     "record": (versions.SOURCES, "rotorsim.campaign.workers.case_process"),
     "design": (stage_key.SOURCES["control"], "rotorsim.control"),
     "verification": (stage_key.SOURCES["verify"], "studies.thesis.control_cases"),

@@ -8,7 +8,7 @@ import threading
 
 import pytest
 
-from fmu.places import workspace
+from fmu.archive import workspace
 from rotorsim.base import interrupt
 from rotorsim.base.file_set import replacing_all
 from rotorsim.base.files import replacing

@@ -9,14 +9,14 @@ import xarray as xr
 
 import rotorsim as rs
 from rotorsim.base.exchange.notebook import Card, html, several, text
-from rotorsim.discrepancy.outcome.findings import Found
+from rotorsim.discrepancy.outcome.machine_file import IdentifiedEffect
 
 RIG = Path(__file__).parents[1] / "control" / "rig_model.json"
 
 
 def diagnosis(machine):
     """One that names an unbalance."""
-    found = Found("unbalance", "unbalance", {"me": 1.2e-5}, {"me": 1e-7}, ("unbalance",))
+    found = IdentifiedEffect("unbalance", "unbalance", {"me": 1.2e-5}, {"me": 1e-7}, ("unbalance",))
     return rs.Diagnosis(
         "named", machine, (found,), (), {}, {}, "", localisation=(), unknown={},
         gap=xr.Dataset(), notes=(),

@@ -9,8 +9,8 @@ import pytest
 
 import identification as idn
 from rotorsim.cli import main
+from rotorsim.experiments.catalogue.steady import Steady
 from rotorsim.experiments.running import record, run
-from rotorsim.experiments.steady import Steady
 from rotorsim.experiments.summary import summarise_experiment
 from rotorsim.live.replay import Replay
 from rotorsim.live.rig.rig import Rig

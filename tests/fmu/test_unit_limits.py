@@ -23,7 +23,7 @@ def logged(unit):
     """Return an initialised instance and the list of (status, sentence) that it logs, with debug logging off."""
     from fmpy import fmi2
 
-    from fmu.checks.importer import Instance, fmi2_callbacks
+    from fmu.importer import Instance, fmi2_callbacks
 
     found = []
 

@@ -9,7 +9,7 @@ import pytest
 import typer
 
 from rotorsim.cli import main
-from rotorsim.commands.lazy_group import click_command
+from rotorsim.commands.registry import click_command
 from studies.benchmarks.command import bench
 from studies.thesis.commands import designs, one_number, whole
 

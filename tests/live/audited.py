@@ -18,8 +18,8 @@ from scipy.signal import periodogram
 
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import RotorsimError
-from rotorsim.control.loop.sampled_loop import closed_poles
-from rotorsim.control.numerics.systems import System, held, late, series
+from rotorsim.control.sampled_loop import closed_poles
+from rotorsim.control.systems import System, held, late, series
 from rotorsim.live.desk import Desk
 from rotorsim.live.frame import AT
 from rotorsim.live.rig.laws import read_laws, running

@@ -136,12 +136,12 @@ def test_no_shipped_machine_is_questioned(name, recwarn):
 
 
 def test_every_range_is_of_a_field_an_effect_or_a_parameter_and_holds_its_example():
-    from rotorsim.commands.experiment.controlled import Setup
+    from rotorsim.commands.closed_loop import ClosedLoopSetup
     from rotorsim.experiments import EXPERIMENTS
     from rotorsim.experiments.parameters import parameters
 
     known = {(re.sub(r"\.\d+", "", path), quantity.unit) for path, quantity in FIELDS.items()}
-    known |= {(e.name, p.unit) for kind in (*EXPERIMENTS.values(), Setup) for e, p in parameters(kind)}
+    known |= {(e.name, p.unit) for kind in (*EXPERIMENTS.values(), ClosedLoopSetup) for e, p in parameters(kind)}
     known |= {("frequency", "Hz"), ("least_film", "m")}  # options of map
     assert set(ranges()) <= known
     for path, quantity in FIELDS.items():

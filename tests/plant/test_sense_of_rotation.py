@@ -7,7 +7,7 @@ import fe_shaft
 import rotorsim as rs
 from mirror import mirrored
 from rotorsim.plant import Plant
-from rotorsim.signals.waterfall import largest_sub_synchronous, waterfall
+from rotorsim.signals.spectra import largest_sub_synchronous, waterfall
 
 RPM = np.pi / 30
 AXES = np.array([-1.0, 1.0])

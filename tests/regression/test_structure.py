@@ -23,13 +23,14 @@ PRIVATE = {
 MOST_LOCAL_IMPORTS = 150
 BY_NAME = {
     "fmu/kernel_object.py",
+    "identification/readers/__init__.py",
     "rotorsim/base/public.py",
     "rotorsim/campaign/workers/case_process.py",
-    "rotorsim/commands/lazy_group.py",
     "rotorsim/effects/__init__.py",
+    "rotorsim/experiments/catalogue/__init__.py",
     "rotorsim/study/pool.py",
 }
-"""Files that may import a module by a name: tables of public names, effects, commands, cases of workers."""
+"""Files that may import a module by a name: tables of public names, effects, readers, commands, cases of workers."""
 CLOCKS = {"monotonic", "perf_counter", "process_time", "thread_time", "time"}
 WAITING = ("tests/support/waiting.py", "tests/faults", "tests/live/clicker.py", "tests/live/live_browser.py")
 """Tests that read a clock: they wait for what must come, or disturb a command at random moments."""

@@ -24,7 +24,7 @@ from rotorsim.report.page.theme import compact, phase_lag
 from rotorsim.report.record import write_report
 from rotorsim.report.result import write
 from rotorsim.report.run import analyse
-from rotorsim.signals.envelope import envelopes
+from rotorsim.signals.record_blocks import envelopes
 
 EVIL = 'name = "<script>alert(1)</script>"\ndescription = "a & b </pre><img src=x onerror=alert(2)>"\n'
 

@@ -23,7 +23,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.report.page.page import html
 from rotorsim.report.record import EXPECTED, made_sections, provenance, record_page, write_report
 from rotorsim.report.run import SECTIONS, analyse
-from rotorsim.signals.missing import MissingError
+from rotorsim.signals.record_blocks import MissingError
 
 DT = 5e-4
 EVIL = "</script><script>alert(1)</script>"
@@ -234,7 +234,7 @@ def test_a_record_without_a_displacement_is_refused() -> None:
 
 
 def test_naming_reports_does_not_import_a_plot_library() -> None:
-    code = "import sys, rotorsim.report, rotorsim.signals.transfer; sys.exit('plotly' in sys.modules)"
+    code = "import sys, rotorsim.report, rotorsim.signals.frequency_response; sys.exit('plotly' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from rotorsim.control.designs.weight_search import POINTS as CHOSEN_AT
 from rotorsim.study.plans import Layout
-from rotorsim.verify.impacts import POINTS as TWENTY
+from rotorsim.verify.transients import POINTS as TWENTY
 from studies.thesis.claims.judge import (
     MET,
     NEAR,

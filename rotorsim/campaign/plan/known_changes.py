@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.records.changes import stated_changes
+from identification.records.mapping import stated_changes
 from rotorsim.base.errors import RotorsimError
 from rotorsim.base.exchange import json_text as json
 from rotorsim.campaign.errors import PlanError

@@ -13,8 +13,8 @@ import numpy as np
 
 from rotorsim.base.constants import TO_UM
 from rotorsim.experiments.summary import summarise_experiment
-from rotorsim.signals.order_tracking import find_resonances, track_orders
-from rotorsim.signals.waterfall import largest_sub_synchronous, waterfall
+from rotorsim.signals.orders import find_resonances, track_orders
+from rotorsim.signals.spectra import largest_sub_synchronous, waterfall
 
 if TYPE_CHECKING:
     import xarray as xr

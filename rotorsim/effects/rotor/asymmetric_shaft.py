@@ -38,7 +38,6 @@ class AsymmetricShaft(Effect):
     port = "motion"
     kernel = asymmetric_shaft
     cites = ("friswell_2010", "genta_2005")
-    in_benchmark = False
     forms = (CandidateForm("difference", 1e4, "phase", with_weight="forward 2X", from_value=("difference", 0.0)),)
     difference_lobes: ClassVar[float] = 2.0
     difference: float = param("N/m", bounds=(0.0, 1e9), doc="Stiffer less softer direction, at its plane.")

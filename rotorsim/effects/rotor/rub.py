@@ -56,7 +56,6 @@ class Rub(Effect):
             refine=(("gap", 2e-7), ("friction", 0.02)), signed=False,
         ),
     )  # fmt: skip
-    in_benchmark = False
     stiffness: float = param("N/m", bounds=(0.0, 1e9), doc="Stiffness of the stator; 0 switches it off.")
     gap: float = param("m", default=5e-5, bounds=(0.0, 1e-2), doc="Radial gap.")
     offset_x: float = param("m", bounds=(-1e-2, 1e-2), doc="Where the stator's axis lies, x.")

@@ -39,7 +39,6 @@ class Unbalance(Effect):
     cites = ("friswell_2010", "thesis")
     forms = (CandidateForm("me", 1e-6, "phase", resembles="a skew of the disc"),)
     places = 2
-    in_benchmark = False
     me: float = param("kg*m", bounds=(0.0, 1e-2), doc="Unbalance, mass times eccentricity.")
     phase: float = param("rad", bounds=(-TURN, TURN), doc="Angular position on the shaft, from x towards y.")
     position: float | None = param(

@@ -16,7 +16,7 @@ import numpy as np
 from rotorsim.base.errors import ControllerError, ConvergenceError, RotorsimError
 from rotorsim.effects import REGISTRY
 from rotorsim.experiments.experiment import reference_range
-from rotorsim.experiments.loop import Loop
+from rotorsim.experiments.loop import FeedbackLoop
 from rotorsim.live.rig import drive
 from rotorsim.live.rig.effects import equip, with_value
 from rotorsim.live.rig.eigenvalue import own_copy
@@ -75,7 +75,7 @@ class Rig:
         self.messages: deque[tuple[int, str]] = deque(maxlen=SENTENCES)
         self.sentences = 0
         self.hammer = Hammer(self.Ts)
-        self.loop: Loop | None = None
+        self.loop: FeedbackLoop | None = None
         self.hit: Hit | None = None
         self.epoch, self.since, self.change = 0, 0, ""
         self.stopped, self.resume = "", START["pace"]
@@ -340,7 +340,7 @@ class Rig:
         try:
             disc = describe(self.assembly, settle(self.assembly, self.speed, self.pressure)).disc
             law = running(self.laws[name], (float(disc[0]), float(disc[1])))
-            self.loop = Loop(law, self.machine.sampling_time)
+            self.loop = FeedbackLoop(law, self.machine.sampling_time)
         except RotorsimError as error:
             self.notify(f"{error}; the controller stays off")
             return

@@ -20,8 +20,8 @@ import numpy as np
 
 from rotorsim.base.constants import MPA, RPM, TO_UM
 from rotorsim.base.errors import RotorsimError
-from rotorsim.control.loop.sampled_loop import closed_poles, law_system, smallest_damping
-from rotorsim.control.numerics.systems import (
+from rotorsim.control.sampled_loop import closed_poles, law_system, smallest_damping
+from rotorsim.control.systems import (
     System,
     added,
     balanced_states as balanced,
@@ -33,7 +33,7 @@ from rotorsim.control.numerics.systems import (
     series,
     side_by_side,
 )
-from rotorsim.experiments.laws.p_law import ProportionalLaw
+from rotorsim.experiments.proportional_law import ProportionalLaw
 from rotorsim.live.frame import AT
 from rotorsim.live.rig.ringdown import ORDERS
 from rotorsim.machine import Machine

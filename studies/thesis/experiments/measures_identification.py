@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import identification as idn
-from identification.local.grey_fits import actuator_signals
+from identification.local.fits import actuator_signals
 from identification.local.greybox import actuator_poles
 from rotorsim.base.constants import KRPM, MPA, TO_HZ, TO_UM
 from rotorsim.experiments import prbs, steady
