@@ -184,7 +184,8 @@ def _odds(d: Diagnosis) -> Block:
     )
     rows = [
         (" or ".join([e.name, *(" with ".join(keys) for keys in e.alike)]), shown_share(e.probability),
-         f"{e.evidence:.1f}", f"{100 * e.error:.2g} %", "yes" if e.refitted else "no")
+         f"{e.evidence:.1f}" if np.isfinite(e.evidence) else "-",
+         f"{100 * e.error:.2g} %" if np.isfinite(e.error) else "-", "yes" if e.refitted else "no")
         for e in d.explanations if e.probability >= LEAST_SHOWN
     ]  # fmt: skip
     heads = ("explanation", "probability", "log. evidence", "error of the form", "re-fitted")

@@ -39,7 +39,7 @@ class FilmPart:
 
     @property
     def position(self) -> float:
-        """Of the film's middle along the shaft [m]; 0 where it is not known."""
+        """Position of the film's middle along the shaft [m]; 0 where it is not known."""
         return 0.0 if self.film is None else self.film.position
 
     @property
@@ -107,7 +107,7 @@ def film_caption(run: AnalysedRun, _: None) -> str:
     low, high = number(float(p.min()) * TO_MPA, "MPa"), quantity(float(p.max()) * TO_MPA, "MPa")
     return (
         f"Pressures range from {low} to {high} absolute, highest at {float(np.degrees(at['theta'])):.0f} deg{where}. "
-        f"{circles} run smoothly between the {p.sizes['theta']} × {p.sizes['z']} cells of the grid."
+        f"{circles} are interpolated between {p.sizes['theta']} × {p.sizes['z']} cells."
     )
 
 
@@ -246,7 +246,7 @@ def _shaft(radius: float, start: float, end: float) -> go.Surface:
 
 
 def _camera(run: AnalysedRun, p: np.ndarray, films: int) -> dict[str, dict[str, float]]:
-    """Of one film a look at the side of the highest pressure, from a quarter turn further round; else at all films."""
+    """View of one film's side of the highest pressure, from a quarter turn further round; else of all films."""
     if films > 1:
         return {"eye": {"x": -0.35, "y": -1.5, "z": 0.55}, "center": {"x": 0.0, "y": 0.0, "z": -0.13}}
     side = float(_theta(run)[int(p.max(axis=1).argmax())]) + np.radians(100)

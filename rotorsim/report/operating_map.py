@@ -198,7 +198,7 @@ def _present(found: xr.Dataset) -> list[Panel]:
 
 
 def has_gains(found: xr.Dataset) -> bool:
-    """Whether a reference of actuators moves the disc anywhere in the map."""
+    """True if a reference of actuators moves the disc anywhere in the map."""
     return "static_gain" in found and bool(np.nanmax(np.abs(found["static_gain"].values), initial=0.0) > 0)
 
 
@@ -221,7 +221,7 @@ def _values(found: xr.Dataset, name: str, index: dict[str, int | str]) -> np.nda
 
 
 def _shades(found: xr.Dataset, x: np.ndarray, y: np.ndarray) -> list[go.Contour]:
-    """What is not safe, and what is not known where anything is not, each half way to the next point."""
+    """Unsafe points, and unknown ones if there are any, each half way to the next point."""
     safe = found["safe"].transpose("pressure", "speed").values
     shades = [_shade((safe == 0).astype(float), x, y, UNSAFE)]
     return shades + ([_shade(np.isnan(safe).astype(float), x, y, UNKNOWN)] if np.isnan(safe).any() else [])
@@ -327,7 +327,7 @@ def _add_coefficients(figure: go.Figure, one: xr.Dataset, row: int) -> None:
 
 
 def has_onset(found: xr.Dataset) -> bool:
-    """Whether an onset of whirl or a lift-off pressure was found at all."""
+    """True if an onset of whirl or a lift-off pressure was found at all."""
     return any(name in found and np.isfinite(found[name]).any() for name in ("onset_speed", "lift_off_pressure"))
 
 

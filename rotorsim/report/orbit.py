@@ -53,7 +53,7 @@ def instants(run: AnalysedRun) -> list[Instant]:
 
 
 def orbits_caption(run: AnalysedRun, _: None) -> str:
-    """Meaning of the dots, and the largest orbit."""
+    """Number of revolutions, the largest orbit and the clearance."""
     largest, count = run.summary["largest_orbit"], len(instants(run))
     text = (
         f"{TURNS} revolutions at {count} instant{'s' * (count > 1)}, the disc about its middle; dots mark whole turns "
@@ -185,7 +185,7 @@ def _planes(run: AnalysedRun) -> list[tuple[str, ...]]:
 
 
 def planes_caption(run: AnalysedRun, planes: list[tuple[str, ...]]) -> str:
-    """Which probes make the orbit of each row."""
+    """Probes that make the orbit of each row."""
     rows = "; ".join(f"{', '.join(plane)} at {_place_of(run, plane[0])}" for plane in planes)
     return f"x and y of each plane from its probes at their angles: {rows}. {TURNS} revolutions, dots at whole turns."
 
@@ -238,10 +238,7 @@ def filtered_caption(run: AnalysedRun, _: None) -> str:
     for n, (x, y) in zip((1, 2), mean_orders(run.tracked), strict=True):
         f, b = abs(x + 1j * y) / 2 * TO_UM, abs(x - 1j * y) / 2 * TO_UM
         parts.append(f"{n}X: {quantity(f, 'µm')} forward, {quantity(b, 'µm')} backward.")
-    return (
-        " ".join(parts)
-        + " Dots mark whole turns of the shaft. 1X and 2X are fitted over whole revolutions and averaged."
-    )
+    return " ".join(parts) + " Dots mark whole turns of the shaft."
 
 
 @record_section("Orbit, and its parts at 1X and 2X", _need_steady_orders, filtered_caption)

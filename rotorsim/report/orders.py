@@ -27,9 +27,9 @@ from rotorsim.signals.record_blocks import need, sampling_time
 
 MOST_POINTS, MOST_LINES = 1500, 250
 FEW = 8
-"""So many windows are marked each."""
+"""Number of windows up to which each is marked."""
 DECADES = 3.5
-"""Range of the colour scale of spectra."""
+"""Decades of the colour scale of spectra."""
 SHORTEST = 0.5
 """Shortest record [s] that has a waterfall: it holds two spectra."""
 ORDER_COLOURS = {1: "#0072B2", 2: "#D55E00", 3: "#009E73"}
@@ -40,7 +40,7 @@ CONVENTION = (
 
 
 def bode_caption(run: AnalysedRun, _: None) -> str:
-    """Where the orders peak."""
+    """Speeds and amplitudes of the peaks of the orders."""
     if not run.summary["peaks"]:
         return "The shaft did not turn long enough for whole revolutions to be tracked."
     return " ".join([*(_order_sentence(run, int(n)) for n in run.tracked["order"].values), _start(run.summary)]).strip()
@@ -73,7 +73,7 @@ def _start(summary: dict[str, Any]) -> str:
     begin = summary["start_transient_s"]
     if not begin:
         return ""
-    return f"The first {begin:.3g} s, in which the rotor swings from rest onto its orbit, are left out of the numbers."
+    return f"The first {begin:.3g} s, from rest onto the orbit, are left out of the numbers."
 
 
 @record_section("Amplitude and phase of the orders", need_orders, bode_caption)
@@ -143,7 +143,7 @@ def sub_synchronous_text(run: AnalysedRun) -> str:
     """A sentence on motion below 1X."""
     found = run.summary["sub_synchronous"]
     if found is None:
-        return "Below 1X nothing stands out of the spectra: no sub-synchronous whirl."
+        return "Nothing stands out below 1X: no sub-synchronous whirl."
     turn = "forward" if found["frequency_hz"] > 0 else "backward"
     return (
         f"Below 1X the largest component is {quantity(found['um'], 'µm')} at {abs(found['frequency_hz']):.0f} Hz, "
@@ -169,7 +169,7 @@ def waterfall(run: AnalysedRun, _: None) -> go.Figure:
 
 
 def full_spectrum_caption(run: AnalysedRun, _: None) -> str:
-    """How much of the motion turns forward at the fastest tracked window."""
+    """Forward and backward part of the motion at the fastest tracked window."""
     if run.tracked.sizes["window"] == 0:
         return "Spectrum of x + i y."
     i = int(np.abs(run.tracked["speed"].values).argmax())

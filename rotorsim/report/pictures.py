@@ -35,7 +35,7 @@ Draw = Callable[[ModuleType, Any, int], None]
 
 
 def lacking() -> str:
-    """What is missing for pictures, as a sentence; found without importing it."""
+    """Sentence about the software that pictures lack; empty without a lack. Nothing is imported."""
     try:
         there = find_spec("pyvista") is not None
     except ValueError:  # an import that is blocked
@@ -48,7 +48,7 @@ def lacking() -> str:
 
 
 def _loads(library: str) -> bool:
-    """Whether a shared library is there and can be loaded."""
+    """True if a shared library is there and can be loaded."""
     try:
         ctypes.CDLL(library)
     except OSError:

@@ -27,16 +27,16 @@ from rotorsim.signals.static_gain import Branches, HysteresisLoop, loops as loop
 UNITS = {"reference": "µm/V", "disc_force": "µm/N"}
 NAMES = {"reference": "reference", "disc_force": "force"}
 FAINTEST = 0.5
-"""Phase is not drawn where the coherence is below this."""
+"""Least coherence at which a phase is drawn."""
 DECADES = 3.0
-"""Range of the magnitude; no phase below."""
+"""Decades of the magnitude below its largest value, within which a phase is drawn."""
 RESPONSE_REACH = 500.0
 """Highest frequency [Hz] of a frequency response."""
 MOST_POINTS = 4000
 PULSE_REACH = (-0.5, 2.0)
 """The force is drawn from before to after the pulse, in lengths of the pulse."""
 MANY_MODES = 0.15
-"""Scatter of the logarithms of the extremes from which on a decay is not that of one mode."""
+"""Least scatter of the logarithms of the extremes of a decay of several modes."""
 SYMBOLS = {True: "triangle-up", False: "triangle-down-open"}
 
 
@@ -55,7 +55,7 @@ def _reach(run: AnalysedRun) -> float:
 
 
 def transfer_caption(run: AnalysedRun, transfer: Transfer) -> str:
-    """Where the direct responses peak, and how they were estimated."""
+    """Peaks of the direct responses, and their estimate."""
     peaks = [(k, *peak_of(transfer, k, i)) for i, k in enumerate(transfer.inputs)]
     unit = UNITS[transfer.input_name]
     parts = [f"{'xy'[k]} responds to {'xy'[k]} most at {f:.4g} Hz with {quantity(size * TO_UM, unit)}."
@@ -63,8 +63,7 @@ def transfer_caption(run: AnalysedRun, transfer: Transfer) -> str:
     text = " ".join(parts) or "No peak stands out with a coherence above one half."
     times = "impact" if transfer.input_name == "disc_force" else "segment"
     text += f" H1 estimate from {transfer.count} {times}{'s' * (transfer.count > 1)}"
-    known = transfer.coherence is not None
-    text += "; the coherence is the share of the motion the input makes." if known else "; a coherence takes more."
+    text += "." if transfer.coherence is not None else "; a coherence takes more."
     if transfer.together:
         text += f" Both {NAMES[transfer.input_name]}s move together; their responses cannot be separated."
     if run.revolutions >= 1 and transfer.input_name == "reference":
@@ -141,7 +140,7 @@ def _traces(transfer: Transfer, output: int, column: int, axis: str) -> list[go.
 
 
 def _is_sparse(H: np.ndarray) -> bool:
-    """Whether only lines here and there are driven, as by a multisine."""
+    """True if only lines here and there are driven, as by a multisine."""
     seen = np.isfinite(H)
     inside = seen[seen.argmax() : len(seen) - seen[::-1].argmax()]
     return bool(inside.mean() < 0.8)

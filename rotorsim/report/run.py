@@ -36,7 +36,7 @@ STEADILY = 0.02
 
 @dataclass(frozen=True)
 class AnalysedRun:
-    """A prepared record (`compute.prepare`), its tracked orders, spectra and summary, and its machine if stated."""
+    """A prepared record (`prepared`), its tracked orders, spectra and summary, and its machine if stated."""
 
     record: xr.Dataset
 
@@ -75,7 +75,7 @@ class AnalysedRun:
 
     @property
     def simulated(self) -> bool:
-        """Whether the record comes from a plant and not from a rig."""
+        """True if the record comes from a plant, False if from a rig."""
         return "machine" in self.record.attrs or "disc" in self.record
 
     @property
@@ -90,7 +90,7 @@ class AnalysedRun:
 
     @property
     def highest_frequency(self) -> float:
-        """Where spectra end [Hz]: 4X, at least 100 Hz in a run-up and 300 Hz otherwise; 12X of a slow roll."""
+        """End [Hz] of spectra: 4X, at least 100 Hz in a run-up and 300 Hz otherwise; 12X of a slow roll."""
         turning, half = self.fastest / (2 * np.pi), 0.5 / sampling_time(self.record)
         if self.kind == "slow_roll" and turning > 0:
             return min(12 * turning, half)
@@ -98,17 +98,17 @@ class AnalysedRun:
 
     @property
     def speed_known(self) -> bool:
-        """Whether the record holds the speed or the angle."""
+        """True if the record holds the speed or the angle."""
         return "speed" not in str(self.record.attrs.get("assumed", "")).split()
 
     @property
     def angle_known(self) -> bool:
-        """Whether the record holds the shaft angle."""
+        """True if the record holds the shaft angle."""
         return "angle" not in str(self.record.attrs.get("assumed", "")).split()
 
     @cached_property
     def revolutions(self) -> float:
-        """How often the shaft turned between both ends of the record, by its angle or else its mean speed."""
+        """Number of turns of the shaft between both ends of the record, by its angle or else its mean speed."""
         if self.angle_known:
             ends = np.asarray(self.record["angle"].isel(time=[0, -1]).values, float)
             return float(abs(ends[1] - ends[0])) / (2 * np.pi)
@@ -127,7 +127,7 @@ class AnalysedRun:
 
     @property
     def self_excitable(self) -> bool:
-        """Whether motion below 1X indicates whirl: the shaft turns, and no input moves the disc."""
+        """True if motion below 1X indicates whirl: the shaft turns, and no input moves the disc."""
         return self.angle_known and self.revolutions >= 1 and not self.driven
 
     @cached_property
@@ -143,7 +143,7 @@ class AnalysedRun:
 
     @property
     def swept(self) -> bool:
-        """Whether the speed went one way and far enough to draw things against it."""
+        """True if the speed went one way and far enough to draw things against it."""
         speed = self.spectra["speed"].values
         most = np.abs(speed).max()
         one_way = np.abs(np.diff(speed)).sum() - abs(speed[-1] - speed[0]) <= STEADILY * most
@@ -151,7 +151,7 @@ class AnalysedRun:
 
     @property
     def has_snapshots(self) -> bool:
-        """Whether film pressures were kept."""
+        """True if the record holds film pressures."""
         return "film_pressure" in self.record and self.record.sizes["snapshot"] > 0
 
     @property

@@ -40,7 +40,7 @@ OVERVIEW = tuple(PANELS)[:10]
 """Variables of the overview in order."""
 BY_BEARING = {"film_thickness": "h_min", "film_flow": "mass_flow"}
 """Variables of each of several films, and those of all that they stand for."""
-BANDS = "Bands span the least and the largest value of each stretch of time."
+BANDS = "Bands span least to largest values."
 
 
 def _band(
@@ -75,7 +75,7 @@ def overview_caption(run: AnalysedRun, _: None) -> str:
 
 
 def _contact(contact: dict[str, Any]) -> str:
-    """Whether and when a journal touched its sleeve."""
+    """Sentence on the first contact of a journal with its sleeve."""
     if not contact["samples"]:
         return "The journal never touches the sleeve."
     return (
@@ -157,8 +157,8 @@ def _need_excitation(run: AnalysedRun) -> None:
 
 
 def excitation_caption(run: AnalysedRun, _: None) -> str:
-    """Key to lines and markers."""
-    text = "Left: bands span the least and the largest value of each stretch of time. Right: every sample about the "
+    """Key to the lines of both columns."""
+    text = "Left: bands span least to largest values. Right: every sample about the "
     text += "largest change of the inputs." if run.driven else "middle of the record."
     if "disc" in run.record and "disc_measured" in run.record:
         text += " The measured displacement is drawn faintly under the true one."

@@ -29,12 +29,12 @@ PLACES = (
     r"C:\Program Files (x86)\Google\Chrome\Application\chrome.exe",
     r"C:\Program Files (x86)\Microsoft\Edge\Application\msedge.exe",
 )
-"""Where they are installed without being on the path."""
+"""Usual places of their programs that are not on the path."""
 NO_CHROME = "there is no Chrome, Chromium or Edge to draw figures; install one or set BROWSER_PATH to its program"
 
 
 def has_browser() -> bool:
-    """Whether the user's browser can be opened here: there is one, and a display, or the variable BROWSER names it."""
+    """True if the user's browser can be opened: there is one, and a display, or the variable BROWSER names it."""
     try:
         webbrowser.get()
     except webbrowser.Error:
@@ -44,7 +44,7 @@ def has_browser() -> bool:
 
 
 def open_page(path: Path) -> bool:
-    """Open a file in the user's browser; whether that was possible."""
+    """Open a file in the user's browser; True if that was possible."""
     try:
         return has_browser() and webbrowser.open(path.resolve().as_uri())
     except (webbrowser.Error, OSError):

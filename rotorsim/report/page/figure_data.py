@@ -73,7 +73,7 @@ def colour_bar(layout: Object, trace: Object) -> Object:
 
 
 def logarithmic(bar: Object) -> bool:
-    """Whether a colour bar shows powers of ten at the values of its ticks."""
+    """True if a colour bar shows powers of ten at the values of its ticks."""
     values, texts = numbers(bar.get("tickvals")), bar.get("ticktext")
     if values is None or not texts:
         return False

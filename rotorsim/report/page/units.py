@@ -89,7 +89,7 @@ def use_units(units: str) -> None:
 
 
 def is_imperial() -> bool:
-    """Whether the page that is being made is in imperial units."""
+    """True while a page is made in imperial units."""
     return _SYSTEM.get() == "imperial"
 
 
