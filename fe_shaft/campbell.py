@@ -21,7 +21,7 @@ from fe_shaft.checks import ShaftError, grid
 from fe_shaft.labelled import dataset
 from fe_shaft.modes.count import missing_in
 from fe_shaft.modes.follower import through
-from fe_shaft.modes.pencil import Region
+from fe_shaft.modes.pencil import Quotient, Region
 from fe_shaft.modes.second_order import SecondOrder
 from fe_shaft.static import loose_motions
 
@@ -163,7 +163,7 @@ def _complete(pencil: SecondOrder, values: NDArray[np.complex128], last: int) ->
     above = size[size > (1 + _ONE) * size[last]]
     reach = float(size[last] * min(1.05, np.sqrt(above[0] / size[last]) if len(above) else 1.05))
     known = values[(size < reach) & (values.imag >= 0)]
-    return missing_in(pencil, Region(reach, _ONE * reach, 1.0), known) == 0
+    return missing_in(Region(reach, _ONE * reach, 1.0), Quotient(pencil, known)) == 0
 
 
 def _whole(rotor: AssembledRotor, speed: float, count: int | None) -> modal.ModalResult:

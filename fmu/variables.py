@@ -28,14 +28,14 @@ from rotorsim.base.unit_table import TABLE, dimension
 from rotorsim.effects import Effect
 from rotorsim.effects.base import WHERE
 from rotorsim.machine.actuators import Actuators, Drive
-from rotorsim.machine.bearings.film import Injector
-from rotorsim.machine.bearings.gas import Gas
+from rotorsim.machine.gas import Gas
+from rotorsim.machine.gas_film import Injector
 from rotorsim.machine.part import Part
-from rotorsim.machine.passed_limits import speed_limit
 from rotorsim.machine.probes import reading_unit
+from rotorsim.machine.running_limits import speed_limit
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS
+from rotorsim.plant.kernels.columns import COLUMNS, FILM_COLUMNS
 from rotorsim.plant.validity import known_speed
 
 NOMINAL = {"m": 1e-5, "N": 10.0, "rad/s": 600.0, "rad": 1.0, "Pa": 1e5, "V": 1.0, "kg/s": 1e-4, "N*m": 1e-2}

@@ -1,5 +1,8 @@
 r"""Forms of a sleeve that is no plain cylinder: lobes, steps, grooves, foil.
 
+Each form is declared once: its dataclass has units, limits and sentences, from which the part of a machine file is made
+(`rotorsim.machine.part.part_of`), and its geometry. What holds for all forms asks the dataclasses (`forms`).
+
 Angles are on the bearing, from x towards y; z is measured from the film's middle. The clearance of a bearing is the
 smallest one, that of a journal in the middle at the ridges between grooves, at the land between steps, in the middle of
 a lobe, or over a foil that nothing presses on. A bump foil is an elastic foundation with a loss factor:
@@ -16,23 +19,37 @@ Cites: heshmat_1983.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from math import pi
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from reynolds.errors import FilmError
 from reynolds.grid import Grid, Layout, fill
+from rotorsim.base.quantity import number
+from rotorsim.base.units import show
+
+
+class Form:
+    """A form of a sleeve: what a film and a machine file ask of every one."""
+
+    fed: ClassVar[bool] = True
+    """Whether injectors and orifices may feed a film with it."""
+
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """Conflicts between its values: fields and sentences."""
+        return iter(())
+
+    def misfits(self, length: float) -> Iterator[tuple[str, str]]:
+        """Values that do not fit a film of a `length` [m]: fields and sentences."""
+        return iter(())
 
 
 @dataclass(frozen=True)
-class Lobes:
+class Lobes(Form):
     """Arcs of equal length whose radius of curvature exceeds that of the circle that they touch.
-
-    `preload` is 1 - clearance / (clearance of an arc about its own centre); `offset` is where along an arc it is
-    narrowest, as a share of its length from the edge the surface enters at; `first_angle` [rad] is where the first arc
-    is narrowest.
 
     Examples
     --------
@@ -42,10 +59,12 @@ class Lobes:
     array([0.e+00, 1.e-05])
     """
 
-    count: int
-    preload: float
-    offset: float = 0.5
-    first_angle: float = 0.0
+    count: float = number("1", "Number of arcs.", low=1, high=12, multiple=1, example=3)
+    preload: float = number(
+        "1", "1 - clearance / clearance of an arc about its own centre.", low=0, high=0.95, example=0.5
+    )
+    offset: float = number("1", "Where an arc is narrowest, as a share from its leading edge.", 0.5, low=0, high=1)
+    first_angle: float = number("rad", "Where the first arc is narrowest, from x towards y.", 0.0, low=-7, high=7)
 
     def __post_init__(self) -> None:
         if self.count < 1 or not 0 <= self.preload < 1 or not 0 <= self.offset <= 1:
@@ -72,11 +91,10 @@ class Lobes:
 
 
 @dataclass(frozen=True)
-class Steps:
-    """Equal pockets round the sleeve: a Rayleigh step, an axial groove, a recess.
+class Steps(Form):
+    """Equal pockets round the sleeve: Rayleigh steps, axial grooves or recesses.
 
-    depth [m], arc [rad] and length [m] (None: that of the film) of each; `first_angle` [rad] is the middle of the
-    first. Their edges may lie anywhere between the lines of a grid.
+    Their edges may lie anywhere between the lines of a grid.
 
     Examples
     --------
@@ -86,11 +104,20 @@ class Steps:
     array([ True, False,  True])
     """
 
-    count: int
-    depth: float
-    arc: float
-    length: float | None = None
-    first_angle: float = 0.0
+    count: float = number("1", "Number of pockets, evenly spaced.", low=1, high=64, multiple=1, example=3)
+    depth: float = number("m", "Depth of a pocket.", above=0, high=1e-3, example=20e-6)
+    arc: float = number("rad", "Angle of a pocket.", above=0, high=7, example=0.7)
+    length: float | None = number(
+        "m", "Axial length of a pocket, about the middle; all of the film when not given.",
+        None, above=0, high=10, example=0.02,
+    )  # fmt: skip
+    first_angle: float = number("rad", "Middle of the first pocket, from x towards y.", 0.0, low=-7, high=7)
+
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """Pockets leave a land between them."""
+        if self.count * self.arc >= 2 * pi:
+            most = show(float(f"{0.9 * 2 * pi / self.count:.2g}"), "rad")
+            yield "arc", f"'{show(self.arc, 'rad')}' leaves no land between {self.count:g} pockets; write e.g. '{most}'"
 
     def inside(self, theta: np.ndarray, z: np.ndarray, length: float) -> np.ndarray:
         """Whether places (theta, z) on a film of a length [m] are in a pocket."""
@@ -117,12 +144,11 @@ class Steps:
 
 
 @dataclass(frozen=True)
-class Grooves:
-    """Narrow slanted grooves: a herringbone about a plain land, or a spiral that pumps towards +z.
+class Grooves(Form):
+    """Narrow slanted grooves, by narrow-groove theory: a herringbone about a plain land or a spiral.
 
-    depth [m]; `share` of the circumference that is groove; `angle` [rad] from the circumferential direction; `land`
-    [m], length without grooves in the middle of a herringbone; on the journal or on the sleeve. They pump inwards when
-    the shaft turns from x to y; those of a negative angle, the mirror image, when it turns from y to x.
+    They pump inwards (a spiral towards +z) when the shaft turns from x to y; those of a negative angle, the mirror
+    image, when it turns from y to x.
 
     Examples
     --------
@@ -131,12 +157,37 @@ class Grooves:
     -1.0
     """
 
-    depth: float
-    share: float
-    angle: float
-    land: float = 0.0
-    on: Literal["journal", "sleeve"] = "sleeve"
-    pattern: Literal["herringbone", "spiral"] = "herringbone"
+    fed = False
+    pattern: Literal["herringbone", "spiral"] = field(
+        default="herringbone", kw_only=True,
+        metadata={"doc": "'herringbone' pumps to the middle, 'spiral' towards +z, for a positive speed."},
+    )  # fmt: skip
+    on: Literal["journal", "sleeve"] = field(
+        default="sleeve", kw_only=True,
+        metadata={"doc": "What has the grooves: the 'journal' or the 'sleeve'.", "stated": True},
+    )  # fmt: skip
+    depth: float = number("m", "Depth of a groove.", above=0, high=1e-3, example=15e-6)
+    share: float = number("1", "Share of the circumference that is groove.", above=0, high=0.95, example=0.5)
+    angle: float = number(
+        "rad", "Angle between grooves and circumference; negative for the mirror image, which pumps the other way.",
+        low=-1.55, high=1.55, example=0.5,
+    )  # fmt: skip
+    land: float = number("m", "Length in the middle of a herringbone that has no grooves.", 0.0, low=0, high=10)
+
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """Grooves are slanted, and a spiral has no land."""
+        if self.angle == 0:
+            yield "angle", "'0 rad' pumps neither way; write e.g. '28 deg', or '-28 deg' for its mirror image"
+        if self.pattern == "spiral" and self.land > 0:
+            yield "land", f"'{show(self.land, 'm')}' goes with a herringbone; remove it"
+
+    def misfits(self, length: float) -> Iterator[tuple[str, str]]:
+        """The land leaves grooves beside it."""
+        if self.land >= length:
+            yield (
+                "land",
+                f"'{show(self.land, 'm')}' leaves no grooves in a film of '{show(length, 'm')}'; make it shorter",
+            )
 
     @property
     def sense(self) -> float:
@@ -151,8 +202,8 @@ class Grooves:
 
 
 @dataclass(frozen=True)
-class Foil:
-    """Bump foil as an elastic foundation: stiffness per area [Pa/m], loss factor at `loss_frequency` [rad/s].
+class Foil(Form):
+    """Bump foil on the sleeve: an elastic foundation under the film with a loss factor.
 
     Examples
     --------
@@ -161,9 +212,12 @@ class Foil:
     0.0001
     """
 
-    stiffness: float
-    loss_factor: float = 0.0
-    loss_frequency: float = 2 * np.pi * 500
+    fed = False
+    stiffness: float = number("N/m^3", "Stiffness per area of the foil.", above=0, high=1e18, example=4.7e9)
+    loss_factor: float = number("1", "Loss factor of the foil at loss_frequency.", 0.0, low=0, high=2, example=0.2)
+    loss_frequency: float = number(
+        "rad/s", "Frequency of vibration that the loss factor is for.", 1000 * pi, above=0, high=1e6
+    )
 
     @property
     def time(self) -> float:
@@ -186,6 +240,25 @@ class Sleeve:
     steps: tuple[Steps, ...] = ()
     grooves: Grooves | None = None
     foil: Foil | None = None
+
+    @property
+    def forms(self) -> dict[str, Form]:
+        """Forms that are there by their paths: 'lobes', 'steps.0', 'grooves', 'foil'."""
+        rows = {f"steps.{i}": row for i, row in enumerate(self.steps)}
+        found = {"lobes": self.lobes, **rows, "grooves": self.grooves, "foil": self.foil}
+        return {path: form for path, form in found.items() if form is not None}
+
+    @property
+    def closed(self) -> tuple[str, ...]:
+        """Paths of the forms with which no gas can be fed into a film."""
+        return tuple(path for path, form in self.forms.items() if not form.fed)
+
+    def problems(self, length: float) -> Iterator[tuple[str, str]]:
+        """Forms that do not fit a film of a `length` [m] or each other: paths below the sleeve and sentences."""
+        for path, form in self.forms.items():
+            yield from ((f"{path}.{name}", sentence) for name, sentence in form.misfits(length))
+        if self.grooves is not None and self.steps:
+            yield "steps", "do not go with grooves in the same film; remove the ones or the others"
 
     @property
     def textured(self) -> bool:

@@ -16,14 +16,16 @@ from functools import cache, cached_property
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq
+from numpy.typing import NDArray
 
 from fe_shaft.modes.follower import CERTAIN, INDISTINCT, Branch, Family, Followed, Node, follow, overlap
 from fe_shaft.modes.pencil import Modes, Pencil
-from fe_shaft.modes.subspace import NEAR, predicted, refined, settled
+from fe_shaft.modes.subspace import NEAR, SMALL, everything, predicted, refined, settled
 
-ON_LINE = 1e-9
-"""Relative accuracy of a crossing with an order line."""
+CLOSE = 1e-11
+"""Square of the last step to a crossing over the crossing and the width around it: the next one is below 1e-9."""
+STEPS = 40
+"""Steps to a crossing, after which it counts as not certain."""
 HALVINGS = 16
 """Halvings of the distance to a place at which a mode is known, before it counts as not certain."""
 
@@ -74,7 +76,20 @@ class _Lines:
     @cached_property
     def every(self) -> list[_Line]:
         """One for each branch."""
-        return [_Line(self.family, self.found, branch) for branch in self.found.branches]
+        return [_Line(self.family, self.found, branch, self._slopes) for branch in self.found.branches]
+
+    @cached_property
+    def _slopes(self) -> Callable[[int, int], NDArray[np.float64]]:
+        """Derivatives of \\|s\\| (modes,) at a node, as the pencil changes on the way to another node."""
+
+        @cache
+        def slopes(i: int, j: int) -> NDArray[np.float64]:
+            here, there = self.found.nodes[i], self.found.nodes[j]
+            assert there.pencil is not None
+            s = here.modes.values
+            return np.real(s.conj() * rates(here.modes, there.pencil)) / (np.abs(s) * (there.at - here.at))
+
+        return slopes
 
     @cached_property
     def closer(self) -> Callable[[int], _Lines]:
@@ -129,11 +144,14 @@ class _Place:
         """\\|s\\| [rad/s]."""
         return float(abs(self.mode.values[0]))
 
+    def rate(self, other: _Place) -> complex:
+        """Derivative of s here, as the pencil changes on the way to another place."""
+        return complex(rates(self.mode, other.pencil)[0] / (other.at - self.at))
+
     def slope(self, other: _Place) -> float:
-        """Derivative of \\|s\\| here, as the pencil changes on the way to another place."""
-        s, y, v = self.mode.values[0], self.mode.left[:, 0], self.mode.right
-        change = y.conj() @ (other.pencil.times_J(v) - s * other.pencil.times_S(v))[:, 0]
-        return float((s.conjugate() * change).real / (abs(s) * (other.at - self.at)))
+        """Derivative of \\|s\\|, the same way."""
+        s = self.mode.values[0]
+        return float((s.conjugate() * self.rate(other)).real / abs(s))
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,16 +161,37 @@ class _Line:
     family: Family
     found: Followed
     branch: Branch
+    slopes: Callable[[int, int], NDArray[np.float64]]
 
     def crossings(self, order: float) -> list[Crossing | Interval]:
         """Crossings with an order line, or the interval where one is not certain."""
         places, out = self._known, list[Crossing | Interval]()
-        for k, (a, b) in enumerate(pairwise(places)):
+        for k in self._open(order):
+            a, b = places[k], places[k + 1]
             around = (places[k - 1] if k else b, places[k + 2] if k + 2 < len(places) else a)
             halves = [a, self._place(0.0), b] if a.at < 0 < b.at else [a, b]
             for one, two in pairwise(halves):
                 out += [(a.at, b.at)] if one is None or two is None else self._within(one, two, order, around)
         return out
+
+    def _open(self, order: float) -> list[int]:
+        """Places between which and the next one a crossing is not excluded by what `_within` asks first."""
+        at, size, back, ahead = self._table
+        width, mean = np.diff(at), np.diff(size) / np.diff(at)
+        bend = np.max([np.abs(slope - mean) for slope in (back[:-1], back[1:], ahead[:-1], ahead[1:])], axis=0)
+        gaps = size - order * np.abs(at)
+        crosses, turn = (gaps[:-1] > 0) != (gaps[1:] > 0), order * np.sign(at[:-1] + at[1:])
+        clear = (bend < np.abs(mean - turn)) | (bend * width < np.minimum(np.abs(gaps[:-1]), np.abs(gaps[1:])))
+        return np.flatnonzero(crosses | ~clear | (at[:-1] < 0) & (at[1:] > 0)).tolist()
+
+    @cached_property
+    def _table(self) -> NDArray[np.float64]:
+        """Parameter, \\|s\\| and its derivatives towards the place before and the next one (4, places)."""
+        nodes = [(i, k) for i, k in self.branch.places if self.found.nodes[i].pencil is not None]
+        at, s = self.found.values(Branch(tuple(nodes), "", ""))
+        back = np.array([self.slopes(i, i - 1)[k] for i, k in nodes[1:]])
+        ahead = np.array([self.slopes(i, i + 1)[k] for i, k in nodes[:-1]])
+        return np.array([at, np.abs(s), [*ahead[:1], *back], [*ahead, *back[-1:]]])
 
     def _within(self, a: _Place, b: _Place, order: float, around: tuple[_Place, _Place]) -> list[Crossing | Interval]:
         """Crossings between two places.
@@ -233,35 +272,78 @@ class _Line:
         return None
 
     def _root(self, a: _Place, b: _Place, order: float) -> Crossing | None:
-        """The root between two places by Brent's method; None where the mode is not certain on the way."""
-        known: dict[float, _Place | None] = {a.at: a, b.at: b}
+        """The root between two places; None where the mode is not certain on the way.
 
-        def gap(x: float) -> float:
-            if x not in known:
-                known[x] = self._place(x)
-            there = known[x]
-            return float("nan") if there is None else there.size - order * abs(x)
+        The inverse of the gap is interpolated through the places with their derivatives, at the end as close to the
+        root as ends of the interval are to each other, squared: there the mode is what its derivative makes of it.
+        """
 
-        try:
-            x = brentq(gap, a.at, b.at, xtol=ON_LINE * max(abs(a.at), abs(b.at)), rtol=ON_LINE)
-        except ValueError:
-            return None
-        off, there = gap(x), known[x]
-        if there is None or abs(off) > 100 * ON_LINE * order * abs(x):
-            return None
-        return Crossing(0, order, x, (gap(b.at) > gap(a.at)) == (a.at + b.at > 0), there.pencil, there.mode)
+        def gap(place: _Place) -> float:
+            return place.size - order * abs(place.at)
+
+        turn, upward = order * np.sign(a.at + b.at), (gap(b) > gap(a)) == (a.at + b.at > 0)
+        low, high, places, close = a, b, [a, b], CLOSE * (b.at - a.at) * max(abs(a.at), abs(b.at))
+        for _ in range(STEPS):
+            rates = [_derivative(one, [other for other in places if other is not one]) - turn for one in places]
+            x = _zero([gap(one) for one in places], [one.at for one in places], rates)
+            if not low.at < x < high.at:
+                x = 0.5 * (low.at + high.at)
+            here = places[-1]
+            if len(places) > 2 and (x - here.at) ** 2 < close:
+                s = here.mode.values + (x - here.at) * here.rate(high if here is low else low)
+                return Crossing(0, order, x, upward, here.pencil, replace(here.mode, values=s))
+            new = self._place(x)
+            if new is None:
+                return None
+            left = (gap(new) > 0) == (gap(low) > 0)
+            places = [low, high, new]
+            low, high = (new, high) if left else (low, new)
+        return None
+
+
+def rates(modes: Modes, pencil: Pencil) -> NDArray[np.complex128]:
+    """First change (k,) of the eigenvalues of modes (k) towards another pencil."""
+    change = pencil.times_J(modes.right) - pencil.times_S(modes.right) * modes.values
+    return np.asarray(np.sum(modes.left.conj() * change, axis=0))
+
+
+def _derivative(place: _Place, others: list[_Place]) -> float:
+    """Derivative of \\|s\\| at a place out of the slopes towards one or two others."""
+    if len(others) == 1:
+        return place.slope(others[0])
+    (d, slope), (e, other) = ((one.at - place.at, place.slope(one)) for one in others)
+    return (e * slope - d * other) / (e - d)
+
+
+def _zero(values: list[float], at: list[float], rates: list[float]) -> float:
+    """Root of a monotonous function by Hermite's interpolation of its inverse; NaN where two values are the same."""
+    z, column = np.repeat(values, 2), np.repeat(at, 2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        first = np.diff(column) / np.diff(z)
+        first[::2] = 1 / np.array(rates)
+        weight, x, column = -z[0], column[0], first
+        for k in range(1, len(z)):
+            x, weight = x + weight * column[0], -weight * z[k]
+            column = np.diff(column) / (z[k + 1 :] - z[: -k - 1])
+    return float(x)
 
 
 def _continued(node: Node, k: int, pencil: Pencil) -> Modes | None:
     """Mode k of a node, continued into another pencil; None where it is not certain."""
     assert node.pencil is not None
-    mode, guess = node.modes.take([k]), predicted(pencil, node.modes)
+    mode = node.modes.take([k])
+    if pencil.size <= SMALL:
+        return _alike(node.pencil, mode, pencil, everything(pencil))
+    guess = predicted(pencil, node.modes)
     first = int(overlap(node.pencil, mode, pencil, guess)[0].argmax())
     near = np.abs(guess.values - guess.values[first]) < NEAR * abs(guess.values[first])
     group = settled(pencil, guess.take(near))
-    if not len(group.values):
-        return None
-    alike = overlap(node.pencil, mode, pencil, group)[0]
+    return _alike(node.pencil, mode, pencil, group) if len(group.values) else None
+
+
+def _alike(before: Pencil, mode: Modes, pencil: Pencil, group: Modes) -> Modes | None:
+    """The mode among others that one of a neighbouring pencil becomes; None where it is not certain."""
+    alike = overlap(before, mode, pencil, group)[0]
     best = int(alike.argmax())
     double = np.abs(group.values - group.values[best]) < INDISTINCT * abs(group.values[best])
     return group.take([best]) if alike[double].sum() > CERTAIN else None

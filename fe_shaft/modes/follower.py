@@ -250,9 +250,12 @@ def _turned(node: Node, other: Node) -> Node:
     """The node with the vectors of indistinct eigenvalues turned into those of the other one."""
     assert node.pencil is not None and other.pencil is not None
     s, right, left = node.modes.values, node.modes.right.copy(), node.modes.left.copy()
+    alike = np.abs(s - s[:, None]) < INDISTINCT * np.abs(s[:, None])
+    if alike.sum() <= len(s):
+        return node
     free = list(range(len(s)))
     while free:
-        group = [k for k in free if abs(s[k] - s[free[0]]) < INDISTINCT * abs(s[free[0]])]
+        group = [k for k in free if alike[free[0], k]]
         free = [k for k in free if k not in group]
         if len(group) < 2:
             continue

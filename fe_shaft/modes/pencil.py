@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache, cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -75,16 +77,39 @@ class Region:
 
 
 @dataclass(frozen=True, eq=False)
+class Quotient:
+    """The determinant of a pencil over its known roots (k,) [rad/s], those below the real axis included."""
+
+    pencil: Pencil
+    known: Vector
+
+    @cached_property
+    def log(self) -> Callable[[complex], complex]:
+        """Logarithm at s, the imaginary part modulo 2 pi; a point that is asked twice is computed once."""
+        pairs = self.known[self.known.imag > OSCILLATES * np.abs(self.known)]
+        real = self.known[self.known.imag <= OSCILLATES * np.abs(self.known)].real
+        roots = np.concatenate([pairs, pairs.conj(), real])
+
+        @cache
+        def log(s: complex) -> complex:
+            return complex(self.pencil.log_det(s) - np.log(s - roots).sum())
+
+        return log
+
+
+@dataclass(frozen=True, eq=False)
 class Modes:
     """Eigenvalues (k,) [rad/s] with vectors (n, k), left^H S right = I, ascending in modulus.
 
-    `missing` is the number of eigenvalues of the region that are not among them, NaN where it could not be counted.
+    `missing` is the number of eigenvalues of the region that are not among them, NaN where it could not be counted,
+    `quotient` that by which they were counted.
     """
 
     values: Vector
     right: Vector
     left: Vector
     missing: float = float("nan")
+    quotient: Quotient | None = None
 
     @property
     def proven(self) -> bool:

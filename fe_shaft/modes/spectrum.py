@@ -1,4 +1,4 @@
-"""All modes of a pencil in a region, their number proven."""
+"""All modes of a pencil in a region, their number proven: a small pencil's are all computed, others' are counted."""
 
 from __future__ import annotations
 
@@ -8,11 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from fe_shaft.modes.count import missing_in
-from fe_shaft.modes.pencil import Modes, Pencil, Region, nothing
-from fe_shaft.modes.subspace import around, everything, joined, refined, settled, unknown
-
-SMALL = 130
-"""Size up to which all eigenvalues are computed at once."""
+from fe_shaft.modes.pencil import Modes, Pencil, Quotient, Region, nothing
+from fe_shaft.modes.subspace import SMALL, around, everything, joined, refined, settled, unknown
 
 
 def modes_in(pencil: Pencil, region: Region, hints: Sequence[float] = (), seed: Modes | None = None) -> Modes:
@@ -32,17 +29,26 @@ def modes_in(pencil: Pencil, region: Region, hints: Sequence[float] = (), seed: 
     Modes
         Those of the region and some around it that were met; `missing` is 0 where the count proves it complete.
     """
-    if pencil.size <= SMALL:
-        known = everything(pencil)
-    else:
-        known = nothing(pencil.size) if seed is None else refined(pencil, seed)
-    known = replace(known, missing=missing_in(pencil, region, known.values))
-    rounds = [] if pencil.size <= SMALL else _shifts(region, hints)
-    while not known.proven and rounds:
-        for shift in rounds.pop(0):
-            known = joined(pencil, known, settled(pencil, unknown(known, around(pencil, shift), region)))
-        known = replace(known, missing=missing_in(pencil, region, known.values))
+    known = everything(pencil) if pencil.size <= SMALL else _found(pencil, region, hints, seed)
     return known.take(np.argsort(np.abs(known.values), kind="stable"))
+
+
+def _found(pencil: Pencil, region: Region, hints: Sequence[float], seed: Modes | None) -> Modes:
+    """Those grown out of the seed, then those around shifts until the count proves that none is missing."""
+    like, rounds = None, [[], *_shifts(region, hints)]
+    known = nothing(pencil.size)
+    if seed is None:
+        rounds = rounds[1:]
+    else:
+        known, like = refined(pencil, seed), seed.quotient if seed.proven else None
+    for shifts in rounds:
+        for shift in shifts:
+            known = joined(pencil, known, settled(pencil, unknown(known, around(pencil, shift), region)))
+        g = Quotient(pencil, known.values)
+        known = replace(known, missing=missing_in(region, g, like), quotient=g)
+        if known.proven:
+            break
+    return known
 
 
 def _shifts(region: Region, hints: Sequence[float]) -> list[list[complex]]:

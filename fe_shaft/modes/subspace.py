@@ -26,19 +26,20 @@ ALIKE = 1e-3
 """Part of a vector outside the span of the vectors nearby below which it adds no mode."""
 LOOSE = 1e10
 """Condition of left against right vectors above which they span no common subspace."""
+SMALL = 130
+"""Size up to which all eigenvalues are computed at once."""
 DEPTH, WIDTH = 14, 2
 """Steps of a block Krylov space and vectors of its block."""
 
 
 def everything(pencil: Pencil) -> Modes:
-    """All modes of a small pencil that are not below the real axis."""
-    eye = np.eye(pencil.size, dtype=complex)
-    S, J = pencil.times_S(eye).real, pencil.times_J(eye).real
-    values, left, right = eig(np.linalg.solve(S, J), left=True)
+    """All modes of a small pencil that are not below the real axis: none is missing."""
+    eye = np.eye(pencil.size)
+    S, J = pencil.times_S(eye), pencil.times_J(eye)
+    values, left, right = eig(np.linalg.solve(S, J), left=True, check_finite=False)
     keep = values.imag >= 0
-    return joined(
-        pencil, nothing(pencil.size), Modes(values[keep], right[:, keep], np.linalg.solve(S.T, left[:, keep]))
-    )
+    left = np.linalg.solve(S.T, left[:, keep])
+    return Modes(values[keep], right[:, keep], _paired_nearby(pencil, values[keep], right[:, keep], left), 0.0)
 
 
 def around(pencil: Pencil, shift: complex) -> Modes:
@@ -167,6 +168,13 @@ def joined(pencil: Pencil, known: Modes, new: Modes) -> Modes:
     if not values:
         return known
     V, Y, s = np.column_stack(right), np.column_stack(left), np.array(values)
-    overlap = Y.conj().T @ pencil.times_S(V)
+    return Modes(s, V, _paired_nearby(pencil, s, V, Y))
+
+
+def _paired_nearby(pencil: Pencil, s: Vector, right: Vector, left: Vector) -> Vector:
+    """Left vectors with left^H S right = I among near eigenvalues; those of distant ones are orthogonal as they are."""
+    pushed = pencil.times_S(right)
     close = np.abs(s[:, None] - s) < NEAR * np.abs(s[:, None])
-    return Modes(s, V, Y @ np.linalg.pinv(np.where(close, overlap, 0.0)).conj().T)
+    if close.sum() == len(s):
+        return left / np.sum(left.conj() * pushed, axis=0).conj()
+    return left @ np.linalg.pinv(np.where(close, left.conj().T @ pushed, 0.0)).conj().T

@@ -25,7 +25,7 @@ from rotorsim.analysis.figures import BARE, bare, figures
 from rotorsim.analysis.targets import Parameter, Target, Targets, split, value_at
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.interrupt import finishing
-from rotorsim.machine.edit import with_values
+from rotorsim.machine.file_text import with_values
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 

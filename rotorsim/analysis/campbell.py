@@ -100,12 +100,14 @@ def along_speeds(found: ModesOverSpeed, speeds: np.ndarray, count: int) -> tuple
     followed, place = found.followed, {float(v): k for k, v in enumerate(speeds)}
     every = np.full((len(followed.branches), len(speeds)), np.nan, complex)
     senses = np.full(every.shape, np.nan)
+    asked = {i: node for i, node in enumerate(followed.nodes) if node.at in place and node.pencil is not None}
+    orbits = {i: roundness(node.pencil, node.modes.right) for i, node in asked.items()}
+    inside = {i: found.region.holds(node.modes.values) for i, node in asked.items()}
     for b, branch in enumerate(followed.branches):
         for i, k in branch.places:
-            node = followed.nodes[i]
-            if node.at in place and node.pencil is not None and found.region.holds(node.modes.values[k]):
-                every[b, place[node.at]] = node.modes.values[k]
-                senses[b, place[node.at]] = roundness(node.pencil, node.modes.right[:, [k]])[0]
+            if i in asked and inside[i][k]:
+                every[b, place[asked[i].at]] = asked[i].modes.values[k]
+                senses[b, place[asked[i].at]] = orbits[i][k]
     seen = [b for b in range(len(every)) if np.isfinite(every[b]).any()]
     shown = sorted(seen, key=lambda b: float(np.nanmin(np.abs(every[b]))))[:count]
     return every[shown], senses[shown], shown

@@ -12,7 +12,7 @@ from rotorsim.base.exchange.mat import is_mat, read_mat
 from rotorsim.base.references import cited_by, sorted_keys
 from rotorsim.control import load_law
 from rotorsim.machine import Machine, load_machine
-from rotorsim.machine.citations import citations
+from rotorsim.machine.overview import citations
 
 RESULTS = (".json", ".mat")
 KINDS = ("law", "linear", "lpv")

@@ -8,7 +8,7 @@ its fields' metadata (`declared`, `quantities`), a machine part in its pydantic 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import Field, dataclass, field, fields, replace
+from dataclasses import MISSING, Field, dataclass, field, fields, replace
 from math import ceil, inf, isfinite, nextafter
 from numbers import Real
 from typing import Any
@@ -164,6 +164,12 @@ def _plain(value: Any) -> float | None:
 def declared(default: Any, quantity: Quantity) -> Any:
     """A dataclass field with a default and its declaration."""
     return field(default=default, metadata={"quantity": quantity})
+
+
+def number(unit: str, doc: str, default: Any = MISSING, *, example: float | None = None, **limits: float) -> Any:
+    """A dataclass field that is a number: SI unit ('1' for a plain number), sentence, SI default, limits, example."""
+    shown = example if example is not None or default in (MISSING, None, 0) else default
+    return declared(default, Quantity(unit, doc, example=shown, **limits))  # type: ignore[arg-type]
 
 
 def quantity_of(entry: Any) -> Quantity | None:

@@ -54,7 +54,7 @@ def compare(
         _compare_results(runs, out, force, report, page, as_json)
         return
     from identification import load_mapping, read
-    from rotorsim.signals.run_comparison import compare_runs
+    from rotorsim.signals.orders import compare_runs
 
     mapped = _mappings(runs, None if mapping is None else load_mapping(mapping))
     opened = {name: read(path, mapped[path]) for name, path in _named(runs).items()}

@@ -37,7 +37,7 @@ from rotorsim.commands.results import files, refuse_campaign, study as study_fol
 
 if TYPE_CHECKING:
     from identification import Prefilter
-    from identification.campaign import Local
+    from rotorsim.study.local_models import Local
     from rotorsim.study.plans import Layout
 
 RESULTS = ("model.json", "model_2.json", "report.html", "study.json")

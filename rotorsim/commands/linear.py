@@ -82,7 +82,7 @@ def response(
     import numpy as np
 
     from rotorsim.analysis.unbalance_response import peak_of, unbalance_response
-    from rotorsim.machine.rim_speed import ask_rim_speed
+    from rotorsim.machine.running_limits import ask_rim_speed
 
     ask_rim_speed(plant.machine, max(grid, key=abs), "--speeds")
     given = _unbalance(plant.machine, unbalance, disc)
@@ -151,7 +151,7 @@ def campbell(
         modes_line,
         searched_line,
     )
-    from rotorsim.machine.rim_speed import ask_rim_speed
+    from rotorsim.machine.running_limits import ask_rim_speed
 
     ask_rim_speed(plant.machine, max(grid, key=abs), "--speeds")
     names = ("campbell.nc", "campbell.csv", *(["report.html"] if report else []))
@@ -288,7 +288,7 @@ def modes(
     at = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
     plant = settings.plant(machine)
     from rotorsim.analysis.mode_shapes import mode_shapes
-    from rotorsim.machine.rim_speed import ask_rim_speed
+    from rotorsim.machine.running_limits import ask_rim_speed
     from rotorsim.plant.validity import linear_warnings
     from rotorsim.report.pictures import lacking
 

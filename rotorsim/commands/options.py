@@ -160,7 +160,7 @@ class PageOptions:
 def plant_of(machine: str | Machine, *changes: str) -> Plant:
     """Plant of a machine, machine name or path, with changes PATH=VALUE; raises MachineFileError."""
     from rotorsim.machine import load_machine
-    from rotorsim.machine.usual import ask_machine
+    from rotorsim.machine.plausibility import ask_machine
 
     loaded = load_machine(machine) if isinstance(machine, str) else machine
     for change in changes:
@@ -191,7 +191,7 @@ def quantity(option: str, text: str, unit: str, suggest: Suggest | None = None) 
 
     A frequency [Hz] may also be written as a speed. `suggest` makes the examples of messages.
     """
-    from rotorsim.machine.usual import ask
+    from rotorsim.machine.plausibility import ask
 
     try:
         if unit == "Hz" and any(word in text for word in ANGULAR):

@@ -32,8 +32,8 @@ from rotorsim.discrepancy.twin.parameters import (
 from rotorsim.discrepancy.twin.plant import Twin, in_motion
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine, load_machine
-from rotorsim.plant.columns import COLUMNS
 from rotorsim.plant.equilibrium import settle
+from rotorsim.plant.kernels.columns import COLUMNS
 from rotorsim.plant.simulation import Simulation, split_columns
 
 if TYPE_CHECKING:

@@ -24,8 +24,7 @@ from identification.records.checks import SATURATED, saturated_share
 from rotorsim.base.errors import DataError
 from rotorsim.experiments.catalogue.controlled import controlled
 from rotorsim.experiments.experiment import REFERENCE_LIMIT
-from rotorsim.plant.control_systems import as_controller
-from rotorsim.plant.controller import call, check_controller, name_of, provenance
+from rotorsim.plant.controller import as_controller, call, check_controller, name_of, provenance
 
 if TYPE_CHECKING:
     import xarray as xr

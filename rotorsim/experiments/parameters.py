@@ -41,7 +41,7 @@ def check_parameters(experiment: Any) -> None:
 
     Warns Unusual of one far from all that is done.
     """
-    from rotorsim.machine.usual import ask  # which reads the catalogue of effects: help of commands does without
+    from rotorsim.machine.plausibility import ask
 
     for name, sentence in check_fields(experiment):
         raise DataError(f"{name}: {sentence}")
@@ -53,7 +53,7 @@ def check_parameters(experiment: Any) -> None:
 
 def ask_speeds(machine: Machine, experiment: Any) -> None:
     """Question the speeds of an experiment at which the machine's rim would be too fast."""
-    from rotorsim.machine.rim_speed import ask_rim_speed
+    from rotorsim.machine.running_limits import ask_rim_speed
 
     for entry, known in parameters(experiment):
         if known.unit == "rad/s" and getattr(experiment, entry.name) is not None:

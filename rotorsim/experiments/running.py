@@ -23,9 +23,8 @@ from rotorsim.experiments.limits import beyond_attrs, check_begin, choked, extre
 from rotorsim.experiments.loop import FeedbackLoop
 from rotorsim.experiments.parameters import ask_speeds, fastest
 from rotorsim.experiments.recording import FEWEST, Recording
-from rotorsim.machine.sampling import check_speed
-from rotorsim.plant.control_systems import as_controller
-from rotorsim.plant.controller import alarms_of, call
+from rotorsim.machine.numerics import check_speed
+from rotorsim.plant.controller import alarms_of, as_controller, call
 from rotorsim.plant.equilibrium import describe
 from rotorsim.plant.plant import BLOCK, LONGEST as LONGEST_IN_MEMORY, Plant, as_plant
 from rotorsim.plant.probes import probe_coordinates

@@ -15,12 +15,10 @@ from rotorsim.base.constants import MPA, TO_RPM, TO_UM
 from rotorsim.live.rig.history import LENGTH
 from rotorsim.machine import Machine
 from rotorsim.machine.probes import reading_unit
-from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS, READ
 from rotorsim.plant.journal_room import journal_room
+from rotorsim.plant.kernels.columns import AT, COLUMNS, DISC, DISC_READ, FILM_COLUMNS, READ, REFERENCE, inputs_of
 from rotorsim.signals.probes import shown
 
-AT = {name: i for i, name in enumerate(COLUMNS)}
-DISC = [AT["disc_x"], AT["disc_y"]]
 ORBIT, TRACE, SPECTRUM = 1000, 2500, 5000
 """Samples behind an orbit (0.2 s at 5 kHz), a trace (0.5 s) and a spectrum (1 s)."""
 POINTS = 500
@@ -112,7 +110,7 @@ def make_frame(
 
 def spectrum(rows: np.ndarray) -> np.ndarray:
     """Amplitude [um, 0-pk] of the larger axis of the measured disc at lines 0 ... HIGHEST (Hann window)."""
-    disc = rows[:, READ : READ + 2] * TO_UM
+    disc = rows[:, DISC_READ] * TO_UM
     window = np.hanning(len(rows) + 1)[:-1, None]
     size = np.abs(np.fft.rfft((disc - disc.mean(axis=0)) * window, axis=0)) * 2 / window.sum()
     return np.asarray(size[: HIGHEST + 1].max(axis=1))
@@ -172,7 +170,8 @@ def _traces(rows: np.ndarray, pins: int, Ts: float) -> dict[str, Any]:
     thin = rows[:: max(len(rows) // POINTS, 1)]
     found: dict[str, Any] = {"x": _plain(thin[:, READ] * TO_UM, 2), "y": _plain(thin[:, READ + 1] * TO_UM, 2)}
     found["seconds"] = round(len(rows) * Ts, 4)
-    found |= {"reference_x": _plain(thin[:, -4], 3), "reference_y": _plain(thin[:, -3], 3)}
+    reference = inputs_of(thin)[:, REFERENCE]
+    found |= {"reference_x": _plain(reference[:, 0], 3), "reference_y": _plain(reference[:, 1], 3)}
     for k in range(pins):
         found[f"pin_{k + 1}"] = _plain(thin[:, len(COLUMNS) + k] * TO_UM, 2)
     return found

@@ -10,7 +10,8 @@ import numpy as np
 
 from rotorsim.experiments.recording import FEWEST, Recording
 from rotorsim.live.rig.operating import OFF
-from rotorsim.live.rig.rig import INPUTS, Rig
+from rotorsim.live.rig.rig import Rig
+from rotorsim.plant.kernels.columns import N_INPUTS, inputs_of
 from rotorsim.plant.probes import probe_coordinates
 from rotorsim.plant.simulation import split_columns
 
@@ -57,7 +58,7 @@ class Recorder:
         if not len(rows):
             return
         first, film = self._file.samples, self._rig.has_film
-        values: dict[str, Any] = split_columns(self._rig.assembly, rows[:, :-INPUTS], rows[:, -INPUTS:])
+        values: dict[str, Any] = split_columns(self._rig.assembly, rows[:, :-N_INPUTS], inputs_of(rows))
         self._file.write((first + np.arange(len(rows))) * self._rig.Ts, values)
         if film and self._file.samples // FILM_EVERY > first // FILM_EVERY:
             self._file.snapshot(self.seconds, self._rig.speed, *self._rig.simulation.film_snapshot())

@@ -9,11 +9,10 @@ import numpy as np
 
 import identification as idn
 from rotorsim.base.errors import DataError, MachineFileError
-from rotorsim.live.frame import AT, Geometry, make_frame
+from rotorsim.live.frame import Geometry, make_frame
 from rotorsim.live.rig.history import LENGTH
-from rotorsim.live.rig.rig import INPUTS
 from rotorsim.machine import Machine
-from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS, film_columns
+from rotorsim.plant.kernels.columns import AT, COLUMNS, FILM_COLUMNS, FORCE, N_INPUTS, REFERENCE, film_columns
 
 
 class Replay:
@@ -98,7 +97,7 @@ def _table(record: Any) -> np.ndarray:
     """Rows (n, columns, pins, probes, films, temperatures and 6 inputs) of a record; what it lacks is zero."""
     pins, probes = record.sizes.get("injector", 0), record.sizes.get("probe", 0)
     films, heat = film_columns(record.sizes.get("bearing", 0)), record.sizes.get("body", 0)
-    rows = np.zeros((record.sizes["time"], len(COLUMNS) + pins + probes + films + heat + INPUTS))
+    rows = np.zeros((record.sizes["time"], len(COLUMNS) + pins + probes + films + heat + N_INPUTS))
     for name, column in AT.items():
         base, _, axis = name.rpartition("_")
         if name in record:
@@ -108,9 +107,9 @@ def _table(record: Any) -> np.ndarray:
     places = {
         "pin": len(COLUMNS),
         "probe_measured": len(COLUMNS) + pins,
-        "temperature_rise": -INPUTS - heat,
-        "reference": -4,
-        "disc_force": -2,
+        "temperature_rise": -N_INPUTS - heat,
+        "reference": REFERENCE.start - N_INPUTS,
+        "disc_force": FORCE.start - N_INPUTS,
     }
     for name, first in places.items():
         if name in record:

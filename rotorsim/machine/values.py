@@ -13,8 +13,7 @@ from rotorsim.base.quantity import quantity_of
 from rotorsim.base.suggest import did_you_mean
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine.effect_tables import unknown_effect
-from rotorsim.machine.messages import sentences, unknown_field
-from rotorsim.machine.part import SI, Part
+from rotorsim.machine.part import SI, Part, sentences, unknown_field
 
 
 class Branch(dict[str, Any]):

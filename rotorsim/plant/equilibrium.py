@@ -16,7 +16,6 @@ from rotorsim.effects import Effect
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.kernels.equilibrium_kernel import BEYOND_STROKE, NO_LIFT_OFF, RESTLESS
-from rotorsim.plant.kernels.modal_rotor import add_tables
 
 SLOW = 1e-6
 """Velocity [m/s] of difference quotients."""
@@ -78,11 +77,23 @@ def stiffness(a: Assembly, w: np.ndarray, speed: float) -> np.ndarray:
 
 def damping(a: Assembly, w: np.ndarray, speed: float) -> np.ndarray:
     """Modal damping (n, n), gyroscopic terms included."""
-    if a.rotor.n_tables:
-        w = w.copy()
-        getattr(add_tables, "py_func", add_tables)(w, a.rotor, speed, 4, 1.0, a.rotor.C)
     C = matrix(a, a.rotor.C, w) + speed * matrix(a, a.rotor.G, w) + motion_damping(a, w, speed)
+    C = C + table_damping(a, w, speed) if a.rotor.n_tables else C
     return C + turning_time(a) * matrix(a, a.rotor.KS, w) if a.rotor.turning else C
+
+
+def table_damping(a: Assembly, w: np.ndarray, speed: float) -> np.ndarray:
+    """Modal damping (n, n) of the tables at `speed`, as `add_tables` of the kernels has it."""
+    R, n = a.rotor, a.rotor.n
+    shapes = w[R.table_rows : R.table_rows + 2 * n * R.n_tables].reshape(-1, 2, n)
+    values = w[R.table_values : R.table_values + 8 * R.n_tables * R.n_points].reshape(R.n_tables, R.n_points, 2, 2, 2)
+    speeds = w[R.table_speeds : R.table_speeds + R.n_points]
+    k = min(max(int(np.searchsorted(speeds, abs(speed))), 1), R.n_points - 1)
+    share = min(max((abs(speed) - speeds[k - 1]) / (speeds[k] - speeds[k - 1]), 0.0), 1.0)
+    C = values[:, k - 1, 1] + share * (values[:, k, 1] - values[:, k - 1, 1])
+    if speed < 0:
+        C = C * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    return np.asarray((shapes.transpose(0, 2, 1) @ C @ shapes).sum(axis=0))
 
 
 def motion_damping(a: Assembly, w: np.ndarray, speed: float) -> np.ndarray:

@@ -80,13 +80,11 @@ class LinearPlant(Shown):
     @cached_property
     def J(self) -> Any:
         """Sparse matrix (n, n) by columns."""
-        springs, dampers = sparse.csr_matrix(self.rotor.stiffness), sparse.csr_matrix(self.rotor.damping)
-        eye, film, Bf = sparse.identity(len(self.rotor.stiffness)), self.film, self.rotor.Bf
+        film, Bf = self.film, self.rotor.Bf
         if film is None:
-            m = len(self.rotor.stiffness)
-            return sparse.csc_matrix(
-                np.block([[np.zeros((m, m)), np.eye(m)], [-self.rotor.stiffness, -self.rotor.damping]])
-            )
+            return sparse.csc_matrix(self.A)
+        springs, dampers = sparse.csr_matrix(self.rotor.stiffness), sparse.csr_matrix(self.rotor.damping)
+        eye = sparse.identity(len(self.rotor.stiffness))
         return sparse.bmat(
             [
                 [-film.J, -sparse.csr_matrix(film.J_X @ Bf), -sparse.csr_matrix(film.S_X @ Bf)],
@@ -98,6 +96,9 @@ class LinearPlant(Shown):
     @cached_property
     def A(self) -> np.ndarray:
         """State matrix (n, n), dense."""
+        if self.film is None:
+            m = len(self.rotor.stiffness)
+            return np.block([[np.zeros((m, m)), np.eye(m)], [-self.rotor.stiffness, -self.rotor.damping]])
         return np.asarray(self.J.toarray() / self.S[:, None])
 
     @cached_property
@@ -231,7 +232,7 @@ class LinearPlant(Shown):
         """Eigenvalues of (J, S) nearest to i near, by shift and invert (all of them when the system is small)."""
         n = len(self.S)
         if self.film is None or n <= 4 * count:
-            return np.linalg.eig(self.J.toarray() / self.S[:, None])
+            return np.linalg.eig(self.A)
         shift = 1j * self.near
         inverse = self.factor(shift)
         operator = LinearOperator((n, n), matvec=lambda x: inverse.solve(self.S * x), dtype=complex)
@@ -247,7 +248,13 @@ class LinearPlant(Shown):
 
     def times_J(self, x: np.ndarray) -> np.ndarray:
         """J x for x (n, k)."""
-        return np.asarray(self.J @ x)
+        rotor, film, m = self.rotor, self.film, len(self.rotor.stiffness)
+        y, q, v = x[: -2 * m], x[-2 * m : -m], x[-m:]
+        force = -rotor.stiffness @ q - rotor.damping @ v
+        if film is None:
+            return np.concatenate([v, force])
+        gas = -film.J @ y - film.J_X @ (rotor.Bf @ q) - film.S_X @ (rotor.Bf @ v)
+        return np.concatenate([gas, v, force + rotor.Bf.T @ (film.F_y @ y)])
 
     def times_S(self, x: np.ndarray, transposed: bool = False) -> np.ndarray:
         """S x for x (n, k); S is diagonal, so the transposed one is the same."""

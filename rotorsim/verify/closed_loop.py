@@ -235,8 +235,8 @@ def other_machines(plant: Plant) -> Iterator[tuple[str, Plant]]:
         differs = shipped.pop(plant.machine.name) != plant.machine
         for name, machine in shipped.items():
             yield f"{name} as shipped" if differs else name, Plant(machine)
-    gas = next(i for i, one in enumerate(plant.machine.bearings) if getattr(one, "kind", "") == "gas_film")
-    clearance = float(plant.machine.bearings[gas].clearance)  # type: ignore[union-attr]
+    gas = plant.machine.film_bearings[0]
+    clearance = plant.machine.films[0].clearance
     for factor in (0.9, 1.1):
         changed = plant.machine.with_({f"bearings.{gas}.clearance": float(f"{clearance * factor:.9g}")})
         yield f"clearance {100 * factor - 100:+.0f} %", Plant(changed)

@@ -22,10 +22,17 @@ from rotorsim.experiments.experiment import reference_range
 from rotorsim.experiments.limits import choked, passed
 from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.columns import COLUMNS, READ
 from rotorsim.plant.compose import load_module
-from rotorsim.plant.control_systems import as_controller, check_any_controller
-from rotorsim.plant.controller import Controller, ask, call, check_actuators, name_of
+from rotorsim.plant.controller import (
+    Controller,
+    as_controller,
+    ask,
+    call,
+    check_actuators,
+    check_any_controller,
+    name_of,
+)
+from rotorsim.plant.kernels.columns import COLUMNS, READ
 from rotorsim.plant.simulation import Simulation
 
 NEVER = 10**15

@@ -277,7 +277,7 @@ def nonlinear(system, scheduled=False):
 
 @pytest.mark.parametrize("turned", [TURNED, nonlinear(TURNED), nonlinear(TURNED, scheduled=True)])
 def test_labels_in_another_order_are_followed_in_the_loop(turned):
-    from rotorsim.plant.control_systems import SystemController
+    from rotorsim.plant.controller import SystemController
 
     rng = np.random.default_rng(5)
     expected, found = SystemController(ACROSS), SystemController(turned)

@@ -9,7 +9,7 @@ from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint, contributions, setting
 from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import Machine, load_machine, machine_text
-from rotorsim.machine.edit import remarked
+from rotorsim.machine.file_text import remarked
 
 
 def found(machine, effects, calibration=None):

@@ -21,7 +21,6 @@ from rotorsim.base.errors import RotorsimError
 from rotorsim.control.sampled_loop import closed_poles
 from rotorsim.control.systems import System, held, late, series
 from rotorsim.live.desk import Desk
-from rotorsim.live.frame import AT
 from rotorsim.live.rig.laws import read_laws, running
 from rotorsim.live.rig.operating import OFF
 from rotorsim.live.rig.rig import Rig
@@ -30,7 +29,7 @@ from rotorsim.live.runner import Runner
 from rotorsim.live.server.server import application, serve
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
-from rotorsim.plant.columns import READ
+from rotorsim.plant.kernels.columns import AT, READ
 
 KEPT = 60_000
 """Samples of a run that are kept: 12 s."""

@@ -11,7 +11,7 @@ from rotorsim.discrepancy.outcome.result import NO_ACCURACY, PLAN_NEXT, located
 from rotorsim.discrepancy.outcome.steps import DecisionSteps
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import load_machine
-from rotorsim.plant.acting import acting_places, nozzles
+from rotorsim.plant.locations import acting_places, nozzles
 from rotorsim.report.diagnosis import diagnosis_page, next_step
 from rotorsim.report.machine_sketch import MARKS, machine_sketch
 from rotorsim.report.page.page import html

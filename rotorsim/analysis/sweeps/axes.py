@@ -14,7 +14,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.suggest import did_you_mean
 from rotorsim.base.unit_table import NUMBER
 from rotorsim.base.units import parse
-from rotorsim.machine.edit import expanded
+from rotorsim.machine.file_text import expanded
 from rotorsim.machine.schema import Machine
 
 POINTS = {"speed": "rad/s", "pressure": "Pa"}

@@ -20,9 +20,9 @@ from rotorsim.analysis.varied import with_fields
 from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import parse, show
-from rotorsim.machine.rim_speed import ask_rim_speed
+from rotorsim.machine.plausibility import ask_machine
+from rotorsim.machine.running_limits import ask_rim_speed
 from rotorsim.machine.schema import Machine
-from rotorsim.machine.usual import ask_machine
 from rotorsim.plant.plant import Plant, as_plant
 
 WHAT = ("lift_off", "onset", "flow")

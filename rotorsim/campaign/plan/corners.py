@@ -13,8 +13,8 @@ from rotorsim.campaign.plan.plan_file import Value
 from rotorsim.campaign.plan.targets import change
 from rotorsim.experiments.parameters import ask_speeds, fastest
 from rotorsim.machine import Machine
-from rotorsim.machine.sampling import check_speed
-from rotorsim.machine.usual import ask_machine
+from rotorsim.machine.numerics import check_speed
+from rotorsim.machine.plausibility import ask_machine
 
 MOST_WORDS = 50
 """Values tried of an axis of words or whole numbers, which have no ends."""

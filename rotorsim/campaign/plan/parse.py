@@ -29,7 +29,7 @@ from rotorsim.campaign.plan.plan_file import (
 from rotorsim.campaign.plan.targets import Target, change, find_experiment, find_target, quantity_at, read_parameters
 from rotorsim.experiments.experiment import check_seed
 from rotorsim.machine import Machine, machine_text, shipped_machines
-from rotorsim.machine.usual import ask_machine
+from rotorsim.machine.plausibility import ask_machine
 
 MOST_CASES = 10_000_000
 FILM_PRESSURE = "film_pressure"

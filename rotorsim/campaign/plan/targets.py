@@ -16,9 +16,8 @@ from rotorsim.campaign.plan.plan_file import Value, unknown
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.experiments.experiment import check_seed
 from rotorsim.machine import Machine
-from rotorsim.machine.edit import ANY
+from rotorsim.machine.file_text import ANY, declarations
 from rotorsim.machine.part import Part
-from rotorsim.machine.toml import declarations
 
 
 @dataclass(frozen=True)

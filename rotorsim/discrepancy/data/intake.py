@@ -24,7 +24,7 @@ from rotorsim.discrepancy.data.blocks import TURNING, drift_of, stated_clock, wi
 from rotorsim.discrepancy.data.changes import RING_KEY, known_changes, ring_angle
 from rotorsim.discrepancy.data.spectra import Trial, displacement_of, only_probe, trial_of
 from rotorsim.machine import Machine
-from rotorsim.machine.sampling import FEWEST
+from rotorsim.machine.numerics import FEWEST
 from rotorsim.plant.mesh import Mesh
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from rotorsim.base.units import show
 from rotorsim.discrepancy.twin.plant import of_axis, of_bearing, of_each_film, own_tables
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine
-from rotorsim.machine.edit import comment, inline
+from rotorsim.machine.file_text import comment, inline
 
 CLOCK = "clock of "
 """Beginning of the calibration's keys of clock offsets [s], before the name of a record."""

@@ -28,7 +28,7 @@ from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.effects.base import WHERE
 from rotorsim.machine import Machine
-from rotorsim.plant.acting import Place, acting_places, force_plane
+from rotorsim.plant.locations import Place, acting_places, force_plane
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -22,7 +22,7 @@ import numpy as np
 from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.effects.diagnosis import INJECTOR_FLOW, CalibrationParameter
-from rotorsim.machine.bearings.linear import LinearBearing
+from rotorsim.machine.bearings import LinearBearing
 
 STEPS = 10.0
 """Prior standard deviation of an effect's size in steps; one moves a response by a few tenths of a micrometre."""

@@ -22,10 +22,9 @@ from rotorsim.base.rounding import decays
 from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
 from rotorsim.effects import FILM_PORTS, REGISTRY, Effect, FilmEffect
 from rotorsim.machine import Machine
-from rotorsim.machine.bearings.film import GasFilm
 from rotorsim.plant.assemble import Assembly, assemble
-from rotorsim.plant.columns import READ
 from rotorsim.plant.equilibrium import settle
+from rotorsim.plant.kernels.columns import READ
 from rotorsim.plant.linearise import linearise
 from rotorsim.plant.simulation import Simulation
 
@@ -75,7 +74,7 @@ def fits(effect: Effect, machine: Machine) -> bool:
 
 def bearings_of(effect: type[Effect], machine: Machine) -> tuple[int | None, ...]:
     """Bearings that a candidate can be about: of several gas films each, else None alone."""
-    films = tuple(i for i, bearing in enumerate(machine.bearings) if isinstance(bearing, GasFilm))
+    films = machine.film_bearings
     return films if issubclass(effect, FilmEffect) and len(films) > 1 else (None,)
 
 

@@ -62,7 +62,7 @@ class Controlled(PointExperiment):
 
     def check(self) -> None:
         """Refuse what is neither a controller nor an excitation."""
-        from rotorsim.plant.control_systems import check_any_controller
+        from rotorsim.plant.controller import check_any_controller
 
         check_any_controller(self.controller)
         for other in self.excitations:
@@ -91,8 +91,7 @@ class Controlled(PointExperiment):
 
     def attrs(self) -> dict[str, Any]:
         """Name and parameters of the experiment, its controller and its excitations, SI."""
-        from rotorsim.plant.control_systems import as_controller
-        from rotorsim.plant.controller import provenance
+        from rotorsim.plant.controller import as_controller, provenance
 
         attrs = super().attrs() | provenance(as_controller(self.controller, lambda: (0.0, 0.0)))
         for number, other in enumerate(self.excitations, start=1):

@@ -30,11 +30,11 @@ from rotorsim.live.rig.stability_check import DECAY, Verdict, check, motion
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.equilibrium import describe, settle
+from rotorsim.plant.kernels.columns import FORCE, N_INPUTS, REFERENCE, SPEED, SUPPLY, inputs_of
 from rotorsim.plant.simulation import Simulation
 
 SCATTER = tuple(f"{name}.{effect.random_part}" for name, effect in sorted(REGISTRY.items()) if effect.random_part)
 """Parameters that the noise switch turns off."""
-INPUTS = 6
 SENTENCES = 40
 IDLE = ("impulse", "acceleration", "pace", BEARING)
 """Settings that change nothing of the motion."""
@@ -71,7 +71,6 @@ class Rig:
         self.laws, self.seed = laws, seed
         self.settings = Settings(self.machine, tuple(laws))
         self.assembly = replace(self.plant.assembly, record=self.plant.assembly.record.copy())
-        self.drag = float(self.assembly.P.dry_drag)
         self.messages: deque[tuple[int, str]] = deque(maxlen=SENTENCES)
         self.sentences = 0
         self.hammer = Hammer(self.Ts)
@@ -79,7 +78,7 @@ class Rig:
         self.hit: Hit | None = None
         self.epoch, self.since, self.change = 0, 0, ""
         self.stopped, self.resume = "", START["pace"]
-        self.history = History(self.assembly.columns + INPUTS)
+        self.history = History(self.assembly.columns + N_INPUTS)
         self.reset()
 
     @property
@@ -249,7 +248,7 @@ class Rig:
         """Switch a controller off that is at the actuators' limit."""
         if self.loop is None:
             return
-        asked = np.abs(self.history.last(min(LOOK, self.seen))[:, -4:-2]).max(axis=1)
+        asked = np.abs(inputs_of(self.history.last(min(LOOK, self.seen)))[:, REFERENCE]).max(axis=1)
         full = np.count_nonzero(asked >= 0.999 * self.limit)
         if full > FULL * LOOK:
             name = self.settings.positions["controller"]
@@ -271,16 +270,16 @@ class Rig:
 
     def _rows(self, samples: int) -> np.ndarray:
         """Input rows (n, 6) of the coming samples; the reference is the constant one."""
-        numbers, rows = self.settings.numbers, np.zeros((samples, INPUTS))
-        torque = self.sense * numbers["torque"] if self.settings.positions["drive"] == "torque" else 0.0
-        drive.lay_on(self.assembly.P, self.drag, torque, self.speed)
+        numbers, rows = self.settings.numbers, np.zeros((samples, N_INPUTS))
+        driven = self.settings.positions["drive"] == "torque"
+        self.assembly.P.drive_torque = self.sense * numbers["torque"] if driven else 0.0
         if self._held:
-            rows[:, 0] = drive.ramp(self.speed, self.target, numbers["acceleration"], samples, self.Ts)
+            rows[:, SPEED] = drive.ramp(self.speed, self.target, numbers["acceleration"], samples, self.Ts)
         else:
-            rows[:, 0] = drive.torque_rows(self.speed, torque, self.drag, samples)
-        rows[:, 1] = self.pressure
-        rows[:, 2:4] = numbers.get("reference_x", 0.0), numbers.get("reference_y", 0.0)
-        rows[:, 4:6] = self.hammer.take(samples)
+            rows[:, SPEED] = np.nan
+        rows[:, SUPPLY] = self.pressure
+        rows[:, REFERENCE] = numbers.get("reference_x", 0.0), numbers.get("reference_y", 0.0)
+        rows[:, FORCE] = self.hammer.take(samples)
         return rows
 
     def _number(self, key: str, value: float, remark: str) -> None:

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.live.frame import AT
+from rotorsim.plant.kernels.columns import AT, FORCE, REFERENCE, SUPPLY, inputs_of
 
 BEFORE, RING = 2000, 2000
 """Samples before a blow that must be steady, and samples that ring."""
@@ -90,13 +90,13 @@ def spoilt(rows: np.ndarray, limit: float) -> str:
     """Reason why the rows around an impact cannot be evaluated; empty if they can."""
     if np.ptp(rows[:, AT["speed"]]) > DRIFT:
         return "the speed was changing"
-    if np.ptp(rows[:, -5]) > 0:
+    if np.ptp(inputs_of(rows)[:, SUPPLY]) > 0:
         return "the pressure was changing"
-    if rows[:BEFORE, -2:].any():
+    if inputs_of(rows)[:BEFORE, FORCE].any():
         return "a second hit fell within its time"
     if rows[:, AT["contact"]].max() > 0:
         return "the journal touched"
-    if np.abs(rows[:, -4:-2]).max() >= 0.999 * limit:
+    if np.abs(inputs_of(rows)[:, REFERENCE]).max() >= 0.999 * limit:
         return "the actuators were at their limit"
     return ""
 

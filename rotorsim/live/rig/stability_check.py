@@ -34,12 +34,11 @@ from rotorsim.control.systems import (
     side_by_side,
 )
 from rotorsim.experiments.proportional_law import ProportionalLaw
-from rotorsim.live.frame import AT
 from rotorsim.live.rig.ringdown import ORDERS
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.columns import READ
 from rotorsim.plant.equilibrium import describe, settle
+from rotorsim.plant.kernels.columns import AT, DISC, DISC_READ, REFERENCE, inputs_of
 from rotorsim.plant.linearise import linearise
 
 RESERVE = 0.8
@@ -94,13 +93,13 @@ def motion(rows: np.ndarray, Ts: float, external: tuple[float, float] = (0.0, 0.
     """Motion in the last rows (n, columns + 6), a row every Ts [s], under a constant reference [V]; None if too few."""
     if len(rows) < FEWEST:
         return None
-    disc = rows[:, [AT["disc_x"], AT["disc_y"]]] * TO_UM
-    read = rows[:, READ : READ + 2] * TO_UM
+    disc = rows[:, DISC] * TO_UM
+    read = rows[:, DISC_READ] * TO_UM
     speed = float(rows[-1, AT["speed"]])
     orders = ORDERS if abs(speed) * Ts * len(rows) > 2 * np.pi else ()
     waves = [np.ones(len(rows))] + [np.exp(1j * n * rows[:, AT["angle"]]) for n in orders]
     real = np.stack([waves[0], *(f(w) for w in waves[1:] for f in (np.real, np.imag))], axis=1)
-    output = rows[:, -4:-2] - np.asarray(external)
+    output = inputs_of(rows)[:, REFERENCE] - np.asarray(external)
     moved, seen, asked = (np.linalg.lstsq(real, table, rcond=None)[0] for table in (disc, read, output))
     noise = (read - real @ seen).std(axis=0)
     return Motion(_complex(moved), _complex(seen), _complex(asked), noise, np.asarray(external), speed * Ts)

@@ -12,7 +12,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.base.suggest import did_you_mean
 from rotorsim.machine import Machine
-from rotorsim.machine.edit import expanded
+from rotorsim.machine.file_text import expanded
 from studies.thesis.claims.rules import Figure, claims
 
 KEYS = {"words", "fields", "factors", "measure", "figures", "why"}

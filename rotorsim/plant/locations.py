@@ -12,7 +12,7 @@ from math import tau
 
 from rotorsim.effects import FILM_PORTS, Effect
 from rotorsim.machine import Machine
-from rotorsim.machine.bearings.film import GasFilm
+from rotorsim.machine.gas_film import GasFilm
 from rotorsim.plant.mesh import SAME_PLACE, Mesh
 
 OF_NOZZLES = ("injector", "plenum")
@@ -88,9 +88,8 @@ def place_at(machine: Machine, z: float) -> Place:
 def bearing_place(machine: Machine, number: int) -> Place:
     """A bearing by its index; a gas film is as long as it is."""
     bearing = machine.bearings[number]
-    half = 0.5 * bearing.length if isinstance(bearing, GasFilm) else 0.0
     name = f"{machine.bearing_names[number]} at {_mm(bearing.position)}"
-    return Place("bearing", name, bearing.position - half, bearing.position + half)
+    return Place("bearing", name, *bearing.ends)
 
 
 def nozzles(machine: Machine) -> tuple[Nozzle, ...]:
@@ -116,7 +115,7 @@ def _films_of(machine: Machine, effect: Effect) -> Iterator[Place]:
 
 def _films(machine: Machine) -> Iterator[tuple[int, GasFilm]]:
     """The gas films with the indices of their bearings."""
-    yield from ((index, one) for index, one in enumerate(machine.bearings) if isinstance(one, GasFilm))
+    yield from zip(machine.film_bearings, machine.films, strict=True)
 
 
 def _nozzles_of(machine: Machine, effect: Effect) -> Iterator[Place]:

@@ -1,22 +1,29 @@
-r"""Limits of a machine that a run passes: speed of the rim, temperature of a film.
+r"""Limits that a run of a machine may reach: speed of the rim, samples in a turn, temperature of a film.
 
 The rim of the rotor's widest part, of radius R, moves at v = Omega R. A solid disc bears there, at its centre,
 
 .. math:: \sigma = \frac{3 + \nu}{8}\,\rho v^2
+
+Speeds that would burst any rotor are questioned before a run (`ask_rim_speed`): the range of usual speeds alone lets
+6000 Hz pass where 6000 rpm are meant; a small spindle turns that fast, a rotor with a disc of 160 mm would have burst.
 
 Cites: timoshenko_1970.
 """
 
 from __future__ import annotations
 
+import warnings
+from math import pi, sqrt
+
 import numpy as np
 
 from rotorsim.base.constants import MPA, TO_RPM
+from rotorsim.base.errors import Unusual
+from rotorsim.base.units import show
 from rotorsim.effects.film.gas_heating import NOMINAL
 from rotorsim.machine.limits import HOT, Limits
-from rotorsim.machine.rim_speed import largest_radius
+from rotorsim.machine.numerics import FEWEST, highest_sampled
 from rotorsim.machine.rotor import Material
-from rotorsim.machine.sampling import FEWEST, highest_sampled
 from rotorsim.machine.schema import Machine
 
 
@@ -102,3 +109,28 @@ def _temperatures(machine: Machine, speed: np.ndarray, rises: np.ndarray | None)
     if rises is not None and rises.size:
         warm = warm + np.maximum(rises.max(axis=1), 0.0)
     return warm
+
+
+FASTEST = 1000.0
+"""Rim speed [m/s] that flywheels of carbon fibre hold; discs of steel burst at 500 to 700 m/s."""
+
+
+def largest_radius(machine: Machine) -> tuple[str, float]:
+    """Path and outer radius [m] of the part of the rotor that reaches furthest; a disc counts as uniform: m R^2 / 2."""
+    radii = {f"shaft.sections.{i}": s.outer_diameter / 2 for i, s in enumerate(machine.shaft.sections)}
+    radii |= {f"discs.{i}": sqrt(2 * disc.polar_inertia / disc.mass) for i, disc in enumerate(machine.discs)}
+    return max(radii.items(), key=lambda item: item[1])
+
+
+def ask_rim_speed(machine: Machine, speed: float, path: str = "speed") -> None:
+    """Warn of a rotational speed [rad/s] at which the rim is faster than `FASTEST`; `path` names the speed."""
+    place, radius = largest_radius(machine)
+    rim = abs(speed) * radius
+    if rim > FASTEST:
+        warnings.warn(
+            f"{path}: '{show(speed, 'rad/s')}' ({speed / (2 * pi):.4g} Hz) moves the rim of {place}, radius "
+            f"{1e3 * radius:.3g} mm, at {rim:.4g} m/s (rotors of steel burst at 500 to 700 m/s); check whether rpm or "
+            "Hz are meant",
+            Unusual,
+            stacklevel=3,
+        )

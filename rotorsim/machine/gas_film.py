@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import tau
-from typing import Literal
+from math import pi, tau
+from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field
 
-from reynolds.sleeve import Sleeve
+from reynolds import sleeve as forms
+from reynolds.injector import Injector as Nozzle
 from rotorsim.base.units import show
-from rotorsim.machine.bearings.linear import Support
-from rotorsim.machine.bearings.sleeve import Foil, Grooves, Lobes, Steps
-from rotorsim.machine.part import Part, quantity
+from rotorsim.machine.bearings import BearingPart, Support
+from rotorsim.machine.part import Part, part_of, quantity
+
+if TYPE_CHECKING:
+    from reynolds.sleeve import Foil as Foil, Grooves as Grooves, Lobes as Lobes, Steps as Steps
+else:  # the same classes, which can also be read from a machine file
+    Foil, Grooves, Lobes, Steps = (
+        part_of(form, __name__) for form in (forms.Foil, forms.Grooves, forms.Lobes, forms.Steps)
+    )
 
 
 class Orifices(Part):
@@ -57,8 +64,24 @@ class Orifices(Part):
         """Angles of all orifices [rad]."""
         return tuple(self.first_angle + tau * k / self.count for k in range(int(self.count)))
 
+    @property
+    def nozzles(self) -> tuple[Nozzle, ...]:
+        """The orifices as the film takes them."""
+        area = pi / 4 * self.diameter**2
+        volume = area * self.diameter if self.volume is None else self.volume
+        flow: dict[str, Any] = {"open_area": self.discharge * area}
+        if self.loss_factor is not None:
+            flow = {"law": "loss_factor", "loss_factor": self.loss_factor}
+        return tuple(
+            Nozzle(
+                angle=angle, offset=self.offset, orifice_diameter=self.mouth,
+                curtain_discharge=self.curtain_discharge, plenum_volume=volume, **flow,
+            )
+            for angle in self.angles
+        )  # fmt: skip
 
-class GasFilm(Part):
+
+class GasFilm(BearingPart):
     """A gas-lubricated journal bearing.
 
     Examples
@@ -87,21 +110,26 @@ class GasFilm(Part):
     support: Support | None = Field(None, description="The housing of the sleeve, where it moves.")
 
     @property
-    def sleeve(self) -> Sleeve:
-        """Form of the sleeve as the film takes it."""
-        lobes, grooves, foil = (None if part is None else part.form for part in (self.lobes, self.grooves, self.foil))
-        return Sleeve(lobes, tuple(row.form for row in self.steps), grooves, foil)  # type: ignore[arg-type]
+    def spring(self) -> float:
+        """The nominal stiffness [N/m]."""
+        return self.nominal_stiffness
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Coordinates z [m] of its ends."""
+        return self.position - 0.5 * self.length, self.position + 0.5 * self.length
+
+    @property
+    def sleeve(self) -> forms.Sleeve:
+        """Form of the sleeve."""
+        return forms.Sleeve(self.lobes, self.steps, self.grooves, self.foil)
 
     def problems(self) -> Iterator[tuple[str, str]]:
-        """Orifices stand in a sleeve that does not move and has no grooves; grooves fit in."""
-        for name in ("foil", "grooves"):
-            if self.orifices and getattr(self, name) is not None:
-                yield name, "does not go with orifices in the same film; remove the one or the other"
-        if self.grooves is not None and self.grooves.land >= self.length:
-            land, length = show(self.grooves.land, "m"), show(self.length, "m")
-            yield "grooves.land", f"'{land}' leaves no grooves in a film of '{length}'; make it shorter"
-        if self.grooves is not None and self.steps:
-            yield "steps", "do not go with grooves in the same film; remove the ones or the others"
+        """Orifices stand in a sleeve that can be fed, and its forms fit it and each other."""
+        form = self.sleeve
+        for path in form.closed if self.orifices else ():
+            yield path, "does not go with orifices in the same film; remove the one or the other"
+        yield from form.problems(self.length)
 
 
 class Injection(Part):
@@ -144,6 +172,16 @@ class Injection(Part):
     pin_bias: float = quantity("m", "Travel of the pins at zero reference voltage.", low=0, high=1e-2, example=22.5e-6)
     pin_per_volt: float = quantity("m/V", "Travel of a pin per volt of reference.", low=0, high=1e-2, example=4.2e-6)
 
+    def nozzle(self, injector: Injector) -> Nozzle:
+        """An injector as the film takes it."""
+        return Nozzle(
+            angle=injector.angle, offset=injector.offset, law=self.law, pin=self.pin_bias, seat_gap=self.seat_gap,
+            minimum_gap=self.minimum_gap, pin_diameter=self.pin_diameter, pin_discharge=self.pin_discharge or 0.0,
+            orifice_diameter=self.orifice_diameter, curtain_discharge=self.curtain_discharge,
+            plenum_volume=self.plenum_volume, polytropic_exponent=self.polytropic_exponent,
+            loss_factor=self.loss_factor or 0.0, loss_exponent=self.loss_exponent,
+        )  # fmt: skip
+
     def problems(self) -> Iterator[tuple[str, str]]:
         """The law has its coefficient, and the seat can close."""
         needs = {"orifice": "pin_discharge", "loss_factor": "loss_factor"}[self.law]
@@ -181,3 +219,9 @@ class Injector(Part):
     stack_lag: float | None = quantity(
         "s", "Time constant of its stack; that of all when not given.", None, low=0, high=10, example=0.1e-3
     )
+
+    @property
+    def signs(self) -> tuple[float, float]:
+        """Signs with which the references along x and y push its pin in, 0 for one that does not drive it."""
+        sign = {"+": 1.0, "-": -1.0}.get(self.reference[0], 0.0)
+        return sign if self.reference.endswith("x") else 0.0, sign if self.reference.endswith("y") else 0.0

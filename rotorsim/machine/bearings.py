@@ -82,15 +82,35 @@ class Coefficients(Part):
             yield "cxx", f"the damping is negative in one direction ({least:.4g} N*s/m); correct the signs of the table"
 
 
-class Seat(Part):
-    """Where a bearing stands."""
+class BearingPart(Part):
+    """A bearing of any kind: where it stands, and what rotor, limits and drawings ask of it."""
 
     kind: str = Field(description="Kind of the bearing.")
     name: str | None = Field(None, description="Name of the bearing.")
     position: float = quantity("m", "Coordinate z of the bearing.", low=-100, high=100, example=0.05)
 
+    @property
+    def speeds(self) -> np.ndarray:
+        """Speeds (points,) [rad/s] of its coefficients; none where these are the same at every speed or not known."""
+        return np.zeros(0)
 
-class LinearBearing(Coefficients, Seat):
+    @property
+    def coefficients(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Stiffness [N/m] and damping [N s/m], (2, 2) or of each of `speeds`; None where they are computed."""
+        return None
+
+    @property
+    def spring(self) -> float | None:
+        """Isotropic stiffness [N/m] that stands for it where the rotor's modes are chosen; None for constant ones."""
+        return None
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Coordinates z [m] between which it acts."""
+        return self.position, self.position
+
+
+class LinearBearing(Coefficients, BearingPart):
     """A spring and damper on the shaft.
 
     Examples
@@ -102,6 +122,11 @@ class LinearBearing(Coefficients, Seat):
 
     kind: Literal["linear"] = Field(description="Always 'linear'.")
     support: Support | None = Field(None, description="The housing, where it moves.")
+
+    @property
+    def coefficients(self) -> tuple[np.ndarray, np.ndarray]:
+        """Stiffness (2, 2) [N/m] and damping (2, 2) [N s/m]."""
+        return self.K, self.C
 
 
 class Point(Coefficients):
@@ -117,7 +142,7 @@ class Point(Coefficients):
     speed: float = quantity("rad/s", "Speed of the shaft.", low=0, high=1e6, example=314.0)
 
 
-class TableBearing(Seat):
+class TableBearing(BearingPart):
     """A bearing whose stiffness and damping are a table over the speed, linear in between.
 
     Below its first speed and above its last one the values there hold. It is the table of a shaft that turns from x to
@@ -139,6 +164,17 @@ class TableBearing(Seat):
     def speeds(self) -> np.ndarray:
         """Speeds (points,) [rad/s]."""
         return np.array([p.speed for p in self.points])
+
+    @property
+    def coefficients(self) -> tuple[np.ndarray, np.ndarray]:
+        """Stiffness [N/m] and damping [N s/m], each (points, 2, 2)."""
+        return np.array([p.K for p in self.points]), np.array([p.C for p in self.points])
+
+    @property
+    def spring(self) -> float:
+        """Mean stiffness [N/m] of both directions at the median speed."""
+        K, _ = self.at(float(np.median(self.speeds)))
+        return max(0.5 * float(np.trace(K)), 1.0)
 
     def at(self, speed: float) -> tuple[np.ndarray, np.ndarray]:
         """Stiffness (2, 2) [N/m] and damping (2, 2) [N s/m] at a speed [rad/s] of either sense."""
