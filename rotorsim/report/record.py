@@ -280,8 +280,8 @@ def results(run: AnalysedRun) -> Rows:
         ]
     for name, p in s.get("probes", {}).items():
         unit, factor = SHOWN[p["unit"]]
-        peak, rms = (quantity(p[key] * factor, unit) for key in ("peak", "rms"))
-        rows.append((f"Probe {name}", f"{peak} at most from its mean, {rms} rms"))
+        most, rms = (quantity(p[key] * factor, unit) for key in ("peak", "rms"))
+        rows.append((f"Probe {name}", f"{most} at most from its mean, {rms} rms"))
     if run.self_excitable:
         rows.append(("Largest component below 1X", _below(s["sub_synchronous"])))
     return rows + [("Beyond the checked range", text) for text in s.get("beyond_checked_range", ())]

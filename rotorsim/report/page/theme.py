@@ -24,7 +24,7 @@ def faint(colour: str, opacity: float = 0.25) -> str:
 
 def style(figure: go.Figure, height: int, **layout: object) -> go.Figure:
     """Give a figure the common look and a height in px; returns it."""
-    titled = any(a.yref == "paper" and a.y is not None and a.y > 0.99 for a in figure.layout.annotations)
+    titled = any(a.yref in ("paper", "y domain") and (a.y or 0) > 0.99 for a in figure.layout.annotations)
     top, bottom, gap = (30, 55, TITLE) if titled else (14, 55, 6)
     figure.update_layout(
         height=height,
