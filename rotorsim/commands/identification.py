@@ -271,7 +271,9 @@ def identification_vs_physics(
             found.refined.save(part / "model.json")
             found.lpv_2.save(part / "model_2.json")
             text = f"{plant.machine.name}, virtual records only. This is a simulation."
-            save_study_page("Identification against physics", text, identification_blocks(found), part / "report.html")
+            save_study_page(
+                "Identification against physics", text, identification_blocks(found), part / "report.html", page.units
+            )
             write_json(part / "study.json", numbers)
         page.finish(out / "report.html")
     if as_json:

@@ -28,15 +28,8 @@ ABOUT = {
     "campbell": "Natural frequencies over the speed",
     "map": "Least damping ratios over the speed",
 }
-HEADS = (
-    "run",
-    "axis",
-    "speed [rpm]",
-    "amplitude [µm 0-pk]",
-    "phase lag [deg]",
-    "speed against the first",
-    "amplitude against the first",
-)
+HEADS = ("run", "axis", "speed [rpm]", "amplitude [µm 0-pk]", "phase lag [deg]", "speed against the first",
+         "amplitude against the first")  # fmt: skip
 
 
 def compare_results(results: Results) -> go.Figure:
