@@ -18,8 +18,8 @@ import numpy as np
 
 from fmu.archive import temporary_error
 from fmu.description import ROWS
+from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange import json_text as json
 from rotorsim.base.exchange.archive import read_archive, unpack
 
 Log = Callable[[str], None]

@@ -24,7 +24,7 @@ from xml.etree.ElementTree import Element, SubElement
 from identification.records.schema import warm_bodies
 from rotorsim.base.constants import TO_RPM
 from rotorsim.base.quantity import UNLIMITED, Quantity, quantities, quantity_of
-from rotorsim.base.unit_table import TABLE, dimension
+from rotorsim.base.units import TABLE, dimension
 from rotorsim.effects import Effect
 from rotorsim.effects.base import WHERE
 from rotorsim.machine.actuators import Actuators, Drive

@@ -23,7 +23,7 @@ from identification.records.schema import PROBE_COORDINATES, VECTORS, known_vari
 from identification.records.table import MARK
 from rotorsim.base.exchange.mat import cells, write_mat
 from rotorsim.base.files import replacing
-from rotorsim.base.netcdf import write_netcdf
+from rotorsim.base.hdf5 import write_netcdf
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -17,7 +17,7 @@ from reynolds.perturbation import common_kernels, dynamic_stiffness, linear_film
 from reynolds.sleeve import PLAIN, Sleeve
 from reynolds.steady import settle_film
 from reynolds.transient import GAMMA, MID, STAGE
-from reynolds.workspace import FilmModel, Gas
+from reynolds.workspace import FilmGas, FilmModel
 from rotorsim.base.constants import TO_UM
 
 Array = NDArray[np.float64]
@@ -108,7 +108,7 @@ class GasBearing:
         """Grid, gas and injectors as the kernels' workspace takes them."""
         even = self.sleeve.symmetric and all(i.offset == 0 for i in self.injectors)
         half = even if self.symmetric is None else self.symmetric
-        gas = Gas(
+        gas = FilmGas(
             self.viscosity, self.ambient_pressure, self.temperature, self.gas_constant, self.heat_capacity_ratio,
             self.mean_free_path,
         )  # fmt: skip

@@ -27,12 +27,14 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from reynolds.errors import FilmError
-from reynolds.grid import Grid, Layout, fill
+from reynolds.film import JUMP
+from reynolds.grid import Grid, Layout, cells, fill
+from reynolds.texture import mean_flow
 from rotorsim.base.quantity import number
 from rotorsim.base.units import show
 
 
-class Form:
+class SleeveForm:
     """A form of a sleeve: what a film and a machine file ask of every one."""
 
     fed: ClassVar[bool] = True
@@ -48,7 +50,7 @@ class Form:
 
 
 @dataclass(frozen=True)
-class Lobes(Form):
+class Lobes(SleeveForm):
     """Arcs of equal length whose radius of curvature exceeds that of the circle that they touch.
 
     Examples
@@ -91,7 +93,7 @@ class Lobes(Form):
 
 
 @dataclass(frozen=True)
-class Steps(Form):
+class Steps(SleeveForm):
     """Equal pockets round the sleeve: Rayleigh steps, axial grooves or recesses.
 
     Their edges may lie anywhere between the lines of a grid.
@@ -144,7 +146,7 @@ class Steps(Form):
 
 
 @dataclass(frozen=True)
-class Grooves(Form):
+class Grooves(SleeveForm):
     """Narrow slanted grooves, by narrow-groove theory: a herringbone about a plain land or a spiral.
 
     They pump inwards (a spiral towards +z) when the shaft turns from x to y; those of a negative angle, the mirror
@@ -202,7 +204,7 @@ class Grooves(Form):
 
 
 @dataclass(frozen=True)
-class Foil(Form):
+class Foil(SleeveForm):
     """Bump foil on the sleeve: an elastic foundation under the film with a loss factor.
 
     Examples
@@ -242,7 +244,7 @@ class Sleeve:
     foil: Foil | None = None
 
     @property
-    def forms(self) -> dict[str, Form]:
+    def forms(self) -> dict[str, SleeveForm]:
         """Forms that are there by their paths: 'lobes', 'steps.0', 'grooves', 'foil'."""
         rows = {f"steps.{i}": row for i, row in enumerate(self.steps)}
         found = {"lobes": self.lobes, **rows, "grooves": self.grooves, "foil": self.foil}
@@ -301,15 +303,14 @@ NO_STEPS = Steps(1, 0.0, 0.0)
 class Pieces:
     """Cells cut at the edges of pockets, lands and lobes, in theta (between lines) and in z (between rows).
 
-    Each half of a cell has `most` pieces, whose lengths are shares of the cell and may be 0: `lines` (n_theta, 2 most)
-    and `rows` (patches, 2 most). About a jump between lobes a piece differs by `lift` [m] from the mean thickness of
-    the cell's two lines, by `aside` [m] from that of the nearer line, and the mean about the nodes of a line by
-    `raised` [m] from that of the nodes. `line_cover` and `row_cover` (..., n_steps) say which pockets are there,
-    `slant` (patches, 2 most) the sign of the groove angle.
+    A cell has `most` pieces one behind another, whose lengths are shares of the cell and may be 0: `lines` (n_theta,
+    most) and `rows` (patches, most). About a jump between lobes a piece differs by `lift` [m] from the mean thickness
+    of the cell's two lines, and the mean about the nodes of a line by `raised` [m] from that of the nodes. `line_cover`
+    and `row_cover` (..., n_steps) say which pockets are there, `slant` (patches, most) the sign of the groove angle.
     """
 
     def __init__(self, layout: Layout, grid: Grid, sleeve: Sleeve, clearance: float) -> None:
-        self.most, lobes = layout.pieces // 2, sleeve.lobes
+        self.most, lobes = layout.pieces, sleeve.lobes
         steps = (*sleeve.steps, *[NO_STEPS] * (layout.n_steps - len(sleeve.steps)))
         jumps = np.zeros(0) if lobes is None else lobes.edges
         cuts = (np.concatenate([jumps, *(s.edges for s in steps)]) / grid.dtheta) % grid.n_theta
@@ -325,9 +326,16 @@ class Pieces:
         begins = np.arange(grid.n_theta)
         self.lines, keys, middles = self._cut(begins, cuts, along, grid.n_theta)
         self.line_cover = keys[..., :-1]
-        self.lift, self.aside, self.raised = np.zeros_like(self.lines), np.zeros_like(self.lines), np.zeros(begins.size)
+        self.lift, self.raised = np.zeros_like(self.lines), np.zeros(begins.size)
         if lobes is not None and jumps.size:
-            self._lift(sleeve.height(grid.theta, clearance), sleeve.height(middles * grid.dtheta, clearance), cuts)
+            halves, _, at = self._cut(np.arange(2 * begins.size), 2 * cuts, lambda x: along(x / 2), 2 * begins.size)
+            mean = (halves * sleeve.height(at / 2 * grid.dtheta, clearance)).sum(axis=1)
+            nodes = sleeve.height(grid.theta, clearance)
+            cell = np.floor(np.concatenate([cuts - ON_A_LINE, cuts + ON_A_LINE])).astype(int) % begins.size
+            line = np.concatenate([cell, (cell + 1) % begins.size])
+            pieces = sleeve.height(middles * grid.dtheta, clearance)
+            self.lift[cell] = (pieces - 0.5 * (nodes + np.roll(nodes, -1))[:, None])[cell]
+            self.raised[line] = (0.5 * (mean[::2] + np.roll(mean[1::2], 1)) - nodes)[line]
         rows = np.arange(layout.half - 1, grid.n_rows)
         low = 0.0 if grid.half else grid.dz - grid.length / 2
         ends = [s.reach(grid.length) for s in steps]
@@ -348,38 +356,44 @@ class Pieces:
         self, begins: np.ndarray, cuts: np.ndarray, kind: Callable[[np.ndarray], np.ndarray], period: int
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Lengths, kinds and middles of the pieces of cells that begin at the numbers `begins`."""
-        lengths = np.zeros((begins.size, 2 * self.most))
-        middles = np.repeat(begins[:, None] + np.array([0.25, 0.75]), self.most, axis=1)
+        lengths, middles = np.zeros((2, begins.size, self.most))
+        lengths[:, 0], middles[:] = 1.0, begins[:, None] + 0.5
         kinds = np.array(kind(middles), float)
         for cell, begin in enumerate(begins):
-            for half in range(2):
-                low = begin + 0.5 * half
-                inside = (cuts - low) % period if period else cuts - low
-                inside = np.sort(inside[(inside > ON_A_LINE) & (inside < 0.5 - ON_A_LINE)])
-                bounds = low + np.concatenate([[0.0], inside, [0.5]])
-                width, middle = np.diff(bounds), 0.5 * (bounds[1:] + bounds[:-1])
-                found, which = np.unique(kind(middle), axis=0, return_inverse=True)
-                for n, one in enumerate(found):
-                    at, of = half * self.most + n, which.ravel() == n
-                    lengths[cell, at], kinds[cell, at] = width[of].sum(), one
-                    middles[cell, at] = width[of] @ middle[of] / width[of].sum()
+            inside = (cuts - begin) % period if period else cuts - begin
+            inside = np.sort(inside[(inside > ON_A_LINE) & (inside < 1 - ON_A_LINE)])
+            bounds = begin + np.concatenate([[0.0], inside, [1.0]])
+            width, middle = np.diff(bounds), 0.5 * (bounds[1:] + bounds[:-1])
+            found, which = np.unique(kind(middle), axis=0, return_inverse=True)
+            size = np.bincount(which.ravel(), width)
+            place = np.bincount(which.ravel(), width * middle) / size
+            order = np.argsort(place)
+            for piece, values in ((lengths, size), (kinds, found), (middles, place)):
+                piece[cell, : order.size] = values[order]
         return lengths, kinds, middles
 
-    def _lift(self, nodes: np.ndarray, pieces: np.ndarray, cuts: np.ndarray) -> None:
-        """Thickness [m] of the pieces in cells with a jump, from that of nodes and of the pieces' middles."""
-        n = nodes.size
-        near = np.floor(np.concatenate([cuts - ON_A_LINE, cuts + ON_A_LINE])).astype(int) % n
-        jump = np.zeros(n, bool)
-        jump[near] = True
-        sides = np.repeat(np.stack([nodes, np.roll(nodes, -1)], axis=1), self.most, axis=1)
-        self.lift = np.where(jump[:, None], pieces - 0.5 * (sides[:, :1] + sides[:, -1:]), 0.0)
-        self.aside = np.where(jump[:, None], pieces - sides, 0.0)
-        halves = 2 * (self.lines * pieces).reshape(n, 2, -1).sum(axis=2)
-        about = 0.5 * (halves[:, 0] + np.roll(halves[:, 1], 1)) - nodes
-        self.raised = np.where(jump | np.roll(jump, 1), about, 0.0)
+    def carried(self, sleeve: Sleeve, clearance: float, grid: Grid) -> np.ndarray:
+        """Shares (line, patch, piece, piece, 2, 2) of a patch that its pieces give its four nodes.
+
+        Along both axes the pressure falls from side to side as the resistance of pockets and grooves that is passed,
+        for a journal in the middle.
+        """
+        depth, share, slant = self.texture(sleeve)
+        nodes = clearance + sleeve.height(grid.theta, clearance)
+        h = 0.5 * (nodes + np.roll(nodes, -1))[:, None, None, None]
+        along, across, _, _ = getattr(mean_flow, "py_func", mean_flow)(h, depth, share, 0.0)
+        turned = np.abs(slant) * (0.0 if sleeve.grooves is None else np.sin(sleeve.grooves.angle) ** 2)
+        lines, passed = self.lines[:, :, None, None], []
+        for axis, one in (
+            (1, lines / (along + (across - along) * turned)),
+            (3, self.rows / (across + (along - across) * turned)),
+        ):
+            part = (one.cumsum(axis=axis) - 0.5 * one) / one.sum(axis=axis, keepdims=True)
+            passed.append(np.stack([1 - part, part], axis=-1))
+        return np.einsum("isjt,isjta,isjtb->ijstab", lines * self.rows, *passed)
 
     def texture(self, sleeve: Sleeve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Depth [m], groove share and slant of every piece, (n_theta, 2 most, patches, 2 most)."""
+        """Depth [m], groove share and slant of every piece, (n_theta, most, patches, most)."""
         shape = (*self.lines.shape, *self.rows.shape)
         slant = np.broadcast_to(self.slant, shape)
         depth, share = np.zeros(shape), np.zeros(shape)
@@ -400,17 +414,15 @@ def fill_texture(w: np.ndarray, layout: Layout, grid: Grid, sleeve: Sleeve, clea
     """Write steps, grooves and jumps into the workspace: per patch between four nodes, the pieces of the patches that
     edges cut, and the mean depth about the nodes."""
     pieces = Pieces(layout, grid, sleeve, clearance)
-    depth, share, slant = pieces.texture(sleeve)
-    area = pieces.lines[:, :, None, None] * pieces.rows
-    largest = area.transpose(0, 2, 1, 3).reshape(grid.n_theta, area.shape[2], -1).argmax(axis=2)
+    texture = pieces.texture(sleeve)
+    area = (pieces.lines[:, :, None, None] * pieces.rows).transpose(0, 2, 1, 3)  # line, patch, piece, piece
+    largest = area.reshape(*area.shape[:2], -1).argmax(axis=2)[..., None]
+    mixed = np.broadcast_to((pieces.lift != 0).any(axis=1)[:, None], area.shape[:2])
     parts = []
-    mixed = np.zeros(largest.shape, bool)
-    for values in (depth, share, slant):
-        of_patch = values.transpose(0, 2, 1, 3).reshape(*largest.shape, -1)
-        parts.append(np.take_along_axis(of_patch, largest[..., None], axis=2)[..., 0])
-        flat = area.transpose(0, 2, 1, 3).reshape(of_patch.shape)
-        mixed |= ((of_patch != parts[-1][..., None]) & (flat > 0)).any(axis=2)
-    mixed |= (pieces.lift != 0).any(axis=1)[:, None]
+    for values in texture:
+        of_patch = values.transpose(0, 2, 1, 3).reshape(*area.shape[:2], -1)
+        parts.append(np.take_along_axis(of_patch, largest, axis=2)[..., 0])
+        mixed = mixed | ((of_patch != parts[-1][..., None]) & (area > 0).reshape(of_patch.shape)).any(axis=2)
     angle = 0.0 if sleeve.grooves is None else sleeve.grooves.angle
     turned = np.abs(parts[2])
     _fill_patches(w, layout, layout.depth, parts[0])
@@ -423,8 +435,7 @@ def fill_texture(w: np.ndarray, layout: Layout, grid: Grid, sleeve: Sleeve, clea
     middle = np.arange(turned.shape[1]) == 0 if grid.half else np.zeros(turned.shape[1], bool)
     _fill_patches(w, layout, layout.patch_south, np.broadcast_to(np.where(middle, 2.0, 1.0), turned.shape))
     for offset, values in (
-        (layout.line_piece, pieces.lines), (layout.line_lift, pieces.lift), (layout.line_aside, pieces.aside),
-        (layout.line_cover, pieces.line_cover),
+        (layout.line_piece, pieces.lines), (layout.line_lift, pieces.lift), (layout.line_cover, pieces.line_cover),
         (layout.row_piece, pieces.rows), (layout.row_slant, pieces.slant), (layout.row_cover, pieces.row_cover),
         (layout.step_depth, np.array([step.depth for step in sleeve.steps])),
     ):  # fmt: skip
@@ -433,14 +444,21 @@ def fill_texture(w: np.ndarray, layout: Layout, grid: Grid, sleeve: Sleeve, clea
         w[layout.groove : layout.groove + 4] = (
             grooves.depth, grooves.share, np.cos(angle) ** 2, np.sin(angle) * np.cos(angle)
         )  # fmt: skip
-    most = pieces.most
-    halves = (area * depth * share).reshape(grid.n_theta, 2, most, -1, 2, most).sum(axis=(2, 5))  # line, side, row, end
-    about = halves[:, 0] + np.roll(halves[:, 1], 1, axis=0)  # at a line: of the patches on both of its sides
+    carried = pieces.carried(sleeve, clearance, grid)
+    deep = (carried * (texture[0] * texture[1]).transpose(0, 2, 1, 3)[..., None, None]).sum(axis=(2, 3))
+    fill(w, layout.deep, layout, _about_nodes(deep, grid) + pieces.raised[:, None], 0.0)
+    more = _about_nodes(np.where(mixed[..., None, None], carried.sum(axis=(2, 3)) - 0.25, 0.0), grid)
+    for offset in (layout.force_x, layout.force_y):
+        w[offset + cells(layout)] *= 1.0 + more
+
+
+def _about_nodes(quarters: np.ndarray, grid: Grid) -> np.ndarray:
+    """Sums (n_theta, n_rows) about the nodes of what the quarters (line, patch, 2, 2) of the patches hold."""
+    about = quarters[:, :, 0] + np.roll(quarters[:, :, 1], 1, axis=0)
     before, behind = about[..., 1], about[..., 0]
     # the row at the midplane of a half bearing has the same patch on either side
     below = np.hstack([behind[:, :1], before[:, :-1]]) if grid.half else before[:, :-1]
-    above = behind if grid.half else behind[:, 1:]
-    fill(w, layout.deep, layout, below + above + pieces.raised[:, None], 0.0)
+    return np.asarray(below + (behind if grid.half else behind[:, 1:]))
 
 
 def stretches(sleeve: Sleeve, grid: Grid, clearance: float) -> np.ndarray:
@@ -467,6 +485,7 @@ def stretches(sleeve: Sleeve, grid: Grid, clearance: float) -> np.ndarray:
     for place in (cuts * step, ends * step):
         form = wide - lobe * np.cos(place - about) + pit
         columns += [np.cos(place), np.sin(place), form, lobe * np.sin(place - about)]
+    columns.append(np.abs(columns[7] - np.roll(columns[11], 1)) > JUMP)
     return np.stack(columns, axis=1)
 
 

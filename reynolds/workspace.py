@@ -15,7 +15,7 @@ from reynolds.sleeve import PLAIN, Sleeve, fill_texture, stretches
 
 CONSTANTS = (
     "mu", "mean_free_path", "radius", "dy", "dz", "pa", "area", "source", "clearance", "h_min", "uneven", "bend_time",
-    "grooved", "recessed", "wide", "lobe", "stretches",
+    "grooved", "recessed", "wide", "lobe", "stretches", "jumps",
 )  # fmt: skip
 FILM_DTYPE = np.dtype([(name, "f8") for name in CONSTANTS])
 
@@ -28,7 +28,7 @@ def at_cache_line(size: int) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Gas:
+class FilmGas:
     """Viscosity [Pa s], ambient pressure [Pa], temperature [K], gas constant [J/(kg K)], heat capacity ratio [1].
 
     A mean free path [m] at ambient pressure of 0 is a gas that does not slip.
@@ -51,7 +51,7 @@ class FilmModel:
 
     grid: Grid
     clearance: float
-    gas: Gas = Gas()
+    gas: FilmGas = FilmGas()
     injectors: tuple[Injector, ...] = ()
     h_min: float = 2.5e-7
     rarefied: bool = False
@@ -87,6 +87,7 @@ class FilmModel:
             gas.viscosity, gas.mean_free_path, grid.radius, grid.dy, grid.dz, gas.ambient_pressure, area,
             rt / (grid.dy * grid.dz), self.clearance, self.h_min, uneven, bend_time, grooved,
             float(sleeve.recesses(grid.length) != ()), *sleeve.arc(self.clearance), len(self.stretches),
+            self.stretches[:, -1].sum(),
         )  # fmt: skip
         return np.array([row], FILM_DTYPE).view(np.recarray)
 

@@ -16,7 +16,7 @@ from typing import Any
 from rotorsim.base.errors import LeftOut, NoCache, NotCarried, OtherMachine, RotorsimError, Unusual
 from rotorsim.base.files import WriteError, write_error
 from rotorsim.base.interrupt import interrupted, leave, watched
-from rotorsim.base.sentences import Shown
+from rotorsim.base.sentences import VisibleStream
 
 STDOUT = "standard output"
 LIMITS: dict[type[Exception], str] = {
@@ -120,7 +120,7 @@ def _careful_streams() -> None:
             io.BufferedWriter(own) if hasattr(before, "raw") else own,  # without a buffer under PYTHONUNBUFFERED
             now.encoding, "replace", line_buffering=now.line_buffering, write_through=now.write_through,
         )  # fmt: skip
-    shown: Any = Shown(sys.stdout), Shown(sys.stderr)
+    shown: Any = VisibleStream(sys.stdout), VisibleStream(sys.stderr)
     sys.stdout, sys.stderr = shown
 
 

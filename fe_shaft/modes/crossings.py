@@ -22,7 +22,7 @@ from fe_shaft.modes.follower import CERTAIN, INDISTINCT, Branch, Family, Followe
 from fe_shaft.modes.pencil import Modes, Pencil
 from fe_shaft.modes.subspace import NEAR, SMALL, everything, predicted, refined, settled
 
-CLOSE = 1e-11
+CLOSE = 1e-12
 """Square of the last step to a crossing over the crossing and the width around it: the next one is below 1e-9."""
 STEPS = 40
 """Steps to a crossing, after which it counts as not certain."""
@@ -286,13 +286,11 @@ class _Line:
         for _ in range(STEPS):
             rates = [_derivative(one, [other for other in places if other is not one]) - turn for one in places]
             x = _zero([gap(one) for one in places], [one.at for one in places], rates)
-            if not low.at < x < high.at:
-                x = 0.5 * (low.at + high.at)
             here = places[-1]
             if len(places) > 2 and (x - here.at) ** 2 < close:
                 s = here.mode.values + (x - here.at) * here.rate(high if here is low else low)
                 return Crossing(0, order, x, upward, here.pencil, replace(here.mode, values=s))
-            new = self._place(x)
+            new = self._place(x if low.at < x < high.at else 0.5 * (low.at + high.at))
             if new is None:
                 return None
             left = (gap(new) > 0) == (gap(low) > 0)

@@ -25,8 +25,8 @@ from identification.errors import ReadError
 from identification.readers.registry import reader
 from identification.records.schema import VARIABLES, named_axes
 from identification.records.table import MAX_VALUES, Column, DataTable, not_read
-from rotorsim.base.hdf5_check import check_hdf5
-from rotorsim.base.own_files import NETCDF
+from rotorsim.base.file_kinds import NETCDF
+from rotorsim.base.hdf5 import check_hdf5
 from rotorsim.base.sentences import listing, quote
 
 if TYPE_CHECKING:

@@ -56,10 +56,9 @@ from identification.records.runout import SlowRollSource, parse_slow_roll
 from identification.records.schema import AXES, VARIABLES, VECTORS
 from identification.records.sensors import OWN, Keyphasor, LabProbe, split_probe
 from identification.records.units import quantity, quantity_at
-from rotorsim.base.exchange import toml_text as tomllib
-from rotorsim.base.own_files import instead
-from rotorsim.base.sentences import quote
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base import toml_text as tomllib
+from rotorsim.base.file_kinds import instead
+from rotorsim.base.sentences import did_you_mean, quote
 
 MAX_BYTES = 1_000_000
 MOST_PULSES = 10_000

@@ -25,8 +25,8 @@ import numpy as np
 
 from identification.errors import SchemaError
 from identification.records.sampling import WAY_OUT, sampling_time
-from rotorsim.base.exchange import toml_text as tomllib
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base import toml_text as tomllib
+from rotorsim.base.sentences import did_you_mean
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,7 +16,7 @@ import numpy as np
 
 from identification.errors import ReadError
 from identification.records.units import is_unit
-from rotorsim.base.exchange import json_text as json
+from rotorsim.base import json_text as json
 from rotorsim.base.sentences import listing, quote
 
 MARK = "rotorsim record"

@@ -11,8 +11,7 @@ from .operating_map import operating_map as operating_map
 from .point import Point as Point, operating_point as operating_point
 from .safe_region import safe_region as safe_region
 from .shaft_motion import shaft_motion as shaft_motion
-from .sweeps.result import SweepResult as SweepResult
-from .sweeps.sweep import sweep as sweep
+from .sweeps.sweep import SweepResult as SweepResult, sweep as sweep
 from .targets import read_targets as read_targets
 from .unbalance_response import unbalance_response as unbalance_response
 from .varied import over_fields as over_fields

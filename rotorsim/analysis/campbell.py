@@ -101,7 +101,7 @@ def along_speeds(found: ModesOverSpeed, speeds: np.ndarray, count: int) -> tuple
     every = np.full((len(followed.branches), len(speeds)), np.nan, complex)
     senses = np.full(every.shape, np.nan)
     asked = {i: node for i, node in enumerate(followed.nodes) if node.at in place and node.pencil is not None}
-    orbits = {i: roundness(node.pencil, node.modes.right) for i, node in asked.items()}
+    orbits = {i: roundness(node.pencil, node.modes.right) for i, node in asked.items() if node.pencil is not None}
     inside = {i: found.region.holds(node.modes.values) for i, node in asked.items()}
     for b, branch in enumerate(followed.branches):
         for i, k in branch.places:

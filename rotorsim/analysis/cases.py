@@ -15,7 +15,7 @@ from rotorsim.analysis.campbell import highest_speed
 from rotorsim.analysis.lift_off import HIGHEST, lift_off
 from rotorsim.analysis.load_capacity import load_capacity
 from rotorsim.analysis.unbalance_response import largest_response, unbalances_of
-from rotorsim.analysis.whirl_onset import Search, stability_limit
+from rotorsim.analysis.whirl_onset import LeastDamped, stability_limit
 from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.errors import ConvergenceError, NoLiftOffError, RotorsimError
 from rotorsim.experiments.parameters import check_parameters, param
@@ -123,7 +123,7 @@ class OperatingPoint(AtPoint):
         model = plant.linearise(self.speed, self.pressure)
         if not model.zeta.size:
             return {"flow": flow, "damping": float("nan"), "frequency": float("nan")}
-        damping, _ = Search.of(plant, self.pressure, highest_speed(plant)).least_of(model)
+        damping = LeastDamped.up_to(plant, self.pressure, highest_speed(plant)).certain(model)
         return {"flow": flow, "damping": damping, "frequency": float(model.wn[0])}
 
     def missing(self, plant: Plant) -> str:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rotorsim.base.display import Card, Shown, several
 from rotorsim.base.errors import NoLiftOffError
-from rotorsim.base.exchange.notebook import Card, Shown, several
 from rotorsim.plant import Plant
 from rotorsim.plant.equilibrium import Equilibrium, describe, settle
 from rotorsim.plant.linearise import LinearPlant, linearise

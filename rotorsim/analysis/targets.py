@@ -15,9 +15,9 @@ import numpy as np
 
 from rotorsim.analysis.axes import TEXT, checked
 from rotorsim.analysis.figures import UNITS
+from rotorsim.base import toml_text as tomllib
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange import toml_text as tomllib
-from rotorsim.base.own_files import instead
+from rotorsim.base.file_kinds import instead
 from rotorsim.base.units import parse
 
 ROLES = ("fit", "predict")

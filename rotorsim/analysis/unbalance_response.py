@@ -21,7 +21,7 @@ import numpy as np
 
 from rotorsim.analysis.axes import checked
 from rotorsim.analysis.supply import felt
-from rotorsim.analysis.whirl_onset import Search
+from rotorsim.analysis.whirl_onset import LeastDamped
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.processes import one_thread
@@ -71,7 +71,8 @@ def unbalance_response(
     -------
     Dataset
         response_re, response_im (speed, place, axis) [m, 0-pk], major (speed, place) [m], the larger half axis of the
-        orbit, zeta_least (speed); NaN where the film does not carry. Places are the measuring plane, discs, bearings
+        orbit, zeta_least (speed); NaN where the film does not carry, zeta_least also where no mode grows but one may be
+        missing. Places are the measuring plane, discs, bearings
         and shaft probes, with their positions z [m]. The attribute `warnings`, where there is one, holds a sentence a
         line about speeds beyond the tables of bearings or the checked range, at which a mode grows, and that the film
         does not carry. The attribute `pressure` is 0 for a machine without feed.
@@ -94,7 +95,7 @@ def unbalance_response(
     response = np.full((len(speeds), len(places), 2), np.nan, complex)
     zeta = np.full(len(speeds), np.nan)
     carried = np.zeros(len(speeds), bool)
-    search = Search.of(plant, pressure, float(np.abs(speeds).max()))
+    least = LeastDamped.up_to(plant, pressure, float(np.abs(speeds).max()))
     for k, speed in enumerate(speeds.tolist()):
         try:
             model = plant.linearise(speed, pressure)
@@ -102,7 +103,7 @@ def unbalance_response(
             continue
         carried[k] = True
         response[k] = whirl(plant, model, speed, unbalances, tuple(places.values()))
-        zeta[k] = search.least_of(model)[0] if model.zeta.size else np.nan
+        zeta[k] = least.certain(model)
     over = ("speed", "place", "axis")
     metres = {"units": "m", "long_name": "response, 0-pk"}
     return xr.Dataset(
@@ -212,14 +213,14 @@ def largest_response(
     Speeds at which a mode grows are left out: there is no steady response. The largest of `count` equal steps is
     narrowed by three divisions. NaN where no speed carries or is stable.
     """
-    z, search = (plant.assembly.mesh.probe,), Search.of(plant, pressure, highest)
+    z, least = (plant.assembly.mesh.probe,), LeastDamped.up_to(plant, pressure, highest)
 
     def size(speed: float) -> float:
         try:
             model = plant.linearise(speed, pressure)
         except NoLiftOffError:
             return float("nan")
-        if search.least_of(model)[0] < -DAMPED:
+        if least.among(model)[0] < -DAMPED:
             return float("nan")
         return float(half_axis(whirl(plant, model, speed, unbalances, z))[0])
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fe_shaft.modes.crossings import rates
 from fe_shaft.modes.follower import Followed, Node, follow
 from fe_shaft.modes.pencil import Modes, Region
 from fe_shaft.modes.spectrum import modes_in
@@ -35,6 +36,8 @@ FIRST = 2
 """Pairs of the rotor's modes on its nominal bearings that are looked at, however low the highest speed."""
 FEWEST = 10
 """Steps of `stability_limit`."""
+NEARBY = 1e-4
+"""Step of a derivative over the step between two nodes."""
 AT_ONCE = 10
 """Steps that are followed before the next ones, as long as every mode is damped."""
 
@@ -65,7 +68,7 @@ def whirl_onset(
     highest = highest_speed(plant) if highest is None else highest
     step = STEP * highest / HIGHEST if step is None else step
     speeds = np.arange(0.0, highest + step / 2, step)
-    found = np.array([first_loss(Search.of(plant, float(p), highest), speeds) for p in pressures])
+    found = np.array([first_loss(LeastDamped.up_to(plant, float(p), highest), speeds) for p in pressures])
     over = ("pressure",)
     return xr.Dataset(
         {
@@ -86,16 +89,19 @@ def stability_limit(
     The third number is `onset_looked` of `whirl_onset`, whose search this is, in `FEWEST` steps unless a mode needs
     shorter ones. Raises NoLiftOffError where no speed carries the rotor.
     """
-    search = Search.of(plant, pressure, highest)
+    search = LeastDamped.up_to(plant, pressure, highest)
     found = first_loss(search, np.linspace(0.0, highest, FEWEST + 1), accuracy)
     if not np.isfinite(found[0]) and not found[2]:
-        search.least(highest)  # which states that no speed carries
+        search.at(highest)  # which states that no speed carries
     return found
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
-    """Modes of a plant at a gauge pressure [Pa] in a region, each speed's found from those of the one before."""
+class LeastDamped:
+    """The least damped mode of a plant at a gauge pressure [Pa] in a region.
+
+    The modes at each speed are found from those at the one before.
+    """
 
     plant: Plant
     pressure: float
@@ -104,24 +110,29 @@ class Search:
     known: list[Modes] = field(default_factory=list)
 
     @classmethod
-    def of(cls, plant: Plant, pressure: float, highest: float) -> Search:
-        """The search for onsets up to the `highest` speed [rad/s]."""
+    def up_to(cls, plant: Plant, pressure: float, highest: float) -> LeastDamped:
+        """In the region of onsets up to the `highest` speed [rad/s]."""
         hints = plant.assembly.mesh.reduced.frequencies
         return cls(plant, pressure, region_up_to(hints, highest), np.unique(hints.round(3)).tolist())
 
-    def least(self, speed: float) -> tuple[float, float]:
-        """Least damping ratio of all modes at a speed [rad/s] (inf: none oscillates), its frequency [rad/s].
+    def at(self, speed: float) -> tuple[float, float, bool]:
+        """Damping ratio (inf: no mode oscillates), frequency [rad/s] at a speed [rad/s], whether no mode is missing.
 
         Raises NoLiftOffError where the film does not carry the rotor.
         """
-        return self.least_of(self.plant.linearise(speed, self.pressure))
+        return self.among(self.plant.linearise(speed, self.pressure))
 
-    def least_of(self, model: LinearPlant) -> tuple[float, float]:
-        """The same of a linear model."""
+    def among(self, model: LinearPlant) -> tuple[float, float, bool]:
+        """The same of a linear model's modes."""
         with one_thread():
             modes = modes_in(model, self.region, self.hints, self.known[-1] if self.known else None)
         self.known[:] = [modes]
-        return least_damped(modes, self.region)
+        return *least_damped(modes, self.region), modes.proven
+
+    def certain(self, model: LinearPlant) -> float:
+        """Least damping ratio of a linear model's modes; NaN where none grows, but one may be missing."""
+        damping, _, proven = self.among(model)
+        return damping if proven or damping < -DAMPED else float("nan")
 
     def followed(self, speeds: Sequence[float]) -> Followed:
         """The modes followed over ascending speeds (n,) [rad/s]."""
@@ -138,18 +149,22 @@ def region_up_to(hints: np.ndarray, highest: float) -> Region:
     return Region(reach, BELOW * reach, STRONGLY)
 
 
-def first_loss(search: Search, speeds: np.ndarray, accuracy: float = 1e-8) -> tuple[float, float, float]:
+def first_loss(search: LeastDamped, speeds: np.ndarray, accuracy: float = 1e-8) -> tuple[float, float, float]:
     """Onset and frequency there [rad/s], NaN without one, and 1 if every mode was looked for up to there.
 
     Between the first of the nodes over ascending speeds (n,) [rad/s] at which a mode grows by more than rounding and
     the one before it; a rotor that is not carried there does not whirl.
     """
 
+    counted: list[bool] = []
+
     def margin(speed: float) -> float:
         try:
-            return search.least(speed)[0] + DAMPED
+            damping, _, proven = search.at(speed)
         except NoLiftOffError:
             return 1.0
+        counted.append(proven)
+        return damping + DAMPED
 
     proven, carried = True, False
     for start in range(0, max(len(speeds) - 1, 1), AT_ONCE):
@@ -160,20 +175,20 @@ def first_loss(search: Search, speeds: np.ndarray, accuracy: float = 1e-8) -> tu
         if bracket is not None:
             low, high = bracket
             onset = high if low == high else falls_below_zero(margin, low, high, xtol=1e-6, rtol=accuracy)
-            return onset, search.least(onset)[1], float(proven)
+            return onset, search.at(onset)[1], float(proven and all(counted))
     return float("nan"), float("nan"), float(proven and carried)
 
 
-def _losses(search: Search, found: Followed) -> Iterator[tuple[float, float]]:
+def _losses(search: LeastDamped, found: Followed) -> Iterator[tuple[float, float]]:
     """Speeds [rad/s] between which damping is lost, in turn; the same twice where it is lost at the first one."""
     if found.nodes[0].pencil is not None and _grows(found.nodes[0], found.region):
         yield found.nodes[0].at, found.nodes[0].at
-    dips = _dips(found)
-    for before, after in pairwise(found.nodes):
+    for i, (before, after) in enumerate(pairwise(found.nodes)):
         if after.pencil is None:
             continue
-        for dip in (at for at in dips if before.at < at < after.at):
-            if search.least(dip)[0] < -DAMPED:
+        if before.pencil is not None and not _grows(after, found.region) and _may_dip(search, found, i):
+            dip = _dip(search, before.at, after.at)
+            if dip is not None:
                 yield before.at, dip
         if _grows(after, found.region):
             yield before.at, after.at
@@ -183,26 +198,42 @@ def _grows(node: Node, region: Region) -> bool:
     return least_damped(node.modes, region)[0] < -DAMPED
 
 
-def _dips(found: Followed) -> list[float]:
-    """Speeds between the nodes at which a parabola through three damping ratios of a branch is negative."""
-    out = []
-    for branch in found.branches:
-        at, s = found.values(branch)
-        zeta = -s.real / np.abs(s)
-        for k in range(1, len(at) - 1):
-            before, after = at[k] - at[k - 1], at[k + 1] - at[k]
-            falls, rises = (zeta[k] - zeta[k - 1]) / before, (zeta[k + 1] - zeta[k]) / after
-            if not (zeta[k] > 0 and falls <= 0 <= rises and falls < rises):
-                continue
-            bend, slope = (rises - falls) / (before + after), (rises * before + falls * after) / (before + after)
-            if zeta[k] < slope**2 / (4 * bend):
-                out.append(float(at[k] - slope / (2 * bend)))
-    return sorted(out)
+def _may_dip(search: LeastDamped, found: Followed, i: int) -> bool:
+    """Whether a branch's damping ratio falls behind node i, rises before the next one, and may lose its sign between.
 
-
-def least(plant: Plant, speed: float, pressure: float, highest: float | None = None) -> tuple[float, float]:
-    """Least damping ratio of all modes (inf: none oscillates) up to the `highest` speed [rad/s], its frequency [rad/s].
-
-    Without one, up to the speed to which the onset is searched. Raises NoLiftOffError where no film carries.
+    Its slopes at both tell how far it may deviate from the straight line between.
     """
-    return Search.of(plant, pressure, highest_speed(plant) if highest is None else highest).least(speed)
+    a, b = found.nodes[i], found.nodes[i + 1]
+    pairs = [(k, two) for one in found.branches for (j, k), (_, two) in pairwise(one.places) if j == i]
+    if not pairs:
+        return False
+    first, last = np.array(pairs).T
+    zeta = [-s.real / np.abs(s) for s in (a.modes.values[first], b.modes.values[last])]
+    falls, rises = _slopes(search, a, b.at)[first], _slopes(search, b, a.at)[last]
+    width = b.at - a.at
+    mean = (zeta[1] - zeta[0]) / width
+    deviation = width * np.maximum(np.abs(falls - mean), np.abs(rises - mean))
+    return bool(np.any((falls < 0) & (rises > 0) & (deviation > np.minimum(*zeta))))
+
+
+def _slopes(search: LeastDamped, node: Node, towards: float) -> np.ndarray:
+    """Derivatives (k,) of the damping ratios of a node's modes, on the side of another speed; NaN without a film."""
+    step, s = NEARBY * (towards - node.at), node.modes.values
+    pencil = at_speed(search.plant, search.pressure)(node.at + step)
+    if pencil is None:
+        return np.full(len(s), np.nan)
+    return np.asarray(np.imag(rates(node.modes, pencil) * s.conj()) * s.imag / (step * np.abs(s) ** 3))
+
+
+def _dip(search: LeastDamped, low: float, high: float) -> float | None:
+    """A speed between two at which a mode grows; None where the least damping ratio has no negative minimum."""
+    from scipy.optimize import minimize_scalar
+
+    def margin(speed: float) -> float:
+        try:
+            return search.at(speed)[0]
+        except NoLiftOffError:
+            return np.inf
+
+    found = minimize_scalar(margin, bounds=(low, high), method="bounded", options={"xatol": 1e-2 * (high - low)})
+    return float(found.x) if found.fun < -DAMPED else None

@@ -14,7 +14,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn
 
-from rotorsim.base.suggest import closest
+from rotorsim.base.sentences import closest
 
 Access = tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]
 
@@ -80,7 +80,7 @@ def _package_class(names: Container[str]) -> type[ModuleType]:
 
 
 def _places(package: str, stub: str) -> Iterable[tuple[str, tuple[str, str]]]:
-    """By public name the module and the attribute in it, which is empty for the module itself."""
+    """Module and attribute of every public name; the attribute is empty for the module itself."""
     for node in ast.parse(stub).body:
         if isinstance(node, ast.Import):
             for alias in node.names:

@@ -16,12 +16,12 @@ from typing import Any
 from rotorsim.base import units
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.sentences import quote
-from rotorsim.base.unit_table import dimension
+from rotorsim.base.units import dimension
 
 UNLIMITED = 1e299
 """Size of the bounds of a quantity without limits."""
 FAR = 2.0
-"""Beyond a limit by this factor a number is a slip of its unit more likely than of itself."""
+"""Factor beyond a limit from which a wrong unit is more likely than a wrong number."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Quantity:
         return self._checked(number, units.quoted(units.show(number, self.unit), self.unit))
 
     def fault(self, value: Any) -> str:
-        """What is wrong with a value, in a sentence; empty for a good one."""
+        """Fault of a value in a sentence; empty for a good one."""
         try:
             self.check(value)
         except ValueError as error:

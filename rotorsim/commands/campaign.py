@@ -23,7 +23,7 @@ from rotorsim.commands.registry import CommandGroup, command, group
 from rotorsim.commands.results import files
 
 if TYPE_CHECKING:
-    from rotorsim.campaign.plan.plan import Plan
+    from rotorsim.campaign.plan import Plan
     from rotorsim.campaign.run import Outcome, Settings
 
 SOME_FAILED = 3
@@ -67,8 +67,8 @@ class RunOptions:
 
     def settings(self) -> Settings:
         """Settings of a run; raises DataError for incompatible options."""
+        from rotorsim.campaign.cluster import Tls
         from rotorsim.campaign.run import Settings
-        from rotorsim.campaign.workers.cluster import Tls
 
         tls = self.tls_ca, self.tls_cert, self.tls_key
         if self.workers is not None and self.scheduler is not None:
@@ -207,10 +207,9 @@ def print_outcome(outcome: Outcome, folder: Path, as_json: bool) -> None:
 
 def print_status(folder: Path, most: int, as_json: bool) -> None:
     """Print the state of a campaign."""
-    from rotorsim.campaign.progress import spell
-    from rotorsim.campaign.store.index import DONE, FAILED, PENDING
-    from rotorsim.campaign.store.status import status
-    from rotorsim.campaign.store.store import open_store
+    from rotorsim.campaign.index import DONE, FAILED, PENDING
+    from rotorsim.campaign.run import spell
+    from rotorsim.campaign.store import open_store, status
 
     found, plan = status(folder, most), open_store(folder).plan
     if as_json:
@@ -234,8 +233,8 @@ def collect_into(
     folder: Path, out: Path | None, experiment: str | None, variables: list[str] | None, force: bool
 ) -> None:
     """Write the table or the records of a campaign into a file."""
-    from rotorsim.base.netcdf import write_netcdf
-    from rotorsim.campaign.store.collect import collect, write_table
+    from rotorsim.base.hdf5 import write_netcdf
+    from rotorsim.campaign.collection import collect, write_table
 
     if out is not None and out.suffix not in (".csv", ".nc"):
         raise DataError(f"{out}: is neither .csv nor .nc; give a name with one of these endings")
@@ -255,7 +254,7 @@ def collect_into(
 def print_plan(name: str) -> None:
     """Print the cases that a plan would run."""
     from rotorsim.campaign import load_plan
-    from rotorsim.campaign.progress import spell
+    from rotorsim.campaign.run import spell
 
     plan = load_plan(name)
     typer.echo(f"{plan.name}: {len(plan)} cases, {spell(plan.seconds())} simulated")

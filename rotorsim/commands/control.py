@@ -13,8 +13,8 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
+from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange import json_text as json
 from rotorsim.base.files import write_json
 from rotorsim.base.progress import line, on_terminal
 from rotorsim.base.units import parse

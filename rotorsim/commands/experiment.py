@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rotorsim.base.errors import DataError
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.sentences import did_you_mean
 from rotorsim.base.units import parse, show
 from rotorsim.commands.options import (
     AsJson,
@@ -124,7 +124,7 @@ def option(entry: Field[Any], known: Quantity) -> tuple[Any, Any]:
     name, default = f"--{entry.name.replace('_', '-')}", entry.default
     if default is None:
         return Annotated[str | None, typer.Option(name, help=known.doc + hint)], None
-    shown = str(default) if known.choices else show(default, known.unit)
+    shown = str(default) if known.choices or not isinstance(default, int | float) else show(default, known.unit)
     if entry.name == OF_FILM:  # whether it was given must be seen
         return Annotated[str | None, typer.Option(name, help=known.doc + hint, show_default=shown)], None
     return Annotated[str, typer.Option(name, help=known.doc + hint)], shown

@@ -17,8 +17,7 @@ from rich.markup import escape
 from rich.table import Column, Table
 
 from rotorsim.base.errors import DataError
-from rotorsim.base.file_set import replacing_all
-from rotorsim.base.files import write_json
+from rotorsim.base.files import replacing_all, write_json
 from rotorsim.base.progress import counter
 from rotorsim.base.sentences import told_apart
 from rotorsim.commands.options import (
@@ -37,7 +36,7 @@ from rotorsim.commands.results import files, refuse_campaign, study as study_fol
 
 if TYPE_CHECKING:
     from identification import Prefilter
-    from rotorsim.study.local_models import Local
+    from identification.campaign import SourceResult
     from rotorsim.study.plans import Layout
 
 RESULTS = ("model.json", "model_2.json", "report.html", "study.json")
@@ -121,7 +120,7 @@ def _check(surfaces: str, refine: str, runout: str, median: int) -> None:
         raise DataError(f"--median: {median} samples; give an odd number, 1 for no filter")
 
 
-def _print_models(found: list[Local], made: Any, out: Path, as_json: bool) -> None:
+def _print_models(found: list[SourceResult], made: Any, out: Path, as_json: bool) -> None:
     rows = [_row(one, name) for one, name in zip(found, told_apart([one.source.path for one in found]), strict=True)]
     if as_json:
         typer.echo(json.dumps({"model": str(out), "kind": type(made).__name__, "records": rows}, indent=2))
@@ -142,7 +141,7 @@ def _print_models(found: list[Local], made: Any, out: Path, as_json: bool) -> No
     console.print(escape(f"{out}: {type(made).__name__} written"), soft_wrap=True)
 
 
-def _row(one: Local, name: str) -> dict[str, Any]:
+def _row(one: SourceResult, name: str) -> dict[str, Any]:
     if one.result is None:
         return {"record": name, "error": one.error}
     from identification.local.models import plain
@@ -195,7 +194,7 @@ def _print_each(paths: Sequence[Path], mapping: Any, as_json: bool, make: Callab
     from identification import open_pair
     from identification.campaign import NO_EXCITATION
     from identification.errors import UnfitError
-    from rotorsim.study.sources import sources_of
+    from rotorsim.study.identify_records import sources_of
 
     sources = sources_of(paths, mapping)
     if not sources:
@@ -254,10 +253,9 @@ def identification_vs_physics(
     plant, layout = plant_of(machine), _layout(quick, speed, pressure)
     from rotorsim.report.page.page import save_study_page
     from rotorsim.study.identification_vs_physics import study
-    from rotorsim.study.page import identification_blocks
+    from rotorsim.study.identify_records import sources_of
+    from rotorsim.study.pages import HEADS, identification_blocks, rows, summary
     from rotorsim.study.plans import COUNTED, run
-    from rotorsim.study.sources import sources_of
-    from rotorsim.study.table import HEADS, rows, summary
 
     records = [str(folder.absolute()) for folder in campaign or []]
     inputs = {"kind": "identification", "machine": plant.machine.hash, "records": records, "surfaces": surfaces}

@@ -15,7 +15,7 @@ import typer
 from rotorsim.base.constants import TO_HZ, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
-from rotorsim.base.netcdf import write_netcdf
+from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.commands.options import (
     AsJson,
     GivenMachine,

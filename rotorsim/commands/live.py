@@ -14,8 +14,8 @@ from rotorsim.commands.registry import command
 from rotorsim.report.page.browser import has_browser
 
 if TYPE_CHECKING:
-    from rotorsim.live.page.scene import Scene
-    from rotorsim.live.replay import Replay
+    from rotorsim.live.rig.desk import Scene
+    from rotorsim.live.rig.records import Replay
 
 UNVISITED = 60.0
 """Seconds after which a page that only complains is taken away if nobody came."""
@@ -64,8 +64,8 @@ def live(
             serve(complaint(machine, error.problems), port, _print_refused, browser, False, patience=UNVISITED)
             raise typer.Exit(2) from error
     plant = settings.plant(name)
-    from rotorsim.live.rig.effects import equip
     from rotorsim.live.rig.laws import read_laws
+    from rotorsim.live.rig.settings import equip
     from rotorsim.live.server.server import run_desk
     from rotorsim.live.serving import make_desk
     from rotorsim.plant import Plant
@@ -94,7 +94,7 @@ def _print_address(address: str, wanted: int, taken: int, keep_open: bool) -> No
 def _scene(name: str) -> Scene | None:
     if not name.endswith(".json"):
         return None
-    from rotorsim.live.page.scene import load_scene
+    from rotorsim.live.rig.desk import load_scene
 
     return load_scene(Path(name))
 
@@ -102,6 +102,6 @@ def _scene(name: str) -> Scene | None:
 def _replay(name: str) -> Replay | None:
     if not name.endswith(".nc"):
         return None
-    from rotorsim.live.replay import Replay
+    from rotorsim.live.rig.records import Replay
 
     return Replay(Path(name))

@@ -190,7 +190,7 @@ def _count(update: Update) -> Callable[[int, int], None]:
 
 
 def _write(found: xr.Dataset, folder: Path, report: bool) -> dict[str, str]:
-    from rotorsim.base.netcdf import write_netcdf
+    from rotorsim.base.hdf5 import write_netcdf
 
     files = {"map": str(folder / MAP)}
     write_netcdf(folder / MAP, found)

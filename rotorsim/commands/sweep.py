@@ -68,8 +68,8 @@ def sweep(
     page.check(report)
     plant = settings.plant(machine)
     from rotorsim.analysis.sweeps.definition import make_sweep
-    from rotorsim.analysis.sweeps.result import NETCDF, TABLE
-    from rotorsim.campaign.store.store import MANIFEST
+    from rotorsim.analysis.sweeps.sweep import NETCDF, TABLE
+    from rotorsim.campaign.store import MANIFEST
     from rotorsim.campaign.sweep import plan_of, run_sweep
 
     chosen = run.settings()

@@ -19,14 +19,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rotorsim.base import json_text as json
 from rotorsim.base.constants import RIG_SAMPLE
+from rotorsim.base.display import Card, Shown
 from rotorsim.base.errors import OtherMachine
-from rotorsim.base.exchange import json_text as json
 from rotorsim.base.exchange.control_systems import state_space
 from rotorsim.base.exchange.mat import is_mat, write_mat
-from rotorsim.base.exchange.notebook import Card, Shown
+from rotorsim.base.file_kinds import instead
 from rotorsim.base.files import write_json
-from rotorsim.base.own_files import instead
 from rotorsim.control import law_exchange
 from rotorsim.control.errors import LawError
 from rotorsim.control.plausibility import Plausibility

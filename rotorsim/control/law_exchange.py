@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.base import json_text as json
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange import json_text as json
 from rotorsim.base.exchange.control_systems import (
     DISC,
     REFERENCES,

@@ -13,12 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification import make_record
+from rotorsim.base import json_text as json
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError, NoLiftOffError
-from rotorsim.base.exchange import json_text as json
-from rotorsim.base.file_set import replacing_all
-from rotorsim.base.files import make_folder, write_json
-from rotorsim.base.netcdf import write_netcdf
+from rotorsim.base.files import make_folder, replacing_all, write_json
+from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.discrepancy.data.blocks import find_period
 from rotorsim.discrepancy.plan.experiments import PlannedRecord, campaign
 from rotorsim.discrepancy.search.candidates import Form, candidates

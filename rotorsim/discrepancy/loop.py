@@ -11,8 +11,8 @@ from typing import Any
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import make_folder
+from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.base.interrupt import undoing
-from rotorsim.base.netcdf import write_netcdf
 from rotorsim.discrepancy.diagnose_records import diagnose
 from rotorsim.discrepancy.explanation import NOTHING, SURE
 from rotorsim.discrepancy.outcome.files import write_plan

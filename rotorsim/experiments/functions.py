@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, cast, overload
 
 from rotorsim.base.quantity import Quantity
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.sentences import did_you_mean
 from rotorsim.experiments.experiment import Experiment
 from rotorsim.experiments.parameters import parameters
 

@@ -41,7 +41,7 @@ def check_parameters(experiment: Any) -> None:
 
     Warns Unusual of one far from all that is done.
     """
-    from rotorsim.machine.plausibility import ask
+    from rotorsim.machine.plausibility import ask  # which reads the catalogue of effects: help of commands does without
 
     for name, sentence in check_fields(experiment):
         raise DataError(f"{name}: {sentence}")

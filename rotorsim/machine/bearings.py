@@ -41,16 +41,16 @@ class Support(Part):
 
     @property
     def stiffness(self) -> tuple[float, float]:
-        """In x and y [N/m]."""
+        """Stiffness in x and y [N/m]."""
         return self.kxx, self.kxx if self.kyy is None else self.kyy
 
     @property
     def damping(self) -> tuple[float, float]:
-        """In x and y [N s/m]."""
+        """Damping in x and y [N s/m]."""
         return self.cxx, self.cxx if self.cyy is None else self.cyy
 
 
-class Coefficients(Part):
+class BearingCoefficients(Part):
     """Stiffness and damping in two directions."""
 
     kxx: float = quantity("N/m", "Stiffness in x.", low=0, high=1e14, example=50e6)
@@ -110,7 +110,7 @@ class BearingPart(Part):
         return self.position, self.position
 
 
-class LinearBearing(Coefficients, BearingPart):
+class LinearBearing(BearingCoefficients, BearingPart):
     """A spring and damper on the shaft.
 
     Examples
@@ -129,7 +129,7 @@ class LinearBearing(Coefficients, BearingPart):
         return self.K, self.C
 
 
-class Point(Coefficients):
+class Point(BearingCoefficients):
     """Coefficients of a bearing at one speed.
 
     Examples

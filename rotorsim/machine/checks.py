@@ -113,7 +113,7 @@ def _injection(machine: MachineTables) -> Problems:
 
 
 def _one_law(machine: MachineTables) -> Problems:
-    """All rows of orifices and all pins follow one law."""
+    """Rows of orifices and pins follow one law."""
     rows = {f"{path}.orifices.{i}": row for path, film in _films(machine) for i, row in enumerate(film.orifices)}
     laminar = {path: row.loss_factor is not None for path, row in rows.items()}
     if machine.injectors and machine.injection is not None:

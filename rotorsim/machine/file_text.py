@@ -12,12 +12,11 @@ from typing import Any
 import tomlkit
 from tomlkit.items import InlineTable
 
+from rotorsim.base import toml_text as tomllib
 from rotorsim.base.errors import MachineFileError
-from rotorsim.base.exchange import toml_text as tomllib
-from rotorsim.base.own_files import instead
+from rotorsim.base.file_kinds import instead
 from rotorsim.base.quantity import Quantity, quantity_of
-from rotorsim.base.sentences import quote
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.sentences import did_you_mean, quote
 from rotorsim.base.units import show
 from rotorsim.effects import Effect
 from rotorsim.machine.part import Part
@@ -126,7 +125,7 @@ def with_value(text: str, path: str, value: Any) -> str:
 
 
 def with_values(text: str, values: Mapping[str, Any]) -> str:
-    """Likewise with several values, by path; the text is parsed once."""
+    """TOML `text` with several values at their dotted paths; the text is parsed once."""
     document = tomlkit.parse(text)
     for path, value in values.items():
         for one in _every(document, path):

@@ -86,7 +86,7 @@ class Sampled(Protocol):
 
     @property
     def drive(self) -> Drive:
-        """With the highest speed."""
+        """The drive, which has the highest speed."""
 
     @property
     def films(self) -> tuple[GasFilm, ...]:

@@ -12,7 +12,7 @@ from typing import Any
 from rotorsim.base.references import cited_by, sorted_keys
 from rotorsim.base.units import show as text
 from rotorsim.effects import REGISTRY
-from rotorsim.machine.bearings import Coefficients
+from rotorsim.machine.bearings import BearingCoefficients
 from rotorsim.machine.file_text import entries
 from rotorsim.machine.part import Part
 from rotorsim.machine.schema import Machine
@@ -42,7 +42,7 @@ def summary(machine: Machine) -> str:
 
 
 def si_numbers(machine: Machine) -> dict[str, Any]:
-    """All values as SI numbers, with mass [kg] and content hash.
+    """Values of a machine as SI numbers, with mass [kg] and content hash.
 
     Examples
     --------
@@ -68,7 +68,7 @@ def rows(part: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
     >>> next(rs.machine.rows(machine))[0]
     'name'
     """
-    if isinstance(part, Coefficients):
+    if isinstance(part, BearingCoefficients):
         alike = {"kyy": part.kxx, "cyy": part.cxx}
         part = part.model_copy(update={name: value for name, value in alike.items() if getattr(part, name) is None})
     for name, value, spec, doc in entries(part):

@@ -15,8 +15,7 @@ from typing import Annotated, Any, ClassVar, Self, Union, cast, get_args, get_or
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator, model_validator
 
 from rotorsim.base.quantity import Quantity, quantity_of
-from rotorsim.base.sentences import quote
-from rotorsim.base.suggest import closest, did_you_mean
+from rotorsim.base.sentences import closest, did_you_mean, quote
 from rotorsim.base.units import quoted
 
 SI = {"values": "SI"}
@@ -103,7 +102,7 @@ SHAPES = ("union_tag", "model_type", "model_attributes_type", "tuple_type", "too
 
 
 def sentences(error: ValidationError, model: type[BaseModel]) -> list[str]:
-    """All problems of a validation, one line each, wrong shapes and unknown names first.
+    """Sentences of a validation, one for each problem, wrong shapes and unknown names first.
 
     A field that is missing because its name is misspelt is one problem.
     """

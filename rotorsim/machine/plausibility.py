@@ -25,8 +25,7 @@ from math import log, sqrt
 from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.errors import Unusual
-from rotorsim.base.unit_table import advised, dimension
-from rotorsim.base.units import parse, show, split
+from rotorsim.base.units import advised, dimension, parse, show, split
 from rotorsim.machine.file_text import entries
 from rotorsim.machine.gas_film import GasFilm
 from rotorsim.machine.part import Part
@@ -38,7 +37,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Range:
+class UsualRange:
     """Usual magnitudes [SI] of fields with a unit, and why."""
 
     unit: str
@@ -58,19 +57,19 @@ class Range:
 
 
 @lru_cache(maxsize=1)
-def ranges() -> dict[tuple[str, str], Range]:
+def ranges() -> dict[tuple[str, str], UsualRange]:
     """Ranges by field and unit."""
     text = (files("rotorsim.machine") / "usual.toml").read_text(encoding="utf-8")
-    found: dict[tuple[str, str], Range] = {}
+    found: dict[tuple[str, str], UsualRange] = {}
     for entry in tomllib.loads(text)["range"]:
         unit = entry["unit"]
         low = parse(entry["low"], unit) if "low" in entry else 0.0
-        one = Range(unit, low, parse(entry["high"], unit), entry["why"])
+        one = UsualRange(unit, low, parse(entry["high"], unit), entry["why"])
         found |= {(field, unit): one for field in entry["fields"]}
     return found
 
 
-def range_of(path: str, unit: str) -> Range | None:
+def range_of(path: str, unit: str) -> UsualRange | None:
     """The range of a field of a machine file ('bearings.1.clearance'), an option or a parameter ('least-film')."""
     parts = (part for part in path.replace("-", "_").split(".") if not part.isdecimal())
     return ranges().get((".".join(parts), unit))
@@ -88,7 +87,7 @@ def question(path: str, value: float, unit: str, text: str = "") -> str | None:
     return f"{path}: '{text}' is far {side} what is usual ({known.why}){meant}"
 
 
-def likely(text: str, known: Range) -> str:
+def likely(text: str, known: UsualRange) -> str:
     """The number of a text with the unit that brings it nearest to what is typical; empty if none makes it usual."""
     number, written = split(text)
     found: dict[float, str] = {}

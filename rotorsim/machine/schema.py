@@ -9,10 +9,10 @@ from typing import Any
 
 from pydantic import PrivateAttr, ValidationError
 
+from rotorsim.base import display
 from rotorsim.base.constants import TO_UM
+from rotorsim.base.display import Card
 from rotorsim.base.errors import MachineFileError
-from rotorsim.base.exchange import notebook
-from rotorsim.base.exchange.notebook import Card
 from rotorsim.base.files import write_text
 from rotorsim.machine.checks import cross_check
 from rotorsim.machine.file_text import by_index, dumps, parse, with_value
@@ -97,14 +97,14 @@ class Machine(MachineTables):
         return Card(f"Machine {self.name}", rows)
 
     def __repr__(self) -> str:
-        return notebook.text(self.card())
+        return display.text(self.card())
 
     def __str__(self) -> str:
         return repr(self)
 
     def _repr_html_(self) -> str:
         card = self.card()
-        return notebook.html(Card(card.title, [("", self.description), *card.rows]))
+        return display.html(Card(card.title, [("", self.description), *card.rows]))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Machine) and self.__dict__ == other.__dict__

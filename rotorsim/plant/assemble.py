@@ -12,7 +12,7 @@ import numpy as np
 
 from reynolds.grid import Grid, Layout, make_layout
 from reynolds.injector import Injector
-from reynolds.workspace import FilmModel, Gas, build_films
+from reynolds.workspace import FilmGas, FilmModel, build_films
 from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import FILM_PORTS, PORTS, Effect
 from rotorsim.machine.schema import Machine
@@ -82,7 +82,7 @@ class Assembly:
         return self.machine.sampling_time
 
     def compile_note(self, *kernels: str) -> str:
-        """What is compiled before a kernel ('settle', 'run') first runs, and for how long; empty if none is."""
+        """Sentence on what is compiled before kernels ('settle', 'run') first run and how long; empty if nothing is."""
         if is_compiled(self.module, kernels):
             return ""
         parts, seconds = [], 3.0 + 0.15 * len(self.calls)
@@ -152,7 +152,7 @@ def _rig(machine: Machine, rotor: RotorLayout, n_inj: int, ports: dict[str, int]
 def make_films(machine: Machine) -> tuple[FilmModel, ...]:
     """The films of a machine as `reynolds` takes them, all with one kind of grid."""
     gas = machine.gas
-    air = Gas(gas.mu, gas.ambient_pressure, gas.temperature, gas.R, gas.kappa)
+    air = FilmGas(gas.mu, gas.ambient_pressure, gas.temperature, gas.R, gas.kappa)
     fed = [_injectors(machine, number) for number in range(len(machine.films))]
     symmetric = all(e.symmetric for es in machine.effects.values() for e in es)
     symmetric = symmetric and all(film.sleeve.symmetric for film in machine.films)

@@ -181,7 +181,7 @@ INPUTS = ("speed", "supply_pressure", *REFERENCES, "disc_force_x", "disc_force_y
 
 
 RESPONSE = "control.input_output_response(system, T, U, system.initial)"
-"""How the plant as a system is run from its equilibrium."""
+"""Call that runs the plant as a system from its equilibrium."""
 
 
 class SystemController:
@@ -251,7 +251,7 @@ class FunctionController:
 
 
 def as_controller(given: Any, centre: Callable[[], ArrayLike], Ts: float | None = None) -> Controller:
-    """What can be asked for references: an object with a `step`, a sampled system of `control`, or a function.
+    """A controller: an object with a `step`, a sampled system of `control`, or a function.
 
     `centre` gives the equilibrium (2,) [m] that a system's displacements are counted from, `Ts` [s] the sampling time
     that a system must have; any where it is not given. Raises ControllerError.

@@ -9,8 +9,8 @@ import numpy as np
 
 from reynolds.workspace import at_cache_line
 from rotorsim.base.constants import MPA, TO_RPM, TO_UM
+from rotorsim.base.display import Card, Shown, several
 from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffError
-from rotorsim.base.exchange.notebook import Card, Shown, several
 from rotorsim.base.units import show
 from rotorsim.effects import Effect
 from rotorsim.machine import Machine
@@ -23,7 +23,7 @@ SLOW = 1e-6
 
 @dataclass(frozen=True, repr=False)
 class Equilibrium(Shown):
-    """Where the machine rests: disc (2,) [m], h_min [m] of all films, flows (injectors,) [kg/s] of all films.
+    """Equilibrium of a machine: disc (2,) [m], h_min [m] of all films, flows (injectors,) [kg/s] of all films.
 
     journal (2,) [m], film force (2,) [N] and eccentricity ratio are those of the first film; `journals` (films, 2),
     `forces` (films, 2) and `eccentricity_ratios` (films,) those of all; `temperature_rises` (films, 3) [K] those of
@@ -184,7 +184,7 @@ def describe(a: Assembly, w: np.ndarray) -> Equilibrium:
 
 
 def _stiffer_foil(machine: Machine, loads: np.ndarray) -> str:
-    """What to do about a foil that its load [N] alone bends by more than the clearance; empty if none is so soft."""
+    """Remedy for a foil that its load [N] alone bends by more than the clearance; empty if none is so soft."""
     for film, load in zip(machine.films, loads, strict=True):
         foil, area = film.foil, film.diameter * film.length
         if foil is not None and load > foil.stiffness * film.clearance * area:

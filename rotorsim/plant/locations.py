@@ -93,7 +93,7 @@ def bearing_place(machine: Machine, number: int) -> Place:
 
 
 def nozzles(machine: Machine) -> tuple[Nozzle, ...]:
-    """All injectors and orifices: of each film those with pins, then its rows of orifices."""
+    """Injectors and orifices: of each film those with pins, then its rows of orifices."""
     found: list[Nozzle] = []
     for number, (bearing, film) in enumerate(_films(machine)):
         pinned = machine.injectors if number == machine.pinned_film else ()

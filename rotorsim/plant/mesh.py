@@ -64,7 +64,7 @@ class Mesh:
 
     @property
     def probe(self) -> float:
-        """Where displacement is measured: the probe, else the first disc, else the middle of the shaft."""
+        """Coordinate z [m] of the measured plane: the probe, else the first disc, else the middle of the shaft."""
         machine = self.machine
         if machine.probe is not None:
             return machine.probe.position
@@ -73,7 +73,7 @@ class Mesh:
         return 0.5 * (machine.shaft.start + machine.shaft.end)
 
     def place(self, effect: Effect) -> float:
-        """Where an effect acts along the shaft [m]."""
+        """Coordinate z [m] at which an effect acts."""
         position = getattr(effect, "position", None)
         if position is not None:
             return float(position)
@@ -102,7 +102,7 @@ class Mesh:
 
     @cached_property
     def constant(self) -> Rotor:
-        """The same without films and tables, which act with no stiffness there: what holds the rotor at any speed."""
+        """The rotor on what holds it at any speed: films and tables have no stiffness."""
         return self._rotor(tables=False, films=True)
 
     def _rotor(self, tables: bool, films: bool) -> Rotor:
@@ -168,7 +168,7 @@ class Mesh:
         return Tables(speeds, {i: np.array([b.at(speed) for speed in speeds]) for i, b in found.items()})
 
     def _loose(self) -> str:
-        """Which rigid-body motions the bearings do not resist."""
+        """Rigid-body motions that the bearings do not resist, as a text."""
         held = [b for b in self.constant.bearing_elements if b.n not in self.springs and b.n < len(self.nodes)]
         held = [replace(b, n_link=None) for b in held]
         held += [BearingElement(node, stiffness, 0.0) for node, stiffness in self.springs.items()]
@@ -223,7 +223,7 @@ class Mesh:
 
     @property
     def _housing_mass(self) -> np.ndarray:
-        """What the housings add to the participation (2, 2n) of the modes [kg^1/2]."""
+        """Participation (2, 2n) of the housings in the modes [kg^1/2]."""
         rows = np.zeros((2, self.reduced.Phi.shape[1]))
         for number in self.machine.supported:
             support = self.machine.bearings[number].support

@@ -10,8 +10,8 @@ import numpy as np
 from reynolds.bearing import interval_pressure
 from reynolds.newton import FACTORISATIONS, ITERATIONS
 from rotorsim.base.constants import TO_RPM
+from rotorsim.base.display import Card, Shown
 from rotorsim.base.errors import ConvergenceError, DataError
-from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.kernels.columns import AT, COLUMNS, FILM_COLUMNS, FORCE, HEAT_COLUMNS, REFERENCE, SUPPLY

@@ -11,9 +11,9 @@ from plotly.subplots import make_subplots
 
 from rotorsim.analysis.campbell import critical_rows, modes_line, searched_line
 from rotorsim.analysis.unbalance_response import ENDS, peak_of
+from rotorsim.base import toml_text as tomllib
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.report.page.page import Block, Page, write_page
 from rotorsim.report.page.theme import INK, PIN_COLOURS, compact, phase_axes, phase_lag, style
 from rotorsim.report.page.units import quantity

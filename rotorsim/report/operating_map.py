@@ -9,8 +9,8 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
+from rotorsim.base import toml_text as tomllib
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
-from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.report.page.page import Block, Page, write_page
 from rotorsim.report.page.theme import INK, PIN_COLOURS, compact, faint, style
 from rotorsim.report.page.units import quantity

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from rotorsim.base import toml_text as tomllib
 from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import show, split
 from rotorsim.experiments import EXPERIMENTS, ProportionalLaw

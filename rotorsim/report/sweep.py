@@ -10,10 +10,10 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from rotorsim.analysis.sweeps.quantities import SweepQuantity
-from rotorsim.analysis.sweeps.result import SweepResult, heading, text_of
+from rotorsim.analysis.sweeps.definition import SweepQuantity
+from rotorsim.analysis.sweeps.sweep import SweepResult, heading, text_of
+from rotorsim.base import toml_text as tomllib
 from rotorsim.base.constants import TO_MPA, TO_RPM
-from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.report.operating_map import MAP_SCALE
 from rotorsim.report.page.page import Block, Page, write_page
 from rotorsim.report.page.theme import INK, PIN_COLOURS, compact, style

@@ -19,7 +19,7 @@ from xarray.core import indexing
 
 from identification.records.schema import named_axes
 from rotorsim.base.errors import DataError, RotorsimError
-from rotorsim.base.hdf5_check import check_hdf5
+from rotorsim.base.hdf5 import check_hdf5
 
 
 class MissingError(RotorsimError):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from rotorsim.base.constants import RPM, TO_MPA
 from rotorsim.base.errors import DataError
 from rotorsim.campaign import Settings, run_campaign
-from rotorsim.campaign.plan.parse import make_plan
+from rotorsim.campaign.read_plan import make_plan
 
 if TYPE_CHECKING:
     from rotorsim.campaign import Plan
@@ -84,7 +84,7 @@ class Layout:
             yield name, self._text(name, ("extra", "extra_second"), 10 * k + 4, speed, (pressure,))
 
     def extra_points(self) -> list[tuple[float, float]]:
-        """Those of the further points [rad/s, Pa] that are not on the grid."""
+        """Further points [rad/s, Pa] that are not on the grid."""
         grid = {_rounded(w, p) for w in self.speeds for p in self.pressures}
         return [q for q in dict.fromkeys(_rounded(*q) for q in self.more) if q not in grid]
 

@@ -21,8 +21,8 @@ import numpy as np
 
 import identification as idn
 from rotorsim.base.constants import KRPM, TO_UM
+from rotorsim.base.display import Reported
 from rotorsim.base.errors import RotorsimError
-from rotorsim.base.reported import Reported
 from rotorsim.control.errors import LawError
 from rotorsim.control.law import Law
 from rotorsim.control.plants import point_text

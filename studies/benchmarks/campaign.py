@@ -13,12 +13,11 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 
-from rotorsim.campaign.plan.load import load_plan
-from rotorsim.campaign.plan.parse import make_plan
-from rotorsim.campaign.plan.plan import Plan
+from rotorsim.campaign.collection import collect
+from rotorsim.campaign.plan import Plan
+from rotorsim.campaign.read_plan import load_plan, make_plan
 from rotorsim.campaign.run import Outcome, Settings, run_campaign
-from rotorsim.campaign.store.collect import collect
-from rotorsim.campaign.store.store import open_store
+from rotorsim.campaign.store import open_store
 from studies.benchmarks.result import Figure
 
 REAL = """

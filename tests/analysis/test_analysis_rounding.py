@@ -1,13 +1,17 @@
 """Whirl onset and lift-off searches under rounding: isolated failures, undamped modes, equal frequencies."""
 
+import sys
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
 
 from fe_shaft.modes.pencil import Region
+from fe_shaft.modes.subspace import everything
 from rotorsim.analysis.lift_off import EXACT, lowest
 from rotorsim.analysis.safe_region import safe_region
-from rotorsim.analysis.whirl_onset import Search, first_loss
+from rotorsim.analysis.whirl_onset import LeastDamped, first_loss
 from rotorsim.base.errors import NoLiftOffError
 from rotorsim.plant.linearise import LinearPlant, LinearRotor
 
@@ -29,7 +33,7 @@ class Oscillator:
 
 
 def onset_of(zeta):
-    return first_loss(Search(Oscillator(zeta), 0.0, Region(1e3, 0.1), [50.0]), SPEEDS)
+    return first_loss(LeastDamped(Oscillator(zeta), 0.0, Region(1e3, 0.1), [50.0]), SPEEDS)
 
 
 def test_the_onset_is_where_damping_ends():
@@ -44,6 +48,25 @@ def test_damping_that_is_rounding_is_no_onset():
 def test_damping_that_is_lost_between_two_steps_only_is_found():
     """A parabola that is negative from 440 to 460 rad/s, between the steps of the search at 400 and 500."""
     assert onset_of(lambda s: 1e-6 * (s - 440) * (s - 460))[0] == pytest.approx(440.0, abs=1e-3)
+
+
+def test_a_dip_that_no_three_steps_show_is_found_by_the_slopes_at_its_ends():
+    """Damping ratios of 0.014 at 400 and 500 rad/s, falling and rising, and of -0.01 between."""
+    onset = onset_of(lambda s: 0.02 - 0.03 / (1 + ((s - 450) / 25) ** 2))[0]
+    assert onset == pytest.approx(450 - 25 / np.sqrt(2), abs=1e-3)
+
+
+def test_damping_of_modes_that_are_not_all_counted_is_not_known_unless_one_grows(monkeypatch):
+    def uncounted(pencil, *_):
+        return replace(everything(pencil), missing=np.nan)
+
+    def certain(zeta):
+        return LeastDamped(None, 0.0, Region(1e3, 0.1), []).certain(Oscillator(lambda _: zeta).linearise(0.0, 0.0))
+
+    assert certain(0.1) == pytest.approx(0.1)
+    monkeypatch.setattr(sys.modules["rotorsim.analysis.whirl_onset"], "modes_in", uncounted)
+    assert np.isnan(certain(0.1)) and certain(-0.1) == pytest.approx(-0.1)
+    assert onset_of(lambda s: 0.1 - s / 4370)[2] == 0
 
 
 def test_a_rotor_not_carried_between_two_speeds_is_whirling_where_it_is_carried_again():

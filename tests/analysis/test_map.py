@@ -17,7 +17,7 @@ from rotorsim.analysis import (
     whirl_onset,
 )
 from rotorsim.analysis.axes import Field, checked, read_axis, read_field
-from rotorsim.analysis.workers import useful
+from rotorsim.analysis.operating_map import useful
 from rotorsim.base.errors import DataError, MachineFileError, NoLiftOffError
 from rotorsim.plant import Plant
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import rotorsim as rs
+from compare_modes import SHIPPED, agrees as all_equal, compared
 from direct_search import all_eigenvalues, crossings
 from mirror import mirrored
 from random_machines import COUNT, random_machine
@@ -106,28 +107,17 @@ def test_critical_speeds_of_the_mirror_image_are_mirrored(number):
 @pytest.mark.parametrize("number", range(COUNT))
 def test_every_seeded_machine_has_the_critical_speeds_of_a_direct_search(number):
     """Also for 4 and 16 modes, 10 and 80 speeds, and for the mirror image."""
-    machine, plant, low, top, rows = check_against_direct_search(number)
-    for count, modes in ((10, 4), (80, 16)):
-        assert found_criticals(plant, low, top, count, modes)[0] == pytest.approx(rows, rel=EXACT)
-    other, _ = found_criticals(Plant(mirrored(machine)), -top, -low)
-    assert np.sort(-other[:, 0]) == pytest.approx(np.sort(rows[:, 0]), rel=EXACT)
-
-
-SHIPPED = {
-    "aerostatic_spindle": (0.5e6, 1e3, 60e3), "bently_rk4": (0.0, 300, 10e3), "dtu_gas_bearing": (0.5e6, 500, 12e3),
-    "foil_turbo_rotor": (0.0, 6e3, 40e3), "grooved_turbo_rotor": (0.0, 20e3, 200e3), "plain_rotor": (0.0, 300, 20e3),
-    "pump_on_tables": (0.0, 300, 5e3), "rigid_rotor_self_acting": (0.0, 3e3, 30e3),
-}  # fmt: skip
-"""Gauge pressure [Pa] and range [rpm]."""
+    machine, top = random_machine(number)
+    row = compared(machine, top / 20, top)
+    assert all_equal(row), row
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SHIPPED)
 def test_critical_speeds_of_shipped_machines_are_those_of_a_direct_search(name):
     pressure, low, high = SHIPPED[name]
-    plant = Plant(name)
-    direct = crossings(lambda s: all_eigenvalues(plant, s, pressure), low * RPM, high * RPM, cells=32)
-    agrees(found_criticals(plant, low * RPM, high * RPM, pressure=pressure)[0], direct)
+    row = compared(name, low * RPM, high * RPM, pressure, cells=32)
+    assert all_equal(row), row
 
 
 STEP = """

@@ -8,9 +8,9 @@ import pytest
 
 import rotorsim as rs
 from rotorsim.analysis.targets import read_targets
+from rotorsim.base import json_text, toml_text
 from rotorsim.base.cache import ROOT
 from rotorsim.base.errors import RotorsimError
-from rotorsim.base.exchange import json_text, toml_text
 from rotorsim.base.sentences import visible
 from rotorsim.commands.options import Console
 from rotorsim.discrepancy.hidden_machine import read_truth

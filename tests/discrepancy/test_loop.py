@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rotorsim.base.errors import DataError
-from rotorsim.base.netcdf import write_netcdf
+from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.discrepancy import decide, rigs
 from rotorsim.discrepancy.explanation import Explanation
 from rotorsim.discrepancy.hidden_machine import read_truth

@@ -10,7 +10,7 @@ from rotorsim.discrepancy.twin.parameters import ParameterPoint
 from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
-from rotorsim.study.physics import physics
+from rotorsim.study.identification_vs_physics import physics
 
 SPEED, SUPPLY = 300.0, 0.6e6
 DROOP = 1e9

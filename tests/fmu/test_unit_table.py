@@ -6,7 +6,7 @@ import pytest
 
 from fmu.export import file_names
 from fmu.variables import display_unit, exponents, fmi_name, limits
-from rotorsim.base.unit_table import TABLE
+from rotorsim.base.units import TABLE
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import load_machine
 

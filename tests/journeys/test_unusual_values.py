@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rotorsim.base.errors import Unusual
-from rotorsim.campaign.plan.parse import make_plan
+from rotorsim.campaign.read_plan import make_plan
 from rotorsim.experiments import Impact, Runup, Steady
 from rotorsim.experiments.parameters import ask_speeds
 from rotorsim.machine import Machine, load_machine, machine_text, shipped_machines

@@ -5,9 +5,9 @@ import pytest
 
 import rotorsim as rs
 from coarse_rig import RPM, make_rig, ran, shown
-from rotorsim.live.rig.eigenvalue import Modes, modes_at
+from rotorsim.live.rig.modes import RigModes, modes_at
 from rotorsim.live.rig.readings import another_growing
-from rotorsim.live.runner import Runner
+from rotorsim.live.rig.runner import Runner
 from rotorsim.plant.kernels.columns import READ
 from waiting import until
 
@@ -141,10 +141,10 @@ def test_the_distance_from_rest_is_that_of_the_orbit():
 
 def test_a_growing_mode_that_is_none_of_the_axes_is_shown():
     """The lowest mode of each axis is damped; another one grows."""
-    assert another_growing(Modes((100.0, 110.0), (0.05, 0.04), least=(310.0, -0.02))) == [310.0, -0.02]
-    assert another_growing(Modes((100.0, 110.0), (0.05, -0.02), least=(110.0, -0.02))) == []
-    assert another_growing(Modes((100.0, 110.0), (0.05, 0.04), least=(110.0, 0.04))) == []
-    assert another_growing(Modes((100.0, 110.0), (0.05, -0.02), least=(310.0, -0.02))) == [310.0, -0.02]
+    assert another_growing(RigModes((100.0, 110.0), (0.05, 0.04), least=(310.0, -0.02))) == [310.0, -0.02]
+    assert another_growing(RigModes((100.0, 110.0), (0.05, -0.02), least=(110.0, -0.02))) == []
+    assert another_growing(RigModes((100.0, 110.0), (0.05, 0.04), least=(110.0, 0.04))) == []
+    assert another_growing(RigModes((100.0, 110.0), (0.05, -0.02), least=(310.0, -0.02))) == [310.0, -0.02]
 
 
 def test_the_least_damped_of_all_modes_is_known_at_an_operating_point():

@@ -31,7 +31,7 @@ PARTS = [
 ]  # fmt: skip
 HOMES = {
     "Material": "shaft.material", "Section": "shaft.sections.0", "Shaft": "shaft", "Disc": "discs.0",
-    "LinearBearing": "bearings.0", "Coefficients": "bearings.0", "BearingPart": "bearings.0",
+    "LinearBearing": "bearings.0", "BearingCoefficients": "bearings.0", "BearingPart": "bearings.0",
     "Support": "bearings.0.support",
     "TableBearing": "bearings.2", "Point": "bearings.2.points.0", "Probe": "probe", "GasFilm": "bearings.1",
     "Gas": "gas", "Injection": "injection",

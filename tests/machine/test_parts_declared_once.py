@@ -11,7 +11,7 @@ from reynolds.injector import Injector
 from rotorsim.base.quantity import quantities, quantity_of
 from rotorsim.machine.part import SI
 
-FORMS = [one for one in vars(sleeve).values() if isinstance(one, type) and sleeve.Form in one.__bases__]
+FORMS = [one for one in vars(sleeve).values() if isinstance(one, type) and sleeve.SleeveForm in one.__bases__]
 SIZE = {"diameter": "40 mm", "length": "40 mm", "clearance": "25 um"}
 
 
@@ -44,7 +44,7 @@ def test_every_form_is_seen():
 def _forms_of_a_film():
     """Forms that a gas film can have, by its fields."""
     fields = {name: getattr(rs.machine, name.capitalize(), None) for name in rs.machine.GasFilm.model_fields}
-    kinds = [kind for kind in fields.values() if kind is not None and issubclass(kind, sleeve.Form)]
+    kinds = [kind for kind in fields.values() if kind is not None and issubclass(kind, sleeve.SleeveForm)]
     return [kind.model_validate(example(kind.__bases__[1]), context=SI) for kind in kinds]
 
 

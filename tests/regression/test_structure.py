@@ -25,10 +25,9 @@ BY_NAME = {
     "fmu/kernel_object.py",
     "identification/readers/__init__.py",
     "rotorsim/base/public.py",
-    "rotorsim/campaign/workers/case_process.py",
+    "rotorsim/campaign/worker.py",
     "rotorsim/effects/__init__.py",
     "rotorsim/experiments/catalogue/__init__.py",
-    "rotorsim/study/pool.py",
 }
 """Files that may import a module by a name: tables of public names, effects, readers, commands, cases of workers."""
 CLOCKS = {"monotonic", "perf_counter", "process_time", "thread_time", "time"}

@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError, MachineFileError
-from rotorsim.base.exchange import json_text as json
 from rotorsim.effects import REGISTRY
 from rotorsim.effects.base import TURN
 from rotorsim.machine import Machine

@@ -16,13 +16,12 @@ from typing import TYPE_CHECKING, Any, cast, get_type_hints
 
 import numpy as np
 
+from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError, MachineFileError
-from rotorsim.base.exchange import json_text as json
 from rotorsim.base.exchange.archive import ArchiveError, read_archive
 from rotorsim.base.exchange.plain_data import from_plain, to_plain
-from rotorsim.base.file_set import replacing_all
-from rotorsim.base.files import write_bytes, write_text
-from rotorsim.base.netcdf import write_netcdf
+from rotorsim.base.files import replacing_all, write_bytes, write_text
+from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.discrepancy.outcome.machine_file import difference
 from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.machine import Machine, load_machine, shipped_machines

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.base.display import Card, Reported, Shown
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange.notebook import Card, Shown
-from rotorsim.base.reported import Reported
 from rotorsim.discrepancy.explanation import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, shown_share
 from rotorsim.discrepancy.fit import ParameterFit, sd_of_polar
 from rotorsim.discrepancy.outcome.gap import reduction

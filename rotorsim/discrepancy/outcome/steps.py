@@ -7,8 +7,8 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange import json_text as json
 from rotorsim.base.files import write_json
 
 FILE = "decision.json"

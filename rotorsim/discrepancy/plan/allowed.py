@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from rotorsim.base.errors import DataError
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.sentences import did_you_mean
 
 if TYPE_CHECKING:
     from rotorsim.machine import Machine

@@ -71,7 +71,7 @@ class Rub(Effect):
     )
 
     def problems(self, machine: Any) -> dict[str, str]:
-        """In the gas film there is the effect `contact`."""
+        """A rub in the gas film is the effect `contact`."""
         film = machine.film
         if film is None or self.position is None or abs(self.position - film.position) > film.length / 2:
             return {}

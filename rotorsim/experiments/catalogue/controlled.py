@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
+from rotorsim.base import toml_text
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange import toml_text
 from rotorsim.base.units import parse
 from rotorsim.experiments.catalogue.given import Given
 from rotorsim.experiments.experiment import REFERENCE_LIMIT, Experiment, PointExperiment, register

@@ -17,16 +17,12 @@ from rotorsim.base.errors import ControllerError, ConvergenceError, RotorsimErro
 from rotorsim.effects import REGISTRY
 from rotorsim.experiments.experiment import reference_range
 from rotorsim.experiments.loop import FeedbackLoop
-from rotorsim.live.rig import drive
-from rotorsim.live.rig.effects import equip, with_value
-from rotorsim.live.rig.eigenvalue import own_copy
-from rotorsim.live.rig.hammer import Hammer
-from rotorsim.live.rig.history import History
+from rotorsim.live.rig.controls import BEARING, OFF, PAUSE, START
 from rotorsim.live.rig.laws import running
-from rotorsim.live.rig.operating import BEARING, OFF, PAUSE, START
-from rotorsim.live.rig.parameters import update_derived, write_effect
-from rotorsim.live.rig.settings import Settings
-from rotorsim.live.rig.stability_check import DECAY, Verdict, check, motion
+from rotorsim.live.rig.modes import own_copy
+from rotorsim.live.rig.samples import Hammer, History, ramp
+from rotorsim.live.rig.settings import RigSettings, equip, update_derived, with_value, write_effect
+from rotorsim.live.rig.stability_check import DECAY, StabilityVerdict, check, motion
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.equilibrium import describe, settle
@@ -69,7 +65,7 @@ class Rig:
         self.plant = Plant(equip(machine))
         self.machine = self.plant.machine
         self.laws, self.seed = laws, seed
-        self.settings = Settings(self.machine, tuple(laws))
+        self.settings = RigSettings(self.machine, tuple(laws))
         self.assembly = replace(self.plant.assembly, record=self.plant.assembly.record.copy())
         self.messages: deque[tuple[int, str]] = deque(maxlen=SENTENCES)
         self.sentences = 0
@@ -274,7 +270,7 @@ class Rig:
         driven = self.settings.positions["drive"] == "torque"
         self.assembly.P.drive_torque = self.sense * numbers["torque"] if driven else 0.0
         if self._held:
-            rows[:, SPEED] = drive.ramp(self.speed, self.target, numbers["acceleration"], samples, self.Ts)
+            rows[:, SPEED] = ramp(self.speed, self.target, numbers["acceleration"], samples, self.Ts)
         else:
             rows[:, SPEED] = np.nan
         rows[:, SUPPLY] = self.pressure
@@ -313,7 +309,7 @@ class Rig:
                 if name in self.settings.sliders:
                     self._set_effect(name, self.settings.numbers[name])
 
-    def check(self, name: str) -> Callable[[], Verdict]:
+    def check(self, name: str) -> Callable[[], StabilityVerdict]:
         """The check whether a controller holds this point, and the one that is set: may be called in any thread."""
         a, limit, law = own_copy(self.assembly), self.limit, running(self.laws[name], (0.0, 0.0))
         speed, target, pressure = self.speed, self.target if self._held else self.speed, self.pressure
@@ -321,7 +317,7 @@ class Rig:
         external = numbers.get("reference_x", 0.0), numbers.get("reference_y", 0.0)
         now = motion(self.history.last(min(2 * LOOK, max(self.seen - DECAY, 0))).copy(), self.Ts, external)
 
-        def work() -> Verdict:
+        def work() -> StabilityVerdict:
             there = check(a, law, speed, pressure, now, limit)
             if there.why or abs(target - speed) < 1.0:
                 return there
@@ -329,7 +325,7 @@ class Rig:
 
         return work
 
-    def switch_on(self, name: str, verdict: Verdict) -> None:
+    def switch_on(self, name: str, verdict: StabilityVerdict) -> None:
         """Switch a controller on that was checked; it holds the disc where its equilibrium is."""
         self.loop = None
         self.settings.keep("controller", OFF)

@@ -12,7 +12,7 @@ import plotly.graph_objects as go
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_bytes, write_text
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.sentences import did_you_mean
 from rotorsim.report.page.browser import NO_CHROME, chrome, images
 from rotorsim.report.page.figure_data import figure_csv
 

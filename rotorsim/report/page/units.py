@@ -15,7 +15,7 @@ from contextvars import ContextVar
 
 from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import DataError
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.sentences import did_you_mean
 
 SYSTEMS = ("metric", "imperial")
 _INCH, _LBF, _PSI = 25.4e-3, 4.4482216152605, 6894.757293168361

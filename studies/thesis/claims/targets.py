@@ -8,7 +8,7 @@ import numpy as np
 
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.study.identification_vs_physics import Study
-from rotorsim.study.table import errors
+from rotorsim.study.pages import errors
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from identification.local.greybox import actuator_poles
 from rotorsim.base.constants import KRPM, MPA, TO_HZ, TO_UM
 from rotorsim.experiments import prbs, steady
 from rotorsim.plant import Plant
-from rotorsim.study.local_models import RECIPE, runout_amplitudes
+from rotorsim.study.identification_vs_physics import RECIPE, runout_amplitudes
 from studies.thesis.claims.identification_numbers import MS, VOLT
 from studies.thesis.claims.rules import points
 

@@ -1,0 +1,119 @@
+"""Tables, figures and report sections of identification against physics."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rotorsim.base.constants import TO_MPA, TO_RPM, TO_UM
+from rotorsim.report.identification import ComparedQuantity, fits_by_model, over_speed
+from rotorsim.report.page.page import Block
+from rotorsim.study.identification_vs_physics import Study
+
+if TYPE_CHECKING:
+    from rotorsim.study.identification_vs_physics import Study
+
+HEADS = ("rpm", "MPa", "f1", "f1 phys", "f2", "f2 phys", "zeta1", "z1 phys", "zeta2", "z2 phys", "Gxx", "Gxx phys",
+         "Gyy", "Gyy phys", "Gxy", "Gxy phys", "Gyx", "Gyx phys", "delay x", "film x", "delay y", "film y", "fit x",
+         "fit y", "ceil x", "ceil y")  # fmt: skip
+GAINS = ((0, 0), (1, 1), (0, 1), (1, 0))
+
+
+def rows(study: Study, kind: str = "3") -> list[list[float]]:
+    """Numbers under HEADS of a model over the grid: Hz, um/V, ms, per cent."""
+    found = []
+    for point, p in zip(study.points, study.physics, strict=True):
+        r = point.found[kind]
+        row = [r.speed * TO_RPM, r.pressure * TO_MPA]
+        row += [v / (2 * np.pi) for pair in zip(r.wn, p.wn, strict=True) for v in pair]
+        row += [v for pair in zip(r.zeta, p.zeta, strict=True) for v in pair]
+        row += [v * TO_UM for at in GAINS for v in (r.static_gain[at], p.static_gain[at])]
+        row += [v * 1e3 for pair in zip(r.delay, p.delay, strict=True) for v in pair]
+        found.append([float(v) for v in [*row, *(100 * r.fit), *(100 * r.ceiling)]])
+    return found
+
+
+def errors(study: Study, kind: str) -> dict[str, np.ndarray]:
+    """Relative errors (k, 2) of a model against the physics: wn, zeta, gain (the direct ones)."""
+    found = [point.found[kind] for point in study.points]
+    out = {key: np.array([getattr(r, key) / getattr(p, key) - 1 for r, p in zip(found, study.physics, strict=True)])
+           for key in ("wn", "zeta")}  # fmt: skip
+    gains = [np.diag(r.static_gain) / np.diag(p.static_gain) - 1 for r, p in zip(found, study.physics, strict=True)]
+    return {**out, "gain": np.array(gains)}
+
+
+def summary(study: Study) -> dict[str, dict[str, float]]:
+    """Largest and mean errors [%] of Models 2 and 3 against the physics."""
+    names = {"wn": "frequency", "zeta": "zeta", "gain": "direct gain"}
+    return {
+        f"Model {kind}": {
+            f"{name}, {word}": float(100 * value)
+            for key, name in names.items()
+            for word, value in (("largest", np.abs(found[key]).max()), ("mean", found[key].mean()))
+        }
+        for kind in ("2", "3")
+        for found in [errors(study, kind)]
+    }
+
+
+DERIVED = (
+    ("f1 [Hz]", "wn", (0,), 1 / (2 * np.pi)), ("f2 [Hz]", "wn", (1,), 1 / (2 * np.pi)),
+    ("zeta 1", "zeta", (0,), 1.0), ("zeta 2", "zeta", (1,), 1.0),
+    ("Gxx [um/V]", "static_gain", (0, 0), TO_UM), ("Gyy [um/V]", "static_gain", (1, 1), TO_UM),
+    ("Gxy [um/V]", "static_gain", (0, 1), TO_UM), ("Gyx [um/V]", "static_gain", (1, 0), TO_UM),
+    ("delay x [ms]", "delay", (0,), 1e3), ("delay y [ms]", "delay", (1,), 1e3),
+)  # fmt: skip
+UNITS = {"K": "1/s^2", "D": "1/s", "B": "m/(s^2 V)"}
+
+
+def figures(study: Study) -> list[tuple[str, str, Any]]:
+    """Title, sentence and figure of each."""
+
+    def values(things: Any, key: str, index: tuple[int, ...], scale: float) -> np.ndarray:
+        return np.array([np.asarray(getattr(thing, key))[index] for thing in things]) * scale
+
+    seconds, derived, elements = [point.found["2"] for point in study.points], [], []
+    for title, key, index, scale in DERIVED:
+        shown = {"Model 3": values(study.results, key, index, scale),
+                 "physics": values(study.physics, key, index, scale),
+                 "Model 2": values(seconds, key, index, scale)}  # fmt: skip
+        derived.append(ComparedQuantity(title, shown, _surface(study, key, index, scale)))
+    for i, name in enumerate(study.lpv.parameters[:12]):
+        shown = {"Model 3": np.array([r.theta[i] for r in study.results]),
+                 "physics": np.array([p.KDB[i] for p in study.physics])}  # fmt: skip
+        elements.append(ComparedQuantity(f"{name} [{UNITS[name[0]]}]", shown, _element(study, i)))
+    return [
+        ("Frequencies, damping, gains, delays", "Dots: Model 3 from records; lines: its second-order surfaces; "
+         "diamonds: Model 2; crosses: linearised physics. A delay of Model 3 holds the actuators too, the others' is "
+         "the film's.", over_speed(study.q, derived)),
+        ("K, D, B", "Dots: Model 3 from records; lines: its surfaces; crosses: K, D, B that come closest to the "
+         "response of the linearised plant, least squares.", over_speed(study.q, elements)),
+        ("Which model", "Fit on the second record, mean of x and y: black-box models of orders 4 to 8, Models 1 to 3, "
+         "and the most that the sensors' noise allows.", fits_by_model(study.sweep)),
+    ]  # fmt: skip
+
+
+def _surface(study: Study, key: str, index: tuple[int, ...], scale: float) -> Any:
+    return lambda speed, pressure: float(study.lpv.derived(speed, pressure)[key][index] * scale)
+
+
+def _element(study: Study, i: int) -> Any:
+    return lambda speed, pressure: float(study.lpv.theta(speed, pressure)[i])
+
+
+def identification_blocks(found: Study) -> list[Block]:
+    """Sections of identification against physics."""
+    errors = [(kind, name, value) for kind, table in summary(found).items() for name, value in table.items()]
+    units = "Hz, um/V, ms, %. A delay of Model 3 holds actuators and film, the physics' the film alone."
+    blocks = [
+        Block("Identified models against the physics", "Errors over the grid in per cent. One lag for actuators and "
+              "film lowers the damping and raises the gain of Model 3; Model 2 knows the pins.",
+              ("model", "error", "%"), errors),
+        *(Block(title, text, figure=figure) for title, text, figure in figures(found)),
+        Block("Model 3, point by point", units, HEADS, rows(found)),
+        Block("Model 2, point by point", "Hz, um/V, ms, %.", HEADS, rows(found, "2")),
+    ]  # fmt: skip
+    if found.failed:
+        blocks.append(Block("Records that could not be identified", "", ("",), [(text,) for text in found.failed]))
+    return blocks

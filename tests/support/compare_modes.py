@@ -1,0 +1,88 @@
+"""Table of critical speeds against a direct search: `python tests/support/compare_modes.py 1 3 dtu_gas_bearing`.
+
+Numbers are those of `random_machines`; without any, all of them and every shipped machine. A row holds the critical
+speeds of order 1, the largest relative difference from the direct search, those of 4 and 16 modes and of 10 and 80
+speeds and of the mirror image, the speeds at which the number of modes is not proven, and the seconds of both.
+"""
+
+import sys
+import time
+
+import numpy as np
+
+from direct_search import all_eigenvalues, crossings
+from mirror import mirrored
+from random_machines import COUNT, random_machine
+from rotorsim.analysis import campbell
+from rotorsim.plant import Plant
+
+RPM = np.pi / 30
+SHIPPED = {
+    "aerostatic_spindle": (0.5e6, 1e3, 60e3), "bently_rk4": (0.0, 300, 10e3), "dtu_gas_bearing": (0.5e6, 500, 12e3),
+    "foil_turbo_rotor": (0.0, 6e3, 40e3), "grooved_turbo_rotor": (0.0, 20e3, 200e3), "plain_rotor": (0.0, 300, 20e3),
+    "pump_on_tables": (0.0, 300, 5e3), "rigid_rotor_self_acting": (0.0, 3e3, 30e3),
+}  # fmt: skip
+"""Gauge pressure [Pa] and range [rpm]."""
+
+
+def criticals(plant, low, high, pressure=0.0, count=20, modes=8, order=1):
+    """Rows (speed, damping ratio, direction) between two speeds [rad/s], ascending in speed, and the diagram."""
+    found = campbell(plant, np.linspace(low, high, count), pressure, modes)
+    names = ("critical_speed", "critical_zeta", "critical_direction")
+    rows = np.column_stack([found[name].values[found["critical_order"].values == order] for name in names])
+    size = np.abs(rows[:, 0])
+    rows = rows[(size >= min(abs(low), abs(high))) & (size <= max(abs(low), abs(high)))]
+    return rows[np.argsort(np.abs(rows[:, 0]))], found
+
+
+def apart(rows, others):
+    """Largest relative difference of critical speeds; inf where their numbers or directions are not the same."""
+    if len(rows) != len(others) or (rows[:, 2] != others[:, 2]).any():
+        return np.inf
+    return float(np.abs(np.abs(others[:, 0] / rows[:, 0]) - 1).max(initial=0.0))
+
+
+def compared(machine, low, top, pressure=0.0, cells=64):
+    """A row of the table as a dictionary."""
+    plant, start = Plant(machine), time.process_time()
+    rows, found = criticals(plant, low, top, pressure)
+    seconds = time.process_time() - start
+    direct = crossings(lambda speed: all_eigenvalues(plant, speed, pressure), low, top, cells=cells)
+    searched = time.process_time() - start - seconds
+    others = [criticals(plant, low, top, pressure, *shown)[0] for shown in ((10, 4), (80, 16))]
+    back, _ = criticals(Plant(mirrored(plant.machine)), -top, -low, pressure)
+    unproven = found.attrs["nodes"] - found.attrs["nodes_proven"]
+    return {
+        "criticals": len(rows), "direct": len(direct), "apart": apart(rows, direct[np.argsort(direct[:, 0])]),
+        "shown": max(apart(rows, other) for other in others), "mirror": apart(rows, back), "unproven": unproven,
+        "not_certain": len(found.attrs["not_certain"]) // 2, "seconds": seconds, "search": searched,
+    }  # fmt: skip
+
+
+def agrees(row):
+    """Whether a row has no difference above 1e-6, no speed without proof and no mode that is not certain."""
+    worst = max(row["apart"], row["shown"], row["mirror"])
+    return worst < 1e-6 and not row["unproven"] and not row["not_certain"]
+
+
+def main(names):
+    """Print the table, and at the end how many rows have differences above 1e-6 or speeds without proof."""
+    rows, wrong = 0, []
+    for name in names or [*map(str, range(COUNT)), *SHIPPED]:
+        machine, low, top, pressure, cells = name, 0.0, 0.0, 0.0, 32
+        if name.isdigit():
+            machine, top = random_machine(int(name))
+            low, cells = top / 20, 64
+        else:
+            pressure, low, top = SHIPPED[name]
+            low, top = low * RPM, top * RPM
+        row = compared(machine, low, top, pressure, cells)
+        rows += 1
+        if not agrees(row):
+            wrong.append(name)
+        print(f"{name:24s}", *(f"{k} {v:.3g}" for k, v in row.items()), flush=True)
+    print(f"{rows} machines, {len(wrong)} with an inequality: {' '.join(wrong)}")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
