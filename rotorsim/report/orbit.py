@@ -2,13 +2,6 @@
 
 from __future__ import annotations
 
-# MODULE figures.bode_waterfall_plots
-# MODULE figures.film3d
-# MODULE figures.orbit_plots
-# MODULE figures.probes.probe_plots
-# MODULE figures.time_plots
-# MODULE text.captions as c
-# MODULE text.experiment_captions as e
 from collections.abc import Sequence
 from dataclasses import dataclass
 

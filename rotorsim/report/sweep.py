@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-# MODULE export.display_units
 from pathlib import Path
 
 import numpy as np
