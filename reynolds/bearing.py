@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from reynolds import kernels
 from reynolds.errors import FilmError
-from reynolds.grid import Grid, Layout, cells
+from reynolds.grid import FilmGrid, Layout, cells
 from reynolds.injector import Injector
 from reynolds.perturbation import common_kernels, dynamic_stiffness, linear_film
 from reynolds.sleeve import PLAIN, Sleeve
@@ -112,7 +112,7 @@ class GasBearing:
             self.viscosity, self.ambient_pressure, self.temperature, self.gas_constant, self.heat_capacity_ratio,
             self.mean_free_path,
         )  # fmt: skip
-        grid = Grid(self.radius, self.length, self.n_theta, self.n_z, half)
+        grid = FilmGrid(self.radius, self.length, self.n_theta, self.n_z, half)
         return FilmModel(grid, self.clearance, gas, tuple(self.injectors), sleeve=self.sleeve)
 
     @cached_property

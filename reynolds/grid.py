@@ -207,7 +207,7 @@ class Texture:
 
 
 @dataclass(frozen=True)
-class Grid:
+class FilmGrid:
     """A theta-z grid over a bearing of radius `radius` and length `length` [m]."""
 
     radius: float
@@ -260,7 +260,7 @@ class Grid:
 
 
 def make_layout(
-    grid: Grid, law: int, source_sizes: list[int], reader_sizes: list[int], rarefied: bool = False,
+    grid: FilmGrid, law: int, source_sizes: list[int], reader_sizes: list[int], rarefied: bool = False,
     foil: bool = False, texture: Texture | None = None, edges: int = 0,
 ) -> Layout:  # fmt: skip
     """Lay the film's arrays out; sizes are the footprint cells of each injector, `edges` those of lobes and pockets.

@@ -56,7 +56,7 @@ class Commands(CommandGroup):
 
     def function(self, name: str) -> Callable[..., None] | None:
         """Function of a command, or None."""
-        return experiment_function(name) if name == "runup" else super().function(name)
+        return experiment_function(name, name) if name == "runup" else super().function(name)
 
     def panel(self, name: str) -> str | None:
         """Title under which the help lists a command."""

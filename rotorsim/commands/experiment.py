@@ -76,11 +76,11 @@ class Experiments(CommandGroup):
         known = name.replace("-", "_")
         if known not in self.names():
             raise DataError(f"experiment: '{name}' is not known; {did_you_mean(known, self.names())}")
-        return experiment_function(known)
+        return experiment_function(known, f"experiment {known}")
 
 
-def experiment_function(name: str) -> Callable[..., None]:
-    """Function of an experiment's command: an option for each parameter, then the common ones."""
+def experiment_function(name: str, words: str) -> Callable[..., None]:
+    """Function of the command `rotorsim WORDS` of an experiment: an option for each parameter, then the common ones."""
     from rotorsim.commands.closed_loop import FILES, ClosedLoopSetup
     from rotorsim.experiments.catalogue import EXPERIMENTS
     from rotorsim.experiments.parameters import parameters
@@ -97,7 +97,6 @@ def experiment_function(name: str) -> Callable[..., None]:
 
     table = {"machine": (MachineName, "dtu_gas_bearing")}
     table |= {entry.name: option(entry, known) for entry, known in entries} | files | COMMON
-    words = name if name == "runup" else f"experiment {name}"
     command.__doc__ = (kind.__doc__ or "").splitlines()[0]
     line = f"rotorsim {words} dtu_gas_bearing {kind.example}"
     return example(line, kind.python or python_call(kind, entries))(with_options(command, table))
@@ -121,7 +120,8 @@ def _literal(text: str, known: Quantity | None) -> str:
 def option(entry: Field[Any], known: Quantity) -> tuple[Any, Any]:
     """Annotation and default text of a parameter's option."""
     hint = f" One of {', '.join(known.choices)}." if known.choices else ""
-    name, default = f"--{entry.name.replace('_', '-')}", entry.default
+    name = f"--{entry.name.replace('_', '-')}"
+    default: Any = entry.default
     if default is None:
         return Annotated[str | None, typer.Option(name, help=known.doc + hint)], None
     shown = str(default) if known.choices or not isinstance(default, int | float) else show(default, known.unit)

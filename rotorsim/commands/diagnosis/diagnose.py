@@ -62,12 +62,15 @@ def diagnose(
     Records of one folder may state in their attribute `role` what they are for: fit, held_out or untouched. What was
     computed is kept, so that an interrupted diagnosis resumes where it was.
     """
+    from rotorsim.machine import load_machine
+
     if self_test:
         _self_test(machine, data, as_json)
         return
     page.check(report)
     data.check(records=not experiments.until_decided)
     experiments.check(roles=bool(data.held_out or data.untouched))
+    load_machine(machine)  # refused here, before anything that computes is loaded
     if experiments.until_decided:
         found, files = run_loop(machine, data, experiments, out, force, report, page, Stages().show, as_json)
     else:

@@ -46,13 +46,14 @@ def hide(
     if not 0 <= seed < 2**31:
         raise DataError(f"--seed: {seed} must be a whole number from 0 to 2^31 - 1; give e.g. 0")
 
-    from rotorsim.discrepancy.hidden_machine import hide as record_hidden, truth_twin
     from rotorsim.machine import load_machine
+
+    believed = load_machine(machine)
+    from rotorsim.discrepancy.hidden_machine import hide as record_hidden, truth_twin
 
     def progress(done: int, of: int) -> None:
         line(f"record {done} of {of}", done == of)
 
-    believed = load_machine(machine)
     twin = truth_twin(believed)
     with results(out, "hidden", ("records", "sealed"), force=None):
         note_compiling(twin.assembly, "settle", "run")

@@ -36,9 +36,12 @@ class Stop:
 
 RUN = 8.0
 """Seconds of a run through the critical speed."""
-NODES, HALVINGS, CLOSER = 24, 7, 3
-"""Speeds at which the response is first computed, halvings of an interval with a critical speed, and divisions by
-three of the interval about the largest response."""
+NODES = 24
+"""Speeds at which the response is first computed."""
+HALVINGS = 7
+"""Halvings of an interval with a critical speed."""
+CLOSER = 3
+"""Divisions by three of the interval about the largest response."""
 PAST = 1.07
 """Speed at which the whirl is shown, over that of its onset."""
 LIFT_OFF = (
