@@ -50,7 +50,7 @@ def balance(
         write_text(folder / "unbalance.csv", unbalance_csv(found))
         files = {"results": str(folder / "balance.json"), "unbalance": str(folder / "unbalance.csv")}
         if report:
-            from rotorsim.report.pages.balance import write_balance
+            from rotorsim.report.balance import write_balance
 
             files["report"] = str(write_balance(found, folder / "report.html"))
             files |= page.finish(files["report"])

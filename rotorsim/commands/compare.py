@@ -66,7 +66,7 @@ def compare(
         write_json(folder / "compare.json", summary)
         files = {"peaks": str(folder / "compare.json")}
         if report:
-            from rotorsim.report.pages.run_comparison import write_run_comparison
+            from rotorsim.report.comparison import write_run_comparison
 
             files["report"] = str(write_run_comparison(found, folder / "report.html"))
             files |= page.finish(files["report"])
@@ -96,7 +96,7 @@ def _compare_results(
     paths: list[Path], out: Path | None, force: bool, report: bool, page: PageOptions, as_json: bool
 ) -> None:
     """Compare results of linear analyses, of one kind."""
-    from rotorsim.report.pages.result_comparison import result_rows, write_result_comparison
+    from rotorsim.report.comparison import result_rows, write_result_comparison
     from rotorsim.signals import open_record
 
     opened = {name: open_record(path).load() for name, path in _named(paths).items()}

@@ -93,7 +93,7 @@ def design(
         law.save(target)
         findings = overview(law, loaded) | {"law": str(target)}
         if report:
-            from rotorsim.report.pages.design import write_design
+            from rotorsim.report.control import write_design
 
             findings["report"] = str(write_design(law, loaded, html[0]))
             findings |= page.finish(html[0])

@@ -188,10 +188,10 @@ def _print_outcome(
 ) -> None:
     """Write the page of a record and print its results as a table or as JSON."""
     from rotorsim.experiments.summary import summarise_experiment
-    from rotorsim.report.export.display_units import unit_system
-    from rotorsim.report.pages.page import save_page
-    from rotorsim.report.pages.run import analyse
-    from rotorsim.report.text.tables import results as swept_rows
+    from rotorsim.report.page.page import write_page
+    from rotorsim.report.page.units import unit_system
+    from rotorsim.report.record import results as swept_rows, run_page
+    from rotorsim.report.run import analyse
     from rotorsim.signals.record_blocks import open_record
 
     files = {"record": str(path)}
@@ -204,7 +204,7 @@ def _print_outcome(
             with unit_system("metric"):  # the page may be in others, the terminal is not
                 rows = _merged(swept_rows(run), rows)
         if run is not None and html is not None:
-            save_page(run, html)
+            write_page(lambda: run_page(run), html)
             files |= {"report": str(html)} | page.finish(html)
     if as_json:
         numbers = {"parameters": experiment.attrs(), "ended": outcome.ended, "solver": outcome.counters, "files": files}

@@ -251,7 +251,7 @@ def identification_vs_physics(
     page.check()
     refuse_campaign(out)
     plant, layout = plant_of(machine), _layout(quick, speed, pressure)
-    from rotorsim.report.pages.study import save_study_page
+    from rotorsim.report.page.page import save_study_page
     from rotorsim.study.identification_vs_physics import HEADS, rows, study, summary
     from rotorsim.study.identify_records import sources_of
     from rotorsim.study.pages import identification_blocks
@@ -269,7 +269,9 @@ def identification_vs_physics(
             found.refined.save(part / "model.json")
             found.lpv_2.save(part / "model_2.json")
             text = f"{plant.machine.name}, virtual records only. This is a simulation."
-            save_study_page("Identification against physics", text, identification_blocks(found), part / "report.html")
+            save_study_page(
+                "Identification against physics", text, identification_blocks(found), part / "report.html", page.units
+            )
             write_json(part / "study.json", numbers)
         page.finish(out / "report.html")
     if as_json:

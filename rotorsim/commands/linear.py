@@ -93,7 +93,7 @@ def response(
         found = unbalance_response(plant, grid, supply, given)
         files = _write(found, folder, "response", _response_rows(found))
         if report:
-            from rotorsim.report.pages.response import write_response
+            from rotorsim.report.linear import write_response
 
             files["report"] = str(write_response(found, folder / "report.html"))
             files |= page.finish(files["report"])
@@ -163,7 +163,7 @@ def campbell(
         kept = found if lines is None else found.assign(undamped_critical_speed=lines["wn"])
         files = _write(kept, folder, "campbell", _mode_rows(found))
         if report:
-            from rotorsim.report.pages.response import write_campbell
+            from rotorsim.report.linear import write_campbell
 
             files["report"] = str(write_campbell(found, folder / "report.html", lines))
             files |= page.finish(files["report"])
@@ -290,7 +290,7 @@ def modes(
     from rotorsim.analysis.mode_shapes import mode_shapes
     from rotorsim.machine.running_limits import ask_rim_speed
     from rotorsim.plant.validity import linear_warnings
-    from rotorsim.report.scenes.film import lacking
+    from rotorsim.report.pictures import lacking
 
     ask_rim_speed(plant.machine, at[0], "--speed")
     wanted = pictures is not False or show or bool(film)
@@ -320,7 +320,7 @@ def modes(
 
 def _draw_modes(found: xr.Dataset, folder: Path, endings: list[str], show: bool) -> tuple[dict[str, str], str]:
     """Files of pictures and films, and why there are none."""
-    from rotorsim.report.scenes.shaft import draw_modes, show_modes
+    from rotorsim.report.scenes import draw_modes, show_modes
 
     files: dict[str, str] = {}
     try:
@@ -336,7 +336,7 @@ def _draw_modes(found: xr.Dataset, folder: Path, endings: list[str], show: bool)
 
 def _check_film(film: str) -> None:
     """Refuse another kind of film, or one that cannot be written here, before anything is computed."""
-    from rotorsim.report.scenes.film import ENDINGS, check_program
+    from rotorsim.report.pictures import ENDINGS, check_program
 
     known = [ending[1:] for ending in ENDINGS[1:]]
     if film and film not in known:

@@ -195,7 +195,7 @@ def _write(found: xr.Dataset, folder: Path, report: bool) -> dict[str, str]:
     files = {"map": str(folder / MAP)}
     write_netcdf(folder / MAP, found)
     if report and "wn" in found:
-        from rotorsim.report.pages.operating_map import save_map_page
+        from rotorsim.report.operating_map import save_map_page
 
         page = folder / REPORT
         save_map_page(found, page)

@@ -86,7 +86,7 @@ def sweep(
         found, outcome = run_sweep(defined, folder / CAMPAIGN, chosen)
         files = found.write(folder) | {"campaign": str(folder / CAMPAIGN)}
         if report:
-            from rotorsim.report.pages.sweep import write_sweep
+            from rotorsim.report.sweep import write_sweep
 
             files["report"] = str(write_sweep(found, folder / REPORT))
             files |= page.finish(files["report"])
@@ -98,7 +98,7 @@ def _print(found: SweepResult, outcome: CampaignOutcome, files: dict[str, str], 
     if as_json:
         typer.echo(json.dumps(found.numbers() | {"seconds": outcome.seconds, "files": files}, indent=2))
     else:
-        from rotorsim.report.pages.sweep import best_rows, reason_rows
+        from rotorsim.report.sweep import best_rows, reason_rows
 
         console = Console()
         console.print(_table(("quantity", "best is the", "value", "at"), best_rows(found)))

@@ -2,7 +2,7 @@
 
 `write_report(record, html_path)` makes a page of any record or its file, `write(result, path)` of a record, a
 diagnosis or a verification. `waterfall(record)`, `bode(record)`, `frequency_response(record)` and so on make
-single plotly figures, see `report.figures.figures`; `shaft_campbell`, `critical_speed_map`, `unbalance_response` and
+single plotly figures; `shaft_campbell`, `critical_speed_map`, `unbalance_response` and
 `sag` draw the `.dataset()` of results of `fe_shaft`. Names are imported when they are first used, and plotly with them.
 """
 

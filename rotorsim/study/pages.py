@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from rotorsim.base.constants import TO_UM
-from rotorsim.report.figures.identification_plots import Panel, fits_by_model, over_speed
-from rotorsim.report.pages.study import Block, figure_of
+from rotorsim.report.identification import ComparedQuantity, fits_by_model, over_speed
+from rotorsim.report.page.page import Block
 from rotorsim.study.identification_vs_physics import HEADS, Study, rows, summary
 
 DERIVED = (
@@ -33,11 +32,11 @@ def figures(study: Study) -> list[tuple[str, str, Any]]:
         shown = {"Model 3": values(study.results, key, index, scale),
                  "physics": values(study.physics, key, index, scale),
                  "Model 2": values(seconds, key, index, scale)}  # fmt: skip
-        derived.append(Panel(title, shown, _surface(study, key, index, scale)))
+        derived.append(ComparedQuantity(title, shown, _surface(study, key, index, scale)))
     for i, name in enumerate(study.lpv.parameters[:12]):
         shown = {"Model 3": np.array([r.theta[i] for r in study.results]),
                  "physics": np.array([p.KDB[i] for p in study.physics])}  # fmt: skip
-        elements.append(Panel(f"{name} [{UNITS[name[0]]}]", shown, _element(study, i)))
+        elements.append(ComparedQuantity(f"{name} [{UNITS[name[0]]}]", shown, _element(study, i)))
     return [
         ("Frequencies, damping, gains, delays", "Dots: Model 3 from records; lines: its second-order surfaces; "
          "diamonds: Model 2; crosses: linearised physics. A delay of Model 3 holds the actuators too, the others' is "
@@ -72,19 +71,3 @@ def identification_blocks(found: Study) -> list[Block]:
     if found.failed:
         blocks.append(Block("Records that could not be identified", "", ("",), [(text,) for text in found.failed]))
     return blocks
-
-
-def plain_blocks(blocks: Sequence[Block]) -> list[dict[str, Any]]:
-    """Sections as plain JSON."""
-    plain = []
-    for block in blocks:
-        figure = None if block.figure is None else block.figure.to_json()
-        rows = [[v if isinstance(v, (str, int, float)) else str(v) for v in row] for row in block.rows]
-        plain.append({"title": block.title, "text": block.text, "heads": list(block.heads), "rows": rows,
-                     "figure": figure})  # fmt: skip
-    return plain
-
-
-def blocks_of(plain: Sequence[dict[str, Any]]) -> list[Block]:
-    """Sections from plain JSON."""
-    return [Block(t["title"], t["text"], t["heads"], t["rows"], figure_of(t["figure"])) for t in plain]

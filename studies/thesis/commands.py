@@ -18,7 +18,7 @@ from rotorsim.commands.options import AsJson, Jobs, MachineName, PageOptions, St
 from rotorsim.commands.registry import example
 from rotorsim.commands.results import refuse_campaign, study as study_folder
 from rotorsim.plant import Plant
-from rotorsim.report.pages.study import save_study_page
+from rotorsim.report.page.page import save_study_page
 from studies.thesis.cached_cases import Progress
 from studies.thesis.claims.control_numbers import control_left_out, control_numbers
 from studies.thesis.claims.edited import edited, edited_block, edited_markdown
@@ -66,7 +66,7 @@ def designs(
         numbers = {"claims": plain(claims), "refused": found.refused, "rules_edited": changes}
         title, text = f"Control of {plant.machine.name}", "Designs on the identified model, runs of the plant."
         with replacing_all(out, ("report.html", "control.json")) as part:
-            save_study_page(title, text, blocks, part / "report.html")
+            save_study_page(title, text, blocks, part / "report.html", page.units)
             write_json(part / "control.json", numbers)
         page.finish(out / "report.html")
     if as_json:
@@ -148,7 +148,8 @@ def one_number(
             write_text(part / "experiments.md", experiment_pages.markdown(found, plant.machine))
             write_json(part / "experiments.json", numbers)
             title = f"Experiments on {plant.machine.name}"
-            save_study_page(title, text, experiment_pages.blocks(found, plant.machine), part / "report.html")
+            blocks = experiment_pages.blocks(found, plant.machine)
+            save_study_page(title, text, blocks, part / "report.html", page.units)
         page.finish(out / "report.html")
     if as_json:
         typer.echo(json.dumps(numbers, indent=2))

@@ -23,7 +23,7 @@ from rotorsim.control.designs import p
 from rotorsim.control.sampled_loop import overview
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
-from rotorsim.report.pages.verification import spectra_of
+from rotorsim.report.control import spectra_of
 from rotorsim.verify import closed_loop
 from rotorsim.verify.closed_loop import other_machines
 from rotorsim.verify.runs import Run, run_rows, steady_rows

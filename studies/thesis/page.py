@@ -8,11 +8,11 @@ import numpy as np
 
 from rotorsim.base.constants import TO_HZ
 from rotorsim.machine import load_machine
-from rotorsim.report.figures.control_plots import ratios_figure, reach_figure, sizes_figure, waterfalls_figure
-from rotorsim.report.pages.study import Block
+from rotorsim.report.page.page import Block
 from studies.thesis.claims.judge import MET, NOT_MET
 from studies.thesis.claims.targets import Target
 from studies.thesis.control_study import ControlStudy
+from studies.thesis.figures import ratios_figure, reach_figure, sizes_figure, waterfalls_figure
 
 VERDICTS = {True: "pass", False: "FAIL", None: "not judged"}
 

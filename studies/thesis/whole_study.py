@@ -15,10 +15,10 @@ from rotorsim.base.cache import Cache
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
 from rotorsim.plant import Plant
-from rotorsim.report.pages.study import Block, save_study_page
+from rotorsim.report.page.page import Block, blocks_of, plain_blocks, save_study_page
 from rotorsim.study.identification_vs_physics import study
 from rotorsim.study.identify_records import sources_of
-from rotorsim.study.pages import blocks_of, identification_blocks, plain_blocks
+from rotorsim.study.pages import identification_blocks
 from rotorsim.study.plans import COUNTED, QUICK, StudyGrid, run
 from studies.thesis.cached_cases import CachedCase, Progress, run_cases
 from studies.thesis.claims.control_numbers import control_left_out, control_numbers

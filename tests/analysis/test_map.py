@@ -62,7 +62,7 @@ def test_safe_is_lifted_stable_and_clear_of_the_critical_speeds(small):
 
 def test_what_is_not_safe_is_shaded_above_the_contours(small):
     """As a contour: plotly draws heat maps below filled contours, whatever their order."""
-    from rotorsim.report.figures.map_plots import contour_figure
+    from rotorsim.report.operating_map import contour_figure
 
     panels = contour_figure(small).data
     assert [t.type for t in panels[:2]] == ["contour", "contour"]
@@ -210,7 +210,7 @@ def test_an_interrupt_keeps_the_points_that_are_done_and_without_any_continues(m
 def test_what_was_not_looked_for_everywhere_is_not_known_and_not_absent():
     """Onset and crossings of two pressures without a number, the modes proven at the second alone."""
     from rotorsim.commands.map import LOOKED, tables
-    from rotorsim.report.pages.operating_map import _missing
+    from rotorsim.report.operating_map import _missing
 
     none = np.full(2, np.nan)
     found = xr.Dataset(

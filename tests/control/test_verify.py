@@ -11,7 +11,8 @@ from rotorsim.control.designs import lqr, p
 from rotorsim.experiments import Impact, controlled
 from rotorsim.machine import Limits, Machine
 from rotorsim.plant import Plant
-from rotorsim.report.pages.verification import page
+from rotorsim.report.control import verification_page
+from rotorsim.report.page.page import html
 from rotorsim.verify import SafeSpeed, Verification, closed_loop, safe_speed
 from rotorsim.verify.closed_loop import Criteria, _impact_rows, at_most, below, edited, other_machines, worst_ratio
 from rotorsim.verify.runs import Frozen, Run, run_rows, steady_rows
@@ -204,7 +205,7 @@ def test_a_law_that_its_alarms_suspend_fails_and_its_alarms_are_stated_by_run(co
     assert (row.passed, row.bound) == (False, 2.0) and row.measured > 90 and not result.passed
     assert "hits at 0 rpm, 0.3 MPa" in {one.run for one in result.alarms}
     assert all(one.bad > 0.5 * one.samples for one in result.alarms if one.sound)
-    text = page(result)
+    text = html(verification_page(result))
     assert "Alarms" in text and f"{result.alarms[0].bad} of 4000" in text and result.alarms[0].sentence[-60:] in text
 
 
@@ -282,7 +283,7 @@ def test_a_verification_on_another_machine_says_so(plant, model):
     law = lqr.design(model).with_(about={"machine": "my_rig 0123"})
     result = Verification(law, "dtu_gas_bearing", (), (), ())
     assert result.remark.startswith("law lqr: was designed on a model of my_rig, and the machine is dtu_gas_bearing")
-    assert "Law lqr: was designed on a model of my_rig" in page(result)
+    assert "Law lqr: was designed on a model of my_rig" in html(verification_page(result))
     assert Verification(law, "my_rig", (), (), ()).remark == ""
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from rotorsim.report.scenes.film import lacking
+from rotorsim.report.pictures import lacking
 from waiting import PATIENCE
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"

@@ -17,8 +17,8 @@ from rotorsim.live.rig.rig import Rig
 from rotorsim.live.rig.runner import Runner
 from rotorsim.machine import Machine, machine_text
 from rotorsim.plant import Plant
-from rotorsim.report.pages.figure_lists import found_sections
-from rotorsim.report.pages.run import analyse
+from rotorsim.report.record import made_sections
+from rotorsim.report.run import analyse
 from rotorsim.signals.probes import probe_planes
 
 PAGE = Path(__file__).parents[2] / "docs" / "probes.md"
@@ -64,7 +64,7 @@ def test_the_summary_has_the_readings_of_every_probe(steady):
 
 def test_the_report_shows_the_orbit_of_a_plane_and_every_reading(steady):
     assert probe_planes(steady) == [("DE_x", "DE_y")]
-    found = {one.section.title: one for one in found_sections(analyse(steady)) if one.why is None}
+    found = {one.section.title: one for one in made_sections(analyse(steady)) if one.why is None}
     planes = found["Orbits at the planes of the probes"]
     caption = planes.section.caption(analyse(steady), planes.data)
     assert "DE_x, DE_y at z = 150 mm" in caption
@@ -76,7 +76,7 @@ def test_the_report_shows_the_orbit_of_a_plane_and_every_reading(steady):
 
 def test_a_record_without_probes_has_no_section_of_them(steady):
     without = steady.drop_vars(["probe_measured", *(str(c) for c in steady.coords if str(c).startswith("probe"))])
-    titles = {one.section.title for one in found_sections(analyse(without)) if one.why is None}
+    titles = {one.section.title for one in made_sections(analyse(without)) if one.why is None}
     assert not any("probes" in title for title in titles)
 
 

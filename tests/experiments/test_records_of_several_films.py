@@ -9,10 +9,10 @@ from rotorsim.analysis.unbalance_response import measuring_places
 from rotorsim.campaign.simulate_case import MemoryRecording
 from rotorsim.experiments.running import begin, stream
 from rotorsim.machine import load_machine, summary
-from rotorsim.report.figures.orbit_plots import journal_names, orbits
-from rotorsim.report.pages.film_parts import film_parts
-from rotorsim.report.pages.operating_map import blocks
-from rotorsim.report.pages.run import analyse
+from rotorsim.report.film import film_parts
+from rotorsim.report.operating_map import blocks
+from rotorsim.report.orbit import journal_names
+from rotorsim.report.run import analyse
 
 STEADY = rs.experiments.Steady(speed=600.0, pressure=0.5e6, duration=0.6)
 
@@ -70,7 +70,7 @@ def test_the_page_shows_every_film_with_its_name(path):
     maps = rs.report.film_pressure(rs.open_record(path))
     titles = [a.text for a in maps.layout.annotations]
     assert {t.split(",")[0] for t in titles} == {"rear", "front"}
-    assert "journal front y [µm]" in {axis.title.text for axis in orbits(run).select_yaxes()}
+    assert "journal front y [µm]" in {axis.title.text for axis in rs.report.orbits(rs.open_record(path)).select_yaxes()}
     page = path.with_suffix(".html")
     rs.report.write_report(path, page)
     html = page.read_text(encoding="utf-8")

@@ -12,10 +12,15 @@ from rotorsim.discrepancy.outcome.steps import DecisionSteps
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import load_machine
 from rotorsim.plant.locations import acting_places, nozzles
-from rotorsim.report.figures.machine_sketch import MARKS, machine_sketch
-from rotorsim.report.pages.diagnosis import page
-from rotorsim.report.pages.diagnosis_summary import next_step
+from rotorsim.report.diagnosis import diagnosis_page, next_step
+from rotorsim.report.machine_sketch import MARKS, machine_sketch
+from rotorsim.report.page.page import html
 from small_diagnosis import blocked, runout, small_diagnosis
+
+
+def page(found):
+    return html(diagnosis_page(found))
+
 
 LINE = {"point": "2400 rpm, 10 N", "frequency_hz": 62.5, "order": None, "force_n": 2.0, "unsteady": False,
         "direction": "along 0 deg from x", "residual_um": 1.0}  # fmt: skip

@@ -11,7 +11,10 @@ from plotly.subplots import make_subplots
 
 import rotorsim as rs
 from rotorsim.base.errors import DataError
-from rotorsim.report.export.display_units import (
+from rotorsim.report.page.figure_data import figure_csv, imperial_figure
+from rotorsim.report.page.figure_files import figures_of
+from rotorsim.report.page.page import Block, Page, figures, html, plain_page, save_study_page
+from rotorsim.report.page.units import (
     IMPERIAL,
     displacement,
     label,
@@ -20,11 +23,6 @@ from rotorsim.report.export.display_units import (
     quantity,
     unit_system,
 )
-from rotorsim.report.export.figure_table import figure_csv
-from rotorsim.report.export.figure_units import imperial_figure
-from rotorsim.report.pages import html
-from rotorsim.report.pages.html import figures_of
-from rotorsim.report.pages.study import Block, save_study_page, study_page
 
 PINT = {
     "mil": "thou", "mil/V": "thou/volt", "mil/lbf": "thou/force_pound", "V/mil": "volt/thou",
@@ -84,10 +82,10 @@ def test_text_that_is_no_quantity_is_never_rewritten():
     figure = go.Figure(go.Scatter(x=[1.0], y=[0.5], name=FOREIGN, text=[FOREIGN])).update_yaxes(title_text="a [g]")
     blocks = [Block(FOREIGN, FOREIGN, (FOREIGN, "a [g]"), [(FOREIGN, 0.5)], figure)]
     with unit_system("imperial"):
-        page = study_page(FOREIGN, FOREIGN, blocks)
+        made = Page(FOREIGN, FOREIGN, blocks)
+        page, drawn = html(made), figures(plain_page(made))[0]
     shown = re.sub(r"<[^>]*>", " ", re.sub(r"<(script|style)\b.*?</\1>", "", page, flags=re.DOTALL)).replace("µm", "um")
     assert shown.count(FOREIGN) == 7 and "oz" not in shown and "a [g]" in shown and "0.5" in shown
-    drawn = figures_of(page)[0].figure
     assert drawn["layout"]["yaxis"]["title"]["text"] == "a [g]" and drawn["data"][0]["y"] == [0.5]
     assert drawn["data"][0]["name"] == FOREIGN and drawn["data"][0]["text"] == [FOREIGN]
 
@@ -95,12 +93,11 @@ def test_text_that_is_no_quantity_is_never_rewritten():
 def test_columns_are_converted_by_their_heads_and_machine_files_stay():
     heads, rows = ("p [MPa]", "order"), [("0.5", "2"), ("-", "1")]
     with unit_system("imperial"):
-        assert html.table(rows, (heads,)) == (
-            "<table><tr><th>p [psi]</th><th>order</th></tr><tr><td>72.5</td><td>2</td></tr>"
-            "<tr><td>-</td><td>1</td></tr></table>"
-        )
-        assert "<td>72.5</td>" in study_page("a", "b", [Block("c", "", heads, [(0.5, "2")])])
-    assert "<td>0.5</td>" in html.table(rows, (heads,))
+        shown = html(Page("a", "b", [Block("c", "", heads, rows), Block("d", "", heads, [(0.5, "2")])]))
+    table = "<table><tr><th>p [psi]</th><th>order</th></tr><tr><td>72.5</td><td>2</td></tr>"
+    assert f"{table}<tr><td>-</td><td>1</td></tr></table>" in re.sub(r"\n", "", shown)
+    assert shown.count("<td>72.5</td>") == 2
+    assert "<td>0.5</td>" in html(Page("a", "b", [Block("c", "", heads, rows)]))
 
 
 def test_a_page_that_is_written_in_imperial_units_leaves_the_next_one_metric(tmp_path):
@@ -168,8 +165,10 @@ def test_categories_that_are_numbers_of_an_axis_are_converted_and_names_stay():
 
 
 def test_micrometres_have_their_sign_on_pages_and_not_in_machine_files():
-    page = "<p>30 um, [um rms] and summer</p><pre>clearance = '25 um'</pre>"
-    assert micrometres(page) == "<p>30 µm, [µm rms] and summer</p><pre>clearance = '25 um'</pre>"
+    text = "30 um, [um rms] and summer"
+    page = html(Page("a", "b", [Block(text, text, code="clearance = '25 um'")]))
+    assert micrometres(text) == "30 µm, [µm rms] and summer" and page.count(micrometres(text)) == 2
+    assert "<pre>clearance = &#39;25 um&#39;</pre>" in page
 
 
 @pytest.fixture(scope="module")
@@ -186,9 +185,10 @@ def test_nothing_metric_is_left_in_a_report(record, tmp_path):
     description = rs.load_machine("dtu_gas_bearing").description
     texts = [text.replace(description, "") for text in texts]  # a text of the machine file
     assert len(LEFT.findall(texts[0])) > 10 and not LEFT.findall(texts[1])
-    for before, after in zip(*map(figures_of, pages), strict=True):
-        assert not LEFT.findall(json.dumps(after.figure, ensure_ascii=False))
-        assert len(after.figure["data"]) == len(before.figure["data"])
+    drawn = [figures_of(tmp_path / f"{name}.html") for name in ("metric", "imperial")]
+    for before, after in zip(*drawn, strict=True):
+        assert not LEFT.findall(json.dumps(after, ensure_ascii=False))
+        assert len(after["data"]) == len(before["data"])
 
 
 def test_units_that_are_not_known_are_refused(record, tmp_path):

@@ -11,11 +11,11 @@ from plotly.subplots import make_subplots
 
 from rotorsim.base.errors import DataError
 from rotorsim.report import save_figures, save_png
-from rotorsim.report.export.browser import chrome
-from rotorsim.report.export.figure_table import HEADS, figure_csv
-from rotorsim.report.figures.theme import compact, style
-from rotorsim.report.pages.html import figures_of
-from rotorsim.report.pages.study import Block, study_page
+from rotorsim.report.page.browser import chrome
+from rotorsim.report.page.figure_data import HEADS, figure_csv
+from rotorsim.report.page.figure_files import figures_of
+from rotorsim.report.page.page import Block, save_study_page
+from rotorsim.report.page.theme import compact, style
 
 NEEDS_CHROME = pytest.mark.skipif(chrome() is None, reason="no Chromium here; install Debian's package chromium")
 X, Z = np.array([1.0, 2.0, np.nan]), np.array([[-1.0, 0.0, 1.0], [2.0, np.nan, 0.5]])
@@ -40,7 +40,7 @@ def page(tmp_path):
     blocks = [Block("One: <two> panels", figure=two_panels()), Block("Map", figure=go.Figure(go.Heatmap(z=Z))),
               Block("Map", figure=go.Figure(go.Surface(z=Z, surfacecolor=Z + 1)))]  # fmt: skip
     path = tmp_path / "page.html"
-    path.write_text(study_page("page", "", blocks), encoding="utf-8")
+    save_study_page("page", "", blocks, path)
     return path
 
 
@@ -67,9 +67,9 @@ def test_labels_in_two_lines_and_bars_are_written():
 
 
 def test_every_figure_of_a_page_is_found_under_its_title(page):
-    found = figures_of(page.read_text(encoding="utf-8"))
-    assert [one.title for one in found] == ["One: <two> panels", "Map", "Map"]
-    assert found[0].figure["layout"]["height"] == 300
+    found = figures_of(page)
+    assert [one["title"] for one in found] == ["One: <two> panels", "Map", "Map"]
+    assert found[0]["layout"]["height"] == 300
 
 
 def test_tables_lie_next_to_the_page_with_the_names_of_its_figures(page):

@@ -6,9 +6,17 @@ import numpy as np
 import pytest
 
 import rotorsim as rs
-from rotorsim.report.figures.map_plots import campbell_figure, constants, contour_figure, onset_figure, varying
-from rotorsim.report.pages.operating_map import GAINS, HEADS, blocks
-from rotorsim.report.pages.study import study_page
+from rotorsim.report.operating_map import (
+    GAINS,
+    HEADS,
+    blocks,
+    campbell_figure,
+    constants,
+    contour_figure,
+    onset_figure,
+    varying,
+)
+from rotorsim.report.page.page import Page, html
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +39,7 @@ def text_of(page):
 @pytest.mark.parametrize("points", [np.ones(9), np.eye(3), np.array([1, 1, 0, 1, 1, 0, 0, 0, 0]), np.zeros(9)])
 def test_no_panel_is_empty_and_nothing_that_is_no_number_is_printed(found, points):
     one = without_lift(found, points)
-    page = study_page("map", "", blocks(one))
+    page = html(Page("map", "", blocks(one)))
     assert not re.search(r"\b(nan|inf|None)\b", text_of(page))
     for panel in varying(one):
         drawn = [trace for trace in contour_figure(one).data if trace.hoverinfo != "skip"]
@@ -48,7 +56,7 @@ def test_a_quantity_that_is_the_same_everywhere_is_a_sentence_and_no_panel(found
 
 
 def test_every_column_has_a_name_and_its_unit(found):
-    page, last = study_page("map", "", blocks(found)), blocks(found)[-1]
+    page, last = html(Page("map", "", blocks(found))), blocks(found)[-1]
     heads = (*HEADS, *GAINS, "safe")
     assert "<th></th>" not in page and all(f"<th>{head}</th>" in page for head in heads)
     assert sum("[" in head for head in heads) == 6 and len(heads) == len(last.rows[0])

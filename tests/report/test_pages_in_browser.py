@@ -6,8 +6,8 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from rotorsim.report.figures.theme import style
-from rotorsim.report.pages.study import Block, study_page
+from rotorsim.report.page.page import Block, save_study_page
+from rotorsim.report.page.theme import style
 from small_diagnosis import blocked, small_diagnosis
 from waiting import window as window_of
 
@@ -37,7 +37,7 @@ def page(tmp_path_factory):
         trace = go.Scatter(x=np.arange(3), y=k * np.arange(3), name=f"a curve with a name, {k}")
         figure.add_trace(trace, 1, 1 + k % 2)
     path = tmp_path_factory.mktemp("page") / "page.html"
-    path.write_text(study_page("page", "", [Block("A figure", "A sentence above it.", figure=style(figure, 500))]))
+    save_study_page("page", "", [Block("A figure", "A sentence above it.", figure=style(figure, 500))], path)
     return path
 
 
@@ -99,7 +99,7 @@ def diagnosis_page(tmp_path_factory):
     return small_diagnosis("dtu_gas_bearing", effects=[blocked()]).report(tmp_path_factory.mktemp("d") / "page.html")
 
 
-BELOW = """() => [...document.querySelectorAll('.first > section')].map(
+BELOW = """() => [...document.querySelectorAll('.key + .row > section')].map(
   one => [one.getBoundingClientRect().bottom, one.scrollWidth - one.clientWidth])"""
 """Lower edge of every part of the first screen, and by how much its content is wider than it."""
 
@@ -110,7 +110,7 @@ def test_the_first_screen_of_a_diagnosis_is_not_wider_than_the_window_and_fits_a
 ):
     window = window_of(browser, viewport={"width": width, "height": 900})
     window.goto(diagnosis_page.as_uri())
-    window.wait_for_selector(".first section:last-child .main-svg", state="attached")
+    window.wait_for_selector(".key + .row section:last-child .main-svg", state="attached")
     assert window.evaluate("document.documentElement.scrollWidth") == width
     edges = window.evaluate(BELOW)
     assert len(edges) == 4 and all(more <= 0 for _, more in edges)

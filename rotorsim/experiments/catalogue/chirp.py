@@ -37,7 +37,7 @@ class Chirp(PointExperiment):
     name: ClassVar[str] = "chirp"
     drives_reference: ClassVar[bool] = True
     example: ClassVar[str] = "--low '20 Hz' --high '300 Hz' --duration '20 s' --axis both"
-    figures: ClassVar[tuple[str, ...]] = ("per_volt", "excitation", "spectrum", "overview")
+    figures: ClassVar[tuple[str, ...]] = ("response_to_reference", "excitation", "spectra", "against_time")
     amplitude: float = param("V", "Amplitude of the reference, 0-pk.", 1.0, above=0, high=REFERENCE_LIMIT)
     low: float = param("Hz", "Frequency at the beginning.", 1.0, above=0, sampled=True)
     high: float = param("Hz", "Frequency at the end.", 400.0, above=0, sampled=True)

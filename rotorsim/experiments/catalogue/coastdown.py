@@ -36,7 +36,9 @@ class Coastdown(Experiment):
     name: ClassVar[str] = "coastdown"
     swept: ClassVar[bool] = True
     example: ClassVar[str] = "--start '6000 rpm' --stop '600 rpm' --longest '60 s'"
-    figures: ClassVar[tuple[str, ...]] = ("coast", "bode", "waterfall", "full", "orbits", "overview")
+    figures: ClassVar[tuple[str, ...]] = (
+        "deceleration_curve", "bode", "waterfall", "full_spectrum", "orbits", "against_time"
+    )  # fmt: skip
     start: float = param(
         "rad/s", "Speed when the drive is switched off.", 200 * np.pi, above=0, attribute="start_speed"
     )

@@ -51,7 +51,9 @@ class Controlled(PointExperiment):
         "centre=plant.equilibrium(0.0, 0.6e6).disc), pressure=0.6e6, duration=2.0, "
         "excitations=(rs.experiments.Impact(peak=20.0, hits=2),))"
     )
-    figures: ClassVar[tuple[str, ...]] = ("excitation", "spectrum", "waterfall", "full", "orbits", "overview")
+    figures: ClassVar[tuple[str, ...]] = (
+        "excitation", "spectra", "waterfall", "full_spectrum", "orbits", "against_time"
+    )  # fmt: skip
     duration: float = param("s", "Length of the record.", 10.0, above=0, samples=True)
     bias_x: float = param("V", "Constant reference x.", 0.0, low=-REFERENCE_LIMIT, high=REFERENCE_LIMIT)
     bias_y: float = param("V", "Constant reference y.", 0.0, low=-REFERENCE_LIMIT, high=REFERENCE_LIMIT)

@@ -43,7 +43,7 @@ class Impact(PointExperiment):
 
     name: ClassVar[str] = "impact"
     example: ClassVar[str] = "--peak '20 N' --width '1 ms' --angle '90 deg' --hits 5"
-    figures: ClassVar[tuple[str, ...]] = ("ring_down", "per_newton", "excitation", "overview")
+    figures: ClassVar[tuple[str, ...]] = ("ring_down", "response_to_force", "excitation", "against_time")
     peak: float = param("N", "Peak of the force.", 20.0, above=0)
     width: float = param("s", "Duration of a hit.", 1e-3, low=0, sampled=True)
     angle: float = param("rad", "Direction of the force: 0 is x, 90 deg is y.", 0.0)

@@ -42,7 +42,7 @@ class Multisine(PointExperiment):
     name: ClassVar[str] = "multisine"
     drives_reference: ClassVar[bool] = True
     example: ClassVar[str] = "--low '2 Hz' --high '300 Hz' --period '2 s' --periods 10"
-    figures: ClassVar[tuple[str, ...]] = ("per_volt", "excitation", "spectrum", "overview")
+    figures: ClassVar[tuple[str, ...]] = ("response_to_reference", "excitation", "spectra", "against_time")
     amplitude: float = param("V", "Largest value of the reference.", 1.0, above=0, high=REFERENCE_LIMIT)
     low: float = param("Hz", "Lowest frequency.", 1.0, above=0, sampled=True)
     high: float = param("Hz", "Highest frequency.", 400.0, above=0)

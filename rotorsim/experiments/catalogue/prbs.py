@@ -42,7 +42,7 @@ class Prbs(PointExperiment):
     name: ClassVar[str] = "prbs"
     drives_reference: ClassVar[bool] = True
     example: ClassVar[str] = "--speed '3000 rpm' --pressure '0.6 MPa' --amplitude '1 V' --duration '10 s' --seed 1"
-    figures: ClassVar[tuple[str, ...]] = ("per_volt", "excitation", "spectrum", "overview")
+    figures: ClassVar[tuple[str, ...]] = ("response_to_reference", "excitation", "spectra", "against_time")
     amplitude: float = param("V", "Level of the reference, plus and minus.", 1.0, above=0, high=REFERENCE_LIMIT)
     duration: float = param("s", "Length of the record.", 10.0, above=0, samples=True)
     bias: float = param("s", "Time without excitation at the beginning.", 0.4, low=0, samples=True)

@@ -35,7 +35,7 @@ class Runup(Experiment):
     name: ClassVar[str] = "runup"
     swept: ClassVar[bool] = True
     example: ClassVar[str] = "--stop '7000 rpm' --rate '100 rpm/s' --pressure '0.5 MPa'"
-    figures: ClassVar[tuple[str, ...]] = ("bode", "waterfall", "full", "orbits", "overview")
+    figures: ClassVar[tuple[str, ...]] = ("bode", "waterfall", "full_spectrum", "orbits", "against_time")
     page: ClassVar[str] = "report.html"
     start: float = param("rad/s", "Speed at the beginning.", 0.0, low=0, attribute="start_speed")
     stop: float = param(

@@ -41,7 +41,7 @@ class SlowRoll(PointExperiment):
 
     name: ClassVar[str] = "slow_roll"
     example: ClassVar[str] = "--speed '100 rpm' --revolutions 5"
-    figures: ClassVar[tuple[str, ...]] = ("runout", "spectrum", "overview")
+    figures: ClassVar[tuple[str, ...]] = ("runout_profile", "spectra", "against_time")
     speed: float = param("rad/s", "Shaft speed.", SLOW, above=0)
     revolutions: int = param("1", "Whole revolutions.", 5, low=1, multiple=1)
 

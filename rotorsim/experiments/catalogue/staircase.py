@@ -43,7 +43,7 @@ class Staircase(PointExperiment):
     name: ClassVar[str] = "staircase"
     drives_reference: ClassVar[bool] = True
     example: ClassVar[str] = "--pressure '0.6 MPa' --axis both --amplitude '2 V' --step '0.5 V'"
-    figures: ClassVar[tuple[str, ...]] = ("gain", "loops", "excitation", "overview")
+    figures: ClassVar[tuple[str, ...]] = ("static_gain", "hysteresis_loops", "excitation", "against_time")
     axis: str = param("1", "Driven axis; both drives y after x.", "x", choices=tuple(DRIVEN))
     amplitude: float = param("V", "Highest level.", 2.0, above=0, high=REFERENCE_LIMIT)
     step: float = param("V", "Height of a step.", 0.5, above=0)

@@ -26,7 +26,7 @@ class Steady(PointExperiment):
 
     name: ClassVar[str] = "steady"
     example: ClassVar[str] = "--speed '3000 rpm' --pressure '0.3 MPa' --duration '10 s'"
-    figures: ClassVar[tuple[str, ...]] = ("spectrum", "filtered", "waterfall", "overview")
+    figures: ClassVar[tuple[str, ...]] = ("spectra", "filtered_orbits", "waterfall", "against_time")
     duration: float = param("s", "Length of the record.", 10.0, above=0, samples=True)
 
     @property

@@ -1,0 +1,284 @@
+"""Comparisons: results of several machines of one kind, and an order of several runs, in one figure and a table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
+from plotly.subplots import make_subplots
+
+from rotorsim.analysis.campbell import critical_rows
+from rotorsim.analysis.unbalance_response import peak_of
+from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
+from rotorsim.base.errors import DataError
+from rotorsim.report.page.page import Block, Page, write_page
+from rotorsim.report.page.theme import FAINTEST, INK, PIN_COLOURS, compact, next_to, phase_axes, phase_lag, style
+from rotorsim.report.page.units import quantity
+from rotorsim.signals.orders import RunComparison
+
+DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
+Results = Mapping[str, xr.Dataset]
+Row = dict[str, Any]
+ABOUT = {
+    "response": "Unbalance responses at the measuring plane",
+    "campbell": "Natural frequencies over the speed",
+    "map": "Least damping ratios over the speed",
+}
+HEADS = ("run", "axis", "speed [rpm]", "amplitude [µm 0-pk]", "phase lag [deg]", "speed against the first",
+         "amplitude against the first")  # fmt: skip
+
+
+def compare_results(results: Results) -> go.Figure:
+    """Results of one kind by name in one figure: of `unbalance_response`, of `campbell` or of `map_machine`.
+
+    Responses are those of the measuring plane, of maps the least damping ratio over the speed at each pressure.
+
+    Raises
+    ------
+    DataError
+        If they are of no such kind, or of several.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.campbell(rs.Plant("plain_rotor"), [0.0, 100.0, 200.0], modes=4)
+    >>> figure = rs.report.compare_results({"before": found, "after": found})
+    """
+    return FIGURES[common_kind(results)](results)
+
+
+def common_kind(results: Results) -> str:
+    """The kind of all results; raises DataError if they have none or several."""
+    kinds = {name: str(found.attrs.get("kind", "record")) for name, found in results.items()}
+    for name, kind in kinds.items():
+        if kind not in FIGURES:
+            raise DataError(f"{name}: is a {kind}; give results of one kind: {', '.join(FIGURES)}, or records only")
+    (first, kind), *others = kinds.items()
+    for name, other in others:
+        if other != kind:
+            raise DataError(f"{name}: is a {other} and {first} a {kind}; give results of one kind")
+    return kind
+
+
+def line_look(number: int) -> dict[str, Any]:
+    """Line of a run or result by its number: colour and dashes."""
+    return {"color": PIN_COLOURS[number % len(PIN_COLOURS)], "width": 2, "dash": DASHES[number % len(DASHES)]}
+
+
+def _responses(results: Results) -> go.Figure:
+    figure = make_subplots(2, 1, shared_xaxes=True, row_heights=[0.62, 0.38], vertical_spacing=0.06)
+    first: tuple[np.ndarray, np.ndarray] | None = None
+    for number, (name, found) in enumerate(results.items()):
+        one = found.isel(place=0)
+        x = one["response_re"].sel(axis="x").values + 1j * one["response_im"].sel(axis="x").values
+        speed, lag = found["speed"].values, phase_lag(np.nan_to_num(x))
+        first = first or (lag, speed)
+        common = {"x": compact(speed * TO_RPM, 6), "mode": "lines", "name": name, "legendgroup": name,
+                  "line": line_look(number)}  # fmt: skip
+        figure.add_trace(go.Scatter(y=compact(one["major"].values * TO_UM), **common), 1, 1)
+        figure.add_trace(go.Scatter(y=compact(next_to(lag, speed, *first)), showlegend=False, **common), 2, 1)
+    figure.update_yaxes(title_text="major half axis [µm 0-pk]", rangemode="tozero", row=1, col=1)
+    phase_axes(figure, 2, "phase lag of x")
+    figure.update_xaxes(title_text="speed [rpm]", row=2, col=1)
+    return style(figure, 560)
+
+
+def _campbells(results: Results) -> go.Figure:
+    figure = make_subplots(2, 1, shared_xaxes=True, row_heights=[0.65, 0.35], vertical_spacing=0.05)
+    for number, (name, found) in enumerate(results.items()):
+        speed = compact(found["speed"].values * TO_RPM, 6)
+        for k in range(found.sizes["branch"]):
+            one = found.isel(branch=k)
+            common = {"x": speed, "mode": "lines", "name": name, "legendgroup": name, "line": line_look(number)}
+            figure.add_trace(go.Scatter(y=compact(one["wn"].values * TO_HZ), showlegend=k == 0, **common), 1, 1)
+            figure.add_trace(go.Scatter(y=compact(one["log_dec"].values), showlegend=False, **common), 2, 1)
+    longest = max(results.values(), key=lambda found: float(found["speed"].max()))["speed"].values
+    line = {"color": INK, "width": 1, "dash": "dash"}
+    figure.add_trace(go.Scatter(x=compact(longest * TO_RPM, 6), y=compact(longest * TO_HZ), mode="lines", name="1X",
+                                hoverinfo="skip", line=line), 1, 1)  # fmt: skip
+    top = max(float(np.nanmax(found["wn"].values)) for found in results.values()) * TO_HZ
+    figure.update_yaxes(title_text="natural frequency [Hz]", range=[0, 1.05 * top], row=1, col=1)
+    figure.update_yaxes(title_text="log. decrement", row=2, col=1)
+    figure.update_xaxes(title_text="speed [rpm]", row=2, col=1)
+    return style(figure, 640)
+
+
+def _maps(results: Results) -> go.Figure:
+    pressures = sorted({round(float(p), 3) for found in results.values() for p in found["pressure"].values})
+    figure = go.Figure()
+    for number, (name, found) in enumerate(results.items()):
+        speed = compact(found["speed"].values * TO_RPM, 6)
+        for one in (found.isel(pressure=k) for k in range(found.sizes["pressure"])):
+            at = pressures.index(round(float(one["pressure"]), 3))
+            figure.add_scatter(
+                x=speed, y=compact(one["zeta_least"].values), mode="lines+markers", legendgroup=name,
+                name=f"{name}, {quantity(float(one['pressure']) * TO_MPA, 'MPa')}",
+                line={"color": PIN_COLOURS[number % len(PIN_COLOURS)], "width": 2, "dash": DASHES[at % len(DASHES)]},
+            )  # fmt: skip
+    figure.add_hline(y=0, line={"color": INK, "width": 1})
+    figure.update_xaxes(title_text="speed [rpm]")
+    figure.update_yaxes(title_text="least damping ratio")
+    return style(figure, 480)
+
+
+FIGURES: dict[str, Callable[[Results], go.Figure]] = {"response": _responses, "campbell": _campbells, "map": _maps}
+"""Figure of the results of each kind."""
+
+
+def result_rows(results: Results) -> list[Row]:
+    """The key figures of each result: peaks, critical speeds at 1X, or onset and lift-off by pressure.
+
+    Raises
+    ------
+    DataError
+        If the results are of several kinds.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.campbell(rs.Plant("plain_rotor"), [0.0, 100.0, 200.0], modes=4)
+    >>> rs.report.result_rows({"plain": found})[0]["result"]
+    'plain'
+    """
+    rows = ROWS[common_kind(results)]
+    return [{"result": name, **row} for name, found in results.items() for row in rows(found)]
+
+
+def _peak(found: xr.Dataset) -> Iterator[Row]:
+    peak = peak_of(found, str(found["place"].values[0]))
+    if peak is not None:
+        yield {"speed [rpm]": peak["rpm"], "peak [µm 0-pk]": peak["um"]}
+
+
+def _critical(found: xr.Dataset) -> Iterator[Row]:
+    rows = [row for row in critical_rows(found) if row[0] == 1]
+    for _, rpm, direction, zeta, whirl, mode in rows:
+        yield {"1X critical speed [rpm]": rpm, "passes": direction, "damping ratio": zeta, "whirl": whirl, "mode": mode}
+    if not rows:
+        yield {"1X critical speed [rpm]": None}
+
+
+def _onset(found: xr.Dataset) -> Iterator[Row]:
+    onset = found["onset_speed"].values if "onset_speed" in found else np.full(found.sizes["pressure"], np.nan)
+    for pressure, speed, row in zip(found["pressure"].values, onset, found["zeta_least"].values, strict=True):
+        least = float(np.nanmin(row)) if np.isfinite(row).any() else np.nan
+        yield {
+            "pressure [MPa]": float(pressure) * TO_MPA, "whirl onset [rpm]": _number(speed, TO_RPM),
+            "least damping ratio": _number(least, 1.0),
+        }  # fmt: skip
+
+
+def _number(value: Any, scale: float) -> float | None:
+    return None if np.isnan(value) else float(value) * scale
+
+
+ROWS: dict[str, Callable[[xr.Dataset], Iterator[Row]]] = {"response": _peak, "campbell": _critical, "map": _onset}
+"""Key figures of a result of each kind."""
+
+
+def write_result_comparison(
+    results: Results, path: str | Path, units: str = "metric", figures: str | None = None
+) -> Path:
+    """Write the page; raises DataError for results of several kinds, WriteError where it cannot be written.
+
+    `units` and `figures` as for `write_report`.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.unbalance_response(plant, [200.0, 300.0, 400.0], 0.5e6)
+    >>> rs.report.write_result_comparison({"before": found, "after": found}, "two.html").name
+    'two.html'
+    """
+    return write_page(lambda: result_comparison_page(results), path, units, figures)
+
+
+def result_comparison_page(results: Results) -> Page:
+    """Page of results of one kind in one figure, with their key figures."""
+    kind, rows = common_kind(results), result_rows(results)
+    heads = tuple(dict.fromkeys(key for row in rows for key in row))
+    table = [tuple(_text(row.get(key)) for key in heads) for row in rows]
+    names = " and ".join(results)
+    blocks = [Block(ABOUT[kind], "", figure=compare_results(results)), Block("Key figures", "", heads, table)]
+    return Page(f"Comparison: {names}", f"{ABOUT[kind]} of {names}.", blocks)
+
+
+def _text(value: object) -> str:
+    return "-" if value is None else f"{value:.5g}" if isinstance(value, float) else str(value)
+
+
+def overlay(found: RunComparison) -> go.Figure:
+    """Amplitude (0-pk, um) over phase lag (deg) of every run against speed; a column an axis.
+
+    Whole turns are taken off the phase of a run so that it lies next to that of the first run with this axis.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> figure = rs.report.overlay(rs.signals.compare_runs({"before": runup, "after": runup}))
+    """
+    axes = found.axes
+    titles = [f"{found.order}X, {axis}" for axis in axes]
+    figure = make_subplots(2, len(axes), shared_xaxes=True, shared_yaxes=True, vertical_spacing=0.06,
+                           horizontal_spacing=0.08, row_heights=[0.6, 0.4], subplot_titles=titles)  # fmt: skip
+    lags: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    for number, (name, tracked) in enumerate(found.tracked.items()):
+        look = line_look(number)
+        for column, axis in enumerate(axes, 1):
+            if axis not in tracked["axis"].values:
+                continue
+            a = tracked["amplitude"].sel(order=found.order, axis=axis).values
+            speed, lag = tracked["speed"].values, phase_lag(a, FAINTEST * float(np.abs(a).max(initial=0.0)))
+            lag = next_to(lag, speed, *lags.setdefault(axis, (lag, speed)))
+            common = {"x": compact(speed * TO_RPM, 6), "name": name, "legendgroup": name, "line": look, "mode": "lines"}
+            figure.add_trace(go.Scatter(y=compact(np.abs(a) * TO_UM), showlegend=column == 1, **common), 1, column)
+            figure.add_trace(go.Scatter(y=compact(lag), showlegend=False, **common), 2, column)
+    figure.update_xaxes(title_text="speed [rpm]", row=2)
+    figure.update_yaxes(title_text="amplitude [µm 0-pk]", row=1, col=1)
+    phase_axes(figure, 2)
+    return style(figure, 560)
+
+
+def peak_rows(found: RunComparison) -> list[tuple[str, ...]]:
+    """Peaks as text, as `HEADS` names the columns."""
+    return [
+        (p["run"], p["axis"] + ("" if p["local_maximum"] else ", at the end of the run"), f"{p['rpm']:.0f}",
+         f"{p['um']:.3g}", f"{p['phase_lag_deg']:.0f}", *(_percent(p, key) for key in ("rpm_change", "um_change")))
+        for p in found.peaks()
+    ]  # fmt: skip
+
+
+def _percent(peak: dict[str, object], key: str) -> str:
+    value = peak.get(key)
+    return f"{100 * value:+.1f} %" if isinstance(value, float) else ""
+
+
+def write_run_comparison(
+    found: RunComparison, path: str | Path, units: str = "metric", figures: str | None = None
+) -> Path:
+    """Write the page; raises WriteError where it cannot be written.
+
+    `units` and `figures` as for `write_report`.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.signals.compare_runs({"once": runup, "twice": runup})
+    >>> rs.report.write_run_comparison(found, "comparison.html").name
+    'comparison.html'
+    """
+    return write_page(lambda: run_comparison_page(found), path, units, figures)
+
+
+def run_comparison_page(found: RunComparison) -> Page:
+    """Page of an order of several runs, side by side."""
+    names = " and ".join(found.tracked)
+    blocks = [
+        Block(f"{found.order}X over the speed", "Amplitudes are 0-pk; a phase is a lag.", figure=overlay(found)),
+        Block("Peaks", "Against the nearest peak of the first run.", HEADS, peak_rows(found)),
+    ]
+    return Page(f"Comparison of runs: {names}", f"{names}: {found.order}X, side by side.", blocks)

@@ -1,0 +1,280 @@
+"""Page of a diagnosis for readers new to the method; its first screen has verdict, place, next step and gap."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from rotorsim.base.constants import TO_UM
+from rotorsim.discrepancy import Diagnosis
+from rotorsim.discrepancy.explanation import LEAST_SHOWN, NOTHING, Explanation, shown_share
+from rotorsim.discrepancy.outcome.gap import reduction
+from rotorsim.discrepancy.outcome.machine_file import difference
+from rotorsim.discrepancy.outcome.result import FORCE, NO_ACCURACY, NOTHING_BEYOND, PLAN_NEXT, LocatedEffect, located
+from rotorsim.discrepancy.outcome.steps import DecisionSteps
+from rotorsim.report import diagnosis_figures as plots
+from rotorsim.report.machine_sketch import MARKS, machine_sketch
+from rotorsim.report.page.page import Block, Page, page_of
+from rotorsim.report.page.units import quantity
+
+METHOD = (
+    "A simulated twin of the machine was run with the same speeds, pressures and excitation as the measured records. "
+    "What the two differ by is compared with a floor: the scatter of repeats, the declared tolerance of the model and "
+    "the proven error of its solver. First the machine's calibration was fitted anew, so that ordinary errors of "
+    "coefficients do not pass for physics; then every effect of the catalogue was tried. Records held out at other "
+    "operating points helped to choose; untouched records took no part in anything and are the test."
+)
+MEANING = {
+    "no_disagreement": "The file describes the machine as well as these records can show. Nothing needs to be added.",
+    "named": "One explanation has 95 % and accounts for at least 95 % of what was beyond the floor, also in held-out "
+    "records where there are any.",
+    "tie": "No explanation has 95 % alone; the machine file holds the most probable effect. No name is given: choose "
+    "by what is known, or plan and record an experiment that distinguishes them.",
+    "partial": "An effect explains part of what is beyond the floor. Something else is missing; it is not a name.",
+    "unknown": "Nothing in the catalogue explains what is beyond the floor. The force on the disc that would "
+    "explain it is given below.",
+}
+"""Meaning of each verdict."""
+NEXT = {
+    "no_disagreement": "Use the re-calibrated machine file. Nothing needs to be recorded.",
+    "named": "Inspect {places}; the new machine file holds the effect.",
+    "tie": "Inspect {places}: these records do not distinguish the explanations.",
+    "partial": "Do not use the effect as found. Inspect {places}, record more operating points at two excitation "
+    "amplitudes, and diagnose again.",
+    "unknown": "Look on the machine for what acts like the equivalent force below, by its frequency, its direction and "
+    "what it grows with. If it is known, write it as an effect of your own and diagnose again.",
+}
+"""Next step after each verdict where no experiment is proposed."""
+ALSO = {"found": "", "rival": "or ", "force": ""}
+"""Words before a place by its role."""
+MOST_PROPOSALS = 8
+
+
+@page_of(Diagnosis)
+def diagnosis_page(d: Diagnosis) -> Page:
+    """Page of a diagnosis."""
+    heading = f"{d.machine.name}: diagnosis"
+    blocks: list[Block | Sequence[Block]] = [_first_screen(d), *_blocks(d), Block("How it was found", METHOD)]
+    return Page(heading, d.sentence, blocks, _key_numbers(d))
+
+
+def _key_numbers(d: Diagnosis) -> list[tuple[str, str]]:
+    cards = [(d.status.replace("_", " "), "verdict")]
+    cards += [(shown_share(e.probability), _short_name(e)) for e in d.explanations[:1]]
+    cards += [(f"{len(d.localisation)}", "groups of lines beyond the floor")]
+    share = reduction(d.gap)
+    if d.effects and np.isfinite(share):
+        cards.append((f"{100 * share:.0f} %", "gap gone on untouched records"))
+    return cards
+
+
+def _short_name(e: Explanation) -> str:
+    if e.name == NOTHING:
+        return f"that {e.name}"
+    others = [" with ".join(keys) for keys in e.alike]
+    return " or ".join([e.name, *(others if len(others) == 1 else [f"{len(others)} others"] if others else [])])
+
+
+def _first_screen(d: Diagnosis) -> tuple[Block, ...]:
+    """Blocks that a reader sees without scrolling."""
+    places = located(d)
+    sentences = [(f"{ALSO[one.role]}{one.sentence}", MARKS[one.role][1]) for one in places]
+    marked = [(one.role, place) for one in places for place in one.places]
+    notes = f"{len(d.notes)} notes" if len(d.notes) > 1 else "a note"
+    stages = {"nominal": "file as given", "with effect": "with the effect"}
+    blocks = [
+        Block("Where on the machine", "" if sentences else "Nothing is marked: no effect was found.",
+              figure=machine_sketch(d.machine, marked), legend=sentences, tools=False),
+        Block("What to do next", next_step(d), texts=(_meaning(d),), anchor="next",
+              link=(f"The limits of these records: {notes} below.", "notes") if d.notes else None),
+        Block("Gap before and after", "Rms of measured less simulated; the line is the scatter of repeats.",
+              figure=plots.gap_by_role(d), tools=False,
+              legend=[(stages.get(name, name), colour) for name, colour in plots.stages_of(d).items()]),
+    ]  # fmt: skip
+    if d.explanations:
+        blocks.insert(0, Block("How probable each explanation is", figure=plots.leading_odds(d), tools=False))
+    return tuple(blocks)
+
+
+def next_step(d: Diagnosis) -> str:
+    """The plan's sentence, else the step that follows from the verdict, with how to get a plan."""
+    if d.planned is not None and d.planned.as_dict().get("proposals"):
+        return d.planned.sentence
+    if d.status == "unknown" and NO_ACCURACY in d.notes and not d.localisation:
+        return f"{NO_ACCURACY[:1].upper()}{NO_ACCURACY[1:]}."
+    step = NEXT[d.status].format(places=_places(located(d)))
+    if d.planned is not None:
+        return f"{d.planned.sentence} {step}"
+    return f"{step} {PLAN_NEXT}" if d.unplanned else step
+
+
+def _meaning(d: Diagnosis) -> str:
+    """Meaning of the verdict; of records without a group beyond their own scatter that alone."""
+    return MEANING[d.status] if d.status != "unknown" or d.localisation else NOTHING_BEYOND
+
+
+def _places(found: tuple[LocatedEffect, ...]) -> str:
+    names = dict.fromkeys(place.name for one in found if one.label != FORCE for place in one.places)
+    return " and ".join(names) or "the machine"
+
+
+def _blocks(d: Diagnosis) -> Iterator[Block]:
+    if d.steps is not None:
+        yield _steps(d.steps)
+    if d.explanations:
+        yield _odds(d)
+    if d.planned is not None:
+        yield _plan(d.planned.as_dict())
+    if d.effects:
+        yield _effects(d)
+    yield Block(
+        "The gap, record by record",
+        "Rms of measured less simulated, both channels. Grey: the file as given; orange: re-calibrated; blue: with the "
+        "effect. The tick is the scatter of repeats, below which nothing can be seen.",
+        figure=plots.gap_bars(d),
+    )
+    yield _gap_table(d)
+    yield from _bode(d)
+    if d.localisation:
+        largest = [f"{f.group}, {f.channel} ({f.record}): {f.place}" for f in d.localisation if f.place]
+        yield Block(
+            "Where it disagrees",
+            "Groups of lines whose residual, after re-calibration, is beyond the floor. 1X is the speed of the shaft, "
+            "'slow' the mean and its drift, 'between' lines that nothing excites, 'unsteady' what does not repeat.",
+            figure=plots.flag_map(d),
+            texts=[f"Largest residual: {'; '.join(largest)}."] if largest else (),
+        )
+        yield from _spectra(d)
+    if d.unknown and d.unknown["lines"]:
+        yield _unknown(d.unknown)
+    if d.notes:
+        yield Block("Limits of these records", texts=d.notes, anchor="notes")
+    if d.tried:
+        yield _tried(d)
+    if d.priors:
+        heads = ("size of an effect", "prior standard deviation")
+        yield Block(
+            "Sizes that were likely before the records", heads=heads, rows=sorted(d.priors.items()), folded=True
+        )
+    text = "A number without a unit is a change relative to the machine file; mesh and law are weights."
+    yield Block("Re-calibration", heads=("fit parameter", "change", "standard deviation"), rows=list(d.changes()),
+                texts=[text] if d.calibration else ())  # fmt: skip
+    if d.effects:
+        yield Block("Machine file: what was added", code=difference(d.machine, d.apply()), folded=True)
+
+
+def _steps(steps: DecisionSteps) -> Block:
+    """Odds after each step of a loop of diagnoses and experiments."""
+    names = dict.fromkeys(n for step in steps.steps for n, p in step.odds.items() if p >= LEAST_SHOWN)
+    rows = [
+        (str(k), before, f"{step.minutes:.0f}", *(shown_share(step.odds.get(name, 0.0)) for name in names))
+        for k, (step, before) in enumerate(zip(steps.steps, steps.names, strict=True))
+    ]
+    heads = ("step", "experiment", "rig time [min]", *names)
+    return Block("Odds after each experiment", heads=heads, rows=rows, texts=[steps.sentence])
+
+
+def _odds(d: Diagnosis) -> Block:
+    """Explanations with their probabilities and the evidence for them."""
+    text = (
+        "Of each explanation, of nothing missing and of something that is not in the catalogue, from the evidence of "
+        "the records. Explanations that no record distinguishes are one row."
+    )
+    rows = [
+        (" or ".join([e.name, *(" with ".join(keys) for keys in e.alike)]), shown_share(e.probability),
+         f"{e.evidence:.1f}" if np.isfinite(e.evidence) else "-",
+         f"{100 * e.error:.2g} %" if np.isfinite(e.error) else "-", "yes" if e.refitted else "no")
+        for e in d.explanations if e.probability >= LEAST_SHOWN
+    ]  # fmt: skip
+    heads = ("explanation", "probability", "log. evidence", "error of the form", "re-fitted")
+    unseen = [f"Nothing is missing: {e.unseen_sentence}." for e in d.explanations if e.unseen]
+    return Block("Probabilities", text, heads, rows, texts=unseen)
+
+
+def _plan(plan: dict[str, Any]) -> Block:
+    """Next experiments of `Plan.as_dict`: a sentence, what nothing separates, the best ones."""
+    rows = [
+        (p["experiment"], f"{p['minutes']:.0f}", f"{p['entropy_bit']:.2f}", f"{100 * p['chance_of_decision']:.0f} %")
+        for p in plan["proposals"][:MOST_PROPOSALS]
+    ]
+    heads = ("experiment", "rig time [min]", "entropy left [bit]", "chance of a decision")
+    return Block("What to record next", heads=heads, rows=rows, texts=(plan["sentence"], *plan["unbreakable"]))
+
+
+def _effects(d: Diagnosis) -> Block:
+    rows = [(f.form, p, value, sd or "held") for f in d.effects for p, value, sd in f.sizes()]
+    alike = [
+        f"{f.form} is indistinguishable from {', '.join(k for k in f.tie_class if k != f.form)}."
+        for f in d.effects if len(f.tie_class) > 1
+    ]  # fmt: skip
+    texts = [*alike, *(f"Fits as well: {' with '.join(t)}." for t in d.ties)]
+    return Block("What is missing", "", ("effect", "parameter", "value", "standard deviation"), rows, texts=texts)
+
+
+def _gap_table(d: Diagnosis) -> Block:
+    rows = []
+    channels = {shown["record"]: shown["channels"] for part in d.spectra.values() for shown in part}
+    for i, record in enumerate(d.gap["record"].values):
+        for a, axis in enumerate(channels.get(str(record), ("x", "y"))):
+            g = d.gap["gap"].values[i, a] * TO_UM
+            rows.append(
+                (str(d.gap["role"].values[i]).replace("_", " "), str(record), str(d.gap["point"].values[i]), axis,
+                 f"{g[0]:.3f}", f"{g[1]:.3f}", f"{g[2]:.3f}" if d.effects else "", f"{g[3]:.3f}")
+            )  # fmt: skip
+    sizes = (f"{name} [um rms]" for name in ("nominal", "re-calibrated", "with effect", "scatter"))
+    heads = ("role", "record", "point", "channel", *sizes)
+    return Block("The gap as numbers", heads=heads, rows=rows, folded=True)
+
+
+def _bode(d: Diagnosis) -> Iterator[Block]:
+    """Bode plot of every order of every table of vectors; the name of a part is that of its table and its role."""
+    tables: dict[str, list[dict[str, Any]]] = {}
+    for shown in (s for part in d.spectra.values() for s in part if s["orders"]):
+        tables.setdefault(str(shown["record"]).rpartition(", ")[0], []).append(shown)
+    for name, parts in tables.items():
+        for number, order in enumerate(parts[0]["orders"]):
+            yield Block(
+                f"{name[:1].upper()}{name[1:]}: {order}X over the speed",
+                "Points: measured, all roles. Grey: the file as given; orange: re-calibrated; blue: with the effect.",
+                figure=plots.bode(parts, number, bool(d.effects)),
+            )
+
+
+def _spectra(d: Diagnosis) -> Iterator[Block]:
+    shown = [s for part in d.spectra.values() for s in part]
+    if any(s["orders"] for s in shown):
+        return
+    named = bool(d.effects)
+    worst = [("Spectrum where it disagrees most", s) for s in shown if s["record"] == d.localisation[0].record]
+    untouched = [("Spectrum of an untouched record", s) for s in d.spectra.get("untouched", [])[:1]]
+    for title, one in worst + untouched:
+        text = "Lines of measured and of what is left."
+        yield Block(f"{title}: {one['point']}", text, figure=plots.spectra(one, named))
+    text = "Residual spectra of all records, one scale."
+    yield Block("What is left over the speed", text, figure=plots.waterfall(d, named))
+
+
+def _unknown(unknown: dict[str, Any]) -> Block:
+    rows = [
+        (x["point"], f"{x['frequency_hz']:.4g} Hz" + (", unsteady" if x["unsteady"] else ""),
+         "" if x["order"] is None else f"{x['order']:.2f} X",
+         f"{quantity(x['force_n'], 'N')}", x["direction"], f"{quantity(x['residual_um'], 'µm')}")
+        for x in unknown["lines"]
+    ]  # fmt: skip
+    growth = ", ".join(f"{k} to the power {v:.1f}" for k, v in unknown["growth"].items())
+    text = f"Acting {unknown['where']}." + (f" It grows with {growth}." if growth else "")
+    heads = ("point", "frequency", "order", "force", "direction", "residual")
+    return Block("Equivalent force of what is not explained", heads=heads, rows=rows, texts=[text])
+
+
+def _tried(d: Diagnosis) -> Block:
+    rows = [
+        (" with ".join(t["effects"]), *("fit failed", "-", "-"))
+        if t["failed"]
+        else (" with ".join(t["effects"]), f"{100 * t['gone']:.0f} %", f"{t['cost']:.0f}", f"{t['held_out']:.0f}")
+        for t in sorted(d.tried, key=lambda t: t["cost"])
+    ]
+    heads = ("explanation", "excess gone", "sum of squares", "excess at held-out points")
+    return Block("Everything that was re-fitted", heads=heads, rows=rows, folded=True)

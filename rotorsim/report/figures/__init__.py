@@ -1,1 +1,0 @@
-"""Figures with plotly and pyvista in one common style."""

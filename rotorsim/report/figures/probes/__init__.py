@@ -1,1 +1,0 @@
-"""Figures of probe signals: orbits at the planes of the probes, filtered orbits, runout."""

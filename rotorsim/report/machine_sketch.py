@@ -1,0 +1,203 @@
+"""Sketch of a machine from the side: shaft, discs, bearings, injectors and probes, with marked places.
+
+Lengths along the shaft are to scale. Radii have a scale of their own; those of discs are of solid discs with
+the mass and inertia of the machine file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from math import sin, sqrt
+
+import plotly.graph_objects as go
+
+from rotorsim.machine import Machine
+from rotorsim.machine.rotor import Disc
+from rotorsim.plant.locations import Nozzle, Place, nozzles, probe_plane
+from rotorsim.report.page.theme import INK, faint, style
+
+Box = tuple[float, float, float, float]
+"""Left, right [mm], lower and upper [share of the drawing's height] edge."""
+SHAFT, DISC, BEARING, NOZZLE, PROBE = "#c3ccd4", "#9fb0bf", "#56B4E9", "#0072B2", "#009E73"
+MARKS = {
+    "found": ("found here", "#D55E00"), "rival": ("or here", "#E69F00"), "force": ("equivalent force", "#CC79A7"),
+}  # fmt: skip
+"""Name and colour of a mark by its role."""
+THIN, THICK = 0.08, 0.7
+"""Least radius of the shaft and largest of a disc, as shares of half of the drawing's height."""
+PROBE_AT, NAME_AT = 0.88, -0.92
+NARROW, MARK = 0.012, 0.03
+"""Least widths of a disc and of half a mark, as shares of the shaft's length."""
+MARGIN = 0.09
+"""Room on both sides, as a share of the shaft's length."""
+
+
+def machine_sketch(machine: Machine, marked: Sequence[tuple[str, Place]] = ()) -> go.Figure:
+    """The machine from the side; `marked` are roles (keys of `MARKS`) and places."""
+    figure = go.Figure()
+    scale = _scale(machine)
+    start, end = machine.shaft.start * 1e3, machine.shaft.end * 1e3
+    least = NARROW * (end - start)
+    _bands(figure, machine, scale, marked)
+    _boxes(figure, "bearing", list(_films(machine, scale)), BEARING, 0.6)
+    _boxes(figure, "shaft", list(_sections(machine, scale)), SHAFT, 1.0)
+    _boxes(figure, "disc", [_disc(one, scale, least) for one in machine.discs], DISC, 1.0)
+    _springs(figure, machine, scale)
+    _nozzles(figure, machine, scale)
+    _marked_nozzles(figure, machine, scale, {p.nozzle: role for role, p in reversed(marked) if p.nozzle})
+    _probes(figure, machine)
+    _names(figure, machine)
+    room = MARGIN * (end - start)
+    style(figure, 192, hovermode="closest", dragmode=False)
+    figure.update_xaxes(title="position along the shaft [mm]", range=[start - room, end + room], showgrid=False)
+    figure.update_yaxes(visible=False, range=[-1.05, 1.02], fixedrange=True)
+    figure.update_layout(margin={"l": 12, "r": 12, "t": 6, "b": 42}, showlegend=False)
+    return figure
+
+
+def _bands(figure: go.Figure, machine: Machine, scale: float, marked: Sequence[tuple[str, Place]]) -> None:
+    """A band for every marked range along the shaft, in the colour of its first role."""
+    least = 1e3 * MARK * machine.shaft.length
+    first: dict[Box, str] = {}
+    for role, place in marked:
+        first.setdefault(_mark(machine, scale, place, least), role)
+    for role, (name, colour) in MARKS.items():
+        _boxes(figure, name, [box for box, own in first.items() if own == role], colour, 0.35)
+
+
+def _scale(machine: Machine) -> float:
+    """Drawn height of a metre of radius."""
+    largest = max([_radius(one) for one in machine.discs] + [0.0])
+    shaft = max(s.outer_diameter / 2 for s in machine.shaft.sections)
+    return float(min(THICK / max(largest, shaft), 0.35 / shaft))
+
+
+def _radius(disc: Disc) -> float:
+    """Radius [m] of a solid disc of the same mass and polar inertia."""
+    return sqrt(2 * disc.polar_inertia / disc.mass)
+
+
+def _width(disc: Disc) -> float:
+    """Width [m] of a solid disc of the same mass and inertias."""
+    return sqrt(max(12 * (disc.diametral_inertia - disc.polar_inertia / 2) / disc.mass, 0.0))
+
+
+def _disc(disc: Disc, scale: float, least: float) -> Box:
+    half, radius = max(_width(disc) * 1e3, least) / 2, max(_radius(disc) * scale, 2 * THIN)
+    return disc.position * 1e3 - half, disc.position * 1e3 + half, -radius, radius
+
+
+def _sections(machine: Machine, scale: float) -> Iterator[Box]:
+    z = machine.shaft.start
+    for one in machine.shaft.sections:
+        radius = max(one.outer_diameter / 2 * scale, THIN)
+        yield z * 1e3, (z + one.length) * 1e3, -radius, radius
+        z += one.length
+
+
+def _at(machine: Machine, z: float, scale: float) -> float:
+    """Drawn radius of the shaft at z [m]."""
+    boxes = list(_sections(machine, scale))
+    return max((top for left, right, _, top in boxes if left - 1e-6 <= z * 1e3 <= right + 1e-6), default=THIN)
+
+
+def _films(machine: Machine, scale: float) -> Iterator[Box]:
+    """Upper and lower half of the sleeve of every gas film."""
+    for one in machine.films:
+        left, right = (one.position - one.length / 2) * 1e3, (one.position + one.length / 2) * 1e3
+        inner = _at(machine, one.position, scale) + 0.03
+        yield from ((left, right, -inner - 0.2, -inner), (left, right, inner, inner + 0.2))
+
+
+def _mark(machine: Machine, scale: float, place: Place, least: float) -> Box:
+    """A band over the whole height, at least twice `least` [mm] wide; around the shaft where it is a length of it."""
+    middle, half = 0.5e3 * (place.begin + place.end), 0.5e3 * (place.end - place.begin)
+    if place.part == "shaft" and half > least:
+        height = max(top for _, _, _, top in _sections(machine, scale)) + 0.12
+        return middle - half, middle + half, -height, height
+    half = max(half + least / 3, least)
+    return middle - half, middle + half, -0.8, 1.0
+
+
+def _boxes(figure: go.Figure, name: str, boxes: list[Box], colour: str, opacity: float) -> None:
+    """Filled rectangles as one curve."""
+    x: list[float | None] = []
+    y: list[float | None] = []
+    for left, right, low, high in boxes:
+        x += [left, right, right, left, left, None]
+        y += [low, low, high, high, low, None]
+    if boxes:
+        figure.add_scatter(
+            x=x, y=y, name=name, mode="lines", fill="toself", fillcolor=faint(colour, opacity),
+            line={"color": colour, "width": 1.2}, hoverinfo="name",
+        )  # fmt: skip
+
+
+def _springs(figure: go.Figure, machine: Machine, scale: float) -> None:
+    """Bearings without a film as a triangle below and above the shaft."""
+    places = [b.position for b in machine.bearings if b.coefficients is not None]
+    for sign, symbol in ((-1, "triangle-up"), (1, "triangle-down")):
+        figure.add_scatter(
+            x=[z * 1e3 for z in places], y=[sign * (_at(machine, z, scale) + 0.1) for z in places], mode="markers",
+            name="bearing",
+            marker={"symbol": symbol, "size": 13, "color": BEARING, "line": {"color": INK, "width": 1}},
+            hoverinfo="name",
+        )  # fmt: skip
+
+
+def _nozzles(figure: go.Figure, machine: Machine, scale: float) -> None:
+    """Injectors and orifices as dots where they are seen from the side."""
+    found = nozzles(machine)
+    if found:
+        figure.add_scatter(
+            **_dots(machine, found, scale), mode="markers", cliponaxis=False,
+            name="injector" if any(one.pinned for one in found) else "orifice",
+            customdata=[one.number for one in found], hovertemplate="%{customdata}<extra>injector</extra>",
+            marker={"size": 7, "color": NOZZLE, "line": {"color": "white", "width": 1}},
+        )  # fmt: skip
+
+
+def _marked_nozzles(figure: go.Figure, machine: Machine, scale: float, marked: Mapping[Nozzle, str]) -> None:
+    """Marked injectors as larger dots with their numbers."""
+    for role in dict.fromkeys(marked.values()):
+        own = [one for one, its in marked.items() if its == role]
+        name, colour = MARKS[role]
+        figure.add_scatter(
+            **_dots(machine, own, scale), mode="markers+text", cliponaxis=False, name=name, hoverinfo="name",
+            text=[f"<b>{one.number}</b>" for one in own], textfont={"size": 15, "color": INK},
+            textposition=["top center" if sin(one.angle) > -0.01 else "bottom center" for one in own],
+            marker={"size": 14, "color": colour, "line": {"color": "white", "width": 1}},
+        )  # fmt: skip
+
+
+def _dots(machine: Machine, found: Sequence[Nozzle], scale: float) -> dict[str, list[float]]:
+    return {
+        "x": [one.z * 1e3 for one in found],
+        "y": [(_at(machine, one.z, scale) + 0.13) * sin(one.angle) for one in found],
+    }
+
+
+def _probes(figure: go.Figure, machine: Machine) -> None:
+    """Planes of the probes above the shaft: that of the displacement signal and those of further probes."""
+    planes = {round(probe_plane(machine).begin, 6)}
+    planes |= {round(one.position, 6) for one in machine.probes if one.position is not None}
+    middle = 0.5 * (machine.shaft.start + machine.shaft.end)
+    figure.add_scatter(
+        x=[z * 1e3 for z in sorted(planes)], y=[PROBE_AT] * len(planes), mode="markers+text", name="probes",
+        text=["  probes  ", *[""] * (len(planes) - 1)], textfont={"size": 12, "color": INK}, cliponaxis=False,
+        textposition="middle left" if min(planes) > middle else "middle right", hoverinfo="name+x",
+        marker={"symbol": "diamond-tall", "size": 14, "color": PROBE, "line": {"color": "white", "width": 1}},
+    )  # fmt: skip
+
+
+def _names(figure: go.Figure, machine: Machine) -> None:
+    """Names of the bearings below them, where they do not overlap."""
+    length = machine.shaft.end - machine.shaft.start
+    places = sorted((one.position, name) for one, name in zip(machine.bearings, machine.bearing_names, strict=True))
+    if any(b[0] - a[0] < 0.2 * length for a, b in pairwise(places)):
+        return
+    figure.add_scatter(
+        x=[z * 1e3 for z, _ in places], y=[NAME_AT] * len(places), mode="text", text=[name for _, name in places],
+        textfont={"size": 12, "color": INK}, showlegend=False, hoverinfo="skip", cliponaxis=False,
+    )  # fmt: skip

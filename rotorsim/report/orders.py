@@ -1,0 +1,276 @@
+"""Orders and spectra over speed or time: Bode plot, waterfall, full spectrum, and the run-up picture of the README."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
+from plotly.subplots import make_subplots
+
+from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.report.page.theme import (
+    AXIS_COLOURS,
+    FAINTEST,
+    INK,
+    SPECTRUM_SCALE,
+    compact,
+    faint,
+    phase_axes,
+    phase_lag,
+    style,
+)
+from rotorsim.report.page.units import displacement, number, quantity
+from rotorsim.report.run import AnalysedRun, analyse, end_of_run, need_motion, need_orders, record_section
+from rotorsim.signals.record_blocks import need, sampling_time
+
+MOST_POINTS, MOST_LINES = 1500, 250
+FEW = 8
+"""Number of windows up to which each is marked."""
+DECADES = 3.5
+"""Decades of the colour scale of spectra."""
+SHORTEST = 0.5
+"""Shortest record [s] that has a waterfall: it holds two spectra."""
+ORDER_COLOURS = {1: "#0072B2", 2: "#D55E00", 3: "#009E73"}
+CONVENTION = (
+    "Displacements are Re(A exp(i n α)) with the shaft angle α; amplitudes are 0-pk and a positive phase lag means "
+    "that the maximum comes after the mark. On a round forward orbit y lags x by 90 degrees."
+)
+
+
+def bode_caption(run: AnalysedRun, _: None) -> str:
+    """Speeds and amplitudes of the peaks of the orders."""
+    if not run.summary["peaks"]:
+        return "The shaft did not turn long enough for whole revolutions to be tracked."
+    return " ".join([*(_order_sentence(run, int(n)) for n in run.tracked["order"].values), _start(run.summary)]).strip()
+
+
+def _order_sentence(run: AnalysedRun, order: int) -> str:
+    peaks = [p for p in run.peaks if p["order"] == order]
+    if not peaks:
+        return f"{order}X is not resolved, or stays below a thousandth of the largest order."
+    resonant = [p for p in peaks if p["local_maximum"]]
+    axes = sorted({p["axis"] for p in resonant})
+    if resonant:
+        return (
+            f"{order}X peaks at "
+            + " and ".join(_place(next(p for p in resonant if p["axis"] == a)) for a in axes)
+            + "."
+        )
+    where = " and ".join(_place(p) + (end_of_run(p) if run.swept else "") for p in peaks)
+    if not run.swept:
+        return f"{order}X is at most {where}."
+    return f"{order}X passes no resonance; it is largest at {where}."
+
+
+def _place(peak: dict[str, Any]) -> str:
+    return f"{peak['rpm']:.0f} rpm ({peak['axis']}: {quantity(peak['um'], 'µm')})"
+
+
+def _start(summary: dict[str, Any]) -> str:
+    """A sentence about the start transient that the numbers leave out; empty without one."""
+    begin = summary["start_transient_s"]
+    if not begin:
+        return ""
+    return f"The first {begin:.3g} s, from rest onto the orbit, are left out of the numbers."
+
+
+@record_section("Amplitude and phase of the orders", need_orders, bode_caption)
+def bode(run: AnalysedRun, _: None) -> go.Figure:
+    """Amplitude [um 0-pk] and phase lag [deg] of 1X, 2X, 3X against speed [rpm]; against time at constant speed.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> figure = rs.report.bode(runup)
+    """
+    orders = [int(n) for n in run.tracked["order"].values]
+    least = faintest(run)
+    figure = make_subplots(2, len(orders), shared_xaxes=True, vertical_spacing=0.06, horizontal_spacing=0.07,
+                           row_heights=[0.6, 0.4], subplot_titles=[f"{n}X" for n in orders])  # fmt: skip
+    for column, n in enumerate(orders, 1):
+        for axis in AXIS_COLOURS:
+            for row, trace in enumerate(order_traces(run, n, axis), 1):
+                figure.add_trace(trace.update(showlegend=row == column == 1), row, column)
+        own = float(np.abs(run.tracked["amplitude"].sel(order=n).values).max(initial=0.0))
+        figure.update_yaxes(range=[0, 1.06 * TO_UM * max(own, least)] if least else None, row=1, col=column)
+    figure.update_xaxes(range=run.reach)
+    figure.update_xaxes(title_text=run.abscissa(run.tracked)[1], row=2)
+    figure.update_yaxes(title_text="amplitude [µm 0-pk]", row=1, col=1)
+    phase_axes(figure, 2)
+    return style(figure, 560)
+
+
+def order_traces(run: AnalysedRun, order: int, axis: str) -> tuple[go.Scatter, go.Scatter]:
+    """Amplitude and phase lag of one order and axis."""
+    tracked = run.tracked.isel(window=slice(None, None, 1 + run.tracked.sizes["window"] // MOST_POINTS))
+    at, label = run.abscissa(tracked)
+    a = tracked["amplitude"].sel(order=order, axis=axis).values
+    unit = label.split("[")[1][:-1]
+    common = {"x": compact(at, 6), "name": f"disc {axis}", "legendgroup": axis,
+              "mode": "lines" if tracked.sizes["window"] > FEW else "lines+markers",
+              "line": {"color": AXIS_COLOURS[axis], "width": 2, "simplify": False}}  # fmt: skip
+    hover = f"{order}X {axis}: %{{y:.3g}} {{}} at %{{x:.0f}} {unit}<extra></extra>"
+    return (
+        go.Scatter(y=compact(np.abs(a) * TO_UM), hovertemplate=hover.replace("{}", "µm"), **common),
+        go.Scatter(y=compact(phase_lag(a, faintest(run))), hovertemplate=hover.replace("{}", "deg"), **common),
+    )
+
+
+def faintest(run: AnalysedRun) -> float:
+    """Amplitude [m] below which an order counts as absent."""
+    return FAINTEST * float(np.abs(run.tracked["amplitude"].values).max(initial=0.0))
+
+
+def _need_spectra(run: AnalysedRun) -> None:
+    seconds = run.record.sizes["time"] * sampling_time(run.record)
+    need(seconds >= SHORTEST, f"The record of {seconds:.2g} s is too short for spectra that follow the time.")
+    need_motion(run)
+
+
+def waterfall_caption(run: AnalysedRun, _: None) -> str:
+    """The strongest line, and whether anything below 1X stands out."""
+    size = run.spectra["amplitude"]
+    line, k, axis = (int(v) for v in np.unravel_index(int(size.values.argmax()), size.shape))
+    frequency, rpm = float(run.spectra["frequency"][k]), float(run.spectra["speed"][line]) * TO_RPM
+    where = f"{frequency:.0f} Hz (disc {'xy'[axis]}" + (f", {rpm:.0f} rpm)" if run.speed_known else ")")
+    text = f"The strongest line is {displacement(float(size.max()))} at {where}."
+    return f"{text} {sub_synchronous_text(run)}" if run.self_excitable else text
+
+
+def sub_synchronous_text(run: AnalysedRun) -> str:
+    """A sentence on motion below 1X."""
+    found = run.summary["sub_synchronous"]
+    if found is None:
+        return "Nothing stands out below 1X: no sub-synchronous whirl."
+    turn = "forward" if found["frequency_hz"] > 0 else "backward"
+    return (
+        f"Below 1X the largest component is {quantity(found['um'], 'µm')} at {abs(found['frequency_hz']):.0f} Hz, "
+        f"{turn}, {found['ratio']:.2f} times the shaft speed, at {found['rpm']:.0f} rpm."
+    )
+
+
+@record_section("Waterfall", _need_spectra, waterfall_caption)
+def waterfall(run: AnalysedRun, _: None) -> go.Figure:
+    """Amplitude spectra [um 0-pk] of disc x and y against speed [rpm] or time [s].
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> figure = rs.report.waterfall(runup)
+    """
+    figure = make_subplots(1, 2, shared_yaxes=True, horizontal_spacing=0.06, subplot_titles=["disc x", "disc y"])
+    for column, axis in enumerate("xy", 1):
+        size = run.spectra["amplitude"].sel(axis=axis).values
+        figure.add_trace(spectrum_trace(run, "frequency", size), 1, column)
+        add_order_lines(figure, run, (1, 2, 3), 1, column)
+    return _finish(figure, run, 460, "frequency [Hz]")
+
+
+def full_spectrum_caption(run: AnalysedRun, _: None) -> str:
+    """Forward and backward part of the motion at the fastest tracked window."""
+    if run.tracked.sizes["window"] == 0:
+        return "Spectrum of x + i y."
+    i = int(np.abs(run.tracked["speed"].values).argmax())
+    rpm = float(run.tracked["speed"][i]) * TO_RPM
+    f, b = (abs(complex(run.tracked[k].sel(order=1).values[i])) * TO_UM for k in ("forward", "backward"))
+    return (
+        f"Spectrum of x + i y. At {rpm:.0f} rpm the 1X orbit is made of {quantity(f, 'µm')} forward and "
+        f"{quantity(b, 'µm')} backward: semi-axes {number(f + b, 'µm')} and {quantity(abs(f - b), 'µm')}."
+    )
+
+
+@record_section("Forward and backward whirl", _need_spectra, full_spectrum_caption)
+def full_spectrum(run: AnalysedRun, _: None) -> go.Figure:
+    """Spectra [um 0-pk] of x + i y, forward above and backward below zero, against speed [rpm] or time [s].
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> figure = rs.report.full_spectrum(runup)
+    """
+    figure = make_subplots(1, 1)
+    figure.add_trace(spectrum_trace(run, "signed_frequency", run.spectra["full"].values), 1, 1)
+    add_order_lines(figure, run, (-3, -2, -1, 1, 2, 3), 1, 1)
+    figure.add_hline(y=0, line={"color": INK, "width": 1})
+    for text, y in (("forward", 0.98), ("backward", 0.02)):
+        figure.add_annotation(text=text, x=0.01, y=y, xref="paper", yref="paper", showarrow=False)
+    return _finish(figure, run, 520, "frequency [Hz]")
+
+
+def spectrum_trace(run: AnalysedRun, axis: str, size: np.ndarray) -> go.Heatmap:
+    """Heat map of the decimal logarithm of amplitudes (line, frequency) [m], at most 250 frequencies."""
+    frequency = run.spectra[axis].values
+    group = -(-frequency.size // MOST_LINES)
+    starts = np.arange(0, frequency.size, group)
+    um = np.maximum.reduceat(size, starts, axis=1).T * TO_UM
+    at = np.add.reduceat(frequency, starts) / np.diff(np.append(starts, frequency.size))
+    across, label = run.abscissa(run.spectra)
+    unit, rising = label.split("[")[1][:-1], np.argsort(across, kind="stable")
+    um = um[:, rising]
+    return go.Heatmap(
+        x=compact(across[rising], 6), y=compact(at), z=compact(np.log10(np.maximum(um, 1e-9)), 4),
+        customdata=compact(um, 3), coloraxis="coloraxis",
+        hovertemplate=f"%{{customdata:.3g}} µm at %{{y:.0f}} Hz, %{{x:.0f}} {unit}<extra></extra>",
+    )  # fmt: skip
+
+
+def add_order_lines(figure: go.Figure, run: AnalysedRun, orders: tuple[int, ...], row: int, col: int) -> None:
+    """Dotted lines at multiples of the shaft speed, each labelled at its right end."""
+    at, turning = run.abscissa(run.spectra)[0], np.abs(run.spectra["speed"].values) / (2 * np.pi)
+    right = int(at.argmax())
+    for n in orders if turning[right] > 0 else ():
+        line = {"color": faint(INK, 0.45), "width": 1, "dash": "dot"}
+        figure.add_trace(go.Scatter(x=compact(at), y=compact(n * turning), mode="lines", line=line,
+                                    showlegend=False, hoverinfo="skip"), row, col)  # fmt: skip
+        figure.add_annotation(x=max(float(at[right]), *run.reach), y=n * turning[right], 
+                              text=f"{n}X".replace("-", "−"), showarrow=False,
+                              xanchor="left", yanchor="middle", xshift=2, row=row, col=col)  # fmt: skip
+
+
+def colour_axis(run: AnalysedRun) -> dict[str, object]:
+    """Logarithmic colour scale in um, the same for all spectra of a run."""
+    largest = max(float(run.spectra["full"].max()), float(run.spectra["amplitude"].max())) * TO_UM
+    top = np.log10(max(largest, 1e-6))
+    ticks = np.arange(np.ceil(top - DECADES), np.floor(top) + 1)
+    bar = {"title": {"text": "µm 0-pk", "side": "right"}, "x": 1.04, "thickness": 14, "outlinewidth": 0,
+           "tickvals": ticks, "ticktext": [f"{10.0**t:g}" for t in ticks]}  # fmt: skip
+    return {"colorscale": SPECTRUM_SCALE, "cmin": top - DECADES, "cmax": top, "colorbar": bar}
+
+
+def _finish(figure: go.Figure, run: AnalysedRun, height: int, label: str) -> go.Figure:
+    figure.update_xaxes(title_text=run.abscissa(run.spectra)[1], range=run.reach)
+    frequency = figure.data[0].y
+    figure.update_yaxes(range=[min(0.0, float(frequency[0])), float(frequency[-1])])
+    figure.update_yaxes(title_text=label, col=1)
+    style(figure, height, coloraxis=colour_axis(run))
+    for side in (figure.update_xaxes, figure.update_yaxes):
+        side(showgrid=False)
+    return figure
+
+
+def readme_figure(record: xr.Dataset) -> go.Figure:
+    """Amplitude of disc y at 1X, 2X, 3X against speed, next to the waterfall of disc y."""
+    run = analyse(record)
+    titles = ["Disc y: amplitude of the orders", "Disc y: spectra"]
+    figure = make_subplots(1, 2, horizontal_spacing=0.09, subplot_titles=titles)
+    for order in run.tracked["order"].values:
+        amplitude, _ = order_traces(run, int(order), "y")
+        figure.add_trace(
+            amplitude.update(name=f"{order}X", line={"color": ORDER_COLOURS[int(order)], "width": 3}), 1, 1
+        )
+    figure.add_trace(spectrum_trace(run, "frequency", run.spectra["amplitude"].sel(axis="y").values), 1, 2)
+    add_order_lines(figure, run, (1, 2, 3), 1, 2)
+    figure.update_xaxes(title_text=run.abscissa(run.tracked)[1], range=run.reach)
+    figure.update_yaxes(title_text="amplitude [µm 0-pk]", rangemode="tozero", col=1)
+    figure.update_yaxes(title_text="frequency [Hz]", range=[0, float(run.spectra["frequency"][-1])], col=2)
+    style(figure, 700, coloraxis=colour_axis(run), width=1400)
+    figure.update_layout(font_size=18, margin={"l": 80, "r": 40, "t": 60, "b": 70})
+    figure.update_layout(
+        legend={"x": 0.02, "yref": "paper", "xanchor": "left", "y": 0.98, "yanchor": "top", "orientation": "v"}
+    )
+    figure.update_annotations(font_size=20)
+    figure.update_xaxes(showgrid=False, col=2)
+    figure.update_yaxes(showgrid=False, col=2)
+    return figure

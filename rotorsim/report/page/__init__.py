@@ -1,0 +1,1 @@
+"""Pages of reports: blocks, units, style of figures, HTML, and files of figures."""

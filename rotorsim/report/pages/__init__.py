@@ -1,1 +1,0 @@
-"""HTML pages: runs, experiments, designs, diagnoses, maps, studies, verifications."""

@@ -1,1 +1,0 @@
-"""Three-dimensional pictures and films with pyvista, drawn without a window."""

@@ -1,1 +1,0 @@
-"""Captions and tables of reports."""
