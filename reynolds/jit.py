@@ -53,10 +53,11 @@ class BuildingBlock:
 
         from reynolds.compiler import KernelCompiler
 
-        made: Any = numba.njit(forceinline=True, pipeline_class=KernelCompiler, **_OPTIONS)(self.py_func)
+        compiler: Any = numba.njit(forceinline=True, pipeline_class=KernelCompiler, **_OPTIONS)
+        made = compiler(self.py_func)
         if not config.DISABLE_JIT:
-            made.get_call_template = lambda given, named: merged(self).get_call_template(given, named)
-            made.get_overload = lambda signature: merged(self).get_overload(signature)
+            block: Any = merged(self)
+            made.get_call_template, made.get_overload = block.get_call_template, block.get_overload
         return made
 
     @property
