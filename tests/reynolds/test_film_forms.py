@@ -48,7 +48,7 @@ FORMS = {
 CUT = ("lobes that jump", "foil with lobes that jump", "axial grooves", "three pockets", "feed grooves and steps")
 """Forms whose edges cut cells at other places on every grid."""
 LIMITS = {"foil with lobes that jump": 0.016}
-"""Largest error on 64 x 32 lines where it exceeds 1 %: force and stiffness at an eccentricity of 0.47 and 2500 rad/s."""
+"""Largest error on 64 x 32 lines where it exceeds 1 %: force, stiffness, damping at an eccentricity of 0.47."""
 
 
 def independent(name, path=0.0, n=24):
