@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import cache, cached_property, partial, update_wrapper
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from rotorsim.base.cache import in_cache, kernels_in
 from rotorsim.base.interrupt import apart
@@ -53,11 +53,10 @@ class BuildingBlock:
 
         from reynolds.compiler import KernelCompiler
 
-        compiler: Any = numba.njit(forceinline=True, pipeline_class=KernelCompiler, **_OPTIONS)
-        made = compiler(self.py_func)
+        made = cast(Any, numba.njit(forceinline=True, pipeline_class=KernelCompiler, **_OPTIONS)(self.py_func))
         if not config.DISABLE_JIT:
-            block: Any = merged(self)
-            made.get_call_template, made.get_overload = block.get_call_template, block.get_overload
+            made.get_call_template = lambda given, named: merged(self).get_call_template(given, named)
+            made.get_overload = lambda signature: merged(self).get_overload(signature)
         return made
 
     @property

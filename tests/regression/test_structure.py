@@ -31,8 +31,9 @@ BY_NAME = {
 }
 """Files that may import a module by a name: tables of public names, effects, readers, commands, cases of workers."""
 CLOCKS = {"monotonic", "perf_counter", "process_time", "thread_time", "time"}
-WAITING = ("tests/support/waiting.py", "tests/faults", "tests/live/clicker.py", "tests/live/live_browser.py")
-"""Tests that read a clock: they wait for what must come, or disturb a command at random moments."""
+WAITING = ("tests/support/waiting.py", "tests/faults", "tests/live/clicker.py", "tests/live/live_browser.py",
+           "tests/support/compare_modes.py")  # fmt: skip
+"""Files that read a clock: they wait for what must come, disturb a command at random moments, or print times."""
 ROOMS = ("rotorsim.effects", "rotorsim.live", "rotorsim.machine", "rotorsim.plant")
 """Rooms whose folders import one way."""
 OWN_MACHINES = ("rotorsim/effects",)
