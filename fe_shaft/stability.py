@@ -1,12 +1,15 @@
 r"""Stability over speed: smallest logarithmic decrement and the onset speed of instability.
 
-The onset lies where the largest real part of the eigenvalues crosses zero between two of the given speeds; it is then
-found by Brent's method on that real part over the frequency.
+All oscillating modes are computed at every speed. The onset lies where the least damping ratio crosses zero between two
+of the given speeds, of the tables' speeds, or of those in between: a step is halved as long as the slopes of the
+damping ratios at its ends leave it open whether damping is lost and comes back inside. It is then found by Brent's
+method.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +23,12 @@ from rotorsim.base.rounding import DAMPED, falls_below_zero
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+NEARBY = 1e-5
+"""Step of a derivative over the step between two speeds."""
+HALVINGS = 8
+"""Halvings of a step in which damping may be lost and come back."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,9 +73,12 @@ class StabilityResult:
 def run_stability(rotor: AssembledRotor, speeds: ArrayLike) -> StabilityResult:
     """Stability of `rotor` at `speeds` (n_speeds,) [rad/s], ascending, and the onset of instability between them."""
     speeds = grid("stability: speeds [rad/s]", speeds)
-    worst = [_worst(modal.run_modal(rotor, float(speed))) for speed in speeds]
+    runs = [modal.run_modal(rotor, float(speed)) for speed in speeds]
+    worst = [_worst(run) for run in runs]
     zeta = np.array([entry[0] for entry in worst])
-    onset, frequency = _onset(rotor, speeds, zeta)
+    kinks = {float(v) for b in rotor.bearing_elements for axis in b.axes for v in axis} - set(speeds.tolist())
+    more = [modal.run_modal(rotor, v) for v in kinks if speeds[0] < v < speeds[-1]]
+    onset, frequency = _onset(rotor, sorted([*runs, *more], key=lambda run: run.speed))
     log_dec = 2 * np.pi * zeta / np.sqrt(1 - zeta**2)
     return StabilityResult(
         speeds, log_dec, np.array([e[1] for e in worst]), np.array([e[2] for e in worst]), onset, frequency
@@ -79,13 +91,41 @@ def _worst(run: modal.ModalResult) -> tuple[float, float, str]:
     return float(run.damping_ratio[mode]), float(run.wn[mode]), str(run.whirl[mode])
 
 
-def _onset(rotor: AssembledRotor, speeds: NDArray[np.float64], zeta: NDArray[np.float64]) -> tuple[float, float]:
-    unstable = np.flatnonzero(zeta < -DAMPED)
-    if not unstable.size:
-        return float("nan"), float("nan")
-    first = int(unstable[0])
-    speed = float(speeds[first])
-    if first:
-        speed = falls_below_zero(lambda s: _worst(modal.run_modal(rotor, s))[0] + DAMPED, speeds[first - 1], speed,
-                                 rtol=1e-9)  # fmt: skip
-    return speed, _worst(modal.run_modal(rotor, speed))[1]
+def _grows(run: modal.ModalResult) -> bool:
+    return bool(run.damping_ratio.min() < -DAMPED)
+
+
+def _onset(rotor: AssembledRotor, runs: list[modal.ModalResult]) -> tuple[float, float]:
+    """Lowest speed at which a mode grows, and its frequency [rad/s]; NaN without one."""
+    if _grows(runs[0]):
+        return runs[0].speed, _worst(runs[0])[1]
+    for a, b in pairwise(runs):
+        lost = b if _grows(b) else _lost_between(rotor, a, b, HALVINGS)
+        if lost is not None:
+            speed = falls_below_zero(lambda s: _worst(modal.run_modal(rotor, s))[0] + DAMPED, a.speed, lost.speed,
+                                     rtol=1e-9)  # fmt: skip
+            return speed, _worst(modal.run_modal(rotor, speed))[1]
+    return float("nan"), float("nan")
+
+
+def _lost_between(
+    rotor: AssembledRotor, a: modal.ModalResult, b: modal.ModalResult, halvings: int
+) -> modal.ModalResult | None:
+    """The modes at a speed between two at which one grows; None where no tangent at both ends leads below zero."""
+    width = b.speed - a.speed
+    falls = a.damping_ratio + width * _slopes(rotor, a, b.speed)
+    rises = b.damping_ratio - width * _slopes(rotor, b, a.speed)
+    if not halvings or falls.min() > 0 or rises.min() > 0:
+        return None
+    middle = modal.run_modal(rotor, 0.5 * (a.speed + b.speed))
+    if _grows(middle):
+        return middle
+    return _lost_between(rotor, a, middle, halvings - 1) or _lost_between(rotor, middle, b, halvings - 1)
+
+
+def _slopes(rotor: AssembledRotor, run: modal.ModalResult, towards: float) -> NDArray[np.float64]:
+    """Derivatives (n_modes,) of the damping ratios over the speed, on the side of another speed."""
+    step = NEARBY * (towards - run.speed)
+    near = modal.run_modal(rotor, run.speed + step)
+    same = np.abs(near.eigenvalues[:, None] - run.eigenvalues).argmin(axis=0)
+    return np.asarray((near.damping_ratio[same] - run.damping_ratio) / step)

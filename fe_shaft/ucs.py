@@ -2,7 +2,8 @@ r"""Undamped critical speed map: synchronous forward critical speeds over the be
 
 With isotropic undamped bearings forward whirl at the speed has x + i y = u exp(i Omega t), beta - i alpha = theta
 exp(i Omega t), and in the plane (x, beta) alone K q = Omega^2 (M + G_f) q with G_f = -I_p of a disc's rotation:
-symmetric.
+symmetric. That none is missing below the last one is counted by the inertia of M - mu K, mu = 1 / omega^2, since K is
+positive definite (Sylvester).
 
 Source: API 684; Friswell et al. (2010), section 6.8.
 
@@ -16,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh
+from scipy.linalg import eigh, eigvalsh
 
 from fe_shaft.assembly import AssembledRotor
 from fe_shaft.checks import ShaftError
@@ -27,20 +28,29 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+BEYOND = 1e-6
+"""Relative distance above the highest critical speed up to which they are counted."""
+
+
 @dataclass(frozen=True, eq=False)
 class UcsResult:
     """Undamped critical speeds `wn` (n_modes, n_stiffness) [rad/s] over `stiffness` (n_stiffness,) [N/m].
 
-    NaN where a disc is so flat that a mode has no forward critical speed.
+    NaN where a disc is so flat that a mode has no forward critical speed. `missing` (n_stiffness,) is the number of
+    critical speeds up to the highest one that are not among them, counted independently: 0.
     """
 
     stiffness: NDArray[np.float64]
     wn: NDArray[np.float64]
+    missing: NDArray[np.int64]
 
     def dataset(self) -> xr.Dataset:
         """Labelled data over mode and stiffness."""
         return dataset(
-            {"wn": (("mode", "stiffness"), self.wn, "rad/s", "undamped critical speed")},
+            {
+                "wn": (("mode", "stiffness"), self.wn, "rad/s", "undamped critical speed"),
+                "missing": (("stiffness",), self.missing, "1", "critical speeds up to the highest that are not found"),
+            },
             {"stiffness": (("stiffness",), self.stiffness, "N/m", "stiffness of every bearing")},
         )
 
@@ -77,7 +87,11 @@ def run_ucs(
     unit = np.zeros(rotor.ndof)
     for bearing in rotor.bearing_elements:
         unit[rotor.layout.place(bearing.n)] += 1.0
-    return UcsResult(stiffness, np.stack([_lowest(M, K + np.diag(k * unit[plane]), num_modes) for k in stiffness], 1))
+    held_by = [K + np.diag(k * unit[plane]) for k in stiffness]
+    wn = [_lowest(M, one, num_modes) for one in held_by]
+    missing = [_up_to(M, one, float(np.nanmax(w, initial=0.0))) - np.isfinite(w).sum()
+               for one, w in zip(held_by, wn, strict=True)]  # fmt: skip
+    return UcsResult(stiffness, np.stack(wn, 1), np.array(missing))
 
 
 def _plane(
@@ -105,3 +119,12 @@ def _lowest(M: NDArray[np.float64], K: NDArray[np.float64], count: int) -> NDArr
     positive = inverse[inverse > len(M) * EPS * max(inverse[0], 0.0)]
     wn[: len(positive)] = 1 / np.sqrt(positive)
     return wn
+
+
+def _up_to(M: NDArray[np.float64], K: NDArray[np.float64], highest: float) -> int:
+    """Number of real frequencies up to the `highest` [rad/s]."""
+    if not highest:
+        return 0
+    unit = 1 / np.sqrt(np.diag(K))  # a congruence, which leaves the inertia as it is
+    A = (M - K / (highest * (1 + BEYOND)) ** 2) * unit * unit[:, None]
+    return int(np.sum(eigvalsh((A + A.T) / 2) > 0))

@@ -26,7 +26,7 @@ GNU = ("-Wl,--build-id=none", "-Wl,--gc-sections", "-Wl,-z,noexecstack")
 EXTRA = "pip install 'rotorsim[fmu]'"
 
 
-def build(model: Unit, targets: Sequence[Target], cpu: str, folder: Path) -> dict[str, Path]:
+def build(model: Unit, targets: Sequence[Platform], cpu: str, folder: Path) -> dict[str, Path]:
     """Shared library of each target by its name, built in `folder`."""
     commands = compilers(targets)
     headers = fmi_headers()
@@ -34,28 +34,28 @@ def build(model: Unit, targets: Sequence[Target], cpu: str, folder: Path) -> dic
     return {t.name: _link(t, commands[t.name], headers, sources, folder) for t in targets}
 
 
-def compilers(targets: Sequence[Target]) -> dict[str, list[str]]:
+def compilers(targets: Sequence[Platform]) -> dict[str, list[str]]:
     """Command of the compiler for each target by its name; raises DataError for one that has none."""
     return {target.name: compiler(target, len(targets) == 1) for target in targets}
 
 
-def compiles(model: Unit, targets: Sequence[Target], cpu: str) -> bool:
+def compiles(model: Unit, targets: Sequence[Platform], cpu: str) -> bool:
     """Whether an export has to compile kernels, which takes about 20 s; objects of earlier ones are kept."""
     return isinstance(model, PlantUnit) and bool(to_compile(model.assembly.module.__name__, _jobs(targets, cpu)))
 
 
-def _jobs(targets: Sequence[Target], cpu: str) -> dict[str, ObjectTarget]:
+def _jobs(targets: Sequence[Platform], cpu: str) -> dict[str, ObjectTarget]:
     return {target.name: _object_target(target, cpu) for target in targets}
 
 
-def _object_target(target: Target, cpu: str) -> ObjectTarget:
+def _object_target(target: Platform, cpu: str) -> ObjectTarget:
     if cpu == "native" and target == host():
         native = host_target("native")
         return ObjectTarget(target.triple, native.cpu, native.features)
     return ObjectTarget(target.triple, "generic" if target.name.startswith("aarch64") else "x86-64")
 
 
-def compiler(target: Target, alone: bool) -> list[str]:
+def compiler(target: Platform, alone: bool) -> list[str]:
     """Command of the compiler for a target; gcc only where nothing but this computer is asked for (`alone`).
 
     Raises DataError that names what to install: gcc builds for this one only.
@@ -79,7 +79,7 @@ def fmi_headers() -> Path:
     return folder
 
 
-def _link(target: Target, command: Sequence[str], headers: Path, sources: Sequence[str], folder: Path) -> Path:
+def _link(target: Platform, command: Sequence[str], headers: Path, sources: Sequence[str], folder: Path) -> Path:
     library = folder / f"{target.name}{target.suffix}"
     linux = target.name.endswith("linux")
     kernels = [f"{target.name}.o"] if (folder / f"{target.name}.o").is_file() else []
@@ -102,7 +102,7 @@ def _link(target: Target, command: Sequence[str], headers: Path, sources: Sequen
 
 
 @dataclass(frozen=True)
-class Target:
+class Platform:
     """A platform; `folder2` and `folder3` are its folders below ``binaries`` in FMI 2.0 and 3.0."""
 
     name: str
@@ -116,16 +116,16 @@ class Target:
 TARGETS = {
     t.name: t
     for t in (
-        Target("x86_64-linux", "x86_64-unknown-linux-gnu", "x86_64-linux-gnu.2.17", "linux64", "x86_64-linux", ".so"),
-        Target("x86_64-windows", "x86_64-pc-windows-gnu", "x86_64-windows-gnu", "win64", "x86_64-windows", ".dll"),
-        Target(
+        Platform("x86_64-linux", "x86_64-unknown-linux-gnu", "x86_64-linux-gnu.2.17", "linux64", "x86_64-linux", ".so"),
+        Platform("x86_64-windows", "x86_64-pc-windows-gnu", "x86_64-windows-gnu", "win64", "x86_64-windows", ".dll"),
+        Platform(
             "aarch64-linux", "aarch64-unknown-linux-gnu", "aarch64-linux-gnu.2.17", "aarch64-linux", "aarch64-linux",
             ".so",
         ),
-        Target(
+        Platform(
             "x86_64-darwin", "x86_64-apple-macosx11.0.0", "x86_64-macos.11.0", "darwin64", "x86_64-darwin", ".dylib"
         ),
-        Target(
+        Platform(
             "aarch64-darwin", "arm64-apple-macosx11.0.0", "aarch64-macos.11.0", "aarch64-darwin", "aarch64-darwin",
             ".dylib",
         ),
@@ -133,7 +133,7 @@ TARGETS = {
 }  # fmt: skip
 
 
-def host() -> Target:
+def host() -> Platform:
     """The platform of this computer."""
     machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
     name = f"{machine}-{platform.system().lower()}"
@@ -142,7 +142,7 @@ def host() -> Target:
     return TARGETS[name]
 
 
-def choose(names: str) -> tuple[Target, ...]:
+def choose(names: str) -> tuple[Platform, ...]:
     """Targets of a list like ``host,x86_64-windows``, each once, in the order of the table."""
     wanted = [part.strip() for part in names.split(",") if part.strip()]
     for name in wanted:

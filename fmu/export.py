@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from fmu.archive import check_place, workspace, write_archive
-from fmu.binaries import Target, build, compilers, compiles, host
+from fmu.binaries import Platform, build, compilers, compiles, host
 from fmu.contents import contents
 from fmu.description import DESCRIPTIONS, text
 from fmu.model import PlantUnit, Unit, identifier
@@ -37,7 +37,7 @@ def export(
     model: Unit,
     out: Path,
     chosen: Sequence[int],
-    targets: Sequence[Target],
+    targets: Sequence[Platform],
     cpu: str = "portable",
     announce: Callable[[str], None] | None = None,
 ) -> dict[int, Path]:
@@ -85,7 +85,7 @@ def _try_start(model: Unit) -> None:
         model.plant.equilibrium(model.speed, model.pressure)
 
 
-def core(model: Unit, version: int, targets: Sequence[Target], libraries: dict[str, bytes]) -> dict[str, bytes]:
+def core(model: Unit, version: int, targets: Sequence[Platform], libraries: dict[str, bytes]) -> dict[str, bytes]:
     """Parts of an archive that are needed to run it: description and binaries."""
     found = {"modelDescription.xml": text(DESCRIPTIONS[version](model)).encode()}
     for target in targets:

@@ -13,7 +13,7 @@ import numpy as np
 from fmu.linear_model import numbers
 from fmu.model import wrapper_text
 from fmu.tables import MAGIC, array, row, runs
-from fmu.variables import Variable
+from fmu.variables import UnitVariable
 from rotorsim.control import Law
 from rotorsim.control.runtime import guard, plausibility
 from rotorsim.control.runtime.alarm import SENTENCES
@@ -59,7 +59,7 @@ class LawUnit:
         return self.law.Ts
 
     @cached_property
-    def variables(self) -> tuple[Variable, ...]:
+    def variables(self) -> tuple[UnitVariable, ...]:
         """The table of variables."""
         return tuple(law_variables(self))
 
@@ -87,17 +87,17 @@ class LawUnit:
         }
 
 
-def law_variables(unit: LawUnit) -> Iterator[Variable]:
+def law_variables(unit: LawUnit) -> Iterator[UnitVariable]:
     """Inputs as the plant's unit calls its outputs, outputs as it calls its inputs."""
-    yield Variable("time", "time", "Simulation time.", "s")
+    yield UnitVariable("time", "time", "Simulation time.", "s")
     starts = (0.0, 0.0, unit.speed, unit.pressure)
     words = ("Measured disc x.", "Measured disc y.", "Measured speed.", "Measured gauge pressure.")
     for k, (name, doc, start) in enumerate(zip(INPUTS, words, starts, strict=True)):
-        yield Variable(name, "input", doc, ("m", "m", "rad/s", "Pa")[k], k, start=start)
+        yield UnitVariable(name, "input", doc, ("m", "m", "rad/s", "Pa")[k], k, start=start)
     for k, name in enumerate(OUTPUTS):
-        yield Variable(name, "output", f"Reference along {'xy'[k]}.", "V", k)
+        yield UnitVariable(name, "output", f"Reference along {'xy'[k]}.", "V", k)
     doc = f"Alarm: 0 as long as the law acts fully. {CODES}."
-    yield Variable(ALARM, "output", doc, index=len(OUTPUTS), kind="integer")
+    yield UnitVariable(ALARM, "output", doc, index=len(OUTPUTS), kind="integer")
 
 
 def header(unit: LawUnit) -> str:

@@ -24,7 +24,7 @@ import numpy as np
 
 from fmu.model import wrapper_text
 from fmu.tables import MAGIC, array, row
-from fmu.variables import Variable
+from fmu.variables import UnitVariable
 from identification.local.blackbox import FullStateSpace
 from identification.local.greybox import STRUCTURES
 from identification.lpv.model import LpvModel
@@ -99,7 +99,7 @@ class LinearUnit:
         return np.where(found > 0, found, 1.0)
 
     @cached_property
-    def variables(self) -> tuple[Variable, ...]:
+    def variables(self) -> tuple[UnitVariable, ...]:
         """The table of variables."""
         return tuple(linear_variables(self))
 
@@ -133,29 +133,31 @@ def find_terms(matrices: Matrices, q: int, products: bool) -> Iterator[tuple[int
             yield int(line), int(column), i, j, float(values[line, column])
 
 
-def linear_variables(unit: LinearUnit) -> Iterator[Variable]:
+def linear_variables(unit: LinearUnit) -> Iterator[UnitVariable]:
     """Inputs as the plant's unit calls them, outputs, states and their derivatives."""
     (w0, p0), (w1, p1) = unit.lpv.low, unit.lpv.high
     slack = unit.lpv.slack
-    yield Variable("time", "time", "Simulation time.", "s")
+    yield UnitVariable("time", "time", "Simulation time.", "s")
     for k, axis in enumerate("xy"):
-        yield Variable(f"piezo.ref_{axis}", "input", f"Reference along {axis}.", "V", k, start=0.0)
+        yield UnitVariable(f"piezo.ref_{axis}", "input", f"Reference along {axis}.", "V", k, start=0.0)
     doc = f"Operating point; identified from {w0:.6g} to {w1:.6g} rad/s."
     text = "is outside those the model was identified at, {}; it extrapolates, and this input is in {}"
     speeds = (w0 - slack[0], w1 + slack[0])
     beyond = text.format(f"{w0:.6g} to {w1:.6g} rad/s", "rad/s")
-    yield Variable("shaft.speed_ref", "input", doc, "rad/s", 2, start=unit.speed, checked=speeds, beyond=beyond)
+    yield UnitVariable("shaft.speed_ref", "input", doc, "rad/s", 2, start=unit.speed, checked=speeds, beyond=beyond)
     doc = f"Operating point, gauge; identified from {p0:.6g} to {p1:.6g} Pa."
     pressures = (p0 - slack[1], p1 + slack[1])
     beyond = text.format(f"{p0:.6g} to {p1:.6g} Pa", "Pa, gauge")
-    yield Variable("injection.pressure", "input", doc, "Pa", 3, start=unit.pressure, checked=pressures, beyond=beyond)
+    yield UnitVariable(
+        "injection.pressure", "input", doc, "Pa", 3, start=unit.pressure, checked=pressures, beyond=beyond
+    )
     for k, axis in enumerate("xy"):
         doc = f"Displacement at the disc along {axis}, from the operating point's."
-        yield Variable(f"disc.{axis}", "output", doc, "m", k)
+        yield UnitVariable(f"disc.{axis}", "output", doc, "m", k)
     for k in range(unit.order):
-        yield Variable(f"x[{k + 1}]", "state", f"State {k + 1}.", index=k, start=0.0, typical=float(unit.sizes[k]))
+        yield UnitVariable(f"x[{k + 1}]", "state", f"State {k + 1}.", index=k, start=0.0, typical=float(unit.sizes[k]))
     for k in range(unit.order if unit.continuous else 0):
-        yield Variable(f"der(x[{k + 1}])", "derivative", f"Derivative of state {k + 1}.", index=k)
+        yield UnitVariable(f"der(x[{k + 1}])", "derivative", f"Derivative of state {k + 1}.", index=k)
 
 
 def header(unit: LinearUnit) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 from fmu.importer import ImportedUnit
 from fmu.law_unit import LawUnit
 from fmu.model import PlantUnit, Unit
-from fmu.variables import Variable
+from fmu.variables import UnitVariable
 from rotorsim.base.errors import DataError
 
 SAMPLES = 5
@@ -33,7 +33,7 @@ class Reference:
     outputs: dict[str, np.ndarray]
 
 
-def input_variables(model: Unit) -> list[Variable]:
+def input_variables(model: Unit) -> list[UnitVariable]:
     """Inputs that a run is made of."""
     return [v for v in model.variables if v.store == "input"]
 

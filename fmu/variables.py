@@ -47,7 +47,7 @@ BEFORE_START = ("support", "rotating", "plenum")
 
 
 @dataclass(frozen=True)
-class Variable:
+class UnitVariable:
     """A variable: `store` is where its value lies ('input', 'output', 'parameter', ...), `index` its place there.
 
     A value outside `low` to `high` is refused, for the reason `why`; one outside `checked` is warned of once, with the
@@ -107,12 +107,12 @@ class Variable:
         return display_unit(self.unit, self.start or self.nominal or 0.0)
 
 
-def plant_variables(a: Assembly, speed: float, pressure: float) -> tuple[Variable, ...]:
+def plant_variables(a: Assembly, speed: float, pressure: float) -> tuple[UnitVariable, ...]:
     """All variables of a plant that starts at a speed [rad/s] and gauge pressure [Pa]."""
-    found = [Variable("time", "time", "Simulation time.", "s")]
+    found = [UnitVariable("time", "time", "Simulation time.", "s")]
     found += [*_inputs(a, speed, pressure), *_outputs(a), *_machine_parameters(a), *_effect_parameters(a)]
     found.append(
-        Variable(
+        UnitVariable(
             "noise.seed", "seed", "Makes the sensors' noise and nothing else.", kind="integer", start=0.0, low=0.0,
             high=MOST_SEED, whole=True,
         )
@@ -120,7 +120,7 @@ def plant_variables(a: Assembly, speed: float, pressure: float) -> tuple[Variabl
     return (*found, *_constants(a))
 
 
-def _inputs(a: Assembly, speed: float, pressure: float) -> Iterator[Variable]:
+def _inputs(a: Assembly, speed: float, pressure: float) -> Iterator[UnitVariable]:
     rows = [("shaft.speed_ref", "rad/s", speed, "Speed reached at the end of the coming step; at rest at the start.")]
     if a.film.n_inj:
         rows.append(("injection.pressure", "Pa", pressure, "Gauge pressure of the supply, held over a step."))
@@ -133,16 +133,16 @@ def _inputs(a: Assembly, speed: float, pressure: float) -> Iterator[Variable]:
             (f"disc.force_{axis}", "N", 0.0, f"Force on the shaft where displacement is measured, along {axis}.")
         )
     for k, (name, unit, start, doc) in enumerate(rows):
-        yield Variable(name, "input", doc, unit, k, start=start, **input_limits(a.machine, name))
+        yield UnitVariable(name, "input", doc, unit, k, start=start, **input_limits(a.machine, name))
     doc = "Whether the drive holds the speed; off, the shaft coasts."
-    yield Variable("drive.on", "input", doc, index=len(rows), kind="boolean", start=1.0, low=0.0, high=1.0)
+    yield UnitVariable("drive.on", "input", doc, index=len(rows), kind="boolean", start=1.0, low=0.0, high=1.0)
 
 
 def _mode(a: Assembly) -> str:
     return a.machine.actuators.mode if a.machine.actuators else "ideal"
 
 
-def _outputs(a: Assembly) -> Iterator[Variable]:
+def _outputs(a: Assembly) -> Iterator[UnitVariable]:
     n, fed, has_film = a.rig.n_pin, a.film.n_inj, bool(a.films)
     extra = a.columns - len(COLUMNS)
     at = {name: k for k, name in enumerate(COLUMNS)}
@@ -192,12 +192,12 @@ def _outputs(a: Assembly) -> Iterator[Variable]:
     if fed:
         rows.append(("meas.pressure", "Pa", at["pressure_measured"], "Injection pressure as its transducer reads it."))
     for name, unit, column, doc in rows:
-        yield Variable(name, "output", doc, unit, column)
+        yield UnitVariable(name, "output", doc, unit, column)
     if has_film:
         doc = "Whether the journal touched its sleeve during the last step."
-        yield Variable("film.touchdown", "output", doc, index=at["contact"], kind="boolean")
+        yield UnitVariable("film.touchdown", "output", doc, index=at["contact"], kind="boolean")
         shape = (a.film.n_theta, a.machine.grid.n_z)
-        yield Variable("film.pressure", "pressure", "Absolute film pressure over theta and z.", "Pa", shape=shape)
+        yield UnitVariable("film.pressure", "pressure", "Absolute film pressure over theta and z.", "Pa", shape=shape)
 
 
 def _each_film(a: Assembly) -> Iterator[tuple[str, str, int, str]]:
@@ -230,10 +230,10 @@ def place(a: Assembly, *path: str, item: int = 0) -> int:
 
 def _parameter(
     name: str, known: Quantity, index: int, value: float, tunable: bool, bounds: tuple[float, float] | None = None
-) -> Variable:
+) -> UnitVariable:
     """Parameter declared by a `Quantity`, within its limits or narrower `bounds`."""
     low, high = bounds or known.bounds
-    return Variable(
+    return UnitVariable(
         name, "parameter", known.doc, known.unit, index, start=value, low=low, high=high,
         whole=bool(known.multiple), tunable=tunable,
     )  # fmt: skip
@@ -245,7 +245,7 @@ def _declared(part: type[Part], field: str) -> Quantity:
     return found
 
 
-def _machine_parameters(a: Assembly) -> Iterator[Variable]:
+def _machine_parameters(a: Assembly) -> Iterator[UnitVariable]:
     P = a.P
     if len(a.films) == 1:
         known = _declared(Gas, "viscosity")
@@ -284,7 +284,7 @@ def _paths(a: Assembly) -> Iterator[tuple[str, str, Effect]]:
                 yield f"effects.{name}" if len(effects) == 1 else f"effects.{name}[{i + 1}]", record, effect
 
 
-def _effect_parameters(a: Assembly) -> Iterator[Variable]:
+def _effect_parameters(a: Assembly) -> Iterator[UnitVariable]:
     for path, record, effect in _paths(a):
         for name, known in quantities(effect).items():
             if name not in WHERE:
@@ -293,7 +293,7 @@ def _effect_parameters(a: Assembly) -> Iterator[Variable]:
                 yield _parameter(f"{path}.{name}", known, index, value, effect.port not in BEFORE_START, bounds)
 
 
-def _constants(a: Assembly) -> Iterator[Variable]:
+def _constants(a: Assembly) -> Iterator[UnitVariable]:
     gas = a.machine.gas
     rows = [("gas.ambient_pressure", "Pa", gas.ambient_pressure, "Absolute ambient pressure.")]
     for k, film in enumerate(a.machine.films, 1):
@@ -314,7 +314,7 @@ def _constants(a: Assembly) -> Iterator[Variable]:
         if getattr(effect, "bearing", None) is not None:
             rows.append((f"{path}.bearing", "1", effect.bearing, "Index of the bearing that the effect is about."))  # type: ignore[attr-defined]
     for name, unit, value, doc in rows:
-        yield Variable(name, "constant", doc, unit, start=float(value))
+        yield UnitVariable(name, "constant", doc, unit, start=float(value))
 
 
 HALVINGS = 60
@@ -324,7 +324,7 @@ SLACK = 1.001
 
 
 def input_limits(machine: Machine, name: str) -> dict[str, Any]:
-    """Limits of an input, as fields of a `Variable`: refused beyond `low` and `high`, warned of beyond `checked`."""
+    """Limits of an input, as fields of a variable: refused beyond `low` and `high`, warned of beyond `checked`."""
     if name == "shaft.speed_ref":
         return _speed_limits(machine)
     if name == "injection.pressure":

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from reynolds import kernels
 from reynolds.errors import FilmError
-from reynolds.grid import Grid, Layout, cells
+from reynolds.grid import FilmGrid, Layout, cells
 from reynolds.injector import Injector
 from reynolds.perturbation import common_kernels, dynamic_stiffness, linear_film
 from reynolds.sleeve import PLAIN, Sleeve
@@ -28,9 +28,9 @@ class SteadyFilm:
     """Steady film: pressure (n_theta, n_z) [Pa, absolute] at the interval centres `z`, force (2,) [N] on the journal.
 
     A pressure is the mean of the two adjacent nodes, so that the force is exactly the sum of (p - pa) over the
-    cells; `p_max` is the highest nodal value. `mass_flow` (n_inj,) [kg/s] through each injector into the film,
-    `plenum` (n_inj,) [Pa, absolute], `friction_torque` [N m] against the rotation, `h_min` [m], `edge_flow` [kg/s]
-    out of the two edges.
+    cells where no edge of a pocket, land or lobe cuts them; `p_max` is the highest nodal value. `mass_flow` (n_inj,)
+    [kg/s] through each injector into the film, `plenum` (n_inj,) [Pa, absolute], `friction_torque` [N m] against the
+    rotation, `h_min` [m], `edge_flow` [kg/s] out of the two edges.
     """
 
     pressure: Array
@@ -112,7 +112,7 @@ class GasBearing:
             self.viscosity, self.ambient_pressure, self.temperature, self.gas_constant, self.heat_capacity_ratio,
             self.mean_free_path,
         )  # fmt: skip
-        grid = Grid(self.radius, self.length, self.n_theta, self.n_z, half)
+        grid = FilmGrid(self.radius, self.length, self.n_theta, self.n_z, half)
         return FilmModel(grid, self.clearance, gas, tuple(self.injectors), sleeve=self.sleeve)
 
     @cached_property

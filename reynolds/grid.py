@@ -42,6 +42,8 @@ STRETCH = 14
 """Numbers of a stretch of the sleeve that is smooth, in w[stretches]: line, first and last share of the step to the
 next, middle of its arc [rad], depth [m]; at either end the direction x and y, distance from the centre [m] and its
 derivative after the angle; whether the distance jumps where it begins."""
+LAMINATE = 5
+"""Numbers of a lane of pieces in w[laminate]: those of `reynolds.texture.medium`."""
 
 
 class Layout(NamedTuple):
@@ -209,7 +211,7 @@ class Texture:
 
 
 @dataclass(frozen=True)
-class Grid:
+class FilmGrid:
     """A theta-z grid over a bearing of radius `radius` and length `length` [m]."""
 
     radius: float
@@ -262,7 +264,7 @@ class Grid:
 
 
 def make_layout(
-    grid: Grid, law: int, source_sizes: list[int], reader_sizes: list[int], rarefied: bool = False,
+    grid: FilmGrid, law: int, source_sizes: list[int], reader_sizes: list[int], rarefied: bool = False,
     foil: bool = False, texture: Texture | None = None, edges: int = 0,
 ) -> Layout:  # fmt: skip
     """Lay the film's arrays out; sizes are the footprint cells of each injector, `edges` those of lobes and pockets.
@@ -282,7 +284,7 @@ def make_layout(
     further |= {
         "line_piece": lines, "line_lift": lines, "line_cover": lines * form.steps,
         "row_piece": patches, "row_slant": patches, "row_cover": patches * form.steps,
-        "step_depth": form.steps, "groove": 4 * textured, "laminate": 5 * form.pieces * textured,
+        "step_depth": form.steps, "groove": 4 * textured, "laminate": LAMINATE * form.pieces * textured,
     }  # fmt: skip
     sizes |= {name: n_inj for name in INJECTOR_ARRAYS}
     sizes |= {

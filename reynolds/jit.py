@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import cache, cached_property, partial, update_wrapper
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from rotorsim.base.cache import in_cache, kernels_in
 from rotorsim.base.interrupt import apart
@@ -42,19 +42,27 @@ class BuildingBlock:
         update_wrapper(self, function)
 
     @cached_property
-    def compiled(self) -> Callable[..., Any]:
-        """Numba's function, made when it is first asked for."""
+    def compiled(self) -> Any:
+        """Numba's function, made when it is first asked for.
+
+        Kernels merge it as a part: machine code of its own, and what makes a layout's hundred numbers of Python's, are
+        only there where Python calls it.
+        """
         import numba
+        from numba.core import config
 
         from reynolds.compiler import KernelCompiler
 
-        made: Callable[..., Any] = numba.njit(forceinline=True, pipeline_class=KernelCompiler, **_OPTIONS)(self.py_func)
+        made = cast(Any, numba.njit(forceinline=True, pipeline_class=KernelCompiler, **_OPTIONS)(self.py_func))
+        if not config.DISABLE_JIT:
+            made.get_call_template = lambda given, named: merged(self).get_call_template(given, named)
+            made.get_overload = lambda signature: merged(self).get_overload(signature)
         return made
 
     @property
     def _numba_type_(self) -> Any:
         """Type by which numba knows it among the names of a kernel's module."""
-        return self.compiled._numba_type_  # type: ignore[attr-defined]
+        return self.compiled._numba_type_
 
     def __call__(self, *arguments: Any) -> Any:
         """Value for numbers and arrays, from machine code."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from reynolds.film import closest_places, force, smallest_gap
+from reynolds.film import HALVINGS, closest_places, force, smallest_gap
+from reynolds.grid import PLACE
 from reynolds.jit import kernel
 from reynolds.newton import NOT_CONVERGED, STALE_FACTORS, newton, refresh
 from reynolds.steady import begin_pseudo_step
@@ -55,6 +56,24 @@ def least_gap(w, F, L):
     """Smallest gap [m] round the journal where it is, in a sleeve that no effect changes."""
     places = closest_places(w, F, L, w[L.journal], w[L.journal + 1], F.clearance, F.uneven)
     return smallest_gap(w, L, places, F.clearance)
+
+
+@kernel
+def room(w, F, L, c, s):
+    """Distance [m] that the journal can move towards (c, s) until the gap closes.
+
+    From far outside the closest places lead to it by Newton's method, since the smallest gap is concave.
+    """
+    distance = 10.0 * F.wide
+    for _ in range(HALVINGS):
+        before, distance = distance, 1e300
+        for k in range(closest_places(w, F, L, before * c, before * s, F.clearance, F.uneven)):
+            o = L.places + PLACE * k
+            if w[o + 1] > 0.0:
+                distance = min(distance, w[o] / w[o + 1] * before)
+        if abs(distance - before) < 1e-15:
+            return distance
+    return distance
 
 
 @kernel

@@ -27,7 +27,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from reynolds.errors import FilmError
-from reynolds.grid import JUMP, Grid, Layout, cells, fill
+from reynolds.grid import JUMP, FilmGrid, Layout, cells, fill
 from rotorsim.base.quantity import number
 from rotorsim.base.units import show
 
@@ -45,6 +45,10 @@ class SleeveForm:
     def misfits(self, length: float) -> Iterator[tuple[str, str]]:
         """Values that do not fit a film of a `length` [m]: fields and sentences."""
         return iter(())
+
+    def remedy(self, load: float, clearance: float, area: float) -> str:
+        """Remedy where a `load` [N] alone closes a `clearance` [m] over an `area` [m^2]; empty where it does not."""
+        return ""
 
 
 @dataclass(frozen=True)
@@ -182,7 +186,7 @@ class Grooves(SleeveForm):
             yield "land", f"'{show(self.land, 'm')}' goes with a herringbone; remove it"
 
     def misfits(self, length: float) -> Iterator[tuple[str, str]]:
-        """The land leaves grooves beside it."""
+        """The land leaves grooves on both sides."""
         if self.land >= length:
             yield (
                 "land",
@@ -224,6 +228,14 @@ class Foil(SleeveForm):
         """Relaxation time [s] of the foundation."""
         return self.loss_factor / self.loss_frequency
 
+    def remedy(self, load: float, clearance: float, area: float) -> str:
+        """A stiffer foil where the `load` [N] bends it by more than the `clearance` [m] over an `area` [m^2]."""
+        if load <= self.stiffness * clearance * area:
+            return ""
+        least = show(float(f"{load / (clearance * area):.1g}"), "N/m^3")
+        bent = show(float(f"{load / (self.stiffness * area):.2g}"), "m")
+        return f"the load bends the foil by {bent}; give a foil well above '{least}'"
+
 
 @dataclass(frozen=True)
 class Sleeve:
@@ -259,6 +271,13 @@ class Sleeve:
             yield from ((f"{path}.{name}", sentence) for name, sentence in form.misfits(length))
         if self.grooves is not None and self.steps:
             yield "steps", "do not go with grooves in the same film; remove the ones or the others"
+
+    @property
+    def modules(self) -> tuple[str, ...]:
+        """Modules of `reynolds` that compute it and not a plain cylinder."""
+        foil, textured = self.foil is not None, self.textured
+        needed = {"sleeve": foil, "texture": textured, "differences": foil or textured}
+        return tuple(name for name, there in needed.items() if there)
 
     @property
     def textured(self) -> bool:
@@ -307,7 +326,7 @@ class Pieces:
     and `row_cover` (..., n_steps) say which pockets are there, `slant` (patches, most) the sign of the groove angle.
     """
 
-    def __init__(self, layout: Layout, grid: Grid, sleeve: Sleeve, clearance: float) -> None:
+    def __init__(self, layout: Layout, grid: FilmGrid, sleeve: Sleeve, clearance: float) -> None:
         self.most, lobes = layout.pieces, sleeve.lobes
         steps = (*sleeve.steps, *[NO_STEPS] * (layout.n_steps - len(sleeve.steps)))
         jumps = np.zeros(0) if lobes is None else lobes.edges
@@ -370,7 +389,7 @@ class Pieces:
                 piece[cell, : order.size] = values[order]
         return lengths, kinds, middles
 
-    def carried(self, sleeve: Sleeve, clearance: float, grid: Grid) -> np.ndarray:
+    def carried(self, sleeve: Sleeve, clearance: float, grid: FilmGrid) -> np.ndarray:
         """Shares (line, patch, piece, piece, 2, 2) of a patch that its pieces give its four nodes.
 
         Along both axes the pressure falls from side to side as the resistance of pockets and grooves that is passed,
@@ -410,7 +429,7 @@ ON_A_LINE = 1e-9
 """Share of a cell within which an edge counts as on the line."""
 
 
-def fill_texture(w: np.ndarray, layout: Layout, grid: Grid, sleeve: Sleeve, clearance: float) -> None:
+def fill_texture(w: np.ndarray, layout: Layout, grid: FilmGrid, sleeve: Sleeve, clearance: float) -> None:
     """Write steps, grooves and jumps into the workspace: per patch between four nodes, the pieces of the patches that
     edges cut, and the mean depth about the nodes."""
     pieces = Pieces(layout, grid, sleeve, clearance)
@@ -448,11 +467,15 @@ def fill_texture(w: np.ndarray, layout: Layout, grid: Grid, sleeve: Sleeve, clea
     deep = (carried * (texture[0] * texture[1]).transpose(0, 2, 1, 3)[..., None, None]).sum(axis=(2, 3))
     fill(w, layout.deep, layout, _about_nodes(deep, grid) + pieces.raised[:, None], 0.0)
     more = _about_nodes(np.where(mixed[..., None, None], carried.sum(axis=(2, 3)) - 0.25, 0.0), grid)
+    edge = cells(layout)[:, -1] + 1
     for offset in (layout.force_x, layout.force_y):
-        w[offset + cells(layout)] *= 1.0 + more
+        added = w[offset + cells(layout)] * more
+        w[offset + cells(layout)] += added
+        # over the ambient pressure, which the edge has
+        w[offset + edge] = -added.sum(axis=1)
 
 
-def _about_nodes(quarters: np.ndarray, grid: Grid) -> np.ndarray:
+def _about_nodes(quarters: np.ndarray, grid: FilmGrid) -> np.ndarray:
     """Sums (n_theta, n_rows) about the nodes of what the quarters (line, patch, 2, 2) of the patches hold."""
     about = quarters[:, :, 0] + np.roll(quarters[:, :, 1], 1, axis=0)
     before, behind = about[..., 1], about[..., 0]
@@ -461,7 +484,7 @@ def _about_nodes(quarters: np.ndarray, grid: Grid) -> np.ndarray:
     return np.asarray(below + (behind if grid.half else behind[:, 1:]))
 
 
-def stretches(sleeve: Sleeve, grid: Grid, clearance: float) -> np.ndarray:
+def stretches(sleeve: Sleeve, grid: FilmGrid, clearance: float) -> np.ndarray:
     """Stretches (n, STRETCH) between lines of the grid and edges of lobes and pockets, within which the form is smooth.
 
     Pockets count where they are as long as the film: else the land at their ends is closer.

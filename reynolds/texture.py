@@ -39,10 +39,8 @@ Cites: hamrock_2004, vohr_1965.
 from __future__ import annotations
 
 from reynolds.film import shear_gap, slip_length, smooth_torque
+from reynolds.grid import LAMINATE
 from reynolds.jit import inlined, kernel
-
-LAMINATE = 5
-"""Numbers of a lane in w[laminate]: those of `medium`."""
 
 
 @inlined

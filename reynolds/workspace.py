@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from reynolds.errors import FilmError
-from reynolds.grid import Grid, Layout, Texture, cells, fill, make_layout
+from reynolds.grid import FilmGrid, Layout, Texture, cells, fill, make_layout
 from reynolds.injector import LAWS, Footprint, Injector, footprint, nozzle_coefficients
 from reynolds.sleeve import PLAIN, Sleeve, fill_texture, stretches
 
@@ -49,7 +49,7 @@ class FilmModel:
     `rarefied` compiles the slip at the walls in, also where the gas does not slip.
     """
 
-    grid: Grid
+    grid: FilmGrid
     clearance: float
     gas: FilmGas = FilmGas()
     injectors: tuple[Injector, ...] = ()

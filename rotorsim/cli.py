@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rotorsim.base.errors import LeftOut, NoCache, NotCarried, OtherMachine, RotorsimError, Unusual
+from rotorsim.base.errors import NoCache, NotCarried, OtherMachine, PackageLeftOut, RotorsimError, Unusual
 from rotorsim.base.files import WriteError, write_error
 from rotorsim.base.interrupt import interrupted, leave, watched
 from rotorsim.base.sentences import VisibleStream
@@ -70,7 +70,7 @@ def command(arguments: list[str], app: Any = None) -> None:
 
 def _show(usual: Callable[..., None], message: Warning | str, category: type[Warning], *where: Any) -> None:
     """Show a warning: one of ours as its sentence."""
-    if issubclass(category, (LeftOut, NoCache, NotCarried, OtherMachine)):
+    if issubclass(category, (PackageLeftOut, NoCache, NotCarried, OtherMachine)):
         print(message, file=sys.stderr)
     else:
         usual(message, category, *where)

@@ -6,7 +6,8 @@ The output-error model simulates; the prediction-error model (thesis, eqs. C.6 a
 K (y - y^) at every sample. Regressors phi that are linear (offsets, harmonics of the shaft angle) are projected out, so
 their coefficients c never enter the iteration. Source: Ljung, System Identification (1999), sections 7.2, 10.2.
 
-The parameters take steps with or without bounds.
+The parameters take steps with or without bounds. The iteration is an own one, because kernels sum the normal equations
+sample by sample, with initial states and regressors eliminated, where SciPy's solvers ask for the whole Jacobian.
 
 .. math:: (N + \lambda\,\mathrm{diag} N)\, \Delta = g, \qquad \theta_{low} \le \theta + \Delta \le \theta_{high}
 

@@ -33,7 +33,7 @@ from identification.errors import UnfitError
 from identification.local.blackbox import FullStateSpace
 from identification.local.goodness import project
 from identification.local.greybox import DELAYED, RATED, STRUCTURES, Structure, modes
-from identification.local.least_squares import GreyBox, problem_of
+from identification.local.least_squares import GreyBox, damped_step, problem_of
 from identification.local.models import LinearModel
 from identification.local.response_fit import response_with_derivatives
 from identification.local.result import Identification
@@ -132,13 +132,10 @@ def minimise(normal, c: np.ndarray, iterations: int) -> np.ndarray:  # type: ign
     """Coefficients (q, t) where normal(c) -> (N, g, cost) comes to rest, by Levenberg and Marquardt."""
     damping, (N, g, cost) = 1e-4, normal(c)
     for _ in range(iterations):
-        scale = np.sqrt(np.maximum(np.diag(N), 1e-300))
-        M, s = N / np.outer(scale, scale), g / scale
-        step = np.linalg.solve(M + damping * np.eye(len(M)), s)
-        promised = float(2 * step @ s - step @ M @ step)
+        step, promised = damped_step(N, g, damping)
         if promised < 1e-8 * cost:
             break
-        trial = c + (step / scale).reshape(c.shape)
+        trial = c + step.reshape(c.shape)
         found = normal(trial)
         if np.isfinite(found[2]) and found[2] < cost:
             c, (N, g, cost), damping = trial, found, damping / 10

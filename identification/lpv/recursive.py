@@ -31,9 +31,8 @@ from identification.lpv import recursive_kernel as kernel
 from identification.lpv.model import LpvModel
 from identification.lpv.surfaces import SAME, Basis, fit_surfaces, make_basis
 from identification.records.checks import WAY_OUT, controller_of
-from identification.records.prefilter import measured
 from identification.records.sampling import sampling_time
-from identification.records.schema import require
+from identification.records.schema import measured, require
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -22,7 +22,7 @@ import numpy as np
 
 from identification.errors import UnfitError
 from identification.records.examination import examine
-from identification.records.prefilter import measured
+from identification.records.schema import measured, measured_name
 from identification.records.stretches import DRIFT, Signals
 from rotorsim.base.constants import TO_UM
 
@@ -61,8 +61,8 @@ def check_record(record: xr.Dataset, Ts: float) -> None:
 
 
 def _drop_outs(record: xr.Dataset, Ts: float) -> None:
-    name = "disc_measured" if "disc_measured" in record else "disc"
-    if name not in record:
+    name = measured_name(record, "disc")
+    if not name:
         return
     for axis, values in zip("xy", np.asarray(record[name].values, float).T, strict=True):
         same = np.concatenate([[False], np.diff(values) == 0, [False]])

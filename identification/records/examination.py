@@ -20,7 +20,7 @@ import numpy as np
 
 from identification.errors import SchemaError
 from identification.records.sampling import nominal_rate, problems
-from identification.records.schema import VECTORS, named_axes, notes_of, validate
+from identification.records.schema import VECTORS, measured, measured_name, named_axes, notes_of, validate
 from identification.records.stretches import without_gaps
 from identification.records.table import clipped
 from rotorsim.base.constants import TO_RPM
@@ -117,22 +117,22 @@ def _size(record: xr.Dataset, name: str) -> Suspicion | None:
 
 def _angle(record: xr.Dataset) -> list[Suspicion]:
     """Whether the angle runs on, and as fast as the speed signal."""
-    names = [name for name in ("angle_measured", "angle") if name in record]
-    if not names or record.sizes["time"] < 3:
+    name = measured_name(record, "angle")
+    if not name or record.sizes["time"] < 3:
         return []
-    angle, time = (np.asarray(record[name].values, float) for name in (names[0], "time"))
+    angle, time = (np.asarray(record[key].values, float) for key in (name, "time"))
     steps = np.diff(angle)
     if np.any(np.abs(steps) > pi) and np.median(np.abs(steps)) < pi / 2:
-        return [Suspicion(f"{names[0]}: jumps by more than half a turn from sample to sample; if it wraps, unwrap it")]
-    speed = next((record[name].values for name in ("speed_measured", "speed") if name in record), None)
+        return [Suspicion(f"{name}: jumps by more than half a turn from sample to sample; if it wraps, unwrap it")]
+    speed = measured(record, "speed")
     if speed is None or not np.all(np.isfinite(speed)) or not np.mean(speed) or not time[-1] > time[0]:
         return []
     ratio = abs(float((angle[-1] - angle[0]) / (time[-1] - time[0]) / np.mean(speed)))
     hits = [text for text, expected in _SLOPES.items() if abs(ratio / expected - 1) < 0.02]
     if hits:
-        return [Suspicion(f"{names[0]}: turns {ratio:.4g} times as fast as the speed signal; {hits[0]}")]
+        return [Suspicion(f"{name}: turns {ratio:.4g} times as fast as the speed signal; {hits[0]}")]
     if abs(ratio - 1) > 0.05:
-        return [Suspicion(f"{names[0]}: turns {ratio:.4g} times as fast as the speed signal; check both units", False)]
+        return [Suspicion(f"{name}: turns {ratio:.4g} times as fast as the speed signal; check both units", False)]
     return []
 
 
@@ -170,12 +170,11 @@ def vector_hints(vectors: xr.Dataset) -> list[str]:
 
 def series_hints(record: xr.Dataset) -> list[str]:
     """Hints about a time series with an angle and x and y of the disc."""
-    angle = next((record[name] for name in ("angle_measured", "angle") if name in record), None)
-    disc = next((record[name] for name in ("disc_measured", "disc") if name in record), None)
+    angle, disc = measured(record, "angle"), measured(record, "disc")
     if angle is None or disc is None or disc.ndim != 2 or disc.shape[1] != 2:
         return []
     step = max(1, disc.shape[0] // EVERY)
-    motion, turned = np.asarray(disc.values, float)[::step], np.asarray(angle.values, float)[::step]
+    motion, turned = disc[::step], angle[::step]
     whole = np.isfinite(motion).all(axis=1) & np.isfinite(turned)
     if np.count_nonzero(whole) < 100 or np.ptp(turned[whole]) < 8 * np.pi:
         return []

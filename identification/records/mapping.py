@@ -55,7 +55,7 @@ from identification.errors import ReadError
 from identification.records.runout import SlowRollSource, parse_slow_roll
 from identification.records.schema import AXES, VARIABLES, VECTORS
 from identification.records.sensors import OWN, Keyphasor, LabProbe, split_probe
-from identification.records.units import quantity, quantity_at
+from identification.records.units import quantity_at
 from rotorsim.base import toml_text as tomllib
 from rotorsim.base.file_kinds import instead
 from rotorsim.base.sentences import did_you_mean, quote
@@ -322,17 +322,11 @@ def _constant(name: str, value: Any) -> float:
     if name not in VARIABLES or VARIABLES[name].dims:
         known = [n for n, variable in VARIABLES.items() if not variable.dims]
         raise ReadError(f"constants.{name}: no quantity that a constant can give; {did_you_mean(name, known)}")
-    try:
-        return quantity(value, VARIABLES[name].units)
-    except ReadError as error:
-        raise ReadError(f"constants.{name}: {error}") from error
+    return quantity_at(f"constants.{name}", value, VARIABLES[name].units)
 
 
 def _rate(value: Any) -> float:
-    try:
-        rate = quantity(value, "Hz")
-    except ReadError as error:
-        raise ReadError(f"time.sample_rate: {error}") from error
+    rate = quantity_at("time.sample_rate", value, "Hz")
     if rate <= 0:
         raise ReadError(f"time.sample_rate: {quote(value)} must be above 0")
     return rate

@@ -18,7 +18,7 @@ import numpy as np
 from identification.errors import UnfitError
 from identification.records.runout import HARMONICS, Runout, estimate_runout, fitting_count, harmonics
 from identification.records.sampling import sampling_time
-from identification.records.schema import require, validate
+from identification.records.schema import measured, require, validate
 from identification.records.sensors import probe_outputs
 from identification.records.stretches import Signals
 
@@ -41,7 +41,7 @@ class Prefilter:
     runout: 'harmonic', 'table' or 'none'; harmonics: number in the filter; median: odd number of samples of a running
     median against spikes, 1 for none (it changes the displacement so that standard deviations no longer hold); lowpass:
     corner of the Butterworth filter [Hz], None for none; order: its order; bias: subtract the rest's mean; probes:
-    names of the probes whose motion in x and y is the output (see `records.probes`), the disc's where there are none.
+    names of the probes whose motion in x and y is the output (see `records.sensors`), the disc's where there are none.
 
     Examples
     --------
@@ -58,14 +58,6 @@ class Prefilter:
     order: int = 4
     bias: bool = True
     probes: tuple[str, ...] = ()
-
-
-def measured(record: xr.Dataset, name: str) -> np.ndarray | None:
-    """The measured channel, or the true one where there is no other; None where there is none."""
-    for key in (f"{name}_measured", name):
-        if key in record:
-            return np.asarray(record[key].values, float)
-    return None
 
 
 def chosen_output(record: xr.Dataset, settings: Prefilter | None) -> xr.Dataset:

@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import ReadError, SchemaError, UnfitError
-from identification.records.schema import AXES, with_notes
+from identification.records.schema import AXES, measured, with_notes
 from identification.records.units import amplitude_at, quantity_at
 from rotorsim.base.constants import TO_RPM
 from rotorsim.base.sentences import quote
@@ -269,10 +269,10 @@ def _less_harmonics(record: xr.Dataset, how: SlowRollSource, slow: xr.Dataset | 
 
 
 def _turning(record: xr.Dataset, which: str) -> tuple[np.ndarray, np.ndarray]:
-    angle = next((record[name].values for name in ("angle_measured", "angle") if name in record), None)
+    angle = measured(record, "angle")
     if angle is None or "disc_measured" not in record:
         raise SchemaError(f"slow roll: {which} has no shaft angle or no disc_measured; map a keyphasor and the probes")
-    return np.asarray(angle, float), np.asarray(record["disc_measured"].values, float)
+    return angle, np.asarray(record["disc_measured"].values, float)
 
 
 def _speed(record: xr.Dataset, angle: np.ndarray) -> float:

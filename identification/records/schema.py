@@ -260,6 +260,17 @@ def require(record: xr.Dataset, *names: str, use: str) -> xr.Dataset:
     return record
 
 
+def measured_name(record: xr.Dataset, name: str) -> str:
+    """Name of the measured channel, or of the true one where there is no other; empty where there is none."""
+    return next((key for key in (f"{name}_measured", name) if key in record), "")
+
+
+def measured(record: xr.Dataset, name: str) -> np.ndarray | None:
+    """Values of the measured channel, or of the true one where there is no other; None where there is none."""
+    key = measured_name(record, name)
+    return np.asarray(record[key].values, float) if key else None
+
+
 def known_variable(name: str) -> Variable:
     """The entry of the schema; raises SchemaError for a name that is not in it."""
     if name not in VARIABLES:

@@ -8,7 +8,7 @@ from .load_capacity import load_capacity as load_capacity
 from .machine_map import map_machine as map_machine
 from .mode_shapes import mode_shapes as mode_shapes
 from .operating_map import operating_map as operating_map
-from .point import Point as Point, operating_point as operating_point
+from .point import OperatingPoint as OperatingPoint, operating_point as operating_point
 from .safe_region import safe_region as safe_region
 from .shaft_motion import shaft_motion as shaft_motion
 from .sweeps.sweep import SweepResult as SweepResult, sweep as sweep

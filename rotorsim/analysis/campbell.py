@@ -100,14 +100,14 @@ def along_speeds(found: ModesOverSpeed, speeds: np.ndarray, count: int) -> tuple
     followed, place = found.followed, {float(v): k for k, v in enumerate(speeds)}
     every = np.full((len(followed.branches), len(speeds)), np.nan, complex)
     senses = np.full(every.shape, np.nan)
-    asked = {i: node for i, node in enumerate(followed.nodes) if node.at in place and node.pencil is not None}
-    orbits = {i: roundness(node.pencil, node.modes.right) for i, node in asked.items() if node.pencil is not None}
-    inside = {i: found.region.holds(node.modes.values) for i, node in asked.items()}
-    for b, branch in enumerate(followed.branches):
-        for i, k in branch.places:
-            if i in asked and inside[i][k]:
-                every[b, place[asked[i].at]] = asked[i].modes.values[k]
-                senses[b, place[asked[i].at]] = orbits[i][k]
+    number = [dict(branch.places) for branch in followed.branches]
+    for i, node in enumerate(followed.nodes):
+        if node.at not in place or node.pencil is None:
+            continue
+        s, orbits = node.modes.values, roundness(node.pencil, node.modes.right)
+        inside = found.region.holds(s)
+        for b in (b for b, one in enumerate(number) if i in one and inside[one[i]]):
+            every[b, place[node.at]], senses[b, place[node.at]] = s[number[b][i]], orbits[number[b][i]]
     seen = [b for b in range(len(every)) if np.isfinite(every[b]).any()]
     shown = sorted(seen, key=lambda b: float(np.nanmin(np.abs(every[b]))))[:count]
     return every[shown], senses[shown], shown

@@ -111,7 +111,7 @@ class AtPoint(Analysis):
 
 
 @dataclass(frozen=True)
-class OperatingPoint(AtPoint):
+class AtEquilibrium(AtPoint):
     """Gas flow, least damping ratio and first natural frequency at an operating point."""
 
     name: ClassVar[str] = "operating_point"
@@ -163,7 +163,7 @@ class Peak(Analysis):
         return "carried and stable at no speed"
 
 
-ANALYSES: dict[str, type[Analysis]] = {kind.name: kind for kind in (LiftOff, Onset, OperatingPoint, Load, Peak)}
+ANALYSES: dict[str, type[Analysis]] = {kind.name: kind for kind in (LiftOff, Onset, AtEquilibrium, Load, Peak)}
 """Every analysis by its name."""
 
 __all__ = ["ANALYSES", "REASON", "Analysis"]

@@ -52,7 +52,7 @@ READ_BY = {
 """Command that reads a kind of file; the one of netCDF files reads records."""
 
 
-def own_kind(path: str | Path) -> str:
+def kind_in_words(path: str | Path) -> str:
     """Kind of rotorsim file in words; empty for a record, a foreign file or an unreadable one."""
     try:
         with Path(path).open("rb") as file:
@@ -83,7 +83,7 @@ def _by_keys(content: Mapping[str, Any]) -> str:
 
 def instead(path: str | Path, wanted: str, ours: str) -> str:
     """'is a plan ..., not a record (... reads it)' for a file of rotorsim of another kind than `ours`, else empty."""
-    found = own_kind(path)
+    found = kind_in_words(path)
     if not found or found == ours:
         return ""
     which = "a record" if found == "a netCDF file" else "it"

@@ -12,6 +12,7 @@ the few milliseconds of a flush can cost the file, and an error of the disk othe
 from __future__ import annotations
 
 import atexit
+import errno
 import io
 import os
 import signal
@@ -34,6 +35,8 @@ LARGEST = 2e9
 """Size [byte] of the data that any file may declare."""
 DENSEST = 2000.0
 """Largest ratio of declared data to the size of a larger file; gzip packs zeros by 1 : 1032."""
+NO_RESERVATION = (errno.EOPNOTSUPP, errno.ENOSYS, errno.EINVAL)
+"""Error numbers of disks that reserve no space, where zeros are written in its place."""
 TIMED_OUT = (-signal.SIGXCPU, -signal.SIGKILL) if os.name == "posix" else ()
 """Exit codes of a check that took too long."""
 
@@ -66,9 +69,11 @@ class DiskFile(io.RawIOBase):
         end = self._size + more
         if end <= self._reserved:
             return
-        if hasattr(os, "posix_fallocate"):
+        try:
             os.posix_fallocate(self._disk.fileno(), self._reserved, end - self._reserved)
-        else:
+        except (AttributeError, OSError) as error:
+            if isinstance(error, OSError) and error.errno not in NO_RESERVATION:
+                raise
             self._disk.seek(self._reserved)
             _write(self._disk, bytes(end - self._reserved))
         self._reserved = end

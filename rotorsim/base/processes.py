@@ -210,12 +210,12 @@ def _main_program() -> dict[str, Any]:
 
 def main() -> None:
     """Call functions until the end of the input."""
-    from rotorsim.base.errors import LeftOut, Unusual
+    from rotorsim.base.errors import PackageLeftOut, Unusual
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     results = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what libraries print must not be taken for a result
-    for known in (LeftOut, Unusual):  # the parent has warned or asked
+    for known in (PackageLeftOut, Unusual):  # the parent has warned or asked
         warnings.simplefilter("ignore", known)
     calls: SimpleQueue[bytes] = SimpleQueue()
     threading.Thread(target=_listen, args=(calls,), daemon=True).start()

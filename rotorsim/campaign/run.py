@@ -88,7 +88,7 @@ LOG_EVERY = 30.0
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CampaignOutcome:
     """Outcome of a campaign run: cases by status, cases run now, time [s], stopping signal or 0.
 
     `busy` [s] is the time from the first case that came back to the last: without start and compilation.
@@ -126,7 +126,7 @@ class Settings:
     physics: str = "rotorsim"
 
 
-def run_campaign(plan: Plan, folder: Path, settings: Settings | None = None) -> Outcome:
+def run_campaign(plan: Plan, folder: Path, settings: Settings | None = None) -> CampaignOutcome:
     """Run the remaining cases of a plan in the store `folder`, which is created if missing.
 
     Raises
@@ -149,7 +149,7 @@ def run_campaign(plan: Plan, folder: Path, settings: Settings | None = None) -> 
         return CampaignRun(store, index, chosen).run()
 
 
-def retry(folder: Path, settings: Settings | None = None) -> Outcome:
+def retry(folder: Path, settings: Settings | None = None) -> CampaignOutcome:
     """Run the failed and the remaining cases of a store.
 
     Examples
@@ -200,7 +200,7 @@ class CampaignRun:
         self._mark = " ".join((self._versions["rotorsim"], self._versions["sources"]))
         self._limit = settings.time_limit or store.plan.time_limit
 
-    def run(self) -> Outcome:
+    def run(self) -> CampaignOutcome:
         """Run until nothing is pending or something stops it."""
         begin, numbers = time.monotonic(), self.index.pending()
         log.info("%s: %d of %d cases to run", self.store.plan.name, len(numbers), len(self.store.plan))
@@ -221,7 +221,7 @@ class CampaignRun:
                     "%s after %.1f s", ", ".join(f"{n} {s}" for s, n in self.counts.items()), time.monotonic() - begin
                 )
         counts, seconds = self.counts, time.monotonic() - begin
-        return Outcome(counts[DONE], counts[FAILED], counts[PENDING], self.ran, seconds, stop.asked, self.busy)
+        return CampaignOutcome(counts[DONE], counts[FAILED], counts[PENDING], self.ran, seconds, stop.asked, self.busy)
 
     def _run(self, numbers: list[int], stop: Interrupt) -> None:
         chosen = self.settings

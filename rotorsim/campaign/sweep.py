@@ -14,7 +14,7 @@ from rotorsim.base.units import show
 from rotorsim.campaign.index import DONE, PENDING
 from rotorsim.campaign.plan import Plan
 from rotorsim.campaign.read_plan import make_plan
-from rotorsim.campaign.run import Outcome, Settings, run_campaign
+from rotorsim.campaign.run import CampaignOutcome, Settings, run_campaign
 from rotorsim.campaign.store import open_store
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
@@ -39,7 +39,9 @@ def _lines(sweep: SweepDefinition) -> Iterator[str]:
         yield f"\n[axes.{json.dumps(field.path)}]\nlist = {json.dumps(list(field.values))}"
 
 
-def run_sweep(sweep: SweepDefinition, folder: Path, settings: Settings | None = None) -> tuple[SweepResult, Outcome]:
+def run_sweep(
+    sweep: SweepDefinition, folder: Path, settings: Settings | None = None
+) -> tuple[SweepResult, CampaignOutcome]:
     """Run what is left of a sweep in a campaign's folder; the result holds what is done by now."""
     outcome = run_campaign(plan_of(sweep), folder, settings)
     return collect_sweep(sweep, folder), outcome

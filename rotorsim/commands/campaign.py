@@ -24,7 +24,7 @@ from rotorsim.commands.results import files
 
 if TYPE_CHECKING:
     from rotorsim.campaign.plan import Plan
-    from rotorsim.campaign.run import Outcome, Settings
+    from rotorsim.campaign.run import CampaignOutcome, Settings
 
 SOME_FAILED = 3
 """Exit code of a campaign that was run and has failed cases."""
@@ -183,7 +183,7 @@ def note_compiling_of_plan(plan: Plan) -> None:
     note_compiling(Plant(machine).assembly, "settle", "run")
 
 
-def print_outcome(outcome: Outcome, folder: Path, as_json: bool) -> None:
+def print_outcome(outcome: CampaignOutcome, folder: Path, as_json: bool) -> None:
     """Print the outcome of a run and exit with its code."""
     numbers = {"done": outcome.done, "failed": outcome.failed, "pending": outcome.pending, "run": outcome.run}
     if as_json:

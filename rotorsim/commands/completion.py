@@ -11,9 +11,8 @@ from importlib.resources import files
 from pathlib import Path
 
 from rotorsim.control import designs as controllers
-from rotorsim.control.designs.specification import IN_PYTHON
 
-LAWS = tuple(name for name in dir(controllers) if name not in IN_PYTHON)
+LAWS = tuple(name for name in dir(controllers) if name not in controllers.IN_PYTHON)
 """Names of the designs that write a law."""
 
 

@@ -37,7 +37,7 @@ from rotorsim.commands.results import files, refuse_campaign, study as study_fol
 if TYPE_CHECKING:
     from identification import Prefilter
     from identification.campaign import SourceResult
-    from rotorsim.study.plans import Layout
+    from rotorsim.study.plans import StudyGrid
 
 RESULTS = ("model.json", "model_2.json", "report.html", "study.json")
 """Files in the folder; where the last is, the others are complete."""
@@ -252,9 +252,9 @@ def identification_vs_physics(
     refuse_campaign(out)
     plant, layout = plant_of(machine), _layout(quick, speed, pressure)
     from rotorsim.report.pages.study import save_study_page
-    from rotorsim.study.identification_vs_physics import study
+    from rotorsim.study.identification_vs_physics import HEADS, rows, study, summary
     from rotorsim.study.identify_records import sources_of
-    from rotorsim.study.pages import HEADS, identification_blocks, rows, summary
+    from rotorsim.study.pages import identification_blocks
     from rotorsim.study.plans import COUNTED, run
 
     records = [str(folder.absolute()) for folder in campaign or []]
@@ -281,12 +281,12 @@ def identification_vs_physics(
                f"Model 2; {out / 'study.json'}: numbers")  # fmt: skip
 
 
-def _layout(quick: bool, speed: str | None, pressure: str | None) -> Layout:
+def _layout(quick: bool, speed: str | None, pressure: str | None) -> StudyGrid:
     """Grid of operating points, with the speeds and pressures that are given instead of the usual ones."""
     from rotorsim.analysis.axes import read_axis
-    from rotorsim.study.plans import QUICK, Layout
+    from rotorsim.study.plans import QUICK, StudyGrid
 
-    usual = QUICK if quick else Layout()
+    usual = QUICK if quick else StudyGrid()
     speeds = usual.speeds if speed is None else tuple(float(v) for v in read_axis("speed", speed, "rad/s"))
     pressures = usual.pressures if pressure is None else tuple(float(v) for v in read_axis("pressure", pressure, "Pa"))
-    return Layout(speeds, pressures)
+    return StudyGrid(speeds, pressures)

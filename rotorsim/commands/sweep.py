@@ -27,7 +27,7 @@ from rotorsim.commands.results import results
 
 if TYPE_CHECKING:
     from rotorsim.analysis import SweepResult
-    from rotorsim.campaign.run import Outcome
+    from rotorsim.campaign.run import CampaignOutcome
 
 REPORT, CAMPAIGN = "report.html", "campaign"
 
@@ -93,7 +93,7 @@ def sweep(
     _print(found, outcome, files, run.as_json)
 
 
-def _print(found: SweepResult, outcome: Outcome, files: dict[str, str], as_json: bool) -> None:
+def _print(found: SweepResult, outcome: CampaignOutcome, files: dict[str, str], as_json: bool) -> None:
     """Print best points, reasons and files; exit with 130 or 143 where it was stopped."""
     if as_json:
         typer.echo(json.dumps(found.numbers() | {"seconds": outcome.seconds, "files": files}, indent=2))

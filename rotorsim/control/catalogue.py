@@ -12,7 +12,7 @@ from rotorsim.base.quantity import quantity_of
 from rotorsim.base.sentences import did_you_mean, quote
 from rotorsim.base.units import show
 from rotorsim.control import designs
-from rotorsim.control.designs.specification import DESIGNS, IN_PYTHON, explained
+from rotorsim.control.designs.specification import DESIGNS, explained
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.plants import Model, frozen, outside, point_text, range_text
@@ -25,7 +25,7 @@ for _name in sorted(DESIGNS):
 
 def module_of(name: str) -> Any:
     """Module of a design; raises DesignError for an unknown name."""
-    if name in IN_PYTHON:
+    if name in designs.IN_PYTHON:
         call = f"rs.control.{name}.design(rs.load_model('model.json'))"
         raise DesignError(f"design: '{name}' is made in Python alone, with no law file: {call}")
     if name not in DESIGNS:

@@ -7,7 +7,7 @@ import warnings
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 
-from rotorsim.base.errors import LeftOut
+from rotorsim.base.errors import PackageLeftOut
 from rotorsim.effects.base import REGISTRY, Effect
 
 LEFT_OUT: dict[str, str] = {}
@@ -42,6 +42,6 @@ def load_installed(point: EntryPoint) -> None:
         LEFT_OUT[point.name] = f"its package {package} could not be loaded ({reason}); update or uninstall it"
         warnings.warn(
             f"effect '{point.name}' of the package {package} is left out ({reason}); update or uninstall the package",
-            LeftOut,
+            PackageLeftOut,
             stacklevel=2,
         )

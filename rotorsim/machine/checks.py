@@ -109,7 +109,7 @@ def _injection(machine: MachineTables) -> Problems:
     if machine.injectors and machine.pinned_film is not None:
         film = machine.films[machine.pinned_film]
         for name in film.sleeve.closed:
-            yield "injectors", f"feed a film with {'a foil' if name == 'foil' else name}; remove them or the {name}"
+            yield "injectors", f"feed a film whose sleeve has '{name}'; remove the ones or the other"
 
 
 def _one_law(machine: MachineTables) -> Problems:

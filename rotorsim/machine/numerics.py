@@ -68,8 +68,10 @@ class Solver(Part):
     )
 
 
-PER_TURN, PER_PERIOD = 12, 8
-"""Samples in a turn at the highest speed and in a period of the rotor on its films that a derived rate has."""
+PER_TURN = 12
+"""Samples in a turn at the highest speed that a derived rate has."""
+PER_PERIOD = 8
+"""Samples in a period of the rotor on its films that a derived rate has."""
 FEWEST = 4
 """Samples in a turn below which a run is refused: with fewer the line at twice the speed is not resolved."""
 

@@ -127,11 +127,7 @@ def citations(machine: Machine) -> dict[str, list[str]]:
 
 def _forms(machine: Machine) -> list[str]:
     """Modules of `reynolds` for sleeves that are no plain cylinders."""
-    foil = any(film.foil is not None for film in machine.films)
-    textured = any(film.sleeve.textured for film in machine.films)
-    return [
-        name for name, there in (("sleeve", foil), ("texture", textured), ("differences", foil or textured)) if there
-    ]
+    return list(dict.fromkeys(name for film in machine.films for name in film.sleeve.modules))
 
 
 def _of(package: str, modules: tuple[str, ...]) -> list[str]:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from reynolds.grid import Grid, Layout, make_layout
+from reynolds.grid import FilmGrid, Layout, make_layout
 from reynolds.injector import Injector
 from reynolds.workspace import FilmGas, FilmModel, build_films
 from rotorsim.base.errors import MachineFileError
@@ -160,7 +160,7 @@ def make_films(machine: Machine) -> tuple[FilmModel, ...]:
     rarefied = any(e.port == "gas" for es in machine.effects.values() for e in es)
     return tuple(
         FilmModel(
-            Grid(film.diameter / 2, film.length, machine.grid.n_theta, machine.grid.n_z, half), film.clearance, air,
+            FilmGrid(film.diameter / 2, film.length, machine.grid.n_theta, machine.grid.n_z, half), film.clearance, air,
             injectors, machine.solver.minimum_film, rarefied, film.sleeve,
         )
         for film, injectors in zip(machine.films, fed, strict=True)
@@ -182,7 +182,7 @@ def _build(films: tuple[FilmModel, ...]) -> tuple[Layout, np.ndarray, np.ndarray
 
 
 def _no_film() -> tuple[Layout, np.ndarray, np.ndarray]:
-    layout = make_layout(Grid(0.02, 0.04, 8, 4), 0, [], [])
+    layout = make_layout(FilmGrid(0.02, 0.04, 8, 4), 0, [], [])
     return layout, np.zeros(layout.size), np.zeros(8, np.int64)
 
 

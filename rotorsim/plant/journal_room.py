@@ -2,7 +2,7 @@ r"""Room of a journal in its sleeve: how far its centre can move in each directi
 
 .. math:: r(\phi) = \min_\theta \frac{s(\theta)}{\cos(\theta - \phi)}, \qquad \cos(\theta - \phi) > 0
 
-s is the distance of the sleeve from its centre as in `reynolds.film.closest_places`, the smallest in a turn of the
+s is the distance of the sleeve from its centre as `reynolds.film.closest_places` has it, the smallest in a turn of the
 shaft. A foil is taken as it is without pressure. The film's thickness is as in Hamrock (2004).
 
 Cites: hamrock_2004.
@@ -15,40 +15,33 @@ from typing import Any
 
 import numpy as np
 
+from reynolds import kernels
+from reynolds.grid import fill
 from rotorsim.effects import Effect, numeric_fields
 from rotorsim.machine.schema import Machine
+from rotorsim.plant.assemble import make_films
 
-FINE = 720
-"""Angles round the sleeve."""
 TURNED = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 """Angles [rad] of the shaft at which lobes that turn are looked at."""
-EDGED = 1e-9
-"""Angle [rad] at which both sides of an edge are looked at."""
-AHEAD = 0.05
-"""Least cos(theta - phi) that counts: what is across its way does not stop the journal."""
 
 
 def journal_room(machine: Machine, number: int, directions: np.ndarray, speed: float = 0.0) -> np.ndarray:
     """Room (n,) [m] of a journal in `directions` (n,) [rad] from x towards y; `number`: its film, speed [rad/s]."""
-    film = machine.films[number]
-    edges = film.sleeve.edges(film.length)
-    theta = np.concatenate([np.arange(FINE) * 2 * np.pi / FINE, edges - EDGED, edges + EDGED])
-    closing = np.cos(theta - np.asarray(directions, float)[:, None])
-    ahead = closing > AHEAD
-    reach = sleeve_distance(machine, number, theta, speed) / np.where(ahead, closing, 1.0)
-    return np.asarray(np.where(ahead, reach, np.inf).min(axis=1))
-
-
-def sleeve_distance(machine: Machine, number: int, theta: np.ndarray, speed: float) -> np.ndarray:
-    """Least distance (n,) [m] of the sleeve from its centre at angles theta (n,) [rad], over z and a turn."""
-    film = machine.films[number]
-    distance = film.clearance + film.sleeve.height(theta, film.clearance)
-    for row in film.sleeve.recesses(film.length):
-        distance = distance + np.where(row.inside(theta, 0 * theta, film.length), row.depth, 0.0)
-    about = [e for es in machine.effects.values() for e in es if e.port == "film"]
-    about = [e for e in about if machine.film_number(e) in (None, number)]
-    heights = np.array([[_height(about, machine, film.length, turned, speed, at) for at in theta] for turned in TURNED])
-    return np.asarray(distance + heights.min(axis=0)) if about else distance
+    model = make_films(machine)[number]
+    layout, w, _ = model.build()
+    constants = model.record()
+    effects = [e for es in machine.effects.values() for e in es if e.port == "film"]
+    effects = [e for e in effects if machine.film_number(e) in (None, number)]
+    form = model.clearance + model.sleeve.height(model.grid.theta, model.clearance)
+    rooms = []
+    for turned in TURNED if effects else TURNED[:1]:
+        if effects:
+            constants.uneven = 1.0
+            heights = [_height(effects, machine, model.grid.length, turned, speed, at) for at in model.grid.theta]
+            line = form + np.array(heights)
+            fill(w, layout.clearance, layout, np.repeat(line[:, None], layout.n_rows, axis=1), line)
+        rooms.append([kernels.room(w, constants[0], layout, np.cos(at), np.sin(at)) for at in directions])
+    return np.min(rooms, axis=0)
 
 
 def _height(effects: list[Effect], machine: Machine, length: float, turned: float, speed: float, theta: float) -> float:

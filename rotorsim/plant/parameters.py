@@ -1,4 +1,4 @@
-"""Parameter record of the kernels: every number of a machine in SI units, its name beside its value."""
+"""Parameter record of the kernels: every number of a machine in SI units, each name next to its value."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from identification.records.schema import named_axes
+from identification.records.schema import measured_name, named_axes
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.hdf5 import check_hdf5
 
@@ -144,7 +144,7 @@ def sampling_time(record: xr.Dataset) -> float:
 
 def sensed_name(record: xr.Dataset) -> str:
     """Displacement for an identification: `disc_measured` if present, else `disc`."""
-    return "disc_measured" if "disc_measured" in record else displacement_name(record)
+    return measured_name(record, "disc") or displacement_name(record)
 
 
 def overlapping(record: xr.Dataset, names: Sequence[str], length: int, hop: int) -> Iterator[Values]:

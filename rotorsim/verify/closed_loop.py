@@ -47,7 +47,7 @@ class Verification(Reported):
 
     law: AnyLaw
     machine: str
-    rows: tuple[Row, ...]
+    rows: tuple[CriterionRow, ...]
     open: tuple[ImpactResponse, ...]
     closed: tuple[ImpactResponse, ...]
     settings: dict[str, Any] = field(default_factory=dict)
@@ -149,7 +149,7 @@ def closed_loop(
 
 def _impact_rows(
     before: tuple[ImpactResponse, ...], after: tuple[ImpactResponse, ...], criteria: Criteria
-) -> Iterator[Row]:
+) -> Iterator[CriterionRow]:
     ratio = response_ratios(zip(before, after, strict=True))
     ended = [c.ended or (o.ended and f"without control {o.ended}") for c, o in zip(after, before, strict=True)]
     for axis, name in enumerate("xy"):
@@ -162,13 +162,17 @@ def _impact_rows(
     yield at_most("control effort, mean", effort.mean(), None, "V/N")
     yield at_most("largest reference in a hit", max(c.largest for c in after), criteria.effort, "V")
     free, held = (min((one.damping for one in some if not one.ended), default=np.nan) for some in (before, after))
-    yield Row("smallest damping ratio, closed", held, None, "", None, f"{np.divide(held, free):.1f} x open loop")
+    yield CriterionRow(
+        "smallest damping ratio, closed", held, None, "", None, f"{np.divide(held, free):.1f} x open loop"
+    )
     yield holds(
         "no contact in the hits", not any(c.touched for c in after), "; ".join(dict.fromkeys(filter(None, ended)))
     )
 
 
-def _runup_rows(plant: Plant, law: AnyLaw, criteria: Criteria, runs: dict[str, Any], quick: bool) -> Iterator[Row]:
+def _runup_rows(
+    plant: Plant, law: AnyLaw, criteria: Criteria, runs: dict[str, Any], quick: bool
+) -> Iterator[CriterionRow]:
     stop, rate = 6 * KRPM, (1.5 if quick else 0.5) * KRPM
     pair = [transients.runup(plant, one, rate, 0.7e6, stop) for one in (None, law)]
     runs["runup"] = pair
@@ -182,7 +186,7 @@ def _runup_rows(plant: Plant, law: AnyLaw, criteria: Criteria, runs: dict[str, A
     yield holds("run-up and coast-down without contact", not pair[1].touched)
 
 
-def _full_order_rows(plant: Plant, law: Law, criteria: Criteria) -> Iterator[Row]:
+def _full_order_rows(plant: Plant, law: Law, criteria: Criteria) -> Iterator[CriterionRow]:
     found = full_order(plant, law, CORNERS)
     worst = max(found, key=lambda one: one.radius)
     unstable = sum(not one.radius < 1 for one in found)
@@ -194,10 +198,10 @@ def _full_order_rows(plant: Plant, law: Law, criteria: Criteria) -> Iterator[Row
     yield at_least("disk margin of the full-order loop", weak.disk_margin, criteria.disk, "", remark)
     damped = min(found, key=lambda one: one.damping)
     remark = f"open loop {min(one.damping_open for one in found):.3f}"
-    yield Row("smallest damping of the full-order loop", damped.damping, None, "", None, remark)
+    yield CriterionRow("smallest damping of the full-order loop", damped.damping, None, "", None, remark)
 
 
-def _transient_rows(plant: Plant, law: AnyLaw, criteria: Criteria, found: list[Alarms]) -> Iterator[Row]:
+def _transient_rows(plant: Plant, law: AnyLaw, criteria: Criteria, found: list[Alarms]) -> Iterator[CriterionRow]:
     cases = {
         "speed ramp of 60 krpm/s": lambda one: transients.speed_ramp(plant, one, 60 * KRPM),
         "pressure step 0.3 to 0.7 MPa": lambda one: transients.pressure_step(plant, one),
@@ -212,12 +216,12 @@ def _transient_rows(plant: Plant, law: AnyLaw, criteria: Criteria, found: list[A
         yield _transient_row(name, run, case(None), law.limit, criteria.transient)
 
 
-def _transient_row(name: str, run: Run, alone: Run, limit: float, most: float | None) -> Row:
+def _transient_row(name: str, run: Run, alone: Run, limit: float, most: float | None) -> CriterionRow:
     """Departure of the disc under a law; the run without it moves the bound where it came to its end."""
     moved, free = transients.excursion(run), transients.excursion(alone)
     bound = None if most is None else TO_UM * max(most, 0.0 if alone.ended else 1.2 * free)
     if run.ended:
-        return Row(name, moved, bound, "um", False, run.ended)
+        return CriterionRow(name, moved, bound, "um", False, run.ended)
     saturated = 100 * float(np.mean(np.abs(run.reference).max(axis=1) >= limit))
     remark = f"open loop {alone.ended or f'{TO_UM * free:.1f} um'}; limited in {saturated:.1f} % of the samples"
     row = at_most(name, moved * TO_UM, bound, "um", remark)
@@ -242,7 +246,7 @@ def other_machines(plant: Plant) -> Iterator[tuple[str, Plant]]:
         yield f"clearance {100 * factor - 100:+.0f} %", Plant(changed)
 
 
-def _robustness(name: str, plant: Plant, law: AnyLaw, criteria: Criteria, found: list[Alarms]) -> Row:
+def _robustness(name: str, plant: Plant, law: AnyLaw, criteria: Criteria, found: list[Alarms]) -> CriterionRow:
     pairs, lost = [], []
     for q in CORNERS:
         try:
@@ -336,7 +340,7 @@ def edited(before: Mapping[str, float | None], now: Mapping[str, float | None]) 
 
 
 @dataclass(frozen=True)
-class Row:
+class CriterionRow:
     """One criterion: what, measured and bound with their unit, whether it passed (None: not judged), a remark."""
 
     check: str
@@ -347,26 +351,26 @@ class Row:
     remark: str = ""
 
 
-def at_most(check: str, measured: float, bound: float | None, unit: str = "", remark: str = "") -> Row:
+def at_most(check: str, measured: float, bound: float | None, unit: str = "", remark: str = "") -> CriterionRow:
     """A row that passes up to its bound."""
-    return Row(check, float(measured), bound, unit, None if bound is None else bool(measured <= bound), remark)
+    return CriterionRow(check, float(measured), bound, unit, None if bound is None else bool(measured <= bound), remark)
 
 
-def below(check: str, measured: float, bound: float | None, remark: str = "") -> Row:
+def below(check: str, measured: float, bound: float | None, remark: str = "") -> CriterionRow:
     """A row of a ratio of closed over open loop, which passes below its bound; a law that does nothing has 1."""
     passed = None if bound is None else bool(measured < bound * (1 - ROUNDING))
     same = "as the open loop: the law changes nothing" if abs(measured - 1) < ROUNDING else ""
-    return Row(check, float(measured), bound, "of open loop", passed, "; ".join(filter(None, (same, remark))))
+    return CriterionRow(check, float(measured), bound, "of open loop", passed, "; ".join(filter(None, (same, remark))))
 
 
-def at_least(check: str, measured: float, bound: float | None, unit: str = "", remark: str = "") -> Row:
+def at_least(check: str, measured: float, bound: float | None, unit: str = "", remark: str = "") -> CriterionRow:
     """A row that passes from its bound on."""
-    return Row(check, float(measured), bound, unit, None if bound is None else bool(measured >= bound), remark)
+    return CriterionRow(check, float(measured), bound, unit, None if bound is None else bool(measured >= bound), remark)
 
 
-def holds(check: str, good: bool, remark: str = "") -> Row:
+def holds(check: str, good: bool, remark: str = "") -> CriterionRow:
     """A row that passes or not."""
-    return Row(check, float(good), 1.0, "", bool(good), remark)
+    return CriterionRow(check, float(good), 1.0, "", bool(good), remark)
 
 
 @dataclass(frozen=True)
@@ -408,7 +412,7 @@ def alarms_of_hits(found: Iterable[ImpactResponse], machine: str = "") -> Iterat
         yield Alarms(f"hits at {where}", one.bad, one.samples, one.alarm)
 
 
-def alarm_row(found: Iterable[Alarms], criteria: Criteria) -> Row:
+def alarm_row(found: Iterable[Alarms], criteria: Criteria) -> CriterionRow:
     """Largest part of a run with sound sensors in which the law was suspended."""
     sound = [one for one in found if one.sound]
     worst = max(sound, key=lambda one: one.share)

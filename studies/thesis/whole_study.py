@@ -19,7 +19,7 @@ from rotorsim.report.pages.study import Block, save_study_page
 from rotorsim.study.identification_vs_physics import study
 from rotorsim.study.identify_records import sources_of
 from rotorsim.study.pages import blocks_of, identification_blocks, plain_blocks
-from rotorsim.study.plans import COUNTED, QUICK, Layout, run
+from rotorsim.study.plans import COUNTED, QUICK, StudyGrid, run
 from studies.thesis.cached_cases import CachedCase, Progress, run_cases
 from studies.thesis.claims.control_numbers import control_left_out, control_numbers
 from studies.thesis.claims.edited import edited, edited_block, edited_markdown
@@ -96,9 +96,9 @@ def whole_study(plant: Plant, out: Path, progress: Progress, workers: int = 2, q
     return found
 
 
-def layout(quick: bool = False) -> Layout:
+def layout(quick: bool = False) -> StudyGrid:
     """Grid of the study: the thesis', or three by three of its points, and the claims' extra points."""
-    usual = QUICK if quick else Layout()
+    usual = QUICK if quick else StudyGrid()
     return replace(usual, more=tuple(q for name in CLAIMED for q in points(name)))
 
 

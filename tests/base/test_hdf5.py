@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import random
 from pathlib import Path
 
@@ -61,7 +62,15 @@ def test_no_write_fails_on_a_disk_that_ends_and_what_was_written_is_read(tmp_pat
         assert raised.value is file.error
 
 
-def test_space_that_was_reserved_takes_writes_after_the_disk_has_ended(tmp_path: Path) -> None:
+@pytest.mark.parametrize("reserves", [True, False], ids=["a disk that reserves", "a disk that takes zeros"])
+def test_space_that_was_reserved_takes_writes_after_the_disk_has_ended(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, reserves: bool
+) -> None:
+    def refused(*arguments: int) -> None:
+        raise OSError(errno.EOPNOTSUPP, "not supported")
+
+    if not reserves:
+        monkeypatch.setattr("rotorsim.base.hdf5.os.posix_fallocate", refused, raising=False)
     path = tmp_path / "a"
     with DiskFile(path) as file:
         file.reserve(3000)

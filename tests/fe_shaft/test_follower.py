@@ -14,6 +14,7 @@ from fe_shaft.modes.pencil import Quotient, Region, nothing
 from fe_shaft.modes.second_order import SecondOrder
 from fe_shaft.modes.spectrum import modes_in
 from fe_shaft.modes.subspace import joined
+from fe_shaft.ucs import _plane
 
 pytestmark = pytest.mark.numerical
 
@@ -158,3 +159,38 @@ def test_branches_say_where_they_begin_and_end():
     assert sorted((b.begins, b.ends) for b in found.branches) == [("first value", "damping"), ("first value", "reach")]
     lines, lost = crossings(lambda x: family(x / 100), follow(lambda x: family(x / 100), [0.0, 100.0], REGION), (1.0,))
     assert not lost and [c.at for c in lines] == pytest.approx([20.0], rel=1e-12) and not lines[0].upward
+
+
+def whirling(speeds, k, c, cross):
+    """A disc between two bearings with tables of stiffness, damping and cross-coupling."""
+    shaft, disc = [ShaftElement(0.25, 0.0, 0.1) for _ in range(2)], DiskElement(1, 50.0, 0.0, 1.0)
+    k, c, cross = (np.broadcast_to(np.asarray(x, float), len(speeds)) for x in (k, c, cross))
+    return Rotor(shaft, [disc], [BearingElement(n, k, c, kxy=cross, kyx=-cross, frequency=speeds) for n in (0, 2)])
+
+
+def test_damping_that_is_lost_between_two_speeds_only_is_an_onset():
+    """At a kink of the tables; and between two kinks, where c omega bends below a straight line of the coupling."""
+    peak, grid = [0.0, 430.0, 450.0, 470.0, 1000.0], np.linspace(0.0, 900.0, 10)
+    assert np.isnan(whirling(peak, 1e6, 200.0, 0.0).run_stability(grid).onset)
+    found = whirling(peak, 1e6, 200.0, [0.0, 0.0, 1e5, 0.0, 0.0]).run_stability(grid)
+    assert (found.log_dec > 0).all() and 430.0 < found.onset < 450.0
+    ends, k, c = [0.0, 1000.0], np.array([2.5e5, 4e6]), np.array([50.0, 800.0])
+    omega = [whirling(ends, k, c, 0.0).run_modal(v).wn[0] for v in ends]
+    found = whirling(ends, k, c, 0.9 * c * omega).run_stability(ends)
+    assert (found.log_dec > 0).all() and 0.0 < found.onset < 500.0
+
+
+@pytest.mark.parametrize("disc", [(0.07, 0.28), (0.01, 0.8)])
+def test_undamped_critical_speeds_are_as_many_as_the_signs_of_a_determinant_say(disc):
+    """Every change of sign of det(K - omega^2 M) in a fine sweep is one of them; a flat disc has fewer."""
+    shaft = [ShaftElement(0.25, 0.0, 0.05) for _ in range(4)]
+    some = Rotor(shaft, [DiskElement.from_geometry(1, steel, disc[0], 0.05, disc[1])],
+                 [BearingElement(n, 1e7, 0.0) for n in (0, 4)])  # fmt: skip
+    found = some.run_ucs((1e6, 1e9), num=4, num_modes=3)
+    assert (found.missing == 0).all()
+    M, K, plane = _plane(some, True)
+    for k, wn in zip(found.stiffness, found.wn.T, strict=True):
+        held = K + np.diag(k * np.isin(plane, [some.layout.place(n) for n in (0, 4)]))
+        sweep = np.linspace(1.0, 1.001 * np.nanmax(wn), 4000)
+        signs = [np.linalg.slogdet(held - v * v * M)[0] for v in sweep]
+        assert np.count_nonzero(np.diff(signs)) == np.isfinite(wn).sum()

@@ -10,7 +10,7 @@ import pytest
 
 from fmu.check import Check, _guarded, _pace, findings, model_of
 from fmu.importer import ImportedUnit, info
-from fmu.ssp import System
+from fmu.ssp import CoupledUnits
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.cli import command
 
@@ -95,7 +95,7 @@ def test_a_hostile_unit_ends_a_command_in_a_sentence(unit, capsys, kind, what):
 @pytest.mark.parametrize("kind", ["upwards", "absolute", "bomb"])
 def test_no_reader_of_units_takes_a_hostile_archive(unit, kind):
     path = unit(**HOSTILE[kind])
-    for reader in (info, findings, ImportedUnit, System):
+    for reader in (info, findings, ImportedUnit, CoupledUnits):
         with pytest.raises(DataError):
             reader(path)
 

@@ -165,7 +165,7 @@ def test_a_system_keeps_the_standards_schema_and_wires_all_that_the_law_needs(sy
 
 
 def test_a_system_runs_the_loop_of_python_bit_for_bit(system, model):
-    from fmu.ssp import System
+    from fmu.ssp import CoupledUnits
 
     unit, path = system
     n = 150
@@ -173,7 +173,7 @@ def test_a_system_runs_the_loop_of_python_bit_for_bit(system, model):
     force[30:35, 0] = 15.0
     record = model.plant.simulate(n * 2e-4, 0.0, 0.3e6, disc_force=force, controller=unit.law.with_())
     inputs = {"shaft.speed_ref": np.zeros(n), "injection.pressure": np.full(n, 0.3e6), "disc.force_x": force[:, 0]}
-    with System(path) as loop:
+    with CoupledUnits(path) as loop:
         rows = loop.run(inputs, ("disc.x", "disc.y", *OUTPUTS))
     np.testing.assert_array_equal(rows[:n, :2], record.disc.values)
     np.testing.assert_array_equal(rows[:n, 2:], record.reference.values)

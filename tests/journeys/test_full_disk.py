@@ -27,7 +27,7 @@ def rotorsim(*arguments: str, cwd: Path, largest: int) -> subprocess.CompletedPr
 
 def sentences(done: subprocess.CompletedProcess[str]) -> list[str]:
     """Lines on stderr, but for that of compiling."""
-    return [line for line in done.stderr.splitlines() if not line.startswith("compiling the kernels")]
+    return [line for line in done.stderr.splitlines() if not line.startswith("compiling ")]
 
 
 def names(folder: Path) -> list[str]:

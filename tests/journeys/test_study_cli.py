@@ -6,9 +6,9 @@ import pytest
 
 import identification as idn
 from rotorsim.base.constants import RPM
-from rotorsim.study.plans import Layout
+from rotorsim.study.plans import StudyGrid
 
-SMALL = Layout((0.0, 3000 * RPM), (0.4e6, 0.6e6), duration=3.0)  # where the orbit of the imbalance is small
+SMALL = StudyGrid((0.0, 3000 * RPM), (0.4e6, 0.6e6), duration=3.0)  # where the orbit of the imbalance is small
 
 
 @pytest.mark.slow

@@ -31,8 +31,11 @@ BY_NAME = {
 }
 """Files that may import a module by a name: tables of public names, effects, readers, commands, cases of workers."""
 CLOCKS = {"monotonic", "perf_counter", "process_time", "thread_time", "time"}
-WAITING = ("tests/support/waiting.py", "tests/faults", "tests/live/clicker.py", "tests/live/live_browser.py")
-"""Tests that read a clock: they wait for what must come, or disturb a command at random moments."""
+WAITING = ("tests/support/waiting.py", "tests/faults", "tests/live/clicker.py", "tests/live/live_browser.py",
+           "tests/support/compare_modes.py")  # fmt: skip
+"""Files that read a clock: they wait for what must come, disturb a command at random moments, or print times."""
+ROOMS = ("rotorsim.effects", "rotorsim.live", "rotorsim.machine", "rotorsim.plant")
+"""Rooms whose folders import one way."""
 OWN_MACHINES = ("rotorsim/effects",)
 """Folders whose files may set effects by name."""
 
@@ -57,6 +60,21 @@ def test_no_files_import_each_other_in_a_circle():
     grimp = pytest.importorskip("grimp")
     graph = grimp.build_graph(*PACKAGES, cache_dir=None)
     TopologicalSorter({m: graph.find_modules_directly_imported_by(m) for m in graph.modules}).prepare()
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_folders_of_a_room_import_one_way(room):
+    """A module counts for its folder, an `__init__` for neither: it lists public names."""
+    grimp = pytest.importorskip("grimp")
+    graph = grimp.build_graph("rotorsim", cache_dir=None)
+    modules = {m for m in graph.modules if m.startswith(f"{room}.") and not graph.find_children(m)}
+    imported = {}
+    for module in modules:
+        own = module.rpartition(".")[0]
+        folders = {m.rpartition(".")[0] for m in graph.find_modules_directly_imported_by(module) & modules}
+        imported.setdefault(own, set()).update(folders - {own})
+    assert len(modules) > 10
+    TopologicalSorter(imported).prepare()
 
 
 def test_modules_are_imported_by_their_names_in_tables_only(trees):

@@ -6,3 +6,5 @@ The stub lists them; what it lists is a command, a name of `rs.control` and an e
 from rotorsim.base.public import lazy
 
 __getattr__, __dir__, __all__ = lazy(__name__, __file__)
+IN_PYTHON = ("mpc",)
+"""Designs without a law file: they are used from Python alone."""

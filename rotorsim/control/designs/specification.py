@@ -18,8 +18,6 @@ FIELDS = "__dataclass_fields__"
 Design = TypeVar("Design", bound=Callable[..., Any])
 DESIGNS: dict[str, str] = {}
 """Controller designs by name, each in a few words."""
-IN_PYTHON = ("mpc",)
-"""Designs without a law file: they are used from Python alone."""
 
 
 def register(words: str) -> Callable[[Design], Design]:

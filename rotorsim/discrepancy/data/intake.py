@@ -15,8 +15,9 @@ import numpy as np
 
 from identification import notes_of, read
 from identification.errors import ReadError, SchemaError
-from identification.records.prefilter import measured, operating_point
+from identification.records.prefilter import operating_point
 from identification.records.sampling import sampling_time
+from identification.records.schema import measured
 from rotorsim.base.constants import RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.base.sentences import listing

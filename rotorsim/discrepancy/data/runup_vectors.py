@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification import make_vectors
-from identification.records.prefilter import measured
-from identification.records.schema import notes_of, with_notes
+from identification.records.schema import measured, notes_of, with_notes
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.blocks import TURNING
 from rotorsim.discrepancy.data.changes import RING

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identification.records.prefilter import measured
+from identification.records.schema import measured
 from identification.records.sensors import DISPLACEMENTS, SAME_PLACE
 from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError

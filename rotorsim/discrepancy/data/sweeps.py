@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identification.records.prefilter import measured
-from identification.records.schema import notes_of, probe_angle, with_notes
+from identification.records.schema import measured, notes_of, probe_angle, with_notes
 from rotorsim.base.constants import RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.intake import stated_accuracy

@@ -18,8 +18,10 @@ from rotorsim.live.rig.rig import SCATTER
 
 HERE = Path(__file__).parent
 SCENE = Path(nicegui_scene.__file__).parent / "dist"
-REFRESH, LIST = 0.2, 2.0
-"""Seconds between two looks at the rig, and at the folder of its files."""
+REFRESH = 0.2
+"""Seconds between two readings of the rig."""
+LIST = 2.0
+"""Seconds between two listings of the folder of its files."""
 LEVERS = ("drive", "sense", "noise", "controller", BEARING)
 """Switches of the rig."""
 

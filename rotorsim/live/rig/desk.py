@@ -18,7 +18,11 @@ from rotorsim.live.rig.tour import Stop, stops
 from rotorsim.machine import Machine
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _-]{0,59}")
-SCENE, RECORD = ".scene.json", ".nc"
+"""Names of scenes and records."""
+SCENE = ".scene.json"
+"""Suffix of a scene's file."""
+RECORD = ".nc"
+"""Suffix of a record's file."""
 STEADY = 5000
 """Samples after which a rotor that was put into its equilibrium turns steadily."""
 
@@ -109,7 +113,10 @@ def _arrange(runner: Runner, values: dict[str, float | str]) -> None:
         runner.apply("controller", values["controller"])
 
 
-KIND, VERSION = "rotorsim scene", 1
+KIND = "rotorsim scene"
+"""Kind that a scene's file states."""
+VERSION = 1
+"""Version of a scene's file."""
 MOST = 2_000_000
 """Largest scene file [bytes]."""
 

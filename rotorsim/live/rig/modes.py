@@ -31,16 +31,30 @@ from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.kernels.columns import AT, FORCE, REFERENCE, SUPPLY, inputs_of
 from rotorsim.plant.linearise import LinearPlant, linearise
 
-BEFORE, RING = 2000, 2000
-"""Samples before a blow that must be steady, and samples that ring."""
-LEAD, THIN = 10, 5
-"""Samples from the blow to the first that counts; samples that are averaged."""
-STRETCHES, LENGTH, SHIFTS = (0, 40), 240, 40
+BEFORE = 2000
+"""Samples before a blow that must be steady."""
+RING = 2000
+"""Samples after a blow that ring."""
+LEAD = 10
+"""Samples from the blow to the first that counts."""
+THIN = 5
+"""Samples that are averaged to one."""
+STRETCHES = (0, 40)
+"""First averaged samples of the stretches of a ring-down that are compared."""
+LENGTH = 240
+"""Averaged samples of a stretch."""
+SHIFTS = 40
+"""Rows of the Hankel matrix for each axis."""
 MODEL_ORDERS = (4, 6, 8, 12)
+"""Orders of the models that are compared."""
 REFERENCE_ORDER = 8
-LOWEST, HIGHEST = 0.02, 0.45
-"""Frequencies of a reading, times the time between two averaged samples: 20 to 450 Hz at 5 kHz."""
+"""Order of the model from which the mode is chosen."""
+LOWEST = 0.02
+"""Lowest frequency of a reading times the time between two averaged samples: 20 Hz at 5 kHz."""
+HIGHEST = 0.45
+"""Highest frequency of a reading times the time between two averaged samples: 450 Hz at 5 kHz."""
 ORDERS = (1, 2, 3)
+"""Orders of the speed whose motion is taken out of a ring-down."""
 SLOW = 10 * np.pi
 """Speed [rad/s], 300 rpm, below which the motion of a turn is slower than every reading and stays in the ring-down."""
 DRIFT = 2.0
@@ -49,13 +63,19 @@ UNSTEADY = 0.1
 """Motion before the blow, next to that of the turns, as a share of the motion after it."""
 SMALLEST = 0.2e-6
 """Smallest motion [m] that is read."""
-CURVED_F, CURVED_Z = 0.7, 0.35
-"""Relative shift of f, and shift of zeta, for a journal motion as large as the clearance: .54 and .37 or
-less in sixteen hits on the shipped rig at 0 to 12 krpm, 0.3 to 0.6 MPa."""
-LEAST_F, LEAST_Z = 0.002, 0.001
-"""Least scatter: of f, relative, and of zeta."""
-MOST_F, MOST_Z = 0.05, 0.35
-"""Scatter beyond which a number means nothing: of f, and of zeta, relative to the reading."""
+CURVED_F = 0.7
+"""Relative shift of f for a journal motion as large as the clearance: 0.54 or less in sixteen hits on the shipped rig
+at 0 to 12 krpm, 0.3 to 0.6 MPa."""
+CURVED_Z = 0.35
+"""Shift of zeta for a journal motion as large as the clearance: 0.37 or less in these hits."""
+LEAST_F = 0.002
+"""Least relative scatter of f."""
+LEAST_Z = 0.001
+"""Least scatter of zeta."""
+MOST_F = 0.05
+"""Relative scatter of f beyond which a reading is refused."""
+MOST_Z = 0.35
+"""Relative scatter of zeta beyond which a reading is refused."""
 
 
 @dataclass(frozen=True)

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
+from rotorsim.analysis.modes_over_speed import least_damped, modes_over_speed
 from rotorsim.analysis.unbalance_response import half_axis, unbalances_of, whirl
-from rotorsim.analysis.whirl_onset import stability_limit
+from rotorsim.analysis.whirl_onset import LeastDamped, stability_limit
 from rotorsim.base.constants import RPM
 from rotorsim.base.errors import RotorsimError
+from rotorsim.base.rounding import DAMPED
 from rotorsim.live.rig.controls import operating
 from rotorsim.machine import Machine, load_machine
 from rotorsim.plant import Plant
+from rotorsim.plant.linearise import LinearPlant
 
 CALM: dict[str, float | str] = {
     "drive": "speed", "sense": "forward", "controller": "off", "reference_x": 0.0, "reference_y": 0.0,
@@ -36,9 +38,10 @@ class Stop:
 
 RUN = 8.0
 """Seconds of a run through the critical speed."""
-NODES, HALVINGS, CLOSER = 24, 7, 3
-"""Speeds at which the response is first computed, halvings of an interval with a critical speed, and divisions by
-three of the interval about the largest response."""
+NODES = 16
+"""Speeds at which the response is first computed."""
+CLOSER = 4
+"""Divisions by three of the interval about the largest response."""
 PAST = 1.07
 """Speed at which the whirl is shown, over that of its onset."""
 LIFT_OFF = (
@@ -120,37 +123,43 @@ def _machine_tour(machine: Machine, plant: Plant, lowest: float, pressure: float
 def _peak(plant: Plant, pressure: float, low: float, high: float) -> float:
     """Speed [rad/s] between two where the response to unbalance has its largest peak; NaN where it has none inside.
 
-    Looked for at equal steps, and where a natural frequency crosses the speed, which a sharp peak needs.
+    Looked for at equal steps, at every critical speed, which a sharp peak needs, and closer by; where a mode grows
+    there is no response.
     """
     unbalances, z = unbalances_of(plant.machine, high), (plant.assembly.mesh.probe,)
+    nodes, least = np.linspace(low, high, NODES), LeastDamped.up_to(plant, pressure, high)
     sizes: dict[float, float] = {}
-    below: dict[float, int] = {}
 
-    def look(speed: float) -> None:
-        sizes[speed], below[speed] = 0.0, -1
+    def look(model: LinearPlant, damping: float) -> None:
+        grows = damping < -DAMPED
+        sizes[model.speed] = 0.0 if grows else float(half_axis(whirl(plant, model, model.speed, unbalances, z))[0])
+
+    def look_at(speed: float) -> None:
+        sizes[speed] = 0.0
         try:
             model = plant.linearise(speed, pressure)
         except RotorsimError:
             return
-        below[speed] = int(np.sum(model.wn < speed))
-        if not model.zeta.size or model.zeta.min() >= 0:
-            sizes[speed] = float(half_axis(whirl(plant, model, speed, unbalances, z))[0])
+        look(model, least.among(model)[0])
 
-    nodes = np.linspace(low, high, NODES).tolist()
-    for speed in nodes:
-        look(speed)
-    for left, right in pairwise(nodes):
-        for _ in range(HALVINGS if 0 <= below[left] < below[right] else 0):
-            middle = (left + right) / 2
-            look(middle)
-            left, right = (left, middle) if below[middle] > below[left] else (middle, right)
+    try:
+        found = modes_over_speed(plant, nodes, pressure, orders=(1,))
+    except RotorsimError:
+        return float("nan")
+    for node in (found.node(speed) for speed in nodes.tolist()):
+        sizes[node.at] = 0.0
+        if isinstance(node.pencil, LinearPlant):
+            look(node.pencil, least_damped(node.modes, found.region)[0])
+    for one in found.crossings:
+        if low < one.at < high:
+            look_at(one.at)
     for _ in range(CLOSER):
         known = sorted(sizes)
         k = known.index(max(sizes, key=lambda speed: sizes[speed]))
         if k in (0, len(known) - 1):
             return float("nan")
         for speed in ((2 * known[k] + known[k - 1]) / 3, (2 * known[k] + known[k + 1]) / 3):
-            look(speed)
+            look_at(speed)
     return max(sizes, key=lambda speed: sizes[speed])
 
 

@@ -20,13 +20,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from reynolds.grid import Grid, make_layout
+from reynolds.grid import FilmGrid, make_layout
 from reynolds.jit import inlined
 from rotorsim.effects import PORTS, Effect
 from rotorsim.plant.kernels.modal_rotor import make_rotor_layout
 from rotorsim.plant.kernels.rig_layout import make_rig_layout
 
-FILM = make_layout(Grid(0.02, 0.04, 8, 4), 0, [], [])
+FILM = make_layout(FilmGrid(0.02, 0.04, 8, 4), 0, [], [])
 ROTOR = make_rotor_layout(4, FILM, 0, 1, 0)
 RIG = make_rig_layout(ROTOR.size, 1, 0, 0, 0, 1, dict.fromkeys(PORTS, 0), 0, 0)
 
