@@ -12,6 +12,7 @@ import numpy as np
 import typer
 
 from rotorsim.analysis import mode_shapes
+from rotorsim.base.constants import TO_HZ
 from rotorsim.base.errors import DataError
 from rotorsim.base.netcdf import write_netcdf
 from rotorsim.commands.lazy_group import example
@@ -22,6 +23,8 @@ from rotorsim.plant.validity import linear_warnings
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from rotorsim.plant import Plant
 
 
 @example(
@@ -62,9 +65,8 @@ def modes(
     with results(out, "modes", ["modes.nc", *names], force) as folder:
         note_compiling(plant.assembly, "settle")
         found = mode_shapes(plant, *at)
-        least = found["zeta"].values.min(initial=np.inf)
-        found = found.assign_attrs(linear_warnings(plant, at[0], least, found.attrs["pressure"]))
         found = found.isel(mode=slice(count))
+        found = found.assign_attrs(_warnings(found, plant, at[0]))
         write_netcdf(folder / "modes.nc", found)
         files = {"modes": str(folder / "modes.nc")}
         if wanted and not missing:
@@ -75,6 +77,22 @@ def modes(
         print(missing, file=sys.stderr)
         if pictures or show or film:
             raise typer.Exit(2)
+
+
+def _warnings(found: xr.Dataset, plant: Plant, speed: float) -> dict[str, str]:
+    """Attribute `warnings` at a speed [rad/s], with the modes below the highest one shown that are not listed."""
+    said = linear_warnings(plant, speed, found.attrs["zeta_least"], found.attrs["pressure"])
+    left = np.sort(found.attrs["not_listed"])
+    left = left[left < found["wn"].values.max(initial=0.0)]
+    sentences = [said["warnings"]] if said else []
+    if left.size:
+        sentences.append(
+            f"not listed: {left.size} modes with a damping ratio below 0.5, from {left[0] * TO_HZ:.4g} to "
+            f"{left[-1] * TO_HZ:.4g} Hz; `rotorsim campbell` has them"
+        )
+    if np.isnan(found.attrs["zeta_least"]):
+        sentences.append("whether every mode is damped is not known: their number is not proven")
+    return {"warnings": "\n".join(sentences)} if sentences else {}
 
 
 def _drawn(found: xr.Dataset, folder: Path, endings: list[str], show: bool) -> tuple[dict[str, str], str]:
