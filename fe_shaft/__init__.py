@@ -13,47 +13,6 @@ Examples
 28
 """
 
-from typing import TYPE_CHECKING
+from rotorsim.base.public import lazy
 
-from fe_shaft.bearing import BearingElement
-from fe_shaft.campbell import CampbellResult
-from fe_shaft.checks import ShaftError
-from fe_shaft.critical import CriticalSpeedResult
-from fe_shaft.masses import DiskElement, PointMass
-from fe_shaft.modal import ModalResult
-from fe_shaft.reduction import ReducedRotor, modal_reduction
-from fe_shaft.response import ForcedResult, FrequencyResponse
-from fe_shaft.rotor import Rotor
-from fe_shaft.shaft import Material, ShaftElement, steel
-from fe_shaft.stability import StabilityResult
-from fe_shaft.static import StaticResult
-from fe_shaft.transient import TimeResult, Unbalance
-from fe_shaft.ucs import UcsResult
-from rotorsim.base.public import named
-
-__all__ = [
-    "BearingElement",
-    "CampbellResult",
-    "CriticalSpeedResult",
-    "DiskElement",
-    "ForcedResult",
-    "FrequencyResponse",
-    "Material",
-    "ModalResult",
-    "PointMass",
-    "ReducedRotor",
-    "Rotor",
-    "ShaftElement",
-    "ShaftError",
-    "StabilityResult",
-    "StaticResult",
-    "TimeResult",
-    "UcsResult",
-    "Unbalance",
-    "modal_reduction",
-    "steel",
-]
-
-
-if not TYPE_CHECKING:
-    __getattr__, __dir__ = named(__name__, __all__)
+__getattr__, __dir__, __all__ = lazy(__name__, __file__)

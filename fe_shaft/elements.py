@@ -47,7 +47,7 @@ from numpy.typing import NDArray
 
 from fe_shaft.masses import DiskElement
 from fe_shaft.shaft import ShaftElement
-from fe_shaft.shapes import WEIGHT, Section, Shapes, section, shapes, shear_coefficient
+from fe_shaft.shapes import WEIGHT, GaussSection, Shapes, section, shapes, shear_coefficient
 
 Matrix = NDArray[np.float64]
 
@@ -58,7 +58,7 @@ _FLIP = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])  # theta_y = -alpha
 
 
 @lru_cache(maxsize=4096)
-def _parts(element: ShaftElement) -> tuple[Section, Shapes]:
+def _parts(element: ShaftElement) -> tuple[GaussSection, Shapes]:
     cut = section(element)
     return cut, shapes(element, cut)
 

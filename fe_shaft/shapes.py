@@ -49,7 +49,7 @@ RUNNING = _running_integral()
 
 
 @dataclass(frozen=True, eq=False)
-class Section:
+class GaussSection:
     """Stiffness and inertia at the Gauss points (n,): E I [N m2], 1/(kappa G A) [1/N], rho A [kg/m], rho I [kg m]."""
 
     EI: Matrix
@@ -78,7 +78,7 @@ def shear_coefficient(Poisson: float, diameter_ratio: float | Matrix = 0.0) -> f
     return 6 * (1 + Poisson) * hollow / ((7 + 6 * Poisson) * hollow + (20 + 12 * Poisson) * r)
 
 
-def section(element: ShaftElement) -> Section:
+def section(element: ShaftElement) -> GaussSection:
     """Section of an element at its Gauss points."""
     material = element.material
     inner = element.idl + XI * (element.idr - element.idl)
@@ -86,10 +86,10 @@ def section(element: ShaftElement) -> Section:
     area, second = np.pi / 4 * (outer**2 - inner**2), np.pi / 64 * (outer**4 - inner**4)
     kappa = shear_coefficient(material.Poisson, inner / outer)
     flexibility = 1 / (kappa * material.G_s * area) if element.shear_effects else np.zeros_like(area)
-    return Section(material.E * second, flexibility, material.rho * area, material.rho * second)
+    return GaussSection(material.E * second, flexibility, material.rho * area, material.rho * second)
 
 
-def shapes(element: ShaftElement, cut: Section) -> Shapes:
+def shapes(element: ShaftElement, cut: GaussSection) -> Shapes:
     """The static shapes of an element, and its internal ones where it has them."""
     L = element.L
     z = L * XI

@@ -1,20 +1,24 @@
-"""Linking of objects and C wrapper to shared libraries: gcc for this computer, zig for every target."""
+"""Linking of objects and C wrapper to shared libraries: gcc for this computer, zig for every target.
+
+The table of targets holds the names of each platform in LLVM, zig, FMI 2.0 and FMI 3.0.
+"""
 
 from __future__ import annotations
 
 import importlib.util
 import os
+import platform
 import shlex
 import shutil
 import subprocess
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from fmu.kernel_object import ObjectTarget, host_target, to_compile
 from fmu.kinds import write_sources
 from fmu.model import PlantUnit, Unit
-from fmu.targets import Target, host
 from rotorsim.base.errors import DataError
 
 FLAGS = ("-std=c11", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off", "-g0", "-s", "-Wall")
@@ -22,7 +26,7 @@ GNU = ("-Wl,--build-id=none", "-Wl,--gc-sections", "-Wl,-z,noexecstack")
 EXTRA = "pip install 'rotorsim[fmu]'"
 
 
-def build(model: Unit, targets: Sequence[Target], cpu: str, folder: Path) -> dict[str, Path]:
+def build(model: Unit, targets: Sequence[Platform], cpu: str, folder: Path) -> dict[str, Path]:
     """Shared library of each target by its name, built in `folder`."""
     commands = compilers(targets)
     headers = fmi_headers()
@@ -30,28 +34,28 @@ def build(model: Unit, targets: Sequence[Target], cpu: str, folder: Path) -> dic
     return {t.name: _link(t, commands[t.name], headers, sources, folder) for t in targets}
 
 
-def compilers(targets: Sequence[Target]) -> dict[str, list[str]]:
+def compilers(targets: Sequence[Platform]) -> dict[str, list[str]]:
     """Command of the compiler for each target by its name; raises DataError for one that has none."""
     return {target.name: compiler(target, len(targets) == 1) for target in targets}
 
 
-def compiles(model: Unit, targets: Sequence[Target], cpu: str) -> bool:
+def compiles(model: Unit, targets: Sequence[Platform], cpu: str) -> bool:
     """Whether an export has to compile kernels, which takes about 20 s; objects of earlier ones are kept."""
     return isinstance(model, PlantUnit) and bool(to_compile(model.assembly.module.__name__, _jobs(targets, cpu)))
 
 
-def _jobs(targets: Sequence[Target], cpu: str) -> dict[str, ObjectTarget]:
+def _jobs(targets: Sequence[Platform], cpu: str) -> dict[str, ObjectTarget]:
     return {target.name: _object_target(target, cpu) for target in targets}
 
 
-def _object_target(target: Target, cpu: str) -> ObjectTarget:
+def _object_target(target: Platform, cpu: str) -> ObjectTarget:
     if cpu == "native" and target == host():
         native = host_target("native")
         return ObjectTarget(target.triple, native.cpu, native.features)
     return ObjectTarget(target.triple, "generic" if target.name.startswith("aarch64") else "x86-64")
 
 
-def compiler(target: Target, alone: bool) -> list[str]:
+def compiler(target: Platform, alone: bool) -> list[str]:
     """Command of the compiler for a target; gcc only where nothing but this computer is asked for (`alone`).
 
     Raises DataError that names what to install: gcc builds for this one only.
@@ -75,7 +79,7 @@ def fmi_headers() -> Path:
     return folder
 
 
-def _link(target: Target, command: Sequence[str], headers: Path, sources: Sequence[str], folder: Path) -> Path:
+def _link(target: Platform, command: Sequence[str], headers: Path, sources: Sequence[str], folder: Path) -> Path:
     library = folder / f"{target.name}{target.suffix}"
     linux = target.name.endswith("linux")
     kernels = [f"{target.name}.o"] if (folder / f"{target.name}.o").is_file() else []
@@ -95,3 +99,56 @@ def _link(target: Target, command: Sequence[str], headers: Path, sources: Sequen
         )
         raise DataError(f"fmu export: linking for {target.name} failed: {lines[0][:300]}; check the compiler")
     return library
+
+
+@dataclass(frozen=True)
+class Platform:
+    """A platform; `folder2` and `folder3` are its folders below ``binaries`` in FMI 2.0 and 3.0."""
+
+    name: str
+    triple: str
+    zig: str
+    folder2: str
+    folder3: str
+    suffix: str
+
+
+TARGETS = {
+    t.name: t
+    for t in (
+        Platform("x86_64-linux", "x86_64-unknown-linux-gnu", "x86_64-linux-gnu.2.17", "linux64", "x86_64-linux", ".so"),
+        Platform("x86_64-windows", "x86_64-pc-windows-gnu", "x86_64-windows-gnu", "win64", "x86_64-windows", ".dll"),
+        Platform(
+            "aarch64-linux", "aarch64-unknown-linux-gnu", "aarch64-linux-gnu.2.17", "aarch64-linux", "aarch64-linux",
+            ".so",
+        ),
+        Platform(
+            "x86_64-darwin", "x86_64-apple-macosx11.0.0", "x86_64-macos.11.0", "darwin64", "x86_64-darwin", ".dylib"
+        ),
+        Platform(
+            "aarch64-darwin", "arm64-apple-macosx11.0.0", "aarch64-macos.11.0", "aarch64-darwin", "aarch64-darwin",
+            ".dylib",
+        ),
+    )
+}  # fmt: skip
+
+
+def host() -> Platform:
+    """The platform of this computer."""
+    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
+    name = f"{machine}-{platform.system().lower()}"
+    if name not in TARGETS:
+        raise DataError(f"targets: this computer is a {name}; choose from {', '.join(TARGETS)}")
+    return TARGETS[name]
+
+
+def choose(names: str) -> tuple[Platform, ...]:
+    """Targets of a list like ``host,x86_64-windows``, each once, in the order of the table."""
+    wanted = [part.strip() for part in names.split(",") if part.strip()]
+    for name in wanted:
+        if name != "host" and name not in TARGETS:
+            raise DataError(f"targets: '{name}' is not known; choose from host, {', '.join(TARGETS)}")
+    if not wanted:
+        raise DataError(f"targets: none given; choose from host, {', '.join(TARGETS)}")
+    chosen = {host().name if name == "host" else name for name in wanted}
+    return tuple(target for target in TARGETS.values() if target.name in chosen)

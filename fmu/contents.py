@@ -16,8 +16,7 @@ from fmu.law_unit import LawUnit
 from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit, Unit, software
 from fmu.reference import Reference, table
-from fmu.units import fmi_name
-from fmu.variables import Variable
+from fmu.variables import UnitVariable, fmi_name
 from rotorsim.base.constants import MPA, TO_RPM
 from rotorsim.base.quantity import UNLIMITED
 from rotorsim.base.units import show
@@ -189,7 +188,7 @@ def _effects(model: PlantUnit) -> list[str]:
     return rows
 
 
-def _variable_row(v: Variable) -> str:
+def _variable_row(v: UnitVariable) -> str:
     unit = "" if v.unit == "1" else fmi_name(v.unit)
     low = "" if v.low <= -UNLIMITED else f"{v.low:.6g}"
     high = "" if v.high >= UNLIMITED else f"{v.high:.6g}"

@@ -6,8 +6,7 @@ from collections.abc import Callable
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from fmu.model import Unit, identifier, software
-from fmu.units import fmi_name, unit_definitions
-from fmu.variables import Variable
+from fmu.variables import UnitVariable, fmi_name, unit_definitions
 from rotorsim.base.quantity import UNLIMITED
 
 STOP_TIME = 1.0
@@ -64,7 +63,7 @@ def description2(model: Unit) -> Element:
     return root
 
 
-def _scalar(listed: Element, reference: int, v: Variable, state: str) -> None:
+def _scalar(listed: Element, reference: int, v: UnitVariable, state: str) -> None:
     attributes = {"name": v.name, "valueReference": str(reference), "description": v.doc}
     attributes |= {"causality": v.causality, "variability": v.variability}
     initial = _initial(v)
@@ -75,7 +74,7 @@ def _scalar(listed: Element, reference: int, v: Variable, state: str) -> None:
     SubElement(scalar, {"real": "Real", "integer": "Integer", "boolean": "Boolean"}[v.kind], values)
 
 
-def _initial(v: Variable) -> str | None:
+def _initial(v: UnitVariable) -> str | None:
     if v.store == "derivative" or v.causality == "output":
         return "calculated"
     return "exact" if v.causality in ("parameter", "local") else None
@@ -149,7 +148,7 @@ def _experiment(root: Element, step: float) -> None:
     SubElement(root, "DefaultExperiment", startTime="0", stopTime=number(STOP_TIME), stepSize=number(step))
 
 
-def _value_attributes(v: Variable) -> dict[str, str]:
+def _value_attributes(v: UnitVariable) -> dict[str, str]:
     found: dict[str, str] = {}
     if v.kind == "real":
         if v.unit != "1":
@@ -165,5 +164,5 @@ def _value_attributes(v: Variable) -> dict[str, str]:
     return found
 
 
-def _plain(v: Variable, value: float) -> str:
+def _plain(v: UnitVariable, value: float) -> str:
     return str(int(value)) if v.kind == "integer" else number(value)

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from fmu.archive import write_archive
-from fmu.binaries import build, compilers, compiles
+from fmu.archive import check_place, workspace, write_archive
+from fmu.binaries import Platform, build, compilers, compiles, host
 from fmu.contents import contents
 from fmu.description import DESCRIPTIONS, text
 from fmu.model import PlantUnit, Unit, identifier
-from fmu.places import check_place, workspace
 from fmu.reference import Reference, make_reference
-from fmu.targets import Target, host
 from rotorsim.base.errors import DataError
 
 COMPILING = "compiling the kernels for use outside Python: about 20 s, once for this kind of machine"
@@ -39,7 +37,7 @@ def export(
     model: Unit,
     out: Path,
     chosen: Sequence[int],
-    targets: Sequence[Target],
+    targets: Sequence[Platform],
     cpu: str = "portable",
     announce: Callable[[str], None] | None = None,
 ) -> dict[int, Path]:
@@ -78,7 +76,7 @@ def _reference(model: Unit, trial: Path) -> Reference:
     except Exception as error:  # FMPy has several
         _try_start(model)
         raise DataError(
-            f"fmu export: the unit that was built does not run here ({error}); check the compiler"
+            f"fmu export: the unit that was built does not run here ({error}); check the compiler and the point"
         ) from error
 
 
@@ -87,7 +85,7 @@ def _try_start(model: Unit) -> None:
         model.plant.equilibrium(model.speed, model.pressure)
 
 
-def core(model: Unit, version: int, targets: Sequence[Target], libraries: dict[str, bytes]) -> dict[str, bytes]:
+def core(model: Unit, version: int, targets: Sequence[Platform], libraries: dict[str, bytes]) -> dict[str, bytes]:
     """Parts of an archive that are needed to run it: description and binaries."""
     found = {"modelDescription.xml": text(DESCRIPTIONS[version](model)).encode()}
     for target in targets:

@@ -24,7 +24,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from fmu.places import temporary_error, workspace
+from fmu.archive import temporary_error, workspace
 from reynolds.compiler import link_only
 from rotorsim.base.cache import in_cache
 from rotorsim.base.errors import DataError, RotorsimError

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from fmu import law_unit as law_tables, linear_tables, tables
+from fmu import law_unit as law_tables, linear_model, tables
 from fmu.kernel_object import ObjectTarget, write_objects
 from fmu.law_unit import LawUnit
 from fmu.linear_model import LinearUnit
@@ -19,8 +19,8 @@ from identification.model_file import load_model
 from rotorsim.base.constants import MPA, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.control import Law, load_law
-from rotorsim.machine.passed_limits import speed_limit
-from rotorsim.machine.sampling import check_speed
+from rotorsim.machine.numerics import check_speed
+from rotorsim.machine.running_limits import speed_limit
 from rotorsim.plant import Plant
 
 AnyUnit = TypeVar("AnyUnit", bound=PlantUnit | LinearUnit | LawUnit)
@@ -88,7 +88,7 @@ def write_sources(unit: Unit, jobs: Mapping[str, ObjectTarget], folder: Path) ->
         write_objects(unit.plant.machine.text, unit.assembly.module.__name__, unit.modules, dict(jobs), folder)
         texts = tables.header(unit), tables.source(unit)
     elif isinstance(unit, LinearUnit):
-        texts = linear_tables.header(unit), linear_tables.source(unit)
+        texts = linear_model.header(unit), linear_model.source(unit)
     elif isinstance(unit, LawUnit):
         texts = law_tables.header(unit), law_tables.source(unit)
     else:

@@ -10,15 +10,15 @@ from functools import cached_property
 
 import numpy as np
 
-from fmu.linear_tables import numbers
+from fmu.linear_model import numbers
 from fmu.model import wrapper_text
 from fmu.tables import MAGIC, array, row, runs
-from fmu.variables import Variable
+from fmu.variables import UnitVariable
 from rotorsim.control import Law
 from rotorsim.control.runtime import guard, plausibility
 from rotorsim.control.runtime.alarm import SENTENCES
 from rotorsim.control.runtime.guard import FADE, FARTHEST, HOLD
-from rotorsim.control.runtime.layout import FIRST_BLOCK
+from rotorsim.control.runtime.kernels import FIRST_BLOCK
 
 INPUTS = ("meas.disc_x", "meas.disc_y", "meas.speed", "meas.pressure")
 OUTPUTS = ("piezo.ref_x", "piezo.ref_y")
@@ -59,7 +59,7 @@ class LawUnit:
         return self.law.Ts
 
     @cached_property
-    def variables(self) -> tuple[Variable, ...]:
+    def variables(self) -> tuple[UnitVariable, ...]:
         """The table of variables."""
         return tuple(law_variables(self))
 
@@ -87,17 +87,17 @@ class LawUnit:
         }
 
 
-def law_variables(unit: LawUnit) -> Iterator[Variable]:
+def law_variables(unit: LawUnit) -> Iterator[UnitVariable]:
     """Inputs as the plant's unit calls its outputs, outputs as it calls its inputs."""
-    yield Variable("time", "time", "Simulation time.", "s")
+    yield UnitVariable("time", "time", "Simulation time.", "s")
     starts = (0.0, 0.0, unit.speed, unit.pressure)
     words = ("Measured disc x.", "Measured disc y.", "Measured speed.", "Measured gauge pressure.")
     for k, (name, doc, start) in enumerate(zip(INPUTS, words, starts, strict=True)):
-        yield Variable(name, "input", doc, ("m", "m", "rad/s", "Pa")[k], k, start=start)
+        yield UnitVariable(name, "input", doc, ("m", "m", "rad/s", "Pa")[k], k, start=start)
     for k, name in enumerate(OUTPUTS):
-        yield Variable(name, "output", f"Reference along {'xy'[k]}.", "V", k)
+        yield UnitVariable(name, "output", f"Reference along {'xy'[k]}.", "V", k)
     doc = f"Alarm: 0 as long as the law acts fully. {CODES}."
-    yield Variable(ALARM, "output", doc, index=len(OUTPUTS), kind="integer")
+    yield UnitVariable(ALARM, "output", doc, index=len(OUTPUTS), kind="integer")
 
 
 def header(unit: LawUnit) -> str:

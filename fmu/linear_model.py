@@ -5,7 +5,7 @@ r"""Identified LPV model as a unit for co-simulation, and for model exchange whe
 Every element of [A B; C D] is a sum of products of at most two parameters theta (the structures of
 `identification.local.greybox` are affine in each parameter alone), and theta is polynomial in q. So the matrices, and
 their derivatives by q, are exact in the unit. A scheduled controller is the same with a period Ts: whatever has `terms`
-and surfaces can be exported this way.
+and surfaces can be exported this way. Its C files are a table of the terms.
 
 Cites: astrom_1997.
 """
@@ -18,11 +18,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
 from fmu.model import wrapper_text
-from fmu.variables import Variable
+from fmu.tables import MAGIC, array, row
+from fmu.variables import UnitVariable
 from identification.local.blackbox import FullStateSpace
 from identification.local.greybox import STRUCTURES
 from identification.lpv.model import LpvModel
@@ -97,7 +99,7 @@ class LinearUnit:
         return np.where(found > 0, found, 1.0)
 
     @cached_property
-    def variables(self) -> tuple[Variable, ...]:
+    def variables(self) -> tuple[UnitVariable, ...]:
         """The table of variables."""
         return tuple(linear_variables(self))
 
@@ -127,30 +129,87 @@ def find_terms(matrices: Matrices, q: int, products: bool) -> Iterator[tuple[int
     if products:
         found += [(i, j, block(i, j) - alone[i] - alone[j] + zero) for i, j in combinations(range(q), 2)]
     for i, j, values in found:
-        for row, column in np.argwhere(values):
-            yield int(row), int(column), i, j, float(values[row, column])
+        for line, column in np.argwhere(values):
+            yield int(line), int(column), i, j, float(values[line, column])
 
 
-def linear_variables(unit: LinearUnit) -> Iterator[Variable]:
+def linear_variables(unit: LinearUnit) -> Iterator[UnitVariable]:
     """Inputs as the plant's unit calls them, outputs, states and their derivatives."""
     (w0, p0), (w1, p1) = unit.lpv.low, unit.lpv.high
     slack = unit.lpv.slack
-    yield Variable("time", "time", "Simulation time.", "s")
+    yield UnitVariable("time", "time", "Simulation time.", "s")
     for k, axis in enumerate("xy"):
-        yield Variable(f"piezo.ref_{axis}", "input", f"Reference along {axis}.", "V", k, start=0.0)
+        yield UnitVariable(f"piezo.ref_{axis}", "input", f"Reference along {axis}.", "V", k, start=0.0)
     doc = f"Operating point; identified from {w0:.6g} to {w1:.6g} rad/s."
     text = "is outside those the model was identified at, {}; it extrapolates, and this input is in {}"
     speeds = (w0 - slack[0], w1 + slack[0])
     beyond = text.format(f"{w0:.6g} to {w1:.6g} rad/s", "rad/s")
-    yield Variable("shaft.speed_ref", "input", doc, "rad/s", 2, start=unit.speed, checked=speeds, beyond=beyond)
+    yield UnitVariable("shaft.speed_ref", "input", doc, "rad/s", 2, start=unit.speed, checked=speeds, beyond=beyond)
     doc = f"Operating point, gauge; identified from {p0:.6g} to {p1:.6g} Pa."
     pressures = (p0 - slack[1], p1 + slack[1])
     beyond = text.format(f"{p0:.6g} to {p1:.6g} Pa", "Pa, gauge")
-    yield Variable("injection.pressure", "input", doc, "Pa", 3, start=unit.pressure, checked=pressures, beyond=beyond)
+    yield UnitVariable(
+        "injection.pressure", "input", doc, "Pa", 3, start=unit.pressure, checked=pressures, beyond=beyond
+    )
     for k, axis in enumerate("xy"):
         doc = f"Displacement at the disc along {axis}, from the operating point's."
-        yield Variable(f"disc.{axis}", "output", doc, "m", k)
+        yield UnitVariable(f"disc.{axis}", "output", doc, "m", k)
     for k in range(unit.order):
-        yield Variable(f"x[{k + 1}]", "state", f"State {k + 1}.", index=k, start=0.0, typical=float(unit.sizes[k]))
+        yield UnitVariable(f"x[{k + 1}]", "state", f"State {k + 1}.", index=k, start=0.0, typical=float(unit.sizes[k]))
     for k in range(unit.order if unit.continuous else 0):
-        yield Variable(f"der(x[{k + 1}])", "derivative", f"Derivative of state {k + 1}.", index=k)
+        yield UnitVariable(f"der(x[{k + 1}])", "derivative", f"Derivative of state {k + 1}.", index=k)
+
+
+def header(unit: LinearUnit) -> str:
+    """Text of tables.h."""
+    basis = unit.lpv.basis
+    defines: dict[str, Any] = {
+        "MAGIC": f'"{MAGIC}"',
+        "MODEL_HASH": f'"{unit.hash}"',
+        "TOKEN": f'"{unit.token}"',
+        "SAMPLE": unit.sample.hex(),
+        "CONTINUOUS": int(unit.continuous),
+        "N_VARIABLES": len(unit.variables),
+        "N_INPUTS": 4,
+        "N_OUT": 2,
+        "N_P": 1,
+        "N_W": unit.order,
+        "N_IX": 1,
+        "N_RUNS": 1,
+        "N_PRESSURE": 0,
+        "GUARDED": 0,
+        "N_STATES": unit.order,
+        "N_THETA": len(unit.lpv.coefficients),
+        "N_BASIS": len(basis.exponents),
+        "N_TERMS": len(unit.terms),
+        "MIDDLE": numbers(basis.middle),
+        "HALF_RANGE": numbers(basis.half),
+        "NOMINALS": numbers(unit.sizes),
+    }
+    lines = [f"#define {name} {value}" for name, value in defines.items()]
+    return "\n".join(["/* Written by the exporter. */", "#ifndef TABLES_H", "#define TABLES_H", *lines, "#endif", ""])
+
+
+def source(unit: LinearUnit) -> str:
+    """Text of tables.c."""
+    terms = [f"{{{r}, {c}, {i}, {j}, {x.hex()}}}" for r, c, i, j, x in unit.terms]
+    return "\n".join(
+        [
+            "/* Written by the exporter. */",
+            '#include "unit.h"',
+            array("const Variable variables[N_VARIABLES]", (row(v) for v in unit.variables)),
+            array("const Run initial_runs[N_RUNS]", [f"{{{unit.order}, 0.0}}"]),
+            array("const double initial_parameters[N_P]", ["0.0"]),
+            array("const int64_t indices[N_IX]", ["0"]),
+            array("const int32_t pressure_nodes[N_PRESSURE + 1][2]", ["{0, 0}"]),
+            array("const Term terms[N_TERMS]", terms),
+            array("const double surfaces[N_THETA][N_BASIS]", map(numbers, unit.lpv.coefficients)),
+            array("const int32_t exponents[N_BASIS][2]", (f"{{{i}, {j}}}" for i, j in unit.lpv.basis.exponents)),
+            "",
+        ]
+    )
+
+
+def numbers(values: np.ndarray) -> str:
+    """A C initialiser of exact numbers."""
+    return "{" + ", ".join(float(x).hex() for x in values) + "}"

@@ -15,7 +15,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Protocol
 
-from fmu.variables import Variable, plant_variables
+from fmu.variables import UnitVariable, plant_variables
 from rotorsim.base.errors import DataError
 from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly
@@ -48,7 +48,7 @@ class Unit(Protocol):
         """Time [s] of which communication steps are multiples."""
 
     @property
-    def variables(self) -> tuple[Variable, ...]:
+    def variables(self) -> tuple[UnitVariable, ...]:
         """The table of variables."""
 
     @property
@@ -92,7 +92,7 @@ class PlantUnit:
         return self.plant.assembly
 
     @cached_property
-    def variables(self) -> tuple[Variable, ...]:
+    def variables(self) -> tuple[UnitVariable, ...]:
         """The table of variables."""
         return plant_variables(self.assembly, self.speed, self.pressure)
 

@@ -9,15 +9,19 @@ from pathlib import Path
 
 import numpy as np
 
-from fmu.checks.importer import ImportedUnit
+from fmu.importer import ImportedUnit
 from fmu.law_unit import LawUnit
-from fmu.model import Unit
-from fmu.variables import Variable
+from fmu.model import PlantUnit, Unit
+from fmu.variables import UnitVariable
+from rotorsim.base.errors import DataError
 
 SAMPLES = 5
 """Samples in a step of the stored run."""
 ROWS = 300
 FORCE, VOLTS, PRESSURE_STEP, ACCELERATION = 20.0, 0.5, 0.02e6, 50.0
+"""Force on the disc [N], at most; reference [V], step of the pressure [Pa], acceleration of the shaft [rad/s^2]."""
+LIGHT = 6.0
+"""Force on the disc [m/s^2] over the mass of the rotor, at most."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +33,7 @@ class Reference:
     outputs: dict[str, np.ndarray]
 
 
-def input_variables(model: Unit) -> list[Variable]:
+def input_variables(model: Unit) -> list[UnitVariable]:
     """Inputs that a run is made of."""
     return [v for v in model.variables if v.store == "input"]
 
@@ -47,8 +51,13 @@ def reference_inputs(model: Unit, n: int, step: float) -> dict[str, np.ndarray]:
         rows["piezo.ref_x"][n // 2 :] = VOLTS
         rows["piezo.ref_y"][2 * n // 3 :] = -VOLTS
     if "disc.force_x" in rows:
-        rows["disc.force_x"][3 * n // 4 : 3 * n // 4 + 1] = FORCE
+        rows["disc.force_x"][3 * n // 4 : 3 * n // 4 + 1] = _hit(model)
     return {v.name: np.clip(rows[v.name], v.low, v.high) for v in input_variables(model)}
+
+
+def _hit(model: Unit) -> float:
+    """Force [N] that the disc of a heavy and of a light rotor survives."""
+    return min(FORCE, LIGHT * model.plant.machine.mass) if isinstance(model, PlantUnit) else FORCE
 
 
 def make_reference(model: Unit, path: Path) -> Reference:
@@ -58,8 +67,11 @@ def make_reference(model: Unit, path: Path) -> Reference:
     with ImportedUnit(path) as unit:
         names = unit.names("output")
         instance = unit.instance("reference")
-        instance.initialise()
-        rows = instance.run(inputs, step, names)
+        try:
+            instance.initialise()
+            rows = instance.run(inputs, step, names)
+        except Exception as error:  # FMPy has several
+            raise DataError("; ".join(instance.messages) or str(error)) from error
         instance.close()
     return Reference(step, inputs, dict(zip(names, rows.T, strict=True)))
 

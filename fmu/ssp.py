@@ -17,16 +17,14 @@ from xml.etree.ElementTree import Element, SubElement, register_namespace
 
 import numpy as np
 
-from fmu.archive import write_archive
-from fmu.checks.importer import ImportedUnit
+from fmu.archive import check_place, workspace, write_archive
+from fmu.binaries import Platform
 from fmu.description import number, text
 from fmu.export import export
+from fmu.importer import ImportedUnit
 from fmu.law_unit import INPUTS, OUTPUTS, LawUnit
 from fmu.model import PlantUnit, Unit, software
-from fmu.places import check_place, workspace
-from fmu.targets import Target
-from fmu.units import exponents, fmi_name
-from fmu.variables import Variable
+from fmu.variables import UnitVariable, exponents, fmi_name
 from rotorsim.base.errors import DataError
 from rotorsim.base.exchange.archive import ArchiveError, read_archive
 
@@ -48,7 +46,7 @@ def export_system(
     law: LawUnit,
     out: Path,
     version: int,
-    targets: Sequence[Target],
+    targets: Sequence[Platform],
     cpu: str = "portable",
     announce: Callable[[str], None] | None = None,
 ) -> Path:
@@ -108,7 +106,7 @@ def _below(parent: Element, tag: str, /, **attributes: str) -> Element:
     return SubElement(parent, _name(tag), attributes)
 
 
-def _component(parts: Element, name: str, wired: Sequence[Variable], driven: Sequence[Variable]) -> None:
+def _component(parts: Element, name: str, wired: Sequence[UnitVariable], driven: Sequence[UnitVariable]) -> None:
     """A unit with its connectors, and start values of inputs that no wire reaches."""
     kind = {"implementation": "CoSimulation", "type": "application/x-fmu-sharedlibrary"}
     part = _below(parts, "ssd:Component", name=name, source=f"resources/{name}.fmu", **kind)
@@ -125,7 +123,7 @@ def _component(parts: Element, name: str, wired: Sequence[Variable], driven: Seq
             _below(one, "ssv:Real", value=number(v.start or 0.0), **_unit(v))
 
 
-def _unit(v: Variable) -> dict[str, str]:
+def _unit(v: UnitVariable) -> dict[str, str]:
     return {} if v.unit == "1" else {"unit": fmi_name(v.unit)}
 
 
@@ -143,7 +141,7 @@ def _experiment(root: Element, step: float) -> None:
     _below(_below(note, "osp:Algorithm"), "osp:FixedStepAlgorithm", baseStepSize=number(step))
 
 
-class System:
+class CoupledUnits:
     """The two units of an .ssp file, stepped by a master that exchanges all values at once."""
 
     def __init__(self, path: Path) -> None:
@@ -158,7 +156,7 @@ class System:
                 (folder / f"{name}.fmu").write_bytes(data)
                 self.units[name] = ImportedUnit(folder / f"{name}.fmu")
 
-    def __enter__(self) -> System:
+    def __enter__(self) -> CoupledUnits:
         return self
 
     def __exit__(self, *_: object) -> None:

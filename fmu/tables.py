@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from fmu.model import PlantUnit
-from fmu.variables import ROW, Variable
+from fmu.variables import ROW, UnitVariable
 from reynolds.grid import cells
 from rotorsim.base.quantity import UNLIMITED
 from rotorsim.effects.film.gas_heating import NOMINAL
-from rotorsim.machine.passed_limits import friction_heat, hottest
+from rotorsim.machine.running_limits import friction_heat, hottest
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.columns import COLUMNS, HEAT_COLUMNS
+from rotorsim.plant.kernels.columns import COLUMNS, HEAT_COLUMNS
 
 MAGIC = "rotsim1"
 EXTRA_COLUMNS = 3
@@ -103,7 +103,7 @@ def array(declaration: str, items: Iterable[str]) -> str:
     return f"{declaration} = {{\n    " + ",\n    ".join(items) + "\n};"
 
 
-def row(v: Variable) -> str:
+def row(v: UnitVariable) -> str:
     """A variable's row in the C table."""
     settable = {
         "input": "ALWAYS",

@@ -2,26 +2,41 @@
 
 A variable's value reference is its place in the table. The first is time; names are dotted, parameters of effects are
 called as in the machine file (``effects.unbalance.me``).
+
+Limits of inputs come from the machine, those of an effect's parameters from the effect's own checks. An input is
+refused beyond the limits at which a run in Python is refused or ends, and warned of once beyond the range in which the
+machine's model was checked. Bounds of parameters come from the parameter; `Effect.problems` narrows them (an injector
+that does not exist, heat that closes the gap); a parameter that would change what was fixed at export (the symmetry of
+the film's grid, derived numbers) is locked to its value.
+
+SI units are written as exponents of the base units, display units with their factors.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import ast
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from typing import Any
+from xml.etree.ElementTree import Element, SubElement
 
-from fmu.limits import input_limits, limits
-from fmu.units import display_unit
 from identification.records.schema import warm_bodies
+from rotorsim.base.constants import TO_RPM
 from rotorsim.base.quantity import UNLIMITED, Quantity, quantities, quantity_of
+from rotorsim.base.units import TABLE, dimension
 from rotorsim.effects import Effect
 from rotorsim.effects.base import WHERE
 from rotorsim.machine.actuators import Actuators, Drive
-from rotorsim.machine.bearings.film import Injector
-from rotorsim.machine.bearings.gas import Gas
+from rotorsim.machine.gas import Gas
+from rotorsim.machine.gas_film import Injector
 from rotorsim.machine.part import Part
 from rotorsim.machine.probes import reading_unit
+from rotorsim.machine.running_limits import speed_limit
+from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS
+from rotorsim.plant.kernels.columns import COLUMNS, FILM_COLUMNS
+from rotorsim.plant.validity import known_speed
 
 NOMINAL = {"m": 1e-5, "N": 10.0, "rad/s": 600.0, "rad": 1.0, "Pa": 1e5, "V": 1.0, "kg/s": 1e-4, "N*m": 1e-2}
 ROW = ("shaft.speed_ref", "injection.pressure", "piezo.ref_x", "piezo.ref_y", "disc.force_x", "disc.force_y")
@@ -32,7 +47,7 @@ BEFORE_START = ("support", "rotating", "plenum")
 
 
 @dataclass(frozen=True)
-class Variable:
+class UnitVariable:
     """A variable: `store` is where its value lies ('input', 'output', 'parameter', ...), `index` its place there.
 
     A value outside `low` to `high` is refused, for the reason `why`; one outside `checked` is warned of once, with the
@@ -92,12 +107,12 @@ class Variable:
         return display_unit(self.unit, self.start or self.nominal or 0.0)
 
 
-def plant_variables(a: Assembly, speed: float, pressure: float) -> tuple[Variable, ...]:
+def plant_variables(a: Assembly, speed: float, pressure: float) -> tuple[UnitVariable, ...]:
     """All variables of a plant that starts at a speed [rad/s] and gauge pressure [Pa]."""
-    found = [Variable("time", "time", "Simulation time.", "s")]
+    found = [UnitVariable("time", "time", "Simulation time.", "s")]
     found += [*_inputs(a, speed, pressure), *_outputs(a), *_machine_parameters(a), *_effect_parameters(a)]
     found.append(
-        Variable(
+        UnitVariable(
             "noise.seed", "seed", "Makes the sensors' noise and nothing else.", kind="integer", start=0.0, low=0.0,
             high=MOST_SEED, whole=True,
         )
@@ -105,7 +120,7 @@ def plant_variables(a: Assembly, speed: float, pressure: float) -> tuple[Variabl
     return (*found, *_constants(a))
 
 
-def _inputs(a: Assembly, speed: float, pressure: float) -> Iterator[Variable]:
+def _inputs(a: Assembly, speed: float, pressure: float) -> Iterator[UnitVariable]:
     rows = [("shaft.speed_ref", "rad/s", speed, "Speed reached at the end of the coming step; at rest at the start.")]
     if a.film.n_inj:
         rows.append(("injection.pressure", "Pa", pressure, "Gauge pressure of the supply, held over a step."))
@@ -118,16 +133,16 @@ def _inputs(a: Assembly, speed: float, pressure: float) -> Iterator[Variable]:
             (f"disc.force_{axis}", "N", 0.0, f"Force on the shaft where displacement is measured, along {axis}.")
         )
     for k, (name, unit, start, doc) in enumerate(rows):
-        yield Variable(name, "input", doc, unit, k, start=start, **input_limits(a.machine, name))
+        yield UnitVariable(name, "input", doc, unit, k, start=start, **input_limits(a.machine, name))
     doc = "Whether the drive holds the speed; off, the shaft coasts."
-    yield Variable("drive.on", "input", doc, index=len(rows), kind="boolean", start=1.0, low=0.0, high=1.0)
+    yield UnitVariable("drive.on", "input", doc, index=len(rows), kind="boolean", start=1.0, low=0.0, high=1.0)
 
 
 def _mode(a: Assembly) -> str:
     return a.machine.actuators.mode if a.machine.actuators else "ideal"
 
 
-def _outputs(a: Assembly) -> Iterator[Variable]:
+def _outputs(a: Assembly) -> Iterator[UnitVariable]:
     n, fed, has_film = a.rig.n_pin, a.film.n_inj, bool(a.films)
     extra = a.columns - len(COLUMNS)
     at = {name: k for k, name in enumerate(COLUMNS)}
@@ -177,12 +192,12 @@ def _outputs(a: Assembly) -> Iterator[Variable]:
     if fed:
         rows.append(("meas.pressure", "Pa", at["pressure_measured"], "Injection pressure as its transducer reads it."))
     for name, unit, column, doc in rows:
-        yield Variable(name, "output", doc, unit, column)
+        yield UnitVariable(name, "output", doc, unit, column)
     if has_film:
         doc = "Whether the journal touched its sleeve during the last step."
-        yield Variable("film.touchdown", "output", doc, index=at["contact"], kind="boolean")
+        yield UnitVariable("film.touchdown", "output", doc, index=at["contact"], kind="boolean")
         shape = (a.film.n_theta, a.machine.grid.n_z)
-        yield Variable("film.pressure", "pressure", "Absolute film pressure over theta and z.", "Pa", shape=shape)
+        yield UnitVariable("film.pressure", "pressure", "Absolute film pressure over theta and z.", "Pa", shape=shape)
 
 
 def _each_film(a: Assembly) -> Iterator[tuple[str, str, int, str]]:
@@ -215,10 +230,10 @@ def place(a: Assembly, *path: str, item: int = 0) -> int:
 
 def _parameter(
     name: str, known: Quantity, index: int, value: float, tunable: bool, bounds: tuple[float, float] | None = None
-) -> Variable:
+) -> UnitVariable:
     """Parameter declared by a `Quantity`, within its limits or narrower `bounds`."""
     low, high = bounds or known.bounds
-    return Variable(
+    return UnitVariable(
         name, "parameter", known.doc, known.unit, index, start=value, low=low, high=high,
         whole=bool(known.multiple), tunable=tunable,
     )  # fmt: skip
@@ -230,7 +245,7 @@ def _declared(part: type[Part], field: str) -> Quantity:
     return found
 
 
-def _machine_parameters(a: Assembly) -> Iterator[Variable]:
+def _machine_parameters(a: Assembly) -> Iterator[UnitVariable]:
     P = a.P
     if len(a.films) == 1:
         known = _declared(Gas, "viscosity")
@@ -269,7 +284,7 @@ def _paths(a: Assembly) -> Iterator[tuple[str, str, Effect]]:
                 yield f"effects.{name}" if len(effects) == 1 else f"effects.{name}[{i + 1}]", record, effect
 
 
-def _effect_parameters(a: Assembly) -> Iterator[Variable]:
+def _effect_parameters(a: Assembly) -> Iterator[UnitVariable]:
     for path, record, effect in _paths(a):
         for name, known in quantities(effect).items():
             if name not in WHERE:
@@ -278,7 +293,7 @@ def _effect_parameters(a: Assembly) -> Iterator[Variable]:
                 yield _parameter(f"{path}.{name}", known, index, value, effect.port not in BEFORE_START, bounds)
 
 
-def _constants(a: Assembly) -> Iterator[Variable]:
+def _constants(a: Assembly) -> Iterator[UnitVariable]:
     gas = a.machine.gas
     rows = [("gas.ambient_pressure", "Pa", gas.ambient_pressure, "Absolute ambient pressure.")]
     for k, film in enumerate(a.machine.films, 1):
@@ -299,4 +314,151 @@ def _constants(a: Assembly) -> Iterator[Variable]:
         if getattr(effect, "bearing", None) is not None:
             rows.append((f"{path}.bearing", "1", effect.bearing, "Index of the bearing that the effect is about."))  # type: ignore[attr-defined]
     for name, unit, value, doc in rows:
-        yield Variable(name, "constant", doc, unit, start=float(value))
+        yield UnitVariable(name, "constant", doc, unit, start=float(value))
+
+
+HALVINGS = 60
+MOST_WHOLE = 4096
+SLACK = 1.001
+"""Factor on the ends of the checked range within which there is no warning, as in `Checked.holds`."""
+
+
+def input_limits(machine: Machine, name: str) -> dict[str, Any]:
+    """Limits of an input, as fields of a variable: refused beyond `low` and `high`, warned of beyond `checked`."""
+    if name == "shaft.speed_ref":
+        return _speed_limits(machine)
+    if name == "injection.pressure":
+        return _pressure_limits(machine)
+    if name.startswith("piezo.ref") and machine.actuators is not None:
+        limit = machine.actuators.reference_limit
+        return {"low": -limit, "high": limit, "why": "the actuators take actuators.reference_limit"}
+    return {}
+
+
+def _speed_limits(machine: Machine) -> dict[str, Any]:
+    limit, why = speed_limit(machine)
+    found: dict[str, Any] = {"low": -limit, "high": limit, "why": why}
+    known = known_speed(machine)
+    if known is not None:
+        end, reason = known
+        text = f"is beyond {end:.6g} rad/s ({end * TO_RPM:.6g} rpm), {reason}; this input is in rad/s"
+        found |= {"checked": (-SLACK * end, SLACK * end), "beyond": text}
+    return found
+
+
+def _pressure_limits(machine: Machine) -> dict[str, Any]:
+    found: dict[str, Any] = {"low": 1.0 - machine.gas.ambient_pressure, "why": "less is a vacuum"}
+    checked = machine.checked
+    if checked is not None:
+        high = UNLIMITED if checked.highest_pressure is None else SLACK * checked.highest_pressure
+        text = f"is outside the checked pressures ({checked.pressures}, {checked.against}); this input is in Pa, gauge"
+        found |= {"checked": (checked.lowest_pressure / SLACK, high), "beyond": text}
+    return found
+
+
+def limits(machine: Machine, effect: Effect, name: str, half: bool) -> tuple[float, float]:
+    """Limits of a parameter; `half`: the film is computed on one half."""
+    quantity, value = quantities(effect)[name], float(getattr(effect, name))
+    low, high = quantity.bounds
+    if _locked(machine, effect, name, _another(value, low, high), half):
+        return value, value
+    whole = bool(quantity.multiple)
+    return _reach(machine, effect, name, value, low, whole), _reach(machine, effect, name, value, high, whole)
+
+
+def _with(effect: Effect, name: str, value: float) -> Any:
+    return replace(effect, **{name: value})
+
+
+def _another(value: float, low: float, high: float) -> float:
+    """A permitted value other than the present one."""
+    return min(value + 1e-3 * (high - value), value + 1.0) if high > value else value - min(1e-3 * (value - low), 1.0)
+
+
+def _locked(machine: Machine, effect: Effect, name: str, other: float, half: bool) -> bool:
+    changed = _with(effect, name, other)
+    if half and changed.symmetric != effect.symmetric:
+        return True
+    return bool(changed.derived(machine) != effect.derived(machine))
+
+
+def _refused(machine: Machine, effect: Effect, name: str, value: float) -> bool:
+    return name in _with(effect, name, value).problems(machine)
+
+
+def _reach(machine: Machine, effect: Effect, name: str, good: float, bound: float, whole: bool) -> float:
+    """The bound, or the last value towards it that the effect takes."""
+    if abs(bound) >= UNLIMITED or not _refused(machine, effect, name, bound):
+        return bound
+    if whole:
+        step = 1.0 if bound > good else -1.0
+        for _ in range(MOST_WHOLE):
+            if abs(good + step - bound) > abs(good - bound) or _refused(machine, effect, name, good + step):
+                break
+            good += step
+        return good
+    bad = bound
+    for _ in range(HALVINGS):
+        middle = 0.5 * (good + bad)
+        good, bad = (good, middle) if _refused(machine, effect, name, middle) else (middle, bad)
+    return good
+
+
+DERIVED = {
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "Pa": {"kg": 1, "m": -1, "s": -2},
+    "J": {"kg": 1, "m": 2, "s": -2},
+    "W": {"kg": 1, "m": 2, "s": -3},
+    "V": {"kg": 1, "m": 2, "s": -3, "A": -1},
+    "Hz": {"s": -1},
+}
+BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+
+
+def exponents(unit: str) -> dict[str, int]:
+    """Exponents of the base units, e.g. of 'N*m': kg 1, m 2, s -2."""
+    found = _walk(ast.parse(unit.replace("^", "**"), mode="eval").body)
+    return {name: found[name] for name in BASE if found[name]}
+
+
+def _walk(node: ast.AST) -> Counter[str]:
+    if isinstance(node, ast.Name):
+        return Counter(DERIVED.get(node.id, {node.id: 1}))
+    if isinstance(node, ast.BinOp):
+        left = _walk(node.left)
+        if isinstance(node.op, ast.Pow) and isinstance(node.right, ast.Constant):
+            power = int(str(node.right.value))
+            return Counter({name: n * power for name, n in left.items()})
+        sign = 1 if isinstance(node.op, ast.Mult) else -1
+        for name, n in _walk(node.right).items():
+            left[name] += sign * n
+        return left
+    return Counter()
+
+
+def fmi_name(unit: str) -> str:
+    """'N*m' as 'N.m', 'm/s^2' as 'm/s2'."""
+    return unit.replace("*", ".").replace("^", "")
+
+
+def display_unit(unit: str, typical: float) -> str | None:
+    """Display unit for a value of this size, None where that is the SI unit."""
+    if unit not in TABLE:
+        return None
+    kind = dimension(unit)
+    fitting = [u for u in kind.people if u in kind.factors and abs(typical) >= 0.1 * float(kind.factors[u])]
+    best = (fitting or list(kind.people))[-1 if fitting else 0]
+    return fmi_name(best) if best != unit and best in kind.factors else None
+
+
+def unit_definitions(units: Iterable[str]) -> Element:
+    """The element UnitDefinitions for all units used."""
+    root = Element("UnitDefinitions")
+    for unit in sorted(set(units) - {"1", ""}):
+        entry = SubElement(root, "Unit", name=fmi_name(unit))
+        SubElement(entry, "BaseUnit", {name: str(n) for name, n in exponents(unit).items()})
+        kind = dimension(unit)
+        for shown in kind.people:
+            if shown != unit and shown in kind.factors:
+                SubElement(entry, "DisplayUnit", name=fmi_name(shown), factor=repr(1 / float(kind.factors[shown])))
+    return root

@@ -18,18 +18,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identification.feedback import check_loop, method_for
 from identification.local.blackbox import observable, realised
 from identification.local.goodness import fit_of, project
 from identification.local.greybox import RATED
+from identification.local.identify import fit_signals
 from identification.local.models import LinearModel
-from identification.local.prepare import fit_signals
 from identification.local.start import levy, peak_frequency
-from identification.records.checks import check_signals
-from identification.records.frf import FrequencyResponse, frequency_response
-from identification.records.lab.segment import cut
-from identification.records.lab.without_gaps import longest_whole
-from identification.records.prefilter import Prefilter, Signals, chosen_output, filtered
+from identification.records.checks import check_loop, check_signals, method_for
+from identification.records.frequency_response import FrequencyResponse, frequency_response
+from identification.records.prefilter import Prefilter, chosen_output, filtered
+from identification.records.stretches import Signals, cut, longest_whole
 from identification.threads import one_thread
 
 if TYPE_CHECKING:
@@ -165,7 +163,7 @@ def _delay(response: FrequencyResponse, peak: float, Ts: float) -> tuple[float, 
 
 
 def _sentences(order: int, fit: np.ndarray, peak: float, delay: float, model: str) -> tuple[str, ...]:
-    """What follows from the estimates."""
+    """Sentences that follow from the estimates."""
     turn = peak * delay
     reasons = {
         "1": "model 1: references act at once",

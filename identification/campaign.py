@@ -1,34 +1,163 @@
-"""Identification of many records: local models in parallel threads, then surfaces; one record in memory per worker."""
+"""Identification of many records: files of a folder, local models in parallel threads, then surfaces.
+
+Excited records are paired with steady runs at the same operating point. Each worker holds one record in memory.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from identification.errors import SchemaError, UnfitError
 from identification.local.dead_time import FREE
-from identification.local.identify import identify
+from identification.local.identify import fit_signals, identify
 from identification.local.models import LinearModel
-from identification.local.prepare import fit_signals
 from identification.local.result import Identification, noted
 from identification.lpv.fit import fit_lpv
 from identification.lpv.model import LpvModel
 from identification.lpv.surfaces import SAME
-from identification.records.folder import Source, open_pair
-from identification.records.prefilter import Prefilter, Signals
+from identification.readers import checked, load, read
+from identification.records.prefilter import Prefilter, operating_point, rest_length
+from identification.records.sampling import sampling_time
+from identification.records.stretches import Signals, without_gaps
 from identification.threads import one_thread
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+SAME_POINT = (5.0, 0.02, 1e4)
+"""Largest differences of a steady run from its record: of the speed in rad/s and as a share, of the pressure in Pa."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file with its operating point [rad/s], [Pa]; `excited` if its references move; its steady run's file.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.Source(Path("run.nc"), speed=300.0, pressure=0.5e6, excited=True).steady is None
+    True
+    """
+
+    path: Path
+    speed: float
+    pressure: float
+    excited: bool
+    role: str = ""
+    steady: Path | None = None
+
+
+def files_of(paths: Iterable[str | Path]) -> list[Path]:
+    """Files as they are, and every .nc file in and below folders; raises UnfitError where there is none.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> [path.name for path in rs.identification.files_of([Path("run.nc")])]
+    ['run.nc']
+    """
+    found: list[Path] = []
+    for path in map(Path, paths):
+        if path.is_dir():
+            inside = sorted(path.rglob("*.nc"))
+            if not inside:
+                raise UnfitError(f"{path}: no .nc record in it; give a campaign's folder or name the files")
+            found += inside
+        else:
+            found.append(path)
+    return found
+
+
+def survey(files: Sequence[Path], mapping: Any = None) -> list[Source]:
+    """Every file's operating point and, for those that excite, the nearest steady run at the same point.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> sources = rs.identification.survey(rs.identification.files_of([Path("run.nc")]))
+    """
+    return pair([_source(path, mapping) for path in files])
+
+
+def pair(sources: Sequence[Source]) -> list[Source]:
+    """Those that excite, each with the nearest steady run at the same point.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> excited = rs.identification.Source(Path("prbs.nc"), speed=300.0, pressure=0.5e6, excited=True)
+    >>> quiet = rs.identification.Source(Path("steady.nc"), speed=300.0, pressure=0.5e6, excited=False)
+    >>> rs.identification.pair([excited, quiet])[0].steady.name
+    'steady.nc'
+    """
+    quiet = [s for s in sources if not s.excited]
+    return [replace(s, steady=_steady(s, quiet)) for s in sources if s.excited]
+
+
+def _read(path: Path, mapping: Any) -> xr.Dataset:
+    """As `read`, but a record with gaps comes as it is."""
+    try:
+        return read(path, mapping)
+    except SchemaError:
+        record = load(path, mapping)
+        closed, _, left_out = without_gaps(record)
+        if not left_out:
+            raise
+        checked(closed)
+        return record
+
+
+def _source(path: Path, mapping: Any) -> Source:
+    record = without_gaps(_read(path, mapping))[0]
+    if "time" not in record.dims:
+        raise UnfitError(f"{path}: holds run-up vectors; identification needs time series with reference and disc")
+    speed, pressure = operating_point(record, sampling_time(record))
+    excited = "reference" in record and rest_length(np.asarray(record["reference"].values)) < record.sizes["time"]
+    role = str(record.attrs.get("role", ""))
+    return Source(path, speed, pressure, excited, role)
+
+
+def _steady(source: Source, quiet: Sequence[Source]) -> Path | None:
+    def near(other: Source) -> bool:
+        slow = abs(other.speed - source.speed) < max(SAME_POINT[0], SAME_POINT[1] * abs(source.speed))
+        return slow and not abs(other.pressure - source.pressure) > SAME_POINT[2]
+
+    fitting = [other for other in quiet if near(other)]
+    return min(fitting, key=lambda other: abs(other.speed - source.speed)).path if fitting else None
+
+
+def open_pair(source: Source, mapping: Any = None) -> tuple[xr.Dataset, xr.Dataset | None]:
+    """The record and its steady run.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> source = rs.identification.survey([Path("run.nc")])[0]
+    >>> excited, steady = rs.identification.open_pair(source)
+    >>> steady is None
+    True
+    """
+    record = _read(source.path, mapping)
+    if source.steady is None or abs(source.speed) < 1:
+        return record, None
+    return record, without_gaps(_read(source.steady, mapping))[0]
+
 
 NO_EXCITATION = "no record whose reference moves; identification needs excitation"
 
 
 @dataclass(frozen=True, eq=False)
-class Local:
-    """A file and what came of it: a result, or the sentence why not."""
+class SourceResult:
+    """A file with the result of its identification, or the sentence why there is none."""
 
     source: Source
     result: Identification | None
@@ -38,13 +167,13 @@ class Local:
 def identify_source(
     source: Source, model: int | str = 3, order: int = 6, method: str = "auto", settings: Prefilter | None = None,
     mapping: Any = None, dead_time: float | str = FREE,
-) -> Local:  # fmt: skip
+) -> SourceResult:  # fmt: skip
     """Local model of one file, or the sentence why there is none."""
     try:
         record, steady = open_pair(source, mapping)
-        return Local(source, identify(record, model, order, method, steady, settings, dead_time=dead_time))
+        return SourceResult(source, identify(record, model, order, method, steady, settings, dead_time=dead_time))
     except SchemaError as error:
-        return Local(source, None, f"{source.path}: {error}")
+        return SourceResult(source, None, f"{source.path}: {error}")
 
 
 @one_thread
@@ -56,12 +185,12 @@ def identify_all(
     settings: Prefilter | None = None,
     mapping: Any = None,
     workers: int = 2,
-    progress: Callable[[Local], None] | None = None,
+    progress: Callable[[SourceResult], None] | None = None,
     dead_time: float | str = FREE,
-) -> list[Local]:
+) -> list[SourceResult]:
     """Local models of files, in their order; `progress` is called as each is finished."""
 
-    def one(source: Source) -> Local:
+    def one(source: Source) -> SourceResult:
         found = identify_source(source, model, order, method, settings, mapping, dead_time)
         if progress is not None:
             progress(found)
@@ -72,7 +201,7 @@ def identify_all(
 
 
 def loaders(
-    locals_: Sequence[Local], settings: Prefilter | None = None, mapping: Any = None
+    locals_: Sequence[SourceResult], settings: Prefilter | None = None, mapping: Any = None
 ) -> list[Callable[[], Signals]]:
     """Functions that read and filter each record again, for `fit_lpv(refine='global')`."""
     return [partial(_signals, one.source, settings, mapping) for one in locals_]
@@ -94,9 +223,9 @@ def identify_sources(
     refine: str = "none",
     held: Sequence[str] = (),
     workers: int = 2,
-    progress: Callable[[Local], None] | None = None,
+    progress: Callable[[SourceResult], None] | None = None,
     dead_time: float | str = FREE,
-) -> tuple[LinearModel | LpvModel, list[Local]]:
+) -> tuple[LinearModel | LpvModel, list[SourceResult]]:
     """One model of many records: linear for one operating point, parameter-varying for several.
 
     Parameters
@@ -112,14 +241,14 @@ def identify_sources(
     workers : int
         Records identified at a time.
     progress : callable, optional
-        Called with each `Local`.
+        Called with each `SourceResult`.
     dead_time : float or "free"
         Of model 3, as for `identify`; where a free one shows in some records only, all are identified without.
 
     Returns
     -------
     model : LinearModel or LpvModel
-    found : list of Local
+    found : list of SourceResult
         A result or a sentence per record; where several at one operating point were fitted together, that as well.
 
     Raises
@@ -139,11 +268,14 @@ def identify_sources(
     if together := _together(good, held):
         records, steady = zip(*(open_pair(one.source, mapping) for one in together), strict=True)
         both = identify(records, model, order, method, steady, settings, dead_time=dead_time)
-        return both.model, [*found, Local(replace(together[0].source, path=Path(f"{len(together)} together")), both)]
+        return both.model, [
+            *found,
+            SourceResult(replace(together[0].source, path=Path(f"{len(together)} together")), both),
+        ]
     return _model(good, surfaces, refine, settings, mapping, held), found
 
 
-def _together(good: list[Local], roles: Sequence[str]) -> list[Local]:
+def _together(good: list[SourceResult], roles: Sequence[str]) -> list[SourceResult]:
     """The records of one operating point that make one model, where there are several."""
     fitted = [one for one in good if one.source.role not in roles] or good
     points = {_point(one.result) for one in fitted if one.result is not None}
@@ -157,7 +289,7 @@ def _point(result: Identification) -> tuple[int, int] | None:
 
 
 def _model(
-    good: list[Local], surfaces: int | str, refine: str, settings: Any, mapping: Any, roles: Sequence[str]
+    good: list[SourceResult], surfaces: int | str, refine: str, settings: Any, mapping: Any, roles: Sequence[str]
 ) -> LinearModel | LpvModel:
     """A linear model of one operating point; surfaces through several."""
     fitted = [one for one in good if one.source.role not in roles] or good

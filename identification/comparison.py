@@ -11,12 +11,13 @@ import numpy as np
 
 from identification.errors import ModelError
 from identification.local.goodness import ceiling, fit_of, noise_free_fit, project
+from identification.local.identify import of_stretches
 from identification.local.models import LinearModel
-from identification.local.prepare import of_stretches
 from identification.local.result import Identification
 from identification.lpv.model import LpvModel
 from identification.lpv.surfaces import SAME
-from identification.records.prefilter import Prefilter, Signals
+from identification.records.prefilter import Prefilter
+from identification.records.stretches import Signals
 from identification.threads import one_thread
 
 if TYPE_CHECKING:

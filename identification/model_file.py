@@ -7,10 +7,10 @@ from pathlib import Path
 from identification.errors import ModelError
 from identification.local.models import LinearModel
 from identification.lpv.model import LpvModel
+from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange import json_text as json
 from rotorsim.base.exchange.mat import is_mat, read_mat
-from rotorsim.base.own_files import instead
+from rotorsim.base.file_kinds import instead
 
 
 def load_model(path: str | Path) -> LinearModel | LpvModel:

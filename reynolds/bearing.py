@@ -11,13 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from reynolds import kernels
 from reynolds.errors import FilmError
-from reynolds.grid import Grid, Layout, cells
+from reynolds.grid import FilmGrid, Layout, cells
 from reynolds.injector import Injector
 from reynolds.perturbation import common_kernels, dynamic_stiffness, linear_film
 from reynolds.sleeve import PLAIN, Sleeve
 from reynolds.steady import settle_film
 from reynolds.transient import GAMMA, MID, STAGE
-from reynolds.workspace import FilmModel, Gas
+from reynolds.workspace import FilmGas, FilmModel
 from rotorsim.base.constants import TO_UM
 
 Array = NDArray[np.float64]
@@ -108,11 +108,11 @@ class GasBearing:
         """Grid, gas and injectors as the kernels' workspace takes them."""
         even = self.sleeve.symmetric and all(i.offset == 0 for i in self.injectors)
         half = even if self.symmetric is None else self.symmetric
-        gas = Gas(
+        gas = FilmGas(
             self.viscosity, self.ambient_pressure, self.temperature, self.gas_constant, self.heat_capacity_ratio,
             self.mean_free_path,
         )  # fmt: skip
-        grid = Grid(self.radius, self.length, self.n_theta, self.n_z, half)
+        grid = FilmGrid(self.radius, self.length, self.n_theta, self.n_z, half)
         return FilmModel(grid, self.clearance, gas, tuple(self.injectors), sleeve=self.sleeve)
 
     @cached_property

@@ -9,7 +9,8 @@ regular; the contact force is an effect of its own. A foil (`reynolds.sleeve.Foi
 
 Journal and sleeve are closest where the gap between them, `open_gap` at the nodes, has a local minimum round the
 sleeve. The sleeve's form (`reynolds.sleeve.stretches`) and the journal's part are exact there, what effects and a foil
-add is a cubic through the lines of the grid, Catmull & Rom's; over z the smallest counts. A plain sleeve has the one
+add is a cubic through the lines of the grid, Catmull & Rom's; where the form of a foil jumps it is a cubic on either
+side, and the pressure at the jump is that of a Rayleigh step. Over z the smallest counts. A plain sleeve has the one
 place e = (X^2 + Y^2)^(1/2) and the gap c - e. A groove leaves ridges, and a pocket as long as the film leaves the land
 at its sides, where a journal touches first.
 
@@ -103,11 +104,112 @@ def outline(w, L):
 
 
 @inlined
-def added_cubic(w, L, i):
-    """Coefficients of the cubic of the outline from line i to the next, in shares of the step between them."""
-    o = L.outline + 1 + i
-    a, b = w[o], w[o + 1]
-    before, after = 0.5 * (b - w[o - 1]), 0.5 * (w[o + 2] - a)
+def bend_at_edges(w, F, L, first, count, x, y):
+    """Least of what effects and foil add [m] at the edges between the `count` stretches from `first`, of one cell.
+
+    At a row the flux is that of the face all the way through the cell, so that p^2 falls in a stretch of length a and
+    gap g by Y a / g^3 and rises by X a / g^2, as in a Rayleigh step; X follows from p on both lines.
+    """
+    line = L.first + int(w[L.stretches + STRETCH * first]) * L.stride
+    for row in range(L.half - 1, L.n_rows + 1):
+        k = line + row
+        near = open_gap(w, L, k, 0.0, 0.0) - w[L.form + k]
+        far = open_gap(w, L, k + L.stride, 0.0, 0.0) - w[L.form + k + L.stride]
+        p, p_far = w[L.p + k], w[L.p + k + L.stride]
+        slip = slip_length(w, L, 0.5 * (p + p_far))
+        fall = 24.0 * w[L.mu] * F.dy * F.dy * w[L.flow_t + k]
+        drag = resistance = rise = 0.0
+        q = p * p
+        for turn in range(2):
+            for m in range(first, first + count):
+                o = L.stretches + STRETCH * m
+                middle = 0.5 * (w[o + 1] + w[o + 2])
+                gap = 0.5 * (w[o + 7] + w[o + 11] - x * (w[o + 5] + w[o + 9]) - y * (w[o + 6] + w[o + 10]))
+                gap = max(gap + near + (far - near) * middle, F.h_min)
+                one = (w[o + 2] - w[o + 1]) / (gap * gap * (gap + slip))
+                if turn == 0:
+                    drag, resistance = drag + one * gap, resistance + one
+                elif m + 1 < first + count:
+                    share = w[o + 2]
+                    q += (rise * gap - fall) * one
+                    inside = row >= 0 and row < L.n_rows
+                    more = math.sqrt(max(q, 1e-4 * F.pa * F.pa)) - p - (p_far - p) * share if inside else 0.0
+                    value = near + (far - near) * share + w[L.soft + k] * more
+                    w[L.added + m + 1] = min(w[L.added + m + 1], value)
+            rise = (p_far * p_far - p * p + fall * resistance) / drag
+
+
+@inlined
+def bend_between_lines(w, F, L, x, y):
+    """Fill w[added], what effects and foil add [m] at the beginning of every stretch, from the outline."""
+    count = int(F.stretches)
+    first = 0
+    while first < count:
+        line = int(w[L.stretches + STRETCH * first])
+        last = first + 1
+        w[L.added + first] = w[L.outline + 1 + line]
+        while last < count and int(w[L.stretches + STRETCH * last]) == line:
+            w[L.added + last] = 1e300
+            last += 1
+        if last > first + 1:
+            bend_at_edges(w, F, L, first, last - first, x, y)
+        first = last
+
+
+@inlined
+def neighbour(w, F, L, m, way):
+    """Distance [steps] from where stretch m begins to the next such place before (-1) or behind (1) it, and what is
+    added [m] there."""
+    count = int(F.stretches)
+    before = L.stretches + STRETCH * ((m - 1 + count) % count)
+    if way < 0:
+        return w[before + 1] - w[before + 2], w[L.added + (m - 1 + count) % count]
+    o = L.stretches + STRETCH * m
+    return w[o + 2] - w[o + 1], w[L.added + (m + 1) % count]
+
+
+@inlined
+def slope_at(w, F, L, m, side):
+    """Slope of what is added [m/step] where stretch m begins, on the side before (-1) or behind (1) it.
+
+    It is that of the parabola through three places, of one side where the form jumps.
+    """
+    count = int(F.stretches)
+    jumps = w[L.stretches + STRETCH * m + STRETCH - 1] > 0.0
+    here = w[L.added + m]
+    a, u = neighbour(w, F, L, m, side)
+    if jumps:
+        # with another jump at the second place there is no third
+        other = (m + side + count) % count
+        if w[L.stretches + STRETCH * other + STRETCH - 1] > 0.0:
+            return (u - here) / a
+        b, v = neighbour(w, F, L, other, side)
+        b += a
+    else:
+        b, v = neighbour(w, F, L, m, -side)
+    return ((u - here) / a * b - (v - here) / b * a) / (b - a)
+
+
+@inlined
+def added_cubic(w, F, L, o):
+    """Coefficients of the cubic of what is added to the form in the stretch at w[o], in shares of the step there."""
+    if L.foil == 1 and L.textured == 1 and F.jumps > 0.0:
+        m = (o - L.stretches) // STRETCH
+        low, size = w[o + 1], w[o + 2] - w[o + 1]
+        a, b = w[L.added + m], w[L.added + (m + 1) % int(F.stretches)]
+        before, after = slope_at(w, F, L, m, 1), slope_at(w, F, L, (m + 1) % int(F.stretches), -1)
+        mean = (b - a) / size
+        two, three = (3.0 * mean - 2.0 * before - after) / size, (before + after - 2.0 * mean) / (size * size)
+        # about the line where the stretch begins instead of its own beginning
+        return (
+            a - low * (before - low * (two - low * three)),
+            before - low * (2.0 * two - 3.0 * low * three),
+            two - 3.0 * low * three,
+            three,
+        )
+    i = L.outline + 1 + int(w[o])
+    a, b = w[i], w[i + 1]
+    before, after = 0.5 * (b - w[i - 1]), 0.5 * (w[i + 2] - a)
     return a, before, 3.0 * (b - a) - 2.0 * before - after, 2.0 * (a - b) + before + after
 
 
@@ -115,7 +217,7 @@ def added_cubic(w, L, i):
 def gap_at_end(w, F, L, o, end, x, y):
     """Gap [m] and its derivative after the angle at the low (0) or high (1) end of the stretch at w[o]."""
     share, e = w[o + 1 + end], o + 5 + 4 * end
-    zero, one, two, three = added_cubic(w, L, int(w[o]))
+    zero, one, two, three = added_cubic(w, F, L, o)
     gap = w[e + 2] + (((three * share + two) * share + one) * share + zero) - x * w[e] - y * w[e + 1]
     added = ((3.0 * three * share + 2.0 * two) * share + one) * (F.radius / F.dy)
     return gap, w[e + 3] + added + x * w[e + 1] - y * w[e]
@@ -126,7 +228,7 @@ def gap_within(w, F, L, o, share, x, y):
     """Sleeve's distance [m] from its centre in the stretch at w[o], the direction there, first and second derivative of
     the gap after the angle."""
     i = int(w[o])
-    zero, one, two, three = added_cubic(w, L, i)
+    zero, one, two, three = added_cubic(w, F, L, o)
     per = F.radius / F.dy
     angle = (i + share) / per
     c, s = math.cos(angle), math.sin(angle)
@@ -187,6 +289,8 @@ def closest_places(w, F, L, x, y, mean, uneven):
         w[L.places + 4] = e
         return 1
     outline(w, L)
+    if L.foil == 1 and L.textured == 1 and F.jumps > 0.0:
+        bend_between_lines(w, F, L, x, y)
     number, count = 0, int(F.stretches)
     last = L.stretches + STRETCH * (count - 1)
     gap, slope = gap_at_end(w, F, L, last, 1, x, y)

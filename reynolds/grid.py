@@ -36,10 +36,10 @@ NOZZLE_TERMS = 16
 PLACE = 5
 """Numbers of a place where the gap is smallest, in w[places]: distance of the sleeve from its centre, reach of the
 journal towards it, direction x and y, and the second derivative of the gap after the angle."""
-STRETCH = 13
+STRETCH = 14
 """Numbers of a stretch of the sleeve that is smooth, in w[stretches]: line, first and last share of the step to the
 next, middle of its arc [rad], depth [m]; at either end the direction x and y, distance from the centre [m] and its
-derivative after the angle."""
+derivative after the angle; whether the distance jumps where it begins."""
 
 
 class Layout(NamedTuple):
@@ -117,13 +117,13 @@ class Layout(NamedTuple):
     north_east: int
     line_piece: int
     line_lift: int
-    line_aside: int
     line_cover: int
     row_piece: int
     row_slant: int
     row_cover: int
     step_depth: int
     groove: int
+    laminate: int
     plenum: int
     plenum_rhs: int
     pin_conductance: int
@@ -185,6 +185,7 @@ class Layout(NamedTuple):
     outline: int
     places: int
     stretches: int
+    added: int
     size: int
 
 
@@ -201,12 +202,12 @@ class Texture:
 
     @property
     def pieces(self) -> int:
-        """Most pieces of a cell in one direction: of each half, with any of the rows of pockets and on either side."""
-        return 2 * 2**self.steps * (2 if self.grooved or self.jumps else 1)
+        """Most pieces of a cell in one direction: with any of the rows of pockets, on either side of an edge."""
+        return 2**self.steps * (2 if self.grooved or self.jumps else 1)
 
 
 @dataclass(frozen=True)
-class Grid:
+class FilmGrid:
     """A theta-z grid over a bearing of radius `radius` and length `length` [m]."""
 
     radius: float
@@ -259,7 +260,7 @@ class Grid:
 
 
 def make_layout(
-    grid: Grid, law: int, source_sizes: list[int], reader_sizes: list[int], rarefied: bool = False,
+    grid: FilmGrid, law: int, source_sizes: list[int], reader_sizes: list[int], rarefied: bool = False,
     foil: bool = False, texture: Texture | None = None, edges: int = 0,
 ) -> Layout:  # fmt: skip
     """Lay the film's arrays out; sizes are the footprint cells of each injector, `edges` those of lobes and pockets.
@@ -277,9 +278,9 @@ def make_layout(
     further = {name: length * foil for name in FOIL_ARRAYS} | {name: length * textured for name in TEXTURE_ARRAYS}
     lines, patches = (textured * count * form.pieces for count in (grid.n_theta, rows + 1))
     further |= {
-        "line_piece": lines, "line_lift": lines, "line_aside": lines, "line_cover": lines * form.steps,
+        "line_piece": lines, "line_lift": lines, "line_cover": lines * form.steps,
         "row_piece": patches, "row_slant": patches, "row_cover": patches * form.steps,
-        "step_depth": form.steps, "groove": 4 * textured,
+        "step_depth": form.steps, "groove": 4 * textured, "laminate": 5 * form.pieces * textured,
     }  # fmt: skip
     sizes |= {name: n_inj for name in INJECTOR_ARRAYS}
     sizes |= {
@@ -291,7 +292,7 @@ def make_layout(
         "small_matrix": borders * borders, "lanes": 8 * _round(rows), "convergence": 8,
         "mu": 1, "slip": 1,
         "outline": grid.n_theta + 3, "places": PLACE * grid.n_theta,
-        "stretches": STRETCH * (grid.n_theta + edges),
+        "stretches": STRETCH * (grid.n_theta + edges), "added": foil * textured * (grid.n_theta + edges),
     } | further  # fmt: skip
     offsets, at = {}, 0
     for name, size in sizes.items():

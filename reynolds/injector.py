@@ -30,7 +30,7 @@ from functools import lru_cache
 import numpy as np
 
 from reynolds.errors import FilmError
-from reynolds.grid import NOZZLE_TERMS, Grid
+from reynolds.grid import NOZZLE_TERMS, FilmGrid
 from reynolds.jit import inlined
 
 LINEAR_ABOVE = 0.995
@@ -193,7 +193,7 @@ class Footprint:
 
 
 @lru_cache(maxsize=1024)
-def footprint(grid: Grid, injector: Injector) -> Footprint:
+def footprint(grid: FilmGrid, injector: Injector) -> Footprint:
     """Where an injector feeds the film and how the film's pressure at its disc is read."""
     spread = _area_weights(grid, injector)
     beta = subgrid_correction(grid, injector, spread)
@@ -210,7 +210,7 @@ def footprint(grid: Grid, injector: Injector) -> Footprint:
     )
 
 
-def _area_weights(grid: Grid, injector: Injector, samples: int = 400) -> dict[tuple[int, int], float]:
+def _area_weights(grid: FilmGrid, injector: Injector, samples: int = 400) -> dict[tuple[int, int], float]:
     """Share of the orifice's disc in each cell; keys (line, axial node counted from the left edge)."""
     radius = injector.orifice_diameter / 2
     s = (np.arange(samples) + 0.5) / samples * 2 - 1
@@ -225,7 +225,7 @@ def _area_weights(grid: Grid, injector: Injector, samples: int = 400) -> dict[tu
     }
 
 
-def _neighbours(grid: Grid, i: int, j: int) -> list[tuple[tuple[int, int], float]]:
+def _neighbours(grid: FilmGrid, i: int, j: int) -> list[tuple[tuple[int, int], float]]:
     theta, axial = grid.dz / grid.dy, grid.dy / grid.dz
     return [
         (((i + 1) % grid.n_theta, j), theta),
@@ -235,7 +235,7 @@ def _neighbours(grid: Grid, i: int, j: int) -> list[tuple[tuple[int, int], float
     ]
 
 
-def subgrid_correction(grid: Grid, injector: Injector, spread: dict[tuple[int, int], float]) -> float:
+def subgrid_correction(grid: FilmGrid, injector: Injector, spread: dict[tuple[int, int], float]) -> float:
     """Mean of q over the disc minus the weighted mean of the node values, for a unit source Q/T.
 
     The discrete source is solved on a patch whose rim carries the exact logarithm; in the continuum the mean over a
@@ -272,7 +272,7 @@ def subgrid_correction(grid: Grid, injector: Injector, spread: dict[tuple[int, i
     return float(1 / (8 * np.pi) - weight @ q[line, node])
 
 
-def _fold(grid: Grid, full: dict[tuple[int, int], float], source: bool) -> list[tuple[int, int, float]]:
+def _fold(grid: FilmGrid, full: dict[tuple[int, int], float], source: bool) -> list[tuple[int, int, float]]:
     """Weights on the grid's unknown rows; on a half bearing sources keep their own half, readings add both."""
     middle = grid.n_z // 2
     folded: dict[tuple[int, int], float] = {}

@@ -7,6 +7,9 @@ they return a status.
 
 numba's own cache looks only at the file of the decorated function; a change in a building block elsewhere would serve
 stale physics. Hence the cache folder carries the hash of every kernel source given to `cache_folder`.
+
+A building block is compiled where it is first used: a machine file names effects, whose kernels are such blocks, and is
+read without numba.
 """
 
 from __future__ import annotations
@@ -16,28 +19,54 @@ import importlib.metadata
 import sys
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from functools import cache, partial
+from functools import cache, cached_property, partial, update_wrapper
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numba
-from numba.core import config
-from numba.core.types.misc import unliteral
-
-from reynolds.compiler import KernelCompiler, LinkedCompiler, SharedCompiler, compiling
-from reynolds.kernel_cache import KernelCache
 from rotorsim.base.cache import in_cache, kernels_in
 from rotorsim.base.interrupt import apart
+
+if TYPE_CHECKING:
+    from reynolds.compiler import KernelCompiler
 
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False}
 
 
-def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
+class BuildingBlock:
+    """A Python function that numba merges into the kernels that call it, and compiles alone where Python calls it."""
+
+    __name__: str
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.py_func = function
+        update_wrapper(self, function)
+
+    @cached_property
+    def compiled(self) -> Callable[..., Any]:
+        """Numba's function, made when it is first asked for."""
+        import numba
+
+        from reynolds.compiler import KernelCompiler
+
+        made: Callable[..., Any] = numba.njit(forceinline=True, pipeline_class=KernelCompiler, **_OPTIONS)(self.py_func)
+        return made
+
+    @property
+    def _numba_type_(self) -> Any:
+        """Type by which numba knows it among the names of a kernel's module."""
+        return self.compiled._numba_type_  # type: ignore[attr-defined]
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Value for numbers and arrays, from machine code."""
+        return self.compiled(*arguments)
+
+
+def inlined(function: Callable[..., Any]) -> BuildingBlock:
     """A building block: merged into the kernels that call it."""
-    return numba.njit(forceinline=True, pipeline_class=KernelCompiler, **_OPTIONS)(function)
+    return BuildingBlock(function)
 
 
-def view(function: Callable[..., Any]) -> Callable[..., Any]:
+def view(function: Callable[..., Any]) -> BuildingBlock:
     """A part of an array as one expression, which `specialise` writes where it is called.
 
     A kernel that manages no memory can use such a part, but not return it.
@@ -47,6 +76,12 @@ def view(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def part(inline: bool) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """A function of a generated module that only its entry points call, merged into its callers with `inline`."""
+
+    import numba
+    from numba.core import config
+    from numba.core.types.misc import unliteral
+
+    from reynolds.compiler import LinkedCompiler
 
     def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
         if config.DISABLE_JIT:
@@ -69,20 +104,28 @@ def merged(block: Callable[..., Any]) -> Callable[..., Any]:
 
 def shared(function: Callable[..., Any]) -> Callable[..., Any]:
     """An entry point of a generated module that others call as it is, without compiling it into their own."""
+    from reynolds.compiler import SharedCompiler
+
     return kernel(function, SharedCompiler)
 
 
-def kernel(function: Callable[..., Any], compiler: type[KernelCompiler] = KernelCompiler) -> Callable[..., Any]:
+def kernel(function: Callable[..., Any], compiler: type[KernelCompiler] | None = None) -> Callable[..., Any]:
     """An entry point, cached on disk under the hash of the sources it may be made of.
 
     These are all files of its package, or the file alone if it belongs to none (a generated module, whose name hashes
     what it imports). Plain Python where NUMBA_DISABLE_JIT is set.
     """
+    import numba
+    from numba.core import config
+
+    from reynolds.compiler import KernelCompiler, compiling
+    from reynolds.kernel_cache import KernelCache
+
     if config.DISABLE_JIT:
         return function
     module = sys.modules[function.__module__]
     own = Path(module.__file__ or "")
-    dispatcher = numba.njit(pipeline_class=compiler, **_OPTIONS)(function)
+    dispatcher = numba.njit(pipeline_class=compiler or KernelCompiler, **_OPTIONS)(function)
     folder = cache_folder(own.parent.glob("*.py") if module.__package__ else [own])
     with kernels_in(folder, config), suppress(RuntimeError):  # of numba, if the folder takes nothing
         dispatcher._cache = KernelCache(function)

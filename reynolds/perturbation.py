@@ -96,8 +96,8 @@ def linear_film(
             -w[layout.film_h : layout.film_h + ni][:, None] * local,
         ]
     )
-    read = 0.5 * float(F["area"]) * film(layout.weight) / film(layout.p)
-    F_y = np.hstack([-np.stack([read * film(layout.cos), read * film(layout.sin)]), np.zeros((2, ni))])
+    read = 0.5 / film(layout.p)
+    F_y = np.hstack([np.stack([read * film(layout.force_x), read * film(layout.force_y)]), np.zeros((2, ni))])
     linear = LinearFilm(S, J, S_X, J_X, _inputs(model, layout, w, n), F_y)
     return _on_foil(linear, layout, w, F, speed * model.grid.radius, kernels) if layout.foil else linear
 

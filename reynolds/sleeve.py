@@ -1,5 +1,8 @@
 r"""Forms of a sleeve that is no plain cylinder: lobes, steps, grooves, foil.
 
+Each form is declared once: its dataclass has units, limits and sentences, from which the part of a machine file is made
+(`rotorsim.machine.part.part_of`), and its geometry. What holds for all forms asks the dataclasses (`forms`).
+
 Angles are on the bearing, from x towards y; z is measured from the film's middle. The clearance of a bearing is the
 smallest one, that of a journal in the middle at the ridges between grooves, at the land between steps, in the middle of
 a lobe, or over a foil that nothing presses on. A bump foil is an elastic foundation with a loss factor:
@@ -16,23 +19,43 @@ Cites: heshmat_1983.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from math import pi
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from reynolds.errors import FilmError
-from reynolds.grid import Grid, Layout, fill
+from reynolds.film import JUMP
+from reynolds.grid import FilmGrid, Layout, cells, fill
+from reynolds.texture import mean_flow
+from rotorsim.base.quantity import number
+from rotorsim.base.units import show
+
+
+class SleeveForm:
+    """A form of a sleeve: what a film and a machine file ask of every one."""
+
+    fed: ClassVar[bool] = True
+    """Whether injectors and orifices may feed a film with it."""
+
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """Conflicts between its values: fields and sentences."""
+        return iter(())
+
+    def misfits(self, length: float) -> Iterator[tuple[str, str]]:
+        """Values that do not fit a film of a `length` [m]: fields and sentences."""
+        return iter(())
+
+    def remedy(self, load: float, clearance: float, area: float) -> str:
+        """Remedy where a `load` [N] alone closes a `clearance` [m] over an `area` [m^2]; empty where it does not."""
+        return ""
 
 
 @dataclass(frozen=True)
-class Lobes:
+class Lobes(SleeveForm):
     """Arcs of equal length whose radius of curvature exceeds that of the circle that they touch.
-
-    `preload` is 1 - clearance / (clearance of an arc about its own centre); `offset` is where along an arc it is
-    narrowest, as a share of its length from the edge the surface enters at; `first_angle` [rad] is where the first arc
-    is narrowest.
 
     Examples
     --------
@@ -42,10 +65,12 @@ class Lobes:
     array([0.e+00, 1.e-05])
     """
 
-    count: int
-    preload: float
-    offset: float = 0.5
-    first_angle: float = 0.0
+    count: float = number("1", "Number of arcs.", low=1, high=12, multiple=1, example=3)
+    preload: float = number(
+        "1", "1 - clearance / clearance of an arc about its own centre.", low=0, high=0.95, example=0.5
+    )
+    offset: float = number("1", "Where an arc is narrowest, as a share from its leading edge.", 0.5, low=0, high=1)
+    first_angle: float = number("rad", "Where the first arc is narrowest, from x towards y.", 0.0, low=-7, high=7)
 
     def __post_init__(self) -> None:
         if self.count < 1 or not 0 <= self.preload < 1 or not 0 <= self.offset <= 1:
@@ -72,11 +97,10 @@ class Lobes:
 
 
 @dataclass(frozen=True)
-class Steps:
-    """Equal pockets round the sleeve: a Rayleigh step, an axial groove, a recess.
+class Steps(SleeveForm):
+    """Equal pockets round the sleeve: Rayleigh steps, axial grooves or recesses.
 
-    depth [m], arc [rad] and length [m] (None: that of the film) of each; `first_angle` [rad] is the middle of the
-    first. Their edges may lie anywhere between the lines of a grid.
+    Their edges may lie anywhere between the lines of a grid.
 
     Examples
     --------
@@ -86,11 +110,20 @@ class Steps:
     array([ True, False,  True])
     """
 
-    count: int
-    depth: float
-    arc: float
-    length: float | None = None
-    first_angle: float = 0.0
+    count: float = number("1", "Number of pockets, evenly spaced.", low=1, high=64, multiple=1, example=3)
+    depth: float = number("m", "Depth of a pocket.", above=0, high=1e-3, example=20e-6)
+    arc: float = number("rad", "Angle of a pocket.", above=0, high=7, example=0.7)
+    length: float | None = number(
+        "m", "Axial length of a pocket, about the middle; all of the film when not given.",
+        None, above=0, high=10, example=0.02,
+    )  # fmt: skip
+    first_angle: float = number("rad", "Middle of the first pocket, from x towards y.", 0.0, low=-7, high=7)
+
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """Pockets leave a land between them."""
+        if self.count * self.arc >= 2 * pi:
+            most = show(float(f"{0.9 * 2 * pi / self.count:.2g}"), "rad")
+            yield "arc", f"'{show(self.arc, 'rad')}' leaves no land between {self.count:g} pockets; write e.g. '{most}'"
 
     def inside(self, theta: np.ndarray, z: np.ndarray, length: float) -> np.ndarray:
         """Whether places (theta, z) on a film of a length [m] are in a pocket."""
@@ -117,12 +150,11 @@ class Steps:
 
 
 @dataclass(frozen=True)
-class Grooves:
-    """Narrow slanted grooves: a herringbone about a plain land, or a spiral that pumps towards +z.
+class Grooves(SleeveForm):
+    """Narrow slanted grooves, by narrow-groove theory: a herringbone about a plain land or a spiral.
 
-    depth [m]; `share` of the circumference that is groove; `angle` [rad] from the circumferential direction; `land`
-    [m], length without grooves in the middle of a herringbone; on the journal or on the sleeve. They pump inwards when
-    the shaft turns from x to y; those of a negative angle, the mirror image, when it turns from y to x.
+    They pump inwards (a spiral towards +z) when the shaft turns from x to y; those of a negative angle, the mirror
+    image, when it turns from y to x.
 
     Examples
     --------
@@ -131,12 +163,37 @@ class Grooves:
     -1.0
     """
 
-    depth: float
-    share: float
-    angle: float
-    land: float = 0.0
-    on: Literal["journal", "sleeve"] = "sleeve"
-    pattern: Literal["herringbone", "spiral"] = "herringbone"
+    fed = False
+    pattern: Literal["herringbone", "spiral"] = field(
+        default="herringbone", kw_only=True,
+        metadata={"doc": "'herringbone' pumps to the middle, 'spiral' towards +z, for a positive speed."},
+    )  # fmt: skip
+    on: Literal["journal", "sleeve"] = field(
+        default="sleeve", kw_only=True,
+        metadata={"doc": "What has the grooves: the 'journal' or the 'sleeve'.", "stated": True},
+    )  # fmt: skip
+    depth: float = number("m", "Depth of a groove.", above=0, high=1e-3, example=15e-6)
+    share: float = number("1", "Share of the circumference that is groove.", above=0, high=0.95, example=0.5)
+    angle: float = number(
+        "rad", "Angle between grooves and circumference; negative for the mirror image, which pumps the other way.",
+        low=-1.55, high=1.55, example=0.5,
+    )  # fmt: skip
+    land: float = number("m", "Length in the middle of a herringbone that has no grooves.", 0.0, low=0, high=10)
+
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """Grooves are slanted, and a spiral has no land."""
+        if self.angle == 0:
+            yield "angle", "'0 rad' pumps neither way; write e.g. '28 deg', or '-28 deg' for its mirror image"
+        if self.pattern == "spiral" and self.land > 0:
+            yield "land", f"'{show(self.land, 'm')}' goes with a herringbone; remove it"
+
+    def misfits(self, length: float) -> Iterator[tuple[str, str]]:
+        """The land leaves grooves on both sides."""
+        if self.land >= length:
+            yield (
+                "land",
+                f"'{show(self.land, 'm')}' leaves no grooves in a film of '{show(length, 'm')}'; make it shorter",
+            )
 
     @property
     def sense(self) -> float:
@@ -151,8 +208,8 @@ class Grooves:
 
 
 @dataclass(frozen=True)
-class Foil:
-    """Bump foil as an elastic foundation: stiffness per area [Pa/m], loss factor at `loss_frequency` [rad/s].
+class Foil(SleeveForm):
+    """Bump foil on the sleeve: an elastic foundation under the film with a loss factor.
 
     Examples
     --------
@@ -161,14 +218,25 @@ class Foil:
     0.0001
     """
 
-    stiffness: float
-    loss_factor: float = 0.0
-    loss_frequency: float = 2 * np.pi * 500
+    fed = False
+    stiffness: float = number("N/m^3", "Stiffness per area of the foil.", above=0, high=1e18, example=4.7e9)
+    loss_factor: float = number("1", "Loss factor of the foil at loss_frequency.", 0.0, low=0, high=2, example=0.2)
+    loss_frequency: float = number(
+        "rad/s", "Frequency of vibration that the loss factor is for.", 1000 * pi, above=0, high=1e6
+    )
 
     @property
     def time(self) -> float:
         """Relaxation time [s] of the foundation."""
         return self.loss_factor / self.loss_frequency
+
+    def remedy(self, load: float, clearance: float, area: float) -> str:
+        """A stiffer foil where the `load` [N] bends it by more than the `clearance` [m] over an `area` [m^2]."""
+        if load <= self.stiffness * clearance * area:
+            return ""
+        least = show(float(f"{load / (clearance * area):.1g}"), "N/m^3")
+        bent = show(float(f"{load / (self.stiffness * area):.2g}"), "m")
+        return f"the load bends the foil by {bent}; give a foil well above '{least}'"
 
 
 @dataclass(frozen=True)
@@ -186,6 +254,32 @@ class Sleeve:
     steps: tuple[Steps, ...] = ()
     grooves: Grooves | None = None
     foil: Foil | None = None
+
+    @property
+    def forms(self) -> dict[str, SleeveForm]:
+        """Forms that are there by their paths: 'lobes', 'steps.0', 'grooves', 'foil'."""
+        rows = {f"steps.{i}": row for i, row in enumerate(self.steps)}
+        found = {"lobes": self.lobes, **rows, "grooves": self.grooves, "foil": self.foil}
+        return {path: form for path, form in found.items() if form is not None}
+
+    @property
+    def closed(self) -> tuple[str, ...]:
+        """Paths of the forms with which no gas can be fed into a film."""
+        return tuple(path for path, form in self.forms.items() if not form.fed)
+
+    def problems(self, length: float) -> Iterator[tuple[str, str]]:
+        """Forms that do not fit a film of a `length` [m] or each other: paths below the sleeve and sentences."""
+        for path, form in self.forms.items():
+            yield from ((f"{path}.{name}", sentence) for name, sentence in form.misfits(length))
+        if self.grooves is not None and self.steps:
+            yield "steps", "do not go with grooves in the same film; remove the ones or the others"
+
+    @property
+    def modules(self) -> tuple[str, ...]:
+        """Modules of `reynolds` that compute it and not a plain cylinder."""
+        foil, textured = self.foil is not None, self.textured
+        needed = {"sleeve": foil, "texture": textured, "differences": foil or textured}
+        return tuple(name for name, there in needed.items() if there)
 
     @property
     def textured(self) -> bool:
@@ -228,15 +322,14 @@ NO_STEPS = Steps(1, 0.0, 0.0)
 class Pieces:
     """Cells cut at the edges of pockets, lands and lobes, in theta (between lines) and in z (between rows).
 
-    Each half of a cell has `most` pieces, whose lengths are shares of the cell and may be 0: `lines` (n_theta, 2 most)
-    and `rows` (patches, 2 most). About a jump between lobes a piece differs by `lift` [m] from the mean thickness of
-    the cell's two lines, by `aside` [m] from that of the nearer line, and the mean about the nodes of a line by
-    `raised` [m] from that of the nodes. `line_cover` and `row_cover` (..., n_steps) say which pockets are there,
-    `slant` (patches, 2 most) the sign of the groove angle.
+    A cell has `most` pieces one behind another, whose lengths are shares of the cell and may be 0: `lines` (n_theta,
+    most) and `rows` (patches, most). About a jump between lobes a piece differs by `lift` [m] from the mean thickness
+    of the cell's two lines, and the mean about the nodes of a line by `raised` [m] from that of the nodes. `line_cover`
+    and `row_cover` (..., n_steps) say which pockets are there, `slant` (patches, most) the sign of the groove angle.
     """
 
-    def __init__(self, layout: Layout, grid: Grid, sleeve: Sleeve, clearance: float) -> None:
-        self.most, lobes = layout.pieces // 2, sleeve.lobes
+    def __init__(self, layout: Layout, grid: FilmGrid, sleeve: Sleeve, clearance: float) -> None:
+        self.most, lobes = layout.pieces, sleeve.lobes
         steps = (*sleeve.steps, *[NO_STEPS] * (layout.n_steps - len(sleeve.steps)))
         jumps = np.zeros(0) if lobes is None else lobes.edges
         cuts = (np.concatenate([jumps, *(s.edges for s in steps)]) / grid.dtheta) % grid.n_theta
@@ -252,9 +345,16 @@ class Pieces:
         begins = np.arange(grid.n_theta)
         self.lines, keys, middles = self._cut(begins, cuts, along, grid.n_theta)
         self.line_cover = keys[..., :-1]
-        self.lift, self.aside, self.raised = np.zeros_like(self.lines), np.zeros_like(self.lines), np.zeros(begins.size)
+        self.lift, self.raised = np.zeros_like(self.lines), np.zeros(begins.size)
         if lobes is not None and jumps.size:
-            self._lift(sleeve.height(grid.theta, clearance), sleeve.height(middles * grid.dtheta, clearance), cuts)
+            halves, _, at = self._cut(np.arange(2 * begins.size), 2 * cuts, lambda x: along(x / 2), 2 * begins.size)
+            mean = (halves * sleeve.height(at / 2 * grid.dtheta, clearance)).sum(axis=1)
+            nodes = sleeve.height(grid.theta, clearance)
+            cell = np.floor(np.concatenate([cuts - ON_A_LINE, cuts + ON_A_LINE])).astype(int) % begins.size
+            line = np.concatenate([cell, (cell + 1) % begins.size])
+            pieces = sleeve.height(middles * grid.dtheta, clearance)
+            self.lift[cell] = (pieces - 0.5 * (nodes + np.roll(nodes, -1))[:, None])[cell]
+            self.raised[line] = (0.5 * (mean[::2] + np.roll(mean[1::2], 1)) - nodes)[line]
         rows = np.arange(layout.half - 1, grid.n_rows)
         low = 0.0 if grid.half else grid.dz - grid.length / 2
         ends = [s.reach(grid.length) for s in steps]
@@ -275,38 +375,44 @@ class Pieces:
         self, begins: np.ndarray, cuts: np.ndarray, kind: Callable[[np.ndarray], np.ndarray], period: int
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Lengths, kinds and middles of the pieces of cells that begin at the numbers `begins`."""
-        lengths = np.zeros((begins.size, 2 * self.most))
-        middles = np.repeat(begins[:, None] + np.array([0.25, 0.75]), self.most, axis=1)
+        lengths, middles = np.zeros((2, begins.size, self.most))
+        lengths[:, 0], middles[:] = 1.0, begins[:, None] + 0.5
         kinds = np.array(kind(middles), float)
         for cell, begin in enumerate(begins):
-            for half in range(2):
-                low = begin + 0.5 * half
-                inside = (cuts - low) % period if period else cuts - low
-                inside = np.sort(inside[(inside > ON_A_LINE) & (inside < 0.5 - ON_A_LINE)])
-                bounds = low + np.concatenate([[0.0], inside, [0.5]])
-                width, middle = np.diff(bounds), 0.5 * (bounds[1:] + bounds[:-1])
-                found, which = np.unique(kind(middle), axis=0, return_inverse=True)
-                for n, one in enumerate(found):
-                    at, of = half * self.most + n, which.ravel() == n
-                    lengths[cell, at], kinds[cell, at] = width[of].sum(), one
-                    middles[cell, at] = width[of] @ middle[of] / width[of].sum()
+            inside = (cuts - begin) % period if period else cuts - begin
+            inside = np.sort(inside[(inside > ON_A_LINE) & (inside < 1 - ON_A_LINE)])
+            bounds = begin + np.concatenate([[0.0], inside, [1.0]])
+            width, middle = np.diff(bounds), 0.5 * (bounds[1:] + bounds[:-1])
+            found, which = np.unique(kind(middle), axis=0, return_inverse=True)
+            size = np.bincount(which.ravel(), width)
+            place = np.bincount(which.ravel(), width * middle) / size
+            order = np.argsort(place)
+            for piece, values in ((lengths, size), (kinds, found), (middles, place)):
+                piece[cell, : order.size] = values[order]
         return lengths, kinds, middles
 
-    def _lift(self, nodes: np.ndarray, pieces: np.ndarray, cuts: np.ndarray) -> None:
-        """Thickness [m] of the pieces in cells with a jump, from that of nodes and of the pieces' middles."""
-        n = nodes.size
-        near = np.floor(np.concatenate([cuts - ON_A_LINE, cuts + ON_A_LINE])).astype(int) % n
-        jump = np.zeros(n, bool)
-        jump[near] = True
-        sides = np.repeat(np.stack([nodes, np.roll(nodes, -1)], axis=1), self.most, axis=1)
-        self.lift = np.where(jump[:, None], pieces - 0.5 * (sides[:, :1] + sides[:, -1:]), 0.0)
-        self.aside = np.where(jump[:, None], pieces - sides, 0.0)
-        halves = 2 * (self.lines * pieces).reshape(n, 2, -1).sum(axis=2)
-        about = 0.5 * (halves[:, 0] + np.roll(halves[:, 1], 1)) - nodes
-        self.raised = np.where(jump | np.roll(jump, 1), about, 0.0)
+    def carried(self, sleeve: Sleeve, clearance: float, grid: FilmGrid) -> np.ndarray:
+        """Shares (line, patch, piece, piece, 2, 2) of a patch that its pieces give its four nodes.
+
+        Along both axes the pressure falls from side to side as the resistance of pockets and grooves that is passed,
+        for a journal in the middle.
+        """
+        depth, share, slant = self.texture(sleeve)
+        nodes = clearance + sleeve.height(grid.theta, clearance)
+        h = 0.5 * (nodes + np.roll(nodes, -1))[:, None, None, None]
+        along, across, _, _ = getattr(mean_flow, "py_func", mean_flow)(h, depth, share, 0.0)
+        turned = np.abs(slant) * (0.0 if sleeve.grooves is None else np.sin(sleeve.grooves.angle) ** 2)
+        lines, passed = self.lines[:, :, None, None], []
+        for axis, one in (
+            (1, lines / (along + (across - along) * turned)),
+            (3, self.rows / (across + (along - across) * turned)),
+        ):
+            part = (one.cumsum(axis=axis) - 0.5 * one) / one.sum(axis=axis, keepdims=True)
+            passed.append(np.stack([1 - part, part], axis=-1))
+        return np.einsum("isjt,isjta,isjtb->ijstab", lines * self.rows, *passed)
 
     def texture(self, sleeve: Sleeve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Depth [m], groove share and slant of every piece, (n_theta, 2 most, patches, 2 most)."""
+        """Depth [m], groove share and slant of every piece, (n_theta, most, patches, most)."""
         shape = (*self.lines.shape, *self.rows.shape)
         slant = np.broadcast_to(self.slant, shape)
         depth, share = np.zeros(shape), np.zeros(shape)
@@ -323,21 +429,19 @@ ON_A_LINE = 1e-9
 """Share of a cell within which an edge counts as on the line."""
 
 
-def fill_texture(w: np.ndarray, layout: Layout, grid: Grid, sleeve: Sleeve, clearance: float) -> None:
+def fill_texture(w: np.ndarray, layout: Layout, grid: FilmGrid, sleeve: Sleeve, clearance: float) -> None:
     """Write steps, grooves and jumps into the workspace: per patch between four nodes, the pieces of the patches that
     edges cut, and the mean depth about the nodes."""
     pieces = Pieces(layout, grid, sleeve, clearance)
-    depth, share, slant = pieces.texture(sleeve)
-    area = pieces.lines[:, :, None, None] * pieces.rows
-    largest = area.transpose(0, 2, 1, 3).reshape(grid.n_theta, area.shape[2], -1).argmax(axis=2)
+    texture = pieces.texture(sleeve)
+    area = (pieces.lines[:, :, None, None] * pieces.rows).transpose(0, 2, 1, 3)  # line, patch, piece, piece
+    largest = area.reshape(*area.shape[:2], -1).argmax(axis=2)[..., None]
+    mixed = np.broadcast_to((pieces.lift != 0).any(axis=1)[:, None], area.shape[:2])
     parts = []
-    mixed = np.zeros(largest.shape, bool)
-    for values in (depth, share, slant):
-        of_patch = values.transpose(0, 2, 1, 3).reshape(*largest.shape, -1)
-        parts.append(np.take_along_axis(of_patch, largest[..., None], axis=2)[..., 0])
-        flat = area.transpose(0, 2, 1, 3).reshape(of_patch.shape)
-        mixed |= ((of_patch != parts[-1][..., None]) & (flat > 0)).any(axis=2)
-    mixed |= (pieces.lift != 0).any(axis=1)[:, None]
+    for values in texture:
+        of_patch = values.transpose(0, 2, 1, 3).reshape(*area.shape[:2], -1)
+        parts.append(np.take_along_axis(of_patch, largest, axis=2)[..., 0])
+        mixed = mixed | ((of_patch != parts[-1][..., None]) & (area > 0).reshape(of_patch.shape)).any(axis=2)
     angle = 0.0 if sleeve.grooves is None else sleeve.grooves.angle
     turned = np.abs(parts[2])
     _fill_patches(w, layout, layout.depth, parts[0])
@@ -350,8 +454,7 @@ def fill_texture(w: np.ndarray, layout: Layout, grid: Grid, sleeve: Sleeve, clea
     middle = np.arange(turned.shape[1]) == 0 if grid.half else np.zeros(turned.shape[1], bool)
     _fill_patches(w, layout, layout.patch_south, np.broadcast_to(np.where(middle, 2.0, 1.0), turned.shape))
     for offset, values in (
-        (layout.line_piece, pieces.lines), (layout.line_lift, pieces.lift), (layout.line_aside, pieces.aside),
-        (layout.line_cover, pieces.line_cover),
+        (layout.line_piece, pieces.lines), (layout.line_lift, pieces.lift), (layout.line_cover, pieces.line_cover),
         (layout.row_piece, pieces.rows), (layout.row_slant, pieces.slant), (layout.row_cover, pieces.row_cover),
         (layout.step_depth, np.array([step.depth for step in sleeve.steps])),
     ):  # fmt: skip
@@ -360,17 +463,24 @@ def fill_texture(w: np.ndarray, layout: Layout, grid: Grid, sleeve: Sleeve, clea
         w[layout.groove : layout.groove + 4] = (
             grooves.depth, grooves.share, np.cos(angle) ** 2, np.sin(angle) * np.cos(angle)
         )  # fmt: skip
-    most = pieces.most
-    halves = (area * depth * share).reshape(grid.n_theta, 2, most, -1, 2, most).sum(axis=(2, 5))  # line, side, row, end
-    about = halves[:, 0] + np.roll(halves[:, 1], 1, axis=0)  # at a line: of the patches on both of its sides
+    carried = pieces.carried(sleeve, clearance, grid)
+    deep = (carried * (texture[0] * texture[1]).transpose(0, 2, 1, 3)[..., None, None]).sum(axis=(2, 3))
+    fill(w, layout.deep, layout, _about_nodes(deep, grid) + pieces.raised[:, None], 0.0)
+    more = _about_nodes(np.where(mixed[..., None, None], carried.sum(axis=(2, 3)) - 0.25, 0.0), grid)
+    for offset in (layout.force_x, layout.force_y):
+        w[offset + cells(layout)] *= 1.0 + more
+
+
+def _about_nodes(quarters: np.ndarray, grid: FilmGrid) -> np.ndarray:
+    """Sums (n_theta, n_rows) about the nodes of what the quarters (line, patch, 2, 2) of the patches hold."""
+    about = quarters[:, :, 0] + np.roll(quarters[:, :, 1], 1, axis=0)
     before, behind = about[..., 1], about[..., 0]
     # the row at the midplane of a half bearing has the same patch on either side
     below = np.hstack([behind[:, :1], before[:, :-1]]) if grid.half else before[:, :-1]
-    above = behind if grid.half else behind[:, 1:]
-    fill(w, layout.deep, layout, below + above + pieces.raised[:, None], 0.0)
+    return np.asarray(below + (behind if grid.half else behind[:, 1:]))
 
 
-def stretches(sleeve: Sleeve, grid: Grid, clearance: float) -> np.ndarray:
+def stretches(sleeve: Sleeve, grid: FilmGrid, clearance: float) -> np.ndarray:
     """Stretches (n, STRETCH) between lines of the grid and edges of lobes and pockets, within which the form is smooth.
 
     Pockets count where they are as long as the film: else the land at their ends is closer.
@@ -394,6 +504,7 @@ def stretches(sleeve: Sleeve, grid: Grid, clearance: float) -> np.ndarray:
     for place in (cuts * step, ends * step):
         form = wide - lobe * np.cos(place - about) + pit
         columns += [np.cos(place), np.sin(place), form, lobe * np.sin(place - about)]
+    columns.append(np.abs(columns[7] - np.roll(columns[11], 1)) > JUMP)
     return np.stack(columns, axis=1)
 
 

@@ -17,7 +17,9 @@ it takes the gradient along the face from both of the patch's sides.
 
 A patch that edges cut is a laminate of its pieces, by the same two rules: the flux normal to an edge and the gradient
 along it are the same on both sides. A lane is what lies behind one another in the direction of a flux, and lanes lie
-side by side; both are exact for edges that cross the patch, wherever they do.
+side by side; both are exact for edges that cross the patch, wherever they do. p^2 falls from line to line as the
+resistance that is passed, not as the length: so do the shares that the two have of a piece's axial flux, its mass and
+the area that their pressures act on, mass and area with the resistances of a journal in the middle.
 
 The friction torque is that of `reynolds.film`, summed over what is there: the gap is that of ridge, groove or pocket,
 and so is the gradient,
@@ -38,6 +40,9 @@ from __future__ import annotations
 
 from reynolds.film import shear_gap, slip_length, smooth_torque
 from reynolds.jit import inlined, kernel
+
+LAMINATE = 5
+"""Numbers of a lane in w[laminate]: those of `medium`."""
 
 
 @inlined
@@ -97,20 +102,28 @@ def patch_fluxes(w, F, L, U):
 
 @inlined
 def sides(w, F, L, k, axis):
-    """Thickness, pressure, gradient of p^2 along an axis (0: theta, 1: z) and change of p on the near and the far side
-    of patch k, and the mean gradient along the other axis."""
+    """Pressure, gradient of p^2 along an axis (0: theta, 1: z) and change of p on the near and the far side of patch k,
+    and the mean gradient along the other axis."""
     step, aside = (L.stride, 1) if axis == 0 else (1, L.stride)
     length, width = (F.dy, F.dz) if axis == 0 else (F.dz, F.dy)
     a, b, c, d = w[L.p + k], w[L.p + k + step], w[L.p + k + aside], w[L.p + k + aside + step]
-    near = 0.5 * (w[L.h + k] + w[L.h + k + step]), 0.5 * (a + b), (b * b - a * a) / length, b - a
-    far = 0.5 * (w[L.h + k + aside] + w[L.h + k + aside + step]), 0.5 * (c + d), (d * d - c * c) / length, d - c
+    near = 0.5 * (a + b), (b * b - a * a) / length, b - a
+    far = 0.5 * (c + d), (d * d - c * c) / length, d - c
     return near, far, 0.5 * (c * c - a * a + d * d - b * b) / width
 
 
 @inlined
-def piece(w, F, L, i, j, axis, s, t, h):
+def middle(w, L, k):
+    """Mean thickness [m] of patch k, and slip [m] at its mean pressure."""
+    n, e = k + 1, k + L.stride
+    h = 0.5 * (0.5 * (w[L.h + k] + w[L.h + e]) + 0.5 * (w[L.h + n] + w[L.h + e + 1]))
+    return h, slip_length(w, L, 0.25 * (w[L.p + k] + w[L.p + e] + w[L.p + n] + w[L.p + e + 1]))
+
+
+@inlined
+def piece(w, F, L, i, j, s, t, h):
     """Thickness, depth, groove share, cos^2 and sin cos of the groove angle of piece (s, t) of the patch behind line i
-    and row j, where the thickness at the side of the patch along an axis is h."""
+    and row j, whose mean thickness is h."""
     line, row = i * L.pieces + s, j * L.pieces + t
     slant = w[L.row_slant + row]
     depth, share, cc, sc = 0.0, 0.0, 1.0, 0.0
@@ -119,8 +132,7 @@ def piece(w, F, L, i, j, axis, s, t, h):
     for n in range(L.n_steps):
         if w[L.line_cover + line * L.n_steps + n] * w[L.row_cover + row * L.n_steps + n] > 0.0:
             depth, share, cc, sc = w[L.step_depth + n], 1.0, 1.0, 0.0
-    lift = w[(L.line_lift if axis == 0 else L.line_aside) + line]
-    return max(h + lift, F.h_min), depth, share, cc, sc
+    return max(h + w[L.line_lift + line], F.h_min), depth, share, cc, sc
 
 
 @inlined
@@ -140,7 +152,7 @@ def lane(w, F, L, i, j, axis, other, h, slip):
         share = w[(L.line_piece + i * L.pieces if axis == 0 else L.row_piece + j * L.pieces) + m]
         if share > 0.0:
             s, t = (m, other) if axis == 0 else (other, m)
-            thick, depth, grooves, cc, sc = piece(w, F, L, i, j, axis, s, t, h)
+            thick, depth, grooves, cc, sc = piece(w, F, L, i, j, s, t, h)
             along, between, aside, moved, moved_aside = medium(w, F, L, axis, thick, depth, grooves, cc, sc, slip)
             inverse += share / along
             cross += share * between / along
@@ -152,52 +164,60 @@ def lane(w, F, L, i, j, axis, other, h, slip):
 
 
 @inlined
-def flux_aside(w, F, L, i, j, axis, U, near, far, mean):
-    """Flux (times 24 mu) along the other axis, which is the same through all lanes along an axis."""
+def find_lanes(w, F, L, i, j, axis, U, h, slip, near, far, mean):
+    """Put `lane` of all lanes along an axis into w[laminate]; returns the flux (times 24 mu) along the other axis, the
+    same through all of them, and what they resist it with [1/m3]."""
+    p, gradient = 0.5 * (near[0] + far[0]), 0.5 * (near[1] + far[1])
     flow = inverse = 0.0
-    half = L.pieces // 2
     for o in range(L.pieces):
         share = w[(L.row_piece + j * L.pieces if axis == 0 else L.line_piece + i * L.pieces) + o]
         if share > 0.0:
-            h, p, gradient, _ = near if o < half else far
-            _, between, aside, _, moved = lane(w, F, L, i, j, axis, o, h, slip_length(w, L, p))
-            flow += share * (12.0 * w[L.mu] * U * p * moved - between * gradient) / aside
+            along, between, aside, moved, moved_aside = lane(w, F, L, i, j, axis, o, h, slip)
+            c = L.laminate + LAMINATE * o
+            w[c], w[c + 1], w[c + 2], w[c + 3], w[c + 4] = along, between, aside, moved, moved_aside
+            flow += share * (12.0 * w[L.mu] * U * p * moved_aside - between * gradient) / aside
             inverse += share / aside
-    return (flow - mean) / inverse
+    return (flow - mean) / inverse, inverse
 
 
 @inlined
-def lane_flux(w, F, L, i, j, axis, o, U, side, mean, flow):
-    """Flux (times 24 mu) along an axis in a lane, the gradient of p^2 along the other axis there, and drag [m] and
-    conductance [m3] of the lane."""
-    h, p, gradient, _ = side
-    along, between, aside, moved, moved_aside = lane(w, F, L, i, j, axis, o, h, slip_length(w, L, p))
+def lane_flux(w, L, U, c, p, gradient, mean, flow):
+    """Flux (times 24 mu) along an axis in the lane at w[c] for a pressure and a gradient of p^2 along it, and the
+    gradient along the other axis there."""
     carry = 12.0 * w[L.mu] * U * p
     if L.grooved == 1:
-        mean = (carry * moved_aside - between * gradient - flow) / aside
-    return carry * moved - along * gradient - between * mean, mean, moved, along
+        mean = (carry * w[c + 4] - w[c + 1] * gradient - flow) / w[c + 2]
+    return carry * w[c + 3] - w[c] * gradient - w[c + 1] * mean, mean
+
+
+@inlined
+def side_flux(w, F, L, U, axis, c, side, mean, flow):
+    """`lane_flux` beside one side of the patch, with the blend where the cell number exceeds 2."""
+    p, gradient, jump = side
+    flux, _ = lane_flux(w, L, U, c, p, gradient, mean, flow)
+    if axis == 0:
+        flux -= max(6.0 * w[L.mu] * abs(U * w[c + 3]) - 2.0 * w[c] * p / F.dy, 0.0) * jump
+    return flux
 
 
 @inlined
 def mixed_fluxes(w, F, L, k, i, j, axis, U):
-    """Fluxes through the near and the far half face of a patch along an axis, weighted by their shares of the face."""
+    """Fluxes through the near and the far half face of a patch along an axis, weighted by their shares of the face.
+
+    From side to side p^2 falls as the resistance that is passed, and so do a lane's shares of the two.
+    """
     near, far, mean = sides(w, F, L, k, axis)
-    flow = 0.0
-    if L.grooved == 1:
-        flow = flux_aside(w, F, L, i, j, axis, U, near, far, mean)
-    sum_near = sum_far = 0.0
-    half = L.pieces // 2
+    h, slip = middle(w, L, k)
+    flow, resistance = find_lanes(w, F, L, i, j, axis, U, h, slip, near, far, mean)
+    sum_near = sum_far = passed = 0.0
     for o in range(L.pieces):
         share = w[(L.row_piece + j * L.pieces if axis == 0 else L.line_piece + i * L.pieces) + o]
         if share > 0.0:
-            side = near if o < half else far
-            flux, _, drag, along = lane_flux(w, F, L, i, j, axis, o, U, side, mean, flow)
-            if axis == 0:
-                _, p, _, jump = side
-                blend = 6.0 * w[L.mu] * abs(U * drag) - 2.0 * along * p / F.dy
-                flux -= max(blend, 0.0) * jump
-            sum_near += share * flux if o < half else 0.0
-            sum_far += 0.0 if o < half else share * flux
+            c = L.laminate + LAMINATE * o
+            own = share / (w[c + 2] * resistance)
+            sum_near += share * (1.0 - passed - 0.5 * own) * side_flux(w, F, L, U, axis, c, near, mean, flow)
+            sum_far += share * (passed + 0.5 * own) * side_flux(w, F, L, U, axis, c, far, mean, flow)
+            passed += own
     return sum_near / (24.0 * w[L.mu]), sum_far / (24.0 * w[L.mu])
 
 
@@ -228,10 +248,17 @@ def textured_fluxes(w, F, L, U):
         w[L.flow_z + k] = w[L.face_west + k] + w[L.face_east + k - L.stride]
 
 
+@inlined
+def jump_along_z(w, F, L, k, conductance):
+    """Put the conductance [m3] of half a cell, times its share of the face, for a smooth gap's."""
+    h, p, p_z = 0.5 * (w[L.h + k] + w[L.h + k + 1]), w[L.p + k], w[L.p + k + 1]
+    more = conductance - 0.5 * h * h * (h + slip_length(w, L, 0.5 * (p + p_z)))
+    w[L.flow_z + k] += w[L.link + k] * more * (p * p - p_z * p_z) / (24.0 * w[L.mu] * F.dz * F.dz)
+
+
 @kernel
 def jump_fluxes(w, F, L, U):
     """Correct the fluxes of a smooth gap where it jumps between lobes, in films without pockets and grooves."""
-    half = L.pieces // 2
     for line in range(-1, L.n_theta):
         i = line if line >= 0 else L.n_theta - 1
         first = L.first + line * L.stride
@@ -244,15 +271,19 @@ def jump_fluxes(w, F, L, U):
                 blend = max(0.5 * abs(carried) - 2.0 * along * mean / F.dy, 0.0)
                 flux = carried * mean - along * (p_t * p_t - p * p) / F.dy - blend * (p_t - p)
                 w[L.flow_t + k] = flux / (24.0 * w[L.mu] * F.dy)
-            for s in range(L.pieces):
-                share = w[L.line_piece + i * L.pieces + s]
-                lift = w[L.line_aside + i * L.pieces + s]
-                begin = first if s < half else first + L.stride
-                for k in range(begin + L.half - 1, begin + L.n_rows):
-                    h, p, p_z = 0.5 * (w[L.h + k] + w[L.h + k + 1]), w[L.p + k], w[L.p + k + 1]
-                    g, slip = max(h + lift, F.h_min), slip_length(w, L, 0.5 * (p + p_z))
-                    more = share * w[L.link + k] * (g * g * (g + slip) - h * h * (h + slip))
-                    w[L.flow_z + k] += more * (p * p - p_z * p_z) / (24.0 * w[L.mu] * F.dz * F.dz)
+            for k in range(first + L.half - 1, first + L.n_rows):
+                h, slip = middle(w, L, k)
+                along, _, _, _, _ = lane(w, F, L, i, 0, 0, 0, h, slip)
+                near = far = passed = 0.0
+                for s in range(L.pieces):
+                    share = w[L.line_piece + i * L.pieces + s]
+                    g = max(h + w[L.line_lift + i * L.pieces + s], F.h_min)
+                    own = share * along / (g * g * (g + slip))
+                    near += share * (1.0 - passed - 0.5 * own) * (g * g * (g + slip))
+                    far += share * (passed + 0.5 * own) * (g * g * (g + slip))
+                    passed += own
+                jump_along_z(w, F, L, k, near)
+                jump_along_z(w, F, L, k + L.stride, far)
 
 
 @inlined
@@ -275,21 +306,19 @@ def textured_torque(w, F, L, speed):
     total = 0.0
     for i in range(L.n_theta):
         for j in range(L.n_rows + 1 - L.half):
-            near, far, mean = sides(w, F, L, L.first + i * L.stride + j + L.half - 1, 0)
-            flow = 0.0
-            if L.grooved == 1:
-                flow = flux_aside(w, F, L, i, j, 0, U, near, far, mean)
+            k = L.first + i * L.stride + j + L.half - 1
+            near, far, mean = sides(w, F, L, k, 0)
+            h, slip = middle(w, L, k)
+            flow, _ = find_lanes(w, F, L, i, j, 0, U, h, slip, near, far, mean)
+            p, gradient = 0.5 * (near[0] + far[0]), 0.5 * (near[1] + far[1])
             for t in range(L.pieces):
                 width = w[L.row_piece + j * L.pieces + t]
                 if width > 0.0:
-                    side = near if t < L.pieces // 2 else far
-                    flux, dz, _, _ = lane_flux(w, F, L, i, j, 0, t, U, side, mean, flow)
-                    h, p, _, _ = side
-                    slip = slip_length(w, L, p)
+                    flux, dz = lane_flux(w, L, U, L.laminate + LAMINATE * t, p, gradient, mean, flow)
                     for s in range(L.pieces):
                         length = w[L.line_piece + i * L.pieces + s]
                         if length > 0.0:
-                            thick, depth, share, cc, sc = piece(w, F, L, i, j, 0, s, t, h)
+                            thick, depth, share, cc, sc = piece(w, F, L, i, j, s, t, h)
                             along, cross, _, drag, _ = medium(w, F, L, 0, thick, depth, share, cc, sc, slip)
                             dy = (12.0 * w[L.mu] * U * p * drag - cross * dz - flux) / along
                             total += width * length * traction(w, F, L, thick, depth, share, cc, sc, slip, U, p, dy, dz)

@@ -9,13 +9,13 @@ from functools import cached_property
 import numpy as np
 
 from reynolds.errors import FilmError
-from reynolds.grid import Grid, Layout, Texture, cells, fill, make_layout
+from reynolds.grid import FilmGrid, Layout, Texture, cells, fill, make_layout
 from reynolds.injector import LAWS, Footprint, Injector, footprint, nozzle_coefficients
 from reynolds.sleeve import PLAIN, Sleeve, fill_texture, stretches
 
 CONSTANTS = (
     "mu", "mean_free_path", "radius", "dy", "dz", "pa", "area", "source", "clearance", "h_min", "uneven", "bend_time",
-    "grooved", "recessed", "wide", "lobe", "stretches",
+    "grooved", "recessed", "wide", "lobe", "stretches", "jumps",
 )  # fmt: skip
 FILM_DTYPE = np.dtype([(name, "f8") for name in CONSTANTS])
 
@@ -28,7 +28,7 @@ def at_cache_line(size: int) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Gas:
+class FilmGas:
     """Viscosity [Pa s], ambient pressure [Pa], temperature [K], gas constant [J/(kg K)], heat capacity ratio [1].
 
     A mean free path [m] at ambient pressure of 0 is a gas that does not slip.
@@ -49,9 +49,9 @@ class FilmModel:
     `rarefied` compiles the slip at the walls in, also where the gas does not slip.
     """
 
-    grid: Grid
+    grid: FilmGrid
     clearance: float
-    gas: Gas = Gas()
+    gas: FilmGas = FilmGas()
     injectors: tuple[Injector, ...] = ()
     h_min: float = 2.5e-7
     rarefied: bool = False
@@ -64,7 +64,7 @@ class FilmModel:
             raise FilmError("injectors: all must have the same law")
         if self.grid.half and not self.sleeve.symmetric:
             raise FilmError("grooves: a spiral is not symmetric about the midplane; use symmetric=False")
-        if self.injectors and (self.sleeve.foil is not None or self.sleeve.grooves is not None):
+        if self.injectors and self.sleeve.closed:
             raise FilmError("injectors: a film with a foil or with grooves takes none; remove the ones or the others")
         if self.grid.half and any(injector.offset != 0 for injector in self.injectors):
             raise FilmError("injectors: one is off the midplane, so the film is not symmetric; use symmetric=False")
@@ -87,6 +87,7 @@ class FilmModel:
             gas.viscosity, gas.mean_free_path, grid.radius, grid.dy, grid.dz, gas.ambient_pressure, area,
             rt / (grid.dy * grid.dz), self.clearance, self.h_min, uneven, bend_time, grooved,
             float(sleeve.recesses(grid.length) != ()), *sleeve.arc(self.clearance), len(self.stretches),
+            self.stretches[:, -1].sum(),
         )  # fmt: skip
         return np.array([row], FILM_DTYPE).view(np.recarray)
 

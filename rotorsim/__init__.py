@@ -8,8 +8,8 @@ Names are imported when they are first used, so that ``import rotorsim`` is quic
 """
 
 from rotorsim import report as _report
+from rotorsim.base.display import Reported as _Reported
 from rotorsim.base.public import lazy
-from rotorsim.base.reported import Reported as _Reported
 
 _Reported.writer = lambda result, path: _report.write(result, path)
 __getattr__, __dir__, __all__ = lazy(__name__, __file__)

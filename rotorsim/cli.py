@@ -13,10 +13,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rotorsim.base.errors import LeftOut, NoCache, NotCarried, OtherMachine, RotorsimError, Unusual
+from rotorsim.base.errors import NoCache, NotCarried, OtherMachine, PackageLeftOut, RotorsimError, Unusual
 from rotorsim.base.files import WriteError, write_error
 from rotorsim.base.interrupt import interrupted, leave, watched
-from rotorsim.base.sentences import Shown
+from rotorsim.base.sentences import VisibleStream
 
 STDOUT = "standard output"
 LIMITS: dict[type[Exception], str] = {
@@ -70,7 +70,7 @@ def command(arguments: list[str], app: Any = None) -> None:
 
 def _show(usual: Callable[..., None], message: Warning | str, category: type[Warning], *where: Any) -> None:
     """Show a warning: one of ours as its sentence."""
-    if issubclass(category, (LeftOut, NoCache, NotCarried, OtherMachine)):
+    if issubclass(category, (PackageLeftOut, NoCache, NotCarried, OtherMachine)):
         print(message, file=sys.stderr)
     else:
         usual(message, category, *where)
@@ -120,7 +120,7 @@ def _careful_streams() -> None:
             io.BufferedWriter(own) if hasattr(before, "raw") else own,  # without a buffer under PYTHONUNBUFFERED
             now.encoding, "replace", line_buffering=now.line_buffering, write_through=now.write_through,
         )  # fmt: skip
-    shown: Any = Shown(sys.stdout), Shown(sys.stderr)
+    shown: Any = VisibleStream(sys.stdout), VisibleStream(sys.stderr)
     sys.stdout, sys.stderr = shown
 
 

@@ -12,17 +12,17 @@ from rotorsim.base.errors import (
     ControllerError as ControllerError,
     ConvergenceError as ConvergenceError,
     DataError as DataError,
-    LeftOut as LeftOut,
     LimitError as LimitError,
     MachineFileError as MachineFileError,
     NoCache as NoCache,
     NoLiftOffError as NoLiftOffError,
     NotCarried as NotCarried,
     OtherMachine as OtherMachine,
+    PackageLeftOut as PackageLeftOut,
     RotorsimError as RotorsimError,
     Unusual as Unusual,
 )
 from rotorsim.base.files import WriteError as WriteError
 from rotorsim.campaign.errors import ClusterError as ClusterError, PlanError as PlanError, StoreError as StoreError
 from rotorsim.control.errors import DesignError as DesignError, LawError as LawError
-from rotorsim.signals.missing import MissingError as MissingError
+from rotorsim.signals.record_blocks import MissingError as MissingError

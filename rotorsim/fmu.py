@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fmu import export as _export, info as _info, kinds as _kinds, ssp as _ssp
+from fmu import export as _export, importer as _importer, kinds as _kinds, ssp as _ssp
+from fmu.binaries import choose
 from fmu.law_unit import LawUnit
-from fmu.targets import choose
 from identification import LpvModel
 from rotorsim.base.errors import DataError
 from rotorsim.base.public import named
@@ -21,7 +21,7 @@ from rotorsim.machine import Machine
 from rotorsim.plant import Plant
 
 if TYPE_CHECKING:
-    from fmu.checks.check import Check
+    from fmu.check import Check
     from fmu.linear_model import LinearUnit
     from fmu.model import PlantUnit
 
@@ -134,7 +134,7 @@ def check(path: str | Path, duration: float = 1.0) -> Iterator[Check]:
     >>> all(one.passed is not False for one in rs.fmu.check("rotor.fmu"))
     True
     """
-    from fmu.checks.check import check as checks
+    from fmu.check import check as checks
 
     return checks(Path(path), duration)
 
@@ -148,7 +148,7 @@ def info(path: str | Path) -> dict[str, Any]:
     >>> rs.fmu.info("rotor.fmu")["FMI version"]
     '3.0'
     """
-    return _info.info(Path(path))
+    return _importer.info(Path(path))
 
 
 if not TYPE_CHECKING:

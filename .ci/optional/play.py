@@ -13,9 +13,8 @@ from pathlib import Path
 import numpy as np
 from fmpy import read_model_description
 
-from fmu.binaries import fmi_headers
-from fmu.info import stored
-from fmu.targets import TARGETS
+from fmu.binaries import TARGETS, fmi_headers
+from fmu.importer import stored
 
 ROOT = Path(__file__).parents[2]
 RUNNERS = {

@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import rotorsim as rs
-from rotorsim.experiments.prbs import bits
+from rotorsim.experiments.catalogue.prbs import bits
 
 Ts, seconds, top, pressure = 2e-4, 16.0, 6000 * np.pi / 30, 0.5e6
 plant = rs.Plant("dtu_gas_bearing", n_theta=16, n_z=8)

@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import rotorsim as rs
-from rotorsim.verify.impacts import impact_responses
+from rotorsim.verify.transients import impact_responses
 
 plant = rs.Plant("dtu_gas_bearing", n_theta=16, n_z=8)
 here = {"speed": 300.0, "pressure": 0.5e6}

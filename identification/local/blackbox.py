@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.errors import UnfitError
-from identification.local.fit import Sampled
+from identification.local.least_squares import Sampled
 from identification.local.simulation import respond_with_sensitivities
 
 ROWS = 25

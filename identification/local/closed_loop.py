@@ -20,14 +20,14 @@ import numpy as np
 from scipy.signal import fftconvolve, welch
 
 from identification.errors import UnfitError
+from identification.local.confidence import residual_tests
 from identification.local.goodness import ceiling, fit_of, noise_free_fit, project, simulated
 from identification.local.greybox import DELAYED, RATED
-from identification.local.residuals import residual_tests
 from identification.local.result import Identification
 from identification.local.start import peak_frequency
-from identification.local.stretches import parts_of
-from identification.records.frf import frequency_response
-from identification.records.prefilter import Signals, rest_length
+from identification.records.frequency_response import frequency_response
+from identification.records.prefilter import rest_length
+from identification.records.stretches import Signals, parts_of
 
 PERIODS = 9.0
 """Length of the impulse responses, in periods of the frequency at which the displacement moves fastest. Shorter ones,
@@ -39,7 +39,7 @@ SAMPLES = 30
 FACTOR = 4
 """Shorter stretches, in lengths of the impulse responses, are left out."""
 RIDGE = 1e-7
-"""Of the mean diagonal: a held binary signal leaves directions without power."""
+"""Share of the mean diagonal that is added to it: a held binary signal leaves directions without power."""
 RAISED = 10.0
 """L stays within this factor of its median."""
 NO_BIAS = "record of a closed loop: intervals are those of the standard deviations alone and hold no bias"
@@ -225,7 +225,7 @@ def orbit_remark(signals: Signals, external: np.ndarray) -> tuple[str, ...]:
 
 
 def _remarks(kind: str) -> tuple[str, ...]:
-    """What comes of the two stages where an open loop states a bias."""
+    """Remarks on the two stages in the place of an open loop's bias."""
     if kind in ("3", DELAYED):
         return NO_BIAS, COARSE
     return (NO_BIAS,) if kind in ("1", "2", RATED) else ()

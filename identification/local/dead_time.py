@@ -19,10 +19,9 @@ from numbers import Real
 import numpy as np
 
 from identification.errors import UnfitError
-from identification.local.fit import GreyBox, Problem
-from identification.local.greybox import DELAYED, SHORTEST_DEAD, STRUCTURES
-from identification.local.structure import Structure
-from identification.local.uncertainty.confidence import Spread
+from identification.local.confidence import Spread
+from identification.local.greybox import DELAYED, SHORTEST_DEAD, STRUCTURES, Structure
+from identification.local.least_squares import FitProblem, GreyBox
 
 FREE = "free"
 LONGEST = 5e-3
@@ -30,7 +29,7 @@ LONGEST = 5e-3
 SHARE = 0.01
 """Longest dead time as a share of the record."""
 SIGNIFICANT, LEAST = 3.0, 0.25
-"""Dead times count as found from so many standard deviations, and so much of a sample, on both axes."""
+"""Least dead time of both axes that counts as found, in standard deviations and in samples."""
 NONE = "no dead time found on both axes: Model 3 without one"
 """Note about a free dead time that the record does not show."""
 COARSE = 1.1
@@ -85,7 +84,7 @@ def completed(theta: np.ndarray, found: Spread, dead_time: float) -> tuple[np.nd
     return np.concatenate([theta, np.full(2, 2 / dead_time)]), found.joined(Spread(known, known))
 
 
-def promising(problem: Problem, theta: np.ndarray, x0: np.ndarray, Ts: float) -> bool:
+def promising(problem: FitProblem, theta: np.ndarray, x0: np.ndarray, Ts: float) -> bool:
     """Whether from a fit of Model 3 without dead time, at theta and x0, a step by Gauss and Newton lengthens one of
     LEAST samples on both axes; a look before the whole fit."""
     ahead = replace(problem, model=GreyBox(STRUCTURES[DELAYED], Ts))

@@ -16,8 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from identification.local.models import LinearModel
-from identification.local.stretches import parts_of, regressors_of
-from identification.records.prefilter import Signals
+from identification.records.stretches import Signals, parts_of, regressors_of
 from rotorsim.base.rounding import least_squares
 
 

@@ -1,34 +1,128 @@
-"""`identify`: local model with parameter uncertainty from one record at a constant operating point."""
+"""`identify`: local model with parameter uncertainty from one record, or several, at a constant operating point.
+
+On the way from records to the signals of one fit gaps are left out, closed loops recognised and several records joined.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from identification.errors import UnfitError
-from identification.feedback import controller_of
 from identification.local import dead_time as late
-from identification.local.blackbox_fit import black_box
-from identification.local.closed_loop import NO_BIAS, judged
-from identification.local.grey_fits import actuator_signals, delayed, grey_box, own_structure, two_steps
-from identification.local.greybox import DELAYED, RATED, STRUCTURES
-from identification.local.prepare import ready
+from identification.local.closed_loop import NO_BIAS, judged, two_stage
+from identification.local.fits import actuator_signals, black_box, delayed, grey_box, own_structure, two_steps
+from identification.local.greybox import DELAYED, RATED, STRUCTURES, Structure
 from identification.local.result import Identification
-from identification.local.structure import Structure
-from identification.machine_name import machine_of
-from identification.records.frf import FrequencyResponse
-from identification.records.prefilter import Prefilter
+from identification.records.checks import (
+    check_loop,
+    check_record,
+    check_saturation,
+    check_signals,
+    controller_of,
+    method_for,
+)
+from identification.records.frequency_response import FrequencyResponse
+from identification.records.prefilter import Prefilter, chosen_output, filtered
+from identification.records.sampling import sampling_time
+from identification.records.schema import machine_of
+from identification.records.stretches import Signals, joined, without_gaps
 from identification.threads import one_thread
 
 if TYPE_CHECKING:
     import xarray as xr
 
+
+@dataclass(frozen=True, eq=False)
+class FitSignals:
+    """Signals of the fit and of the records themselves; external references (n, 2) [V] of closed loops; method."""
+
+    fit: Signals
+    whole: Signals
+    external: np.ndarray | None
+    method: str
+    remarks: tuple[str, ...]
+
+
+def ready(
+    records: Sequence[xr.Dataset],
+    method: str,
+    steady: xr.Dataset | Sequence[xr.Dataset | None] | None,
+    settings: Prefilter | None,
+    check: bool,
+    parameters: int,
+) -> FitSignals:
+    """Signals of records at one operating point; raises SchemaError or UnfitError for what no fit can take."""
+    if not records:
+        raise UnfitError("identify: no record; give one or several")
+    if wrong := [record for record in records if not hasattr(record, "data_vars")]:
+        raise UnfitError(f"identify: {wrong[0]!r} is not a record; open files with identification.read")
+    calm: list[Any] = list(steady) if isinstance(steady, (list, tuple)) else [steady] * len(records)
+    if len(calm) != len(records):
+        raise UnfitError(f"identify.steady: {len(calm)} for {len(records)} records; give one for all or one for each")
+    each = [_one(record, method, own, settings, check) for record, own in zip(records, calm, strict=True)]
+    methods = {one.method for one in each}
+    if methods == {"oe", "two-stage"}:
+        methods = {"two-stage"}
+    whole = joined([one.whole for one in each])
+    excited = [one.whole.u if one.external is None else one.external for one in each]
+    external = np.vstack(excited) if any(one.external is not None for one in each) else None
+    name = "reference" if external is None else "reference_external"
+    check_signals(whole if external is None else replace(whole, u=external), parameters, name)
+    fits = [_staged(one) for one in each]
+    fit = whole if all(one is other.whole for one, other in zip(fits, each, strict=True)) else joined(fits)
+    remarks = tuple(dict.fromkeys(text for one in each for text in one.remarks))
+    return FitSignals(fit, whole, external, methods.pop(), remarks)
+
+
+def _one(
+    record: xr.Dataset, method: str, steady: xr.Dataset | None, settings: Prefilter | None, check: bool
+) -> FitSignals:
+    method = method_for(record, method)
+    closed = method == "two-stage"
+    record, signals = of_stretches(record, None if closed else steady, settings)
+    if check:
+        check_record(chosen_output(record, settings), sampling_time(record))
+    remarks = check_loop(record, method, check)
+    if closed:
+        remarks += check_saturation(record, check)
+    external = np.asarray(record["reference_external"].values, float) if closed else None
+    return FitSignals(signals, signals, external, method, remarks)
+
+
+def of_stretches(
+    record: xr.Dataset, steady: xr.Dataset | None = None, settings: Prefilter | None = None
+) -> tuple[xr.Dataset, Signals]:
+    """A record without its gaps, and its signals, which know where stretches begin."""
+    record, breaks, left_out = without_gaps(record)
+    if breaks and settings is not None and settings.lowpass is not None:
+        raise UnfitError("record: has gaps, across which no low-pass can run; cut it or leave lowpass out")
+    signals = filtered(record, steady, settings)
+    if breaks or left_out:
+        signals = replace(signals, breaks=breaks, notes=(*signals.notes, left_out))
+    return record, signals
+
+
+def fit_signals(record: xr.Dataset, steady: xr.Dataset | None = None, settings: Prefilter | None = None) -> Signals:
+    """Signals of the fit of one record by the method that suits it, without the checks of `identify`."""
+    return _staged(_one(record, "auto", steady, settings, check=False))
+
+
+def _staged(one: FitSignals) -> Signals:
+    if one.external is None:
+        return one.whole
+    staged, text = two_stage(one.whole, one.external)
+    return replace(staged, notes=(*staged.notes, text))
+
+
 MODELS = ("1", "2", RATED, "3", "actuator", "blackbox")
 METHODS = ("auto", "oe", "pem", "two-stage")
 LOST = 0.25
-"""Share of what noise allows that a prediction-error model explains at least."""
+"""Least fit of a prediction-error model, as a share of the fit that its noise allows."""
 
 
 @one_thread

@@ -20,10 +20,10 @@ from identification.errors import ModelError
 from identification.local.discretise import zero_order_hold
 from identification.local.simulation import respond
 from rotorsim.base.constants import TO_MPA, TO_RPM
+from rotorsim.base.display import Card, Shown, several
 from rotorsim.base.errors import DataError
 from rotorsim.base.exchange.control_systems import DISC, REFERENCES, matrices, reorder, state_space
 from rotorsim.base.exchange.mat import cells, check_rest, in_si, is_mat, name_rest, number, texts, write_mat
-from rotorsim.base.exchange.notebook import Card, Shown, several
 from rotorsim.base.files import write_json
 from rotorsim.base.rounding import decays, unstable_poles
 
@@ -245,7 +245,7 @@ class LinearModel(Shown):
 MAT_READ = ("speed", "pressure", "InputName", "OutputName", "InputUnit", "OutputUnit", "machine")
 """Variables of a .mat file besides A, B, C, D and Ts."""
 MAT_NUMBERS = {"Ts": 0.0, "speed": float("nan"), "pressure": float("nan")}
-"""Scalars of a .mat file, with what they are where they are missing."""
+"""Scalars of a .mat file, with their values where they are missing."""
 
 
 def _signals(kind: str, count: int) -> tuple[str, ...]:

@@ -6,13 +6,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from identification.local.bias import Bias, Interval
+from identification.local.confidence import ResidualTests
 from identification.local.greybox import DELAYED, RATED, dead_times
 from identification.local.models import LinearModel
-from identification.local.residuals import ResidualTests
-from identification.local.uncertainty.bias import Bias, Interval
 
 SIGNIFICANT = 2.0
-"""A parameter counts as significant from so many standard deviations."""
+"""Standard deviations from zero at which a parameter counts as significant."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +65,7 @@ class Identification:
     def intervals(self) -> tuple[Interval, ...]:
         """Frequencies [Hz], damping ratios and static gains [um/V] with standard deviation, bias and 90 % interval.
 
-        The bias is that which the record shows (see `identification.local.uncertainty.bias`); None for black-box
+        The bias is that which the record shows (see `identification.local.bias`); None for black-box
         models, structures of your own, actuators and records of a closed loop, for which none is stated.
         """
         values = np.concatenate([self.wn, self.zeta, self.static_gain.ravel()])

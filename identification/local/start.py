@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from identification.local.greybox import DELAYED, split
-from identification.records.frf import FrequencyResponse, frequency_response
+from identification.records.frequency_response import FrequencyResponse, frequency_response
 
 COHERENT = 0.3
 BROAD = 0.3

@@ -1,41 +1,168 @@
-"""Recursive LPV estimate: a model with surfaces over speed and pressure that learns sample by sample, for online use.
+r"""Recursive LPV estimate: a model with surfaces over speed and pressure that learns sample by sample, for online use.
 
 The equations are those of `identification.lpv.recursive_kernel`. What guards them: without excitation nothing is
 learned and no variance grows; no variance grows beyond its first value; every coefficient stays within its bounds; an
 update that would make the model unstable at the present operating point is halved twice and then refused; NaN, outliers
 and displacements that stand still are skipped, and nothing is learned until the filters have forgotten them.
+
+The model learns in the third-order form of its six states.
+
+.. math:: y''' = A_2 y'' + A_1 y' + A_0 y + B_0 u + B_1 u', \qquad
+          A = \begin{bmatrix} 0 & I & 0\\ 0 & 0 & I\\ A_0 & A_1 & A_2 \end{bmatrix},\;
+          B = \begin{bmatrix} 0\\ B_1\\ B_0 + A_2 B_1 \end{bmatrix}
+
+Model 3 has it exactly, with B_1 = 0: its lags make the reference act on the third derivative first. B_1 stands for what
+is behind the first lag, such as a second pole of the actuators.
+
+Cites: garnier_2008.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import UnfitError
-from identification.feedback import WAY_OUT, controller_of
+from identification.errors import ModelError, UnfitError
 from identification.local.discretise import sampled
 from identification.local.models import LinearModel
 from identification.lpv import recursive_kernel as kernel
 from identification.lpv.model import LpvModel
-from identification.lpv.recursive_form import OWN, coefficients_of, model_of
-from identification.lpv.recursive_settings import Recursion
 from identification.lpv.surfaces import SAME, Basis, fit_surfaces, make_basis
-from identification.records.prefilter import measured
+from identification.records.checks import WAY_OUT, controller_of
 from identification.records.sampling import sampling_time
-from identification.records.schema import require
+from identification.records.schema import measured, require
 
 if TYPE_CHECKING:
     import xarray as xr
 
+
+Four = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Recursion:
+    """Settings of `RecursiveLpv`. Coefficients are normalised: 1 is the size of those of the start.
+
+    order: total degree of the polynomials over speed and pressure; harmonics: of the shaft angle, for imbalance and
+    runout; corner: of the filters, in units of the start's mean natural frequency; spread: standard deviation of each
+    coefficient of displacements, references, constant and harmonics before any data; drift: how far each of these
+    wanders in a second, as a share of its spread, which is what it forgets by, 0 for none; reach: bound of each
+    coefficient about the start, in units of its spread; least_input: RMS of the filtered references [V] below which
+    nothing is learned; gate: second differences of a displacement beyond so many usual ones are outliers; standing: so
+    many equal displacements in a row are a drop-out; least_decay: of every pole, in units of the natural frequency;
+    period: between updates [s].
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.Recursion(drift=(0.05, 0.05, 0.05, 0.05)).order
+    2
+    """
+
+    order: int = 2
+    harmonics: int = 2
+    corner: float = 1.5
+    spread: Four = (0.5, 0.5, 10.0, 10.0)
+    drift: Four = (0.005, 0.005, 0.02, 0.02)
+    reach: float = 6.0
+    least_input: float = 0.05
+    gate: float = 12.0
+    standing: int = 5
+    least_decay: float = 1e-3
+    period: float = 1e-3
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that make no estimate."""
+        if self.order not in (0, 1, 2, 3) or self.harmonics not in range(11):
+            raise UnfitError(
+                f"recursion: order {self.order}, {self.harmonics} harmonics; choose 0 to 3, and 0 to 10 harmonics"
+            )
+        for name in ("corner", "reach", "gate", "standing", "period"):
+            if not 0 < getattr(self, name) < np.inf:
+                raise UnfitError(f"recursion.{name}: {getattr(self, name)}; give a number above zero")
+        for name, least in (("spread", 1e-12), ("drift", 0.0)):
+            values = np.asarray(getattr(self, name), float)
+            if values.shape != (4,) or not np.all((values >= least) & (values < np.inf)):
+                raise UnfitError(
+                    f"recursion.{name}: {getattr(self, name)}; give four numbers, of displacements, references, "
+                    "constant, harmonics"
+                )
+        for name in ("least_input", "least_decay"):
+            if not 0 <= getattr(self, name) < np.inf:
+                raise UnfitError(f"recursion.{name}: {getattr(self, name)}; give zero or more")
+
+
+OWN = 11
+"""Regressors without harmonics: y'', y', y, u and u' of both axes, and a constant."""
+ABRUPT = 1e-6
+"""Largest effect of a reference on the displacement's first derivative, as a share of that on the third."""
+WORST = 1e10
+"""Largest condition of displacements and their derivatives as coordinates of the state."""
+
+
+def without_dead_times(model: LinearModel) -> LinearModel:
+    """Model 3 with dead times in six states, its lags longer by them; any other model as it is."""
+    A, B = model.A, model.B
+    if A.shape != (8, 8) or B.shape[1] != 2 or np.any(A[6:, :6]) or not np.array_equal(B[6:], np.eye(2)):
+        return model
+    P, R = np.diag(-A[4:6, 4:6]), np.diag(-A[6:, 6:])
+    if not (np.all(P > 0) and np.all(R > 0) and np.allclose(A[4:6, 6:], 2 * np.diag(P * R))):
+        return model
+    lag = np.diag(1 / (1 / P + 2 / R))
+    short, into = A[:6, :6].copy(), np.zeros((6, 2))
+    short[4:, 4:], into[4:] = -lag, lag
+    return replace(model, A=short, B=into, C=model.C[:, :6])
+
+
+def coefficients_of(model: LinearModel, omega: float, scale: float) -> np.ndarray:
+    """A_2, A_1, A_0, B_0 and B_1 (2, 10) of a model, in units of time 1/omega and of displacement `scale` [m].
+
+    Raises
+    ------
+    ModelError
+        If the model is sampled, has not six states (or eight, of Model 3 with dead times, which join its lags), two
+        references and two displacements, or its displacements and their first two derivatives are no coordinates of
+        its state, or its reference acts on the first.
+    """
+    model = without_dead_times(model)
+    if model.Ts or model.A.shape != (6, 6) or model.B.shape[1] != 2 or model.C.shape[0] != 2 or np.any(model.D):
+        raise ModelError(
+            f"recursive.start: {model.order} states, Ts = {model.Ts:g} s; give a continuous model of six states, two "
+            "references in, two displacements out, D = 0, such as Model 3"
+        )
+    A, B, C = model.A / omega, model.B / omega, model.C / scale
+    seen = np.vstack([C, C @ A, C @ A @ A])
+    size = np.maximum(np.linalg.norm(seen, axis=0), 1e-300)
+    if not np.linalg.cond(seen / size) < WORST:
+        raise ModelError("recursive.start: a state of the model does not show in the displacements; take Model 3")
+    if np.linalg.norm(C @ B) > ABRUPT * np.linalg.norm(C @ A @ A @ B):
+        raise ModelError("recursive.start: a step of the reference moves the rotor at a jump; take Model 3")
+    rows = np.linalg.solve((seen / size).T, (C @ A @ A @ A / size).T).T
+    first = C @ A @ B
+    return np.hstack([rows[:, 4:], rows[:, 2:4], rows[:, :2], C @ A @ A @ B - rows[:, 4:] @ first, first])
+
+
+def model_of(
+    rows: np.ndarray, omega: float, scale: float, speed: float, pressure: float, extrapolated: bool
+) -> LinearModel:
+    """Model of `coefficients_of` at an operating point [rad/s], [Pa]."""
+    A, B, C = np.zeros((6, 6)), np.zeros((6, 2)), np.zeros((2, 6))
+    A[:4, 2:], C[:, :2] = np.eye(4), np.eye(2)
+    A[4:] = np.hstack([rows[:, 4:6] * omega**3, rows[:, 2:4] * omega**2, rows[:, :2] * omega])
+    B[2:4] = rows[:, 8:10] * omega**2 * scale
+    B[4:] = rows[:, 6:8] * omega**3 * scale + A[4:, 4:] @ B[2:4]
+    return LinearModel(A, B, C, np.zeros((2, 2)), speed=speed, pressure=pressure, extrapolated=extrapolated)
+
+
 OUTCOMES = ("updated", "between", "settling", "skipped", "idle", "refused")
-"""What becomes of a sample, by the numbers of `recursive_kernel`: learned from, between two updates, filters settle,
+"""Outcomes of a sample by the numbers of `recursive_kernel`: learned from, between two updates, filters settle,
 missing or an outlier, no excitation, update refused for stability."""
 WARM = 200
 """Errors weighed before the first update."""
 FORGOTTEN = 20.0
-"""Filters have settled after so many of their time constants."""
+"""Time constants after which filters have settled."""
 SLOW, FAST, MOST_OUTLIERS = 0.5, 0.1, 0.02
 """Times [s] over which means and mean squares run, and after which outliers in a row count as signal."""
 FASTEST = 0.5

@@ -27,15 +27,15 @@ import numpy as np
 from identification.kernel import kernel
 
 UPDATED, BETWEEN, SETTLING, SKIPPED, IDLE, REFUSED = range(6)
-"""What became of a sample: update, between two updates, filters settle, skipped, no excitation, update refused."""
+"""Outcomes of a sample: update, between two updates, filters settle, skipped, no excitation, update refused."""
 SAMPLES, GAP, REPEATED, COOLING, WEIGHED = range(5)
 """Counters: samples, since the last good one, since it repeats, until the filters have settled, errors weighed."""
 ANGLE, BEND, SIGMA2, SPEED, PRESSURE, MEAN, POWER, LOWEST, HIGHEST, NUMBERS = 0, 1, 2, 3, 4, 5, 7, 9, 11, 13
 """Running numbers: angle [rad], usual second difference, variance of the error, operating point, filtered references'
 means (2) and mean squares about them (2), lowest and highest speed and pressure of updates (2 each); how many."""
 TS, STEP, LAMBDA, GATE, INPUT, MARGIN, SLOW, FAST = range(8)
-"""Settings: sampling time [s] and in units of time, corner of the filters, second differences beyond so many usual ones
-are outliers, least reference [V], least decay of poles, rates of running numbers per sample."""
+"""Settings: sampling time [s] and in units of time, corner of the filters, second difference of an
+outlier in usual ones, least reference [V], least decay of poles, rates of running numbers per sample."""
 STRIDE, SETTLE, STANDING, LONGEST, WARM = range(5)
 """Whole settings: samples between updates, that filters settle in, that a displacement may repeat, of outliers in a row
 before they count as signal, errors weighed before the first update."""

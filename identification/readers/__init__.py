@@ -1,52 +1,38 @@
-"""Readers of measured data, one per file format, chosen by the file's first bytes and its suffix.
+"""Readers of measured data, one per file format; importing this package registers them all.
 
-Nothing in a file is ever evaluated or unpickled. A reader gives a `Table` of columns; mapping and units come after.
+Nothing in a file is ever evaluated or unpickled. A reader gives a `DataTable` of columns; mapping and units come after.
+A new format is one file of this folder with a function under `registry.reader`.
 """
 
 from __future__ import annotations
 
 import hashlib
-from codecs import BOM_UTF8
 from collections.abc import Mapping as Tables
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from identification.errors import ReadError, SchemaError
-from identification.readers.csv import read_csv
-from identification.readers.mat import read_mat
-from identification.readers.mat73 import read_mat73
-from identification.readers.netcdf import read_netcdf
-from identification.readers.plain_hdf5 import read_plain_hdf5
-from identification.readers.tdms import read_tdms
-from identification.readers.uff import read_uff
-from identification.readers.wav import read_wav
+from identification.readers.registry import Reader, reader_of
 from identification.records.assemble import CLIPPED, assemble, left_out, provenance, used
 from identification.records.clocks import on_one_clock
 from identification.records.column_names import recognise
-from identification.records.lab.slow_roll import without_slow_roll
 from identification.records.mapping import load_mapping
-from identification.records.notes import with_notes
-from identification.records.validate import validate
-from rotorsim.base.own_files import instead
+from identification.records.runout import without_slow_roll
+from identification.records.schema import validate, with_notes
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from identification.records.mapping import Mapping
-    from identification.records.table import Table
+    from identification.records.table import DataTable
 
-HDF5 = (".h5", ".hdf5")
-TEXT = (".csv", ".txt", ".tsv", ".dat", ".asc")
-_REFUSED = {
-    b"PK\x03\x04": "is a spreadsheet or another zip archive; export it as CSV",
-    b"CDF": "is classic netCDF; convert it with 'nccopy -k nc4'",
-    b"\x93NUMPY": "is a NumPy array without names and units; use identification.from_arrays and save",
-    b"\x80": "looks like a Python pickle, which is never opened; export it as CSV",
-    b"\x1f\x8b": "is compressed; unpack it first",
-}
+for _module in iter_modules(__path__, f"{__name__}."):
+    import_module(_module.name)
 
 
 def read(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | None = None) -> xr.Dataset:
@@ -105,7 +91,8 @@ def load(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | No
     path = _regular(path)
     mapped = load_mapping(mapping) if mapping is not None else None
     try:
-        record = _record(path, mapped) if format_of(path) == "netcdf" else _from_columns(path, mapped)
+        chosen = reader_of(path)
+        record = _itself(chosen, path, mapped) if chosen.describes_itself else _from_columns(path, mapped)
         if mapped is None or mapped.slow_roll is None:
             return record
         how = mapped.slow_roll
@@ -124,7 +111,7 @@ def _from_columns(path: Path, mapped: Mapping | None) -> xr.Dataset:
     return record.assign_attrs(provenance(table, mapped, path.name, _digest(path)))
 
 
-def columns(path: str | Path, mapping: Mapping | None = None) -> Table:
+def columns(path: str | Path, mapping: Mapping | None = None) -> DataTable:
     """The columns of a file as they are; raises ReadError if it is none of the formats.
 
     Examples
@@ -134,62 +121,19 @@ def columns(path: str | Path, mapping: Mapping | None = None) -> Table:
     True
     """
     path = _regular(path)
-    kind = format_of(path)
+    chosen = reader_of(path)
     try:
-        if kind == "csv":
-            return read_csv(path, mapping.file if mapping else {})
-        if kind == "mat":
-            return read_mat(path)
-        if kind == "mat73":
-            return read_mat73(path)
-        if kind == "uff":
-            return read_uff(path)
-        if kind == "tdms":
-            return read_tdms(path)
-        if kind == "wav":
-            return read_wav(path)
-        if kind == "hdf5":
-            return read_plain_hdf5(path)
-        raise ReadError("is netCDF; a record of rotorsim needs no mapping, another file must come as CSV or .mat")
+        return chosen.table(path, mapping.file if mapping else {})
     except ReadError as error:
         raise ReadError(_named(path, error)) from error
     except MemoryError as error:
         raise ReadError(f"{path}: is too large for this machine's memory; cut it") from error
 
 
-def format_of(path: Path) -> str:
-    """csv, mat, mat73, uff, tdms, wav, hdf5 or netcdf; raises ReadError for anything else."""
-    with path.open("rb") as file:
-        start = file.read(1024).removeprefix(BOM_UTF8)
-    if start.startswith(b"\x89HDF") or start[512:].startswith(b"\x89HDF"):
-        if start.startswith(b"MATLAB") or path.suffix.lower() == ".mat":
-            return "mat73"
-        return "hdf5" if path.suffix.lower() in HDF5 else "netcdf"
-    if start[:4] in (b"RIFF", b"RIFX", b"RF64") and start[8:12] == b"WAVE":
-        return "wav"
-    if start.startswith(b"TDSm"):
-        return "tdms"
-    for magic, reason in _REFUSED.items():
-        if start.startswith(b"PK") and (ours := instead(path, "a record", "")):
-            raise ReadError(f"{path}: {ours}; give .csv, .mat, .uff, .tdms or .nc")
-        if start.startswith(magic):
-            raise ReadError(f"{path}: {reason}")
-    if start.split(b"\n", 1)[0].strip() == b"-1":
-        return "uff"
-    if start[126:128] in (b"IM", b"MI") or path.suffix.lower() == ".mat":
-        return "mat"
-    if path.suffix.lower() in TEXT:
-        return "csv"
-    if path.suffix.lower() in (".nc", ".h5", ".hdf5", ".tdms", ".uff", ".unv", ".wav"):
-        raise ReadError(f"{path}: does not begin like a {path.suffix} file; it is damaged or of another kind")
-    reason = instead(path, "a record", "") or "unknown kind of file"
-    raise ReadError(f"{path}: {reason}; give .csv, .mat, .uff, .tdms or a record .nc")
-
-
-def _record(path: Path, mapping: Mapping | None) -> xr.Dataset:
+def _itself(chosen: Reader, path: Path, mapping: Mapping | None) -> xr.Dataset:
     if mapping is not None and mapping.maps_columns:
         raise ReadError("a netCDF record describes itself; leave the mapping out, or all of it but [conditions]")
-    return read_netcdf(path).assign_attrs(mapping.conditions if mapping else {})
+    return chosen.record(path).assign_attrs(mapping.conditions if mapping else {})
 
 
 def _regular(path: str | Path) -> Path:

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from identification.errors import ReadError
-from identification.records.table import MAX_VALUES, Column, Table, not_read
+from identification.readers.registry import reader
+from identification.records.table import MAX_VALUES, Column, DataTable, not_read
 from identification.records.units import factor, is_unit_of
 from rotorsim.base.sentences import quote
 
@@ -24,10 +25,11 @@ _READ = {"wf_increment", "wf_start_offset", "wf_start_time", "unit_string", "NI_
 _IGNORED = ("wf_samples", "wf_xname", "wf_time_pref", "name", "NI_ChannelName", "NI_ChannelLength", "NI_DataType",
             "NI_Scal", "NI_Number_Of_Scales", "displaytype", "datatype", "registertxt", "NI_CR", "monotony",
             "minimum", "maximum", "novaluekey")  # fmt: skip
-"""Beginnings of properties that repeat what the channel shows: nptdms applies scales itself."""
+"""Beginnings of properties that the channel shows by itself: nptdms applies scales."""
 
 
-def read_tdms(path: Path) -> Table:
+@reader(".tdms", magic=rb"TDSm")
+def read_tdms(path: Path) -> DataTable:
     """Table of a TDMS file; raises ReadError if nptdms is missing or the file is damaged."""
     try:
         from nptdms import TdmsFile
@@ -55,7 +57,7 @@ def _silence() -> Iterator[None]:
         log_manager.set_level(level)
 
 
-def _table(file: Any, size: int) -> Table:
+def _table(file: Any, size: int) -> DataTable:
     if getattr(file, "file_status", None) is not None and file.file_status.incomplete_final_segment:
         raise ReadError("is a cut off TDMS file, its last segment is incomplete; copy it again")
     channels = [channel for group in file.groups() for channel in group.channels()]
@@ -69,7 +71,7 @@ def _table(file: Any, size: int) -> Table:
         for (_, column), alias in zip(found, single, strict=True)
     ]
     unread = [*file.properties, *(f"{group.name}/{key}" for group in file.groups() for key in group.properties)]
-    return Table("TDMS", tuple(_clocked(channels, found, columns)), others, notes=not_read(_others(unread)))
+    return DataTable("TDMS", tuple(_clocked(channels, found, columns)), others, notes=not_read(_others(unread)))
 
 
 def _column(channel: Any, size: int, others: dict[str, str]) -> Column | None:

@@ -4,6 +4,9 @@ Eleven header records of fixed columns, then values. Record 6: function type (1 
 response node and direction; record 7: type of the values (2, 4 real in single, double precision; 5, 6 complex), their
 number, even or uneven abscissa, its start and step; records 8 and 9: label and unit of abscissa and ordinate. The
 format is that of SDRC, binary as laid down by the University of Cincinnati. No size is believed before it is counted.
+
+Own code, because pyuff 2.5 reads a file that was cut off as one with fewer datasets, and 12 values where the header
+states 7: `test_uff.py` has these cases.
 """
 
 from __future__ import annotations
@@ -17,7 +20,8 @@ from pathlib import Path
 import numpy as np
 
 from identification.errors import ReadError
-from identification.records.table import MAX_VALUES, Column, Table
+from identification.readers.registry import reader
+from identification.records.table import MAX_VALUES, Column, DataTable
 from identification.records.units import factor, is_unit_of
 from rotorsim.base.sentences import quote
 
@@ -39,7 +43,8 @@ class Response:
     values: np.ndarray
 
 
-def read_uff(path: Path) -> Table:
+@reader(".uff", ".unv", magic=rb"[ \t\r\f\v]*-1[ \t\r\f\v]*(\n|\Z)")
+def read_uff(path: Path) -> DataTable:
     """Table of the time responses in a file; raises ReadError if there is none or the file is damaged."""
     data = path.read_bytes().removeprefix(BOM_UTF8)
     responses: list[Response] = []
@@ -70,7 +75,7 @@ def read_uff(path: Path) -> Table:
     return _table(responses, others)
 
 
-def _table(responses: list[Response], others: dict[str, str]) -> Table:
+def _table(responses: list[Response], others: dict[str, str]) -> DataTable:
     shared: list[np.ndarray] = []
     titles = [r.title for r in responses]
     columns = []
@@ -79,7 +84,7 @@ def _table(responses: list[Response], others: dict[str, str]) -> Table:
         time = next((one for one in shared if np.array_equal(one, r.time)), r.time)
         shared += [] if any(one is time for one in shared) else [time]
         columns.append(Column(r.title if titled else r.freedom, r.values, r.unit, (r.freedom, r.title), time))
-    return Table("UFF 58", tuple(columns), others)
+    return DataTable("UFF 58", tuple(columns), others)
 
 
 def _title(body: bytes) -> str:
@@ -106,7 +111,7 @@ def _is_binary(kind: bytes) -> bool:
 
 
 def _text_end(data: bytes, at: int) -> tuple[int, int]:
-    """Where a body of text ends and where the next dataset begins."""
+    """End of a body of text, and beginning of the next dataset."""
     while at < len(data):
         end = at
         line, at = _line(data, at)

@@ -13,14 +13,16 @@ import numpy as np
 from scipy.io import wavfile
 
 from identification.errors import ReadError
-from identification.records.table import MAX_VALUES, Column, Table
+from identification.readers.registry import reader
+from identification.records.table import MAX_VALUES, Column, DataTable
 from identification.records.units import FULL_SCALE
 
 _UNSIGNED = 128.0
 """Middle of the codes of 8 bits, which WAV stores without sign."""
 
 
-def read_wav(path: Path) -> Table:
+@reader(".wav", magic=rb"(RIFF|RIFX|RF64).{4}WAVE")
+def read_wav(path: Path) -> DataTable:
     """Table of a WAV file of 8 to 64 bits; raises ReadError if it is damaged, cut off or compressed."""
     try:
         with warnings.catch_warnings():
@@ -37,7 +39,7 @@ def read_wav(path: Path) -> Table:
         raise ReadError(f"holds {samples.size} values, above the limit of {MAX_VALUES}; cut it")
     columns = samples.reshape(len(samples), -1).T
     found = (Column(f"channel {i + 1}", _shares(column), FULL_SCALE) for i, column in enumerate(columns))
-    return Table("WAV", tuple(found), time=np.arange(len(samples)) / rate)
+    return DataTable("WAV", tuple(found), time=np.arange(len(samples)) / rate)
 
 
 def _shares(codes: np.ndarray) -> np.ndarray:

@@ -8,9 +8,8 @@ import numpy as np
 
 from identification.errors import ReadError, SchemaError
 from identification.records.sampling import JITTER
-from identification.records.schema import known_variable, make_record
+from identification.records.schema import known_variable, make_record, validate
 from identification.records.units import FACTORS, factor
-from identification.records.validate import validate
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,27 +1,189 @@
-"""Record in SI units from the columns of a file and a mapping; `validate` checks it against the schema."""
+"""Record in SI units from the columns of a file and a mapping; `validate` checks it against the schema.
+
+Probes that a mapping names give the motion of the disc, or readings of other planes; dead ones are left out.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from identification.errors import ReadError
-from identification.records.column_values import one_unit, replaced, unit_of, values
-from identification.records.lab.column_faults import clipped, dead
-from identification.records.lab.keyphasor import angle_by_stretches
-from identification.records.lab.probe_columns import read_probes
-from identification.records.mapping import Entry, Mapping
-from identification.records.notes import with_notes
+from identification.records.mapping import ColumnEntry, Mapping
 from identification.records.sampling import nominal_rate, problems
-from identification.records.schema import AXES, PROBE_UNITS, VARIABLES, make_record
-from identification.records.table import Header, Table
-from identification.records.units import FACTORS, full_scale, is_unit_of, measured_by
-from identification.records.vectors import VECTORS, make_vectors
+from identification.records.schema import AXES, PROBE_UNITS, VARIABLES, VECTORS, make_record, make_vectors, with_notes
+from identification.records.sensors import MEAN, LabProbe, angle_by_stretches, coordinates, disc_plane, in_plane
+from identification.records.table import Column, DataTable, Header, clipped, dead
+from identification.records.units import (
+    FACTORS,
+    FULL_SCALE,
+    agree,
+    amplitude_factor,
+    factor,
+    full_scale,
+    is_unit,
+    is_unit_of,
+    measured_by,
+    quantity,
+    sensitivity,
+)
 from rotorsim.base.sentences import listing, quote
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+def values(table: DataTable, entry: ColumnEntry, si: str) -> np.ndarray:
+    """Values of a channel (n,) in SI units; raises ReadError that begins with the entry's path."""
+    try:
+        column = table.find(entry.column)
+        scale = scale_of(table, entry, si)
+        result = column.values if scale == 1 else column.values * scale
+        return result + quantity(entry.offset, si) if entry.offset is not None else result
+    except ReadError as error:
+        raise ReadError(f"{entry.path}: {error}") from error
+
+
+def unit_of(column: Column, entry: ColumnEntry) -> tuple[str, float]:
+    """Unit of a column's numbers and the factor to it, which is 1 but for shares of a full scale.
+
+    A unit that the mapping states replaces the file's (see `replaced`).
+
+    Raises ReadError where neither the file nor the mapping states a unit, or where one is a share of a full scale.
+    """
+    if entry.full_scale is not None:
+        if column.unit not in (FULL_SCALE, None):
+            raise ReadError(
+                f"full_scale: the column is in {quote(column.unit)}, not in shares of full scale; remove it"
+            )
+        number, stated = full_scale(entry.full_scale)
+        return stated, number
+    unit = entry.unit if entry.unit is not None else column.unit
+    if unit == FULL_SCALE or column.unit == FULL_SCALE:
+        raise ReadError("the column is in shares of full scale; write e.g. full_scale = '10 V' in place of the unit")
+    if unit is None:
+        raise ReadError("no unit, neither here nor in the file; write e.g. unit = 'um'")
+    return unit, 1.0
+
+
+def replaced(table: DataTable, entries: Iterable[ColumnEntry]) -> list[str]:
+    """A sentence for each entry whose unit stands in place of another one that the file states."""
+    found = []
+    for entry in entries:
+        unit = table.find(entry.column).unit if table.has(entry.column) else None
+        if entry.unit and unit and not agree(entry.unit, unit):
+            found.append(
+                f"{entry.path}: read in {quote(entry.unit)}, which the mapping states; the file states {quote(unit)}"
+            )
+    return found
+
+
+def _factor(column: Column, entry: ColumnEntry, si: str) -> float:
+    unit, scale = unit_of(column, entry)
+    try:
+        if entry.sensitivity is not None:
+            return scale * sensitivity(entry.sensitivity, unit, si)
+        if entry.path.endswith("amplitude") or entry.path.startswith("amplitude_"):
+            return scale * amplitude_factor(unit)
+        return scale * factor(unit, si)
+    except ReadError as error:
+        if unit == column.unit and not is_unit(unit):  # the file's own word
+            raise ReadError(f"{error}; or state the unit in a mapping, in place of the file's") from error
+        raise
+
+
+def scale_of(table: DataTable, entry: ColumnEntry, si: str) -> float:
+    """Factor from an entry's column to SI units, without the offset."""
+    return entry.factor * _factor(table.find(entry.column), entry, si)
+
+
+def one_unit(table: DataTable, entries: Iterable[ColumnEntry]) -> None:
+    """Raise ReadError where a file states several units of one quantity and the mapping none."""
+    stated = {(entry.path, table.find(entry.column).unit) for entry in entries if entry.unit is None}
+    units = {unit for _, unit in stated if unit}
+    if any(not agree(a, b) for a in units for b in units):
+        shown = ", ".join(f"{path} in {unit}" for path, unit in sorted(stated, key=str))
+        raise ReadError(f"the file mixes units ({shown}); state the unit of each in the mapping")
+
+
+@dataclass(frozen=True)
+class ProbeColumns:
+    """Columns (n,) [m] by variable and label, coordinates of `probe_measured`, and notes."""
+
+    groups: dict[str, dict[str, np.ndarray]]
+    coordinates: dict[str, Any] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    position: float | None = None
+    """Plane of the disc's probes [m], where they state it."""
+
+
+def read_probes(table: DataTable, mapping: Mapping) -> ProbeColumns:
+    """Motion of the disc from the probes of its plane, and `probe_measured` of all others.
+
+    Dead and missing probes are left out and noted; where the rest at the disc's plane does not see both x and y, their
+    readings are `probe_measured` too. Raises ReadError where nothing is left.
+    """
+    probes = {name: probe for name, (_, probe) in mapping.probes.items()}
+    entries = {name: entry for name, (entry, _) in mapping.probes.items()}
+    plane = disc_plane(probes, mapping.disc)
+    left_out = _left_out(table, entries)
+    alive = [name for name in probes if name not in left_out]
+    if not alive:
+        raise ReadError(f"probes: none is left ({'; '.join(left_out.values())}); check the sensors or the mapping")
+    one_unit(table, [entries[name] for name in alive])
+    readings = {name: _reading(table, entries[name], probes[name]) for name in alive}
+    disc = {name: readings[name] for name in plane if name in readings}
+    motion = in_plane(disc, probes) if disc else None
+    if motion is None and len(disc) > 1:
+        raise ReadError(f"probes {', '.join(disc)}: do not see both x and y; add one at another angle")
+    others = {name: column for name, column in readings.items() if motion is None or name not in disc}
+    notes = [f"probe {text}, and was left out" for text in left_out.values()]
+    if motion is None and disc:
+        notes.append(
+            f"probe {next(iter(disc))} alone does not see both x and y of the disc: its readings are probe_measured"
+        )
+    elif motion is None:
+        notes.append("no probe at the disc's plane is left: there is no disc_measured")
+    coupled = [name for name in alive if probes[name].coupling == "AC"]
+    if coupled:
+        notes.append(f"AC-coupled, without a mean position: {', '.join(coupled)}")
+    position = probes[next(iter(disc))].position if motion else None
+    groups = ({"disc_measured": motion} if motion else {}) | ({"probe_measured": others} if others else {})
+    return ProbeColumns(groups, coordinates({name: probes[name] for name in others}), tuple(notes), position)
+
+
+def _left_out(table: DataTable, entries: dict[str, ColumnEntry]) -> dict[str, str]:
+    """Name and reason of the probes whose column is missing or dead."""
+    found = {}
+    for name, entry in entries.items():
+        try:
+            column = table.find(entry.column)
+        except ReadError as error:
+            found[name] = f"{name} is missing ({error})"
+            continue
+        if reason := dead(column.values):
+            found[name] = f"{name} is dead ({reason} {column.unit or entry.unit or ''})".replace(" )", ")")
+    return found
+
+
+def _reading(table: DataTable, entry: ColumnEntry, probe: LabProbe) -> np.ndarray:
+    """Displacement (n,) [m] along a probe, from its gap voltage or its mean where the mapping states one."""
+    found = values(table, entry, "m")
+    if probe.gap is None:
+        return found
+    if probe.gap == MEAN:
+        return found - np.nanmean(found)
+    assert isinstance(probe.gap, float)
+    unit, scale = unit_of(table.find(entry.column), entry)
+    try:
+        volts = scale * factor(unit, "V")
+    except ReadError as error:
+        raise ReadError(f"{entry.path}.gap: the column is not in volts ({error})") from error
+    return found - probe.gap * scale_of(table, entry, "m") / volts
+
 
 CLIPPED = "clipped"
 """Attribute with a sentence for every clipped sensor."""
@@ -31,7 +193,7 @@ RATE = 1e-3
 """Largest relative difference between a stated sample rate and the file's own clock."""
 
 
-def assemble(table: Table, mapping: Mapping) -> xr.Dataset:
+def assemble(table: DataTable, mapping: Mapping) -> xr.Dataset:
     """Record, or run-up vectors, from the columns that a mapping names; raises ReadError with one sentence."""
     record = _vectors(table, mapping) if mapping.vectors else _series(table, mapping)
     for name, attrs in (table.header or Header()).variables.items():
@@ -40,14 +202,14 @@ def assemble(table: Table, mapping: Mapping) -> xr.Dataset:
     return record
 
 
-def used(mapping: Mapping) -> list[Entry]:
+def used(mapping: Mapping) -> list[ColumnEntry]:
     """All entries of a mapping."""
     single = [entry for entry in (mapping.time, mapping.speed) if entry]
     single += [entry for entry, _ in (*mapping.probes.values(), *filter(None, [mapping.keyphasor]))]
     return [*single, *mapping.channels.values(), *mapping.vectors.values()]
 
 
-def _series(table: Table, mapping: Mapping) -> xr.Dataset:
+def _series(table: DataTable, mapping: Mapping) -> xr.Dataset:
     groups: dict[str, dict[str, np.ndarray]] = {}
     for (name, label), entry in mapping.channels.items():
         si = _probe_unit(table, entry) if name == "probe_measured" else VARIABLES[name].units
@@ -75,7 +237,7 @@ def _series(table: Table, mapping: Mapping) -> xr.Dataset:
     return record
 
 
-def _probes(table: Table, mapping: Mapping, names: list[str], own: dict[str, Any]) -> dict[str, Any]:
+def _probes(table: DataTable, mapping: Mapping, names: list[str], own: dict[str, Any]) -> dict[str, Any]:
     """Coordinates of `probe_measured`: those of the file's header or the mapping, or what columns state."""
     known = (table.header or Header()).probes
     if names and known.get("probe") == names:
@@ -89,7 +251,7 @@ def _probes(table: Table, mapping: Mapping, names: list[str], own: dict[str, Any
     return {"probe": names, "probe_unit": [units[name] for name in names]}
 
 
-def _clipped(table: Table, mapping: Mapping) -> list[str]:
+def _clipped(table: DataTable, mapping: Mapping) -> list[str]:
     """Sentences about clipped displacement sensors, as their columns stand in the file."""
     entries = {name: entry for name, (entry, _) in mapping.probes.items()}
     entries |= {
@@ -110,7 +272,7 @@ def _clipped(table: Table, mapping: Mapping) -> list[str]:
     return found
 
 
-def _probe_unit(table: Table, entry: Entry) -> str:
+def _probe_unit(table: DataTable, entry: ColumnEntry) -> str:
     """SI unit of a probe's readings, by the unit of its column, or by what its sensitivity leads to."""
     if entry.sensitivity is not None:
         try:
@@ -124,7 +286,7 @@ def _probe_unit(table: Table, entry: Entry) -> str:
     return found[0]
 
 
-def _turning(table: Table, mapping: Mapping, time: np.ndarray) -> dict[str, np.ndarray]:
+def _turning(table: DataTable, mapping: Mapping, time: np.ndarray) -> dict[str, np.ndarray]:
     """Angle and speed of the shaft from the keyphasor."""
     assert mapping.keyphasor is not None
     entry, how = mapping.keyphasor
@@ -167,7 +329,7 @@ def _number(label: str) -> int:
     return int(label)
 
 
-def _time(table: Table, mapping: Mapping, n: int) -> np.ndarray:
+def _time(table: DataTable, mapping: Mapping, n: int) -> np.ndarray:
     """Time of the samples [s] from a column, the file's clock or the sample rate."""
     time = values(table, mapping.time, "s") if mapping.time else table.time
     if time is None:
@@ -185,7 +347,7 @@ def _time(table: Table, mapping: Mapping, n: int) -> np.ndarray:
     return time
 
 
-def _vectors(table: Table, mapping: Mapping) -> xr.Dataset:
+def _vectors(table: DataTable, mapping: Mapping) -> xr.Dataset:
     assert mapping.speed is not None
     speed = values(table, mapping.speed, "rad/s")
     orders = sorted({order for _, order, _ in mapping.vectors})
@@ -205,7 +367,7 @@ def _vectors(table: Table, mapping: Mapping) -> xr.Dataset:
     return make_vectors(speed, arrays["amplitude"], arrays["phase"], orders, attrs, axes)
 
 
-def left_out(table: Table, mapping: Mapping) -> list[str]:
+def left_out(table: DataTable, mapping: Mapping) -> list[str]:
     """Sentences about units that the mapping replaced, and about what the file holds and no reader takes."""
     taken = [(entry, table.find(entry.column)) for entry in used(mapping) if table.has(entry.column)]
     found = replaced(table, [entry for entry, _ in taken])
@@ -223,7 +385,7 @@ def left_out(table: Table, mapping: Mapping) -> list[str]:
     return found
 
 
-def provenance(table: Table, mapping: Mapping, path: Any, digest: str) -> dict[str, Any]:
+def provenance(table: DataTable, mapping: Mapping, path: Any, digest: str) -> dict[str, Any]:
     """Attributes of a record: those it was written with, or where foreign data came from."""
     taken = {id(table.find(entry.column)) for entry in used(mapping) if table.has(entry.column)}
     left = [column.name for column in table.columns if id(column) not in taken]

@@ -14,8 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from identification.errors import ReadError
-from identification.records.mapping import Entry, Mapping
-from identification.records.table import Column, Table
+from identification.records.mapping import ColumnEntry, Mapping
+from identification.records.table import Column, DataTable
 from identification.records.units import factor, is_unit_of
 from rotorsim.base.sentences import listing, quote
 
@@ -24,12 +24,12 @@ WHOLE = 0.1
 SHORTEST = 0.5
 """Least length of a channel, as a share of the longest."""
 SAME_STEP = 1e-6
-"""Largest relative difference of the steps of one rate, over and above what shifts the last sample by `WHOLE`."""
+"""Largest relative difference of the steps of one rate, beyond the one that shifts the last sample by `WHOLE`."""
 _TIME = re.compile(r"(?:^|(?<=[\W_]))(?:t|time|times|timestamp|zeit|temps)(?:$|(?=[\W_\d]))", re.IGNORECASE)
 """Word in a column's name that makes it a time."""
 
 
-def on_one_clock(table: Table, mapping: Mapping, entries: Sequence[Entry]) -> tuple[Table, list[str]]:
+def on_one_clock(table: DataTable, mapping: Mapping, entries: Sequence[ColumnEntry]) -> tuple[DataTable, list[str]]:
     """The table with the mapped columns on one clock, and sentences about what was shifted.
 
     Raises
@@ -75,7 +75,7 @@ def on_one_clock(table: Table, mapping: Mapping, entries: Sequence[Entry]) -> tu
     return replace(table, columns=tuple(cut), time=times[chosen][:count]), notes
 
 
-def _place(table: Table, entry: Entry) -> int:
+def _place(table: DataTable, entry: ColumnEntry) -> int:
     column = table.find(entry.column)
     return next(i for i, one in enumerate(table.columns) if one is column)
 
@@ -136,7 +136,7 @@ def _note(times: dict[str, np.ndarray], count: int) -> str:
     return f"channels start apart ({starts}{more} after the first): all are cut to the {count} samples they share"
 
 
-def _check_other_times(table: Table, mapping: Mapping, numbers: dict[int, str]) -> None:
+def _check_other_times(table: DataTable, mapping: Mapping, numbers: dict[int, str]) -> None:
     """Raise ReadError if a mapped column has another column of times than the mapping's, which differs."""
     if mapping.time is None or not table.has(mapping.time.column):
         return
@@ -161,7 +161,7 @@ def _is_time(column: Column) -> bool:
     return bool(named) and values.size > 1 and bool(np.all(np.diff(values) > 0))
 
 
-def _own_time(table: Table, i: int, others: Iterable[int], stated: Column) -> Column | None:
+def _own_time(table: DataTable, i: int, others: Iterable[int], stated: Column) -> Column | None:
     """The column of times of a column: named after it, alone with it in a group, or next to its left as in pairs."""
     name = table.columns[i].name
     group = name.rpartition("/")[0]

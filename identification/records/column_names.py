@@ -9,12 +9,10 @@ import re
 from collections import Counter
 
 from identification.errors import ReadError
-from identification.records.mapping import Entry, Mapping
-from identification.records.schema import AXES, VARIABLES
-from identification.records.table import Column, Table
-from identification.records.vectors import VECTORS
-from rotorsim.base.sentences import listing
-from rotorsim.base.suggest import closest
+from identification.records.mapping import ColumnEntry, Mapping
+from identification.records.schema import AXES, VARIABLES, VECTORS
+from identification.records.table import Column, DataTable
+from rotorsim.base.sentences import closest, listing
 
 _VECTOR = re.compile(rf"({'|'.join(VECTORS)})_([1-9]\d{{0,2}})X_({'|'.join(AXES)})", re.ASCII)
 _PROBE = re.compile(r"(probe_measured)_([A-Za-z]\w{0,39})", re.ASCII)
@@ -23,7 +21,7 @@ _LETTER = re.compile(r"_([a-z])$", re.ASCII)
 _PIN = re.compile(r"[1-9]\d{0,3}", re.ASCII)
 
 
-def recognise(table: Table) -> Mapping:
+def recognise(table: DataTable) -> Mapping:
     """Mapping of the columns that are named like the schema; raises ReadError if a name is there twice or none is."""
     names = Counter(key for column in table.columns if (key := meaning(column.name)))
     twice = [" ".join(filter(None, map(str, key))) for key, count in names.items() if count > 1]
@@ -97,11 +95,11 @@ def schema_unit(key: tuple[str, str, str]) -> str:
     return known.units if known else "s"
 
 
-def _entry(column: Column, table: Table) -> Entry:
+def _entry(column: Column, table: DataTable) -> ColumnEntry:
     key = meaning(column.name)
     assert key is not None
     unit = column.unit if column.unit is not None else schema_unit(key)
     if key[0] == "probe_measured" and table.header and key[1] in table.header.probes.get("probe", ()):
         unit = table.header.probes["probe_unit"][table.header.probes["probe"].index(key[1])]
     # the number, so that a name which another column has as its alias stays clear
-    return Entry(column.name, table.columns.index(column) + 1, unit)
+    return ColumnEntry(column.name, table.columns.index(column) + 1, unit)

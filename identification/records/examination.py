@@ -1,25 +1,211 @@
-"""Examination of a record: channels, faults, suspicious values, possible uses."""
+"""Examination of a record: channels, faults, possible uses, values that suggest a mistake.
+
+Values that suggest a wrong unit are only reported, never corrected. Values that no rotor
+has make a record unfit; those of few rigs are a warning alone.
+
+Hints that phases are leads or that axes are exchanged or mirrored are reported too. Unbalance whirls forward, and its
+phase lag grows through a resonance. With complex amplitudes A of an order, :math:`|A_x + i A_y|/2` is its forward and
+:math:`|A_x - i A_y|/2` its backward part. Phases that are leads conjugate the amplitudes: they turn both around.
+Exchanged axes, or one of the wrong sign, turn the whirl alone. Split supports can whirl backward between two critical
+speeds, hence a hint needs the whole table.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from math import pi
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from identification.errors import SchemaError
-from identification.records.lab.column_faults import clipped
-from identification.records.lab.whirl_hints import series_hints, vector_hints
-from identification.records.lab.without_gaps import without_gaps
-from identification.records.notes import notes_of
 from identification.records.sampling import nominal_rate, problems
-from identification.records.schema import named_axes
-from identification.records.unit_suspicions import Suspicion, suspicions
-from identification.records.validate import validate
-from identification.records.vectors import VECTORS
+from identification.records.schema import VECTORS, measured, measured_name, named_axes, notes_of, validate
+from identification.records.stretches import without_gaps
+from identification.records.table import clipped
+from rotorsim.base.constants import TO_RPM
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+class Suspicion(NamedTuple):
+    """A sentence, and whether the record is unfit because of it."""
+
+    text: str
+    unfit: bool = True
+
+
+class ValueRange(NamedTuple):
+    """Range of the largest absolute value of a quantity unless it is 0, its name, and the mistake above and below."""
+
+    low: float
+    high: float
+    thing: str
+    large: str
+    small: str
+
+
+_LIMITS = {
+    "m": ValueRange(
+        1e-9, 1e-2, "a displacement of a rotor", "um or mm taken for m, or V taken for a length", "m taken for mm or um"
+    ),
+    "rad/s": ValueRange(
+        1e-1, 2e4, "a shaft speed", "rpm or deg/s taken for rad/s", "krpm or Hz taken for rpm or rad/s"
+    ),
+    "Pa": ValueRange(1e3, 5e7, "a supply pressure", "Pa or kPa taken for MPa or GPa", "bar or MPa taken for Pa"),
+    "V": ValueRange(1e-4, 2e3, "an actuator voltage", "mV taken for V", "V taken for mV"),
+}
+"""Ranges by unit that no rig leaves."""
+_USUAL = {
+    "m": ValueRange(
+        1e-7,
+        1e-3,
+        "a displacement of a rotor (films are 5 to 200 um thick, probes resolve some 50 nm)",
+        "um taken for mm or mil, or V taken for a length",
+        "um taken for nm, or mm taken for um",
+    ),
+    "rad/s": ValueRange(
+        0.0,
+        6.3e3,
+        "a shaft speed (above 60000 rpm turn only shafts of less than some 20 mm)",
+        "rpm taken for Hz or rad/s",
+        "",
+    ),
+    "Pa": ValueRange(
+        0.0,
+        2e6,
+        "a supply pressure (bearings are fed with 0.2 to 1 MPa, networks hold 2 MPa at most)",
+        "bar or psi taken for MPa",
+        "",
+    ),
+    "V": ValueRange(
+        0.0, 200.0, "an actuator voltage (amplifiers take 10 V, most piezo stacks 200 V)", "mV taken for V", ""
+    ),
+}
+"""Ranges by unit that few rigs leave."""
+_RATES = (20.0, 2e6)
+_SLOPES = {
+    "the speed seems to be in rpm": pi / 30,
+    "the speed seems to be in Hz": 2 * pi,
+    "the angle seems to be in deg": 180 / pi,
+}
+"""Slope of the angle over the stated speed, by the mistake that makes it."""
+
+
+def suspicions(record: xr.Dataset, rate: float) -> list[Suspicion]:
+    """Suspicions about a record sampled at `rate` [Hz]; empty if nothing looks odd."""
+    found = [one for name in record.data_vars if (one := _size(record, str(name)))]
+    if np.isfinite(rate) and not _RATES[0] <= rate <= _RATES[1]:
+        found.append(Suspicion(f"time: {rate:.4g} samples a second; perhaps ms or us taken for s, or s for ms"))
+    return found + _angle(record)
+
+
+def _size(record: xr.Dataset, name: str) -> Suspicion | None:
+    unit = record[name].attrs.get("units", "")
+    if unit not in _LIMITS or name == "h_min" or record[name].dtype.kind not in "fiu":
+        return None
+    values = np.abs(np.asarray(record[name].values, float))
+    largest = float(values[np.isfinite(values)].max(initial=0.0))
+    for unfit, limits in ((True, _LIMITS[unit]), (False, _USUAL[unit])):
+        if largest and not limits.low <= largest <= limits.high:
+            size, mistake = ("large", limits.large) if largest > limits.high else ("small", limits.small)
+            text = f"{name}: up to {largest:.4g} {unit} is {size} for {limits.thing}; perhaps {mistake}"
+            return Suspicion(text, unfit)
+    return None
+
+
+def _angle(record: xr.Dataset) -> list[Suspicion]:
+    """Whether the angle runs on, and as fast as the speed signal."""
+    name = measured_name(record, "angle")
+    if not name or record.sizes["time"] < 3:
+        return []
+    angle, time = (np.asarray(record[key].values, float) for key in (name, "time"))
+    steps = np.diff(angle)
+    if np.any(np.abs(steps) > pi) and np.median(np.abs(steps)) < pi / 2:
+        return [Suspicion(f"{name}: jumps by more than half a turn from sample to sample; if it wraps, unwrap it")]
+    speed = measured(record, "speed")
+    if speed is None or not np.all(np.isfinite(speed)) or not np.mean(speed) or not time[-1] > time[0]:
+        return []
+    ratio = abs(float((angle[-1] - angle[0]) / (time[-1] - time[0]) / np.mean(speed)))
+    hits = [text for text, expected in _SLOPES.items() if abs(ratio / expected - 1) < 0.02]
+    if hits:
+        return [Suspicion(f"{name}: turns {ratio:.4g} times as fast as the speed signal; {hits[0]}")]
+    if abs(ratio - 1) > 0.05:
+        return [Suspicion(f"{name}: turns {ratio:.4g} times as fast as the speed signal; check both units", False)]
+    return []
+
+
+BACKWARD = 2.0
+"""Ratio of backward to forward amplitude from which whirl counts as backward."""
+FALL = np.deg2rad(60.0)
+"""Fall of a phase lag about a peak [rad] from which it is a lead."""
+SOLID, EVERY = 0.5, 200_000
+"""Share of the motion's power that must be 1X; most samples that are looked at."""
+TINY = 1e-300
+AXES_HINT = "the angles, signs and order of the probes, and the direction of rotation"
+
+
+def vector_hints(vectors: xr.Dataset) -> list[str]:
+    """Hints about run-up vectors."""
+    if 1 not in vectors["order"].values:
+        return []
+    one = vectors.sel(order=1)
+    amplitude = one["amplitude"].values * np.exp(-1j * one["phase"].values)
+    if not np.isfinite(amplitude).all() or not np.abs(amplitude).max() > 0:
+        return []
+    single = amplitude.shape[1] < 2
+    forward, backward = (float(np.linalg.norm(amplitude[:, 0] + s * amplitude[:, -1])) for s in (1j, -1j))
+    turned = not single and backward > BACKWARD * forward
+    falls = _fall(np.asarray(vectors["speed"].values, float), amplitude)
+    if falls:
+        forward_too = f" but 1X whirls forward, so that {AXES_HINT} are in doubt too"
+        more = "" if single else " and 1X whirls backward" if turned else forward_too
+        return [
+            f"phase: the lag falls by {np.rad2deg(falls[0]):.0f} deg through the peak at {falls[1] * TO_RPM:.0f} rpm"
+            f"{more}: are these leads (conjugated phasors)? write sign = -1 in every phase; nothing was changed"
+        ]
+    return [_backward(backward / max(forward, TINY))] if turned else []
+
+
+def series_hints(record: xr.Dataset) -> list[str]:
+    """Hints about a time series with an angle and x and y of the disc."""
+    angle, disc = measured(record, "angle"), measured(record, "disc")
+    if angle is None or disc is None or disc.ndim != 2 or disc.shape[1] != 2:
+        return []
+    step = max(1, disc.shape[0] // EVERY)
+    motion, turned = disc[::step], angle[::step]
+    whole = np.isfinite(motion).all(axis=1) & np.isfinite(turned)
+    if np.count_nonzero(whole) < 100 or np.ptp(turned[whole]) < 8 * np.pi:
+        return []
+    z = (motion[whole, 0] - motion[whole, 0].mean()) + 1j * (motion[whole, 1] - motion[whole, 1].mean())
+    forward, backward = (float(abs(np.mean(z * np.exp(-1j * s * turned[whole])))) for s in (1, -1))
+    if forward**2 + backward**2 < SOLID * np.mean(np.abs(z) ** 2) or backward <= BACKWARD * forward:
+        return []
+    return [_backward(backward / max(forward, TINY))]
+
+
+def _backward(ratio: float) -> str:
+    return f"disc_measured: 1X whirls backward ({min(ratio, 999):.3g} times as much as forward): check {AXES_HINT}"
+
+
+def _fall(speed: np.ndarray, amplitude: np.ndarray) -> tuple[float, float] | None:
+    """Fall of the phase lag [rad] between the half-amplitude points of the largest peak, and its speed [rad/s]."""
+    order = np.argsort(speed)
+    speed, amplitude = speed[order], amplitude[order]
+    found = []
+    for column in amplitude.T:
+        size = np.abs(column)
+        top = int(np.argmax(size))
+        low = size[: top + 1][::-1] < 0.5 * size[top]
+        high = size[top:] < 0.5 * size[top]
+        if not low.any() or not high.any():
+            return None
+        lag = -np.unwrap(np.angle(column))
+        found.append((lag[top - int(np.argmax(low))] - lag[top + int(np.argmax(high))], speed[top]))
+    least = min(found)
+    return (float(least[0]), float(least[1])) if least[0] > FALL else None
+
 
 USES: dict[str, tuple[tuple[str, ...], ...]] = {
     "identification": (("reference",), ("disc_measured", "disc")),
@@ -40,7 +226,7 @@ _STEADY = ("speed", "speed_measured", "pressure", "pressure_measured", "referenc
 
 @dataclass(frozen=True)
 class Channel:
-    """One column of a variable: SI unit, range of the finite values, and what is odd about it.
+    """One column of a variable: SI unit, range of the finite values, and remarks on its values.
 
     Examples
     --------
@@ -58,10 +244,10 @@ class Channel:
 
 @dataclass(frozen=True)
 class Examination:
-    """`kind` is 'time series' or 'run-up vectors'; `uses` maps each use to what it lacks, '' if nothing.
+    """`kind` is 'time series' or 'run-up vectors'; `uses` maps each use to the variables that it lacks.
 
     `problems` make the record unfit for any use, as do those of the `warnings` that are `doubts`: values in a unit that
-    must be wrong. `left_out` is what identification leaves out of a record whose problems are gaps alone, '' of others.
+    must be wrong. `left_out` states the part that identification leaves out of a record whose problems are gaps alone.
     Rate [Hz] and duration [s] are NaN without a time.
     """
 
@@ -149,7 +335,7 @@ def _doubts(found: list[Suspicion]) -> tuple[str, ...]:
 
 
 def _closed(record: xr.Dataset) -> tuple[xr.Dataset, str]:
-    """A record without its gaps, and what identification leaves out so; the record and '' where that does not help."""
+    """A record without its gaps and the part that identification leaves out, or the record itself and ''."""
     try:
         closed, _, text = without_gaps(record)
         return validate(closed), text

@@ -28,10 +28,22 @@
 
 and for run-up vectors `[speed]` and `[vectors.1X.x]` with `amplitude` and `phase`, each an entry as above. A value is
 sign * scale * (column in SI, through the sensitivity if there is one) + offset.
+
+The table [changes] states what was changed on purpose before a record was made.
+
+::
+
+    [changes]
+    trial_weight = { me = "300 g*mm", phase = "45 deg", position = "160 mm" }   # or a list; else the first disc
+    sensor_ring = { angle = "30 deg" }                                          # of both probes, from x towards y
+    "effects.gas_heating.rise" = "12 K"                                         # a new value of the machine file
+
+It becomes the attribute `changes` of the record, a JSON text with weights and ring in SI; `rotorsim diagnose` reads it.
 """
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from collections.abc import Mapping as Tables
@@ -40,17 +52,13 @@ from pathlib import Path
 from typing import Any
 
 from identification.errors import ReadError
-from identification.records.changes import stated_changes
-from identification.records.lab.keyphasor import Keyphasor
-from identification.records.lab.lab_probes import OWN, LabProbe, split_probe
-from identification.records.lab.slow_roll import SlowRoll, parse_slow_roll
-from identification.records.schema import AXES, VARIABLES
-from identification.records.units import quantity, quantity_at
-from identification.records.vectors import VECTORS
-from rotorsim.base.exchange import toml_text as tomllib
-from rotorsim.base.own_files import instead
-from rotorsim.base.sentences import quote
-from rotorsim.base.suggest import did_you_mean
+from identification.records.runout import SlowRollSource, parse_slow_roll
+from identification.records.schema import AXES, VARIABLES, VECTORS
+from identification.records.sensors import OWN, Keyphasor, LabProbe, split_probe
+from identification.records.units import quantity_at
+from rotorsim.base import toml_text as tomllib
+from rotorsim.base.file_kinds import instead
+from rotorsim.base.sentences import did_you_mean, quote
 
 MAX_BYTES = 1_000_000
 MOST_PULSES = 10_000
@@ -59,16 +67,16 @@ _SECTIONS = ("time", "channels", "keyphasor", "probes", "disc", "constants", "co
              "vectors", "slow_roll", "file")  # fmt: skip
 _KEYPHASOR = ("level", "hysteresis", "edge", "pulses")
 _CONDITIONS = {"accuracy": "m", "rate": "rad/s", "pressure": "Pa", "clock": "s", "probe_angle": "rad"}
-"""What holds for a whole file: standard deviation of an amplitude, ramp rate and supply pressure of vectors, standard
-deviation of the clock of the displacements, angle of the only probe of vectors."""
+"""Conditions of a whole file with their SI units: standard deviations of an amplitude and of the displacements' clock,
+ramp rate and supply pressure of vectors, angle of their only probe."""
 TURNS = "turns"
 _FILE = {"delimiter": ("comma", "semicolon", "tab", "space"), "decimal": ("point", "comma"), "encoding": ()}
 _ORDER = re.compile(r"([1-9]\d{0,2})X", re.ASCII)
 
 
 @dataclass(frozen=True)
-class Entry:
-    """Where the values of one channel come from; `path` is the entry's place in the mapping."""
+class ColumnEntry:
+    """Source of the values of one channel; `path` is the entry's place in the mapping."""
 
     path: str
     column: str | int
@@ -77,7 +85,7 @@ class Entry:
     factor: float = 1.0
     offset: str | None = None
     full_scale: str | None = None
-    """Of a column in shares of it, as in WAV files."""
+    """Full scale of a column in shares of it, as in WAV files."""
 
 
 @dataclass(frozen=True)
@@ -93,18 +101,18 @@ class Mapping:
     True
     """
 
-    time: Entry | None = None
+    time: ColumnEntry | None = None
     sample_rate: float | None = None
-    channels: dict[tuple[str, str], Entry] = field(default_factory=dict)
+    channels: dict[tuple[str, str], ColumnEntry] = field(default_factory=dict)
     constants: dict[str, float] = field(default_factory=dict)
-    speed: Entry | None = None
-    vectors: dict[tuple[str, int, str], Entry] = field(default_factory=dict)
+    speed: ColumnEntry | None = None
+    vectors: dict[tuple[str, int, str], ColumnEntry] = field(default_factory=dict)
     file: dict[str, str] = field(default_factory=dict)
     conditions: dict[str, Any] = field(default_factory=dict)
     text: str = ""
-    keyphasor: tuple[Entry, Keyphasor] | None = None
-    probes: dict[str, tuple[Entry, LabProbe]] = field(default_factory=dict)
-    slow_roll: SlowRoll | None = None
+    keyphasor: tuple[ColumnEntry, Keyphasor] | None = None
+    probes: dict[str, tuple[ColumnEntry, LabProbe]] = field(default_factory=dict)
+    slow_roll: SlowRollSource | None = None
     disc: float | None = None
     """Position [m] of the plane that is the disc's, where probes stand at several."""
 
@@ -226,7 +234,7 @@ def _disc(table: dict[str, Any]) -> float:
     return quantity_at("disc.position", table.get("position"), "m")
 
 
-def _keyphasor(table: dict[str, Any]) -> tuple[Entry, Keyphasor]:
+def _keyphasor(table: dict[str, Any]) -> tuple[ColumnEntry, Keyphasor]:
     several = [name for name, part in table.items() if isinstance(part, dict)]
     if several:
         raise ReadError(
@@ -243,13 +251,13 @@ def _keyphasor(table: dict[str, Any]) -> tuple[Entry, Keyphasor]:
     return entry, Keyphasor(edge=edge, pulses=pulses, **volts)
 
 
-def _probe(path: str, table: Any) -> tuple[Entry, LabProbe]:
+def _probe(path: str, table: Any) -> tuple[ColumnEntry, LabProbe]:
     _table(path, table)
     entry, probe = split_probe(path, table)
     return _entry(path, entry, OWN), probe
 
 
-def _channels(table: dict[str, Any]) -> dict[tuple[str, str], Entry]:
+def _channels(table: dict[str, Any]) -> dict[tuple[str, str], ColumnEntry]:
     entries = {}
     for name, value in table.items():
         path = f"channels.{name}"
@@ -266,7 +274,7 @@ def _channels(table: dict[str, Any]) -> dict[tuple[str, str], Entry]:
     return entries
 
 
-def _vectors(table: dict[str, Any]) -> dict[tuple[str, int, str], Entry]:
+def _vectors(table: dict[str, Any]) -> dict[tuple[str, int, str], ColumnEntry]:
     entries = {}
     for order, axes in table.items():
         number = _order(order)
@@ -291,7 +299,7 @@ def _order(name: str) -> int:
     return int(match[1])
 
 
-def _entry(path: str, table: dict[str, Any], more: tuple[str, ...] = ()) -> Entry:
+def _entry(path: str, table: dict[str, Any], more: tuple[str, ...] = ()) -> ColumnEntry:
     _only(path, table, (*_ENTRY, *more))
     column = table.get("column")
     if isinstance(column, bool) or not isinstance(column, (str, int)) or column == "":
@@ -307,24 +315,18 @@ def _entry(path: str, table: dict[str, Any], more: tuple[str, ...] = ()) -> Entr
     if "full_scale" in table and "unit" in table:
         raise ReadError(f"{path}: full_scale and unit; the unit is that of the full scale: remove one")
     unit, measured, scaled = (table.get(key) for key in ("unit", "sensitivity", "full_scale"))
-    return Entry(path, column, unit, measured, float(scale) * sign, table.get("offset"), scaled)
+    return ColumnEntry(path, column, unit, measured, float(scale) * sign, table.get("offset"), scaled)
 
 
 def _constant(name: str, value: Any) -> float:
     if name not in VARIABLES or VARIABLES[name].dims:
         known = [n for n, variable in VARIABLES.items() if not variable.dims]
         raise ReadError(f"constants.{name}: no quantity that a constant can give; {did_you_mean(name, known)}")
-    try:
-        return quantity(value, VARIABLES[name].units)
-    except ReadError as error:
-        raise ReadError(f"constants.{name}: {error}") from error
+    return quantity_at(f"constants.{name}", value, VARIABLES[name].units)
 
 
 def _rate(value: Any) -> float:
-    try:
-        rate = quantity(value, "Hz")
-    except ReadError as error:
-        raise ReadError(f"time.sample_rate: {error}") from error
+    rate = quantity_at("time.sample_rate", value, "Hz")
     if rate <= 0:
         raise ReadError(f"time.sample_rate: {quote(value)} must be above 0")
     return rate
@@ -368,3 +370,35 @@ def _text(path: Path) -> str:
         return path.read_bytes().decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise ReadError("cannot be read as text; a mapping is TOML in UTF-8") from error
+
+
+WEIGHT, RING = "trial_weight", "sensor_ring"
+_PARTS = {WEIGHT: {"me": "kg*m", "phase": "rad", "position": "m"}, RING: {"angle": "rad"}}
+_EXAMPLES = {WEIGHT: "{ me = '300 g*mm', phase = '45 deg' }", RING: "{ angle = '30 deg' }"}
+
+
+def stated_changes(table: dict[str, Any]) -> dict[str, str]:
+    """The attribute; raises ReadError with one sentence."""
+    found: dict[str, Any] = {}
+    for name, value in table.items():
+        if name == WEIGHT:
+            weights = value if isinstance(value, list) else [value]
+            found[name] = [_numbers(WEIGHT, w) for w in weights]
+        elif name == RING:
+            found[name] = _numbers(RING, value)
+        elif isinstance(value, bool) or not isinstance(value, (str, int, float)):
+            raise ReadError(f"changes.{quote(name)}: {quote(value)}; quote the path and give one value with its unit")
+        else:
+            found[name] = value
+    return {"changes": json.dumps(found)} if found else {}
+
+
+def _numbers(change: str, given: Any) -> dict[str, float]:
+    """The numbers [SI] of a weight or ring, of which the first is needed."""
+    path, units = f"changes.{change}", _PARTS[change]
+    if not isinstance(given, dict) or next(iter(units)) not in given:
+        raise ReadError(f"{path}: {quote(given)}; write {_EXAMPLES[change]}")
+    for name in given:
+        if name not in units:
+            raise ReadError(f"{path}.{name}: is not known; give {', '.join(units)}")
+    return {name: quantity_at(f"{path}.{name}", value, units[name]) for name, value in given.items()}

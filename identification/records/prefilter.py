@@ -16,14 +16,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from identification.errors import UnfitError
-from identification.records.probes import probe_outputs
 from identification.records.runout import HARMONICS, Runout, estimate_runout, fitting_count, harmonics
 from identification.records.sampling import sampling_time
-from identification.records.schema import require
-from identification.records.validate import validate
+from identification.records.schema import measured, require, validate
+from identification.records.sensors import probe_outputs
+from identification.records.stretches import Signals
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 REST = 2000
 """Most samples of the rest that the bias is taken from."""
@@ -40,7 +41,7 @@ class Prefilter:
     runout: 'harmonic', 'table' or 'none'; harmonics: number in the filter; median: odd number of samples of a running
     median against spikes, 1 for none (it changes the displacement so that standard deviations no longer hold); lowpass:
     corner of the Butterworth filter [Hz], None for none; order: its order; bias: subtract the rest's mean; probes:
-    names of the probes whose motion in x and y is the output (see `records.probes`), the disc's where there are none.
+    names of the probes whose motion in x and y is the output (see `records.sensors`), the disc's where there are none.
 
     Examples
     --------
@@ -57,40 +58,6 @@ class Prefilter:
     order: int = 4
     bias: bool = True
     probes: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, eq=False)
-class Signals:
-    """Prefiltered record of an identification.
-
-    u (n, 2) [V], y (n, 2) [m], truth (n, 2) [m] and pins (n, injectors) [m] where they are known, Q (n, h) orthonormal
-    regressors that the fit projects out (an offset, and harmonics of the angle where nothing else removed them), noise
-    (2,) [m] one standard deviation of what no model can follow, the operating point, and what was done. `breaks` are
-    the samples at which later stretches begin, see `identification.local.stretches`. Where u and pins are the part that
-    an external reference explains, `acting` (n, 2 + injectors) holds reference [V] and pins [m] that acted.
-    """
-
-    Ts: float
-    u: np.ndarray
-    y: np.ndarray
-    truth: np.ndarray | None
-    pins: np.ndarray | None
-    Q: np.ndarray
-    rest: int
-    noise: np.ndarray
-    speed: float
-    pressure: float
-    notes: tuple[str, ...]
-    breaks: tuple[int, ...] = ()
-    acting: np.ndarray | None = None
-
-
-def measured(record: xr.Dataset, name: str) -> np.ndarray | None:
-    """The measured channel, or the true one where there is no other; None where there is none."""
-    for key in (f"{name}_measured", name):
-        if key in record:
-            return np.asarray(record[key].values, float)
-    return None
 
 
 def chosen_output(record: xr.Dataset, settings: Prefilter | None) -> xr.Dataset:
@@ -234,3 +201,18 @@ def _lowpass(values: np.ndarray, settings: Prefilter, Ts: float) -> np.ndarray:
             f"prefilter.lowpass: {settings.lowpass:g} Hz; choose a corner between 0 and {0.5 / Ts:g} Hz (half the rate)"
         )
     return np.asarray(sosfiltfilt(butter(settings.order, settings.lowpass, fs=1 / Ts, output="sos"), values, axis=0))
+
+
+DELAY = 10
+"""Samples after which pins have followed a held reference."""
+
+
+def pin_pairs(pins: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Signal (n, 2) [m] of the x and y actuators from pins (n, k) [m] and references u (n, 2) [V]."""
+    basis = np.column_stack([u[:-DELAY], np.ones(len(u) - DELAY)])
+    slopes = np.linalg.lstsq(basis, pins[DELAY:], rcond=None)[0][:2]
+    owner = np.argmax(np.abs(slopes), axis=0)
+    if set(owner) != {0, 1} or not np.any(slopes):
+        raise UnfitError("record.pin: no pin follows each of the references; map the pins or take model 3")
+    signs = np.sign(slopes[owner, np.arange(pins.shape[1])])
+    return np.column_stack([(signs * (owner == axis) * pins).sum(axis=1) for axis in range(2)])

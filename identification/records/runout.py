@@ -1,4 +1,6 @@
-r"""Runout and extended runout over the shaft angle, estimated from a run without excitation.
+r"""Runout, extended runout and slow roll: what probes show over the shaft angle without excitation, and its removal.
+
+The runout of a run without excitation is estimated over the shaft angle.
 
 .. math:: \hat y(\varphi) = \sum_{k=1}^{n} a_k \cos k\varphi + b_k \sin k\varphi \qquad\text{or a table over } \varphi
 
@@ -6,16 +8,34 @@ At a slow roll it is the sensors' runout; at the speed of the experiment it is r
 (thesis, section 2.6.2). The thesis takes a look-up table of the mean at every angle. At speeds that divide the sampling
 frequency a record visits few angles, 60 at 5000 rpm and 5 kHz, so the table is interpolated around the turn.
 
-Cites: thesis.
+The slow roll, what probes show of a shaft that turns too slowly to move, is subtracted once.
+
+.. math:: A_n - A_n^{slow} \qquad\text{or}\qquad d(t) - \sum_n \Re\{A_n^{slow} e^{i n \alpha(t)}\}
+
+for run-up vectors and for time series, with the shaft angle from the same mark. It holds runout and the bow at low
+speed alike. A record notes the subtraction in its attribute `slow_roll`, and a second one is refused.
+
+Cites: api_670, thesis.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import UnfitError
+from identification.errors import ReadError, SchemaError, UnfitError
+from identification.records.schema import AXES, measured, with_notes
+from identification.records.units import amplitude_at, quantity_at
+from rotorsim.base.constants import TO_RPM
+from rotorsim.base.sentences import quote
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 HARMONICS, BINS, RARE = 12, 2000, 0.3
 TURN = 2 * np.pi
@@ -114,3 +134,158 @@ def on_angle(angle: np.ndarray, y: np.ndarray, per_turn: int = 256) -> tuple[np.
     grid = np.arange(np.ceil(first * per_turn / TURN), np.floor(last * per_turn / TURN) + 1) * TURN / per_turn
     order = np.argsort(angle, kind="stable")
     return grid, np.column_stack([np.interp(grid, angle[order], column[order]) for column in y.T])
+
+
+ATTRIBUTE = "slow_roll"
+ALREADY = "subtracted before it was recorded"
+SLOW = 0.5
+"""Largest share of a record's highest speed at which the shaft rolls slowly."""
+SlowVectors = dict[tuple[int, str], complex]
+
+
+@dataclass(frozen=True)
+class SlowRollSource:
+    """One of: `subtracted` already; `file` of a slow roll; rows `below` a speed [rad/s]; vectors [m] of order, axis."""
+
+    subtracted: bool = False
+    file: Path | None = None
+    below: float | None = None
+    vectors: SlowVectors = field(default_factory=dict)
+
+
+def parse_slow_roll(table: dict[str, Any], order_of: Callable[[str], int], folder: Path) -> SlowRollSource:
+    """Section [slow_roll] of a mapping; raises ReadError for no or more than one source."""
+    keys = {"subtracted", "file", "below"} & set(table)
+    orders = [key for key in table if key not in keys]
+    if len(keys) + bool(orders) != 1:
+        raise ReadError(
+            "slow_roll: give one of subtracted = true, file = 'slow.csv', below = '400 rpm' and [slow_roll.1X.x]; "
+            "it is subtracted once"
+        )
+    if "subtracted" in keys and table["subtracted"] is not True:
+        raise ReadError(f"slow_roll.subtracted: {quote(table['subtracted'])}; write true, or leave the section out")
+    if "file" in keys and not isinstance(table["file"], str):
+        raise ReadError(f"slow_roll.file: {quote(table['file'])}; give the path of a slow roll's file")
+    return SlowRollSource(
+        "subtracted" in keys,
+        folder / table["file"] if "file" in keys else None,
+        quantity_at("slow_roll.below", table["below"], "rad/s") if "below" in keys else None,
+        {
+            key: value
+            for order in orders
+            for key, value in _stated_vectors(order, table[order], order_of(order)).items()
+        },
+    )
+
+
+def _stated_vectors(name: str, axes: Any, order: int) -> SlowVectors:
+    found = {}
+    for axis, parts in axes.items() if isinstance(axes, dict) else ():
+        path = f"slow_roll.{name}.{axis}"
+        if axis not in AXES or not isinstance(parts, dict) or set(parts) != {"amplitude", "phase"}:
+            raise ReadError(f"{path}: write e.g. [slow_roll.1X.x] with amplitude = '8 um pp' and phase = '30 deg'")
+        size = amplitude_at(f"{path}.amplitude", parts["amplitude"])
+        found[order, axis] = size * np.exp(-1j * quantity_at(f"{path}.phase", parts["phase"], "rad"))
+    if not found:
+        raise ReadError(f"slow_roll.{name}: write e.g. [slow_roll.1X.x] with amplitude and phase")
+    return found
+
+
+def without_slow_roll(record: xr.Dataset, how: SlowRollSource, slow: xr.Dataset | None = None) -> xr.Dataset:
+    """The record less its slow roll; `slow` is what `how.file` holds.
+
+    Raises
+    ------
+    SchemaError
+        If it is subtracted already, if the slow roll is none, or if a record lacks the angle.
+    """
+    if done := record.attrs.get(ATTRIBUTE):
+        raise SchemaError(f"slow roll: was {done}; leave [slow_roll] out, it is subtracted once")
+    if how.subtracted:
+        return record.assign_attrs({ATTRIBUTE: ALREADY})
+    if slow is not None and slow.attrs.get(ATTRIBUTE):
+        raise SchemaError("slow roll: its own slow roll is subtracted, nothing is left of it; give the original")
+    if "speed" in record.dims:
+        vectors, source = _of_vectors(record, how, slow)
+        found = _less_vectors(record, vectors)
+    else:
+        found, source = _less_harmonics(record, how, slow)
+    text = f"subtracted: {source}"
+    return with_notes(found.assign_attrs({ATTRIBUTE: text}), [f"slow roll {text}"])
+
+
+def _of_vectors(record: xr.Dataset, how: SlowRollSource, slow: xr.Dataset | None) -> tuple[SlowVectors, str]:
+    """Vectors of the slow roll, and where they come from."""
+    if how.vectors:
+        return how.vectors, "vectors of the mapping"
+    if how.below is not None:
+        slow = record.isel(speed=np.flatnonzero(np.abs(record["speed"].values) < how.below))
+        if not slow.sizes["speed"]:
+            raise SchemaError(f"slow roll: no row below {how.below * TO_RPM:.4g} rpm; raise slow_roll.below")
+    assert slow is not None
+    if "speed" not in slow.dims:
+        raise SchemaError("slow roll: is a time series, and the record holds vectors; give vectors of the slow roll")
+    top = float(np.abs(slow["speed"].values).max())
+    _check_slow(top, float(np.abs(record["speed"].values).max()))
+    mean = (slow["amplitude"] * np.exp(-1j * slow["phase"])).mean("speed")
+    every = [(int(n), str(axis)) for n in mean["order"].values for axis in mean["axis"].values]
+    vectors = {(n, axis): complex(mean.sel(order=n, axis=axis)) for n, axis in every}
+    return vectors, f"mean of {slow.sizes['speed']} rows up to {top * TO_RPM:.4g} rpm"
+
+
+def _less_vectors(record: xr.Dataset, vectors: SlowVectors) -> xr.Dataset:
+    amplitude = (record["amplitude"] * np.exp(-1j * record["phase"])).values.copy()
+    orders, axes = record["order"].values.tolist(), record["axis"].values.tolist()
+    for (order, axis), value in vectors.items():
+        if order in orders and axis in axes:
+            amplitude[:, orders.index(order), axes.index(axis)] -= value
+    out = record.copy()
+    out["amplitude"] = (record["amplitude"].dims, np.abs(amplitude), record["amplitude"].attrs)
+    out["phase"] = (record["phase"].dims, -np.angle(amplitude), record["phase"].attrs)
+    return out
+
+
+def _less_harmonics(record: xr.Dataset, how: SlowRollSource, slow: xr.Dataset | None) -> tuple[xr.Dataset, str]:
+    if how.below is not None:
+        raise SchemaError("slow roll: below is for vectors; give the file of a slow roll, or its vectors")
+    angle, motion = _turning(record, "the record")
+    if how.vectors:
+        shown = np.zeros_like(motion)
+        for (order, axis), value in how.vectors.items():
+            shown[:, AXES.index(axis)] += (value * np.exp(1j * order * angle)).real
+        source = "vectors of the mapping"
+    else:
+        assert slow is not None
+        if "speed" in slow.dims:
+            raise SchemaError("slow roll: holds vectors, and the record is a time series; give a slow roll over time")
+        own, rolled = _turning(slow, "the slow roll")
+        speed, high = _speed(slow, own), _speed(record, angle)
+        _check_slow(speed, high)
+        shown = estimate_runout(own, rolled).at(angle)
+        source = f"record at {speed * TO_RPM:.4g} rpm"
+    out = record.copy()
+    out["disc_measured"] = (record["disc_measured"].dims, motion - shown, record["disc_measured"].attrs)
+    return out, source
+
+
+def _turning(record: xr.Dataset, which: str) -> tuple[np.ndarray, np.ndarray]:
+    angle = measured(record, "angle")
+    if angle is None or "disc_measured" not in record:
+        raise SchemaError(f"slow roll: {which} has no shaft angle or no disc_measured; map a keyphasor and the probes")
+    return angle, np.asarray(record["disc_measured"].values, float)
+
+
+def _speed(record: xr.Dataset, angle: np.ndarray) -> float:
+    """Highest speed [rad/s] of a tenth of a record."""
+    time = np.asarray(record["time"].values, float)
+    parts = [part for part in np.array_split(np.arange(time.size), 10) if part.size > 1]
+    rates = [abs(angle[p[-1]] - angle[p[0]]) / (time[p[-1]] - time[p[0]]) for p in parts]
+    return float(np.nanmax(rates))
+
+
+def _check_slow(slow: float, high: float) -> None:
+    if slow > SLOW * high:
+        raise SchemaError(
+            f"slow roll: {slow * TO_RPM:.4g} rpm is not slow for a record up to {high * TO_RPM:.4g} rpm; "
+            f"give one below {SLOW * high * TO_RPM:.4g} rpm"
+        )

@@ -1,4 +1,4 @@
-"""Sampling time of a record, and checks for uneven time stamps and gaps.
+"""Sampling of a record: its even clock, checks for uneven time stamps and gaps, resampling at a lower rate.
 
 Time stamps that a program rounded still count as even: each step may differ by a tenth from the mean one, and no stamp
 lies further than half a sample from the even clock. A step of more than one and a half samples is a gap.
@@ -6,14 +6,17 @@ lies further than half a sample from the even clock. A step of more than one and
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.signal import resample_poly
 
 from identification.errors import SchemaError
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 JITTER, DRIFT, GAP = 0.1, 0.5, 1.5
 """Largest deviation of a step, largest deviation of a stamp, smallest gap; all in samples."""
@@ -21,7 +24,7 @@ EXACT = 1e-9
 """Relative difference of rates that are the same."""
 
 WAY_OUT = "cut it with 'rotorsim data cut', or read it with identification.load: identify leaves its gaps out"
-"""Of records with gaps or without values somewhere."""
+"""Remedy for records with gaps or missing values."""
 
 
 def sampling_time(record: xr.Dataset) -> float:
@@ -95,3 +98,95 @@ def _evenness(time: np.ndarray, steps: np.ndarray) -> tuple[str, ...]:
         spread = f"steps from {steps.min():.4g} s to {steps.max():.4g} s"
         return (f"sampled unevenly, {spread}; resample it at a fixed rate",)
     return ()
+
+
+LARGEST_PART = 20_000
+"""Largest numerator or denominator of the ratio of two rates."""
+HELD = ("reference", "reference_external", "disc_force")
+"""Inputs, which a sampled model holds from one sample to the next."""
+
+
+PER_PERIOD = 2.5
+"""Least samples in a period of an order: the filter passes frequencies below 0.4 of the rate."""
+
+
+def resample(record: xr.Dataset, rate: float, order: int = 0) -> xr.Dataset:
+    """The record at `rate` [Hz], from its first time on; attributes state from which rate.
+
+    `order` is the highest multiple of the shaft speed that must be left.
+
+    Every channel passes the same linear-phase low-pass filter below half the new rate; flags take the value of the
+    nearest sample before. Inputs (references, force) become their mean over each new interval, in which a model holds
+    them; records of rotorsim hold them from sample to sample, those of other recorders are taken as straight lines.
+
+    Raises
+    ------
+    SchemaError
+        If the rate is above the record's own, in no simple ratio to it, too low for the order, or values are missing.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.resample(record, 1000.0).sizes["time"] < record.sizes["time"]
+    True
+    """
+    sampling_time(record)  # uneven time stamps are refused
+    own = nominal_rate(np.asarray(record["time"].values, float))
+    ratio = Fraction(rate / own).limit_denominator(LARGEST_PART)
+    if rate > own * (1 + EXACT):
+        raise SchemaError(f"record: is sampled at {own:.6g} Hz; {rate:.6g} Hz would invent what is between")
+    if abs(float(ratio) * own / rate - 1) > EXACT or ratio.numerator > LARGEST_PART:
+        raise SchemaError(f"record: {own:.9g} Hz and {rate:.9g} Hz are in no simple ratio; take a rate that divides it")
+    if order:
+        _check_order(record, rate, order)
+    n = -(-record.sizes["time"] * ratio.numerator // ratio.denominator)
+    lines = "source_format" in record.attrs and ratio != 1
+    if lines and any(name in record for name in HELD):
+        n = (record.sizes["time"] - 1) * ratio.numerator // ratio.denominator  # whole intervals only
+    start = float(record["time"].values[0])
+    variables: dict[str, Any] = {}
+    for name, variable in record.data_vars.items():
+        values = variable.values
+        if "time" not in variable.dims:
+            variables[str(name)] = variable
+            continue
+        if values.dtype.kind == "f" and not np.isfinite(values).all():
+            raise SchemaError(f"{name}: has missing values; cut them out before resampling")
+        axis = variable.dims.index("time")
+        if name in HELD:
+            new = _held(values, axis, n, ratio, not lines)
+        elif values.dtype.kind == "f":
+            new = resample_poly(values, ratio.numerator, ratio.denominator, axis=axis, padtype="line")
+            new = np.take(new, np.arange(n), axis=axis)
+        else:
+            new = np.take(values, np.arange(n) * ratio.denominator // ratio.numerator, axis=axis)
+        variables[str(name)] = (variable.dims, new, variable.attrs)
+    coords: dict[str, Any] = {str(k): v for k, v in record.coords.items() if "time" not in v.dims}
+    coords["time"] = ("time", start + np.arange(n) / rate, record["time"].attrs)
+    attrs = record.attrs | {"resampled": f"from {own:.6g} Hz to {rate:.6g} Hz, polyphase filter"}
+    return type(record)(variables, coords, attrs)
+
+
+def _check_order(record: xr.Dataset, rate: float, order: int) -> None:
+    speed = next((record[name].values for name in ("speed", "speed_measured") if name in record), None)
+    if speed is None:
+        raise SchemaError("record: has no speed, so that no order can be kept; map a keyphasor or a speed")
+    highest = order * float(np.abs(speed).max()) / (2 * np.pi)
+    if rate < PER_PERIOD * highest:
+        raise SchemaError(
+            f"record: {rate:.6g} Hz is too low for {order}X, which goes up to {highest:.4g} Hz; take a rate of "
+            f"{PER_PERIOD * highest:.4g} Hz or more"
+        )
+
+
+def _held(values: np.ndarray, axis: int, n: int, ratio: Fraction, steps: bool) -> np.ndarray:
+    """Means (n along `axis`) of an input over the intervals of a lower rate; between samples it is held if `steps`."""
+    values = np.moveaxis(values, axis, 0)
+    after = values if steps else np.concatenate([values[1:], values[-1:]])
+    total = np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(0.5 * (values + after), axis=0)])
+    edges = np.minimum(np.arange(n + 1) * ratio.denominator / ratio.numerator, len(values))
+    low = np.minimum(edges.astype(int), len(values) - 1)
+    column = (-1, *[1] * (values.ndim - 1))
+    share = (edges - low).reshape(column)
+    inside = share * values[low] + 0.5 * share**2 * (after - values)[low]
+    return np.moveaxis(np.diff(total[low] + inside, axis=0) / np.diff(edges).reshape(column), 0, axis)

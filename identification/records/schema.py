@@ -1,16 +1,23 @@
-"""Schema of measured and virtual records: variable names, dimensions, units.
+r"""Schema of measured and virtual records: variable names, dimensions, units.
 
 A record is an `xarray.Dataset` over `time` with the variables below, those that were measured. A virtual record holds
 the truth and, apart from it, what the sensors saw: `disc` and `disc_measured`, `angle` and `angle_measured`; a record
 of a rig has the measured ones, or `angle`, `speed` and `pressure` where there is only one of each. Angles are in rad
 and run on without wrapping, pressures are gauge, displacements are measured from the bearing's centre. Attributes carry
 the machine's text, the seed, versions and a content hash where the record is virtual, and its source where it was read
-from a file. The other kind of data, run-up vectors, is in `identification.records.vectors`.
+from a file.
+
+The other kind of data are run-up vectors, amplitude and phase of the orders over speed. An order n of the displacement
+is :math:`\Re\{A_n e^{i n \alpha}\}` with the shaft angle :math:`\alpha`, :math:`A_n = |A_n| e^{-i \varphi_n}`:
+amplitudes are 0-pk and the phase is a LAG, so the maximum passes :math:`\varphi_n / n` of shaft rotation after the
+mark. A table of a single probe has one axis, and its angle from x towards y in the attribute `probe_angle` [rad] where
+it stands elsewhere than there.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -18,10 +25,33 @@ import numpy as np
 
 from identification.errors import SchemaError
 from identification.records.sampling import WAY_OUT, sampling_time
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base import toml_text as tomllib
+from rotorsim.base.sentences import did_you_mean
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+NOTES = "notes"
+
+
+def notes_of(record: xr.Dataset) -> list[str]:
+    """The notes on a record; a file may keep a single one as text.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> notes = rs.identification.notes_of(record)
+    """
+    found = record.attrs.get(NOTES, [])
+    return [found] if isinstance(found, str) else [str(text) for text in found]
+
+
+def with_notes(record: xr.Dataset, sentences: Sequence[str]) -> xr.Dataset:
+    """The record with further notes, each once."""
+    new = list(dict.fromkeys([*notes_of(record), *sentences]))
+    return record.assign_attrs({NOTES: new}) if new else record
+
 
 AXES = ("x", "y")
 """Axes of a record: horizontal and vertical."""
@@ -230,8 +260,140 @@ def require(record: xr.Dataset, *names: str, use: str) -> xr.Dataset:
     return record
 
 
+def measured_name(record: xr.Dataset, name: str) -> str:
+    """Name of the measured channel, or of the true one where there is no other; empty where there is none."""
+    return next((key for key in (f"{name}_measured", name) if key in record), "")
+
+
+def measured(record: xr.Dataset, name: str) -> np.ndarray | None:
+    """Values of the measured channel, or of the true one where there is no other; None where there is none."""
+    key = measured_name(record, name)
+    return np.asarray(record[key].values, float) if key else None
+
+
 def known_variable(name: str) -> Variable:
     """The entry of the schema; raises SchemaError for a name that is not in it."""
     if name not in VARIABLES:
         raise SchemaError(f"record.{name}: not a variable of the schema; {did_you_mean(name, VARIABLES)}")
     return VARIABLES[name]
+
+
+DIMS = ("speed", "order", "axis")
+VECTORS = {
+    "amplitude": Variable(("order", "axis"), "m", "amplitude of an order, 0-pk"),
+    "phase": Variable(("order", "axis"), "rad", "phase lag of an order"),
+}
+"""Variables of run-up vectors by name."""
+
+
+def make_vectors(
+    speed: Any, amplitude: Any, phase: Any, orders: Sequence[int] = (1,), attrs: dict[str, Any] | None = None,
+    axes: Sequence[str] = AXES,
+) -> xr.Dataset:  # fmt: skip
+    """Run-up vectors as a Dataset of the schema.
+
+    Parameters
+    ----------
+    speed : (n,) [rad/s], rising or falling throughout
+    amplitude : (n, orders, axes) [m], 0-pk
+    phase : (n, orders, axes) [rad], lag positive
+    orders : numbers of the orders
+    axes : x and y, or the only one
+
+    Raises
+    ------
+    SchemaError
+        If shapes or values do not fit.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> speed = np.linspace(50.0, 300.0, 6)
+    >>> made = rs.identification.make_vectors(speed, np.full((6, 1, 2), 1e-6), np.zeros((6, 1, 2)))
+    >>> made["amplitude"].dims
+    ('speed', 'order', 'axis')
+    """
+    import xarray as xr
+
+    speed = np.asarray(speed, float)
+    shape = (*speed.shape, len(orders), len(axes))
+    variables = {}
+    for name, value in (("amplitude", np.asarray(amplitude, float)), ("phase", np.asarray(phase, float))):
+        if value.shape != shape:
+            raise SchemaError(f"vectors.{name}: shape {value.shape}, expected {shape} for speed, order and axis")
+        variables[name] = (DIMS, value, {"units": VECTORS[name].units, "long_name": VECTORS[name].long_name})
+    coords = {
+        "speed": ("speed", speed, {"units": "rad/s", "long_name": "shaft speed"}),
+        "order": np.asarray(orders, int),
+        "axis": list(axes),
+    }
+    return validate_vectors(xr.Dataset(variables, coords, attrs or {}))
+
+
+def validate_vectors(vectors: xr.Dataset) -> xr.Dataset:
+    """Return the run-up vectors if they fit the schema; raises SchemaError with one sentence otherwise."""
+    for name, known in VECTORS.items():
+        if name not in vectors:
+            raise SchemaError(f"vectors: no '{name}'; give amplitude [m] 0-pk and phase lag [rad] of every order")
+        validate_variable(vectors, name, ("speed", *known.dims), known.units)
+    if vectors["speed"].dtype.kind not in "fiu":
+        raise SchemaError(f"vectors.speed: holds {vectors['speed'].dtype} and not numbers; convert it")
+    speed, order = np.asarray(vectors["speed"].values, float), np.asarray(vectors["order"].values)
+    steps = np.diff(speed)
+    if not np.all(np.isfinite(speed)) or not (np.all(steps > 0) or np.all(steps < 0)):
+        if np.ptp(speed) == 0:
+            raise SchemaError("vectors.speed: all speeds are the same; a run-up's table has one row a speed")
+        raise SchemaError("vectors.speed: must rise or fall from row to row, each speed once; sort or cut the table")
+    if order.dtype.kind not in "iu" or np.any(order < 1) or np.unique(order).size != order.size:
+        raise SchemaError(f"vectors.order: {order.tolist()}; give whole numbers from 1, each once")
+    if vectors["axis"].values.tolist() not in (["x"], ["y"]):
+        validate_axes(vectors)
+    else:
+        probe_angle(vectors)
+    if np.any(vectors["amplitude"].values < 0):
+        raise SchemaError("vectors.amplitude: some are negative; add pi to their phase and drop the sign")
+    return vectors
+
+
+def probe_angle(vectors: xr.Dataset) -> float:
+    """Angle [rad] from x towards y of the only probe; raises SchemaError for an attribute that is no angle."""
+    value = vectors.attrs.get("probe_angle")
+    if value is None:
+        return 0.0 if vectors["axis"].values.tolist() == ["x"] else math.pi / 2
+    try:
+        found = float(value)
+    except (TypeError, ValueError):
+        found = math.nan
+    if not math.isfinite(found):
+        raise SchemaError(f"vectors: the attribute probe_angle is {value!r}; give the angle of the probe in rad")
+    return found
+
+
+def validate(record: xr.Dataset) -> xr.Dataset:
+    """Return the record, or the run-up vectors, if they fit their schema; else raise SchemaError with one sentence.
+
+    Variables that the schema does not know are left alone.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.validate(record) is record
+    True
+    """
+    return validate_vectors(record) if "speed" in record.dims else validate_record(record)
+
+
+def machine_of(record: xr.Dataset) -> str:
+    """Name and fingerprint of a record's machine, a space between; empty for a record that states none."""
+    try:
+        name = str(tomllib.loads(str(record.attrs.get("machine", ""))).get("name", ""))
+    except tomllib.TOMLDecodeError:
+        name = ""
+    mark = str(record.attrs.get("machine_hash", ""))
+    return f"{name} {mark}" if name and mark else ""
+
+
+def common(machines: Iterable[str]) -> str:
+    """The machine of several records, empty where they differ."""
+    found = set(machines)
+    return found.pop() if len(found) == 1 else ""

@@ -1,4 +1,9 @@
-"""Raw content of a data file: named columns of numbers, before a mapping."""
+"""Raw content of a data file before a mapping: named columns of numbers, dead and clipped ones.
+
+A dead sensor's column never moves, a clipped one rests at a limit of its range. A quantised signal stays at its extreme
+value for a few samples too, but there it stays little longer than at the next value; a clipped one stays there much
+longer than anywhere near.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +16,7 @@ import numpy as np
 
 from identification.errors import ReadError
 from identification.records.units import is_unit
-from rotorsim.base.exchange import json_text as json
+from rotorsim.base import json_text as json
 from rotorsim.base.sentences import listing, quote
 
 MARK = "rotorsim record"
@@ -54,7 +59,7 @@ class Header:
 
 
 @dataclass(frozen=True)
-class Table:
+class DataTable:
     """Columns of a file, what else is in it (name and reason why it is not a column) and the file's own clock [s]."""
 
     format: str
@@ -63,7 +68,7 @@ class Table:
     time: np.ndarray | None = None
     header: Header | None = None
     notes: tuple[str, ...] = ()
-    """Sentences about how the file was read, and about what it states and no reader takes."""
+    """Sentences about how the file was read, and about its statements that no reader takes."""
 
     @property
     def clocked(self) -> bool:
@@ -127,3 +132,51 @@ def parse_header(text: str) -> Header:
     if not good or not all(isinstance(attrs, dict) for attrs in header.variables.values()):
         raise ReadError("the header of the record is damaged; take the original file")
     return header
+
+
+STUCK = 5
+"""Samples of a run at the extreme of a clipped channel."""
+SHARE = 0.005
+"""Share of the record that such runs make up."""
+LONGER = 4.0
+"""Time at the extreme as a multiple of the time at the value next to it."""
+FEWEST = 100
+"""Samples of a column from which few different values show that it is dead."""
+VALUES = 3
+"""Most different values of a dead column."""
+
+
+def dead(values: np.ndarray) -> str:
+    """Reason why a sensor's column (n,) shows nothing; empty if it moves."""
+    finite = values[np.isfinite(values)]
+    if not finite.size:
+        return "all NaN or infinite"
+    low, high = float(finite.min()), float(finite.max())
+    if low == high and finite.size > 1:
+        return f"constant at {low:.6g}"
+    # a disconnected input flickers between two or three neighbouring codes of the converter
+    if finite.size >= FEWEST and np.unique(finite[:: max(1, finite.size // 100_000)]).size <= VALUES:
+        return f"never leaves {VALUES} values from {low:.6g} to {high:.6g}"
+    return ""
+
+
+def clipped(values: np.ndarray) -> tuple[tuple[float, float], ...]:
+    """Limits at which a sensor's column (n,) rests, each with the share of the samples there; empty if at none."""
+    finite = values[np.isfinite(values)]
+    if finite.size < 2 or finite.min() == finite.max():
+        return ()
+    found = []
+    low, high = float(finite.min()), float(finite.max())
+    for at, inner in ((low, finite[finite > low].min()), (high, finite[finite < high].max())):
+        share = _resting(values, at)
+        if share and np.count_nonzero(finite == at) >= LONGER * np.count_nonzero(finite == inner):
+            found.append((at, share))
+    return tuple(found)
+
+
+def _resting(values: np.ndarray, at: float) -> float:
+    """Share of the samples in runs of STUCK or more at a value; 0 below SHARE."""
+    edges = np.diff(np.concatenate(([0], (values == at).astype(np.int8), [0])))
+    lengths = np.flatnonzero(edges == -1) - np.flatnonzero(edges == 1)
+    resting = int(lengths[lengths >= STUCK].sum())
+    return resting / values.size if resting >= max(STUCK, SHARE * values.size) else 0.0

@@ -1,7 +1,7 @@
 """Units of recorded data and their conversion factors to the units of the schema.
 
 Spelling counts, so that mPa and MPa stay apart; further spellings of laboratories (Volts, m/s2, G) stand in `SPELLINGS`
-of `rotorsim.base.unit_table`. Pressures are gauge, here as everywhere; an absolute pressure is not a unit but another
+of `rotorsim.base.units`. Pressures are gauge, here as everywhere; an absolute pressure is not a unit but another
 quantity. `Hz` of a shaft speed is revolutions per second.
 """
 
@@ -13,7 +13,7 @@ from typing import Any
 
 from identification.errors import ReadError
 from rotorsim.base.sentences import quote
-from rotorsim.base.unit_table import CHARACTERS, NUMBER, SPELLINGS, TABLE
+from rotorsim.base.units import CHARACTERS, NUMBER, SPELLINGS, TABLE
 
 KINDS = ("m", "V", "rad/s", "rad", "Pa", "N", "s", "kg/s", "Hz", "m/s", "m/s^2", "kg*m", "1")
 """SI units of recorded quantities, and of trial weights."""

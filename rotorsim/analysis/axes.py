@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.errors import DataError
-from rotorsim.base.unit_table import NUMBER
-from rotorsim.base.units import parse
-from rotorsim.machine.usual import ask
+from rotorsim.base.units import NUMBER, parse
+from rotorsim.machine.plausibility import ask
 
 TEXT = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*", re.ASCII)
 """Number and unit."""

@@ -25,7 +25,7 @@ from rotorsim.analysis.figures import BARE, bare, figures
 from rotorsim.analysis.targets import Parameter, Target, Targets, split, value_at
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.interrupt import finishing
-from rotorsim.machine.edit import with_values
+from rotorsim.machine.file_text import with_values
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 
@@ -41,7 +41,7 @@ Progress = Callable[[int, float], None]
 
 
 @dataclass(frozen=True)
-class Row:
+class CalibrationRow:
     """A target before and after: smallest and largest value [SI] over the operating points, and what that counts as."""
 
     target: Target
@@ -66,7 +66,7 @@ class Calibration:
     singular_values: np.ndarray
     directions: np.ndarray
     at_bound: np.ndarray
-    rows: tuple[Row, ...]
+    rows: tuple[CalibrationRow, ...]
     cost: tuple[float, float]
     ended: str
 
@@ -249,7 +249,7 @@ def _outcome(
 ) -> Calibration:
     machine = state.with_parameters(x)
     after = _read(machine, targets, targets.targets)
-    rows = tuple(Row(*entry) for entry in zip(targets.targets, before, after, strict=True))
+    rows = tuple(CalibrationRow(*entry) for entry in zip(targets.targets, before, after, strict=True))
     J, last = state.jacobian(x), state.residual(x)
     _, s, V = np.linalg.svd(J, full_matrices=len(J) < J.shape[1])
     s = np.concatenate([s, np.zeros(len(V) - len(s))])

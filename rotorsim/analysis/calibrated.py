@@ -8,7 +8,7 @@ from typing import Any
 from rotorsim.analysis.calibrate import Calibration
 from rotorsim.base.files import write_text
 from rotorsim.machine import Machine
-from rotorsim.machine.edit import remarked, with_value
+from rotorsim.machine.file_text import remarked, with_value
 
 
 def save_calibrated(found: Calibration, name: str, path: str | Path, loaded: Machine) -> None:

@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import identification as idn
+from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange import json_text as json
 from rotorsim.base.exchange.mat import is_mat, read_mat
 from rotorsim.base.references import cited_by, sorted_keys
 from rotorsim.control import load_law
 from rotorsim.machine import Machine, load_machine
-from rotorsim.machine.citations import citations
+from rotorsim.machine.overview import citations
 
 RESULTS = (".json", ".mat")
 KINDS = ("law", "linear", "lpv")

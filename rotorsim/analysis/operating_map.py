@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from itertools import product
@@ -14,15 +15,17 @@ from rotorsim.analysis.axes import MOST, Field, checked
 from rotorsim.analysis.point import AT, MODES, numbers
 from rotorsim.analysis.safe_region import surroundings
 from rotorsim.analysis.varied import with_fields
-from rotorsim.analysis.workers import spread, useful
 from rotorsim.base.errors import DataError
 from rotorsim.base.interrupt import finishing
+from rotorsim.base.processes import spread
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 
 if TYPE_CHECKING:
     import xarray as xr
 
+WORTH = 60
+"""Points that make one more process worth its start."""
 Row = tuple[list[dict[str, np.ndarray]], np.ndarray, np.ndarray]
 """Points of one pressure of one machine, critical speeds (k, 4) around them, branches of modes (b, speeds, 3)."""
 
@@ -99,6 +102,12 @@ def operating_map(
     return labels.label(
         tables, critical, branches, coords, fields, plant.provenance() | {"kind": "map", "ended": ended}
     )
+
+
+def useful(workers: int | None, points: int) -> int:
+    """Processes for a number of points: all cores when None, but none that would not pay for its start."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return max(1, min(workers or cores, points // WORTH))
 
 
 def _check(plant: Plant, pressures: np.ndarray, frequencies: Sequence[float] | None) -> None:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rotorsim.base.display import Card, Shown, several
 from rotorsim.base.errors import NoLiftOffError
-from rotorsim.base.exchange.notebook import Card, Shown, several
 from rotorsim.plant import Plant
 from rotorsim.plant.equilibrium import Equilibrium, describe, settle
 from rotorsim.plant.linearise import LinearPlant, linearise
@@ -20,7 +20,7 @@ AT = ("static", "mode 1", "mode 2")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Point(Shown):
+class OperatingPoint(Shown):
     """Equilibrium, linear model, and K, C (n, 2, 2) [N/m, N s/m] of the film at the whirl frequencies `at` [rad/s].
 
     Of several films (n, 2 films, 2 films), one after the other.
@@ -40,7 +40,9 @@ class Point(Shown):
         return Card(rest.title.replace("Equilibrium", "Operating point"), rows)
 
 
-def operating_point(plant: Plant, speed: float, pressure: float, frequencies: Sequence[float] | None = None) -> Point:
+def operating_point(
+    plant: Plant, speed: float, pressure: float, frequencies: Sequence[float] | None = None
+) -> OperatingPoint:
     """The machine at `speed` [rad/s] and gauge `pressure` [Pa]; frequencies [rad/s] default to 0 and the two modes.
 
     Raises NoLiftOffError where the film does not carry the rotor.
@@ -55,7 +57,7 @@ def operating_point(plant: Plant, speed: float, pressure: float, frequencies: Se
 
 def _point(
     plant: Plant, speed: float, pressure: float, frequencies: Sequence[float] | None, model: LinearPlant | None
-) -> Point:
+) -> OperatingPoint:
     """The point with its linear model, where that is known already."""
     a = plant.assembly
     w = settle(a, speed, pressure)
@@ -65,7 +67,7 @@ def _point(
         K = C = np.full((len(at), 2, 2), np.nan)
     else:
         K, C = (np.stack(part) for part in zip(*(model.response.coefficients(float(o)) for o in at), strict=True))
-    return Point(describe(a, w), model, at, K, C)
+    return OperatingPoint(describe(a, w), model, at, K, C)
 
 
 def numbers(

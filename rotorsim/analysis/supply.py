@@ -6,7 +6,7 @@ regulator's pressure is the one that leaves, behind the line with this flow, the
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -43,8 +43,14 @@ def regulator_pressure(a: Assembly, speed: float, pressure: float) -> float:
     return pressure if loss == 0 else float(newton(missing, pressure, x1=pressure + loss, tol=1e-3))
 
 
-def felt(machines: Iterable[Machine], pressures: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Gauge pressures (p,) [Pa] that act on the machines: all, or 0 alone where gas is supplied to none."""
+def felt(machines: Sequence[Machine], pressures: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Gauge pressures (p,) [Pa] that act on the machines: all, or 0 alone where gas is supplied to none.
+
+    Raises DataError for a pressure below vacuum, also where none acts.
+    """
+    for machine in machines:
+        for pressure in pressures:
+            machine.gas.absolute(float(pressure))
     fed = any(machine.fed for machine in machines)
     return np.asarray(pressures, float) if fed else np.zeros(1)
 

@@ -15,16 +15,16 @@ import numpy as np
 
 from rotorsim.analysis.axes import TEXT, checked
 from rotorsim.analysis.figures import UNITS
+from rotorsim.base import toml_text as tomllib
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange import toml_text as tomllib
-from rotorsim.base.own_files import instead
+from rotorsim.base.file_kinds import instead
 from rotorsim.base.units import parse
 
 ROLES = ("fit", "predict")
 
 
 @dataclass(frozen=True)
-class Field:
+class FollowingField:
     """A field of the machine file that follows a parameter: scale * value + offset, in the parameter's unit."""
 
     path: str
@@ -41,7 +41,7 @@ class Parameter:
     low: float
     high: float
     unit: str
-    fields: tuple[Field, ...]
+    fields: tuple[FollowingField, ...]
 
     def text(self, value: float) -> Any:
         """A value as a machine file has it."""
@@ -169,15 +169,15 @@ def _parameter(name: str, table: dict[str, Any]) -> Parameter:
     return Parameter(name, start, low, high, unit, tuple(_field(where, f, unit) for f in fields))
 
 
-def _field(where: str, entry: Any, unit: str) -> Field:
+def _field(where: str, entry: Any, unit: str) -> FollowingField:
     if isinstance(entry, str):
-        return Field(entry, 1.0, 0.0)
+        return FollowingField(entry, 1.0, 0.0)
     if not isinstance(entry, dict) or not isinstance(entry.get("path"), str):
         raise DataError(f"{where}.fields: {entry!r} has no path; write e.g. {{path = 'probe.position', scale = 1}}")
     offset, own = split(f"{where}.fields.offset", entry.get("offset", f"0 {unit}" if unit else 0))
     if own != unit:
         raise DataError(f"{where}.fields.offset: unit '{own}' is not the parameter's, '{unit}'; write it in that")
-    return Field(entry["path"], float(entry.get("scale", 1.0)), offset)
+    return FollowingField(entry["path"], float(entry.get("scale", 1.0)), offset)
 
 
 def split(where: str, value: Any) -> tuple[float, str]:

@@ -1,32 +1,5 @@
 """Unbalance from measured 1X vectors: influence coefficients, a physical model, and correction weights."""
 
-from typing import TYPE_CHECKING
+from rotorsim.base.public import lazy
 
-from rotorsim.balance.assessment import Assessment, assess
-from rotorsim.balance.conditions import Conditions, Plane, Reading, read_conditions
-from rotorsim.balance.correction import Correction, correction
-from rotorsim.balance.influence import Estimate, Influence, LeftOut, estimate, fit_influence, leave_one_out
-from rotorsim.balance.physical import fit_physical
-from rotorsim.base.public import named
-
-__all__ = [
-    "Assessment",
-    "Conditions",
-    "Correction",
-    "Estimate",
-    "Influence",
-    "LeftOut",
-    "Plane",
-    "Reading",
-    "assess",
-    "correction",
-    "estimate",
-    "fit_influence",
-    "fit_physical",
-    "leave_one_out",
-    "read_conditions",
-]
-
-
-if not TYPE_CHECKING:
-    __getattr__, __dir__ = named(__name__, __all__)
+__getattr__, __dir__, __all__ = lazy(__name__, __file__)

@@ -37,12 +37,11 @@ from typing import Any
 
 import numpy as np
 
-from identification.readers.csv_layout import encodings_of, opened
+from identification.readers.csv import encodings_of, opened
 from identification.records.units import amplitude_factor, factor
+from rotorsim.base import toml_text as tomllib
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange import toml_text as tomllib
-from rotorsim.base.sentences import listing, quote
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.sentences import did_you_mean, listing, quote
 from rotorsim.base.units import parse
 
 READING = ("real", "imaginary", "amplitude", "phase", "unit", "position", "angle", "conjugated")

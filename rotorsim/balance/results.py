@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.balance.assessment import Assessment
+from rotorsim.balance.unbalance import Assessment
 from rotorsim.base.constants import TO_UM
 
 G_MM = 1e6

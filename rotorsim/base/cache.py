@@ -1,6 +1,6 @@
 """Cache of results in files, each named by a hash of all that it follows from, the sources that compute it included.
 
-A file that is missing, damaged or of an earlier version is not an error: the result is computed again.
+A file that is missing, damaged or of an earlier version is no error: the result is computed again.
 
 What lies in the cache is executed: compiled kernels, generated modules, objects for units. So it lies where nobody but
 this user can write, nor replace a folder on the way there (`private_folder`), or else in a new folder of this process.
@@ -37,13 +37,13 @@ PLANT = (
     "reynolds", "fe_shaft", "identification",
     *(f"rotorsim/{room}" for room in ("base", "signals", "effects", "machine", "plant")),
 )  # fmt: skip
-"""Sources that a simulation of the plant follows from, as places below ROOT."""
+"""Sources that a simulation of the plant follows from, as paths below ROOT."""
 RUNS = (*PLANT, "rotorsim/experiments", "rotorsim/control")
 """Sources that a simulated record follows from."""
 
 
 OTHERS = stat.S_IWGRP | stat.S_IWOTH
-"""Permission of others to write."""
+"""Mode bits that let other users write."""
 
 
 class OpenFolderError(OSError):
@@ -78,19 +78,19 @@ def _entered(folder: Path) -> Path:
         return found
 
 
-_own_roots: list[Path] = []
-"""The folder that this process has made for itself, if it has."""
+_process_roots: list[Path] = []
+"""Cache folder of this process alone, where it needed one."""
 
 
 def _new_root(reasons: str) -> Path:
     """A new folder for this process and those that it starts, removed at its end."""
-    if _own_roots:
-        return _own_roots[0]
+    if _process_roots:
+        return _process_roots[0]
     try:
         root = Path(os.path.realpath(tempfile.mkdtemp(prefix="rotorsim-")))
     except OSError as error:
         raise write_error(Path(tempfile.gettempdir()), error) from error
-    _own_roots.append(root)
+    _process_roots.append(root)
     os.environ["ROTORSIM_CACHE_DIR"] = str(root)
     owner = os.getpid()
     at_end(lambda: shutil.rmtree(root, ignore_errors=True) if os.getpid() == owner else None)

@@ -60,7 +60,7 @@ class OtherMachine(UserWarning):
     """Warning, raised for a law on a machine of another name than that of its design; its sentence alone is printed."""
 
 
-class LeftOut(UserWarning):
+class PackageLeftOut(UserWarning):
     """Warning, raised for an installed package that could not be loaded; the command line prints its sentence alone."""
 
 

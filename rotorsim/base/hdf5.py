@@ -1,193 +1,135 @@
-"""Crash-safe file object for libhdf5: it hides disk errors and keeps the state of the last commit.
+"""HDF5 and netCDF-4 files: written without a crash of libhdf5 on a full disk, checked before they are read.
 
 libhdf5 keeps a file open that it could not flush, tries again when the process ends, and may end it by a signal. Hence
-it never sees an error of the disk: from the first one on its writes stay in memory, and `commit` raises the error.
+it writes through a `DiskFile`, which takes everything and keeps the disk's first error. A whole file is written under a
+temporary name and renamed. One that grows reserves its space in advance, so that a full disk is met before libhdf5 has
+changed anything, and the file stays a valid one of all that was flushed.
 
-Between commits new data go to the disk beyond the committed end, and changes of committed bytes stay in memory. A
-commit appends these changes to the file as a write-ahead log before it applies them. A process that is killed thus
-leaves the state of its last commit: `repair` applies a complete log, and libhdf5 ignores what follows the end that is
-written in its superblock.
+A kill costs what a growing file has not flushed: `rotorsim.experiments.recording` flushes it every second. A kill in
+the few milliseconds of a flush can cost the file, and an error of the disk other than want of space does.
 """
 
 from __future__ import annotations
 
+import atexit
+import errno
 import io
 import os
-import struct
-import zlib
-from collections.abc import Iterator
+import signal
+import threading
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rotorsim.base.files import to_disk
+from rotorsim.base.files import replacing, to_disk
+from rotorsim.base.interrupt import Interrupt
+from rotorsim.base.processes import Child, ProcessDiedError
 
-PAGE = 4096
-MAGIC = b"rotorsim commit\n"
-TRAILER = struct.Struct(f"<{len(MAGIC)}sQQI")
-"""Magic, number of pages, committed size [byte], checksum of the log before the trailer."""
+if TYPE_CHECKING:
+    import xarray as xr
+
+SECONDS = 10.0
+"""Computing time [s] that the check of any file may take, hundreds of times that of an undamaged one."""
+PER_BYTE = 1e-7
+"""Further computing time [s] per byte of a file."""
+LARGEST = 2e9
+"""Size [byte] of the data that any file may declare."""
+DENSEST = 2000.0
+"""Largest ratio of declared data to the size of a larger file; gzip packs zeros by 1 : 1032."""
+NO_RESERVATION = (errno.EOPNOTSUPP, errno.ENOSYS, errno.EINVAL)
+"""Error numbers of disks that reserve no space, where zeros are written in its place."""
+TIMED_OUT = (-signal.SIGXCPU, -signal.SIGKILL) if os.name == "posix" else ()
+"""Exit codes of a check that took too long."""
 
 
-class CommittedFile(io.RawIOBase):
-    """A file open for libhdf5.
+class DiskFile(io.RawIOBase):
+    """File object for libhdf5 that never fails: after the disk's first `error` its writes stay in memory.
 
     Parameters
     ----------
     path : Path
         The file.
     mode : str
-        "x" makes it, "r+" appends to a complete one.
-
-    Attributes
-    ----------
-    error : OSError or None
-        The disk's first error since the last commit.
+        "x" makes it, "r+" changes one.
     """
 
     def __init__(self, path: Path, mode: str = "x") -> None:
         self._disk: Any = open(path, f"{mode}b+" if mode == "x" else f"{mode}b", buffering=0)  # noqa: SIM115
         self.error: OSError | None = None
         self._position = 0
-        self._logged = False
-        self._pages: dict[int, bytearray] = {}
-        self._keep(os.fstat(self._disk.fileno()).st_size)
-
-    def _keep(self, size: int) -> None:
-        """Take the first `size` bytes on the disk for the committed state."""
-        self._size = self._committed = size
-        self._border = self._written = -(-size // PAGE) * PAGE
-        self._pages.clear()
+        self._size = self._reserved = os.fstat(self._disk.fileno()).st_size
+        self._unwritten: list[tuple[int, bytes]] = []
 
     @property
     def is_removed(self) -> bool:
         """Whether the file is no longer in any folder."""
         return os.fstat(self._disk.fileno()).st_nlink == 0
 
-    def commit(self) -> None:
-        """Make the present state the one to keep; raises the OSError of a write that failed since the last commit."""
-        self._pad(self._size)
-        if self._committed < self._size and self._committed % PAGE:
-            self._page(self._committed // PAGE)  # what follows on its page is from an older log
-        if self.error is None:
-            self._log()
+    def reserve(self, more: int) -> None:
+        """Take the space for as many more bytes from the disk; raises OSError if there is none."""
+        end = self._size + more
+        if end <= self._reserved:
+            return
+        try:
+            os.posix_fallocate(self._disk.fileno(), self._reserved, end - self._reserved)
+        except (AttributeError, OSError) as error:
+            if isinstance(error, OSError) and error.errno not in NO_RESERVATION:
+                raise
+            self._disk.seek(self._reserved)
+            _write(self._disk, bytes(end - self._reserved))
+        self._reserved = end
+
+    def to_disk(self) -> None:
+        """Flush what was written to the disk; raises OSError, also that of an earlier write."""
         if self.error is not None:
             raise self.error
-        self._logged = True
-        self._apply_log()
-
-    def _apply_log(self) -> None:
-        _apply(self._disk, self._pages, self._size)
-        self._logged = False
-        self._keep(self._size)
-
-    def _log(self) -> None:
-        """Append the changed pages to the file, if there are any."""
-        try:
-            self._disk.truncate(max(self._size, self._border))  # an older log must not be applied
-            if self._pages:
-                self._disk.seek(0, os.SEEK_END)
-                _write(self._disk, _log_of(self._pages, self._size))
-            to_disk(self._disk)
-        except OSError as error:
-            self.error = error
-
-    def roll_back(self) -> None:
-        """Return to the state of the last commit; libhdf5 must have closed the file. Raises OSError."""
-        if self._logged:  # the disk refused to overwrite; the log is still there, for `repair` too
-            self._apply_log()
-        self._disk.truncate(self._committed)
-        self._keep(self._committed)
-        self.error = None
-
-    def finish(self) -> None:
-        """Commit what is new and cut off the log; raises OSError."""
-        if self.error is not None or self._pages or self._size != self._committed:
-            self.commit()
-        self._disk.truncate(self._committed)
         to_disk(self._disk)
 
+    def finish(self) -> None:
+        """Give back the space that was reserved and flush; raises OSError if the file is not what was written."""
+        if self.error is None:
+            self._disk.truncate(self._size)
+        self.to_disk()
+
     def copy_to(self, path: Path) -> None:
-        """Write the committed state to another file; raises OSError."""
-        self._disk.seek(0)
+        """Write the content to another file; raises OSError."""
+        self.seek(0)
         with path.open("wb") as other:
-            left = self._committed
-            while left:
-                block = self._disk.read(min(left, 1 << 20))
+            while block := self.read(min(self._size - self._position, 1 << 20)):
                 other.write(block)
-                left -= len(block)
 
     def write(self, data: Any) -> int:
         """Write all of the data at the position."""
         view = memoryview(data).cast("B")
-        first = self._position
-        self._position += len(view)
-        self._size = max(self._size, self._position)
-        held = len(view) if self.error else min(max(self._border - first, 0), len(view))
-        self._hold(first, view[:held])
-        self._append(first + held, view[held:])
-        return len(view)
-
-    def _hold(self, first: int, view: memoryview) -> None:
-        """Write into pages in memory."""
-        for number, start, piece in _split(first, view):
-            self._page(number)[start : start + len(piece)] = piece
-
-    def _page(self, number: int) -> bytearray:
-        """A page in memory."""
-        if number not in self._pages:
-            self._pages[number] = self._stored(number * PAGE, PAGE)
-        return self._pages[number]
-
-    def _append(self, first: int, view: memoryview) -> None:
-        """Write beyond the committed state: to the disk or, where that fails, into memory."""
-        if not len(view):
-            return
-        self._pad(first)
         try:
             if self.error is None:
-                self._disk.seek(first)
+                self._disk.seek(self._position)
                 _write(self._disk, view)
-                self._written = max(self._written, first + len(view))
         except OSError as error:
             self.error = error
         if self.error is not None:
-            self._hold(first, view)
-
-    def _pad(self, end: int) -> None:
-        """Fill the disk with zeros up to `end`, so that no later write into a hole can fail."""
-        while self.error is None and self._written < end:
-            try:
-                self._disk.seek(self._written)
-                self._written += self._disk.write(bytes(min(end - self._written, 1 << 20)))
-            except OSError as error:
-                self.error = error
-
-    def _stored(self, first: int, size: int) -> bytearray:
-        """Bytes on the disk that belong to the state; zeros where there are none."""
-        end = self._committed if first < self._border else self._written
-        found = bytearray(size)
-        self._disk.seek(first)
-        view = memoryview(found)[: max(min(size, end - first), 0)]
-        while len(view) and (n := self._disk.readinto(view)):
-            view = view[n:]
-        return found
+            self._unwritten.append((self._position, bytes(view)))
+        self._position += len(view)
+        self._size = max(self._size, self._position)
+        return len(view)
 
     def readinto(self, buffer: Any) -> int:
         """Read at the position; zeros beyond the end."""
         view = memoryview(buffer).cast("B")
-        first, border = self._position, self._border
-        inner = min(max(border - first, 0), len(view))
-        view[:inner] = self._stored(first, inner)
-        view[inner:] = self._stored(first + inner, len(view) - inner)
-        for number, start, piece in _split(first, view) if self._pages else ():
-            if number in self._pages:
-                piece[:] = self._pages[number][start : start + len(piece)]
+        first, left = self._position, view
+        self._disk.seek(first)
+        while len(left) and (n := self._disk.readinto(left)):
+            left = left[n:]
+        left[:] = bytes(len(left))
+        for start, data in self._unwritten:
+            low, high = max(first, start), min(first + len(view), start + len(data))
+            if low < high:
+                view[low - first : high - first] = data[low - start : high - start]
         self._position += len(view)
         return len(view)
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
         """Move the position."""
-        base = {os.SEEK_SET: 0, os.SEEK_CUR: self._position, os.SEEK_END: self._size}
-        self._position = base[whence] + offset
+        self._position = {os.SEEK_SET: 0, os.SEEK_CUR: self._position, os.SEEK_END: self._size}[whence] + offset
         return self._position
 
     def tell(self) -> int:
@@ -195,21 +137,20 @@ class CommittedFile(io.RawIOBase):
         return self._position
 
     def truncate(self, size: int | None = None) -> int:
-        """Set the end of the file."""
+        """Set the end of the file; the disk follows in `finish`."""
         self._size = self._position if size is None else size
-        self._written = max(min(self._written, self._size), self._border)
         return self._size
 
     def readable(self) -> bool:
-        """Yes."""
+        """Return True."""
         return True
 
     def writable(self) -> bool:
-        """Yes."""
+        """Return True."""
         return True
 
     def seekable(self) -> bool:
-        """Yes."""
+        """Return True."""
         return True
 
     def close(self) -> None:
@@ -218,55 +159,97 @@ class CommittedFile(io.RawIOBase):
         super().close()
 
 
-def repair(path: Path) -> None:
-    """Restore a file of a killed process to the state of its last commit.
-
-    A log that is complete is applied; without one the file is in that state already.
-    """
-    with path.open("rb+", buffering=0) as disk:
-        end = disk.seek(0, os.SEEK_END)
-        if end < TRAILER.size:
-            return
-        disk.seek(end - TRAILER.size)
-        magic, count, size, checksum = TRAILER.unpack(disk.read(TRAILER.size))
-        first = end - TRAILER.size - count * (8 + PAGE)
-        if magic != MAGIC or first < size:
-            return
-        disk.seek(first)
-        log = disk.read(count * (8 + PAGE))
-        if zlib.crc32(log) == checksum:
-            _apply(disk, dict(_pages_of(log)), size)
-            disk.truncate(size)
-
-
-def _log_of(pages: dict[int, bytearray], size: int) -> bytes:
-    log = b"".join(struct.pack("<Q", number) + page for number, page in sorted(pages.items()))
-    return log + TRAILER.pack(MAGIC, len(pages), size, zlib.crc32(log))
-
-
-def _pages_of(log: bytes) -> Iterator[tuple[int, bytearray]]:
-    for start in range(0, len(log), 8 + PAGE):
-        yield struct.unpack_from("<Q", log, start)[0], bytearray(log[start + 8 : start + 8 + PAGE])
-
-
-def _apply(disk: Any, pages: dict[int, bytearray], size: int) -> None:
-    for number, page in pages.items():
-        disk.seek(number * PAGE)
-        _write(disk, memoryview(page)[: max(size - number * PAGE, 0)])
-
-
-def _split(first: int, view: memoryview) -> Iterator[tuple[int, int, memoryview]]:
-    """Page by page: number of the page, first byte in it, piece of the view."""
-    done = 0
-    while done < len(view):
-        number, start = divmod(first + done, PAGE)
-        piece = view[done : done + PAGE - start]
-        yield number, start, piece
-        done += len(piece)
-
-
 def _write(disk: Any, data: Any) -> None:
     """Write all: a write to the disk may be partial before it fails."""
     view = memoryview(data)
     while len(view):
         view = view[disk.write(view) :]
+
+
+def write_netcdf(path: str | Path, dataset: xr.Dataset) -> None:
+    """Write a dataset as netCDF-4 in one step.
+
+    Ctrl-C waits until then: in a callback from libhdf5 it would leave a file there that cannot be closed.
+
+    Raises
+    ------
+    WriteError
+        If the file cannot be written; what was at `path` stays.
+    TypeError, ValueError
+        If netCDF cannot hold part of the dataset.
+    """
+    with Interrupt() as interrupt, replacing(path) as part, DiskFile(part) as file:
+        dataset.to_netcdf(file, engine="h5netcdf")
+        file.finish()
+    trust_hdf5(Path(path))
+    if interrupt.asked:
+        raise KeyboardInterrupt
+
+
+_lock = threading.Lock()
+_child: Child | None = None
+_owner = 0
+_sound: dict[Path, tuple[int, ...]] = {}
+
+
+def check_hdf5(path: Path) -> str | None:
+    """Read a file as a whole in a child process.
+
+    Parameters
+    ----------
+    path : Path
+        An HDF5 or netCDF-4 file.
+
+    Returns
+    -------
+    str or None
+        What is wrong with it, as the predicate of a sentence, if libhdf5 crashes on it, does not end, or takes too much
+        memory; None otherwise, also where it answers with an exception.
+    """
+    with _lock:
+        if _sound.get(path.absolute()) == _stamp(path):
+            return None
+        wrong = _ask(path)
+    if wrong is None:
+        trust_hdf5(path)
+    return wrong
+
+
+def trust_hdf5(path: Path) -> None:
+    """Mark a file in its present state as undamaged, because this process has just written it."""
+    _sound[path.absolute()] = _stamp(path)
+
+
+def _stamp(path: Path) -> tuple[int, ...]:
+    found = path.stat()
+    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
+
+
+def _ask(path: Path) -> str | None:
+    """Fault of a file as the child process meets it, as the predicate of a sentence; None for none."""
+    size = path.stat().st_size
+    seconds = SECONDS + PER_BYTE * size
+    request = os.fspath(path.absolute()), seconds, max(LARGEST, DENSEST * size)
+    slow = f"is damaged: reading it has not ended after {seconds:.0f} s; copy it again"
+    try:
+        fits = _started().call(_read_whole, *request, limit=None if os.name == "posix" else 10 * seconds)
+    except TimeoutError:  # where the child cannot limit its own computing time
+        return slow
+    except ProcessDiedError as error:
+        return slow if error.code in TIMED_OUT else "is damaged: reading it crashes the HDF5 library; copy it again"
+    return None if fits else "claims to hold more than fits into memory; it is damaged: copy it again"
+
+
+def _started() -> Child:
+    """The child of this process, which serves many files."""
+    global _child, _owner
+    if _child is None or _owner != os.getpid() or not _child.alive:
+        _child, _owner = Child(), os.getpid()
+        atexit.register(_child.kill)
+    return _child
+
+
+def _read_whole(path: str, seconds: float, most: float) -> bool:
+    from rotorsim.base.hdf5_reader import read_whole  # brings libhdf5
+
+    return read_whole(path, seconds, most)

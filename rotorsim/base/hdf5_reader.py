@@ -1,16 +1,12 @@
-"""Child process of `rotorsim.base.hdf5_check`: reads whole HDF5 files and contains their crashes and hangs.
-
-Takes lines of JSON on its input, [path, seconds, bytes], and answers each with a line: "ok" if the file was read to its
-end, with whatever Python exceptions, for these do no harm; "memory" if it needs more than the bytes.
-"""
+"""Reading of whole HDF5 files in a child process of `rotorsim.base.hdf5`, which contains their crashes and hangs."""
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from typing import Any
 
 import h5netcdf
@@ -27,15 +23,28 @@ MEMORY = 2 << 30
 """Address space [byte] beyond what the process has at its start."""
 
 
-def main() -> None:
-    """Answer requests until the end of the input."""
+def read_whole(path: str, seconds: float, most: float) -> bool:
+    """Read all that is in a file: once as HDF5, once as netCDF, with whatever exceptions, for these do no harm.
+
+    False if it needs more memory [byte] than `most` or than there is; a signal ends the process that takes longer than
+    the computing time `seconds`.
+    """
     limit_memory()
-    for line in sys.stdin:
-        path, seconds, most = json.loads(line)
-        limit_time(seconds)
-        print(read(path, most), flush=True)
+    limit_time(seconds)
+    try:
+        with harmless(), h5py.File(path, "r") as file:
+            if declared(file) > most:
+                return False
+            walk(file)
+        with harmless(), h5netcdf.File(path, "r", phony_dims="sort") as file:
+            for variable in file.variables.values():
+                dict(variable.attrs)
+    except MemoryError:
+        return False
+    return True
 
 
+@lru_cache(maxsize=1)
 def limit_memory() -> None:
     """Limit the address space to `MEMORY` above its present size."""
     if resource is not None and sys.platform == "linux":
@@ -50,21 +59,6 @@ def limit_time(seconds: float) -> None:
         used = resource.getrusage(resource.RUSAGE_SELF)
         limit = math.ceil(used.ru_utime + used.ru_stime + seconds)
         resource.setrlimit(resource.RLIMIT_CPU, (limit, resource.RLIM_INFINITY))
-
-
-def read(path: str, most: float) -> str:
-    """Read all that is in a file: once as HDF5, once as netCDF."""
-    try:
-        with harmless(), h5py.File(path, "r") as file:
-            if declared(file) > most:
-                return "memory"
-            walk(file)
-        with harmless(), h5netcdf.File(path, "r", phony_dims="sort") as file:
-            for variable in file.variables.values():
-                dict(variable.attrs)
-    except MemoryError:
-        return "memory"
-    return "ok"
 
 
 @contextmanager
@@ -145,7 +139,3 @@ def data(item: Any) -> None:
     rows = max(1, SLAB * item.shape[0] // max(item.nbytes, 1))
     for start in range(0, item.shape[0], rows):
         item[start : start + rows]
-
-
-if __name__ == "__main__":
-    main()

@@ -2,9 +2,10 @@
 
 An advisory lock of the whole file, also across hosts on NFS and on parallel file systems that are mounted with locks.
 
-Not filelock, whose file has no text of who holds it. With files that are removed, 20 processes x 200 acquisitions
-overlapped in 1115 of 4000 cases with filelock 3.16 and in none with 4.2 or here; 4.2 took 4.1 s, this takes 2.5 s.
-A killed holder's lock is free at once in both.
+Not filelock: with files that are removed, 20 processes x 200 acquisitions overlapped in 1115 of 4000 cases with its
+release 3.16, which also empties the file that names the holder, and in none with 4.2 or here; 4.1 s against 2.5 s.
+Release 4.3 has 15 700 lines and takes 50 ms to import, before every command. A killed holder's lock is free at once in
+both.
 """
 
 from __future__ import annotations
@@ -21,7 +22,9 @@ from pathlib import Path
 from types import TracebackType
 
 BUSY = (errno.EACCES, errno.EAGAIN, errno.EDEADLK)
-OURS = re.compile(rb"process \d+ on .* since \d{4}-\d\d-\d\d \d\d:\d\d UTC")
+"""Error numbers of a lock that another process holds."""
+HOLDER = re.compile(rb"process \d+ on .* since \d{4}-\d\d-\d\d \d\d:\d\d UTC")
+"""Text of a lock file, as `about_us` writes it."""
 
 
 class BusyError(OSError):
@@ -99,16 +102,16 @@ def _acquire_within(file: int, wait: bool | float) -> None:
 def sweep_locks(folder: Path) -> None:
     """Remove lock files `.NAME.lock` that no process holds."""
     for path in folder.glob(".*.lock"):
-        if _is_ours(path):  # other programs have such files too
+        if _names_holder(path):  # other programs have such files too
             with suppress(OSError), Lock(path, remove=True):
                 pass
 
 
-def _is_ours(path: Path) -> bool:
+def _names_holder(path: Path) -> bool:
     """Whether a file holds what `about_us` writes."""
     try:
         with path.open("rb") as file:
-            return OURS.fullmatch(file.read(300)) is not None
+            return HOLDER.fullmatch(file.read(300)) is not None
     except OSError:
         return False
 

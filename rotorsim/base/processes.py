@@ -1,93 +1,253 @@
-"""Worker pool: one BLAS thread per process, SIGINT ignored, terminated at once by an exception or Ctrl-C.
+"""Child processes that call functions: the one parallel engine next to Dask, of sweeps, maps, studies and campaigns.
 
-No library's pool: after SIGKILL of the parent in a case of 20 s, both processes here end within 0.1 s; all four of loky
-3.7 were alive after 25 s, those of Pebble 5.2 worked to the end of their case (20 s). Pebble alone loses only the case
-whose process is killed; here the pool ends, and studies resume with what was kept.
+A `Child` has one thread of linear algebra, does not receive the Ctrl-C of the terminal, can be ended alone, and ends
+with its pipe: none outlives a parent that was killed. Calls and results are pickles in pipes, so nothing listens on a
+port, which every user of the computer could reach. Run as a program, this file is the child.
+
+No library's pool: after SIGKILL of the parent in a case of 20 s, these processes end within 0.1 s; all four of loky 3.7
+were alive after 25 s, those of Pebble 5.2 worked to the end of their case. concurrent.futures ends all its processes
+with the one that dies or takes too long, and a campaign goes on with the others.
 """
 
 from __future__ import annotations
 
 import os
+import pickle
 import signal
+import subprocess
+import sys
+import tempfile
 import threading
 import warnings
-from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor, CancelledError, Future, ThreadPoolExecutor, as_completed
+from contextlib import contextmanager, suppress
 from functools import lru_cache
-from multiprocessing import get_context, parent_process, resource_tracker
+from multiprocessing import spawn
+from pathlib import Path
+from queue import SimpleQueue
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from threadpoolctl import ThreadpoolController, threadpool_limits
-
-from rotorsim.base.errors import Unusual
+if TYPE_CHECKING:
+    from threadpoolctl import ThreadpoolController
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 """Variables of the environment that limit the threads of libraries loaded later."""
+Each = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[Any]]
+"""Function that maps another over values, as `map` does."""
+PATIENCE = 5.0
+"""Time [s] between the end of a process's results and its own."""
+ROOT = str(Path(__file__).resolve().parents[2])
+"""Folder of the packages."""
 
 
-@contextmanager
-def sigint_blocked() -> Iterator[None]:
-    """Processes started inside, or by threads that begin inside, do not receive the Ctrl-C of their terminal.
+class ProcessDiedError(BrokenExecutor):
+    """Raised for a child process that ended during a call; the text is a predicate, `code` its exit code."""
 
-    The signal is blocked in this thread, which threads and processes inherit (POSIX); if no other thread receives
-    it, it waits for the end of the block.
+    def __init__(self, message: str, code: int) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+class Child:
+    """Child process that calls functions one after the other, for one thread of this process at a time."""
+
+    def __init__(self) -> None:
+        paths = filter(None, (ROOT, os.environ.get("PYTHONPATH")))
+        environment = os.environ | dict.fromkeys(THREADS, "1") | {"PYTHONPATH": os.pathsep.join(paths)}
+        self._stderr = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
+        self.process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "rotorsim.base.processes"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            stderr=self._stderr, env=environment, start_new_session=True,
+        )  # fmt: skip
+
+    @property
+    def alive(self) -> bool:
+        """Whether the process runs."""
+        return self.process.poll() is None
+
+    def call(self, function: Callable[..., Any], *arguments: Any, limit: float | None = None) -> Any:
+        """Result of a function of a module.
+
+        Parameters
+        ----------
+        limit : float, optional
+            Time [s] that the call may take.
+
+        Raises
+        ------
+        TimeoutError
+            If it took longer; the process has been ended.
+        ProcessDiedError
+            If the process ended, for example for want of memory.
+        Exception
+            Whatever the function raised.
+        """
+        call = pickle.dumps((function, arguments))
+        late = threading.Event()
+
+        def expire() -> None:
+            late.set()
+            self.process.kill()
+
+        timer = threading.Timer(limit or 0.0, expire)
+        timer.daemon = True
+        if limit is not None:
+            timer.start()
+        try:
+            assert self.process.stdin is not None and self.process.stdout is not None
+            pickle.dump(call, self.process.stdin)
+            self.process.stdin.flush()
+            good, result = pickle.load(self.process.stdout)
+        except (EOFError, OSError, ValueError, pickle.UnpicklingError) as error:  # ValueError: killed from elsewhere
+            with suppress(subprocess.TimeoutExpired):
+                self.process.wait(PATIENCE)
+            self.kill()
+            if late.is_set():
+                raise TimeoutError(f"took longer than {limit:g} s") from error
+            raise ProcessDiedError(self._cause(), self.process.returncode) from error
+        except BaseException:  # Ctrl-C: the result would be taken for that of the next call
+            self.kill()
+            raise
+        finally:
+            timer.cancel()
+        if not good:
+            raise result
+        return result
+
+    def _cause(self) -> str:
+        """End of the process as a predicate: its signal, or its exit code and last line of errors."""
+        code = self.process.returncode
+        self._stderr.seek(max(self._stderr.seek(0, os.SEEK_END) - 2000, 0))
+        last = (self._stderr.read().decode(errors="replace").strip().splitlines() or [""])[-1][:200]
+        if code < 0:
+            with suppress(ValueError):
+                return f"was ended by {signal.Signals(-code).name}"
+        return f"ended with code {code}" + (f" ({last})" if last else "")
+
+    def kill(self) -> None:
+        """End the process now."""
+        self.process.kill()
+        self.close()
+
+    def close(self) -> None:
+        """End the process, which waits for a call."""
+        for pipe in (self.process.stdin, self.process.stdout):
+            with suppress(OSError):
+                if pipe is not None:
+                    pipe.close()
+        self.process.wait()
+
+
+class Processes(ThreadPoolExecutor):
+    """Pool of child processes: an exception in its `with` block, Ctrl-C too, ends the calls under way at once.
+
+    A call whose process dies raises ProcessDiedError; the others go on.
     """
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    resource_tracker.ensure_running()  # its start unblocks the signal in the thread that needs it first
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-class Processes(ProcessPoolExecutor):
-    """A pool whose work under way is ended, not waited for, by an exception in its `with` block, Ctrl-C too."""
 
     def __init__(self, workers: int) -> None:
-        super().__init__(workers, get_context("spawn"), _begin)
+        super().__init__(workers, "rotorsim worker")
+        self._own, self._children, self._ended = threading.local(), list[Child](), False
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Give work; a process is started here if none is free."""
-        with sigint_blocked():
-            return super().submit(fn, *args, **kwargs)
+        """Give a call of a module's function to the next process that is free."""
+        return super().submit(self._call, fn, *args, **kwargs)
+
+    def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        child: Child | None = getattr(self._own, "child", None)
+        if self._ended:
+            raise CancelledError
+        if child is None or not child.alive:
+            child = self._own.child = Child()
+            self._children.append(child)
+            if self._ended:  # asked after the others know this child
+                child.kill()
+            child.call(spawn.prepare, _main_program())
+        return child.call(function, *arguments)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> bool | None:
-        if kind is None:
-            return super().__exit__(kind, error, trace)
-        own = list((self._processes or {}).values())
-        self.shutdown(wait=False, cancel_futures=True)
-        for process in own:
-            process.terminate()
-        return None
+    ) -> None:
+        self._ended = kind is not None
+        for child in list(self._children) if self._ended else ():
+            child.process.kill()
+        try:
+            self.shutdown(cancel_futures=self._ended)
+        finally:
+            for child in self._children:
+                child.kill()
 
 
-def _begin() -> None:
-    """One thread of linear algebra; Ctrl-C is the parent's business, on systems without signal masks too."""
+def spread(function: Callable[..., Any], calls: Sequence[tuple], workers: int) -> Iterator[tuple[int, Any]]:
+    """(number, result) of calls of a module's function, in the order of completion; in this process for one worker."""
+    if workers <= 1:
+        with one_thread():  # the matrices are small: more threads only wait for each other
+            for number, arguments in enumerate(calls):
+                yield number, function(*arguments)
+        return
+    with Processes(min(workers, len(calls))) as pool:
+        numbers = {pool.submit(function, *arguments): number for number, arguments in enumerate(calls)}
+        for future in as_completed(numbers):
+            yield numbers[future], future.result()
+
+
+@contextmanager
+def processes(workers: int) -> Iterator[Each]:
+    """A `map` over some processes of one thread each; in this process for one worker."""
+    if workers <= 1:
+        yield map
+        return
+    with Processes(workers) as pool:
+        yield pool.map
+
+
+def _main_program() -> dict[str, Any]:
+    """Data by which a child imports what the program of this process has made known, such as effects of its own."""
+    data: dict[str, Any] = spawn.get_preparation_data("rotorsim worker")
+    return {name: value for name, value in data.items() if name != "authkey"}
+
+
+def main() -> None:
+    """Call functions until the end of the input."""
+    from rotorsim.base.errors import PackageLeftOut, Unusual
+
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    warnings.simplefilter("ignore", Unusual)  # the parent has asked
-    os.environ.update(dict.fromkeys(THREADS, "1"))  # of scipy's library, which is not loaded yet
-    threadpool_limits(1)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    results = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what libraries print must not be taken for a result
+    for known in (PackageLeftOut, Unusual):  # the parent has warned or asked
+        warnings.simplefilter("ignore", known)
+    calls: SimpleQueue[bytes] = SimpleQueue()
+    threading.Thread(target=_listen, args=(calls,), daemon=True).start()
+    while True:
+        results.write(_result(calls.get()))
+        results.flush()
 
 
-def _end_with_parent() -> None:
-    """A parent that was killed cannot end its processes, and they would wait for work for ever."""
-    parent = parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+def _listen(calls: SimpleQueue[bytes]) -> None:
+    """Take calls, also while one is under way, so that the process ends with its input."""
+    with suppress(EOFError, OSError, pickle.UnpicklingError):
+        while True:
+            calls.put(pickle.load(sys.stdin.buffer))
+    os._exit(0)
+
+
+def _result(call: bytes) -> bytes:
+    try:
+        function, arguments = pickle.loads(call)
+        return pickle.dumps((True, function(*arguments)))
+    except Exception as error:
+        with suppress(Exception):  # some cannot be pickled, some not be read again
+            answer = pickle.dumps((False, error))
+            pickle.loads(answer)
+            return answer
+        return pickle.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
 
 
 @lru_cache(maxsize=1)
 def _libraries() -> ThreadpoolController:
     import scipy.linalg  # noqa: F401 - brings its library, which must be loaded to be found
+    from threadpoolctl import ThreadpoolController
 
     return ThreadpoolController()
 
@@ -95,3 +255,7 @@ def _libraries() -> ThreadpoolController:
 def one_thread() -> Any:
     """Context of one thread of linear algebra: for small matrices several only wait for each other."""
     return _libraries().limit(limits=1)
+
+
+if __name__ == "__main__":
+    main()

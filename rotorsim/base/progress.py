@@ -17,7 +17,7 @@ from rotorsim.base.sentences import direct, visible
 Block = TypeVar("Block", bound=tuple)
 Update = Callable[..., None]
 Report = Callable[[str], None]
-"""Called with the name of a step before it starts."""
+"""Function that takes the name of a step before it starts."""
 BAR, LEFT = "bar", "time left"
 """Columns of a bar that are not text."""
 RUN = (

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import ast
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Container, Iterable
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from types import ModuleType
 from typing import Any, NoReturn
 
-from rotorsim.base.suggest import closest
+from rotorsim.base.sentences import closest
 
 Access = tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]
 
@@ -30,6 +31,8 @@ def lazy(package: str, file: str) -> Access:
     """
     places = dict(_places(package, Path(file).with_suffix(".pyi").read_text(encoding="utf-8")))
     names = sorted(places)
+    functions = {name for name, place in places.items() if place != (package, name)}
+    sys.modules[package].__class__ = _package_class(functions)
 
     def find(name: str) -> Any:
         if name not in places:
@@ -61,15 +64,32 @@ def refuse(package: str, name: str, known: Iterable[str], below: Callable[[], di
     raise AttributeError(f"{package} has no '{name}'; {hint}", name=name)
 
 
+def _package_class(names: Container[str]) -> type[ModuleType]:
+    """Class of a package in which these names never become its modules of the same name when those are imported."""
+
+    class Package(ModuleType):
+        """Package whose public function `campbell` stands before its module `campbell`."""
+
+        def __setattr__(self, name: str, value: Any) -> None:
+            """Set an attribute, unless the import of a module would hide a public name."""
+            if not (name in names and isinstance(value, ModuleType) and value.__name__ == f"{self.__name__}.{name}"):
+                super().__setattr__(name, value)
+
+    Package.__name__ = "module"
+    return Package
+
+
 def _places(package: str, stub: str) -> Iterable[tuple[str, tuple[str, str]]]:
-    """By public name the module and the attribute in it, which is empty for the module itself."""
+    """Module and attribute of every public name; the attribute is empty for the module itself."""
     for node in ast.parse(stub).body:
         if isinstance(node, ast.Import):
             for alias in node.names:
                 yield alias.asname or alias.name, (alias.name, "")
         elif isinstance(node, ast.ImportFrom):
             module = ".".join(filter(None, (package if node.level else "", node.module)))
-            for alias in node.names:
+            for name in _listed(module) if node.names[0].name == "*" else ():
+                yield name, (module, name)
+            for alias in (one for one in node.names if one.name != "*"):
                 yield alias.asname or alias.name, (module, alias.name)
 
 

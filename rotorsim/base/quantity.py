@@ -8,7 +8,7 @@ its fields' metadata (`declared`, `quantities`), a machine part in its pydantic 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import Field, dataclass, field, fields, replace
+from dataclasses import MISSING, Field, dataclass, field, fields, replace
 from math import ceil, inf, isfinite, nextafter
 from numbers import Real
 from typing import Any
@@ -16,12 +16,12 @@ from typing import Any
 from rotorsim.base import units
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.sentences import quote
-from rotorsim.base.unit_table import dimension
+from rotorsim.base.units import dimension
 
 UNLIMITED = 1e299
 """Size of the bounds of a quantity without limits."""
 FAR = 2.0
-"""Beyond a limit by this factor a number is a slip of its unit more likely than of itself."""
+"""Factor beyond a limit from which a wrong unit is more likely than a wrong number."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Quantity:
         return self._checked(number, units.quoted(units.show(number, self.unit), self.unit))
 
     def fault(self, value: Any) -> str:
-        """What is wrong with a value, in a sentence; empty for a good one."""
+        """Fault of a value in a sentence; empty for a good one."""
         try:
             self.check(value)
         except ValueError as error:
@@ -164,6 +164,12 @@ def _plain(value: Any) -> float | None:
 def declared(default: Any, quantity: Quantity) -> Any:
     """A dataclass field with a default and its declaration."""
     return field(default=default, metadata={"quantity": quantity})
+
+
+def number(unit: str, doc: str, default: Any = MISSING, *, example: float | None = None, **limits: float) -> Any:
+    """A dataclass field that is a number: SI unit ('1' for a plain number), sentence, SI default, limits, example."""
+    shown = example if example is not None or default in (MISSING, None, 0) else default
+    return declared(default, Quantity(unit, doc, example=shown, **limits))  # type: ignore[arg-type]
 
 
 def quantity_of(entry: Any) -> Quantity | None:

@@ -19,7 +19,7 @@ DECAYS = 1 - 1e-9
 DAMPED = 1e-9
 """Damping ratio above which an oscillation decays, and below minus which it grows; in between rounding decides."""
 SPLIT_ZERO = 4 * EPS**0.5
-"""Size, over the largest eigenvalue, up to which those may be that rounding makes of a double zero (seen: 1.3e-8)."""
+"""Largest size, over the largest eigenvalue, of the eigenvalues that rounding makes of a double zero (seen: 1.3e-8)."""
 ALIKE = 1e-6
 """Relative difference up to which two numbers from eigenvectors count as equal."""
 

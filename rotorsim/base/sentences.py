@@ -1,10 +1,11 @@
-"""Values in the sentences of errors, names of files in tables, and text of other people on a terminal."""
+"""Values and suggestions in the sentences of errors, names of files in tables, and foreign text on a terminal."""
 
 from __future__ import annotations
 
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ def visible(text: str) -> str:
     return OBEYED.sub(lambda found: ascii(found[0])[1:-1], text)
 
 
-class Shown:
+class VisibleStream:
     """Text stream to a terminal or pipe that writes `visible` text; Rich, whose own escapes are meant, goes round it.
 
     It has no `buffer`: Click would write there what it supposes that the encoding does not take.
@@ -42,7 +43,7 @@ class Shown:
 
 
 def direct(stream: Any) -> Any:
-    """The stream below a `Shown`, for escapes of our own."""
+    """The stream below a `VisibleStream`, for escapes of our own."""
     return getattr(stream, "rich_proxied_file", stream)
 
 
@@ -67,3 +68,15 @@ def told_apart(paths: Sequence[Path]) -> list[str]:
     ends = [[str(Path(*path.parts[-k:])) for k in range(1, most + 1)] for path in paths]
     counts = [Counter(column) for column in zip(*ends, strict=True)]
     return [next((end for end, count in zip(own, counts, strict=True) if count[end] == 1), own[-1]) for own in ends]
+
+
+def closest(name: Any, known: Iterable[str]) -> str:
+    """The known name that is most like this one; empty if none is."""
+    return next(iter(get_close_matches(str(name), sorted(known), n=1)), "")
+
+
+def did_you_mean(name: Any, known: Iterable[str]) -> str:
+    """'did you mean ...?' where a known name is similar, else the known names."""
+    known = list(known)
+    close = closest(name, known)
+    return f"did you mean '{close}'?" if close else f"known are {', '.join(known)}"

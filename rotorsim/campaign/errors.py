@@ -15,3 +15,7 @@ class StoreError(RotorsimError):
 
 class ClusterError(RotorsimError):
     """Raised for workers that cannot be reached, are lost or do not match."""
+
+
+class StorageError(RotorsimError):
+    """Raised for a record that cannot be stored; its case stays pending."""

@@ -1,4 +1,4 @@
-"""Execution of a campaign: pending cases go to the workers, their results into the index."""
+"""Execution of a campaign: pending cases go to the workers, their results into the index; progress and log."""
 
 from __future__ import annotations
 
@@ -15,16 +15,71 @@ from typing import Any
 
 from rotorsim.base.files import write_text
 from rotorsim.base.interrupt import Interrupt
-from rotorsim.base.progress import Update, bar
+from rotorsim.base.progress import BAR, Update, bar
 from rotorsim.base.sentences import visible
+from rotorsim.campaign.cluster import Tls
 from rotorsim.campaign.errors import ClusterError, StoreError
-from rotorsim.campaign.plan.plan import Plan
-from rotorsim.campaign.progress import COLUMNS, FIRST, Rate, show
-from rotorsim.campaign.store.index import DONE, FAILED, PENDING, Index
-from rotorsim.campaign.store.store import Store, clear_parts, make_store, open_store, parts_folder
-from rotorsim.campaign.store.versions import mismatch, versions
-from rotorsim.campaign.workers.cluster import Tls
-from rotorsim.campaign.workers.scheduler import Pump, begun
+from rotorsim.campaign.index import DONE, FAILED, PENDING, Index
+from rotorsim.campaign.plan import Plan
+from rotorsim.campaign.scheduler import Pump, begun
+from rotorsim.campaign.store import Store, clear_parts, make_store, mismatch, open_store, parts_folder, versions
+
+RECENT = 60.0
+"""Time [s] over which the rate is averaged."""
+COMPILING = "the first case compiles its machine, if it is new"
+COLUMNS = (
+    "{task.completed} of {task.total} cases",
+    BAR,
+    "{task.percentage:.0f} %",
+    "{task.fields[rate]}",
+    "{task.fields[left]}",
+    "{task.fields[failed]}",
+)
+FIRST = {"rate": COMPILING, "left": "", "failed": ""}
+
+
+class CaseRate:
+    """Recent rate in cases per second, counted from the first finished case, before which kernels may compile."""
+
+    def __init__(self) -> None:
+        self._marks: list[tuple[float, int]] = []
+
+    def note(self, done: int) -> None:
+        """Count what is done by now."""
+        now = time.monotonic()
+        if done and (len(self._marks) < 2 or now - self._marks[-1][0] >= 0.5):
+            self._marks.append((now, done))
+        while len(self._marks) > 2 and now - self._marks[1][0] > RECENT:
+            self._marks.pop(0)
+
+    @property
+    def value(self) -> float:
+        """Cases per second."""
+        if not self._marks:
+            return 0.0
+        (begin, first), (end, last) = self._marks[0], self._marks[-1]
+        return (last - first) / max(end - begin, 1e-9) if last > first else 0.0
+
+
+def spell(seconds: float) -> str:
+    """Time in readable units."""
+    if seconds < 60:
+        return f"{seconds:.0f} s"
+    minutes, hours = seconds / 60, seconds / 3600
+    return f"{minutes:.0f} min" if minutes < 100 else f"{hours:.1f} h"
+
+
+def show(update: Update | None, done: int, rate: float, left: int, failed: int) -> None:
+    """Show what is done on a bar of COLUMNS."""
+    if update is not None:
+        shown = f"{rate:.3g} cases/s" if rate >= 1 else f"{rate * 60:.3g} cases/min"
+        update(
+            completed=done,
+            rate=shown if rate else "" if done else COMPILING,
+            left=f"{spell(left / rate)} left" if rate else "",
+            failed=f"{failed} failed" if failed else "",
+        )
+
 
 COMMIT = 1.0
 """Time [s] between two writes of the index."""
@@ -33,7 +88,7 @@ LOG_EVERY = 30.0
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CampaignOutcome:
     """Outcome of a campaign run: cases by status, cases run now, time [s], stopping signal or 0.
 
     `busy` [s] is the time from the first case that came back to the last: without start and compilation.
@@ -71,7 +126,7 @@ class Settings:
     physics: str = "rotorsim"
 
 
-def run_campaign(plan: Plan, folder: Path, settings: Settings | None = None) -> Outcome:
+def run_campaign(plan: Plan, folder: Path, settings: Settings | None = None) -> CampaignOutcome:
     """Run the remaining cases of a plan in the store `folder`, which is created if missing.
 
     Raises
@@ -91,10 +146,10 @@ def run_campaign(plan: Plan, folder: Path, settings: Settings | None = None) -> 
     with store.locked(), _logging(folder), _open(store) as index:
         _check_versions(store, chosen.mixed)
         _repair(store, index)
-        return Campaign(store, index, chosen).run()
+        return CampaignRun(store, index, chosen).run()
 
 
-def retry(folder: Path, settings: Settings | None = None) -> Outcome:
+def retry(folder: Path, settings: Settings | None = None) -> CampaignOutcome:
     """Run the failed and the remaining cases of a store.
 
     Examples
@@ -133,7 +188,7 @@ def _repair(store: Store, index: Index) -> None:
         log.info("%d half-written records removed, %d records that were lost are run again", left, len(lost))
 
 
-class Campaign:
+class CampaignRun:
     """Run of all pending cases of a store."""
 
     def __init__(self, store: Store, index: Index, settings: Settings) -> None:
@@ -145,7 +200,7 @@ class Campaign:
         self._mark = " ".join((self._versions["rotorsim"], self._versions["sources"]))
         self._limit = settings.time_limit or store.plan.time_limit
 
-    def run(self) -> Outcome:
+    def run(self) -> CampaignOutcome:
         """Run until nothing is pending or something stops it."""
         begin, numbers = time.monotonic(), self.index.pending()
         log.info("%s: %d of %d cases to run", self.store.plan.name, len(numbers), len(self.store.plan))
@@ -166,7 +221,7 @@ class Campaign:
                     "%s after %.1f s", ", ".join(f"{n} {s}" for s, n in self.counts.items()), time.monotonic() - begin
                 )
         counts, seconds = self.counts, time.monotonic() - begin
-        return Outcome(counts[DONE], counts[FAILED], counts[PENDING], self.ran, seconds, stop.asked, self.busy)
+        return CampaignOutcome(counts[DONE], counts[FAILED], counts[PENDING], self.ran, seconds, stop.asked, self.busy)
 
     def _run(self, numbers: list[int], stop: Interrupt) -> None:
         chosen = self.settings
@@ -183,7 +238,7 @@ class Campaign:
                 workers.free(self._id)
 
     def _loop(self, pump: Pump, waiting: Iterator[int], stop: Interrupt, update: Update | None) -> None:
-        rate, written, logged = Rate(), time.monotonic(), time.monotonic()
+        rate, written, logged = CaseRate(), time.monotonic(), time.monotonic()
         begin, more = 0.0, True
         while (more or len(pump)) and not stop.asked:
             while more and pump.room > 0:
@@ -273,6 +328,3 @@ def _logging(folder: Path) -> Iterator[None]:
     finally:
         log.removeHandler(handler)
         handler.close()
-
-
-__all__ = ["Campaign", "Outcome", "Settings", "retry", "run_campaign"]

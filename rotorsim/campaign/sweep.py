@@ -8,15 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from rotorsim.analysis.cases import REASON
-from rotorsim.analysis.sweeps.axes import Over
-from rotorsim.analysis.sweeps.definition import WHAT, Sweep, make_sweep
-from rotorsim.analysis.sweeps.result import SweepResult, result_of
+from rotorsim.analysis.sweeps.definition import WHAT, Over, SweepDefinition, make_sweep
+from rotorsim.analysis.sweeps.sweep import SweepResult, result_of
 from rotorsim.base.units import show
-from rotorsim.campaign.plan.parse import make_plan
-from rotorsim.campaign.plan.plan import Plan
-from rotorsim.campaign.run import Outcome, Settings, run_campaign
-from rotorsim.campaign.store.index import DONE, PENDING
-from rotorsim.campaign.store.store import open_store
+from rotorsim.campaign.index import DONE, PENDING
+from rotorsim.campaign.plan import Plan
+from rotorsim.campaign.read_plan import make_plan
+from rotorsim.campaign.run import CampaignOutcome, Settings, run_campaign
+from rotorsim.campaign.store import open_store
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
 
@@ -25,12 +24,12 @@ NAME = "machine"
 UNITS = {"speed": "rad/s", "pressure": "Pa", "highest_speed": "rad/s"}
 
 
-def plan_of(sweep: Sweep) -> Plan:
+def plan_of(sweep: SweepDefinition) -> Plan:
     """Plan whose cases are the cells of a sweep."""
     return make_plan("\n".join(_lines(sweep)), machines={NAME: sweep.machine.text})
 
 
-def _lines(sweep: Sweep) -> Iterator[str]:
+def _lines(sweep: SweepDefinition) -> Iterator[str]:
     """The plan's text: an experiment for each analysis, and the axes."""
     yield f'name = "sweep"\nmachine = "{NAME}"\nkeep = []\nsummary = []'
     for kind in sweep.kinds:
@@ -40,13 +39,15 @@ def _lines(sweep: Sweep) -> Iterator[str]:
         yield f"\n[axes.{json.dumps(field.path)}]\nlist = {json.dumps(list(field.values))}"
 
 
-def run_sweep(sweep: Sweep, folder: Path, settings: Settings | None = None) -> tuple[SweepResult, Outcome]:
+def run_sweep(
+    sweep: SweepDefinition, folder: Path, settings: Settings | None = None
+) -> tuple[SweepResult, CampaignOutcome]:
     """Run what is left of a sweep in a campaign's folder; the result holds what is done by now."""
     outcome = run_campaign(plan_of(sweep), folder, settings)
     return collect_sweep(sweep, folder), outcome
 
 
-def collect_sweep(sweep: Sweep, folder: Path) -> SweepResult:
+def collect_sweep(sweep: SweepDefinition, folder: Path) -> SweepResult:
     """Result of a sweep from the rows of its campaign."""
     store = open_store(folder)
     index = store.index()
@@ -61,7 +62,7 @@ def collect_sweep(sweep: Sweep, folder: Path) -> SweepResult:
     return result_of(sweep, rows)
 
 
-def _place(sweep: Sweep, plan: Plan, number: int) -> tuple[int, ...]:
+def _place(sweep: SweepDefinition, plan: Plan, number: int) -> tuple[int, ...]:
     """Place of a case among the axes of its analysis."""
     one = plan.case(number)
     kind = next(kind for kind in sweep.kinds if kind.name == one.experiment)

@@ -1,1 +1,1 @@
-"""Commands of the command line, one module each; `app.py` names them, and each is imported when it runs."""
+"""Commands of the command line: each chapter registers its own, `app` brings the chapters together."""

@@ -1,17 +1,40 @@
-"""Application object with all commands of `rotorsim`: which function of which module runs each."""
+"""Application object with all commands of `rotorsim`, which the chapters of this folder register."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar
+from collections.abc import Callable, Iterable
+from typing import Annotated, Any
 
 import typer
 
 from rotorsim.base.interrupt import interrupted
 from rotorsim.base.version import installed
-from rotorsim.commands.campaign.group import Campaign
-from rotorsim.commands.experiment.group import Experiments
-from rotorsim.commands.lazy_group import LazyGroup
+from rotorsim.commands import (
+    balance,
+    campaign,
+    compare,
+    control,
+    data,
+    experiment,
+    fmu,
+    identification,
+    linear,
+    live,
+    machine,
+    map,
+    report,
+    sweep,
+    warm,
+)
+from rotorsim.commands.diagnosis import diagnose, hide
+from rotorsim.commands.experiment import experiment_function
+from rotorsim.commands.registry import COMMANDS, GROUPS, CommandGroup
 
+CHAPTERS = (
+    balance, campaign, compare, control, data, diagnose, experiment, fmu, hide, identification, linear, live, machine,
+    map, report, sweep, warm,
+)  # fmt: skip
+"""Modules whose import registers the commands."""
 PANELS = {
     "Simulate in time": ("runup", "experiment", "campaign", "live"),
     "Without time simulation": ("map", "sweep", "response", "campbell", "modes"),
@@ -21,34 +44,27 @@ PANELS = {
     "This installation": ("warm",),
 }
 """Commands by the title under which the help lists them."""
+TITLES = {name: title for title, names in PANELS.items() for name in names}
 
 
-class Commands(LazyGroup):
+class Commands(CommandGroup):
     """Top-level command group; Ctrl-C in any command ends with one sentence."""
 
-    places: ClassVar = {
-        "runup": "runup.runup",
-        "map": "map.map.map_command",
-        "sweep": "sweep.sweep",
-        "response": "response.response",
-        "campbell": "response.campbell",
-        "modes": "modes.modes",
-        "live": "live.live",
-        "identify": "identify.identify",
-        "design": "design.design",
-        "verify": "verify.verify",
-        "diagnose": "diagnosis.diagnose.diagnose",
-        "hide": "diagnosis.hide.hide",
-        "balance": "balance.balance",
-        "warm": "warm.warm",
-        "cite": "cite.cite",
-        "compare": "compare.compare",
-    }
-    panels: ClassVar = PANELS
+    def names(self) -> Iterable[str]:
+        """Names of the commands, without the groups below; the run-up is one of the experiments."""
+        return "runup", *COMMANDS[""]
+
+    def function(self, name: str) -> Callable[..., None] | None:
+        """Function of a command, or None."""
+        return experiment_function(name, name) if name == "runup" else super().function(name)
+
+    def panel(self, name: str) -> str | None:
+        """Title under which the help lists a command."""
+        return TITLES[name]
 
     def list_commands(self, ctx: Any) -> list[str]:
-        """Names of all commands, panel by panel."""
-        return [name for names in PANELS.values() for name in names]
+        """Names of all commands, title by title."""
+        return sorted(super().list_commands(ctx), key=list(TITLES).index)
 
     def make_context(self, *arguments: Any, **options: Any) -> Any:
         """Read the command line."""
@@ -65,63 +81,6 @@ class Commands(LazyGroup):
             interrupted()
 
 
-class Machine(LazyGroup):
-    """Write, check, show and calibrate machine files."""
-
-    places: ClassVar = {
-        "new": "machine.machine_file.new",
-        "check": "machine.machine_file.check",
-        "show": "machine.show.show",
-        "effects": "machine.effects.effects",
-        "calibrate": "machine.calibrate.calibrate_command",
-    }
-
-
-class Data(LazyGroup):
-    """Check measured data, map its channels, convert between formats."""
-
-    epilog = "Example: rotorsim data check run.csv"
-    places: ClassVar = {
-        "check": "data.check",
-        "convert": "data.convert",
-        "cut": "data.cut",
-        "mapping": "data.mapping",
-        "resample": "data.resample_command",
-        "vectors": "data.vectors",
-    }
-
-
-class Fmu(LazyGroup):
-    """Export, check and show the plant as a functional mock-up unit."""
-
-    places: ClassVar = {"export": "fmu.export", "system": "fmu.system", "check": "fmu.check", "info": "fmu.info"}
-
-
-class Report(LazyGroup):
-    """Write the page of a stored result again."""
-
-    epilog = "Example: rotorsim report diagnosis diagnosis --units imperial"
-    places: ClassVar = {"diagnosis": "report.diagnosis.diagnosis"}
-
-
-class Study(LazyGroup):
-    """Studies of identification against physics on a virtual rig."""
-
-    epilog = "Example: rotorsim study identification-vs-physics --out study"
-    places: ClassVar = {
-        "identification-vs-physics": "study.identification_vs_physics",
-    }
-
-
-GROUPS: dict[str, type[LazyGroup]] = {
-    "experiment": Experiments,
-    "campaign": Campaign,
-    "machine": Machine,
-    "data": Data,
-    "fmu": Fmu,
-    "report": Report,
-    "study": Study,
-}
 app = typer.Typer(
     cls=Commands,
     name="rotorsim",
@@ -132,13 +91,9 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
-
-
-for _title, _names in PANELS.items():
-    for _name in filter(GROUPS.__contains__, _names):
-        _group = GROUPS[_name]
-        _made = typer.Typer(cls=_group, help=_group.__doc__, epilog=_group.epilog, no_args_is_help=True)
-        app.add_typer(_made, name=_name, rich_help_panel=_title)
+for _name, _kind in GROUPS.items():
+    _group = typer.Typer(cls=_kind, help=_kind.__doc__, epilog=_kind.epilog, no_args_is_help=True)
+    app.add_typer(_group, name=_name, rich_help_panel=TITLES[_name])
 
 
 def _version(asked: bool) -> None:

@@ -8,17 +8,14 @@ from typing import Annotated
 
 import typer
 
-from rotorsim.balance import assess, read_conditions
-from rotorsim.balance.results import result_rows, summary, unbalance_csv
 from rotorsim.base.files import write_json, write_text
-from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import AsJson, GivenMachine, WithReport, a_folder, print_table
-from rotorsim.commands.page_options import PageOptions
+from rotorsim.commands.options import AsJson, GivenMachine, PageOptions, WithReport, a_folder, print_table
+from rotorsim.commands.registry import command
 from rotorsim.commands.results import results
-from rotorsim.machine import load_machine
 
 
-@example(
+@command(
+    "balance",
     "rotorsim balance bently_rk4 docs/rk4/open.csv docs/rk4/unlabelled.csv --mapping docs/rk4/balance.toml",
     "rs.balance.assess('bently_rk4', rs.balance.read_conditions(records, 'balance.toml'))",
 )
@@ -39,7 +36,12 @@ def balance(
     By influence coefficients and by the machine's model, side by side.
     """
     page.check(report)
+    from rotorsim.machine import load_machine
+
     model = load_machine(machine)
+    from rotorsim.balance import assess, read_conditions
+    from rotorsim.balance.results import result_rows, summary, unbalance_csv
+
     found = assess(model, read_conditions(records, mapping), correct)
     names = ["balance.json", "unbalance.csv", *(["report.html"] if report else [])]
     with results(out, "balance", names, force) as folder:

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from identification import Mapping, load_mapping, read
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_json
-from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import AsJson, WithReport, a_folder
-from rotorsim.commands.page_options import PageOptions
+from rotorsim.commands.options import AsJson, PageOptions, WithReport, a_folder
+from rotorsim.commands.registry import command
 from rotorsim.commands.results import results
-from rotorsim.signals.record_blocks import open_record
-from rotorsim.signals.run_comparison import compare_runs
+
+if TYPE_CHECKING:
+    from identification import Mapping
 
 
-@example(
+@command(
+    "compare",
     "rotorsim compare before.nc after.nc measured.csv --mapping rig.toml",
     "rs.signals.compare_runs({'before': before, 'after': after}).peaks()",
 )
@@ -53,6 +53,9 @@ def compare(
     if any(map(_is_analysis, runs)):
         _compare_results(runs, out, force, report, page, as_json)
         return
+    from identification import load_mapping, read
+    from rotorsim.signals.orders import compare_runs
+
     mapped = _mappings(runs, None if mapping is None else load_mapping(mapping))
     opened = {name: read(path, mapped[path]) for name, path in _named(runs).items()}
     found = compare_runs(opened, order)
@@ -83,6 +86,8 @@ def _is_analysis(path: Path) -> bool:
     """Whether a file holds the result of a linear analysis in place of a run."""
     if path.suffix != ".nc" or not path.is_file():
         return False
+    from rotorsim.signals import open_record
+
     found = open_record(path)
     return "kind" in found.attrs and "time" not in found.sizes
 
@@ -92,6 +97,7 @@ def _compare_results(
 ) -> None:
     """Compare results of linear analyses, of one kind."""
     from rotorsim.report.pages.result_comparison import result_rows, write_result_comparison
+    from rotorsim.signals import open_record
 
     opened = {name: open_record(path).load() for name, path in _named(paths).items()}
     rows = result_rows(opened)
@@ -113,7 +119,9 @@ def _compare_results(
 
 
 def _mappings(runs: list[Path], given: Mapping | None) -> dict[Path, Mapping | None]:
-    """By file what holds for it of a mapping: of one for the columns of other files, the conditions of a .nc."""
+    """Mapping of each file; a record .nc takes only the conditions of one that maps columns of other files."""
+    from identification import Mapping
+
     own = [path for path in runs if path.suffix == ".nc"]
     mapped: dict[Path, Mapping | None] = dict.fromkeys(runs, given)
     if given is not None and given.maps_columns and len(own) < len(runs):

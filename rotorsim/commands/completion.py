@@ -10,6 +10,11 @@ from dataclasses import fields
 from importlib.resources import files
 from pathlib import Path
 
+from rotorsim.control import designs as controllers
+
+LAWS = tuple(name for name in dir(controllers) if name not in controllers.IN_PYTHON)
+"""Names of the designs that write a law."""
+
 
 def _matching(names: Iterable[str], incomplete: str) -> list[str]:
     return sorted(name for name in names if name.startswith(incomplete))
@@ -65,6 +70,4 @@ def parameters(incomplete: str) -> list[str]:
 
 def designs(incomplete: str) -> list[str]:
     """Names of controller designs."""
-    from rotorsim.control.catalogue import DESIGNS
-
-    return _matching(DESIGNS, incomplete)
+    return _matching(LAWS, incomplete)

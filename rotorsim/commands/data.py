@@ -18,45 +18,34 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from identification import (
-    Examination,
-    checked,
-    columns,
-    examine,
-    held,
-    load,
-    longest,
-    mapping_template,
-    notes_of,
-    propose,
-    read,
-    resample,
-    save,
-    whole_stretches,
-)
-from identification.errors import SchemaError
-from identification.records.column_names import likely
 from rotorsim.base.constants import TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
-from rotorsim.commands.console import Console
-from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import quantity
+from rotorsim.commands.options import Console, quantity
+from rotorsim.commands.registry import CommandGroup, command, group
 from rotorsim.commands.results import files
-from rotorsim.discrepancy.data.runup_vectors import runup_vectors
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from identification import Examination
 
 UNFIT = 3
 _FILE = typer.Argument(metavar="FILE", help="CSV, .mat, UFF 58, TDMS or a record .nc.")
 Out = Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .nc, .csv or .mat.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace OUT if it is there.")]
 _MAPPING = typer.Option("--mapping", help="TOML file that states which column is which channel.")
-_PEOPLE = {"m": (TO_UM, "um"), "rad/s": (TO_RPM, "rpm"), "Pa": (TO_MPA, "MPa"), "kg/s": (1e3, "g/s")}
+_SHOWN = {"m": (TO_UM, "um"), "rad/s": (TO_RPM, "rpm"), "Pa": (TO_MPA, "MPa"), "kg/s": (1e3, "g/s")}
+"""Factor and name of the unit in which a channel [SI] is printed."""
 
 
-@example(
+@group("data", "Example: rotorsim data check run.csv")
+class Data(CommandGroup):
+    """Check measured data, map its channels, convert between formats."""
+
+
+@command(
+    "data check",
     "rotorsim data check run.csv --mapping rig.toml. Exit code 0 if the data is fit for a use, "
     "2 if it cannot be read, 3 if it can be read but is fit for nothing.",
     "rs.identification.examine(rs.identification.load('run.csv', 'rig.toml'))",
@@ -74,6 +63,8 @@ def check(
     if proposal is not None:
         _propose(file, proposal, force)
         return
+    from identification import examine, load
+
     record = load(file, mapping)
     found = examine(record)
     if as_json:
@@ -84,7 +75,8 @@ def check(
         raise typer.Exit(UNFIT)
 
 
-@example(
+@command(
+    "data convert",
     "rotorsim data convert run.mat run.nc --mapping rig.toml",
     "rs.identification.save(rs.identification.read('run.mat', 'rig.toml'), 'run.nc')",
 )
@@ -95,6 +87,8 @@ def convert(
     force: Force = False,
 ) -> None:
     """Write a file's data as a record of the schema, in SI units; data with faults is refused."""
+    from identification import held, read, save
+
     _not_itself(file, out, "convert")
     with files(out, force=force, another="name"):
         record = held(read(file, mapping), out)
@@ -104,7 +98,8 @@ def convert(
     _say_notes(record)
 
 
-@example(
+@command(
+    "data cut",
     "rotorsim data cut run.csv run.nc --mapping rig.toml, for the longest stretch; --all for every one.",
     "rs.identification.longest(rs.identification.whole_stretches(record, 0.1))",
 )
@@ -117,6 +112,8 @@ def cut(
     force: Force = False,
 ) -> None:
     """Cut gaps and missing values out of a file: write its longest whole stretch, or all of them."""
+    from identification import checked, held, load, longest, notes_of, save, whole_stretches
+
     _not_itself(file, out, "cut")
     least = quantity("shortest", shortest, "s")
     with _faults_of(file):
@@ -132,7 +129,8 @@ def cut(
     _say_notes(chosen[0], but="cut: ")
 
 
-@example(
+@command(
+    "data resample",
     "rotorsim data resample run.mat run.nc --mapping rig.toml --rate '5 kHz'",
     "rs.identification.resample(record, 5000.0)",
 )
@@ -145,6 +143,8 @@ def resample_command(
     force: Force = False,
 ) -> None:
     """Write a file's data as a record at a lower sampling rate, filtered so that nothing folds back."""
+    from identification import held, read, resample, save
+
     _not_itself(file, out, "resample")
     new = quantity("rate", rate, "Hz")
     with files(out, force=force, another="name"):
@@ -155,7 +155,8 @@ def resample_command(
     _say_notes(record)
 
 
-@example(
+@command(
+    "data vectors",
     "rotorsim data vectors runup.csv runup.nc --mapping rig.toml --turns 4, then rotorsim diagnose my.toml runup.nc",
     "rs.discrepancy.runup_vectors(record, turns=4)",
 )
@@ -168,6 +169,9 @@ def vectors(
     force: Force = False,
 ) -> None:
     """Write 1X, 2X, 3X vectors over the speed of a run-up or coast-down that a file has over time."""
+    from identification import read, save
+    from rotorsim.discrepancy import runup_vectors
+
     _not_itself(file, out, "read")
     with files(out, force=force, another="name"):
         with _faults_of(file):
@@ -179,17 +183,22 @@ def vectors(
     _say_notes(table)
 
 
-@example(
+@command(
+    "data mapping",
     "rotorsim data mapping run.csv > rig.toml",
     "rs.identification.mapping_template(rs.identification.columns('run.csv'), 'run.csv')",
 )
 def mapping(file: Annotated[Path, _FILE]) -> None:
     """Print a draft of the mapping for the columns of a file, to be completed."""
+    from identification import columns, mapping_template
+
     typer.echo(mapping_template(columns(file), file.name), nl=False)
 
 
 def _propose(file: Path, out: Path, force: bool) -> None:
     """Write the proposed mapping, and print what is left to do."""
+    from identification import columns, propose
+
     _not_itself(file, out, "check")
     table = columns(file)
     text, incomplete = propose(table, file.name)
@@ -204,6 +213,8 @@ def _propose(file: Path, out: Path, force: bool) -> None:
 @contextmanager
 def _faults_of(file: Path) -> Iterator[None]:
     """Faults of the records of a file as a DataError that begins with its name."""
+    from identification.errors import SchemaError
+
     try:
         yield
     except SchemaError as error:
@@ -217,6 +228,8 @@ def _not_itself(file: Path, out: Path, verb: str) -> None:
 
 def _say_notes(record: xr.Dataset, but: str = "") -> None:
     """Print the notes on a record, but those that begin so."""
+    from identification import notes_of
+
     for text in notes_of(record):
         if not but or not text.startswith(but):
             typer.echo(f"note: {text}")
@@ -243,6 +256,8 @@ def _unused(record: xr.Dataset) -> list[str]:
 
 def _with_likely(column: str) -> str:
     """A column's name, and the channel that was probably meant."""
+    from identification.records.column_names import likely
+
     meant = likely(column)
     return f"{column!r} (did you mean '{meant}'?)" if meant else repr(column)
 
@@ -252,7 +267,7 @@ def _print(file: Path, found: Examination, record: xr.Dataset) -> None:
     console.print(escape(f"{file}: {_summary(found)}"), soft_wrap=True)
     table = Table("channel", "from", "to", "unit", "remarks", box=None, pad_edge=False)
     for channel in found.channels:
-        scale, unit = _PEOPLE.get(channel.units, (1.0, channel.units))
+        scale, unit = _SHOWN.get(channel.units, (1.0, channel.units))
         limits = (f"{scale * value:.6g}" for value in (channel.minimum, channel.maximum))
         table.add_row(*map(escape, (channel.name, *limits, unit, "; ".join(channel.remarks))))
     console.print(table)

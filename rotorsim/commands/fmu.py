@@ -10,15 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fmu.checks.check import check as checks
-from fmu.export import export as write, file_names, versions
-from fmu.info import info as facts
-from fmu.kinds import law_unit, linear_unit, named, plant_unit
-from fmu.ssp import export_system
-from fmu.targets import choose
 from rotorsim.base.errors import DataError
-from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, MachineName, PlantOptions, quantity
+from rotorsim.commands.registry import CommandGroup, command, group
 from rotorsim.commands.results import files
 
 if TYPE_CHECKING:
@@ -32,7 +26,13 @@ Force = Annotated[bool, typer.Option("--force", help="Replace the files if they 
 UnitFile = Annotated[Path, typer.Argument(metavar="FILE", help="A .fmu file.")]
 
 
-@example(
+@group("fmu")
+class Fmu(CommandGroup):
+    """Export, check and show the plant as a functional mock-up unit."""
+
+
+@command(
+    "fmu export",
     "rotorsim fmu export dtu_gas_bearing --fmi 2,3 --targets host --out rotor.fmu",
     "rs.fmu.export(plant, 'rotor.fmu')",
 )
@@ -47,15 +47,20 @@ def export(
     out: Annotated[Path, typer.Option("--out", help="File to write.")] = Path("rotor.fmu"),
     cpu: Annotated[str, typer.Option(help="'portable', or 'native' for this computer's processor alone.")] = "portable",
     speed: Annotated[
-        str | None, typer.Option(help="Speed at which it starts.  [default: 0 rpm; the middle of a model's range]")
+        str | None,
+        typer.Option(help="Speed at which it starts.", show_default="0 rpm; the middle of a model's range"),
     ] = None,
     pressure: Annotated[
         str | None,
-        typer.Option(help="Gauge injection pressure at which it starts.  [default: 0.3 MPa; the middle of the range]"),
+        typer.Option(
+            help="Gauge injection pressure at which it starts.", show_default="0.3 MPa; the middle of a model's range"
+        ),
     ] = None,
     name: Annotated[
         str | None,
-        typer.Option(help="Name of the model and of its libraries.  [default: that of the subject and of its kind]"),
+        typer.Option(
+            help="Name of the model and of its libraries.", show_default="that of the subject and of its kind"
+        ),
     ] = None,
     *,
     settings: PlantOptions,
@@ -69,6 +74,11 @@ def export(
         raise DataError(
             "--grid, --time-step and --set: change the plant, not a law or an identified model; leave them out"
         )
+    plant = settings.plant(machine) if law is None and model == "plant" else None
+    from fmu.binaries import choose
+    from fmu.export import export as write, file_names, versions
+    from fmu.kinds import law_unit, linear_unit, named, plant_unit
+
     chosen, platforms = versions(fmi), choose(targets)
     start = (
         None if speed is None else quantity("speed", speed, "rad/s"),
@@ -77,8 +87,8 @@ def export(
     with files(*file_names(out, chosen).values(), force=force):
         if law is not None:
             unit: PlantUnit | LinearUnit | LawUnit = law_unit(law, *start)
-        elif model == "plant":
-            unit = plant_unit(settings.plant(machine), *start)
+        elif plant is not None:
+            unit = plant_unit(plant, *start)
         else:
             unit = linear_unit(Path(model), *start)
             if unit.extrapolates:
@@ -93,7 +103,8 @@ def export(
         typer.echo(f"{path}: written, {path.stat().st_size / 1000:.0f} kB; try 'rotorsim fmu check {path}'")
 
 
-@example(
+@command(
+    "fmu system",
     "rotorsim fmu system lpv.json dtu_gas_bearing --out loop.ssp",
     "rs.fmu.system('lpv.json', plant, 'loop.ssp')",
 )
@@ -106,7 +117,7 @@ def system(
     cpu: Annotated[str, typer.Option(help="'portable', or 'native'.")] = "portable",
     speed: Annotated[str, typer.Option(help="Speed at which it starts.")] = "0 rpm",
     pressure: Annotated[
-        str | None, typer.Option(help="Gauge injection pressure at which it starts.  [default: 0.3 MPa]")
+        str | None, typer.Option(help="Gauge injection pressure at which it starts.", show_default="0.3 MPa")
     ] = None,
     *,
     settings: PlantOptions,
@@ -114,6 +125,11 @@ def system(
     as_json: AsJson = False,
 ) -> None:
     """Write plant and control law, wired, as one .ssp file."""
+    from fmu.binaries import choose
+    from fmu.export import versions
+    from fmu.kinds import law_unit, plant_unit
+    from fmu.ssp import export_system
+
     if len(versions(fmi)) > 1:
         raise DataError(f"--fmi: '{fmi}': a system has units of one version; choose 2 or 3")
     chosen = versions(fmi)[0]
@@ -128,7 +144,8 @@ def system(
     typer.echo(f"{path}: written, {path.stat().st_size / 1000:.0f} kB")
 
 
-@example(
+@command(
+    "fmu check",
     "rotorsim fmu check rotor.fmu --duration '10 s'",
     "rs.fmu.check('rotor.fmu')",
 )
@@ -139,6 +156,9 @@ def check(
 ) -> None:
     """Hold a unit against the standard and against the plant in Python, which runs the unit's own machine code with
     your rights; exit code 1 if a check fails; times are remarks."""
+    from fmu.check import check as checks
+    from fmu.importer import info as facts
+
     facts(file)
     found, length = [], quantity("duration", duration, "s")
     if not length > 0:
@@ -154,12 +174,15 @@ def check(
         raise typer.Exit(1)
 
 
-@example(
+@command(
+    "fmu info",
     "rotorsim fmu info rotor.fmu",
     "rs.fmu.info('rotor.fmu')",
 )
 def info(file: UnitFile, as_json: AsJson = False) -> None:
     """Show what a unit is."""
+    from fmu.importer import info as facts
+
     found = facts(file)
     if as_json:
         typer.echo(json.dumps(found, indent=2))

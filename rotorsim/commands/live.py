@@ -3,29 +3,26 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.interrupt import done, finishing
-from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import MachineName, PlantOptions, note_compiling
-from rotorsim.live.page.scene import Scene, load_scene
-from rotorsim.live.replay import Replay
-from rotorsim.live.rig.effects import equip
-from rotorsim.live.rig.laws import read_laws
-from rotorsim.live.server.server import complaint, run_desk, serve
-from rotorsim.live.serving import make_desk
-from rotorsim.machine import load_machine
-from rotorsim.plant import Plant
+from rotorsim.commands.registry import command
 from rotorsim.report.export.browser import has_browser
+
+if TYPE_CHECKING:
+    from rotorsim.live.rig.desk import Scene
+    from rotorsim.live.rig.records import Replay
 
 UNVISITED = 60.0
 """Seconds after which a page that only complains is taken away if nobody came."""
 
 
-@example(
+@command(
+    "live",
     "rotorsim live dtu_gas_bearing --law my_law.json",
     "rs.live.serve_rig('dtu_gas_bearing')",
 )
@@ -56,13 +53,23 @@ def live(
 
     own = scene is None and replay is None and Path(machine).is_file()
     if own and browser and has_browser():  # who reads the page may not see the terminal
+        from rotorsim.machine import load_machine
+
         try:
             load_machine(machine)
         except MachineFileError as error:
+            from rotorsim.live.server.server import complaint, serve
+
             typer.echo(str(error), err=True)
             serve(complaint(machine, error.problems), port, _print_refused, browser, False, patience=UNVISITED)
             raise typer.Exit(2) from error
     plant = settings.plant(name)
+    from rotorsim.live.rig.laws import read_laws
+    from rotorsim.live.rig.settings import equip
+    from rotorsim.live.server.server import run_desk
+    from rotorsim.live.serving import make_desk
+    from rotorsim.plant import Plant
+
     laws = read_laws(law or [], plant.machine)
     note_compiling(Plant(equip(plant.machine)).assembly, "settle", "run")
     values = scene.values if scene else None  # of this machine, whatever --set changed of it
@@ -85,8 +92,16 @@ def _print_address(address: str, wanted: int, taken: int, keep_open: bool) -> No
 
 
 def _scene(name: str) -> Scene | None:
-    return load_scene(Path(name)) if name.endswith(".json") else None
+    if not name.endswith(".json"):
+        return None
+    from rotorsim.live.rig.desk import load_scene
+
+    return load_scene(Path(name))
 
 
 def _replay(name: str) -> Replay | None:
-    return Replay(Path(name)) if name.endswith(".nc") else None
+    if not name.endswith(".nc"):
+        return None
+    from rotorsim.live.rig.records import Replay
+
+    return Replay(Path(name))

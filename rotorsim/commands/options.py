@@ -1,33 +1,47 @@
-"""Shared options of the commands that run a machine: values with units, output folders, messages."""
+"""Options that several commands share: machine, grid, folder, page; values with units, messages, printed tables."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import wraps
+from glob import escape
 from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from rich import console
+from rich.errors import MarkupError
 from rich.table import Table
+from rich.text import Text
 
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.files import WriteError
+from rotorsim.base.sentences import visible
 from rotorsim.base.units import Suggest, parse
 from rotorsim.commands.completion import machines
-from rotorsim.commands.console import Console
-from rotorsim.experiments import Outcome
-from rotorsim.experiments.recording import FEWEST
-from rotorsim.machine import Machine, load_machine
-from rotorsim.machine.usual import ask, ask_machine
-from rotorsim.plant import Plant
-from rotorsim.plant.assemble import Assembly
+from rotorsim.commands.results import refuse_replacing
+from rotorsim.report.export.browser import open_page
+from rotorsim.report.export.display_units import check_units, use_units
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from rotorsim.experiments import Outcome
+    from rotorsim.machine import Machine
+    from rotorsim.plant import Plant
+    from rotorsim.plant.assemble import Assembly
+
+
+def a_folder(path: Path | None) -> Path | None:
+    """Callback of --out: folder path; raises DataError for a file."""
+    if path is not None and path.exists() and not path.is_dir():
+        raise DataError(f"--out: {path} is a file; name a folder")
+    return path
+
 
 MachineName = Annotated[
     str, typer.Argument(metavar="[MACHINE]", help="Shipped machine or machine file.", autocompletion=machines)
@@ -38,6 +52,11 @@ GivenMachine = Annotated[
 Force = Annotated[bool, typer.Option("--force", help="Replace a run that is in the folder.")]
 WithReport = Annotated[bool, typer.Option("--report/--no-report", help="Write the HTML report.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
+StudyFolder = Annotated[
+    Path,
+    typer.Option("--out", callback=a_folder, help="Folder of records, results and report; a study there is resumed."),
+]
+Jobs = Annotated[int, typer.Option("--jobs", min=1, help="Processes.")]
 
 ANGULAR = ("rpm", "rad", "deg", "turn", "rev")
 """Units of speeds, which are no frequencies: converted through radians, 60 rpm would be 6.28 Hz."""
@@ -78,8 +97,71 @@ class PlantOptions(GridOptions):
         yield from super().settings()
 
 
+@dataclass(frozen=True)
+class PageOptions:
+    """Options about the page that a command writes: units, figures as files, display in the browser."""
+
+    units: Annotated[str, typer.Option(help="Units of the page: metric or imperial.")] = "metric"
+    figures: Annotated[str | None, typer.Option(help="Every figure of the page as a file too: png, svg or csv.")] = None
+    open_page: Annotated[bool, typer.Option("--open", help="Open the page in the default browser.")] = False
+
+    def check(self, report: bool = True) -> None:
+        """Before anything is computed: raise DataError for figures that cannot be made, or where no page is written."""
+        for option, given in (("figures", self.figures is not None), ("open", self.open_page)):
+            if given and not report:
+                raise DataError(f"--{option}: no page is written; leave --no-report out, or add --report")
+        check_units(self.units)
+        use_units("metric")
+        if self.figures is not None:
+            from rotorsim.report.export.figure_files import check_kind
+
+            check_kind(self.figures)
+
+    def begin(self, page: Path, force: bool | None = False) -> None:
+        """In the locked folder: refuse figures that would replace files; with `force` remove those of the older page.
+
+        `force` is None for a command without that option. From here on pages are made in the units that are asked for.
+        Raises DataError.
+        """
+        use_units(self.units)
+        if self.figures is None:
+            return
+        from rotorsim.report.export.figure_files import figure_paths
+
+        refuse_replacing(sorted(page.parent.glob(f"{escape(page.stem)}_*.{self.figures}")), force)
+        if page.is_file():
+            with suppress(DataError):  # a page without figures
+                for path in figure_paths(page, self.figures):
+                    path.unlink(missing_ok=True)
+
+    def finish(self, page: str | Path) -> dict[str, str]:
+        """Write the figures of a complete page and open it; pages after it are metric again.
+
+        Returns the pattern of the paths of figures for the summary.
+
+        What fails here is a sentence on stderr: the page is complete.
+        """
+        files: dict[str, str] = {}
+        page = Path(page)
+        use_units("metric")
+        if self.figures is not None:
+            from rotorsim.report.export.figure_files import save_figures
+
+            try:
+                save_figures(page, self.figures)
+                files["figures"] = str(page.with_name(f"{page.stem}_*.{self.figures}"))
+            except DataError as error:
+                print(f"--figures: {error}", file=sys.stderr)
+        if self.open_page and not open_page(page):
+            print(f"--open: there is no browser with a display here; the page is {page.resolve()}", file=sys.stderr)
+        return files
+
+
 def plant_of(machine: str | Machine, *changes: str) -> Plant:
-    """Plant of a machine, machine name or path, with changes PATH=VALUE."""
+    """Plant of a machine, machine name or path, with changes PATH=VALUE; raises MachineFileError."""
+    from rotorsim.machine import load_machine
+    from rotorsim.machine.plausibility import ask_machine
+
     loaded = load_machine(machine) if isinstance(machine, str) else machine
     for change in changes:
         path, equals, value = change.partition("=")
@@ -89,6 +171,8 @@ def plant_of(machine: str | Machine, *changes: str) -> Plant:
             )
         loaded = loaded.replace(path.strip(), _value(value.strip()))
     ask_machine(loaded)
+    from rotorsim.plant import Plant  # only now: it loads the compiler of the kernels
+
     return Plant(loaded)
 
 
@@ -107,6 +191,8 @@ def quantity(option: str, text: str, unit: str, suggest: Suggest | None = None) 
 
     A frequency [Hz] may also be written as a speed. `suggest` makes the examples of messages.
     """
+    from rotorsim.machine.plausibility import ask
+
     try:
         if unit == "Hz" and any(word in text for word in ANGULAR):
             return float(f"{parse(text, 'rad/s') / (2 * pi):.12g}")
@@ -115,13 +201,6 @@ def quantity(option: str, text: str, unit: str, suggest: Suggest | None = None) 
         raise MachineFileError(f"--{option}: {error}") from error
     ask(option, value, unit, text, "--")
     return value
-
-
-def a_folder(path: Path | None) -> Path | None:
-    """Callback of --out: folder path; raises DataError for a file."""
-    if path is not None and path.exists() and not path.is_dir():
-        raise DataError(f"--out: {path} is a file; name a folder")
-    return path
 
 
 def note_compiling(assembly: Assembly, *kernels: str) -> None:
@@ -145,6 +224,8 @@ def reporting_kept_samples(record: Path) -> Iterator[None]:
 
 def leave_if_empty(outcome: Outcome, record: Path) -> None:
     """Exit with one sentence if nothing was simulated or a full disk ended the record."""
+    from rotorsim.experiments.recording import FEWEST
+
     ended, samples = outcome.ended, outcome.samples
     if outcome.error is not None:
         leave_if_cut(outcome, record)
@@ -188,6 +269,23 @@ def warn_of(found: xr.Dataset) -> list[str]:
     for sentence in sentences:
         print(f"warning: {sentence}", file=sys.stderr)
     return sentences
+
+
+class Console(console.Console):
+    """Rich's console without highlighting of numbers, for text that may hold anything.
+
+    Text of other people is shown as it is, neither obeyed by the terminal nor taken for markup.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**{"highlight": False} | options)
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        """A text, with its markup if it is one."""
+        try:
+            return super().render_str(visible(text), **options)
+        except MarkupError:
+            return super().render_str(visible(text), **options | {"markup": False})
 
 
 def print_table(rows: list[tuple[str, str]], files: dict[str, str]) -> None:

@@ -15,10 +15,9 @@ from os.path import lexists
 from pathlib import Path
 from typing import Any
 
+from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange import json_text as json
-from rotorsim.base.file_set import finish_sets
-from rotorsim.base.files import GROWING, left_behind, make_folder, sweep, write_error, write_json
+from rotorsim.base.files import GROWING, finish_sets, left_behind, make_folder, sweep, write_error, write_json
 from rotorsim.base.lock import BusyError, Lock, about_us, sweep_locks
 
 CAMPAIGN = "store.json"

@@ -6,27 +6,34 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.table import Table
 
-from rotorsim.analysis.sweeps.definition import WHAT, make_sweep
-from rotorsim.analysis.sweeps.result import NETCDF, TABLE, SweepResult
-from rotorsim.campaign.run import Outcome
-from rotorsim.campaign.store.store import MANIFEST
-from rotorsim.campaign.sweep import plan_of, run_sweep
-from rotorsim.commands.campaign.commands import RunOptions
-from rotorsim.commands.console import Console
-from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import GivenMachine, GridOptions, WithReport, a_folder, note_compiling, quantity
-from rotorsim.commands.page_options import PageOptions
+from rotorsim.commands.campaign import RunOptions
+from rotorsim.commands.options import (
+    Console,
+    GivenMachine,
+    GridOptions,
+    PageOptions,
+    WithReport,
+    a_folder,
+    note_compiling,
+    quantity,
+)
+from rotorsim.commands.registry import command
 from rotorsim.commands.results import results
+
+if TYPE_CHECKING:
+    from rotorsim.analysis import SweepResult
+    from rotorsim.campaign.run import CampaignOutcome
 
 REPORT, CAMPAIGN = "report.html", "campaign"
 
 
-@example(
+@command(
+    "sweep",
     "rotorsim sweep dtu_gas_bearing --over 'bearings.1.clearance=20 um:30 um:5' --over 'pressure=0.3 MPa:0.7 MPa:5' "
     "--what lift_off,onset,flow --out my_sweep",
     "rs.analysis.sweep(machine, {'bearings.1.clearance': '20 um:30 um:5'}, ('lift_off', 'onset', 'flow'))",
@@ -39,7 +46,7 @@ def sweep(
     ] = None,
     what: Annotated[
         str, typer.Option(help="Quantities: lift_off, onset, load, flow, damping, frequency, peak.")
-    ] = ",".join(WHAT),
+    ] = "lift_off,onset,flow",
     speed: Annotated[str, typer.Option(help="Shaft speed, where it is not an axis.")] = "0 rpm",
     pressure: Annotated[str, typer.Option(help="Gauge supply pressure, where it is not an axis.")] = "0.5 MPa",
     highest_speed: Annotated[
@@ -59,7 +66,13 @@ def sweep(
     Lift-off, whirl onset, load, flow, damping and response at every point.
     """
     page.check(report)
-    chosen, plant = run.settings(), settings.plant(machine)
+    plant = settings.plant(machine)
+    from rotorsim.analysis.sweeps.definition import make_sweep
+    from rotorsim.analysis.sweeps.sweep import NETCDF, TABLE
+    from rotorsim.campaign.store import MANIFEST
+    from rotorsim.campaign.sweep import plan_of, run_sweep
+
+    chosen = run.settings()
     point = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
     top = None if highest_speed is None else quantity("highest-speed", highest_speed, "rad/s")
     defined = make_sweep(plant, over or (), what, *point, top)
@@ -80,7 +93,7 @@ def sweep(
     _print(found, outcome, files, run.as_json)
 
 
-def _print(found: SweepResult, outcome: Outcome, files: dict[str, str], as_json: bool) -> None:
+def _print(found: SweepResult, outcome: CampaignOutcome, files: dict[str, str], as_json: bool) -> None:
     """Print best points, reasons and files; exit with 130 or 143 where it was stopped."""
     if as_json:
         typer.echo(json.dumps(found.numbers() | {"seconds": outcome.seconds, "files": files}, indent=2))

@@ -9,13 +9,12 @@ from typing import Annotated
 import typer
 
 from rotorsim.commands.completion import machines as shipped_or_files
-from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, PlantOptions
-from rotorsim.machine import shipped_machines
-from rotorsim.plant.compilation import compile_kernels
+from rotorsim.commands.registry import command
 
 
-@example(
+@command(
+    "warm",
     "rotorsim warm dtu_gas_bearing --grid 64x16",
     "rs.compile_kernels(plant)",
 )
@@ -33,7 +32,11 @@ def warm(
     as_json: AsJson = False,
 ) -> None:
     """Compile machines now, so that their first run starts at once."""
+    from rotorsim.machine import shipped_machines
+
     plants = {name: settings.plant(name) for name in machines or shipped_machines()}
+    from rotorsim.plant import compile_kernels
+
     took = {}
     for name, plant in plants.items():
         note = plant.assembly.compile_note("settle", "run")

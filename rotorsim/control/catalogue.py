@@ -9,34 +9,25 @@ from typing import Any
 
 from rotorsim.base.progress import Report, silent
 from rotorsim.base.quantity import quantity_of
-from rotorsim.base.sentences import quote
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.sentences import did_you_mean, quote
 from rotorsim.base.units import show
 from rotorsim.control import designs
-from rotorsim.control.designs.plants import Model, frozen, outside, point_text, range_text
-from rotorsim.control.designs.specification import explained
+from rotorsim.control.designs.specification import DESIGNS, explained
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
+from rotorsim.control.plants import Model, frozen, outside, point_text, range_text
 
-DESIGNS = {
-    "p": "decentralised proportional control (thesis C)",
-    "lead": "decentralised P-lead, softening or hardening (D)",
-    "placement": "pole placement with a Luenberger observer (A)",
-    "lqr": "linear quadratic regulator on a Kalman filter",
-    "hinf": "H-infinity mixed sensitivity at one operating point (B, E, F)",
-    "lpv": "LPV synthesis over speed and pressure (E)",
-    "h2_scheduled": "gain-scheduled H2 with notch and integral action (G)",
-    "youla": "Youla-scheduled H2 for one operating point (G)",
-}
-"""Controller designs by name, each in a few words."""
-IN_PYTHON = "is made in Python alone, with no law file: rs.control.mpc.design(rs.load_model('model.json'))"
-"""What a design is that has no table to save."""
+for _name in dir(designs):
+    getattr(designs, _name)  # which registers it
+for _name in sorted(DESIGNS):
+    DESIGNS[_name] = DESIGNS.pop(_name)
 
 
 def module_of(name: str) -> Any:
     """Module of a design; raises DesignError for an unknown name."""
-    if name == "mpc":
-        raise DesignError(f"design: 'mpc' {IN_PYTHON}")
+    if name in designs.IN_PYTHON:
+        call = f"rs.control.{name}.design(rs.load_model('model.json'))"
+        raise DesignError(f"design: '{name}' is made in Python alone, with no law file: {call}")
     if name not in DESIGNS:
         raise DesignError(f"design: '{name}' is not known; {did_you_mean(name, DESIGNS)}")
     return getattr(designs, name)
@@ -157,3 +148,6 @@ def _value(entry: Field[Any], text: str) -> Any:
     if len(parts) != len(entry.default) and "..." not in kind:
         raise ValueError(f"{quote(text)} is not {len(entry.default)} values; write them with commas between")
     return tuple(quantity.parse(part) for part in parts)
+
+
+__all__ = ["DESIGNS", "design", "field_rows", "make_spec", "module_of"]

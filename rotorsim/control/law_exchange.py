@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.base import json_text as json
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange import json_text as json
 from rotorsim.base.exchange.control_systems import (
     DISC,
     REFERENCES,
@@ -22,8 +22,8 @@ from rotorsim.base.exchange.control_systems import (
 )
 from rotorsim.base.exchange.mat import cells, check_rest, in_si, number, read_mat, texts
 from rotorsim.control.errors import LawError
-from rotorsim.control.numerics.systems import System, tustin
 from rotorsim.control.plausibility import Plausibility
+from rotorsim.control.systems import System, tustin
 
 MATRICES = ("A", "B", "C", "D", "W")
 DEFAULTS = {"average": 0.2, "fade": 0.05}

@@ -10,19 +10,18 @@ import numpy as np
 
 from identification import LinearModel
 from rotorsim.base.constants import KRPM, MPA, RIG_SAMPLE
-from rotorsim.control.designs.plants import MICRO, MILLI, Model
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import LIMIT, Law
 from rotorsim.control.law_exchange import DEFAULTS
-from rotorsim.control.numerics.systems import System, tustin
-from rotorsim.control.plausibility_of_model import plausibility_of
-from rotorsim.control.riccati import sampled_riccati
+from rotorsim.control.plants import MICRO, MILLI, Model
+from rotorsim.control.plausibility import plausibility_of
+from rotorsim.control.systems import System, sampled_riccati, tustin
 
 
 def discrete(system: System, Ts: float = RIG_SAMPLE) -> System:
     """Tustin's controller of one in um, V and ms, for Ts [s]; raises DesignError if it is too fast for Ts."""
     fastest = float(np.abs(np.linalg.eigvals(system.A)).max(initial=0.0)) * MILLI
-    check_period(Ts)
+    check_sampling_time(Ts)
     if fastest > 10 / Ts:
         raise DesignError(
             f"Ts = {Ts * 1e3:g} ms: the controller's fastest pole, {fastest:.3g} rad/s, exceeds 10/Ts = {10 / Ts:.3g}; "
@@ -31,7 +30,7 @@ def discrete(system: System, Ts: float = RIG_SAMPLE) -> System:
     return tustin(system, Ts * MILLI)
 
 
-def check_period(Ts: float) -> None:
+def check_sampling_time(Ts: float) -> None:
     """Raise DesignError if Ts [s] is not a sampling time."""
     if not 0 < Ts < 1:
         raise DesignError(f"Ts = {Ts} s: is not a sampling time; give e.g. {RIG_SAMPLE:g}")

@@ -8,16 +8,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.cache import Cache
-from rotorsim.discrepancy.data.intake import make_trials, open_records, record_notes
-from rotorsim.discrepancy.data.run_ups import is_table, with_tables
+from rotorsim.discrepancy.data.changes import known_changes
+from rotorsim.discrepancy.data.intake import check_plane, check_ring, make_trials, open_records, record_notes
 from rotorsim.discrepancy.data.spectra import Trial
-from rotorsim.discrepancy.data.sweeps import Sweep, rate_notes
-from rotorsim.discrepancy.diagnosis import Progress, Workshop, work_on
+from rotorsim.discrepancy.data.sweeps import RunupTrial, is_table, make_sweeps, rate_notes, with_tables
+from rotorsim.discrepancy.diagnosis import diagnose_trials
 from rotorsim.discrepancy.outcome.result import Diagnosis
 from rotorsim.discrepancy.plan.allowed import check_allowed
 from rotorsim.discrepancy.residuals.comparison import THREADS
 from rotorsim.discrepancy.residuals.floor import TOLERANCE
-from rotorsim.discrepancy.runup_diagnosis import vector_trials
+from rotorsim.discrepancy.twin.compiled_models import CompiledModels, Progress
 from rotorsim.machine import Machine, load_machine
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def diagnose(
     seed: int = 0,
     tolerance: float = TOLERANCE,
     mapping: Any = None,
-    workshop: Workshop | None = None,
+    models: CompiledModels | None = None,
     threads: int = THREADS,
     progress: Progress = lambda stage: None,
     resume: str | Path | None = None,
@@ -62,8 +62,8 @@ def diagnose(
     resume : folder
         Where to keep what was computed, so that an interrupted diagnosis resumes; yours to delete once it is done.
     plan_next : names, optional
-        Rank the experiments that may come next: what may differ from the records, of `plan.allowed.ALLOWED`; all that
-        the machine can do for an empty one. `Diagnosis.planned` has them.
+        Rank the experiments that may come next. The names, of `plan.allowed.ALLOWED`, may differ from the records;
+        all that the machine can do for an empty one. `Diagnosis.planned` has them.
 
     Returns
     -------
@@ -88,8 +88,8 @@ def diagnose(
     stated = held_out is None and untouched is None
     trials = [t for role, part in parts.items() for t in trials_of(machine, part, None if stated else role)]
     if any(not t.orders for t in trials):
-        trials = [replace(t, alone=False) if isinstance(t, Sweep) else t for t in trials]
-    found = work_on(machine, trials, effects, tolerance, progress, workshop, threads, cache, allow)
+        trials = [replace(t, alone=False) if isinstance(t, RunupTrial) else t for t in trials]
+    found = diagnose_trials(machine, trials, effects, tolerance, progress, models, threads, cache, allow)
     every = [one for part in parts.values() for one in part]
     tables = [(name, record) for name, record in every if is_table(record)]
     return replace(found, notes=(*record_notes(every), *rate_notes(tables), *found.notes))
@@ -100,3 +100,17 @@ def trials_of(machine: Machine, opened: Sequence[tuple[str, xr.Dataset]], role: 
     tables = [(name, record) for name, record in opened if is_table(record)]
     others = [(name, record) for name, record in opened if not is_table(record)]
     return [*make_trials(machine, others, role), *vector_trials(machine, tables, role)]
+
+
+def vector_trials(machine: Machine, opened: Sequence[tuple[str, xr.Dataset]], role: str | None = None) -> list[Trial]:
+    """Trials of tables of vectors; of six rows one is held out and one untouched, where no role is stated for all."""
+    for name, vectors in opened:
+        check_plane(machine, vectors.attrs.get("disc_position"), name)
+    found = [
+        replace(sweep, changes=known_changes(machine, vectors.attrs.get("changes"), name))
+        for name, vectors in opened
+        for sweep in make_sweeps(vectors, name, machine.film is not None, role or str(vectors.attrs.get("role", "")))
+    ]
+    for sweep in found:
+        check_ring(machine, sweep)
+    return list(found)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,42 +12,48 @@ from rotorsim.base.cache import Cache
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.changes import notes_on_changes
 from rotorsim.discrepancy.data.intake import data_hash, limits
-from rotorsim.discrepancy.data.plausibility import UNLIKE, check_after, unexplained
 from rotorsim.discrepancy.data.spectra import Trial
-from rotorsim.discrepancy.data.unit_checks import check_before
-from rotorsim.discrepancy.fit.calibrate import MOST_REPEATS, null_vectors, recalibrate, relinearised, strained
-from rotorsim.discrepancy.fit.least_squares import Fit, fit as refit
-from rotorsim.discrepancy.fit.parameters import FitParameter
-from rotorsim.discrepancy.fit.uncertainty import covariance, finished
+from rotorsim.discrepancy.explanation import SURE, Explanation
+from rotorsim.discrepancy.fit import (
+    MOST_REPEATS,
+    ParameterFit,
+    covariance,
+    finished,
+    fit_parameters,
+    null_vectors,
+    recalibrate,
+    relinearised,
+    strained,
+)
 from rotorsim.discrepancy.linear_algebra import NoAnswerError
-from rotorsim.discrepancy.odds.explanation import SURE, Explanation
-from rotorsim.discrepancy.odds.odds import odds
-from rotorsim.discrepancy.odds.priors import prior_sizes
-from rotorsim.discrepancy.odds.thresholds import by_odds, joined_classes
-from rotorsim.discrepancy.outcome.estimates import calibration_of, evidence_of, found_of, null_sentence
-from rotorsim.discrepancy.outcome.findings import CLOCK, Found
-from rotorsim.discrepancy.outcome.gap import gap_dataset, gap_of
-from rotorsim.discrepancy.outcome.missed_bands import missed_bands
-from rotorsim.discrepancy.outcome.report_spectra import spectra_of
-from rotorsim.discrepancy.outcome.result import NO_ACCURACY, Diagnosis, Planner
-from rotorsim.discrepancy.plan.plan import Plan, plan_next, rivals_of
-from rotorsim.discrepancy.residuals.comparison import THREADS, Comparison, Point
+from rotorsim.discrepancy.odds import by_odds, explanation_odds, joined_classes
+from rotorsim.discrepancy.outcome.gap import gap_dataset, gap_of, missed_bands, spectra_of
+from rotorsim.discrepancy.outcome.machine_file import CLOCK, IdentifiedEffect
+from rotorsim.discrepancy.outcome.result import (
+    NO_ACCURACY,
+    Diagnosis,
+    Planner,
+    calibration_of,
+    evidence_of,
+    found_of,
+    null_sentence,
+)
+from rotorsim.discrepancy.residuals.comparison import THREADS, SensitivityColumns, TwinComparison
 from rotorsim.discrepancy.residuals.equivalent_force import equivalent_force
 from rotorsim.discrepancy.residuals.floor import unknown_sources
-from rotorsim.discrepancy.residuals.localise import Flag, excess, flagged, table
-from rotorsim.discrepancy.residuals.unsteady import GROUP as UNSTEADY, unsteady
-from rotorsim.discrepancy.search.candidates import Form, candidates
-from rotorsim.discrepancy.search.search import CLEAR, Hypothesis, Search
-from rotorsim.discrepancy.search.untouched import objection, untouched_gone
-from rotorsim.discrepancy.search.verdict import Verdict, judge
-from rotorsim.discrepancy.twin.alternative_injection import other_law
-from rotorsim.discrepancy.twin.sensitivity_cache import Sensitivities
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.residuals.misfit import UNSTEADY, Misfit, excess, flagged, table, unsteady
+from rotorsim.discrepancy.residuals.plausibility import UNLIKE, check_after, check_before, unexplained
+from rotorsim.discrepancy.search.candidates import Form, candidates, prior_sizes
+from rotorsim.discrepancy.search.hypotheses import CLEAR, EffectSearch, Hypothesis
+from rotorsim.discrepancy.search.verdict import SearchVerdict, judge, objection, untouched_gone
+from rotorsim.discrepancy.twin.compiled_models import GRID, STEP, CompiledModels, Progress
+from rotorsim.discrepancy.twin.parameters import ParameterPoint
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import Machine
-from rotorsim.plant.compose import is_compiled
 
-GRID, STEP = (32, 8), 2e-4
-FINE_GRID, FINE_STEP = (32, 16), 1e-4
+if TYPE_CHECKING:
+    from rotorsim.discrepancy.plan.ranking import ExperimentPlan
+
 SOLVER_LEFT = 0.5
 """Share of what the solver's error moves a number by that is taken to remain in it: the proof is one refinement."""
 UNSETTLED = 5.0
@@ -55,71 +61,46 @@ UNSETTLED = 5.0
 SWEEP_REPEATS = 10
 """Most repeats of the re-calibration to a run-up's vectors."""
 FAINT = "no group of lines is beyond the floor by itself; the effect shows in all together (chi-square falls by {:.0f})"
+"""Note on an effect that no single group shows."""
 NOT_SETTLED = (
     "with {} at work a finer grid and step and a longer run move the response by {:.0f} floors more than without: the "
     "solver does not settle the motion, and what is left may be that and not another effect"
 )
+"""Note on a motion that the solver does not settle."""
 COMMON_DELAY = "the clock of each record is calibrated: a delay of the displacement sensors is a part of it"
+"""Note on records whose clocks are calibrated."""
 STRAINED = (
     "re-calibration ends where it is not believed ({}): what is missing leads it astray, or the machine is another one"
 )
+"""Note on a calibration beyond its limits or priors."""
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
-Progress = Callable[[str], None]
+"""Note on a search without finite numbers."""
 
 
-@dataclass(frozen=True)
-class Workshop:
-    """Compiled twins of a machine: the coarse one for the fit and the fine one for its discretisation error.
-
-    Examples
-    --------
-    >>> import rotorsim as rs
-    >>> workshop = rs.discrepancy.Workshop.of(machine)  # doctest: +SKIP
-    >>> found = [rs.diagnose(machine, [file], workshop=workshop) for file in ("1.nc", "2.nc")]  # doctest: +SKIP
-    """
-
-    twin: Twin
-    fine: Twin | None
-    law: tuple[Twin, Mapping[FitParameter, float]] | None = None
-    """The twin with the injectors' other law, and the changes that match its flow."""
-
-    @classmethod
-    def of(
-        cls, machine: Machine, effects: Iterable[str] | None = None, progress: Progress = lambda _: None
-    ) -> Workshop:
-        """Twins of a machine with all effects of the catalogue, or these, as candidates."""
-        only = None if effects is None else tuple(sorted(set(effects)))
-        fine_grid = GRID if machine.film is None else FINE_GRID
-        twin = Twin(machine, GRID, STEP, only=only)
-        if not is_compiled(twin.assembly.module):
-            progress("compile")
-        return cls(twin, Twin(machine, fine_grid, FINE_STEP, only=only), other_law(twin))
-
-
-def work_on(
+def diagnose_trials(
     machine: Machine, trials: Sequence[Trial], effects: Iterable[str] | None, tolerance: float, progress: Progress,
-    workshop: Workshop | None = None, threads: int = THREADS, cache: Cache | None = None,
+    models: CompiledModels | None = None, threads: int = THREADS, cache: Cache | None = None,
     allow: tuple[str, ...] | None = None,
 ) -> Diagnosis:  # fmt: skip
-    """Diagnosis of prepared trials; with the next experiment among those that `allow` names."""
+    """Diagnosis of prepared trials, with the next experiment among those that `allow` names."""
     by_role = {role: [t for t in trials if t.role == role] for role in ("fit", "held_out", "untouched")}
     if not by_role["fit"]:
         raise DataError("diagnose: no records to fit; give some, or set the attribute role")
-    forms = candidates(Twin(machine, GRID, STEP) if workshop is None else workshop.twin, effects)
+    forms = candidates(Twin(machine, GRID, STEP) if models is None else models.twin, effects)
     forms, left_out = for_probes(forms, trials)
-    workshop = workshop or Workshop.of(machine, None if effects is None else {f.effect for f in forms}, progress)
-    parts = {role: Comparison(workshop.twin, own, threads, cache=cache) for role, own in by_role.items() if own}
-    found = Work(machine, workshop, parts, forms, trials, tolerance, progress, allow).run()
+    models = models or CompiledModels.of(machine, None if effects is None else {f.effect for f in forms}, progress)
+    parts = {role: TwinComparison(models.twin, own, threads, cache=cache) for role, own in by_role.items() if own}
+    found = DiagnosisRun(machine, models, parts, forms, trials, tolerance, progress, allow).run()
     return replace(found, notes=(*found.notes, *left_out))
 
 
 def _model(best: Hypothesis | None) -> str:
-    """What the last stage of the gap is of, as text."""
+    """Name of the model behind the last stage of the gap."""
     return f"the model with {' and '.join(best.keys)}" if best is not None else "the re-calibrated model"
 
 
 def for_probes(forms: tuple[Form, ...], trials: Sequence[Trial]) -> tuple[tuple[Form, ...], list[str]]:
-    """The forms that are known for the trials' probes, and a sentence on the others."""
+    """Forms that can be candidates with the trials' probes, and a sentence on the others."""
     others = sorted({f.key for f in forms if f.axes_only})
     if not others or not any(t.off_axes for t in trials):
         return forms, []
@@ -131,12 +112,12 @@ def for_probes(forms: tuple[Form, ...], trials: Sequence[Trial]) -> tuple[tuple[
 
 
 @dataclass(eq=False)
-class Work:
-    """Diagnosis in progress."""
+class DiagnosisRun:
+    """Run of a diagnosis: locate the misfit, calibrate, search, judge, report."""
 
     machine: Machine
-    workshop: Workshop
-    parts: dict[str, Comparison]
+    models: CompiledModels
+    parts: dict[str, TwinComparison]
     forms: tuple[Form, ...]
     trials: Sequence[Trial]
     tolerance: float
@@ -144,17 +125,17 @@ class Work:
     allow: tuple[str, ...] | None = None
 
     @property
-    def fitted(self) -> Comparison:
-        """The records to fit."""
+    def fitted(self) -> TwinComparison:
+        """Comparison of the records to fit."""
         return self.parts["fit"]
 
     def run(self) -> Diagnosis:
-        """All steps."""
+        """All steps of the diagnosis in order."""
         self.progress("check")
-        check_before(self.fitted, self.fitted.predict(Point()))
+        check_before(self.fitted, self.fitted.predict(ParameterPoint()))
         self.progress("calibrate")
-        workshop = self.workshop
-        base = recalibrate(self.fitted, workshop.fine, self.tolerance, lambda: self.progress("calibrate"), workshop.law)
+        models = self.models
+        base = recalibrate(self.fitted, models.fine, self.tolerance, lambda: self.progress("calibrate"), models.law)
         sweeps = any(t.orders for t in self.fitted.trials)
         notes = limits(self.fitted.trials, self.machine.film is not None)
         notes += self._scatter_note() + notes_on_changes({t.name: t.changes for t in self.trials})
@@ -176,11 +157,11 @@ class Work:
         for role in ("held_out", "untouched"):
             if role in self.parts:
                 self.progress("prove")
-                self.parts[role].set_floor(base.point, workshop.fine, self.tolerance, *(workshop.law or ()))
+                self.parts[role].set_floor(base.point, models.fine, self.tolerance, *(models.law or ()))
         try:
             verdict, search = self._name(base, flags, apart)
         except NoAnswerError:
-            verdict, search = Verdict("unknown"), None
+            verdict, search = SearchVerdict("unknown"), None
             notes.append(NO_ANSWER)
         judged = self._odds(base, flags, verdict, search)
         if search is not None:
@@ -197,7 +178,7 @@ class Work:
             verdict = replace(verdict, status="unknown", best=None, rivals=())
         return self._result(base, flags, verdict, search, judged, notes)
 
-    def _confirmed(self, base: Fit, verdict: Verdict) -> tuple[Verdict, list[str]]:
+    def _confirmed(self, base: ParameterFit, verdict: SearchVerdict) -> tuple[SearchVerdict, list[str]]:
         """The verdict, refused where untouched records do not bear it out, with the sentence of the refusal."""
         untouched, best = self.parts.get("untouched"), verdict.best
         if untouched is None or best is None:
@@ -212,24 +193,26 @@ class Work:
         source = " and ".join(unknown_sources(self.fitted.trials))
         return [f"no repeats and no periods: the floor comes from {source}"]
 
-    def _unsteady(self, base: Fit) -> list[Flag]:
+    def _unsteady(self, base: ParameterFit) -> list[Misfit]:
         """Non-periodic response in the records to fit."""
         assert self.fitted.scatter is not None
         return unsteady(self.fitted.trials, self.fitted.apart(base.point), self.fitted.scatter[0])
 
-    def _name(self, base: Fit, flags: list[Flag], apart: list[Flag]) -> tuple[Verdict, Search | None]:
+    def _name(
+        self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit]
+    ) -> tuple[SearchVerdict, EffectSearch | None]:
         """The verdict; where no group is flagged an effect may still show in all of them, or in what is calibrated."""
         search = self._search(base, flags, apart)
-        quiet = Verdict("unknown" if apart else "no_disagreement")
+        quiet = SearchVerdict("unknown" if apart else "no_disagreement")
         if len(flags) == len(apart) and (apart or (search.promise() < CLEAR and not strained(base))):
             return quiet, search
         verdict = judge(search)
         return (verdict if flags or verdict.status in ("named", "tie") else quiet), search
 
-    def _search(self, base: Fit, flags: list[Flag], apart: list[Flag]) -> Search:
+    def _search(self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit]) -> EffectSearch:
         raw: dict[str, np.ndarray] = {}
         usable: list[Form] = []
-        origin, store = Point(), Sensitivities(self.fitted)
+        origin, store = ParameterPoint(), SensitivityColumns(self.fitted)
         for form in self.forms:
             self.progress("screen")
             own = store.columns(origin.holding(form.fixed), form.parameters, lambda: self.progress("screen"))
@@ -239,7 +222,7 @@ class Work:
         nominal = replace(base, J=store.columns(origin, base.parameters) / self.fitted.sigma[:, None])
         held = self.parts.get("held_out")
         held_excess = 0.0 if held is None else excess(table(held, held.residual(base.point)))
-        found = Search(self.fitted, held, base, tuple(usable), raw, sum(f.excess for f in flags),
+        found = EffectSearch(self.fitted, held, base, tuple(usable), raw, sum(f.excess for f in flags),
                        held_excess, lambda: self.progress("name"), nominal=nominal,
                        unsteady=sum(f.excess for f in apart))  # fmt: skip
         if strained(base):
@@ -249,7 +232,7 @@ class Work:
         return found
 
     def _result(
-        self, base: Fit, flags: list[Flag], verdict: Verdict, search: Search | None,
+        self, base: ParameterFit, flags: list[Misfit], verdict: SearchVerdict, search: EffectSearch | None,
         judged: tuple[Explanation, ...], notes: list[str],
     ) -> Diagnosis:  # fmt: skip
         self.progress("show")
@@ -263,7 +246,7 @@ class Work:
         if verdict.status in ("unknown", "partial"):
             left = flagged(table(self.fitted, final.residual)) + [f for f in flags if f.group == UNSTEADY]
             unknown = equivalent_force(self.fitted, final.point, final.residual, left or flags)
-        stages: list[Point | None] = [Point(), base.point, None if best is None else best.fit.point]
+        stages: list[ParameterPoint | None] = [ParameterPoint(), base.point, None if best is None else best.fit.point]
         gap = gap_dataset({role: (part, gap_of(part, stages)) for role, part in self.parts.items()})
         shown = {role: spectra_of(part, stages) for role, part in self.parts.items()}
         planner = self._planner(base, verdict, search, judged)
@@ -293,23 +276,26 @@ class Work:
         )
 
     def _odds(
-        self, base: Fit, flags: list[Flag], verdict: Verdict, search: Search | None
+        self, base: ParameterFit, flags: list[Misfit], verdict: SearchVerdict, search: EffectSearch | None
     ) -> tuple[Explanation, ...]:  # fmt: skip
         """Probabilities of the explanations; none where their evidence has no number."""
-        tried = [*verdict.tried, *verdict.rivals, *([verdict.best] if verdict.best else [])]
+        excess_of_unsteady = sum(f.excess for f in flags if f.group == UNSTEADY)
         try:
-            return odds(self.fitted, base, search, tried, sum(f.excess for f in flags if f.group == UNSTEADY))
+            return explanation_odds(self.fitted, base, search, verdict.fitted, excess_of_unsteady)
         except NoAnswerError:
             return ()
 
     def _planner(
-        self, base: Fit, verdict: Verdict, search: Search | None, judged: tuple[Explanation, ...]
+        self, base: ParameterFit, verdict: SearchVerdict, search: EffectSearch | None, judged: tuple[Explanation, ...]
     ) -> Planner:  # fmt: skip
-        """What plans the next experiment, by what may change, the longest experiment [min] and what is settled."""
+        """Planner of the next experiment, by allowed changes, longest experiment [min] and probability that settles."""
 
-        def planned(allow: Iterable[str], longest: float, sure: float) -> Plan:
-            tried = [*verdict.tried, *verdict.rivals, *([verdict.best] if verdict.best else [])]
-            fits = {h.keys: h.fit for h in sorted(tried, key=lambda h: -h.fit.cost) if not h.failed} | {(): base}
+        def planned(allow: Iterable[str], longest: float, sure: float) -> ExperimentPlan:
+            from rotorsim.discrepancy.plan.ranking import plan_next, rivals_of  # experiments load when they are planned
+
+            fits = {h.keys: h.fit for h in sorted(verdict.fitted, key=lambda h: -h.fit.cost) if not h.failed} | {
+                (): base
+            }
             others = [e for e in rivals_of(judged) if len(e.effects) == 1 and e.effects not in fits]
             if search is not None and others:
                 fits |= search.tangents(e.effects[0] for e in others if e.shown)
@@ -318,46 +304,46 @@ class Work:
 
         return planned
 
-    def _clocks(self, point: Point) -> dict[str, tuple[float, float]]:
+    def _clocks(self, point: ParameterPoint) -> dict[str, tuple[float, float]]:
         """Clock offset [s] and standard deviation of every record that states how far its clock may be off."""
         parts = [part.clock_offsets(point) for part in self.parts.values()]
         return {f"{CLOCK}{name}": value for part in parts for name, value in part.items()}
 
-    def _found(self, verdict: Verdict, proven: Fit, V: np.ndarray) -> tuple[Found, ...]:
+    def _found(self, verdict: SearchVerdict, proven: ParameterFit, V: np.ndarray) -> tuple[IdentifiedEffect, ...]:
         if verdict.best is None or verdict.status == "unknown":
             return ()
         best = verdict.best
         classes = dict(zip(best.keys, verdict.classes, strict=False))
-        return tuple(found_of(self.workshop.twin, f, proven, V, classes.get(f.key, (f.key,))) for f in best.forms)
+        return tuple(found_of(self.models.twin, f, proven, V, classes.get(f.key, (f.key,))) for f in best.forms)
 
-    def _unsettled(self, comparison: Comparison, best: Hypothesis | None) -> list[str]:
-        """The note on a motion that the solver does not settle with the named effects at work."""
+    def _unsettled(self, comparison: TwinComparison, best: Hypothesis | None) -> list[str]:
+        """Note on a motion that the solver does not settle with the named effects at work."""
         moved = self._moved_by_solver(comparison)
         return [] if best is None or moved <= UNSETTLED else [NOT_SETTLED.format(" and ".join(best.keys), moved)]
 
-    def _moved_by_solver(self, comparison: Comparison) -> float:
+    def _moved_by_solver(self, comparison: TwinComparison) -> float:
         """Solver's error with the effects at work beyond that without them, in floors: root mean square."""
         moved = (comparison.correction - self.fitted.correction) / self.fitted.sigma
         return float(np.sqrt(np.mean(moved**2)))
 
-    def _measured(self, fit: Fit, comparison: Comparison, proven: Fit) -> tuple[Fit, np.ndarray]:
-        """The fit whose numbers are reported, as it is `proven`, and their covariance (k, k)."""
+    def _measured(
+        self, fit: ParameterFit, comparison: TwinComparison, proven: ParameterFit
+    ) -> tuple[ParameterFit, np.ndarray]:
+        """Fit whose numbers are reported, converged from `proven`, and their covariance (k, k)."""
         moved = SOLVER_LEFT * (proven.vector - fit.vector)
         done = finished(comparison, proven, lambda: self.progress("show"))
         return done, covariance(done, comparison.layout.record) + np.outer(moved, moved)
 
-    def _proven(self, fit: Fit) -> tuple[Comparison, Fit]:
-        """The fit with the solver's error as it is with the effect at work, and the comparison it is of."""
-        fine = self.workshop.fine
+    def _proven(self, fit: ParameterFit) -> tuple[TwinComparison, ParameterFit]:
+        """Comparison with the solver's error as it is with the effect at work, and the fit to it."""
+        fine = self.models.fine
         if fine is None:
             return self.fitted, fit
         comparison = self.fitted.proven(fit.point, fine)
-        return comparison, refit(comparison, fit.point, fit.parameters, fit.J, progress=lambda: self.progress("show"))
+        again = fit_parameters(comparison, fit.point, fit.parameters, fit.J, progress=lambda: self.progress("show"))
+        return comparison, again
 
 
 def _row_of(h: Hypothesis) -> dict[str, Any]:
-    """What is stored of a hypothesis that was tried."""
+    """Row of a hypothesis that was tried, for the stored result."""
     return {"effects": list(h.keys), "gone": h.gone, "cost": h.fit.cost, "held_out": h.held_out, "failed": h.failed}
-
-
-__all__ = ["Workshop", "work_on"]

@@ -14,21 +14,19 @@ from typing import Any
 import numpy as np
 
 from identification import make_record
-from rotorsim.discrepancy.blind_test.design import campaign
-from rotorsim.discrepancy.data.intake import make_trials, open_records
-from rotorsim.discrepancy.data.spectra import Trial, make_trial
-from rotorsim.discrepancy.diagnosis import GRID, STEP
-from rotorsim.discrepancy.fit.calibration import calibration
-from rotorsim.discrepancy.fit.least_squares import Fit, singular_directions
-from rotorsim.discrepancy.residuals.comparison import Comparison, Point
-from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.search.indistinguishable import class_of, resembles
-from rotorsim.discrepancy.search.projection import screen
-from rotorsim.discrepancy.twin.sensitivity_cache import Sensitivities, columns
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.data.intake import make_trial, make_trials, open_records
+from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.fit import ParameterFit, singular_directions
+from rotorsim.discrepancy.plan.experiments import campaign
+from rotorsim.discrepancy.residuals.comparison import SensitivityColumns, TwinComparison, columns
+from rotorsim.discrepancy.search.candidates import candidates, class_of, resembles, screen
+from rotorsim.discrepancy.twin.compiled_models import GRID, STEP
+from rotorsim.discrepancy.twin.parameters import ParameterPoint, calibration
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import Machine, load_machine
 
 ALIAS = 0.95
+"""Cosine of two signatures above which their effects are aliases."""
 NOISE = 5e-9
 """Floor [m] of a line where no record gives one."""
 
@@ -57,7 +55,7 @@ class AliasMatrix:
         return out
 
     def as_dict(self) -> dict[str, Any]:
-        """As plain lists."""
+        """Plain lists of names, cosines, shares and classes, for JSON."""
         return {
             "names": list(self.names), "likeness": self.likeness.round(4).tolist(),
             "survives": self.survives.round(5).tolist(), "detectable_steps": self.detectable.tolist(),
@@ -98,13 +96,13 @@ def alias_matrix(
     trials = standard_trials(machine)
     if records is not None:
         trials = [t for t in make_trials(machine, open_records(records, mapping), None) if t.role == "fit"]
-    comparison = Comparison(Twin(machine, GRID, STEP), trials)
+    comparison = TwinComparison(Twin(machine, GRID, STEP), trials)
     comparison.sigma = np.full_like(comparison.measured, NOISE)
     parameters = calibration(comparison.twin, len(trials))
-    start = Point()
+    start = ParameterPoint()
     J = columns(comparison, start, parameters, lambda: progress("calibrate")) / NOISE
-    base = Fit(parameters, start, np.zeros(len(J)), J, 0.0)
-    forms, S, store = [], [], Sensitivities(comparison)
+    base = ParameterFit(parameters, start, np.zeros(len(J)), J, 0.0)
+    forms, S, store = [], [], SensitivityColumns(comparison)
     for form in candidates(comparison.twin):
         progress("screen")
         own = store.columns(start.holding(form.fixed), form.parameters)

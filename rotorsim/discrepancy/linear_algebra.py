@@ -19,7 +19,7 @@ class NoAnswerError(RotorsimError):
 
 
 def answer(function: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
-    """What a function of linear algebra returns; raises NoAnswerError where it fails or is not finite."""
+    """Result of a function of linear algebra; raises NoAnswerError where it fails or is not finite."""
     try:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             found = function(*arguments, **options)

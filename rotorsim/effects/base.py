@@ -108,7 +108,7 @@ class Effect:
     braking: ClassVar[Callable[..., Any] | None] = None
     """Kernel of the port `motion` for the torque of its force about the shaft's axis."""
     place: ClassVar[str]
-    """Where it acts when `position` is not given: 'disc' (the first), 'film', 'bearing' (the first linear one) or
+    """Place where it acts when `position` is not given: 'disc' (the first), 'film', 'bearing' (the first linear one) or
     'start' (the left shaft end). Where it is not given: 'film' for the ports of the gas film, else 'disc'."""
     influence: ClassVar[str] = "node"
     steady: ClassVar[bool] = False
@@ -125,7 +125,7 @@ class Effect:
     ends_chain: ClassVar[bool] = False
     """Whether it comes after all others of its port."""
     memory: ClassVar[str] = "long"
-    """How long its states remember, if it has any: 'short' (the beginning of a record), 'mean' (longer, unless the
+    """Memory of its states, if it has any: 'short' (the beginning of a record), 'mean' (longer, unless the
     excitation has no mean) or 'long'."""
     role: ClassVar[str] = "candidate"
     """Role in a diagnosis: one of `diagnosis.ROLES`."""
@@ -143,9 +143,6 @@ class Effect:
     """Parameter that is the size of a random error, if it has one."""
     places: ClassVar[int] = 1
     """Number of places in which a diagnosis needs it at once."""
-    in_benchmark: ClassVar[bool] = True
-    """Whether the benchmark of diagnoses hides it: not where an excitation without mean cannot show it, its shape is
-    not varied by a draw, or the gauge at the injectors shows it."""
 
     @property
     def symmetric(self) -> bool:

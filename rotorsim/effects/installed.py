@@ -6,9 +6,8 @@ Whoever installs a package chose to run it; nothing that a machine file or a rec
 import warnings
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
-from multiprocessing import parent_process
 
-from rotorsim.base.errors import LeftOut
+from rotorsim.base.errors import PackageLeftOut
 from rotorsim.effects.base import REGISTRY, Effect
 
 LEFT_OUT: dict[str, str] = {}
@@ -41,10 +40,8 @@ def load_installed(point: EntryPoint) -> None:
         text = str(error).partition(" (")[0] if isinstance(error, ImportError) else str(error)  # without the file
         reason = f"{type(error).__name__}: {text}".splitlines()[0]
         LEFT_OUT[point.name] = f"its package {package} could not be loaded ({reason}); update or uninstall it"
-        if parent_process() is None:  # once, not again in every worker
-            warnings.warn(
-                f"effect '{point.name}' of the package {package} is left out ({reason}); "
-                "update or uninstall the package",
-                LeftOut,
-                stacklevel=2,
-            )
+        warnings.warn(
+            f"effect '{point.name}' of the package {package} is left out ({reason}); update or uninstall the package",
+            PackageLeftOut,
+            stacklevel=2,
+        )

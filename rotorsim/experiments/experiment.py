@@ -1,14 +1,17 @@
-"""Base of experiments: start point, duration and the inputs of any block of samples.
+"""Base of experiments: start point, duration and the inputs of any block of samples; registry of all experiments.
 
 An experiment is a frozen dataclass. It knows no plant, draws from its `sequence` alone and computes any stretch of its
 rows without the ones before, so that hours take no more memory than seconds and the size of the blocks changes nothing.
+Its class carries all that follows from the experiment elsewhere: the example of its command, the figures of its page,
+the numbers of its summary and their rows in a table. `as_function` makes a function of it, `rotorsim experiment` a
+command.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 import numpy as np
 
@@ -17,8 +20,13 @@ from rotorsim.base.errors import DataError
 from rotorsim.experiments.parameters import attributes, check_parameters, param
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from rotorsim.machine import Machine
 
+Kind = TypeVar("Kind", bound="type[Experiment]")
+EXPERIMENTS: dict[str, type[Experiment]] = {}
+"""Every experiment by its name."""
 LONGEST = 1e6
 """Longest run [s]."""
 REFERENCE_LIMIT = 5.0
@@ -49,6 +57,16 @@ class Experiment(ABC):
     name: ClassVar[str]
     drives_reference: ClassVar[bool] = False
     """Whether it needs actuators."""
+    swept: ClassVar[bool] = False
+    """Whether it sweeps the speed, so that its summary has resonances over the speed."""
+    example: ClassVar[str] = ""
+    """Options of the example in the help of its command."""
+    python: ClassVar[str] = ""
+    """Call in Python that does the same as `example`, where the values of the options do not make it."""
+    figures: ClassVar[tuple[str, ...]] = ()
+    """Sections of its page, by their names in `rotorsim.report`; a section that cannot be made states the reason."""
+    page: ClassVar[str] = ""
+    """Name of the page that its command writes; NAME.html where it is empty."""
     Ts: float = field(default=RIG_SAMPLE, kw_only=True, repr=False)
     """Sampling time [s]."""
 
@@ -88,13 +106,23 @@ class Experiment(ABC):
         """Samples to keep of a stretch with these true speeds (n,) [rad/s] if the experiment ends in it."""
         return None
 
+    @classmethod
+    def findings(cls, record: xr.Dataset) -> dict[str, Any]:
+        """Numbers of a record that this experiment is made for, ready for JSON, beside those that all have."""
+        return {}
+
+    @classmethod
+    def table(cls, summary: dict[str, Any]) -> list[tuple[str, str]]:
+        """Rows of the findings in a printed table: label and value with unit."""
+        return []
+
     def attrs(self) -> dict[str, Any]:
         """Name and parameters for a record's attributes, SI."""
         return {"experiment": self.name, **attributes(self)}
 
 
 @dataclass(frozen=True)
-class AtPoint(Experiment):
+class PointExperiment(Experiment):
     """An experiment at constant speed and supply pressure."""
 
     speed: float = param("rad/s", "Shaft speed.", 0.0, low=0)
@@ -109,6 +137,17 @@ class AtPoint(Experiment):
         rows = np.zeros((count, 6))
         rows[:, 0], rows[:, 1] = self.speed, self.pressure
         return rows
+
+
+def register(kind: Kind) -> Kind:
+    """Decorator of a dataclass: list the experiment under its name."""
+    EXPERIMENTS[kind.name] = kind
+    return kind
+
+
+def pair(values: list[float], unit: str) -> str:
+    """Text of two numbers with their unit."""
+    return f"{values[0]:.3g}, {values[1]:.3g} {unit}"
 
 
 def generator(sequence: int, *key: int) -> np.random.Generator:

@@ -6,20 +6,35 @@ from collections.abc import Callable
 from dataclasses import Field
 from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, cast, overload
 
 from rotorsim.base.quantity import Quantity
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.sentences import did_you_mean
 from rotorsim.experiments.experiment import Experiment
 from rotorsim.experiments.parameters import parameters
-from rotorsim.experiments.running import run
-from rotorsim.plant.plant import as_plant
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from rotorsim.machine import Machine
     from rotorsim.plant.plant import Plant
+
+P = ParamSpec("P")
+
+
+class ExperimentFunction(Protocol[P]):
+    """Function that runs an experiment, as type checkers and editors see it: with the parameters of the dataclass."""
+
+    __name__: str
+
+    @overload
+    def __call__(self, plant: Plant | Machine | str | Path, *values: P.args, **named: P.kwargs) -> xr.Dataset: ...
+
+    @overload
+    def __call__(
+        self, plant: Plant | Machine | str | Path, *values: Any, seed: int = 0, progress: bool = False, **named: Any
+    ) -> xr.Dataset: ...
+
 
 MACHINE = Parameter("plant", Parameter.POSITIONAL_OR_KEYWORD, annotation="Plant | Machine | str | Path")
 """First parameter of every function."""
@@ -56,10 +71,16 @@ Examples
 """Documentation of a function."""
 
 
-def as_function(kind: type[Experiment]) -> Callable[..., xr.Dataset]:
+def as_function(kind: Callable[P, Experiment]) -> ExperimentFunction[P]:
     """The function that runs an experiment in memory; signature and documentation are those of the dataclass."""
+    return cast(ExperimentFunction[P], _function(cast(type[Experiment], kind)))
 
+
+def _function(kind: type[Experiment]) -> Callable[..., xr.Dataset]:
     def function(plant: Plant | Machine | str | Path, *values: Any, **named: Any) -> xr.Dataset:
+        from rotorsim.experiments.running import run  # the dataclasses serve commands' help too, without a plant
+        from rotorsim.plant.plant import as_plant
+
         for name in named.keys() - signed.parameters.keys():
             raise TypeError(f"{kind.name}() has no parameter '{name}'; {did_you_mean(name, signed.parameters)}")
         given = signed.bind(plant, *values, **named).arguments

@@ -10,10 +10,9 @@ import numpy as np
 from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import LimitError
 from rotorsim.experiments.recording import FEWEST
-from rotorsim.machine.bearings.linear import TableBearing
-from rotorsim.machine.passed_limits import at_speed, first_passed, limits_of
+from rotorsim.machine.running_limits import at_speed, first_passed, limits_of
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.columns import COLUMNS, HEAT_COLUMNS
+from rotorsim.plant.kernels.columns import COLUMNS, HEAT_COLUMNS
 from rotorsim.plant.simulation import Simulation
 from rotorsim.plant.validity import beyond, choked_share
 
@@ -86,7 +85,7 @@ def extremes(speeds: np.ndarray, more: np.ndarray) -> np.ndarray:
 
 def beyond_attrs(a: Assembly, speeds: np.ndarray, pressures: np.ndarray | float) -> dict[str, Any]:
     """Attribute about the range that a run with these speeds [rad/s] and gauge pressures [Pa] exceeds, if it does."""
-    tabled = any(isinstance(bearing, TableBearing) for bearing in a.machine.bearings)
+    tabled = any(bearing.speeds.size for bearing in a.machine.bearings)
     if not speeds.size or (not a.films and not tabled and a.machine.checked is None):
         return {}
     slowest, fastest = extremes(np.zeros(0), speeds)

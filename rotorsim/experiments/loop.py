@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from rotorsim.plant.simulation import Simulation
 
 
-class Loop:
+class FeedbackLoop:
     """The running loop: what the controller saw in a sample acts in the next one, added to the external reference."""
 
     def __init__(self, controller: Controller, Ts: float) -> None:

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import Quantity, check_fields, declared, quantity_of
-from rotorsim.machine.rim_speed import ask_rim_speed
-from rotorsim.machine.usual import ask
 
 if TYPE_CHECKING:
     from rotorsim.machine.schema import Machine
@@ -43,22 +41,20 @@ def check_parameters(experiment: Any) -> None:
 
     Warns Unusual of one far from all that is done.
     """
+    from rotorsim.machine.plausibility import ask  # which reads the catalogue of effects: help of commands does without
+
     for name, sentence in check_fields(experiment):
         raise DataError(f"{name}: {sentence}")
     for entry, known in parameters(experiment):
         value = getattr(experiment, entry.name)
-        if value is not None:
-            ask_of(entry.name, value, known)
-
-
-def ask_of(name: str, value: Any, known: Quantity) -> None:
-    """Question an unusual number."""
-    if not isinstance(value, str):
-        ask(name, value, known.unit)
+        if value is not None and not isinstance(value, str):
+            ask(entry.name, value, known.unit)
 
 
 def ask_speeds(machine: Machine, experiment: Any) -> None:
     """Question the speeds of an experiment at which the machine's rim would be too fast."""
+    from rotorsim.machine.running_limits import ask_rim_speed
+
     for entry, known in parameters(experiment):
         if known.unit == "rad/s" and getattr(experiment, entry.name) is not None:
             ask_rim_speed(machine, getattr(experiment, entry.name), entry.name)

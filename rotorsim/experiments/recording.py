@@ -1,15 +1,17 @@
 """Streaming of a run into a netCDF-4 file with constant memory; interrupted records stay valid.
 
 The file grows under a temporary name in the same folder and is moved to its own when it is closed, complete or
-interrupted. Every `COMMIT` samples its state becomes one that survives a full disk and a kill. A disk that takes no
-more ends the record: `write` raises WriteError, and what was written until then is kept.
+interrupted. It is flushed every second: a kill costs what was recorded since, and the record where it hits the few
+milliseconds of a flush. The space for the next samples is reserved before they are written: a disk that takes no more
+ends the record, `write` raises WriteError, and what was written until then is kept.
 """
 
 from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Callable, Iterator, Sequence
+import time as clock
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
@@ -32,13 +34,16 @@ from rotorsim.base.files import (
     temporary,
     write_error,
 )
-from rotorsim.base.hdf5 import CommittedFile
-from rotorsim.base.hdf5_check import trust_hdf5
+from rotorsim.base.hdf5 import DiskFile, trust_hdf5
 
 CHUNK = 1000
-"""Samples that are stored together, and the steps in which the last ones are fitted onto a full disk."""
-COMMIT = 5000
-"""Samples from one state that survives to the next."""
+"""Samples that are stored together."""
+BLOCK = 5 * CHUNK
+"""Samples that are written at once."""
+FLUSH = 1.0
+"""Time [s] between two flushes of the file."""
+STRUCTURE = 6000
+"""Space [byte] that is reserved for a variable's part of the file's own tables."""
 FEWEST = 2
 """Samples of the shortest record that the schema takes."""
 REMOVED = "cannot be written: it was removed while it was written; leave its folder alone until the run has ended"
@@ -89,35 +94,28 @@ class Recording:
         self, path: Path, attrs: dict[str, Any], probes: dict[str, Any] | None = None, bearings: Sequence[str] = ()
     ) -> None:
         self.path, self._probes, self._bearings = path, probes or {}, tuple(bearings)
-        self.samples = self._kept = 0
+        self.samples = 0
         self.stopped: WriteError | None = None
-        self._new: list[Values] = []
+        self._flushed = clock.monotonic()
         self._own_folder = not path.parent.exists()
         make_folder(path.parent)
         self._target = followed(path)
         self._temporary = temporary(self._target, GROWING)
         try:
             check_target(self._target)
-            self._disk = CommittedFile(self._temporary)
+            self._disk = DiskFile(self._temporary)
         except OSError as error:
             self._remove_own_folder()
             raise write_error(path, error) from error
-        self._open("w")
-        self._begin(attrs)
         try:
-            self._commit()
+            self._disk.reserve(10 * STRUCTURE)
         except OSError as error:
-            self._close_file()
             self._remove()
             raise write_error(path, error) from error
-
-    def _open(self, mode: str) -> None:
-        self._hdf5 = h5py.File(self._disk, mode, track_order=True)
-        self._file = h5netcdf.File(self._hdf5, mode)
-
-    def _close_file(self) -> None:
-        self._file.close()
-        self._hdf5.close()
+        self._hdf5 = h5py.File(self._disk, "w", track_order=True, rdcc_nbytes=0)
+        self._file = h5netcdf.File(self._hdf5, "w")
+        self._begin(attrs)
+        self._hdf5.flush()
 
     def _begin(self, attrs: dict[str, Any]) -> None:
         self._file.dimensions = {"time": None, "axis": len(AXES), "snapshot": None}
@@ -157,11 +155,44 @@ class Recording:
         """Append samples: variables of the schema, each (n,) or (n, dim); raises WriteError where the disk ends."""
         if self.stopped is not None:
             raise self.stopped
-        for piece in _pieces({"time": time, **values}, self.samples, COMMIT):
+        self._write({"time": time, **values}, BLOCK)
+        if self._disk.is_removed:
+            self.stopped = WriteError(errno.ENOENT, REMOVED, str(self.path))
+            raise self.stopped
+
+    def _write(self, values: Values, step: int) -> None:
+        """Append samples in pieces, and those that a full disk does not take as a block in the smallest ones."""
+        row = sum(value[:1].nbytes for value in values.values())
+        for piece in _pieces(values, self.samples, step):
+            chunks = -(-(self.samples % CHUNK + len(piece["time"])) // CHUNK)
+            try:
+                self._reserve(row * chunks * CHUNK, len(piece))
+            except OSError as error:
+                if step == CHUNK:
+                    raise self._stop(error) from error
+                self._write(piece, CHUNK)
+                continue
             self._append(piece)
-            self._new.append(piece)
-            if self.samples % COMMIT == 0 or self._disk.error is not None:
-                self._save()
+            if clock.monotonic() - self._flushed > FLUSH:
+                self._flush()
+
+    def _reserve(self, size: int, variables: int) -> None:
+        """Take the space [byte] for new values of some variables from the disk; raises OSError if there is none."""
+        self._disk.reserve(size + (variables + 4) * STRUCTURE)
+
+    def _flush(self) -> None:
+        self._hdf5.flush()
+        try:
+            self._disk.to_disk()
+        except OSError as error:
+            raise self._stop(error) from error
+        self._flushed = clock.monotonic()
+
+    def _stop(self, error: OSError) -> WriteError:
+        """End the record: the space for its mark is reserved already."""
+        self.stopped = write_error(self.path, error)
+        self._file.attrs["ended"] = self.stopped.reason
+        return self.stopped
 
     def _append(self, values: Values) -> None:
         end = self.samples + len(values["time"])
@@ -186,50 +217,14 @@ class Recording:
         if "probe" in known.dims:
             variable.attrs["coordinates"] = " ".join(PROBE_COORDINATES)
 
-    def _save(self) -> None:
-        """Commit; raises WriteError where the disk ends."""
-        try:
-            self._commit()
-        except OSError as error:
-            self._stop(error)
-            raise self.stopped from error  # type: ignore[misc]
-        if self._disk.is_removed:
-            self.stopped = WriteError(errno.ENOENT, REMOVED, str(self.path))
-            raise self.stopped
-
-    def _commit(self) -> None:
-        self._hdf5.flush()
-        self._disk.commit()
-        self._kept = self.samples
-        self._new.clear()
-
-    def _stop(self, error: OSError) -> None:
-        """Return to the last commit and add what still fits on the disk."""
-        self.stopped, new = write_error(self.path, error), _joined(self._new)
-        self._roll_back()
-        self.note(ended=self.stopped.reason)
-        all(self._fit(self._append, piece) for piece in _pieces(new, self.samples, CHUNK))  # until one does not fit
-
-    def _fit(self, act: Callable[[dict[str, Any]], None], argument: dict[str, Any]) -> bool:
-        """Commit what `act` does to the file; whether it fits."""
-        try:
-            act(argument)
-            self._commit()
-        except OSError:
-            self._roll_back()
-            return False
-        return True
-
-    def _roll_back(self) -> None:
-        """Return to the last commit."""
-        self._close_file()
-        self._disk.roll_back()
-        self._open("r+")
-        self.samples = self._kept
-
     def snapshot(self, time: float, speed: float, theta: np.ndarray, z: np.ndarray, pressure: np.ndarray) -> None:
         """Keep the film pressure of one instant, see `Simulation.film_snapshot`, unless the disk has ended."""
         if self.stopped is not None:
+            return
+        try:
+            self._reserve(theta.nbytes + z.nbytes + pressure.nbytes, len(snapshot_variables(False)))
+        except OSError as error:
+            self._stop(error)
             return
         file = self._file
         if "theta" not in file.dimensions:
@@ -247,11 +242,9 @@ class Recording:
             file.variables[name][n] = value
 
     def note(self, **attrs: Any) -> None:
-        """Add attributes; where the disk has ended, if they fit."""
+        """Add attributes, unless the disk has ended."""
         if self.stopped is None:
             self._file.attrs.update(attrs)
-        else:
-            self._fit(self._file.attrs.update, attrs)
 
     def close(self) -> None:
         """Close and move to the final name if what was recorded makes a record.
@@ -264,7 +257,9 @@ class Recording:
         if self._disk.closed:
             return
         try:
-            self._end()
+            self._file.close()
+            self._hdf5.close()
+            self._finish()
             if self.samples >= FEWEST:
                 self._publish()
             elif self.stopped is not None:
@@ -272,19 +267,11 @@ class Recording:
         finally:
             self._remove()
 
-    def _end(self) -> None:
-        """Close libhdf5's file and bring the disk to the last state that it takes."""
-        try:
-            if self.stopped is None:
-                self._commit()
-        except OSError as error:
-            self._stop(error)
-        self._close_file()
+    def _finish(self) -> None:
         try:
             self._disk.finish()
         except OSError as error:
-            self.stopped = self.stopped or write_error(self.path, error)
-            self._disk.roll_back()
+            raise write_error(self.path, error) from error
 
     def _publish(self) -> None:
         try:
@@ -321,13 +308,9 @@ class Recording:
         self.close()
 
 
-def _joined(blocks: list[Values]) -> Values:
-    return {name: np.concatenate([block[name] for block in blocks]) for name in (blocks[0] if blocks else ())}
-
-
 def _pieces(values: Values, first: int, step: int) -> Iterator[Values]:
-    """Pieces of samples numbered from `first` on, cut at the multiples of `step`, where chunks are complete."""
-    n = len(values["time"]) if values else 0
+    """Pieces of samples numbered from `first` on, cut at the multiples of `step`."""
+    n = len(values["time"])
     cuts = [0, *range(step - first % step, n, step), n]
     for start, end in pairwise(cuts):
         yield {name: value[start:end] for name, value in values.items()}

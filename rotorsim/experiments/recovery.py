@@ -9,8 +9,7 @@ from pathlib import Path
 import h5py
 
 from rotorsim.base.files import GROWING, left_behind, sweep, target_of
-from rotorsim.base.hdf5 import CommittedFile, repair
-from rotorsim.base.hdf5_check import check_hdf5
+from rotorsim.base.hdf5 import DiskFile, check_hdf5
 from rotorsim.experiments.recording import FEWEST
 
 ENDED = "killed"
@@ -32,7 +31,7 @@ def recover(folder: Path) -> list[tuple[Path, int]]:
     Raises
     ------
     OSError
-        If a file cannot be repaired or moved; it stays as it is.
+        If a file cannot be moved; it stays as it is.
     """
     sweep(folder)
     found = []
@@ -54,16 +53,14 @@ def duration(path: Path) -> float:
 
 
 def _samples(part: Path) -> int:
-    """Samples in a temporary file, which is repaired and marked; 0 if it was killed before its first commit."""
-    repair(part)
+    """Samples in a temporary file, which is marked; 0 if it was killed before its first flush or within one."""
     if check_hdf5(part) is not None:
         return 0
-    with suppress(OSError, KeyError, RuntimeError), CommittedFile(part, "r+") as disk:
+    with suppress(OSError, KeyError, RuntimeError), DiskFile(part, "r+") as disk:
         with h5py.File(disk, "r+", track_order=True) as file:
             samples = len(file["time"])
-            file.attrs["ended"] = ENDED
-        with suppress(OSError):  # on a full disk the mark stays "unfinished"
-            disk.finish()
+            file.attrs["ended"] = ENDED  # in the space that was reserved for the samples to come
+        disk.finish()
         return samples
     return 0
 

@@ -11,10 +11,10 @@ from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import MachineFileError
 from rotorsim.experiments.limits import beyond_of
 from rotorsim.machine import Gas, Machine
-from rotorsim.signals.order_tracking import find_resonances, start_transient
+from rotorsim.signals.orders import find_resonances, start_transient
 from rotorsim.signals.probes import probe_numbers
 from rotorsim.signals.record_blocks import blocks, displacement_name
-from rotorsim.signals.waterfall import largest_sub_synchronous, waterfall
+from rotorsim.signals.spectra import largest_sub_synchronous, waterfall
 
 
 def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | None = None) -> dict[str, Any]:

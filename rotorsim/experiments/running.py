@@ -20,12 +20,11 @@ from rotorsim.base.interrupt import Interrupt, asked
 from rotorsim.base.progress import track
 from rotorsim.experiments.experiment import Experiment, check_seed
 from rotorsim.experiments.limits import beyond_attrs, check_begin, choked, extremes, passed
-from rotorsim.experiments.loop import Loop
+from rotorsim.experiments.loop import FeedbackLoop
 from rotorsim.experiments.parameters import ask_speeds, fastest
 from rotorsim.experiments.recording import FEWEST, Recording
-from rotorsim.machine.sampling import check_speed
-from rotorsim.plant.control_systems import as_controller
-from rotorsim.plant.controller import alarms_of, call
+from rotorsim.machine.numerics import check_speed
+from rotorsim.plant.controller import alarms_of, as_controller, call
 from rotorsim.plant.equilibrium import describe
 from rotorsim.plant.plant import BLOCK, LONGEST as LONGEST_IN_MEMORY, Plant, as_plant
 from rotorsim.plant.probes import probe_coordinates
@@ -247,7 +246,7 @@ def march(simulation: Simulation, experiment: Experiment, block: int = BLOCK) ->
     if controller is None:
         loop = None
     else:
-        loop = Loop(as_controller(controller, lambda: _disc(simulation), experiment.Ts), experiment.Ts)
+        loop = FeedbackLoop(as_controller(controller, lambda: _disc(simulation), experiment.Ts), experiment.Ts)
     for first in range(0, experiment.samples, block):
         rows = experiment.rows(first, min(block, experiment.samples - first))
         before = simulation.save()
@@ -270,7 +269,7 @@ def march(simulation: Simulation, experiment: Experiment, block: int = BLOCK) ->
 
 
 def _advance(
-    simulation: Simulation, loop: Loop | None, rows: np.ndarray
+    simulation: Simulation, loop: FeedbackLoop | None, rows: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, Failure | None]:
     """Sample table, rows applied and what went wrong, up to there or up to a Ctrl-C that was noted."""
     parts: list[tuple[np.ndarray, np.ndarray]] = []

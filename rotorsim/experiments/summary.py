@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from identification.records.sampling import nominal_rate
 from rotorsim.base.constants import TO_RPM, TO_UM
-from rotorsim.base.errors import DataError
-from rotorsim.base.exchange import toml_text as tomllib
-from rotorsim.base.units import parse
-from rotorsim.experiments.experiment import REFERENCE_LIMIT
+from rotorsim.experiments.catalogue import EXPERIMENTS
 from rotorsim.experiments.limits import beyond_of
-from rotorsim.signals.order_tracking import after_start, start_transient
+from rotorsim.signals.orders import after_start, start_transient
 from rotorsim.signals.probes import probe_numbers
 from rotorsim.signals.record_blocks import blocks, displacement_name
-from rotorsim.signals.static_gain import static_gain_map
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,9 +26,8 @@ def summarise_experiment(record: xr.Dataset) -> dict[str, Any]:
     dict
         experiment, duration_s, samples, start_transient_s, speed_rpm {first, last}; disc {mean_um, rms_um, peak_um}
         (x, y), rms and peak about the mean; largest_orbit_um from the mean, all of these without the start transient;
-        smallest_film_um and contact_samples (None without a film); reference_peak_v and force_peak_n (x, y); and what
-        the experiment is made for: static_gain of a staircase, deceleration of a coast-down, runout of a slow roll,
-        impulse of impacts, saturation of a closed loop.
+        smallest_film_um and contact_samples (None without a film); reference_peak_v and force_peak_n (x, y); and the
+        `findings` of the experiment, such as the static_gain of a staircase or the deceleration of a coast-down.
         `probes` of a record that has them, see `rotorsim.signals.probes.probe_numbers`; `beyond_checked_range`,
         sentences, of one beyond the range in which the model was checked.
     """
@@ -41,7 +35,8 @@ def summarise_experiment(record: xr.Dataset) -> dict[str, Any]:
     seen = scan(record)
     if numbers := probe_numbers(record):
         seen["probes"] = numbers
-    return {"experiment": name, **seen, **SPECIAL.get(name, _nothing)(record, seen), **beyond_of(record)}
+    findings = EXPERIMENTS[name].findings(record) if name in EXPERIMENTS else {}
+    return {"experiment": name, **seen, **findings, **beyond_of(record)}
 
 
 def scan(record: xr.Dataset) -> dict[str, Any]:
@@ -82,73 +77,3 @@ def scan(record: xr.Dataset) -> dict[str, Any]:
 def sampling_rate(record: xr.Dataset) -> float:
     """Samples a second of a record [Hz]."""
     return nominal_rate(record["time"].values)
-
-
-def _nothing(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
-    return {}
-
-
-def _gains(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
-    if record.attrs.get("ended", "complete") != "complete":
-        return {}
-    try:
-        found = static_gain_map(record)
-    except DataError:  # steps too short or too few for a map
-        return {}
-    gains: dict[str, Any] = {}
-    for axis in found["input"].values:
-        column = found.sel(input=axis)
-        gains[str(axis)] = {"gain_um_per_v": (column["gain"].values * TO_UM).tolist()}
-        gains[str(axis)] |= {
-            f"{name}_um": (column[name].values * TO_UM).tolist()
-            for name in ("deviation_max", "deviation_rms", "hysteresis")
-        }
-    return {"static_gain": gains}
-
-
-def _deceleration(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
-    speeds = np.asarray(record["speed"].isel(time=[0, -1]).values, float)
-    time = (record.sizes["time"] - 1) / sampling_rate(record)
-    reached = bool(speeds[1] <= record.attrs["stop_speed"] + 1e-9)
-    mean = float((speeds[0] - speeds[1]) / time * TO_RPM) if time else 0.0
-    return {"deceleration": {"time_s": time, "mean_rpm_per_s": mean, "reached_stop": reached}}
-
-
-def _runout(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
-    """Largest distance of what the sensors see from the true displacement."""
-    if "disc" not in record or "disc_measured" not in record:
-        return {}
-    pairs = blocks(record, ["disc", "disc_measured"])
-    apart = np.max([np.abs(block["disc_measured"] - block["disc"]).max(axis=0) for block in pairs], axis=0)
-    return {"sensor_error_peak_um": (apart * TO_UM).tolist()}
-
-
-def _impulse(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
-    total = sum(block["disc_force"].sum(axis=0) for block in blocks(record, ["disc_force"])) / sampling_rate(record)
-    return {"impulse_n_s": np.asarray(total).tolist()}
-
-
-def _limit(record: xr.Dataset) -> float:
-    """Largest reference [V] of the machine that the record names; see `reference_range`."""
-    actuators = tomllib.loads(str(record.attrs.get("machine", ""))).get("actuators", {})
-    return (
-        min(parse(actuators["reference_limit"], "V"), REFERENCE_LIMIT)
-        if "reference_limit" in actuators
-        else REFERENCE_LIMIT
-    )
-
-
-def _saturation(record: xr.Dataset, seen: dict[str, Any]) -> dict[str, Any]:
-    limit = _limit(record)
-    limited = [np.any(np.abs(b["reference"]) >= limit, axis=1).sum() for b in blocks(record, ["reference"])]
-    alarms = {key: str(record.attrs[key]) for key in ("controller_alarms",) if key in record.attrs}
-    return {"saturated_samples": int(np.sum(limited)), **alarms}
-
-
-SPECIAL: dict[str, Callable[[xr.Dataset, dict[str, Any]], dict[str, Any]]] = {
-    "staircase": _gains,
-    "coastdown": _deceleration,
-    "slow_roll": _runout,
-    "impact": _impulse,
-    "controlled": _saturation,
-}

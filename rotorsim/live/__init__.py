@@ -1,7 +1,7 @@
 """Live rig: the plant runs in real time, with controls and views on a page in the browser.
 
-`rig` is the running machine without any clock, `runner` paces it in a thread, `frame` makes what a page draws of it;
-`server` and `page` are the only ones that know the web.
+`rig` has the running machine, its settings and records, the thread that paces it and the frames that are drawn of it;
+`page` is what a browser shows, `server` what it asks, `serving` the one call. Each imports those before it.
 """
 
 from rotorsim.base.public import lazy

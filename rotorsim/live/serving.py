@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from rotorsim.live.desk import Desk
-from rotorsim.live.replay import Replay
+from rotorsim.live.rig.desk import Desk
 from rotorsim.live.rig.laws import read_laws
+from rotorsim.live.rig.records import Replay
 from rotorsim.live.rig.rig import Rig
-from rotorsim.live.runner import Runner
+from rotorsim.live.rig.runner import Runner
 from rotorsim.live.server.server import run_desk
 from rotorsim.machine import Machine, load_machine
 

@@ -7,21 +7,29 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rotorsim.base.errors import MachineFileError
-from rotorsim.base.own_files import instead
+from rotorsim.base.file_kinds import instead
 from rotorsim.base.public import named
-from rotorsim.machine import toml
-from rotorsim.machine.bearings.film import GasFilm, Injection, Injector, Orifices
-from rotorsim.machine.bearings.gas import Gas
-from rotorsim.machine.bearings.linear import LinearBearing, Point, Support, TableBearing
-from rotorsim.machine.bearings.sleeve import Foil, Grooves, Lobes, Steps
+from rotorsim.machine.bearings import LinearBearing, Point, Support, TableBearing
 from rotorsim.machine.catalogue import catalogue, describe
+from rotorsim.machine.file_text import read_text
+from rotorsim.machine.gas import Gas
+from rotorsim.machine.gas_film import (
+    Foil,
+    GasFilm,
+    Grooves,
+    Injection,
+    Injector,
+    Lobes,
+    Orifices,
+    Steps,
+)  # fmt: skip
 from rotorsim.machine.limits import Checked, Limits
 from rotorsim.machine.numerics import Grid, Solver
 from rotorsim.machine.overview import rows, si_numbers, summary
+from rotorsim.machine.plausibility import ask_machine
 from rotorsim.machine.probes import HousingAcceleration, HousingVelocity, ShaftProbe
 from rotorsim.machine.rotor import Disc, Material, Probe, Section, Shaft
 from rotorsim.machine.schema import Machine
-from rotorsim.machine.usual import ask_machine
 
 __all__ = [
     "Checked",
@@ -95,7 +103,7 @@ def machine_text(name_or_path: str | Path) -> str:
         raise MachineFileError(
             f"'{name}' is neither a shipped machine ({known}) nor a file; give one of these or a path"
         )
-    return toml.read_text(Path(name))
+    return read_text(Path(name))
 
 
 def load_machine(name_or_path: str | Path) -> Machine:
@@ -109,7 +117,7 @@ def load_machine(name_or_path: str | Path) -> Machine:
     Warns
     -----
     Unusual
-        Of values far from all that is built (`rotorsim.machine.usual`) that the file does not name in `unusual`.
+        Of values far from all that is built (`rotorsim.machine.plausibility`) that the file does not name in `unusual`.
 
     Examples
     --------

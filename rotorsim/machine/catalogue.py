@@ -45,7 +45,7 @@ ELSEWHERE = {
     "support": "under the sleeve of the gas bearing",
     "rotating": "on the whole shaft",
 }
-"""Where effects act whose port leaves no choice."""
+"""Places of the effects whose port leaves no choice."""
 FAMILIES = {
     "rotor": "Shaft, discs, couplings and seals",
     "film": "Gas film and its sleeve",

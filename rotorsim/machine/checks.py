@@ -10,12 +10,12 @@ from typing import Any
 from rotorsim.base.quantity import quantities
 from rotorsim.base.units import show
 from rotorsim.effects import FILM_PORTS, Effect
-from rotorsim.machine.bearings.film import GasFilm
-from rotorsim.machine.bearings.linear import LinearBearing
+from rotorsim.machine.bearings import LinearBearing
+from rotorsim.machine.gas_film import GasFilm
+from rotorsim.machine.numerics import check_step
+from rotorsim.machine.plausibility import numbers
 from rotorsim.machine.probes import HousingAcceleration, HousingVelocity
-from rotorsim.machine.sampling import check_step
 from rotorsim.machine.tables import MachineTables
-from rotorsim.machine.usual import numbers
 
 SAME_PLACE = 1e-6
 """Bearings nearer than this [m] are at one position."""
@@ -108,13 +108,12 @@ def _injection(machine: MachineTables) -> Problems:
         yield "injection.bearing", f"{common.bearing:g} {_no_film(machine)}"
     if machine.injectors and machine.pinned_film is not None:
         film = machine.films[machine.pinned_film]
-        for name in ("foil", "grooves"):
-            if getattr(film, name, None) is not None:
-                yield "injectors", f"feed a film with {'a foil' if name == 'foil' else name}; remove them or the {name}"
+        for name in film.sleeve.closed:
+            yield "injectors", f"feed a film whose sleeve has '{name}'; remove the ones or the other"
 
 
 def _one_law(machine: MachineTables) -> Problems:
-    """All rows of orifices and all pins follow one law."""
+    """Rows of orifices and pins follow one law."""
     rows = {f"{path}.orifices.{i}": row for path, film in _films(machine) for i, row in enumerate(film.orifices)}
     laminar = {path: row.loss_factor is not None for path, row in rows.items()}
     if machine.injectors and machine.injection is not None:
@@ -168,9 +167,8 @@ def _housing(machine: MachineTables, path: str, probe: HousingVelocity | Housing
 
 def _films(machine: MachineTables) -> Iterator[tuple[str, GasFilm]]:
     """Paths of the gas films and themselves."""
-    for i, bearing in enumerate(machine.bearings):
-        if isinstance(bearing, GasFilm):
-            yield f"bearings.{i}", bearing
+    for i, film in zip(machine.film_bearings, machine.films, strict=True):
+        yield f"bearings.{i}", film
 
 
 def _floor(machine: MachineTables) -> Problems:

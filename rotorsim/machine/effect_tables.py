@@ -7,12 +7,10 @@ from dataclasses import MISSING, fields
 from typing import Any
 
 from rotorsim.base.quantity import quantity_of
-from rotorsim.base.sentences import quote
-from rotorsim.base.suggest import closest, did_you_mean
+from rotorsim.base.sentences import closest, did_you_mean, quote
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.effects.installed import LEFT_OUT
-from rotorsim.machine.messages import unknown_field
-from rotorsim.machine.part import PartError
+from rotorsim.machine.part import PartError, unknown_field
 
 
 def read_effects(tables: Any) -> dict[str, tuple[Effect, ...]]:

@@ -1,11 +1,23 @@
-"""Machine-file parts for the numerics: film grid, time step and tolerances."""
+"""Numerics of a machine: film grid, tolerances, time step, and the rate of its probes, encoder and laws.
+
+A file may give the sampling rate. Where it does not, the highest speed decides: the lowest of 5, 10, 20, 50, 100, ...
+kHz with 12 samples in a turn at that speed and 8 in a period of the rotor on its films. Without a highest speed it is
+5 kHz.
+"""
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Iterator
+from math import ceil, pi, sqrt
+from typing import Literal, Protocol
 
 from pydantic import Field
 
+from rotorsim.base.constants import RIG_SAMPLE, TO_RPM
+from rotorsim.base.errors import DataError
+from rotorsim.base.units import show
+from rotorsim.machine.actuators import Drive
+from rotorsim.machine.gas_film import GasFilm
 from rotorsim.machine.part import Part, count, quantity
 
 STEP = 1e-4
@@ -53,4 +65,99 @@ class Solver(Part):
     modes_per_plane: int = count("Rotor modes kept in each plane.", 6, low=1, high=40)
     minimum_film: float = quantity(
         "m", "Floor of the film thickness in the Reynolds equation.", 2.5e-7, above=0, high=1e-4
+    )
+
+
+PER_TURN = 12
+"""Samples in a turn at the highest speed that a derived rate has."""
+PER_PERIOD = 8
+"""Samples in a period of the rotor on its films that a derived rate has."""
+FEWEST = 4
+"""Samples in a turn below which a run is refused: with fewer the line at twice the speed is not resolved."""
+
+RATES = (5e3, 10e3, 20e3, 50e3, 100e3, 200e3, 500e3, 1e6)
+"""Rates [Hz] that are derived."""
+
+
+class Sampled(Protocol):
+    """Tables of a machine that decide its sampling, and what follows from them."""
+
+    @property
+    def solver(self) -> Solver:
+        """Step and rate of the file."""
+
+    @property
+    def drive(self) -> Drive:
+        """The drive, which has the highest speed."""
+
+    @property
+    def films(self) -> tuple[GasFilm, ...]:
+        """The gas films."""
+
+    @property
+    def mass(self) -> float:
+        """Mass of the rotor [kg]."""
+
+    @property
+    def sampling_time(self) -> float:
+        """Time between two samples [s]."""
+
+    @property
+    def time_step(self) -> float:
+        """Step of the solver [s]."""
+
+
+def rate_for(wanted: float) -> float:
+    """The lowest derived rate [Hz] that is not below another, or the highest."""
+    return next((rate for rate in RATES if rate >= wanted * (1 - 1e-9)), RATES[-1])
+
+
+def derived_rate(machine: Sampled) -> float:
+    """Sampling rate [Hz] of a machine whose file gives none."""
+    highest = machine.drive.highest_speed
+    if highest is None:
+        return 1 / RIG_SAMPLE
+    films = sum(film.nominal_stiffness for film in machine.films)
+    bounce = sqrt(films / machine.mass) / (2 * pi)
+    wanted = max(PER_TURN * highest / (2 * pi), PER_PERIOD * bounce)
+    return rate_for(wanted)
+
+
+def sampling_time(machine: Sampled) -> float:
+    """Time [s] between two samples of a machine."""
+    rate = machine.solver.sampling_rate
+    return 1 / (derived_rate(machine) if rate is None else rate)
+
+
+def time_step(machine: Sampled) -> float:
+    """Step [s] of the solver: the file's, or where it gives none 0.1 ms or what next divides the sampling time."""
+    step, Ts = machine.solver.time_step, machine.sampling_time
+    return Ts / ceil(Ts / STEP * (1 - 1e-9)) if step == STEP else step
+
+
+def check_step(machine: Sampled) -> Iterator[tuple[str, str]]:
+    """The step divides the sampling time."""
+    step, Ts = machine.time_step, machine.sampling_time
+    steps = Ts / step
+    if steps < 0.5 or abs(steps - round(steps)) > 1e-9 * steps:
+        fitting = show(float(f"{Ts / max(ceil(steps), 2):.9g}"), "s")
+        own = show(float(f"{Ts:.9g}"), "s")
+        yield "solver.time_step", f"'{show(step, 's')}' does not divide the sampling time {own}; write e.g. '{fitting}'"
+
+
+def highest_sampled(machine: Sampled) -> float:
+    """Highest speed [rad/s] at which a turn has enough samples."""
+    return 2 * pi / (machine.sampling_time * FEWEST)
+
+
+def check_speed(machine: Sampled, speed: float) -> None:
+    """Raise DataError for a speed [rad/s] at which a turn has too few samples, with the rate that it needs."""
+    if abs(speed) <= highest_sampled(machine) * (1 + 1e-9):
+        return
+    needed = rate_for(PER_TURN * abs(speed) / (2 * pi))
+    own = 2 * pi / (abs(speed) * machine.sampling_time)
+    raise DataError(
+        f"speed = {abs(speed) * TO_RPM:.6g} rpm: a turn has {own:.2g} samples at "
+        f"{show(float(f'{1 / machine.sampling_time:.9g}'), 'Hz')} and needs {FEWEST}; give the machine "
+        f"solver.sampling_rate = '{show(needed, 'Hz')}'"
     )

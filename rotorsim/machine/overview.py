@@ -1,16 +1,21 @@
-"""Content of a machine: one line, SI numbers, or every field with its value and meaning."""
+"""Content of a machine: one line, SI numbers, every field with its value and meaning, the sources it stands on."""
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterator
 from dataclasses import asdict
+from functools import lru_cache
+from importlib.resources import files
 from typing import Any
 
+from rotorsim.base.references import cited_by, sorted_keys
 from rotorsim.base.units import show as text
-from rotorsim.machine.bearings.linear import Coefficients
+from rotorsim.effects import REGISTRY
+from rotorsim.machine.bearings import BearingCoefficients
+from rotorsim.machine.file_text import entries
 from rotorsim.machine.part import Part
 from rotorsim.machine.schema import Machine
-from rotorsim.machine.toml import entries
 
 
 def summary(machine: Machine) -> str:
@@ -37,7 +42,7 @@ def summary(machine: Machine) -> str:
 
 
 def si_numbers(machine: Machine) -> dict[str, Any]:
-    """All values as SI numbers, with mass [kg] and content hash.
+    """Values of a machine as SI numbers, with mass [kg] and content hash.
 
     Examples
     --------
@@ -63,7 +68,7 @@ def rows(part: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
     >>> next(rs.machine.rows(machine))[0]
     'name'
     """
-    if isinstance(part, Coefficients):
+    if isinstance(part, BearingCoefficients):
         alike = {"kyy": part.kxx, "cyy": part.cxx}
         part = part.model_copy(update={name: value for name, value in alike.items() if getattr(part, name) is None})
     for name, value, spec, doc in entries(part):
@@ -85,3 +90,45 @@ def _list_rows(parts: tuple[Any, ...], path: str) -> Iterator[tuple[str, str, st
     single = len(parts) == 1 and path.startswith("effects.")
     for i, part in enumerate(parts):
         yield from rows(part, path if single else f"{path}.{i}")
+
+
+SHAFT = ("elements", "shapes", "masses", "rotor", "modal", "reduction")
+"""Modules of `fe_shaft` from which a plant takes its rotor."""
+FILM = ("film", "residual", "transient", "newton", "ring", "steady")
+"""Modules of `reynolds` with which a plant solves its film."""
+
+
+@lru_cache(maxsize=1)
+def machine_sources() -> dict[str, list[str]]:
+    """Return the keys of the sources of the shipped machines, by name."""
+    text = (files("rotorsim.machine") / "sources.toml").read_text(encoding="utf-8")
+    return dict(tomllib.loads(text))
+
+
+def citations(machine: Machine) -> dict[str, list[str]]:
+    """Return keys of sources by the part of the machine that stands on them, parts without a source left out.
+
+    A key is one of `rotorsim.base.references.references`, or a whole reference that a user's own effect gives.
+    """
+    found = {"machine file": machine_sources().get(machine.name, [])}
+    found["shaft"] = _of("fe_shaft", SHAFT)
+    found["coupled step"] = list(cited_by("rotorsim.plant.kernels.modal_rotor"))
+    if machine.film is not None:
+        found["film"] = _of("reynolds", FILM)
+        found["sleeves"] = [key for module in _forms(machine) for key in cited_by(f"reynolds.{module}")]
+        found["equilibrium"] = list(cited_by("rotorsim.plant.kernels.equilibrium_kernel"))
+    if machine.injectors:
+        found["injectors"] = list(cited_by("reynolds.injector"))
+    if machine.actuators is not None:
+        found["actuators"] = list(cited_by("rotorsim.plant.kernels.piezo"))
+    found |= {f"effects.{name}": list(REGISTRY[name].cites) for name in machine.effects}
+    return {part: sorted_keys(keys) for part, keys in found.items() if keys}
+
+
+def _forms(machine: Machine) -> list[str]:
+    """Modules of `reynolds` for sleeves that are no plain cylinders."""
+    return list(dict.fromkeys(name for film in machine.films for name in film.sleeve.modules))
+
+
+def _of(package: str, modules: tuple[str, ...]) -> list[str]:
+    return [key for module in modules for key in cited_by(f"{package}.{module}")]

@@ -15,9 +15,8 @@ from pydantic import BaseModel, ValidationError
 from rotorsim.base.quantity import quantity_of
 from rotorsim.machine.checks import decisive, further
 from rotorsim.machine.effect_tables import readable_effects
-from rotorsim.machine.messages import choices, sentences
-from rotorsim.machine.part import Part
-from rotorsim.machine.usual import questions
+from rotorsim.machine.part import Part, choices, sentences
+from rotorsim.machine.plausibility import questions
 
 
 def every_problem(error: ValidationError, model: type[Part], tables: Mapping[str, Any]) -> list[str]:

@@ -117,7 +117,7 @@ class Disc(Part):
 
 
 class Probe(Part):
-    """Where the displacement of the shaft is measured.
+    """The plane in which the displacement of the shaft is measured.
 
     Examples
     --------

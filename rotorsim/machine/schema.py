@@ -9,14 +9,13 @@ from typing import Any
 
 from pydantic import PrivateAttr, ValidationError
 
+from rotorsim.base import display
 from rotorsim.base.constants import TO_UM
+from rotorsim.base.display import Card
 from rotorsim.base.errors import MachineFileError
-from rotorsim.base.exchange import notebook
-from rotorsim.base.exchange.notebook import Card
 from rotorsim.base.files import write_text
-from rotorsim.machine import edit, toml
-from rotorsim.machine.bearings.names import by_index
 from rotorsim.machine.checks import cross_check
+from rotorsim.machine.file_text import by_index, dumps, parse, with_value
 from rotorsim.machine.readable import every_problem
 from rotorsim.machine.tables import MachineTables
 from rotorsim.machine.values import branches, changed
@@ -38,7 +37,7 @@ class Machine(MachineTables):
     @classmethod
     def from_text(cls, text: str) -> Machine:
         """Machine of a TOML text; raises MachineFileError with one line per problem."""
-        tables, unnamed = by_index(toml.parse(text))
+        tables, unnamed = by_index(parse(text))
         try:
             machine = cls.model_validate(tables)
         except ValidationError as error:
@@ -51,12 +50,12 @@ class Machine(MachineTables):
     @property
     def text(self) -> str:
         """Canonical TOML with units: `Machine.from_text(m.text) == m`, to the last bit."""
-        return toml.dumps(self)
+        return dumps(self)
 
     @property
     def hash(self) -> str:
         """Short hash of the content; comments, spelling and the table `checked` (no run needs it) do not matter."""
-        content = toml.dumps(self.model_copy(update={"checked": None}))
+        content = dumps(self.model_copy(update={"checked": None}))
         return hashlib.sha256(content.encode()).hexdigest()[:16]
 
     def replace(self, path: str, value: Any) -> Machine:
@@ -69,7 +68,7 @@ class Machine(MachineTables):
         MachineFileError
             If the path leads nowhere or the machine would not be valid.
         """
-        return type(self).from_text(edit.with_value(self._source or self.text, path, value))
+        return type(self).from_text(with_value(self._source or self.text, path, value))
 
     def with_(self, values: Mapping[str, Any] | None = None, /, **named: Any) -> Machine:
         """The machine with other SI values at dotted paths: ``with_({"bearings.1.clearance": 25e-6})``, or by ``**``.
@@ -98,14 +97,14 @@ class Machine(MachineTables):
         return Card(f"Machine {self.name}", rows)
 
     def __repr__(self) -> str:
-        return notebook.text(self.card())
+        return display.text(self.card())
 
     def __str__(self) -> str:
         return repr(self)
 
     def _repr_html_(self) -> str:
         card = self.card()
-        return notebook.html(Card(card.title, [("", self.description), *card.rows]))
+        return display.html(Card(card.title, [("", self.description), *card.rows]))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Machine) and self.__dict__ == other.__dict__

@@ -7,12 +7,12 @@ from typing import Annotated, Any
 from pydantic import Discriminator, Field, InstanceOf, Tag, field_validator
 
 from rotorsim.effects import Effect
-from rotorsim.machine import sampling
+from rotorsim.machine import numerics
 from rotorsim.machine.actuators import Actuators, Drive
-from rotorsim.machine.bearings.film import GasFilm, Injection, Injector
-from rotorsim.machine.bearings.gas import Gas
-from rotorsim.machine.bearings.linear import LinearBearing, TableBearing
+from rotorsim.machine.bearings import LinearBearing, TableBearing
 from rotorsim.machine.effect_tables import read_effects
+from rotorsim.machine.gas import Gas
+from rotorsim.machine.gas_film import GasFilm, Injection, Injector
 from rotorsim.machine.limits import Checked, Limits
 from rotorsim.machine.numerics import Grid, Solver
 from rotorsim.machine.part import Part
@@ -51,7 +51,7 @@ class MachineTables(Part):
     grid: Grid = Field(Grid(symmetry="auto"), description="Grid of the gas film.")
     solver: Solver = Field(Solver(), description="Step and tolerances.")
     effects: dict[str, tuple[InstanceOf[Effect], ...]] = Field({}, description="Physical effects by name.")
-    limits: Limits | None = Field(None, description="Where a run ends; see `rotorsim.machine.passed_limits`.")
+    limits: Limits | None = Field(None, description="Where a run ends; see `rotorsim.machine.running_limits`.")
     checked: Checked | None = Field(None, description="Range in which the model was compared with measurements.")
     unusual: tuple[str, ...] = Field((), description="Paths of values that are meant, however unusual.")
 
@@ -61,6 +61,11 @@ class MachineTables(Part):
         return tuple(b for b in self.bearings if isinstance(b, GasFilm))
 
     @property
+    def film_bearings(self) -> tuple[int, ...]:
+        """Indices of the bearings that are gas films."""
+        return tuple(i for i, b in enumerate(self.bearings) if isinstance(b, GasFilm))
+
+    @property
     def bearing_names(self) -> tuple[str, ...]:
         """Name of every bearing; 'bearing 0' and so on, as the machine file counts them, where it has none."""
         return tuple(b.name or f"bearing {i}" for i, b in enumerate(self.bearings))
@@ -68,7 +73,7 @@ class MachineTables(Part):
     @property
     def film_names(self) -> tuple[str, ...]:
         """Names of the bearings that are gas films."""
-        return tuple(n for n, b in zip(self.bearing_names, self.bearings, strict=True) if isinstance(b, GasFilm))
+        return tuple(self.bearing_names[i] for i in self.film_bearings)
 
     @property
     def film(self) -> GasFilm | None:
@@ -84,7 +89,7 @@ class MachineTables(Part):
 
     def film_at(self, bearing: float) -> int | None:
         """Number from 0, among the films, of a bearing; None where no gas film stands there."""
-        films = [i for i, b in enumerate(self.bearings) if isinstance(b, GasFilm)]
+        films = self.film_bearings
         return films.index(int(bearing)) if bearing in films else None
 
     def film_number(self, effect: Effect) -> int | None:
@@ -149,13 +154,13 @@ class MachineTables(Part):
 
     @property
     def sampling_time(self) -> float:
-        """Time [s] between two samples of probes, encoder and laws; see `rotorsim.machine.sampling`."""
-        return sampling.sampling_time(self)
+        """Time [s] between two samples of probes, encoder and laws; see `rotorsim.machine.numerics`."""
+        return numerics.sampling_time(self)
 
     @property
     def time_step(self) -> float:
         """Step [s] of the solver, which divides the sampling time."""
-        return sampling.time_step(self)
+        return numerics.time_step(self)
 
     @field_validator("effects", mode="before")
     @classmethod

@@ -10,20 +10,19 @@ from pydantic import ValidationError
 
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import quantity_of
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.sentences import did_you_mean
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine.effect_tables import unknown_effect
-from rotorsim.machine.messages import sentences, unknown_field
-from rotorsim.machine.part import SI, Part
+from rotorsim.machine.part import SI, Part, sentences, unknown_field
 
 
-class Branch(dict[str, Any]):
+class ChangeTree(dict[str, Any]):
     """Changes below one part of a machine, by field or number."""
 
 
-def branches(values: Mapping[str, Any]) -> Branch:
+def branches(values: Mapping[str, Any]) -> ChangeTree:
     """Values by dotted path as a tree; raises MachineFileError for a path that lies below another."""
-    root = Branch()
+    root = ChangeTree()
     for path, value in values.items():
         *above, last = keys = path.split(".")
         if not all(keys):
@@ -33,7 +32,7 @@ def branches(values: Mapping[str, Any]) -> Branch:
             whole = ".".join(above[:depth])
             if whole in values:
                 raise MachineFileError(f"{path}: lies below {whole}, which is given too; give one of them")
-            here = here.setdefault(key, Branch())
+            here = here.setdefault(key, ChangeTree())
         here[last] = value
     return root
 
@@ -42,7 +41,7 @@ def changed(old: Any, change: Any, path: str = "") -> Any:
     """A part, list or effect of a machine with a tree of changes; raises MachineFileError with one line per problem."""
     if change is None and isinstance(old, (Part, Effect, tuple, Mapping)):
         raise MachineFileError(f"{path}: may not be None; give the whole part")
-    if not isinstance(change, Branch):
+    if not isinstance(change, ChangeTree):
         return change
     if isinstance(old, tuple):
         return _changed_items(old, change, path)
@@ -55,7 +54,7 @@ def changed(old: Any, change: Any, path: str = "") -> Any:
     raise MachineFileError(f"{path}: is a value, not a table; check the path")
 
 
-def _changed_items(old: tuple[Any, ...], change: Branch, path: str) -> tuple[Any, ...]:
+def _changed_items(old: tuple[Any, ...], change: ChangeTree, path: str) -> tuple[Any, ...]:
     if not old:
         raise MachineFileError(f"{path}: there are none in this machine; give the whole list")
     alone = len(old) == 1 and not all(key.isdecimal() for key in change)  # a single table without its number
@@ -67,21 +66,21 @@ def _changed_items(old: tuple[Any, ...], change: Branch, path: str) -> tuple[Any
     return tuple(changed(item, items[i], where[i]) if i in items else item for i, item in numbered)
 
 
-def _changed_effects(old: Mapping[str, Any], change: Branch, path: str) -> dict[str, Any]:
+def _changed_effects(old: Mapping[str, Any], change: ChangeTree, path: str) -> dict[str, Any]:
     """Effects by name; one that is absent can only be given as a whole."""
-    for name in (key for key, value in change.items() if isinstance(value, Branch) and key not in old):
+    for name in (key for key, value in change.items() if isinstance(value, ChangeTree) and key not in old):
         absent = "is not in this machine; give the whole effect, or use replace"
         raise MachineFileError(f"{_join(path, name)}: {absent if name in REGISTRY else unknown_effect(name)}")
     return {**old, **{name: changed(old.get(name), value, _join(path, name)) for name, value in change.items()}}
 
 
-def _changed_part(old: Part, change: Branch, path: str) -> Part:
+def _changed_part(old: Part, change: ChangeTree, path: str) -> Part:
     known = type(old).model_fields
     _known(change, known, path, old.earlier_keys)
     new = dict(old)
     for key, value in change.items():
         optional = known[key].default is None
-        if isinstance(value, Branch) and new[key] is None and quantity_of(known[key]) is None:
+        if isinstance(value, ChangeTree) and new[key] is None and quantity_of(known[key]) is None:
             raise MachineFileError(f"{_join(path, key)}: is not in this machine; give the whole part")
         new[key] = None if optional and value is None else changed(new[key], value, _join(path, key))
     return _checked_part(type(old), new, path)
@@ -94,7 +93,7 @@ def _checked_part(kind: type[Part], values: Mapping[str, Any], path: str) -> Par
         raise MachineFileError("\n".join(_join(path, line) for line in sentences(error, kind))) from error
 
 
-def _changed_effect(effect: Effect, change: Branch, path: str) -> Effect:
+def _changed_effect(effect: Effect, change: ChangeTree, path: str) -> Effect:
     known = {entry.name: entry for entry in fields(effect)}
     _known(change, known, path, effect.earlier_keys)
     return replace(

@@ -4,23 +4,20 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from reynolds.grid import Grid, Layout, make_layout
+from reynolds.grid import FilmGrid, Layout, make_layout
 from reynolds.injector import Injector
-from reynolds.workspace import FilmModel, Gas, build_films
+from reynolds.workspace import FilmGas, FilmModel, build_films
 from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import FILM_PORTS, PORTS, Effect
-from rotorsim.machine.bearings.film import GasFilm, Orifices
 from rotorsim.machine.schema import Machine
-from rotorsim.plant.columns import COLUMNS, film_columns
-from rotorsim.plant.compose import Call, compose, film_entries, is_compiled
-from rotorsim.plant.kernel_module import KernelModule
+from rotorsim.plant.compose import Call, KernelModule, compose, film_entries, is_compiled
+from rotorsim.plant.kernels.columns import COLUMNS, film_columns
 from rotorsim.plant.kernels.modal_rotor import RotorLayout, make_rotor_layout
 from rotorsim.plant.kernels.rig_layout import RigLayout, make_rig_layout
 from rotorsim.plant.mesh import Mesh
@@ -85,7 +82,7 @@ class Assembly:
         return self.machine.sampling_time
 
     def compile_note(self, *kernels: str) -> str:
-        """What is compiled before a kernel ('settle', 'run') first runs, and for how long; empty if none is."""
+        """Sentence on what is compiled before kernels ('settle', 'run') first run and how long; empty if nothing is."""
         if is_compiled(self.module, kernels):
             return ""
         parts, seconds = [], 3.0 + 0.15 * len(self.calls)
@@ -155,7 +152,7 @@ def _rig(machine: Machine, rotor: RotorLayout, n_inj: int, ports: dict[str, int]
 def make_films(machine: Machine) -> tuple[FilmModel, ...]:
     """The films of a machine as `reynolds` takes them, all with one kind of grid."""
     gas = machine.gas
-    air = Gas(gas.mu, gas.ambient_pressure, gas.temperature, gas.R, gas.kappa)
+    air = FilmGas(gas.mu, gas.ambient_pressure, gas.temperature, gas.R, gas.kappa)
     fed = [_injectors(machine, number) for number in range(len(machine.films))]
     symmetric = all(e.symmetric for es in machine.effects.values() for e in es)
     symmetric = symmetric and all(film.sleeve.symmetric for film in machine.films)
@@ -163,7 +160,7 @@ def make_films(machine: Machine) -> tuple[FilmModel, ...]:
     rarefied = any(e.port == "gas" for es in machine.effects.values() for e in es)
     return tuple(
         FilmModel(
-            Grid(film.diameter / 2, film.length, machine.grid.n_theta, machine.grid.n_z, half), film.clearance, air,
+            FilmGrid(film.diameter / 2, film.length, machine.grid.n_theta, machine.grid.n_z, half), film.clearance, air,
             injectors, machine.solver.minimum_film, rarefied, film.sleeve,
         )
         for film, injectors in zip(machine.films, fed, strict=True)
@@ -172,33 +169,9 @@ def make_films(machine: Machine) -> tuple[FilmModel, ...]:
 
 def _injectors(machine: Machine, number: int) -> tuple[Injector, ...]:
     """Injectors of a film: those with pins, if they feed it, then its own orifices."""
-    common, film = machine.injection, machine.films[number]
-    pinned = () if common is None or number != machine.pinned_film else tuple(
-        Injector(
-            angle=i.angle, offset=i.offset, law=common.law, pin=common.pin_bias, seat_gap=common.seat_gap,
-            minimum_gap=common.minimum_gap, pin_diameter=common.pin_diameter,
-            pin_discharge=common.pin_discharge or 0.0, orifice_diameter=common.orifice_diameter,
-            curtain_discharge=common.curtain_discharge, plenum_volume=common.plenum_volume,
-            polytropic_exponent=common.polytropic_exponent, loss_factor=common.loss_factor or 0.0,
-            loss_exponent=common.loss_exponent,
-        )
-        for i in machine.injectors
-    )  # fmt: skip
-    return (*pinned, *(one for row in film.orifices for one in _row(row)))
-
-
-def _row(row: Orifices) -> Iterator[Injector]:
-    """Orifices of a row."""
-    area = math.pi / 4 * row.diameter**2
-    volume = area * row.diameter if row.volume is None else row.volume
-    nozzle = Injector(
-        angle=0.0, offset=row.offset, open_area=row.discharge * area, orifice_diameter=row.mouth,
-        curtain_discharge=row.curtain_discharge, plenum_volume=volume,
-    )  # fmt: skip
-    if row.loss_factor is not None:
-        nozzle = replace(nozzle, law="loss_factor", loss_factor=row.loss_factor, open_area=0.0)
-    for angle in row.angles:
-        yield replace(nozzle, angle=angle)
+    common = machine.injection
+    pins = () if common is None or number != machine.pinned_film else map(common.nozzle, machine.injectors)
+    return (*pins, *(one for row in machine.films[number].orifices for one in row.nozzles))
 
 
 def _build(films: tuple[FilmModel, ...]) -> tuple[Layout, np.ndarray, np.ndarray]:
@@ -209,7 +182,7 @@ def _build(films: tuple[FilmModel, ...]) -> tuple[Layout, np.ndarray, np.ndarray
 
 
 def _no_film() -> tuple[Layout, np.ndarray, np.ndarray]:
-    layout = make_layout(Grid(0.02, 0.04, 8, 4), 0, [], [])
+    layout = make_layout(FilmGrid(0.02, 0.04, 8, 4), 0, [], [])
     return layout, np.zeros(layout.size), np.zeros(8, np.int64)
 
 
@@ -223,9 +196,8 @@ def _fill_rotor(w: np.ndarray, rotor: RotorLayout, mesh: Mesh, calls: tuple[Call
         padded = np.zeros((n, n))
         padded[: rotor.n_machine, : rotor.n_machine] = matrix.T
         w[offset : offset + n**2] = padded.ravel()
-    films = [i for i, bearing in enumerate(mesh.machine.bearings) if isinstance(bearing, GasFilm)]
     rows = [(rotor.disc, mesh.shape(mesh.probe))] + [(c.shape, mesh.influence(c.effect)) for c in calls]
-    rows += [(rotor.journal + 2 * n * k, mesh.between(i)) for k, i in enumerate(films)]
+    rows += [(rotor.journal + 2 * n * k, mesh.between(i)) for k, i in enumerate(mesh.machine.film_bearings)]
     for offset, shape in rows:
         _put_rows(w, offset, shape, n)
 

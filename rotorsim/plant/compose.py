@@ -1,9 +1,14 @@
 """Generation of a machine's kernel module: sizes as numbers, static calls of its effects, the step.
 
-The module holds the functions of the templates, with those of `stubs.py` written for the machine; the film's kernels
-are a module of their own, which machines with the same film share. Both lie in the user's cache folder under a name
-that hashes every source that goes into them, so a change of any kernel gives a new module, new parameter values never
-recompile, and numba's disk cache holds the machine code next to it.
+The files of `rotorsim.plant.kernels` are templates. They import sizes (FILM, ROTOR, RIG) and calls of effects from
+`kernels/effect_calls.py`, where an editor finds them; the module has their functions with the sizes as numbers and
+with that file's functions written for the machine's effects. The film's kernels are a module of their own, which
+machines with the same film share. Both lie in the user's cache folder under a name that hashes every source that goes
+into them, so a change of any kernel gives a new module, new parameter values never recompile, and numba's disk cache
+holds the machine code next to it.
+
+`KernelModule` has the functions that Python calls. Everywhere w (n,) is the workspace (all states, float64), ix (m,)
+its integers and P the parameter record; a function reads and writes w in place and allocates nothing.
 """
 
 from __future__ import annotations
@@ -17,7 +22,9 @@ from dataclasses import dataclass
 from numbers import Number
 from pathlib import Path
 from types import ModuleType
-from typing import Any, cast
+from typing import Any, Protocol, cast
+
+import numpy as np
 
 from reynolds import (
     differences,
@@ -39,7 +46,6 @@ from rotorsim.base.cache import in_cache, key_of, source_files
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import WriteError, sweep, write_text
 from rotorsim.effects import Effect
-from rotorsim.plant.kernel_module import KernelModule
 from rotorsim.plant.kernels import (
     cosimulation,
     entry,
@@ -54,10 +60,45 @@ from rotorsim.plant.kernels import (
     step,
     supply,
 )  # fmt: skip
+from rotorsim.plant.kernels.effect_calls import FUNCTIONS, write_film_constants
 from rotorsim.plant.kernels.modal_rotor import RotorLayout
 from rotorsim.plant.kernels.motion_forces import SLOT
 from rotorsim.plant.kernels.rig_layout import RigLayout
-from rotorsim.plant.ports import FUNCTIONS
+
+Array = np.ndarray
+
+
+class KernelModule(Protocol):
+    """Entry points of a composed module; their code is in `rotorsim.plant.kernels`."""
+
+    __name__: str
+    __file__: str | None
+    newton: Any
+    """Film solver, of the module that machines with the same film share."""
+
+    def settle(self, w: Array, initial: Array, ix: Array, P: Any, speed: float, supply: float) -> int:
+        """Fill w with the equilibrium at speed [rad/s] and supply [Pa, absolute]; a code of `equilibrium_kernel`."""
+
+    def run(self, w: Array, ix: Array, P: Any, inputs: Array, out: Array, steps_per_sample: int) -> int:
+        """Advance one sample per row of `inputs` (k, 6), writing `out` (k, columns); returns the samples done.
+
+        inputs: speed at the sample's end [rad/s], supply [Pa, absolute], references x, y [V], disc force x, y [N].
+        """
+
+    def static_terms(self, w: Array, P: Any, speed: float, moving: bool) -> None:
+        """Write the steady modal force and the modal stiffness at rest at speed [rad/s]."""
+
+    def narrowest(self, w: Array, P: Any) -> float:
+        """Smallest distance [m] between journal and sleeve."""
+
+    def supply_line(self, w: Array, P: Any, h: float, supply: float, flow: float) -> tuple[float, float]:
+        """Pressure [Pa, absolute] behind the line at start and end of h [s] at supply [Pa, absolute], flow [kg/s]."""
+
+    def serve(
+        self, task: int, w: Array, initial: Array, ix: Array, P: Any, u: Array, out: Array, steps: int
+    ) -> int:  # fmt: skip
+        """Settle, advance or read, as a co-simulation unit asks; a row u (6,) of inputs; returns a status."""
+
 
 CHECK = "# hash of the lines above: "
 FILM_SOURCES = (
@@ -94,7 +135,7 @@ class Call:
 def compose(layout: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[Call]) -> KernelModule:
     """Write (once) and import the kernel module for these sizes and effects."""
     ports = [f.write([_names(c, rotor, rig) for c in calls if f.takes(c.effect)]) for f in FUNCTIONS]
-    ports.append(_film_constants(rotor.n_films))
+    ports.append(write_film_constants(rotor.n_films))
     entries = film_entries(rotor.n_films)
     kernels = [line for c in calls for kind in KERNELS for line in _taken(c, kind)]
     film_name = f"rotorsim_film_{key_of(repr(layout), entries, _sources_hash(()))[:16]}"
@@ -127,12 +168,6 @@ def film_entries(n_films: int) -> tuple[str, ...]:
     return SEVERAL_ENTRIES if n_films > 1 else FILM_ENTRIES
 
 
-def _film_constants(n_films: int) -> str:
-    """Source of the function that finds a film's record by its number."""
-    lines = [line for f in range(1, n_films) for line in (f"    if f == {f}:", f"        return P.film_{f}")]
-    return "\n".join(["@inlined", "def film_constants(P, f):", *lines, "    return P.film_0"])
-
-
 def _taken(call: Call, kind: str) -> Sequence[str]:
     """Lines that take one of an effect's KERNELS, if it has it, into a module."""
     kernel, name = getattr(type(call.effect), kind), f"{call.record}_{kind}"
@@ -142,7 +177,7 @@ def _taken(call: Call, kind: str) -> Sequence[str]:
 
 
 def _names(call: Call, rotor: RotorLayout, rig: RigLayout) -> dict[str, object]:
-    """Values for the placeholders in the lines of `ports`."""
+    """Values for the placeholders in the lines of `effect_calls`."""
     own = f"k * {rig.n_stroke_states} + {call.state}"
     return {
         **{kind: f"{call.record}_{kind}" for kind in KERNELS},

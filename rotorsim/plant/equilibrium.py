@@ -9,9 +9,8 @@ import numpy as np
 
 from reynolds.workspace import at_cache_line
 from rotorsim.base.constants import MPA, TO_RPM, TO_UM
+from rotorsim.base.display import Card, Shown, several
 from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffError
-from rotorsim.base.exchange.notebook import Card, Shown, several
-from rotorsim.base.units import show
 from rotorsim.effects import Effect
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly
@@ -23,7 +22,7 @@ SLOW = 1e-6
 
 @dataclass(frozen=True, repr=False)
 class Equilibrium(Shown):
-    """Where the machine rests: disc (2,) [m], h_min [m] of all films, flows (injectors,) [kg/s] of all films.
+    """Equilibrium of a machine: disc (2,) [m], h_min [m] of all films, flows (injectors,) [kg/s] of all films.
 
     journal (2,) [m], film force (2,) [N] and eccentricity ratio are those of the first film; `journals` (films, 2),
     `forces` (films, 2) and `eccentricity_ratios` (films,) those of all; `temperature_rises` (films, 3) [K] those of
@@ -137,7 +136,7 @@ def settle(a: Assembly, speed: float, pressure: float) -> np.ndarray:
         remedy = "raise the injection pressure" if a.film.n_inj else "start at a higher speed"
         raise NoLiftOffError(
             f"no lift-off: at {pressure / MPA:.3g} MPa gauge and {speed * TO_RPM:.0f} rpm the film does not carry "
-            f"the {sum(loads):.1f} N on it; {_stiffer_foil(a.machine, loads) or remedy}"
+            f"the {sum(loads):.1f} N on it; {_remedy(a.machine, loads) or remedy}"
         )
     if status == RESTLESS:
         names = coupled_effects(a)
@@ -183,12 +182,10 @@ def describe(a: Assembly, w: np.ndarray) -> Equilibrium:
     return Equilibrium(disc, *first, np.concatenate(flows), gap, journals, forces, ratios, rises)
 
 
-def _stiffer_foil(machine: Machine, loads: np.ndarray) -> str:
-    """What to do about a foil that its load [N] alone bends by more than the clearance; empty if none is so soft."""
+def _remedy(machine: Machine, loads: np.ndarray) -> str:
+    """Remedy for the form of a sleeve that its load [N] alone closes; empty if none is."""
     for film, load in zip(machine.films, loads, strict=True):
-        foil, area = film.foil, film.diameter * film.length
-        if foil is not None and load > foil.stiffness * film.clearance * area:
-            least = show(float(f"{load / (film.clearance * area):.1g}"), "N/m^3")
-            bent = show(float(f"{load / (foil.stiffness * area):.2g}"), "m")
-            return f"the load bends the foil by {bent}; give a foil well above '{least}'"
+        for form in film.sleeve.forms.values():
+            if remedy := form.remedy(float(load), film.clearance, film.diameter * film.length):
+                return remedy
     return ""

@@ -62,7 +62,7 @@ class FilmResponse:
         return known[s]
 
     def answer(self, s: complex) -> FilmAnswer:
-        """The same, not kept."""
+        """The film's answer at s [rad/s], not kept."""
         film, (J, places, _) = self.film, self._pattern
         real = s == 0
         data = J.data.copy() if real else J.data.astype(complex)

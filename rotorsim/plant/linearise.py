@@ -25,9 +25,9 @@ from scipy.sparse.linalg import LinearOperator, eigs
 
 from reynolds.injector import Injector
 from reynolds.perturbation import Kernels, LinearFilm, linear_film, side_by_side
+from rotorsim.base.display import Card, Shown
 from rotorsim.base.errors import DataError
 from rotorsim.base.exchange.control_systems import balanced, state_space
-from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import first_of_largest
 from rotorsim.plant.assemble import Assembly
@@ -223,7 +223,7 @@ class LinearPlant(Shown):
         return delays
 
     def mode_of_axis(self, axis: int) -> int:
-        """Which of the two lowest modes moves the disc most along an axis; x has the lower one where they are alike."""
+        """Number, 0 or 1, of the low mode that moves the disc most along an axis; x has the lower of two alike."""
         shapes = np.abs(self._disc_shapes[:, :2])
         x = first_of_largest(shapes[0] / shapes.sum(axis=0))
         return x if axis == 0 else shapes.shape[1] - 1 - x

@@ -23,8 +23,7 @@ from fe_shaft.reduction import add_springs
 from fe_shaft.static import loose_motions
 from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import Effect
-from rotorsim.machine.bearings.film import GasFilm
-from rotorsim.machine.bearings.linear import LinearBearing, Support, TableBearing
+from rotorsim.machine.bearings import BearingPart, Support, TableBearing
 from rotorsim.machine.schema import Machine
 
 SAME_PLACE = 1e-7
@@ -65,7 +64,7 @@ class Mesh:
 
     @property
     def probe(self) -> float:
-        """Where displacement is measured: the probe, else the first disc, else the middle of the shaft."""
+        """Coordinate z [m] of the measured plane: the probe, else the first disc, else the middle of the shaft."""
         machine = self.machine
         if machine.probe is not None:
             return machine.probe.position
@@ -74,7 +73,7 @@ class Mesh:
         return 0.5 * (machine.shaft.start + machine.shaft.end)
 
     def place(self, effect: Effect) -> float:
-        """Where an effect acts along the shaft [m]."""
+        """Coordinate z [m] at which an effect acts."""
         position = getattr(effect, "position", None)
         if position is not None:
             return float(position)
@@ -103,17 +102,17 @@ class Mesh:
 
     @cached_property
     def constant(self) -> Rotor:
-        """The same without films and tables, which act with no stiffness there: what holds the rotor at any speed."""
+        """The rotor on what holds it at any speed: films and tables have no stiffness."""
         return self._rotor(tables=False, films=True)
 
     def _rotor(self, tables: bool, films: bool) -> Rotor:
         bearings, masses = [], []
         for number, bearing in enumerate(self.machine.bearings):
             link = self._pedestals.get(number)
-            if isinstance(bearing, GasFilm) and not films:
+            if bearing.coefficients is None and not films:
                 continue
-            if isinstance(bearing, LinearBearing) or (tables and isinstance(bearing, TableBearing)):
-                bearings.append(self._bearing(bearing, link))
+            if bearing.coefficients is not None and (tables or not bearing.speeds.size):
+                bearings.append(self._bearing(bearing, *bearing.coefficients, link))
             elif link is not None:
                 bearings.append(BearingElement(self.node(bearing.position), 0.0, 0.0, n_link=link))
             if link is not None and bearing.support is not None:
@@ -129,8 +128,7 @@ class Mesh:
     @cached_property
     def springs(self) -> dict[int, float]:
         """Isotropic springs [N/m] by node that stand for films and tables when modes are chosen, nowhere else."""
-        others = [b for b in self.machine.bearings if not isinstance(b, LinearBearing)]
-        return {self.node(b.position): _spring(b) for b in others}
+        return {self.node(b.position): b.spring for b in self.machine.bearings if b.spring is not None}
 
     def _discs(self) -> list[DiskElement]:
         return [
@@ -153,15 +151,11 @@ class Mesh:
             )  # fmt: skip
         return elements
 
-    def _bearing(self, bearing: LinearBearing | TableBearing, link: int | None = None) -> BearingElement:
-        table = isinstance(bearing, TableBearing)
-        points = bearing.points if isinstance(bearing, TableBearing) else (bearing,)
-        K, C = (np.array([getattr(p, which) for p in points]) for which in "KC")
-        K, C = (K, C) if table else (K[0], C[0])
+    def _bearing(self, bearing: BearingPart, K: np.ndarray, C: np.ndarray, link: int | None) -> BearingElement:
         return BearingElement(
             self.node(bearing.position), K[..., 0, 0], C[..., 0, 0], K[..., 1, 1], K[..., 0, 1], K[..., 1, 0],
             C[..., 1, 1], C[..., 0, 1], C[..., 1, 0],
-            frequency=bearing.speeds if isinstance(bearing, TableBearing) else None, n_link=link, extrapolate="hold",
+            frequency=bearing.speeds if bearing.speeds.size else None, n_link=link, extrapolate="hold",
         )  # fmt: skip
 
     @cached_property
@@ -174,7 +168,7 @@ class Mesh:
         return Tables(speeds, {i: np.array([b.at(speed) for speed in speeds]) for i, b in found.items()})
 
     def _loose(self) -> str:
-        """Which rigid-body motions the bearings do not resist."""
+        """Rigid-body motions that the bearings do not resist, as a text."""
         held = [b for b in self.constant.bearing_elements if b.n not in self.springs and b.n < len(self.nodes)]
         held = [replace(b, n_link=None) for b in held]
         held += [BearingElement(node, stiffness, 0.0) for node, stiffness in self.springs.items()]
@@ -229,7 +223,7 @@ class Mesh:
 
     @property
     def _housing_mass(self) -> np.ndarray:
-        """What the housings add to the participation (2, 2n) of the modes [kg^1/2]."""
+        """Participation (2, 2n) of the housings in the modes [kg^1/2]."""
         rows = np.zeros((2, self.reduced.Phi.shape[1]))
         for number in self.machine.supported:
             support = self.machine.bearings[number].support
@@ -312,11 +306,3 @@ def _ground(node: int, support: Support) -> BearingElement:
     """Springs and dampers under a housing."""
     (kxx, kyy), (cxx, cyy) = support.stiffness, support.damping
     return BearingElement(node, kxx, cxx, kyy, cyy=cyy)
-
-
-def _spring(bearing: GasFilm | TableBearing) -> float:
-    """Mean stiffness [N/m] of a bearing that is not constant."""
-    if isinstance(bearing, GasFilm):
-        return bearing.nominal_stiffness
-    K, _ = bearing.at(float(np.median(bearing.speeds)))
-    return max(0.5 * float(np.trace(K)), 1.0)

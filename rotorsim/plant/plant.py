@@ -11,20 +11,38 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from identification import make_record
+from rotorsim.base.display import Card, Shown
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.base.progress import track
 from rotorsim.base.quantity import whole_samples
 from rotorsim.base.units import parse
 from rotorsim.base.version import installed
 from rotorsim.machine import load_machine
-from rotorsim.machine.sampling import check_speed
+from rotorsim.machine.numerics import check_speed
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly, assemble
-from rotorsim.plant.columns import READ
-from rotorsim.plant.control_systems import as_controller, plant_system
-from rotorsim.plant.controller import Controller, alarms_of, ask, check_range, prepare, provenance
+from rotorsim.plant.controller import (
+    Controller,
+    alarms_of,
+    as_controller,
+    ask,
+    check_range,
+    plant_system,
+    prepare,
+    provenance,
+)
 from rotorsim.plant.equilibrium import Equilibrium, describe, settle
+from rotorsim.plant.kernels.columns import (
+    COLUMNS,
+    DISC_READ,
+    FORCE,
+    N_INPUTS,
+    PRESSURE_READ,
+    REFERENCE,
+    SPEED,
+    SPEED_READ,
+    SUPPLY,
+)
 from rotorsim.plant.linearise import linearise
 from rotorsim.plant.probes import probe_coordinates
 from rotorsim.plant.simulation import Simulation, split_columns
@@ -185,7 +203,7 @@ class Plant(Shown):
         attrs = self.provenance(seed)
         if controller is not None:
             attrs |= provenance(controller) | alarms_of(controller)
-            values["reference_external"] = inputs[:, 2:4]
+            values["reference_external"] = inputs[:, REFERENCE]
         return make_record(time, values, attrs, probe_coordinates(self.machine), self.machine.film_names)
 
     def inputs(
@@ -209,19 +227,19 @@ class Plant(Shown):
             whole_samples(duration, Ts)
         except ValueError as error:
             raise DataError(f"duration: {error}") from error
-        rows = np.zeros((n, 6))
+        rows = np.zeros((n, N_INPUTS))
         speed = _si("speed", speed, "rad/s") if isinstance(speed, str) else speed
         pressure = _si("pressure", pressure, "Pa") if isinstance(pressure, str) else pressure
         speeds = _scalars(speed, n + 1, Ts, "speed", True)
         check_speed(self.machine, float(np.nanmax(np.abs(speeds))))
-        rows[:, 0] = speeds[1:]
-        rows[:, 1] = _scalars(pressure, n, Ts, "pressure")
-        self.machine.gas.absolute(float(rows[:, 1].min()))
+        rows[:, SPEED] = speeds[1:]
+        rows[:, SUPPLY] = _scalars(pressure, n, Ts, "pressure")
+        self.machine.gas.absolute(float(rows[:, SUPPLY].min()))
         if reference is not None:
-            rows[:, 2:4] = _pairs(reference, n, Ts, "reference")
+            rows[:, REFERENCE] = _pairs(reference, n, Ts, "reference")
         if disc_force is not None:
-            rows[:, 4:6] = _pairs(disc_force, n, Ts, "disc_force")
-        return rows, (float(speeds[0]), float(rows[0, 1]))
+            rows[:, FORCE] = _pairs(disc_force, n, Ts, "disc_force")
+        return rows, (float(speeds[0]), float(rows[0, SUPPLY]))
 
     def provenance(self, seed: int = 0) -> dict[str, Any]:
         """Attributes of a record: machine text and hash, seed, versions."""
@@ -269,14 +287,14 @@ def _run(
     reference, actuators = np.zeros(2), simulation.assembly.machine.actuators
     for row in inputs:
         used = row.copy()
-        used[2:4] += reference
+        used[REFERENCE] += reference
         if actuators is not None:
-            check_range(controller, used[2:4], actuators.reference_limit, simulation.time)
+            check_range(controller, used[REFERENCE], actuators.reference_limit, simulation.time)
         table = simulation.advance(used[None])
         yield table, used[None]
         time = (simulation.samples - 1) * simulation.assembly.sampling_time
-        seen = table[0, READ : READ + 2], table[0, READ + 3], table[0, READ + 4]
-        reference = ask(controller, *seen, time, used[2:4])
+        seen = table[0, DISC_READ], table[0, SPEED_READ], table[0, PRESSURE_READ]
+        reference = ask(controller, *seen, time, used[REFERENCE])
 
 
 def _scalars(signal: Signal, n: int, Ts: float, name: str, gaps: bool = False) -> np.ndarray:
@@ -307,3 +325,17 @@ def _checked(values: np.ndarray, shape: tuple[int, ...], name: str) -> np.ndarra
     if not np.all(np.isfinite(values)):
         raise DataError(f"{name}: holds NaN or infinite values; check the signal")
     return values
+
+
+def compile_kernels(plant: Plant) -> None:
+    """Compile what a run of the plant calls, by an equilibrium, whatever its outcome, and a run of no samples.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.compile_kernels(plant)
+    """
+    a = plant.assembly
+    w = a.w.copy()
+    a.module.settle(w, a.w, a.ix, a.P, 0.0, a.machine.gas.ambient_pressure)
+    a.module.run(w, a.ix, a.P, np.empty((0, N_INPUTS)), np.empty((0, len(COLUMNS))), a.steps_per_sample)

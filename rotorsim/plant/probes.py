@@ -48,7 +48,7 @@ def along(angle: float) -> np.ndarray:
 
 
 def position(machine: Machine, probe: AnyProbe) -> float:
-    """Where a probe stands along the shaft [m]; NaN for one of a housing that no bearing has."""
+    """Coordinate z [m] of a probe; NaN for one of a housing that no bearing has."""
     if probe.position is not None:
         return float(probe.position)
     mounted = machine.housing_of(probe)

@@ -10,14 +10,14 @@ import numpy as np
 from reynolds.bearing import interval_pressure
 from reynolds.newton import FACTORISATIONS, ITERATIONS
 from rotorsim.base.constants import TO_RPM
+from rotorsim.base.display import Card, Shown
 from rotorsim.base.errors import ConvergenceError, DataError
-from rotorsim.base.exchange.notebook import Card, Shown
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS, HEAT_COLUMNS
 from rotorsim.plant.equilibrium import settle
+from rotorsim.plant.kernels.columns import AT, COLUMNS, FILM_COLUMNS, FORCE, HEAT_COLUMNS, REFERENCE, SUPPLY
 
-INPUTS = ("supply pressure", "reference x", "reference y", "disc force x", "disc force y")
-"""Columns of a row of inputs after the first, the speed, where NaN means that the drive is off."""
+FINITE = ("supply pressure", "reference x", "reference y", "disc force x", "disc force y")
+"""Inputs after the first, the speed, where NaN means that the drive is off."""
 
 
 @dataclass(repr=False)
@@ -68,7 +68,7 @@ class Simulation(Shown):
         a = self.assembly
         rows = np.array(inputs, float)
         _check_inputs(a, rows)
-        rows[:, 1] += a.machine.gas.ambient_pressure
+        rows[:, SUPPLY] += a.machine.gas.ambient_pressure
         out = np.zeros((len(rows), self.columns))
         done = a.module.run(self.w, a.ix, a.P, rows, out, a.steps_per_sample)
         if done < len(rows):
@@ -121,11 +121,11 @@ class Simulation(Shown):
 def _check_inputs(a: Assembly, rows: np.ndarray) -> None:
     if not np.isfinite(rows[:, 1:]).all():
         row, column = np.argwhere(~np.isfinite(rows[:, 1:]))[0]
-        raise DataError(f"{INPUTS[column]}: {rows[row, column + 1]} in row {row}; give finite numbers")
+        raise DataError(f"{FINITE[column]}: {rows[row, column + 1]} in row {row}; give finite numbers")
     actuators = a.machine.actuators
     if actuators is None or not len(rows):
         return
-    largest = float(np.abs(rows[:, 2:4]).max())
+    largest = float(np.abs(rows[:, REFERENCE]).max())
     if largest > actuators.reference_limit * (1 + 1e-12):
         raise DataError(
             f"reference: reaches {largest:g} V, the actuators take {actuators.reference_limit:g} V; "
@@ -135,14 +135,13 @@ def _check_inputs(a: Assembly, rows: np.ndarray) -> None:
 
 def split_columns(a: Assembly, table: np.ndarray, inputs: np.ndarray) -> dict[str, Any]:
     """Variables of the record schema from a sample table and the inputs that were held during each sample."""
-    at = {name: i for i, name in enumerate(COLUMNS)}
 
     def pair(name: str) -> np.ndarray:
-        return np.ascontiguousarray(table[:, at[f"{name}_x"] : at[f"{name}_y"] + 1])
+        return np.ascontiguousarray(table[:, AT[f"{name}_x"] : AT[f"{name}_y"] + 1])
 
     values: dict[str, Any] = {name: pair(name) for name in ("disc", "disc_measured")}
-    values |= {name: table[:, at[name]] for name in ("angle", "angle_measured", "speed", "speed_measured")}
-    values |= {"disc_force": inputs[:, 4:6]}
+    values |= {name: table[:, AT[name]] for name in ("angle", "angle_measured", "speed", "speed_measured")}
+    values |= {"disc_force": inputs[:, FORCE]}
     pins = len(COLUMNS) + a.rig.n_pin
     probes = pins + a.rig.n_probe
     if a.rig.n_probe:
@@ -150,9 +149,9 @@ def split_columns(a: Assembly, table: np.ndarray, inputs: np.ndarray) -> dict[st
     if a.films:
         values |= {name: pair(name) for name in ("journal", "film_force")}
         scalars = ("pressure", "pressure_measured", "h_min", "mass_flow", "contact")
-        values |= {name: table[:, at[name]] for name in scalars}
+        values |= {name: table[:, AT[name]] for name in scalars}
     if a.rig.n_pin:
-        values["reference"] = inputs[:, 2:4]
+        values["reference"] = inputs[:, REFERENCE]
         values["pin"] = table[:, len(COLUMNS) : pins]
     if a.rig.n_heat:
         values["temperature_rise"] = table[:, a.columns - HEAT_COLUMNS * len(a.films) : a.columns]

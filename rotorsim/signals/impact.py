@@ -1,4 +1,15 @@
-"""Impact tests: frequency response of the disc to the force, and ring-down of each axis."""
+r"""Impact tests: detection of impacts, frequency response of the disc to the force, and ring-down of each axis.
+
+The extremes of a ring-down give its logarithmic decrement and damped frequency.
+
+.. math:: d(t) = a e^{-\sigma t} \cos(\omega_d t + \varphi), \qquad \delta = 2 \pi \sigma / \omega_d,
+          \qquad \zeta = \delta / \sqrt{4 \pi^2 + \delta^2}
+
+The logarithm of the extremes falls on a straight line of slope -sigma; they follow each other every half period.
+Assumes: one mode dominates; `scatter` shows how far that holds.
+
+Cites: friswell_2010.
+"""
 
 from __future__ import annotations
 
@@ -6,21 +17,204 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
+from scipy.signal import butter, find_peaks, sosfiltfilt
 
-from rotorsim.signals.decay import Decay, decay_of
-from rotorsim.signals.missing import MissingError, need
-from rotorsim.signals.prepare import sampling_time
-from rotorsim.signals.pulses import Pulse, answer, find_pulses
-from rotorsim.signals.record_blocks import Values
-from rotorsim.signals.transfer import Sums, Transfer, solve
+from identification.records.frequency_response import CrossSpectra
+from rotorsim.signals.frequency_response import Transfer, solve
+from rotorsim.signals.record_blocks import MissingError, Values, blocks, need, sampling_time
+
+THRESHOLD = 0.05
+"""A pulse is where the force exceeds this share of its largest value."""
+APART = 0.01
+"""Time [s] between two pulses below which they are one."""
+LONGEST = 0.05
+"""Longest pulse [s] of an impact."""
+BEFORE = 0.5
+"""Longest time [s] before a pulse from which the motion of the turning shaft is taken."""
+AFTER = 2.0
+"""Longest time [s] of an answer."""
+LEAD = 0.002
+"""Time [s] of an answer that lies before its pulse."""
+ORDERS = (1, 2, 3, 4, 5, 6, 7, 8)
+"""Multiples of the shaft speed in the motion before a pulse."""
+TURNS = 4
+"""Least turns over which orders are fitted."""
+
+
+@dataclass(frozen=True)
+class Pulse:
+    """Samples `start` to `stop` of a pulse, the `axis` along which it is strongest and its `peak` [N]; its answer
+    runs to sample `end`, and the undisturbed motion before it begins at sample `before`."""
+
+    before: int
+    start: int
+    stop: int
+    end: int
+    axis: int
+    peak: float
+
+
+def find_pulses(record: xr.Dataset, name: str = "disc_force") -> list[Pulse]:
+    """All impacts of a record; raises MissingError where the force does not act in short pulses.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> len(rs.signals.find_pulses(impact)) > 0
+    True
+    """
+    need(name in record, "The record has no force on the disc.")
+    dt, n = sampling_time(record), record.sizes["time"]
+    largest = max(float(np.abs(b[name]).max()) for b in blocks(record, (name,)))
+    need(largest > 0, "No force acts on the disc.")
+    edges = _edges(_above(record, name, THRESHOLD * largest), round(APART / dt))
+    short = bool(len(edges)) and all(b - a <= LONGEST / dt for a, b in edges)
+    need(short, f"The force on the disc does not act in pulses shorter than {LONGEST * 1e3:.0f} ms.")
+    lead = max(1, round(LEAD / dt))
+    pulses, free = [], 0
+    for k, (a, b) in enumerate(edges):
+        nearest = edges[k + 1][0] - 2 * lead if k + 1 < len(edges) else n
+        end = min(nearest, a + round(AFTER / dt))
+        force = np.asarray(record[name].isel(time=slice(a, b)).values, float)
+        axis = int(np.abs(force).max(axis=0).argmax())
+        before = max(free, a - round(BEFORE / dt))
+        pulses.append(Pulse(before, a, b, end, axis, float(force[np.abs(force[:, axis]).argmax(), axis])))
+        free = (b + nearest) // 2
+    return pulses
+
+
+def _above(record: xr.Dataset, name: str, least: float) -> np.ndarray:
+    """Samples at which either component exceeds `least`."""
+    found, position = [], 0
+    for block in blocks(record, (name,)):
+        found.append(position + np.flatnonzero(np.abs(block[name]).max(axis=1) > least))
+        position += len(block[name])
+    return np.concatenate(found)
+
+
+def _edges(above: np.ndarray, apart: int) -> list[tuple[int, int]]:
+    """First sample and sample after the last of runs of samples less than `apart` from each other."""
+    cuts = np.flatnonzero(np.diff(above) > apart)
+    first, last = np.append(above[:1], above[cuts + 1]), np.append(above[cuts], above[-1:])
+    return [(int(a), int(b) + 1) for a, b in zip(first, last, strict=True)]
+
+
+def answer(record: xr.Dataset, pulse: Pulse, output: str) -> Values:
+    """`time` (n,) [s] from the pulse on, `force` (n, 2) [N] and `disc` (n, 2) [m] from just before a pulse to its
+    `end`, without mean and orders of the shaft, which are fitted before the pulse."""
+    lead = min(pulse.start - pulse.before, max(1, round(LEAD / sampling_time(record))))
+    part = record[["time", "angle", "disc_force", output]].isel(time=slice(pulse.before, pulse.end))
+    values = {str(k): np.asarray(part[k].values, float) for k in part.variables if k != "axis"}
+    quiet, cut = pulse.start - pulse.before, pulse.start - pulse.before - lead
+    d = values[output] - steady_motion(values["angle"], values[output], quiet)
+    time = values["time"] - values["time"][quiet]
+    return {"time": time[cut:], "force": values["disc_force"][cut:], "disc": d[cut:]}
+
+
+def steady_motion(angle: np.ndarray, d: np.ndarray, quiet: int) -> np.ndarray:
+    """Mean and, where the shaft turns enough, orders fitted to the first `quiet` samples of d (n, 2), for all."""
+    if quiet < 2:
+        return d[:1]
+    columns = [np.ones(len(angle))]
+    if abs(angle[quiet - 1] - angle[0]) >= 2 * np.pi * TURNS:
+        columns += [wave(n * angle) for n in ORDERS for wave in (np.cos, np.sin)]
+    basis = np.column_stack(columns)
+    c, *_ = np.linalg.lstsq(basis[:quiet], d[:quiet], rcond=None)
+    return np.asarray(basis @ c)
+
+
+SMALLEST = 0.05
+"""Smallest extreme that counts, as a share of the largest."""
+NOISE = 4.0
+"""Smallest extreme that counts, in rms values of the last tenth."""
+FEWEST = 4
+"""Fewest extremes of a decrement."""
+
+
+@dataclass(frozen=True)
+class Decay:
+    """Damped `frequency` [Hz], `decrement` [1], damping ratio `zeta` [1], `rate` sigma [1/s], `amplitude` [unit of the
+    signal] at t = 0; `time` [s] and `size` of the extremes used; rms `scatter` of their logarithms about the line."""
+
+    frequency: float
+    decrement: float
+    zeta: float
+    rate: float
+    amplitude: float
+    time: np.ndarray
+    size: np.ndarray
+    scatter: float
+
+
+def decay_of(time: np.ndarray, signal: np.ndarray) -> Decay:
+    """Fit a ring-down, signal (n,) at evenly spaced time (n,) [s].
+
+    Raises
+    ------
+    MissingError
+        With fewer than four extremes above the noise.
+
+    Notes
+    -----
+    Test: ``test_signals.py::test_a_ring_down_gives_its_decrement_and_frequency``.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> t = np.arange(0, 0.5, 2e-4)
+    >>> float(round(rs.signals.decay_of(t, np.exp(-10 * t) * np.cos(700 * t)).zeta, 3))
+    0.014
+    """
+    need(len(time) >= 32, "The ring-down is too short.")
+    dt = (time[-1] - time[0]) / (len(time) - 1)
+    main = dominant_frequency(signal, dt)
+    smooth = _smooth(signal, main, dt)
+    i = find_peaks(np.abs(smooth), distance=max(1, round(0.35 / main / dt)))[0]
+    i = i[time[i] - time[0] > 0.4 / main]
+    tail = float(np.sqrt(np.mean(smooth[-max(8, len(smooth) // 10) :] ** 2)))
+    least = max(SMALLEST * float(np.abs(smooth[i]).max(initial=0.0)), NOISE * tail)
+    low = np.flatnonzero(np.abs(smooth[i]) < least)
+    i = i[: low[0]] if low.size else i
+    need(i.size >= FEWEST, f"The ring-down shows {i.size} extremes above the noise; a decrement takes {FEWEST}.")
+    slope, level = np.polyfit(time[i], np.log(np.abs(smooth[i])), 1)
+    left = np.log(np.abs(smooth[i])) - level - slope * time[i]
+    frequency = 1 / (2 * float(np.polyfit(np.arange(i.size), time[i], 1)[0]))
+    decrement = -float(slope) / frequency
+    zeta = decrement / np.hypot(2 * np.pi, decrement)
+    return Decay(frequency, decrement, float(zeta), -float(slope), float(np.exp(level)), time[i], np.abs(smooth[i]),
+                 float(left.std()))  # fmt: skip
+
+
+def dominant_frequency(signal: np.ndarray, dt: float) -> float:
+    """Frequency [Hz] of the largest line of a decaying signal, from zero-padded spectra.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> t = np.arange(0, 1, 2e-4)
+    >>> float(round(rs.signals.dominant_frequency(np.sin(2 * np.pi * 50 * t), 2e-4)))
+    50.0
+    """
+    padded = 8 * len(signal)
+    size = np.abs(np.fft.rfft(signal - signal.mean(), padded))
+    size[:8] = 0
+    return float(np.fft.rfftfreq(padded, dt)[size.argmax()])
+
+
+def _smooth(signal: np.ndarray, main: float, dt: float) -> np.ndarray:
+    """The signal without frequencies above twice the main one, not shifted in time."""
+    if 2 * main >= 0.45 / dt:
+        return signal
+    return np.asarray(sosfiltfilt(butter(3, 2 * main, fs=1 / dt, output="sos"), signal))
+
 
 LEAST = 0.1
-"""An answer is used from so many seconds on."""
+"""Shortest answer [s] that is used."""
 
 
 @dataclass(frozen=True)
 class RingDown:
-    """A pulse, its answer (`pulses.answer`) and its decay along the pulse; `why` is the reason if there is none."""
+    """A pulse, its answer (`answer`) and its decay along the pulse; `why` is the reason if there is none."""
 
     pulse: Pulse
     values: Values
@@ -64,9 +258,8 @@ def impact_transfer(record: xr.Dataset, output: str, most: float) -> Transfer:
     need(bool(usable), f"No impact is followed by {LEAST:g} s of free motion.")
     length = min(p.end - p.start for p in usable)
     inputs = tuple(sorted({p.axis for p in usable}))
-    sums = Sums()
-    for pulse in usable:
-        values = answer(record, pulse, output)
-        u, y = values["force"][:length, inputs], values["disc"][:length]
-        sums.add(np.fft.rfft(u, 2 * length, axis=0), np.fft.rfft(y, 2 * length, axis=0))
-    return solve(sums, np.fft.rfftfreq(2 * length, dt), inputs, "disc_force", output, len(usable), most)
+    answers = [answer(record, pulse, output) for pulse in usable]
+    u = np.stack([one["force"][:length, inputs].T for one in answers], axis=-1)
+    y = np.stack([one["disc"][:length].T for one in answers], axis=-1)
+    sums = CrossSpectra.of(*(np.fft.rfft(values, 2 * length, axis=1) for values in (u, y)))
+    return solve(sums, np.fft.rfftfreq(2 * length, dt), inputs, "disc_force", output, most)

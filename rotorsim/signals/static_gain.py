@@ -1,4 +1,4 @@
-r"""Static gain from the rest positions of a staircase: linear fit per input, deviations and hysteresis.
+"""Static gain from the rest positions of a staircase: linear fit per input, deviations, hysteresis loops of the pins.
 
 .. math:: d_i = d_{i0} + G_{ij} r_j
 
@@ -11,16 +11,91 @@ Cites: thesis.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from rotorsim.base.errors import DataError
-from rotorsim.signals.holds import FEWEST, Holds, rest
-from rotorsim.signals.missing import MissingError
+from rotorsim.signals.record_blocks import MissingError, Values, blocks, need, sampling_time
 
-if TYPE_CHECKING:
-    import xarray as xr
+LEAST = 0.1
+"""Shortest stretch [s] that counts where no number of samples is given."""
+FEWEST = 3
+"""Levels of a gain."""
+
+
+@dataclass(frozen=True)
+class Holds:
+    """Steps in order: `reference` (step, axis) [V], `disc` (step, axis) [m], `pin` (step, injector) [m] or None, over
+    samples `start` to `stop` (step,); `output` is the displacement's name."""
+
+    reference: np.ndarray
+    disc: np.ndarray
+    pin: np.ndarray | None
+    start: np.ndarray
+    stop: np.ndarray
+    output: str
+
+
+def find_holds(record: xr.Dataset, shortest: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """First sample, sample after the last, reference (step, axis) [V] of stretches of `shortest` samples or more."""
+    found: list[tuple[int, int, np.ndarray]] = []
+    begin, last, position = 0, None, 0
+    for block in blocks(record, ("reference",)):
+        r = block["reference"]
+        joined = r if last is None else np.vstack((last, r))
+        shift = position - (last is not None)
+        for i in np.flatnonzero(np.any(np.diff(joined, axis=0) != 0, axis=1)) + 1:
+            if shift + i - begin >= shortest:
+                found.append((begin, int(shift + i), joined[i - 1]))
+            begin = int(shift + i)
+        last, position = r[-1:], position + len(r)
+    if last is not None and position - begin >= shortest:
+        found.append((begin, position, last[0]))
+    starts, stops, values = ([row[k] for row in found] for k in range(3))
+    return np.array(starts, int), np.array(stops, int), np.array(values, float).reshape(len(found), 2)
+
+
+def rest(record: xr.Dataset, output: str, shortest: int | None = None, share: float = 0.5) -> Holds:
+    """Mean positions in the last `share` of every hold, over whole revolutions where the shaft makes one in it.
+
+    Records of any length: displacements are read in blocks, and only if the reference takes enough levels.
+
+    Raises
+    ------
+    MissingError
+        If neither axis of the reference rests at three levels.
+    """
+    need("reference" in record, "The record has no reference of the actuators.")
+    least = max(2, round(LEAST / sampling_time(record))) if shortest is None else shortest
+    start, stop, reference = find_holds(record, least)
+    levels = max(len(np.unique(reference[:, axis])) for axis in (0, 1))
+    seconds = f"{least * sampling_time(record):.3g} s or longer"
+    need(levels >= FEWEST, f"The reference rests at {levels} levels for {seconds}; a gain takes {FEWEST}.")
+    names = [output, *(["pin"] if "pin" in record else [])]
+    first = [b - _window(record, a, b, share) for a, b in zip(start, stop, strict=True)]
+    means = [_means(record, names, a, b) for a, b in zip(first, stop, strict=True)]
+    disc, *pin = (np.array([row[name] for row in means]) for name in names)
+    return Holds(reference, disc, pin[0] if pin else None, start, stop, output)
+
+
+def _window(record: xr.Dataset, start: int, stop: int, share: float) -> int:
+    """Samples to average at the end of a hold."""
+    n = max(round((stop - start) * share), 1)
+    if "speed" not in record:
+        return n
+    speed = abs(float(_means(record, ["speed"], start, stop)["speed"]))
+    turn = 2 * np.pi / (speed * round(sampling_time(record), 12)) if speed > 0 else np.inf
+    return round(n // turn * turn) if n >= turn else n
+
+
+def _means(record: xr.Dataset, names: list[str], start: int, stop: int) -> Values:
+    """Mean of some variables from sample `start` to before `stop`, read in blocks."""
+    totals: Values = {}
+    for block in blocks(record[names].isel(time=slice(start, stop)), names):
+        totals = {name: totals.get(name, 0.0) + block[name].sum(axis=0) for name in names}
+    return {name: total / (stop - start) for name, total in totals.items()}
+
 
 SHORTEST = 10
 """Samples that a step needs at least; shorter ones are not a rest."""
@@ -174,3 +249,40 @@ def branch_distance(r: np.ndarray, d: np.ndarray) -> np.ndarray:
     pairs = [(d[(r == level) & (way > 0)], d[(r == level) & (way < 0)]) for level in np.unique(r)]
     widest = [np.abs(up[:, None] - down[None]).max(axis=(0, 1)) for up, down in pairs if len(up) and len(down)]
     return np.max(widest, axis=0) if widest else np.full(d.shape[1], np.nan)
+
+
+STILL = 1e-9
+"""Pins that travel less [m] are left out."""
+
+
+@dataclass(frozen=True)
+class HysteresisLoop:
+    """Rests of one pin (`injector` from 1): `pin` (step,) [m] over `reference` (step,) [V] of `axis`, its `travel` [m]
+    and its `opening` [m], the largest distance of its branches at one reference (NaN without two branches)."""
+
+    injector: int
+    axis: int
+    reference: np.ndarray
+    pin: np.ndarray
+    rising: np.ndarray
+    travel: float
+    opening: float
+
+
+def loops(holds: Holds, gains: list[Branches]) -> list[HysteresisLoop]:
+    """The loop of every pin that moves, over the input that moves it most."""
+    if holds.pin is None:
+        return []
+    found = []
+    for k in range(holds.pin.shape[1]):
+        best = max((_loop(holds, g, k) for g in gains), key=lambda loop: loop.travel, default=None)
+        if best is not None and best.travel > STILL:
+            found.append(best)
+    return found
+
+
+def _loop(holds: Holds, gain: Branches, k: int) -> HysteresisLoop:
+    assert holds.pin is not None
+    pin = holds.pin[gain.steps, k]
+    opening = float(branch_distance(gain.reference, pin[:, None])[0])
+    return HysteresisLoop(k + 1, gain.axis, gain.reference, pin, gain.rising, float(np.ptp(pin)), opening)

@@ -1,18 +1,92 @@
-"""One model of the records in folders, files and campaigns."""
+"""Identification from the records in folders, files and campaigns: their sources, and one model of all of them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from identification import LinearModel, LpvModel, Prefilter, UnfitError
-from identification.campaign import NO_EXCITATION, Local, identify_sources
+from identification import LinearModel, LpvModel, Prefilter, Source, UnfitError, files_of, pair, survey
+from identification.campaign import NO_EXCITATION, SourceResult, identify_sources
+from rotorsim.campaign import open_store
+from rotorsim.campaign.index import DONE
+from rotorsim.campaign.store import record_path
 from rotorsim.study.plans import HELD
-from rotorsim.study.sources import sources_of
+
+if TYPE_CHECKING:
+    from rotorsim.campaign.index import IndexRow
+    from rotorsim.campaign.store import Store
+
+EXCITING = ("prbs", "chirp", "multisine")
+"""Kinds of experiments that move both references and are at one operating point."""
+QUIET = ("steady",)
+
+
+def sources_of(paths: Iterable[str | Path], mapping: Any = None) -> list[Source]:
+    """Sources of campaigns and other files; the name of a campaign's experiment is the role of its records.
+
+    Raises
+    ------
+    UnfitError, ReadError
+        If there is nothing to read.
+    StoreError
+        If a campaign's store is damaged.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> sources = rs.study.sources_of(["run.nc"])
+    """
+    found: list[Source] = []
+    others: list[Path] = []
+    for path in map(Path, paths):
+        if (path / "store.json").is_file():
+            found += campaign_sources(path)
+        else:
+            others.append(path)
+    return found + (survey(files_of(others), mapping) if others else [])
+
+
+def campaign_sources(folder: Path) -> list[Source]:
+    """Records with excitation in a campaign's store, each with the steady run at its operating point.
+
+    Raises
+    ------
+    UnfitError
+        If nothing that excites is done yet.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> sources = rs.study.campaign_sources(Path("mine"))  # doctest: +SKIP
+    """
+    store = open_store(folder)
+    index = store.index()
+    try:
+        rows = list(index.rows(DONE))
+    finally:
+        index.close()
+    known = [source for row in rows if (source := _source(store, row)) is not None]
+    found = pair(known)
+    if not found:
+        raise UnfitError(
+            f"{folder}: no {', '.join(EXCITING)} record in the campaign is done; run it, or take a plan that excites"
+        )
+    return found
+
+
+def _source(store: Store, row: IndexRow) -> Source | None:
+    entry = next(entry for entry in store.plan.entries if entry.name == row.experiment)
+    values = {**entry.parameters, **row.parameters}
+    if entry.kind not in EXCITING + QUIET or not {"speed", "pressure"} <= values.keys():
+        return None
+    path = record_path(store.folder, row.key)
+    excited = entry.kind in EXCITING
+    return Source(path, float(values["speed"]), float(values["pressure"]), excited, row.experiment)
+
 
 ORDER = 6
-"""Of a black-box model."""
+"""Default order of a black-box model."""
 
 
 def identify_records(
@@ -25,9 +99,9 @@ def identify_records(
     surfaces: int | str = 2,
     refine: str = "none",
     workers: int = 2,
-    progress: Callable[[int], Callable[[Local], None]] | None = None,
+    progress: Callable[[int], Callable[[SourceResult], None]] | None = None,
     dead_time: float | str = "free",
-) -> tuple[LinearModel | LpvModel, list[Local]]:
+) -> tuple[LinearModel | LpvModel, list[SourceResult]]:
     """Identify records of files, folders or campaigns: a linear model of one operating point, an LPV model of several.
 
     Parameters
@@ -57,7 +131,7 @@ def identify_records(
     Returns
     -------
     model : LinearModel or LpvModel
-    found : list of Local
+    found : list of SourceResult
         Result or sentence of every record, then of several that one operating point joined.
 
     Raises

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from rotorsim.base.constants import RPM, TO_MPA
 from rotorsim.base.errors import DataError
 from rotorsim.campaign import Settings, run_campaign
-from rotorsim.campaign.plan.parse import make_plan
+from rotorsim.campaign.read_plan import make_plan
 
 if TYPE_CHECKING:
     from rotorsim.campaign import Plan
@@ -50,13 +50,13 @@ list = {values}
 
 
 @dataclass(frozen=True)
-class Layout:
+class StudyGrid:
     """Grid of speeds [rad/s] and gauge pressures [Pa], duration of a record [s], extra points [rad/s, Pa].
 
     Examples
     --------
     >>> import rotorsim as rs
-    >>> layout = rs.study.Layout(speeds=(0.0, 300.0), pressures=(0.5e6,), duration=5.0)
+    >>> layout = rs.study.StudyGrid(speeds=(0.0, 300.0), pressures=(0.5e6,), duration=5.0)
     >>> [name for name, text in layout.texts()][:3]
     ['grid-0rpm', 'grid-2865rpm', 'centres-1432rpm']
     """
@@ -84,7 +84,7 @@ class Layout:
             yield name, self._text(name, ("extra", "extra_second"), 10 * k + 4, speed, (pressure,))
 
     def extra_points(self) -> list[tuple[float, float]]:
-        """Those of the further points [rad/s, Pa] that are not on the grid."""
+        """Further points [rad/s, Pa] that are not on the grid."""
         grid = {_rounded(w, p) for w in self.speeds for p in self.pressures}
         return [q for q in dict.fromkeys(_rounded(*q) for q in self.more) if q not in grid]
 
@@ -96,7 +96,7 @@ class Layout:
         return text + _AXIS.format(name="pressure", values=[f"{p:.9g} Pa" for p in pressures])
 
 
-QUICK = Layout(tuple(k * RPM for k in (0.0, 3000.0, 6000.0)), (0.3e6, 0.5e6, 0.7e6))
+QUICK = StudyGrid(tuple(k * RPM for k in (0.0, 3000.0, 6000.0)), (0.3e6, 0.5e6, 0.7e6))
 
 
 def _rounded(speed: float, pressure: float) -> tuple[float, float]:
@@ -108,12 +108,12 @@ def _middles(values: tuple[float, ...]) -> tuple[float, ...]:
     return tuple((a + b) / 2 for a, b in pairwise(values))
 
 
-def plans(machine: Machine, layout: Layout) -> dict[str, Plan]:
+def plans(machine: Machine, layout: StudyGrid) -> dict[str, Plan]:
     """Plans by name, of any machine."""
     return {name: make_plan(text, machines={"machine": machine.text}) for name, text in layout.texts()}
 
 
-def run(machine: Machine, layout: Layout, out: Path, workers: int) -> list[Path]:
+def run(machine: Machine, layout: StudyGrid, out: Path, workers: int) -> list[Path]:
     """Folders of the campaigns below `out`, run now or gone on with.
 
     Raises
@@ -128,7 +128,7 @@ def run(machine: Machine, layout: Layout, out: Path, workers: int) -> list[Path]
     Examples
     --------
     >>> import rotorsim as rs
-    >>> layout = rs.study.Layout(speeds=(0.0, 300.0), pressures=(0.5e6,), duration=5.0)
+    >>> layout = rs.study.StudyGrid(speeds=(0.0, 300.0), pressures=(0.5e6,), duration=5.0)
     >>> folders = rs.study.run(machine, layout, Path("study"), workers=2)  # doctest: +SKIP
     """
     folders = []

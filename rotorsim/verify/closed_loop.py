@@ -1,28 +1,39 @@
-"""`closed_loop`: verification of a law on a nonlinear plant and on perturbed plants."""
+r"""Verification of a law on a nonlinear plant and on perturbed plants: criteria, alarms, rows of the result.
+
+The loop is also closed with the full-order linear plant, film, rotor, actuators, hold and a sample of delay:
+
+.. math:: G(z) = z^{-1} \, Z\{ H_0(s) \, G_{plant}(s) \, G_{actuators}(s) \}
+
+Every film node is a state, a few hundred in all, so that neither truncation nor identification stands between law and
+physics. The actuators' response is that of their pins to a small pseudo-random reference, as a second-order lag for
+each axis: their hysteresis has no linearisation.
+
+Cites: astrom_1997.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
+import identification as idn
 from rotorsim.base.constants import KRPM, TO_UM
+from rotorsim.base.display import Reported
 from rotorsim.base.errors import RotorsimError
-from rotorsim.base.reported import Reported
-from rotorsim.control.designs.plants import point_text
 from rotorsim.control.errors import LawError
 from rotorsim.control.law import Law
+from rotorsim.control.plants import point_text
+from rotorsim.control.sampled_loop import closed_poles, law_system, loop_of, smallest_damping
+from rotorsim.control.systems import System, balanced_states, held, late, series
+from rotorsim.experiments import prbs
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
-from rotorsim.verify import alarms, transients
-from rotorsim.verify.alarms import Alarms
-from rotorsim.verify.criteria import Criteria, Row, at_least, at_most, below, holds
-from rotorsim.verify.full_order import full_order
-from rotorsim.verify.impacts import POINTS, ImpactResponse, impact_responses
-from rotorsim.verify.other import AnyLaw, as_law
-from rotorsim.verify.running import Run
+from rotorsim.verify import transients
+from rotorsim.verify.runs import AnyLaw, Run, as_law
+from rotorsim.verify.transients import POINTS, ImpactResponse, impact_responses
 
 SHIPPED = ("dtu_gas_bearing", "dtu_gas_bearing_b", "dtu_gas_bearing_c")
 """Calibrations A, B, C."""
@@ -36,7 +47,7 @@ class Verification(Reported):
 
     law: AnyLaw
     machine: str
-    rows: tuple[Row, ...]
+    rows: tuple[CriterionRow, ...]
     open: tuple[ImpactResponse, ...]
     closed: tuple[ImpactResponse, ...]
     settings: dict[str, Any] = field(default_factory=dict)
@@ -113,15 +124,15 @@ def closed_loop(
     report("impacts, closed loop")
     after = closed or tuple(impact_responses(plant, law, *q) for q in points)
     runs: dict[str, Any] = {}
-    found = [*alarms.of_hits(after)]
+    found = [*alarms_of_hits(after)]
     rows = [*_impact_rows(before, after, criteria)]
     report("noise")
     rest = transients.at_rest(plant, law)
-    found.append(alarms.of_run("rest", rest))
+    found.append(alarms_of_run("rest", rest))
     rows.append(at_most("noise in the reference at rest", transients.noise(rest).max(), criteria.noise, "V"))
     report("run-up and coast-down")
     rows += _runup_rows(plant, law, criteria, runs, quick)
-    found.append(alarms.of_run("run-up and coast-down", runs["runup"][1]))
+    found.append(alarms_of_run("run-up and coast-down", runs["runup"][1]))
     report("ramps, steps, saturation, sensor faults")
     rows += _transient_rows(plant, law, criteria, found)
     if not quick:
@@ -131,14 +142,14 @@ def closed_loop(
         for name, other in other_machines(plant):
             report(f"robustness: {name}")
             rows.append(_robustness(name, other, law, criteria, found))
-    rows.append(alarms.row(found, criteria))
+    rows.append(alarm_row(found, criteria))
     had = tuple(one for one in found if one.bad)
     return Verification(law, plant.machine.name, tuple(rows), before, after, {"criteria": asdict(criteria)}, runs, had)
 
 
 def _impact_rows(
     before: tuple[ImpactResponse, ...], after: tuple[ImpactResponse, ...], criteria: Criteria
-) -> Iterator[Row]:
+) -> Iterator[CriterionRow]:
     ratio = response_ratios(zip(before, after, strict=True))
     ended = [c.ended or (o.ended and f"without control {o.ended}") for c, o in zip(after, before, strict=True)]
     for axis, name in enumerate("xy"):
@@ -151,13 +162,17 @@ def _impact_rows(
     yield at_most("control effort, mean", effort.mean(), None, "V/N")
     yield at_most("largest reference in a hit", max(c.largest for c in after), criteria.effort, "V")
     free, held = (min((one.damping for one in some if not one.ended), default=np.nan) for some in (before, after))
-    yield Row("smallest damping ratio, closed", held, None, "", None, f"{np.divide(held, free):.1f} x open loop")
+    yield CriterionRow(
+        "smallest damping ratio, closed", held, None, "", None, f"{np.divide(held, free):.1f} x open loop"
+    )
     yield holds(
         "no contact in the hits", not any(c.touched for c in after), "; ".join(dict.fromkeys(filter(None, ended)))
     )
 
 
-def _runup_rows(plant: Plant, law: AnyLaw, criteria: Criteria, runs: dict[str, Any], quick: bool) -> Iterator[Row]:
+def _runup_rows(
+    plant: Plant, law: AnyLaw, criteria: Criteria, runs: dict[str, Any], quick: bool
+) -> Iterator[CriterionRow]:
     stop, rate = 6 * KRPM, (1.5 if quick else 0.5) * KRPM
     pair = [transients.runup(plant, one, rate, 0.7e6, stop) for one in (None, law)]
     runs["runup"] = pair
@@ -171,7 +186,7 @@ def _runup_rows(plant: Plant, law: AnyLaw, criteria: Criteria, runs: dict[str, A
     yield holds("run-up and coast-down without contact", not pair[1].touched)
 
 
-def _full_order_rows(plant: Plant, law: Law, criteria: Criteria) -> Iterator[Row]:
+def _full_order_rows(plant: Plant, law: Law, criteria: Criteria) -> Iterator[CriterionRow]:
     found = full_order(plant, law, CORNERS)
     worst = max(found, key=lambda one: one.radius)
     unstable = sum(not one.radius < 1 for one in found)
@@ -183,10 +198,10 @@ def _full_order_rows(plant: Plant, law: Law, criteria: Criteria) -> Iterator[Row
     yield at_least("disk margin of the full-order loop", weak.disk_margin, criteria.disk, "", remark)
     damped = min(found, key=lambda one: one.damping)
     remark = f"open loop {min(one.damping_open for one in found):.3f}"
-    yield Row("smallest damping of the full-order loop", damped.damping, None, "", None, remark)
+    yield CriterionRow("smallest damping of the full-order loop", damped.damping, None, "", None, remark)
 
 
-def _transient_rows(plant: Plant, law: AnyLaw, criteria: Criteria, found: list[Alarms]) -> Iterator[Row]:
+def _transient_rows(plant: Plant, law: AnyLaw, criteria: Criteria, found: list[Alarms]) -> Iterator[CriterionRow]:
     cases = {
         "speed ramp of 60 krpm/s": lambda one: transients.speed_ramp(plant, one, 60 * KRPM),
         "pressure step 0.3 to 0.7 MPa": lambda one: transients.pressure_step(plant, one),
@@ -197,16 +212,16 @@ def _transient_rows(plant: Plant, law: AnyLaw, criteria: Criteria, found: list[A
     }
     for name, case in cases.items():
         run = case(law)
-        found.append(alarms.of_run(name, run, sound="hangs" not in name))
+        found.append(alarms_of_run(name, run, sound="hangs" not in name))
         yield _transient_row(name, run, case(None), law.limit, criteria.transient)
 
 
-def _transient_row(name: str, run: Run, alone: Run, limit: float, most: float | None) -> Row:
+def _transient_row(name: str, run: Run, alone: Run, limit: float, most: float | None) -> CriterionRow:
     """Departure of the disc under a law; the run without it moves the bound where it came to its end."""
     moved, free = transients.excursion(run), transients.excursion(alone)
     bound = None if most is None else TO_UM * max(most, 0.0 if alone.ended else 1.2 * free)
     if run.ended:
-        return Row(name, moved, bound, "um", False, run.ended)
+        return CriterionRow(name, moved, bound, "um", False, run.ended)
     saturated = 100 * float(np.mean(np.abs(run.reference).max(axis=1) >= limit))
     remark = f"open loop {alone.ended or f'{TO_UM * free:.1f} um'}; limited in {saturated:.1f} % of the samples"
     row = at_most(name, moved * TO_UM, bound, "um", remark)
@@ -224,21 +239,21 @@ def other_machines(plant: Plant) -> Iterator[tuple[str, Plant]]:
         differs = shipped.pop(plant.machine.name) != plant.machine
         for name, machine in shipped.items():
             yield f"{name} as shipped" if differs else name, Plant(machine)
-    gas = next(i for i, one in enumerate(plant.machine.bearings) if getattr(one, "kind", "") == "gas_film")
-    clearance = float(plant.machine.bearings[gas].clearance)  # type: ignore[union-attr]
+    gas = plant.machine.film_bearings[0]
+    clearance = plant.machine.films[0].clearance
     for factor in (0.9, 1.1):
         changed = plant.machine.with_({f"bearings.{gas}.clearance": float(f"{clearance * factor:.9g}")})
         yield f"clearance {100 * factor - 100:+.0f} %", Plant(changed)
 
 
-def _robustness(name: str, plant: Plant, law: AnyLaw, criteria: Criteria, found: list[Alarms]) -> Row:
+def _robustness(name: str, plant: Plant, law: AnyLaw, criteria: Criteria, found: list[Alarms]) -> CriterionRow:
     pairs, lost = [], []
     for q in CORNERS:
         try:
             pairs.append((impact_responses(plant, None, *q), impact_responses(plant, law, *q)))
         except RotorsimError as error:
             lost.append(str(error))
-    found += alarms.of_hits((closed for _, closed in pairs), name)
+    found += alarms_of_hits((closed for _, closed in pairs), name)
     remark = f"{len(lost)} of {len(CORNERS)} points without equilibrium" if lost else "worst of five points"
     remark = "; ".join(dict.fromkeys([remark, *(one.ended for pair in pairs for one in pair if one.ended)]))
     return below(f"impact response on {name}", worst_ratio(pairs), criteria.disturbed, remark)
@@ -262,3 +277,201 @@ def response_ratios(pairs: Iterable[tuple[ImpactResponse, ImpactResponse]]) -> n
 def worst_ratio(pairs: Sequence[tuple[ImpactResponse, ImpactResponse]]) -> float:
     """Largest closed over open response of pairs (open, closed); NaN, which passes nowhere, where there is none."""
     return float(response_ratios(pairs).max())
+
+
+@dataclass(frozen=True)
+class Criteria:
+    """Bounds. Ratios are closed over open loop, and below their bound by more than a rounding; None is not judged.
+
+    Attributes
+    ----------
+    mean, worst : float or None
+        Impact response, averaged over the twenty points and at the worst of them.
+    effort : float or None
+        Largest reference in the hits [V].
+    noise : float or None
+        Standard deviation of the reference at rest [V].
+    amplitude : float or None
+        Imbalance amplitude at the end of the run-up.
+    transient : float or None
+        Largest distance [m] of the disc from its moving mean of 0.1 s in ramps, steps and faults, or 1.2 times that
+        of the open loop where this is more.
+    disturbed : float or None
+        Impact response at the worst point of changed machines.
+    disk : float or None
+        Disk margin with the plant's own linearisation, at the worst of five points; at least.
+    suspended : float or None
+        Part of the samples of a run with sound sensors in which an alarm suspends the law. A step of the pressure may
+        suspend it for 50 samples, 1.25 % of a run; with more than 2 % figures are those of the plant without the law.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.verify.Criteria(worst=1.2).worst
+    1.2
+    """
+
+    mean: float | None = 1.0
+    worst: float | None = 1.0
+    effort: float | None = 5.0
+    noise: float | None = 1.0
+    amplitude: float | None = 1.0
+    transient: float | None = 30e-6
+    disturbed: float | None = 1.0
+    disk: float | None = 0.3
+    suspended: float | None = 0.02
+
+
+ROUNDING = 1e-3
+"""A ratio that differs from its bound by less is printed as the bound, and is not below it."""
+
+
+def edited(before: Mapping[str, float | None], now: Mapping[str, float | None]) -> list[str]:
+    """A sentence for each bound, by name, that differs from that of the first verification in a folder.
+
+    Examples
+    --------
+    >>> from dataclasses import asdict
+    >>> edited(asdict(Criteria()), asdict(Criteria(worst=1.2)))
+    ['worst: 1.0 at the first verification here, 1.2 now']
+    """
+    names = [name for name in before if before[name] != now.get(name)]  # not those of a later version
+    return [f"{name}: {before.get(name)} at the first verification here, {now.get(name)} now" for name in names]
+
+
+@dataclass(frozen=True)
+class CriterionRow:
+    """One criterion: what, measured and bound with their unit, whether it passed (None: not judged), a remark."""
+
+    check: str
+    measured: float
+    bound: float | None
+    unit: str
+    passed: bool | None
+    remark: str = ""
+
+
+def at_most(check: str, measured: float, bound: float | None, unit: str = "", remark: str = "") -> CriterionRow:
+    """A row that passes up to its bound."""
+    return CriterionRow(check, float(measured), bound, unit, None if bound is None else bool(measured <= bound), remark)
+
+
+def below(check: str, measured: float, bound: float | None, remark: str = "") -> CriterionRow:
+    """A row of a ratio of closed over open loop, which passes below its bound; a law that does nothing has 1."""
+    passed = None if bound is None else bool(measured < bound * (1 - ROUNDING))
+    same = "as the open loop: the law changes nothing" if abs(measured - 1) < ROUNDING else ""
+    return CriterionRow(check, float(measured), bound, "of open loop", passed, "; ".join(filter(None, (same, remark))))
+
+
+def at_least(check: str, measured: float, bound: float | None, unit: str = "", remark: str = "") -> CriterionRow:
+    """A row that passes from its bound on."""
+    return CriterionRow(check, float(measured), bound, unit, None if bound is None else bool(measured >= bound), remark)
+
+
+def holds(check: str, good: bool, remark: str = "") -> CriterionRow:
+    """A row that passes or not."""
+    return CriterionRow(check, float(good), 1.0, "", bool(good), remark)
+
+
+@dataclass(frozen=True)
+class Alarms:
+    """Bad samples of a law in a run: how many of how many, a sentence with the last alarm, whether sensors are sound.
+
+    Examples
+    --------
+    >>> Alarms("run-up", 40, 4000, "40 bad samples").share
+    0.01
+    """
+
+    run: str
+    bad: int
+    samples: int
+    sentence: str
+    sound: bool = True
+
+    @property
+    def share(self) -> float:
+        """Part of the samples in which the law was suspended."""
+        return self.bad / self.samples if self.samples else 0.0
+
+    @property
+    def text(self) -> str:
+        """Run, number, alarm."""
+        return f"{self.run}: of {self.samples} samples {self.sentence}"
+
+
+def alarms_of_run(name: str, run: Run, sound: bool = True) -> Alarms:
+    """Alarms of a run of a verification."""
+    return Alarms(name, *run.alarms, sound)
+
+
+def alarms_of_hits(found: Iterable[ImpactResponse], machine: str = "") -> Iterator[Alarms]:
+    """Alarms of the hits at each operating point."""
+    for one in found:
+        where = ", ".join(filter(None, (point_text(one.speed, one.pressure), machine)))
+        yield Alarms(f"hits at {where}", one.bad, one.samples, one.alarm)
+
+
+def alarm_row(found: Iterable[Alarms], criteria: Criteria) -> CriterionRow:
+    """Largest part of a run with sound sensors in which the law was suspended."""
+    sound = [one for one in found if one.sound]
+    worst = max(sound, key=lambda one: one.share)
+    runs = sum(one.bad > 0 for one in sound)
+    remark = f"in {runs} of {len(sound)} runs; {worst.text}" if runs else ""
+    most = None if criteria.suspended is None else 100 * criteria.suspended
+    return at_most("suspended by alarms, sound sensors", 100 * worst.share, most, "% of a run", remark)
+
+
+HIGHEST = 1000.0
+"""Frequency [Hz] up to which margins are taken."""
+
+
+@dataclass(frozen=True)
+class FullOrder:
+    """Loop at an operating point [rad/s], [Pa]: states, radius of the outermost pole, damping, margins."""
+
+    speed: float
+    pressure: float
+    states: int
+    radius: float
+    damping_open: float
+    damping: float
+    peak: float
+    disk_margin: float
+    gain_margin: float
+    phase_margin: float
+
+
+def pins(plant: Plant, amplitude: float = 0.2) -> System:
+    """Actuators (4 states, SI) from references to the displacement of a pin of each axis, as the plant shows it."""
+    record = prbs(plant, 0.0, 0.5e6, amplitude=amplitude, duration=2.0, sequence=1)
+    model = idn.identify(record, "actuator").model
+    return System(model.A, model.B, model.C / 2, model.D)  # identified is the difference of a pair
+
+
+def full_plant(plant: Plant, speed: float, pressure: float, actuators: System) -> System:
+    """The sampled plant in um and V with the law's sample of delay."""
+    found = plant.linearise(speed, pressure)
+    per_volt = pin_per_volt(plant)
+    rotor = System(found.A, found.B[:, :2] / per_volt, found.C * TO_UM, np.zeros((2, 2)))
+    # pressures next to displacements would cost most of the digits
+    return late(held(balanced_states(series(actuators, rotor)), plant.machine.sampling_time))
+
+
+def pin_per_volt(plant: Plant) -> float:
+    """Travel [m] of an ideal pin for a volt, which the linearisation assumes."""
+    assert plant.machine.injection is not None
+    return float(plant.machine.injection.pin_per_volt)
+
+
+def full_order(plant: Plant, law: Law, points: Iterable[tuple[float, float]]) -> list[FullOrder]:
+    """The loop at operating points [rad/s], [Pa]."""
+    actuators, rows = pins(plant), []
+    for speed, pressure in points:
+        G, K = full_plant(plant, speed, pressure, actuators), law_system(law, speed, pressure)
+        own = smallest_damping(np.linalg.eigvals(G.A), law.Ts)
+        z = closed_poles(G, K)
+        loop = loop_of(G, K, law.Ts, np.geomspace(0.5, HIGHEST, 150))
+        rows.append(FullOrder(speed, pressure, G.order, float(np.abs(z).max()), own, smallest_damping(z, law.Ts),
+                              loop.peak, loop.disk_margin, loop.gain_margin, loop.phase_margin))  # fmt: skip
+    return rows

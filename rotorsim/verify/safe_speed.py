@@ -20,12 +20,11 @@ from rotorsim.base.constants import KRPM, TO_HZ, TO_RPM, TO_UM
 from rotorsim.base.errors import LimitError
 from rotorsim.control.law import Law
 from rotorsim.experiments.limits import choked
-from rotorsim.machine.passed_limits import limits_of
+from rotorsim.machine.running_limits import limits_of
 from rotorsim.plant import Plant
 from rotorsim.plant.simulation import Simulation
 from rotorsim.plant.validity import beyond
-from rotorsim.verify.other import AnyLaw, as_law
-from rotorsim.verify.running import Run, run_rows
+from rotorsim.verify.runs import AnyLaw, Run, as_law, run_rows
 from rotorsim.verify.transients import REST, changing
 
 CONFIRM = 3

@@ -1,14 +1,26 @@
-"""Transient tests of a law: speed and pressure ramps, overload impact, frozen sensor, noise."""
+r"""Transient tests of a law: impacts and their norms, speed and pressure ramps, overload, a frozen sensor, noise.
+
+The norms of impact responses are those of the thesis (section E.5.1, eqs. E.26 to E.28),
+
+.. math:: V_p = \|p\| / \|f\|, \qquad V_r = \|r\| / \|f\|
+
+over a tenth of a second from a hit on, 500 samples of the rig. Every run has a twin with the same noise and without
+hits; the difference of the two is the answer to the hit alone, where the thesis filters the imbalance out of one
+record.
+
+Cites: thesis.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from rotorsim.base.constants import KRPM, RIG_SAMPLE
-from rotorsim.experiments.impact import Impact
+from rotorsim.base.constants import KRPM, MPA, RIG_SAMPLE, TO_UM
+from rotorsim.experiments.catalogue.impact import Impact
 from rotorsim.plant import Plant
-from rotorsim.verify.other import AnyLaw
-from rotorsim.verify.running import Frozen, Run, run_rows, steady_rows
+from rotorsim.verify.runs import AnyLaw, Frozen, Run, run_rows, steady_rows
 
 REST = 0.4
 """Time [s] at constant values before and after a change."""
@@ -101,3 +113,121 @@ def excursion(run: Run) -> float:
     padded = np.pad(run.disc, ((window // 2, window - window // 2 - 1), (0, 0)), mode="edge")
     mean = np.column_stack([np.convolve(padded[:, axis], kernel, mode="valid") for axis in range(2)])
     return float(np.linalg.norm(run.disc - mean, axis=1).max())
+
+
+POINTS = tuple((w * KRPM, p * MPA) for w in (0.0, 1.5, 3.0, 4.5, 6.0) for p in (0.3, 0.433, 0.567, 0.7))
+"""The twenty operating points of E.5.1 [rad/s, Pa]."""
+LEAD = 0.4
+"""Time [s] before the first hit: a law seeks its centre and wakes."""
+RESPONSE = 0.1
+"""Duration [s] of a response."""
+SPACING = 0.2
+
+
+@dataclass(frozen=True)
+class ImpactResponse:
+    """Norms of the answers to hits along x and y at an operating point, square roots of energies.
+
+    The response V_p (2,) [um/N] of the disc and the effort V_r (2,) [V/N] of the references; the largest |r| [V];
+    contact.
+
+    Also damping, why a run ended, and the `bad` samples in which an alarm suspended the law, of how many, with the
+    sentence about them, of the run or its twin, whichever has more.
+    """
+
+    speed: float
+    pressure: float
+    response: tuple[float, float]
+    effort: tuple[float, float]
+    largest: float
+    touched: bool
+    damping: float
+    ended: str = ""
+    bad: int = 0
+    samples: int = 0
+    alarm: str = ""
+
+
+def impact_responses(
+    plant: Plant, law: AnyLaw | None, speed: float, pressure: float, peak: float = 20.0
+) -> ImpactResponse:
+    """Hit the disc along x, then along y, and measure."""
+    with_, without, hit = _twins(plant, law, speed, pressure, peak)
+    n = min(len(with_.table), len(without.table))
+    p = (with_.disc[:n] - without.disc[:n]) * TO_UM
+    r = with_.reference[:n] - without.reference[:n]
+    ended = with_.ended or without.ended
+    alarms = max(with_.alarms, without.alarms)
+    if ended:
+        return ImpactResponse(speed, pressure, (np.inf,) * 2, (np.inf,) * 2, np.inf, True, 0.0, ended, *alarms)
+    response, effort = [], []
+    for axis in range(2):
+        part = _after(axis, with_)
+        force = np.linalg.norm(hit[part, 4:6])
+        response.append(float(np.linalg.norm(p[part]) / force))
+        effort.append(float(np.linalg.norm(r[part]) / force))
+    largest = float(np.abs(with_.reference).max(initial=0.0))
+    return ImpactResponse(
+        speed, pressure, (response[0], response[1]), (effort[0], effort[1]), largest,
+        with_.touched, envelope_damping(p[_after(0, with_)], with_.Ts), "", *alarms,
+    )  # fmt: skip
+
+
+def impact_answers(
+    plant: Plant, law: AnyLaw | None, speed: float, pressure: float, peak: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Disc (n, 2) [m] after a hit along x and after one along y, less its twin without hits; NaN if a run ended."""
+    with_, without, _ = _twins(plant, law, speed, pressure, peak)
+    if with_.ended or without.ended:
+        return (np.full((with_.count(RESPONSE), 2), np.nan),) * 2
+    p = with_.disc - without.disc
+    return p[_after(0, with_)], p[_after(1, with_)]
+
+
+def _twins(plant: Plant, law: AnyLaw | None, speed: float, pressure: float, peak: float) -> tuple[Run, Run, np.ndarray]:
+    """A run with a hit along x and one along y, its twin without, and the rows of the first."""
+    Ts = plant.machine.sampling_time
+    quiet = steady_rows(speed, pressure, LEAD + 2 * SPACING, Ts)
+    hit = quiet.copy()
+    for axis in range(2):
+        lead = LEAD + axis * SPACING
+        hammer = Impact(peak=peak, width=1e-3, angle=axis * np.pi / 2, lead=lead, spacing=SPACING, Ts=Ts)
+        own = hammer.rows(0, min(hammer.samples, len(hit)))
+        hit[: len(own), 4:6] += own[:, 4:6]
+    return run_rows(plant, law, hit), run_rows(plant, law, quiet), hit
+
+
+def _after(axis: int, run: Run) -> slice:
+    """Samples of the answer to the hit along an axis."""
+    first = run.count(LEAD + axis * SPACING)
+    return slice(first, first + run.count(RESPONSE))
+
+
+def envelope_damping(p: np.ndarray, Ts: float = RIG_SAMPLE) -> float:
+    """Damping ratio of a decay (n, 2), sampled every Ts [s]; 1 where it does not swing."""
+    return ring_down(p, Ts)[1]
+
+
+def ring_down(p: np.ndarray, Ts: float = RIG_SAMPLE) -> tuple[float, float]:
+    """Natural frequency [rad/s] and damping ratio of a decay (n, 2) every Ts [s]: ln(E1/E2) = 2 zeta omega L.
+
+    E1 and E2 are the energies of two stretches of equal length L in turn.
+
+    L is half the record, or the time in which four fifths of the energy come; the frequency is that of the sign changes
+    of the larger axis within both. Frequency NaN and damping 1 where the decay does not swing; both NaN for NaN.
+    """
+    energy = (p**2).sum(axis=1)
+    total = energy.sum()
+    if np.isnan(total):
+        return float("nan"), float("nan")
+    if not total > 0:
+        return float("nan"), 1.0
+    n = max(min(len(p) // 2, int(np.argmax(np.cumsum(energy) >= 0.8 * total))), 2)
+    rate = float(np.log(energy[:n].sum() / max(energy[n : 2 * n].sum(), 1e-300))) / (n * Ts)
+    axis = int((p**2).sum(axis=0).argmax())
+    changes = np.flatnonzero(np.diff(np.sign(p[: 2 * n, axis])) != 0)
+    if len(changes) < 2:
+        return float("nan"), 1.0
+    half = np.diff(changes).mean() * Ts
+    wn = float(np.hypot(np.pi / half, rate / 2))
+    return wn, float(rate / (2 * wn))

@@ -13,12 +13,11 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 
-from rotorsim.campaign.plan.load import load_plan
-from rotorsim.campaign.plan.parse import make_plan
-from rotorsim.campaign.plan.plan import Plan
-from rotorsim.campaign.run import Outcome, Settings, run_campaign
-from rotorsim.campaign.store.collect import collect
-from rotorsim.campaign.store.store import open_store
+from rotorsim.campaign.collection import collect
+from rotorsim.campaign.plan import Plan
+from rotorsim.campaign.read_plan import load_plan, make_plan
+from rotorsim.campaign.run import CampaignOutcome, Settings, run_campaign
+from rotorsim.campaign.store import open_store
 from studies.benchmarks.result import Figure
 
 REAL = """
@@ -120,7 +119,7 @@ def many(cases: int = MANY) -> Iterator[Figure]:
         yield Figure("  collect, one number of one record", time.perf_counter() - begin, "s", 60.0)
 
 
-def run_of(plan: Plan, workers: int, physics: str = "rotorsim") -> tuple[Outcome, float]:
+def run_of(plan: Plan, workers: int, physics: str = "rotorsim") -> tuple[CampaignOutcome, float]:
     """A campaign in a folder that goes away: its outcome and the mean processor time [s] of a case."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "store"

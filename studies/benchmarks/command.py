@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from rotorsim.commands.lazy_group import example
+from rotorsim.commands.registry import example
 from rotorsim.commands.results import files
 from rotorsim.plant import Plant
 from studies.benchmarks.accuracy import COLUMNS, REFERENCE, rig_table

@@ -9,6 +9,7 @@ other work on the computer counts little. Ends with 1 where a ratio or an equali
 
 from __future__ import annotations
 
+import argparse
 import os
 
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -62,7 +63,14 @@ def seconds(call: Callable[[Any], Any], fresh: Callable[[], Any]) -> tuple[float
 
 def main() -> None:
     """Print, or give as JSON, the times, their ratio and how far the answers are apart."""
-    import ross
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="one repetition")
+    parser.add_argument("--json", action="store_true", help="results as JSON on standard output")
+    asked = parser.parse_args()
+    try:
+        import ross
+    except ImportError:
+        parser.error("needs ROSS; pip install 'rotorsim[benchmarks]'")
 
     def theirs() -> Any:
         return ours().to_ross(ross)
@@ -82,8 +90,8 @@ def main() -> None:
             lambda r: r.run_ucs(stiffness_range=(6, 11), num=30, num_modes=16),
         ),
     }
-    repeats = 1 if "--quick" in sys.argv else REPEATS
-    out = sys.stderr if "--json" in sys.argv else sys.stdout
+    repeats = 1 if asked.quick else REPEATS
+    out = sys.stderr if asked.json else sys.stdout
     print(f"fe_shaft compared with ROSS {ross.__version__}, CPU time on one thread, medians of {repeats}", file=out)
     rows, answers = [], {}
     for name, (mine, other) in jobs.items():
@@ -103,7 +111,7 @@ def main() -> None:
     for name, value in apart.items():
         print(f"{name:<58} {value:.1e}", file=out)
     met = all(r["ratio"] >= r["target"] for r in rows) and max(equal.values()) <= EQUAL
-    if "--json" in sys.argv:
+    if asked.json:
         results = {"ross": ross.__version__, "times": rows, "equal": equal, "differences": apart, "met": met}
         print(json.dumps(results, indent=2))
     sys.exit(0 if met else 1)

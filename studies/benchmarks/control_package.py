@@ -19,13 +19,12 @@ from identification.local.discretise import zero_order_hold
 from rotorsim.base.constants import KRPM, RIG_SAMPLE
 from rotorsim.base.exchange.control_systems import control_package
 from rotorsim.control.designs import lqr
-from rotorsim.control.designs.mixed import Generalised, Weights, mixed_sensitivity
-from rotorsim.control.designs.plants import design_plant, sampled_plant
-from rotorsim.control.loop.sampled_loop import closed_poles, law_system, loop_of
-from rotorsim.control.numerics.gamma import solve
-from rotorsim.control.numerics.reduction import truncated
-from rotorsim.control.numerics.systems import System, largest, response, tustin
-from rotorsim.control.riccati import sampled_riccati
+from rotorsim.control.designs.hinf_synthesis import solve
+from rotorsim.control.designs.weighted_plant import Generalised, Weights, mixed_sensitivity
+from rotorsim.control.plants import design_plant, sampled_plant
+from rotorsim.control.reduction import truncated
+from rotorsim.control.sampled_loop import closed_poles, law_system, loop_of
+from rotorsim.control.systems import System, largest, response, sampled_riccati, tustin
 from studies.benchmarks.control_laws import rig_model
 from studies.benchmarks.result import Figure
 

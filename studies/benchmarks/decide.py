@@ -16,24 +16,23 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.errors import RotorsimError
-from rotorsim.discrepancy.blind_test.hide import Truth, hide, scaled, truth_twin
-from rotorsim.discrepancy.data.groups import make_layout
 from rotorsim.discrepancy.data.intake import open_records
+from rotorsim.discrepancy.data.spectra import make_layout
 from rotorsim.discrepancy.diagnose_records import diagnose, trials_of
-from rotorsim.discrepancy.diagnosis import Workshop
-from rotorsim.discrepancy.loop.decide import decide
-from rotorsim.discrepancy.loop.rigs import record_on
-from rotorsim.discrepancy.loop.steps import Step, Steps
-from rotorsim.discrepancy.odds.explanation import SURE
-from rotorsim.discrepancy.plan.options import Option, options
+from rotorsim.discrepancy.explanation import SURE
+from rotorsim.discrepancy.hidden_machine import HiddenTruth, hide, truth_twin
+from rotorsim.discrepancy.loop import decide
+from rotorsim.discrepancy.outcome.steps import DecisionStep, DecisionSteps
+from rotorsim.discrepancy.plan.experiments import ExperimentOption, options
 from rotorsim.discrepancy.residuals.comparison import THREADS, simulate
-from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.search.indistinguishable import class_of
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.rigs import record_on
+from rotorsim.discrepancy.search.candidates import candidates, class_of
+from rotorsim.discrepancy.twin.compiled_models import CompiledModels
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import Machine, load_machine
 from studies.benchmarks.detectable import Detectable
 from studies.benchmarks.diagnose import STEP
-from studies.benchmarks.hidden_case import hidden_case
+from studies.benchmarks.hidden_case import hidden_case, scaled
 from studies.benchmarks.loop_case import LoopCase, Rejected, counted, read_cases
 from studies.benchmarks.result import Figure
 
@@ -57,7 +56,7 @@ class HiddenRig:
 
     machine: Machine
     twin: Twin
-    truth: Truth
+    truth: HiddenTruth
     records: list[Any]
     name: str = "hidden"
 
@@ -72,7 +71,7 @@ class HiddenRig:
         """None: the machine is recorded by experiments alone."""
         return []
 
-    def run(self, option: Option, number: int, waiting: Callable[[], None]) -> list[Any]:
+    def run(self, option: ExperimentOption, number: int, waiting: Callable[[], None]) -> list[Any]:
         """Record of an experiment."""
         return [record_on(self.machine, self.twin, self.truth.point, self.truth.seed, option, number)]
 
@@ -85,17 +84,17 @@ def loops(
     Seeds in the file `path` are not run again: neither loops, nor what was rejected.
     """
     done, loaded = read_cases(path), load_machine(machine)
-    truth_plant, workshop = replace(truth_twin(loaded), step=STEP), Workshop.of(loaded)
-    seen = Detectable.of(loaded, truth_plant, workshop)
+    truth_plant, models = replace(truth_twin(loaded), step=STEP), CompiledModels.of(loaded)
+    seen = Detectable.of(loaded, truth_plant, models)
 
     def run(number: int) -> LoopCase | Rejected:
-        return run_loop(number, loaded, truth_plant, workshop, seen, faint)
+        return run_loop(number, loaded, truth_plant, models, seen, faint)
 
     yield from counted(run, count, seed, done, path)
 
 
 def run_loop(
-    number: int, machine: Machine, truth_plant: Twin, workshop: Workshop, seen: Detectable, faint: bool = False
+    number: int, machine: Machine, truth_plant: Twin, models: CompiledModels, seen: Detectable, faint: bool = False
 ) -> LoopCase | Rejected:
     """One loop; rejected where the effect is too small, or where a `faint` one is not a tie that can be broken."""
     _, truth, records = hidden_case(number, "single", machine, truth_plant)
@@ -110,13 +109,13 @@ def run_loop(
     fitted = sorted({r.attrs["record"].removesuffix("_repeat") for r in records if r.attrs["role"] == "fit"})
     chosen = set(rng.choice(fitted, POINTS, replace=False))
     own = [r for r in records if r.attrs["record"].removesuffix("_repeat") in chosen]
-    hidden, seen_steps = tuple(f.key for f in truth.forms), list[Steps]()
+    hidden, seen_steps = tuple(f.key for f in truth.forms), list[DecisionSteps]()
     try:
-        d = decide(machine, HiddenRig(machine, truth_plant, truth, own), BUDGET, allow=ALLOW, workshop=workshop,
+        d = decide(machine, HiddenRig(machine, truth_plant, truth, own), BUDGET, allow=ALLOW, models=models,
                    shown=seen_steps.append)  # fmt: skip
     except RotorsimError as error:
         return LoopCase(number, hidden, times, (), (), (), (), f"error: {error}", "error")
-    steps, known = seen_steps[-1], {f.key for f in candidates(workshop.twin)}
+    steps, known = seen_steps[-1], {f.key for f in candidates(models.twin)}
     tops, truths = zip(*(_of_step(step, hidden, known) for step in steps.steps), strict=True)
     chances = tuple(np.nan if s.expected_of_effects is None else s.expected_of_effects for s in steps.steps)
     made = tuple(s.experiment for s in steps.steps)
@@ -125,27 +124,29 @@ def run_loop(
         return Rejected(number, f"no tie before the first experiment: {tops[0][0]}")
     if not faint or case.decided == 1:
         return case
-    best = _best_known(HiddenRig(machine, truth_plant, truth, own), workshop, hidden, known)
+    best = _best_known(HiddenRig(machine, truth_plant, truth, own), models, hidden, known)
     return case if best >= SURE else Rejected(number, f"{UNBROKEN} {100 * best:.1f} % at most")
 
 
-def _best_known(rig: HiddenRig, workshop: Workshop, hidden: tuple[str, ...], known: set[str]) -> float:
+def _best_known(rig: HiddenRig, models: CompiledModels, hidden: tuple[str, ...], known: set[str]) -> float:
     """Probability of the hidden effect after the best of the single experiments that show it most."""
     found = options(rig.machine, trials_of(rig.machine, open_records(rig.records), "fit"), ALLOW)
     best = 0.0
     for option in _by_change(rig, found)[:TRIED]:
         with suppress(RotorsimError):
-            d = diagnose(rig.machine, [*rig.records, *rig.run(option, 1, lambda: None)], workshop=workshop)
-            best = max(best, _of_step(Step(option.name, option.minutes, (), d.status, d.odds, 0.0), hidden, known)[1])
+            d = diagnose(rig.machine, [*rig.records, *rig.run(option, 1, lambda: None)], models=models)
+            best = max(
+                best, _of_step(DecisionStep(option.name, option.minutes, (), d.status, d.odds, 0.0), hidden, known)[1]
+            )
     return best
 
 
-def _by_change(rig: HiddenRig, found: Sequence[Option]) -> list[Option]:
+def _by_change(rig: HiddenRig, found: Sequence[ExperimentOption]) -> list[ExperimentOption]:
     """Experiments by falling size of what the hidden effect changes in their lines."""
     points = (rig.truth.point, scaled(rig.truth, 0.0).point)
     rig.twin.assembly  # noqa: B018  (built once, before threads)
 
-    def change(option: Option) -> float:
+    def change(option: ExperimentOption) -> float:
         trial = option.trial(rig.machine)
         with_it, without = (trial.vector(simulate(rig.twin, trial, point)) for point in points)
         return float(np.linalg.norm((with_it - without)[make_layout([trial]).frequency > 0]))  # zeros are calibrated
@@ -155,7 +156,7 @@ def _by_change(rig: HiddenRig, found: Sequence[Option]) -> list[Option]:
     return [found[i] for i in np.argsort(-sizes, kind="stable")]
 
 
-def _of_step(step: Step, hidden: tuple[str, ...], known: set[str]) -> tuple[tuple[str, float, bool], float]:
+def _of_step(step: DecisionStep, hidden: tuple[str, ...], known: set[str]) -> tuple[tuple[str, float, bool], float]:
     """The most probable explanation of a step, and the probability of the hidden one."""
     if not step.odds:
         return ("", 0.0, False), 0.0

@@ -11,14 +11,13 @@ from math import inf, sqrt
 
 import numpy as np
 
-from rotorsim.discrepancy.blind_test.hide import Truth, hide
 from rotorsim.discrepancy.data.intake import make_trials, open_records
-from rotorsim.discrepancy.diagnosis import Workshop
-from rotorsim.discrepancy.fit.calibrate import recalibrate, relinearised
-from rotorsim.discrepancy.residuals.comparison import Comparison
-from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.search.projection import Screen, screen
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.fit import recalibrate, relinearised
+from rotorsim.discrepancy.hidden_machine import HiddenTruth, hide
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
+from rotorsim.discrepancy.search.candidates import Screening, candidates, screen
+from rotorsim.discrepancy.twin.compiled_models import CompiledModels
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import Machine
 
 CHI2 = 50.0
@@ -28,22 +27,22 @@ CHI2 = 50.0
 class Detectable:
     """Projected signatures of all forms; `place` finds a form by its label."""
 
-    view: Screen
+    view: Screening
     place: dict[str, int]
 
     @classmethod
-    def of(cls, machine: Machine, truth_plant: Twin, workshop: Workshop, seed: int = 0) -> Detectable:
+    def of(cls, machine: Machine, truth_plant: Twin, models: CompiledModels, seed: int = 0) -> Detectable:
         """From records of the campaign in which nothing is hidden."""
         records = hide(machine, (), seed, twin=truth_plant, tiled=True)
         trials = [t for t in make_trials(machine, open_records(records, None), None) if t.role == "fit"]
-        comparison = Comparison(workshop.twin, trials, threads=1)
-        base = relinearised(comparison, recalibrate(comparison, workshop.fine, law=workshop.law))
+        comparison = TwinComparison(models.twin, trials, threads=1)
+        base = relinearised(comparison, recalibrate(comparison, models.fine, law=models.law))
         base = replace(base, J=comparison.jacobian(base.point, base.parameters))
-        forms, here = candidates(workshop.twin), comparison.predict(base.point)
+        forms, here = candidates(models.twin), comparison.predict(base.point)
         columns = [comparison.jacobian(base.point.holding(f.fixed), f.parameters, here) for f in forms]
         return cls(screen(base, forms, columns), {f.label: i for i, f in enumerate(forms)})
 
-    def times(self, truth: Truth) -> float:
+    def times(self, truth: HiddenTruth) -> float:
         """How many times its detectable size the least of the hidden effects has; infinite where nothing is hidden."""
         found = inf
         for form, amplitude in zip(truth.forms, truth.amplitudes, strict=True):

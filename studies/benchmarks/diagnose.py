@@ -20,11 +20,11 @@ import numpy as np
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.files import write_text
 from rotorsim.discrepancy import diagnose
-from rotorsim.discrepancy.blind_test.hide import truth_twin
-from rotorsim.discrepancy.diagnosis import Workshop
+from rotorsim.discrepancy.hidden_machine import truth_twin
 from rotorsim.discrepancy.outcome.gap import reduction
 from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.twin.compiled_models import CompiledModels
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import Machine, load_machine
 from studies.benchmarks.detectable import Detectable
 from studies.benchmarks.hidden_case import KINDS, hidden_case
@@ -38,7 +38,7 @@ STEP = 2e-4 / 3
 
 
 def run_case(
-    number: int, machine: Machine, truth_plant: Twin, workshop: Workshop, seen: Detectable, threads: int = 1
+    number: int, machine: Machine, truth_plant: Twin, models: CompiledModels, seen: Detectable, threads: int = 1
 ) -> Case:
     """Hide and diagnose."""
     kind = KINDS[number % len(KINDS)]
@@ -47,24 +47,24 @@ def run_case(
     effects = None
     if kind == "left_out":
         out = {f.effect for f in truth.forms}
-        effects = {f.effect for f in candidates(workshop.twin)} - out
+        effects = {f.effect for f in candidates(models.twin)} - out
     steps = max((abs(complex(*a, *([0] * (2 - len(a))))) / f.parameters[0].step
                  for f, a in zip(truth.forms, truth.amplitudes, strict=True)), default=0.0)  # fmt: skip
     times = seen.times(truth)
     try:
-        d = diagnose(machine, records, effects=effects, workshop=workshop, threads=threads)
+        d = diagnose(machine, records, effects=effects, models=models, threads=threads)
     except RotorsimError as error:
         outcome = f"error: {error}"
         return Case(number, kind, tuple(picked), steps, times, outcome, (), "missed", 0.0, np.nan, np.nan, 0.0)
     seconds, cpu = time.perf_counter() - begin, time.process_time() - used
     named = tuple(f.form for f in d.effects)
     hidden = tuple(f.key for f in truth.forms)
-    verdict = judged(kind, hidden, d, {f.key for f in candidates(workshop.twin)})
-    away = apart(d, truth, workshop.twin)
+    verdict = judged(kind, hidden, d, {f.key for f in candidates(models.twin)})
+    away = apart(d, truth, models.twin)
     inside = float(np.mean(np.array(away) < 2)) if away else np.nan
     return Case(
         number, kind, hidden, steps, times, d.status, named, verdict, seconds, reduction(d.gap), inside, cpu,
-        len(d.ties), scored(d.explanations, kind, hidden, {f.key for f in candidates(workshop.twin)}), away,
+        len(d.ties), scored(d.explanations, kind, hidden, {f.key for f in candidates(models.twin)}), away,
         calibrated(d, truth) if verdict in ("right", "class") else (),
     )  # fmt: skip
 
@@ -81,11 +81,11 @@ def cases(count: int, seed: int, path: Path | None = None, machine: str = "dtu_g
     """
     done = kept_cases(path)
     loaded = load_machine(machine)
-    truth_plant, workshop = replace(truth_twin(loaded), step=STEP), Workshop.of(loaded)
-    seen = Detectable.of(loaded, truth_plant, workshop)
+    truth_plant, models = replace(truth_twin(loaded), step=STEP), CompiledModels.of(loaded)
+    seen = Detectable.of(loaded, truth_plant, models)
     for number in range(seed, seed + count):
         if number not in done:
-            done[number] = run_case(number, loaded, truth_plant, workshop, seen)
+            done[number] = run_case(number, loaded, truth_plant, models, seen)
             keep(done.values(), path)
         yield done[number]
 

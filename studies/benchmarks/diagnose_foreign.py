@@ -10,6 +10,7 @@ with 1.
 
 from __future__ import annotations
 
+import argparse
 import math
 import sys
 import time
@@ -24,8 +25,8 @@ from reynolds.jit import inlined
 from rotorsim.base.constants import MPA
 from rotorsim.base.errors import RotorsimError
 from rotorsim.discrepancy import Diagnosis, diagnose, hide
-from rotorsim.discrepancy.blind_test.design import HIGH, LOW, PERIOD, PERIODS, SPACING, Planned
-from rotorsim.discrepancy.blind_test.hide import draw, record_of, truth_twin
+from rotorsim.discrepancy.hidden_machine import draw, record_of, truth_twin
+from rotorsim.discrepancy.plan.experiments import HIGH, LOW, PERIOD, PERIODS, SPACING, PlannedRecord
 from rotorsim.effects import REGISTRY, Effect, param, register
 from rotorsim.experiments import Multisine
 from rotorsim.machine import load_machine
@@ -101,7 +102,7 @@ def drift(seed: int = 1) -> tuple[Any, list[Any]]:
     """The rig, with 3 % more supply in one record than is stated."""
     rig = load_machine("dtu_gas_bearing")
 
-    def more(rows: np.ndarray, planned: Planned) -> np.ndarray:
+    def more(rows: np.ndarray, planned: PlannedRecord) -> np.ndarray:
         if planned.name == "fit_4":
             rows[:, 1] *= 1.03
         return rows
@@ -123,7 +124,7 @@ def off_the_grid(seed: int = 1) -> tuple[Any, list[Any]]:
         own = role[0 if i < 6 else 1 if i < 9 else 2]
         pressure, amplitude = (0.3 + 0.07 * (i % 6)) * MPA, 1.0 - 0.5 * (i % 2)
         one = Multisine(2 * np.pi * hertz, pressure, amplitude, LOW, HIGH, PERIOD, PERIODS, SPACING, sequence=i)
-        records.append(record_of(twin, Planned(f"{own}_{i}", own, one, i), truth.point, seed))
+        records.append(record_of(twin, PlannedRecord(f"{own}_{i}", own, one, i), truth.point, seed))
     return rig, records
 
 
@@ -174,9 +175,14 @@ def verdict(case: str, found: Diagnosis) -> str:
 
 def main() -> int:
     """Diagnose each case and print a row of the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("case", nargs="*", help=f"one of {', '.join(CASES)}; all when not given")
+    cases = parser.parse_args().case or list(CASES)
+    for unknown in (case for case in cases if case not in CASES):
+        parser.error(f"case '{unknown}' is not known; choose one of {', '.join(CASES)}")
     verdicts = []
     print("| case | status | effects | ties | verdict | seconds |\n|---|---|---|---|---|---|")
-    for case in sys.argv[1:] or list(CASES):
+    for case in cases:
         machine, records = CASES[case]()
         begin = time.perf_counter()
         try:

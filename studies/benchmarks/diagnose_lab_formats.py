@@ -10,6 +10,7 @@ rate, as a drive's output shows them. A wrong name ends the script with 1.
 
 from __future__ import annotations
 
+import argparse
 import sys
 import tempfile
 import time
@@ -28,9 +29,9 @@ sys.path.append(str(Path(__file__).resolve().parents[2]))
 import identification as idn
 from rotorsim.base.errors import RotorsimError
 from rotorsim.discrepancy import diagnose
-from rotorsim.discrepancy.blind_test.hide import truth_twin
-from rotorsim.discrepancy.diagnosis import Workshop
+from rotorsim.discrepancy.hidden_machine import truth_twin
 from rotorsim.discrepancy.search.candidates import candidates
+from rotorsim.discrepancy.twin.compiled_models import CompiledModels
 from rotorsim.machine import load_machine
 from studies.benchmarks.diagnose import STEP
 from studies.benchmarks.hidden_case import KINDS, hidden_case
@@ -136,10 +137,15 @@ def through(record: xr.Dataset, folder: Path, kind: str, dead: str) -> xr.Datase
 
 def main() -> int:
     """Hide, convert and diagnose case after case, and print a row for each."""
-    first, count = (int(text) for text in (sys.argv[1:3] + ["300000", "6"][len(sys.argv[1:3]) :]))
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("first", type=int, nargs="?", default=300_000, help="seed of the first case")
+    parser.add_argument("count", type=int, nargs="?", default=6, help="number of cases")
+    parser.add_argument("folder", type=Path, nargs="?", help="folder of temporary files")
+    asked = parser.parse_args()
+    first, count = asked.first, asked.count
     machine = load_machine("dtu_gas_bearing")
-    truth_plant, workshop = replace(truth_twin(machine), step=STEP), Workshop.of(machine)
-    known, verdicts = {f.key for f in candidates(workshop.twin)}, []
+    truth_plant, models = replace(truth_twin(machine), step=STEP), CompiledModels.of(machine)
+    known, verdicts = {f.key for f in candidates(models.twin)}, []
     print("| case | kind | file | dead | hidden | status | effects | ties | verdict | seconds |\n|" + "---|" * 10)
     for number in range(first, first + count):
         kind = KINDS[number % len(KINDS)]
@@ -147,14 +153,14 @@ def main() -> int:
         hidden = tuple(f.key for f in truth.forms)
         form, dead = list(WRITERS)[number % len(WRITERS)], "CAB"[number // 3 % 3]
         begin = time.perf_counter()
-        with tempfile.TemporaryDirectory(dir=sys.argv[3] if len(sys.argv) > 3 else None) as folder:
+        with tempfile.TemporaryDirectory(dir=asked.folder) as folder:
             records = [through(record, Path(folder), form, dead) for record in records]
         only = None
         if kind == "left_out":
-            only = {f.effect for f in candidates(workshop.twin)} - {f.effect for f in truth.forms}
+            only = {f.effect for f in candidates(models.twin)} - {f.effect for f in truth.forms}
         row = f"| {number} | {kind} | {form} | {dead} | {', '.join(hidden)}"
         try:
-            found = diagnose(machine, records, effects=only, workshop=workshop)
+            found = diagnose(machine, records, effects=only, models=models)
         except RotorsimError as error:
             print(f"{row} | refused: {error} | | | missed | |", flush=True)
             continue

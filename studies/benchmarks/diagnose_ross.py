@@ -10,6 +10,7 @@ one.
 
 from __future__ import annotations
 
+import argparse
 import sys
 import time
 import warnings
@@ -55,12 +56,19 @@ def verdict(hidden: Sequence[str], found: Diagnosis) -> str:
 
 def main() -> int:
     """Diagnose each case and print a row of the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("records", type=Path, help="folder that ross_records.py wrote")
+    parser.add_argument("case", nargs="*", help="folder in it; all when not given")
+    asked = parser.parse_args()
+    folder = asked.records
+    cases = asked.case or (sorted(p.name for p in folder.iterdir() if p.is_dir()) if folder.is_dir() else [])
+    if not cases or not all((folder / case).is_dir() for case in cases):
+        parser.error(f"{folder} has no such folders of records; make them with ross_records.py")
     warnings.filterwarnings("ignore")
-    folder, *cases = sys.argv[1:]
     verdicts = []
     print("| case | hidden | status | effects | ties | verdict | seconds |\n|---|---|---|---|---|---|---|")
-    for case in cases or sorted(p.name for p in Path(folder).iterdir() if p.is_dir()):
-        own = {role: sorted((Path(folder) / case).glob(f"{role}_*.csv")) for role in ("fit", "held_out", "untouched")}
+    for case in cases:
+        own = {role: sorted((folder / case).glob(f"{role}_*.csv")) for role in ("fit", "held_out", "untouched")}
         begin = time.perf_counter()
         found = diagnose(machine(case), own["fit"], own["held_out"], own["untouched"])
         verdicts.append(verdict(truth(case), found))

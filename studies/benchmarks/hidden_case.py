@@ -11,25 +11,29 @@ import numpy as np
 
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import hide
-from rotorsim.discrepancy.blind_test.design import Planned
-from rotorsim.discrepancy.blind_test.hide import Truth, draw
-from rotorsim.discrepancy.fit.calibration import flow_key
-from rotorsim.discrepancy.fit.parameters import REFERENCE_PRESSURE, FitParameter
+from rotorsim.discrepancy.hidden_machine import HiddenTruth, draw
+from rotorsim.discrepancy.plan.experiments import PlannedRecord
 from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.twin.twin import Twin
-from rotorsim.effects import REGISTRY
+from rotorsim.discrepancy.twin.parameters import REFERENCE_PRESSURE, FitParameter, flow_key
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import Machine
 
 KINDS = ("none", "single", "single", "pair", "foreign", "single", "left_out", "law", "noise", "single")
 """Kinds of cases, in turn."""
+NOT_DRAWN = (
+    "asymmetric_shaft", "base_vibration", "creep", "gas_heating", "labyrinth_seal", "rub", "slip", "supply_droop",
+    "torque_ripple", "unbalance",
+)  # fmt: skip
+"""Effects that no case hides: an excitation without mean cannot show them, their shape is not varied by a draw, or the
+gauge at the injectors shows them."""
 MOST_DRAWS, AGAIN = 20, 10_000_000
 """How often a machine is drawn, and what lies between the seeds."""
 
 
-def foreign(kind: int) -> Callable[[np.ndarray, Planned], np.ndarray]:
+def foreign(kind: int) -> Callable[[np.ndarray, PlannedRecord], np.ndarray]:
     """A disturbance of the inputs that no effect of the catalogue makes."""
 
-    def disturb(rows: np.ndarray, planned: Planned) -> np.ndarray:
+    def disturb(rows: np.ndarray, planned: PlannedRecord) -> np.ndarray:
         t = np.arange(len(rows)) * 2e-4
         angle = rows[0, 0] * t
         if kind == 0:
@@ -61,17 +65,19 @@ class Bent(FitParameter):
         return float(((pressure / REFERENCE_PRESSURE) ** self.power - 1) / (2**self.power - 1))
 
 
-def law_error(truth: Truth, twin: Twin, rng: np.random.Generator) -> Truth:
+def law_error(truth: HiddenTruth, twin: Twin, rng: np.random.Generator) -> HiddenTruth:
     """Another pressure law of the pins: 5 % more or less flow when the pressure doubles, by some power of it."""
     parameter = Bent(flow_key(twin), 0.02, trend="pressure", power=float(rng.choice([-1.0, 0.5, 2.0])))
     values = {**truth.point.values, parameter: float(rng.choice([-0.05, 0.05]))}
     return replace(truth, point=replace(truth.point, values=values))
 
 
-def hidden_case(number: int, kind: str, machine: Machine, truth_plant: Twin) -> tuple[list[str], Truth, list[Any]]:
+def hidden_case(
+    number: int, kind: str, machine: Machine, truth_plant: Twin
+) -> tuple[list[str], HiddenTruth, list[Any]]:
     """Effects, truth and records of a case; a machine that does not lift off is drawn again."""
     rng = np.random.default_rng([number, 11])
-    pool = sorted({f.key for f in candidates(truth_plant) if REGISTRY[f.effect].in_benchmark})
+    pool = sorted({f.key for f in candidates(truth_plant) if f.effect not in NOT_DRAWN})
     count = {"single": 1, "left_out": 1, "pair": 2}.get(kind, 0)
     for attempt in range(MOST_DRAWS):
         seed = number + attempt * AGAIN
@@ -95,3 +101,12 @@ def _pick(pool: list[str], count: int, rng: np.random.Generator) -> list[str]:
         picked = [pool[i] for i in rng.choice(len(pool), count, replace=False)]
         if len({p.split(".")[0] for p in picked}) == count:
             return picked
+
+
+def scaled(truth: HiddenTruth, factor: float) -> HiddenTruth:
+    """Same truth with the amplitudes of the hidden effects multiplied by a factor."""
+    values = dict(truth.point.values)
+    for form in truth.forms:
+        for parameter in form.parameters:
+            values[parameter] *= factor
+    return replace(truth, point=replace(truth.point, values=values))

@@ -16,8 +16,8 @@ import numpy as np
 
 import identification as idn
 from identification.campaign import identify_all
-from identification.local.fit import GreyBox, Problem
 from identification.local.greybox import STRUCTURES, modes
+from identification.local.least_squares import FitProblem, GreyBox
 from studies.benchmarks.result import Figure
 
 TRUTH = np.array(
@@ -88,7 +88,7 @@ def sensitivities() -> Iterator[Figure]:
     theta = {"1": TRUTH[:12], "3": TRUTH, "2": np.r_[TRUTH[:12], 5e3, 6e3, 1.5e7, 1e4, 2e7, 1.2e7, 8e3, 1e7]}
     for kind, at in theta.items():
         w, y = rng.normal(size=(300, 2)), 1e-6 * rng.normal(size=(300, 2))
-        problem = Problem(GreyBox(STRUCTURES[kind], TS), w, y, np.full((300, 1), 300**-0.5))
+        problem = FitProblem(GreyBox(STRUCTURES[kind], TS), w, y, np.full((300, 1), 300**-0.5))
         x0 = np.zeros(problem.states(at))
         _, J = problem.residual(at, x0)
         for i, value in enumerate(at):

@@ -14,7 +14,7 @@ from identification.local.greybox import RATED
 from rotorsim.base.constants import RPM
 from rotorsim.experiments import Prbs, run
 from rotorsim.plant.plant import Plant
-from rotorsim.study.physics import Physics, physics
+from rotorsim.study.identification_vs_physics import Physics, physics
 from studies.benchmarks.result import Figure
 
 POINTS = ((750, 0.45e6), (1250, 0.65e6), (2250, 0.35e6), (3250, 0.55e6), (4750, 0.65e6), (5250, 0.45e6))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from warnings import warn
 
-from rotorsim.base.errors import DataError, LeftOut
+from rotorsim.base.errors import DataError, PackageLeftOut
 from studies.benchmarks.parts import PARTS
 from studies.benchmarks.result import Figure
 
@@ -16,7 +16,7 @@ def measure(part: str | None = None, cold: bool = False, full: bool = False) -> 
     Parameters
     ----------
     part : str, optional
-        One of `PARTS`; all by default, without those that lack a package (warning LeftOut).
+        One of `PARTS`; all by default, without those that lack a package (warning PackageLeftOut).
     cold : bool
         Also time what starts with an empty cache.
     full : bool
@@ -40,5 +40,5 @@ def _possible(name: str, asked: bool) -> bool:
     if lacks and asked:
         raise DataError(f"bench {name}: needs {lacks}; 'pip install {lacks}'")
     if lacks:
-        warn(f"left out: {name}, which needs {lacks}; 'pip install {lacks}'", LeftOut, stacklevel=3)
+        warn(f"left out: {name}, which needs {lacks}; 'pip install {lacks}'", PackageLeftOut, stacklevel=3)
     return not lacks

@@ -19,15 +19,19 @@ another time integration) about half its first critical speed. Each case is a fo
 
 from __future__ import annotations
 
-import sys
+import argparse
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import ross
-from ross.faults import Crack, MisalignmentFlex, Rubbing
+
+try:
+    import ross
+    from ross.faults import Crack, MisalignmentFlex, Rubbing
+except ImportError:  # the help does without
+    ross = None
 
 warnings.filterwarnings("ignore")
 ELEMENTS, DISC, QUARTER = 12, 6, 3
@@ -179,10 +183,17 @@ def records(name: str) -> Iterator[tuple[str, np.ndarray]]:
 
 def main() -> None:
     """Write the cases asked for, or all."""
-    out, *names = sys.argv[1:]
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("out", type=Path, help="folder of the cases, each a folder of CSV files")
+    parser.add_argument("case", nargs="*", help=f"one of {', '.join(CASES)}; all when not given")
+    asked = parser.parse_args()
+    for unknown in (case for case in asked.case if case not in CASES):
+        parser.error(f"case '{unknown}' is not known; choose one of {', '.join(CASES)}")
+    if ross is None:
+        parser.error("needs ROSS; pip install ross-rotordynamics==2.3.0")
     head = "time [s],angle [rad],speed [rad/s],disc_measured_x [m],disc_measured_y [m]"
-    for name in names or CASES:
-        folder = Path(out) / name
+    for name in asked.case or CASES:
+        folder = asked.out / name
         folder.mkdir(parents=True, exist_ok=True)
         for record, rows in records(name):
             np.savetxt(folder / f"{record}.csv", rows, fmt="%.9g", delimiter=",", header=head, comments="")

@@ -80,12 +80,12 @@ from pathlib import Path
 import numpy as np
 begin = time.perf_counter()
 from rotorsim.plant import Plant
-from rotorsim.experiments.runup import record_runup
+from rotorsim.experiments import Runup, record
 plant = Plant("dtu_gas_bearing")
 plant.start(0.0, 0.3e6).advance(np.tile([0, 0.3e6, 0, 0, 0, 0], (1, 1)))
 ready = time.perf_counter() - begin
 begin = time.perf_counter()
-record_runup(plant, Path(sys.argv[1]), 0.0, 628.3185307179587, 10.471975511965978, 0.3e6)
+record(plant, Runup(0.0, 628.3185307179587, 10.471975511965978, 0.3e6), Path(sys.argv[1]))
 print(ready, time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 """
 

@@ -11,13 +11,12 @@ from dataclasses import replace
 import numpy as np
 
 import identification as idn
-from identification.local.greybox import STRUCTURES, modes
-from identification.local.structure import Structure
-from identification.records.frf import FrequencyResponse
+from identification.local.greybox import STRUCTURES, Structure, modes
+from identification.records.frequency_response import FrequencyResponse
 from rotorsim.analysis.supply import regulator_pressure
 from rotorsim.base.constants import RPM
 from rotorsim.plant.plant import Plant
-from rotorsim.study.physics import Physics, physics
+from rotorsim.study.identification_vs_physics import Physics, physics
 from studies.benchmarks.result import Figure
 
 POINTS = ((0, 0.3e6), (3000, 0.5e6), (6000, 0.7e6), (5500, 0.35e6))

@@ -11,7 +11,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from fmu.checks.importer import fmpy
+from fmu.importer import fmpy
 from rotorsim.base.constants import RIG_SAMPLE
 from studies.benchmarks.result import Figure
 
@@ -22,7 +22,7 @@ _RUN = """
 import json, statistics, sys, time
 import numpy as np
 import fmpy
-from fmu.checks.importer import ImportedUnit
+from fmu.importer import ImportedUnit
 from rotorsim.plant import Plant
 SPEED, PRESSURE, N, REPEATS = 628.3185307179587, 0.3e6, 2000, 9
 begin = time.perf_counter()

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorsim.discrepancy import Diagnosis
-from rotorsim.discrepancy.blind_test.hide import Truth
-from rotorsim.discrepancy.fit.parameters import DIRECTIONS, contributions, setting
-from rotorsim.discrepancy.search.indistinguishable import class_of, signature_of
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.hidden_machine import HiddenTruth
+from rotorsim.discrepancy.search.candidates import class_of, signature_of
+from rotorsim.discrepancy.twin.parameters import DIRECTIONS, contributions, setting
+from rotorsim.discrepancy.twin.plant import Twin
 from studies.benchmarks import odds_score as score
 from studies.benchmarks.hidden_case import KINDS
 from studies.benchmarks.result import Figure
@@ -72,7 +72,7 @@ def judged(kind: str, hidden: tuple[str, ...], d: Diagnosis, known: set[str]) ->
     return "class" if any(holds) and hidden else "wrong"
 
 
-def apart(d: Diagnosis, truth: Truth, twin: Twin) -> tuple[float, ...]:
+def apart(d: Diagnosis, truth: HiddenTruth, twin: Twin) -> tuple[float, ...]:
     """How far the hidden parameters are from what was found, in standard deviations."""
     found_apart = []
     for found in d.effects if d.status in ("named", "tie") else ():
@@ -90,7 +90,7 @@ def apart(d: Diagnosis, truth: Truth, twin: Twin) -> tuple[float, ...]:
     return tuple(found_apart)
 
 
-def calibrated(d: Diagnosis, truth: Truth) -> tuple[float, ...]:
+def calibrated(d: Diagnosis, truth: HiddenTruth) -> tuple[float, ...]:
     """How far the hidden calibration is from what was found, in standard deviations.
 
     Without the directions of mesh and law, which no machine has, and the unbalance where what turns with the shaft is

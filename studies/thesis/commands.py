@@ -12,16 +12,14 @@ from identification import load_model
 from identification.lpv.model import LpvModel
 from rotorsim.base.cache import key_of
 from rotorsim.base.errors import DataError
-from rotorsim.base.file_set import replacing_all
-from rotorsim.base.files import write_json, write_text
+from rotorsim.base.files import replacing_all, write_json, write_text
 from rotorsim.base.progress import line
-from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import AsJson, MachineName, a_folder, plant_of, resumable
-from rotorsim.commands.page_options import PageOptions
+from rotorsim.commands.options import AsJson, Jobs, MachineName, PageOptions, StudyFolder, plant_of, resumable
+from rotorsim.commands.registry import example
 from rotorsim.commands.results import refuse_campaign, study as study_folder
 from rotorsim.plant import Plant
 from rotorsim.report.pages.study import save_study_page
-from rotorsim.study.pool import Progress
+from studies.thesis.cached_cases import Progress
 from studies.thesis.claims.control_numbers import control_left_out, control_numbers
 from studies.thesis.claims.edited import edited, edited_block, edited_markdown
 from studies.thesis.claims.judge import Judged
@@ -37,12 +35,6 @@ RESULTS = ("experiments.md", "experiments.json", "report.html")
 """Files in the folder."""
 
 
-Out = Annotated[
-    Path, typer.Option("--out", callback=a_folder, help="Folder of laws, results and report; a study there is resumed.")
-]
-Jobs = Annotated[int, typer.Option("--jobs", min=1, help="Processes.")]
-
-
 @example(
     "python studies/thesis/designs.py model_2.json --out control",
     "control_study(plant, rs.load_model('model_2.json'), Path('control'), print)",
@@ -51,7 +43,7 @@ Jobs = Annotated[int, typer.Option("--jobs", min=1, help="Processes.")]
 def designs(
     model: Annotated[Path, typer.Argument(help="LPV model that 'rotorsim identify' wrote, best Model 2.")],
     machine: MachineName = "dtu_gas_bearing",
-    out: Out = Path("control"),
+    out: StudyFolder = Path("control"),
     jobs: Jobs = 2,
     *,
     page: PageOptions,
@@ -91,7 +83,7 @@ def designs(
 @resumable
 def whole(
     machine: MachineName = "dtu_gas_bearing",
-    out: Out = Path("study"),
+    out: StudyFolder = Path("study"),
     jobs: Jobs = 2,
     *,
     page: PageOptions,
@@ -130,14 +122,12 @@ def _inputs(kind: str, plant: Plant, quick: bool) -> dict[str, str]:
 @resumable
 def one_number(
     machine: MachineName = "dtu_gas_bearing",
-    out: Annotated[
-        Path, typer.Option("--out", callback=a_folder, help="Folder of the results, which are kept.")
-    ] = Path("experiments"),
+    out: StudyFolder = Path("experiments"),
     only: Annotated[
         list[str] | None,
         typer.Option("--only", help="A claim, e.g. I9, or the name of an experiment on one; may be repeated."),
     ] = None,
-    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Processes.")] = 2,
+    jobs: Jobs = 2,
     *,
     page: PageOptions,
     as_json: AsJson = False,

@@ -20,16 +20,23 @@ from rotorsim.base.constants import KRPM, RIG_SAMPLE
 from rotorsim.control import DesignError, Law, load_law
 from rotorsim.control.catalogue import make_spec, module_of
 from rotorsim.control.designs import p
-from rotorsim.control.loop.analysis import overview
+from rotorsim.control.sampled_loop import overview
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 from rotorsim.report.pages.verification import spectra_of
 from rotorsim.verify import closed_loop
 from rotorsim.verify.closed_loop import other_machines
-from rotorsim.verify.impacts import ImpactResponse, impact_answers, impact_responses, ring_down
-from rotorsim.verify.running import Run, run_rows, steady_rows
+from rotorsim.verify.runs import Run, run_rows, steady_rows
 from rotorsim.verify.safe_speed import safe_speed
-from rotorsim.verify.transients import amplitude, amplitudes, runup
+from rotorsim.verify.transients import (
+    ImpactResponse,
+    amplitude,
+    amplitudes,
+    impact_answers,
+    impact_responses,
+    ring_down,
+    runup,
+)
 
 Point = tuple[float, float]
 SIZES = (1.0, 5.0, 20.0)

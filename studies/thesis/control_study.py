@@ -14,7 +14,7 @@ from rotorsim.base.constants import KRPM, TO_MPA
 from rotorsim.control import Law, load_law
 from rotorsim.control.designs import h2_scheduled
 from rotorsim.plant import Plant
-from rotorsim.study.pool import Case, Progress, run_cases
+from studies.thesis.cached_cases import CachedCase, Progress, run_cases
 from studies.thesis.claims.rules import points
 from studies.thesis.stage_key import key_of
 
@@ -166,36 +166,38 @@ class _Files:
     def _key(self, name: str) -> str:
         return key_of(self.text, repr(DESIGNS.get(name, ())), kind="control")
 
-    def design(self, name: str) -> Case:
+    def design(self, name: str) -> CachedCase:
         """The case that designs."""
         design, preset, changes = DESIGNS[name]
         arguments = (str(self.model), design, preset, list(changes), str(self.law(name)))
-        return Case(f"design-{name.replace(' ', '_')}", f"design {name}", self._key(name), f"{HOME}:design", arguments)
+        return CachedCase(
+            f"design-{name.replace(' ', '_')}", f"design {name}", self._key(name), f"{HOME}:design", arguments
+        )
 
-    def run(self, stage: str, name: str, law: str, *more: Any, title: str = "") -> Case:
+    def run(self, stage: str, name: str, law: str, *more: Any, title: str = "") -> CachedCase:
         """A case that runs the plant; `title` distinguishes cases of one stage and law."""
         fingerprint = load_law(Path(law)).hash if law else ""
         key = key_of(stage, self.physics, fingerprint, repr(more))
         label = f"{title or stage.replace('_', ' ')} {name}"
-        return Case(stage, label, key, f"{HOME}:{stage}", (self.machine, law, *more))
+        return CachedCase(stage, label, key, f"{HOME}:{stage}", (self.machine, law, *more))
 
-    def whirl(self) -> Case:
+    def whirl(self) -> CachedCase:
         """The case of the linearised plant's whirl."""
         pressures = [pressure for _, pressure in points("whirl")]
         key = key_of("whirl", self.physics, repr(pressures))
-        return Case("whirl", "whirl", key, f"{HOME}:whirl", (self.machine, pressures))
+        return CachedCase("whirl", "whirl", key, f"{HOME}:whirl", (self.machine, pressures))
 
-    def machine_code(self) -> Case:
+    def machine_code(self) -> CachedCase:
         """The case that spares the verifications, which run at the same time, from compiling the same twice."""
         key = key_of("machine code", self.physics)
-        return Case("machine_code", "machine code", key, f"{HOME}:machine_code", (self.machine,))
+        return CachedCase("machine_code", "machine code", key, f"{HOME}:machine_code", (self.machine,))
 
-    def verification(self, name: str, found: ControlStudy) -> Case:
+    def verification(self, name: str, found: ControlStudy) -> CachedCase:
         """The case that verifies a law whose hits are known."""
         return self.run("verification", name, str(self.law(name)), found.impacts[OPEN], found.impacts[name])
 
 
-def _runs(files: _Files, laws: dict[str, str]) -> list[Case]:
+def _runs(files: _Files, laws: dict[str, str]) -> list[CachedCase]:
     """Cases of the plant for laws by name; the slowest kind first."""
     alone = OPEN in laws
     some = {"impacts": list(points("impacts")), "held_out": list(points("held_out"))}

@@ -9,7 +9,7 @@ from pathlib import Path
 sys.path.append(str(Path(__file__).resolve().parents[2]))
 
 from rotorsim.cli import main
-from rotorsim.commands.lazy_group import single
+from rotorsim.commands.registry import single
 
 if __name__ == "__main__":
     from studies.thesis.commands import one_number

@@ -10,9 +10,7 @@ from rotorsim.base.cache import PLANT, RUNS, sources_hash
 
 HERE = str(Path(__file__).resolve().parent)
 STUDY = "rotorsim/study"
-IDENTIFICATION = (
-    "coherent", "figures", "identification_vs_physics", "local_models", "page", "physics", "pool", "table",
-)  # fmt: skip
+IDENTIFICATION = ("identification_vs_physics", "pages")
 MEASURES = ("limit", "measures", "measures_control", "measures_identification")
 SOURCES = {
     "control": (
@@ -23,7 +21,7 @@ SOURCES = {
     "hysteresis": (*PLANT, f"{HERE}/claims/hysteresis.py"),
     "experiments": (
         *RUNS, "rotorsim/analysis", "rotorsim/verify", f"{HERE}/control_study.py", f"{HERE}/control_cases.py",
-        f"{STUDY}/local_models.py", f"{HERE}/claims/control_numbers.py", f"{HERE}/claims/rules.py",
+        f"{STUDY}/identification_vs_physics.py", f"{HERE}/claims/control_numbers.py", f"{HERE}/claims/rules.py",
         f"{HERE}/claims/rules.toml", f"{HERE}/claims/identification_numbers.py",
         *(f"{HERE}/experiments/{name}.py" for name in MEASURES),
     ),

@@ -17,10 +17,10 @@ from rotorsim.base.files import write_text
 from rotorsim.plant import Plant
 from rotorsim.report.pages.study import Block, save_study_page
 from rotorsim.study.identification_vs_physics import study
-from rotorsim.study.page import blocks_of, identification_blocks, plain_blocks
-from rotorsim.study.plans import COUNTED, QUICK, Layout, run
-from rotorsim.study.pool import Case, Progress, run_cases
-from rotorsim.study.sources import sources_of
+from rotorsim.study.identify_records import sources_of
+from rotorsim.study.pages import blocks_of, identification_blocks, plain_blocks
+from rotorsim.study.plans import COUNTED, QUICK, StudyGrid, run
+from studies.thesis.cached_cases import CachedCase, Progress, run_cases
 from studies.thesis.claims.control_numbers import control_left_out, control_numbers
 from studies.thesis.claims.edited import edited, edited_block, edited_markdown
 from studies.thesis.claims.hysteresis import hysteresis_numbers
@@ -96,9 +96,9 @@ def whole_study(plant: Plant, out: Path, progress: Progress, workers: int = 2, q
     return found
 
 
-def layout(quick: bool = False) -> Layout:
+def layout(quick: bool = False) -> StudyGrid:
     """Grid of the study: the thesis', or three by three of its points, and the claims' extra points."""
-    usual = QUICK if quick else Layout()
+    usual = QUICK if quick else StudyGrid()
     return replace(usual, more=tuple(q for name in CLAIMED for q in points(name)))
 
 
@@ -151,5 +151,7 @@ def _identify(plant: Plant, folders: list[Path], workers: int, progress: Progres
 def _hysteresis(plant: Plant, stages: Path, progress: Progress) -> dict[str, dict[str, float]]:
     """Numbers of claim I13, which is of the actuators and not of the campaign's records."""
     key = key_of(plant.machine.hash, plant.assembly.module.__name__, kind="hysteresis")
-    case = Case("hysteresis", "hysteresis", key, "studies.thesis.claims.hysteresis:hysteresis", (plant.machine.text,))
+    case = CachedCase(
+        "hysteresis", "hysteresis", key, "studies.thesis.claims.hysteresis:hysteresis", (plant.machine.text,)
+    )
     return {"I13": hysteresis_numbers(run_cases(stages, [case], 1, progress)["hysteresis"])}

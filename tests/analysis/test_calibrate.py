@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rotorsim.analysis.calibrate import Row, calibrate, judge, verdict
+from rotorsim.analysis.calibrate import CalibrationRow, calibrate, judge, verdict
 from rotorsim.analysis.figures import figures
 from rotorsim.analysis.targets import Target, read_targets, shipped
 from rotorsim.base.errors import DataError
@@ -75,7 +75,7 @@ def test_a_range_is_met_at_both_ends_and_inside_is_not_met():
     assert verdict(Target("wide", "wn_x", 1.0, 2.0, 0.5, "fit", None, ""), (1.5, 1.5)) == "not met"
     assert verdict(target, (1.3, 1.7)) == "not met"  # less than half as wide
     assert verdict(Target("point", "wn_x", 1.5, 1.5, 0.1, "fit", None, ""), (1.55, 1.55)) == "met"
-    assert Row(target, (np.nan, np.nan), (1.0, 2.0)).verdicts == ("not met", "met")
+    assert CalibrationRow(target, (np.nan, np.nan), (1.0, 2.0)).verdicts == ("not met", "met")
 
 
 def test_shipped_targets_hold_the_ranges_of_the_thesis():

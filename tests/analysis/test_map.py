@@ -17,7 +17,7 @@ from rotorsim.analysis import (
     whirl_onset,
 )
 from rotorsim.analysis.axes import Field, checked, read_axis, read_field
-from rotorsim.analysis.workers import useful
+from rotorsim.analysis.operating_map import useful
 from rotorsim.base.errors import DataError, MachineFileError, NoLiftOffError
 from rotorsim.plant import Plant
 
@@ -209,8 +209,7 @@ def test_an_interrupt_keeps_the_points_that_are_done_and_without_any_continues(m
 
 def test_what_was_not_looked_for_everywhere_is_not_known_and_not_absent():
     """Onset and crossings of two pressures without a number, the modes proven at the second alone."""
-    from rotorsim.commands.map.map import LOOKED
-    from rotorsim.commands.map.tables import tables
+    from rotorsim.commands.map import LOOKED, tables
     from rotorsim.report.pages.operating_map import _missing
 
     none = np.full(2, np.nan)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from rotorsim.balance import Conditions, Plane, Reading, correction, fit_influence, fit_physical, leave_one_out
-from rotorsim.balance.correction import in_holes
-from rotorsim.balance.physical import model_influence
+from rotorsim.balance.unbalance import in_holes, model_influence
 from rotorsim.base.errors import DataError
 from rotorsim.machine import load_machine
 

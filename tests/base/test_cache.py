@@ -9,7 +9,7 @@ import studies
 from fuzzing.disk import largest_file
 from rotorsim.base.cache import ROOT, Cache, key_of, source_files, sources_hash
 from rotorsim.base.files import WriteError
-from rotorsim.campaign.store import versions
+from rotorsim.campaign import store
 from rotorsim.discrepancy.residuals import comparison
 from studies.thesis import stage_key
 
@@ -17,8 +17,8 @@ PACKAGES = ("reynolds", "fe_shaft", "identification", "rotorsim", "fmu", "studie
 STUDIES = Path(studies.__file__).parent
 RESULTS = {
     "response": (comparison.SOURCES, "rotorsim.discrepancy.residuals.comparison"),
-    "sensitivity": (comparison.SOURCES, "rotorsim.discrepancy.twin.sensitivity_cache"),
-    "record": (versions.SOURCES, "rotorsim.campaign.workers.case_process"),
+    "sensitivity": (comparison.SOURCES, "rotorsim.discrepancy.residuals.comparison"),
+    "record": (store.SOURCES, "rotorsim.campaign.worker"),
     "design": (stage_key.SOURCES["control"], "rotorsim.control"),
     "verification": (stage_key.SOURCES["verify"], "studies.thesis.control_cases"),
     "hysteresis": (stage_key.SOURCES["hysteresis"], "studies.thesis.claims.hysteresis"),

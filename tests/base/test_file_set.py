@@ -11,15 +11,14 @@ from pathlib import Path
 import pytest
 
 from fuzzing.disk import largest_file
-from rotorsim.base.file_set import finish_sets, replacing_all
-from rotorsim.base.files import WriteError, sweep, write_text
+from rotorsim.base.files import WriteError, finish_sets, replacing_all, sweep, write_text
 
 NAMES = ("gap", "machine", "verdict")
 OLD, NEW = dict.fromkeys(NAMES, "old"), {"gap": "new", "verdict": "new"}
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from rotorsim.base.file_set import replacing_all
+from rotorsim.base.files import replacing_all
 left, own = int(sys.argv[2]), dict.fromkeys(("rename", "replace", "unlink"))
 def counted(name, call):
     def counting(*arguments, **options):

@@ -25,7 +25,7 @@ from rotorsim.base.files import (
     write_json,
     write_text,
 )
-from rotorsim.base.netcdf import write_netcdf
+from rotorsim.base.hdf5 import write_netcdf
 
 
 def names(folder: Path) -> list[str]:
@@ -149,7 +149,7 @@ def test_a_netcdf_file_is_complete_or_not_there_wherever_the_disk_ends(tmp_path:
 def test_a_disk_that_ends_does_not_end_the_process_by_a_signal(tmp_path: Path) -> None:
     """libhdf5 crashes at the end of a process that has a file open which it could not flush."""
     code = (
-        "import resource, signal, sys, numpy as np, xarray as xr; from rotorsim.base.netcdf import write_netcdf\n"
+        "import resource, signal, sys, numpy as np, xarray as xr; from rotorsim.base.hdf5 import write_netcdf\n"
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN); resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, -1))\n"
         "try: write_netcdf(sys.argv[1], xr.Dataset({'a': ('t', np.zeros(100_000))}))\n"
         "except OSError as error: sys.exit(3)"
@@ -173,10 +173,10 @@ def test_ctrl_c_while_a_netcdf_file_is_written_waits_for_its_end(tmp_path: Path)
 
 
 OWN = {
-    "rotorsim/plant/compose.py", "rotorsim/base/public.py", "rotorsim/base/cache.py", "rotorsim/base/file_set.py",
+    "rotorsim/plant/compose.py", "rotorsim/base/public.py", "rotorsim/base/cache.py", "rotorsim/base/files.py",
     "rotorsim/base/references/__init__.py", "rotorsim/live/page/scene.py", "rotorsim/report/export/figure_files.py",
     "rotorsim/commands/results.py", "rotorsim/commands/page_options.py", "rotorsim/report/export/images.py",
-    "fmu/model.py", "fmu/contents.py", "fmu/kernel_object.py", "identification/readers/plain_hdf5.py",
+    "fmu/model.py", "fmu/contents.py", "fmu/kernel_object.py", "identification/readers/hdf5.py",
 }  # fmt: skip
 """Files that read what rotorsim wrote, or comes with it, or a text within a binary file."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import pickle
 import random
 import struct
 import subprocess
@@ -16,9 +17,9 @@ import numpy as np
 import pytest
 
 import identification as idn
-from rotorsim.base import hdf5_check
+from rotorsim.base import hdf5
 from rotorsim.base.errors import DataError
-from rotorsim.base.hdf5_check import check_hdf5
+from rotorsim.base.hdf5 import check_hdf5
 from rotorsim.signals.record_blocks import open_record
 
 SEEDS = [0, 1, 2, 3, 12, 36, 137]
@@ -76,7 +77,7 @@ def test_no_damaged_file_ends_the_process_that_reads_records(tmp_path: Path, see
         paths.append(tmp_path / f"{seed}.nc")
         paths[-1].write_bytes(damaged(whole[seed % 2], seed))
     code = (
-        "import json, sys, identification as idn; from rotorsim.base import hdf5_check; hdf5_check.SECONDS = 3.0\n"
+        "import json, sys, identification as idn; from rotorsim.base import hdf5; hdf5.SECONDS = 3.0\n"
         "for path in json.load(sys.stdin):\n"
         "    try: idn.read(path)\n"
         "    except (idn.ReadError, idn.SchemaError) as error: assert len(str(error).splitlines()) == 1, error\n"
@@ -105,8 +106,8 @@ def test_an_undamaged_file_is_read_in_a_child_once_until_it_changes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked = []
-    answer = hdf5_check._answer
-    monkeypatch.setattr(hdf5_check, "_answer", lambda *a: asked.append(a) or answer(*a))
+    ask = hdf5._ask
+    monkeypatch.setattr(hdf5, "_ask", lambda path: asked.append(path) or ask(path))
     path = record(tmp_path / "a.nc")
     assert check_hdf5(path) is None and not asked  # written by this process
     os.utime(path, ns=(1, 1))
@@ -120,9 +121,12 @@ def test_a_child_that_was_killed_is_replaced(tmp_path: Path) -> None:
         path = record(tmp_path / f"{number}.nc")
         os.utime(path, ns=(1, 1))
         assert check_hdf5(path) is None
-        child = hdf5_check._started()
-        child.kill()
-        child.wait()
+        hdf5._started().process.kill()
+
+
+def interrupted(stream: object) -> None:
+    """Ctrl-C while an answer is waited for."""
+    raise KeyboardInterrupt
 
 
 def test_an_interrupted_check_does_not_answer_for_the_next_file(
@@ -132,14 +136,9 @@ def test_an_interrupted_check_does_not_answer_for_the_next_file(
     os.utime(good, ns=(1, 1))
     with h5py.File(bomb, "w") as file:
         file.create_dataset("time", (10**12,), "f8", chunks=(1000,))
-    answer = hdf5_check._answer
-
-    def interrupted(*arguments: object) -> str:
-        answer(*arguments)  # type: ignore[arg-type]
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(hdf5_check, "_answer", interrupted)
+    load = pickle.load
+    monkeypatch.setattr("rotorsim.base.processes.pickle.load", interrupted)
     with pytest.raises(KeyboardInterrupt):
         check_hdf5(bomb)
-    monkeypatch.setattr(hdf5_check, "_answer", answer)
+    monkeypatch.setattr("rotorsim.base.processes.pickle.load", load)
     assert check_hdf5(good) is None

@@ -8,10 +8,9 @@ import threading
 
 import pytest
 
-from fmu.places import workspace
+from fmu.archive import workspace
 from rotorsim.base import interrupt
-from rotorsim.base.file_set import replacing_all
-from rotorsim.base.files import replacing
+from rotorsim.base.files import replacing, replacing_all
 from rotorsim.base.interrupt import APART, SENTENCE, Interrupt, apart
 from waiting import PATIENCE, until
 

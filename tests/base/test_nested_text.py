@@ -8,12 +8,12 @@ import pytest
 
 import rotorsim as rs
 from rotorsim.analysis.targets import read_targets
+from rotorsim.base import json_text, toml_text
 from rotorsim.base.cache import ROOT
 from rotorsim.base.errors import RotorsimError
-from rotorsim.base.exchange import json_text, toml_text
 from rotorsim.base.sentences import visible
-from rotorsim.commands.console import Console
-from rotorsim.discrepancy.blind_test.hide import read_truth
+from rotorsim.commands.options import Console
+from rotorsim.discrepancy.hidden_machine import read_truth
 
 DEEP = {
     "lists": "[" * 100_000 + "]" * 100_000,
@@ -84,7 +84,7 @@ def printed(code, **environment):
 
 TABLE = """
 from rich.table import Table
-from rotorsim.commands.console import Console
+from rotorsim.commands.options import Console
 table = Table(title=hostile)
 table.add_column(hostile)
 table.add_row(hostile)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from rotorsim.base.unit_table import TABLE
-from rotorsim.base.units import parse, show, suggestion
+from rotorsim.base.units import TABLE, parse, show, suggestion
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 

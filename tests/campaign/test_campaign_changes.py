@@ -9,11 +9,11 @@ import xarray as xr
 
 from identification.records.mapping import parse
 from rotorsim.campaign.errors import PlanError
-from rotorsim.campaign.plan.case import Case
-from rotorsim.campaign.plan.known_changes import with_changes
-from rotorsim.campaign.plan.parse import make_plan
-from rotorsim.campaign.store.store import make_store, record_path
-from rotorsim.campaign.workers.run_case import solve
+from rotorsim.campaign.known_changes import with_changes
+from rotorsim.campaign.plan import Case
+from rotorsim.campaign.read_plan import make_plan
+from rotorsim.campaign.simulate_case import solve
+from rotorsim.campaign.store import make_store, record_path
 from rotorsim.cli import main
 from rotorsim.discrepancy.data.changes import known_changes
 from rotorsim.experiments import EXPERIMENTS, run

@@ -16,13 +16,14 @@ import psutil
 import pytest
 import xarray as xr
 
+from rotorsim.base.processes import ProcessDiedError
 from rotorsim.campaign import Settings, open_store, run_campaign
+from rotorsim.campaign.cluster import Tls
 from rotorsim.campaign.errors import ClusterError, StoreError
-from rotorsim.campaign.plan.parse import make_plan
-from rotorsim.campaign.store.index import DONE, FAILED, PENDING
-from rotorsim.campaign.store.store import make_store, part_path, record_path
-from rotorsim.campaign.workers.case_process import PHYSICS, run as run_order
-from rotorsim.campaign.workers.cluster import Tls
+from rotorsim.campaign.index import DONE, FAILED, PENDING
+from rotorsim.campaign.read_plan import make_plan
+from rotorsim.campaign.store import make_store, part_path, record_path
+from rotorsim.campaign.worker import PHYSICS, prepare, solve
 from waiting import PATIENCE, until
 
 pytestmark = [
@@ -74,7 +75,7 @@ def cells(process):
     found = []
     for one in descendants(process):
         with suppress(psutil.Error):
-            found += [one] if "rotorsim.campaign.workers.case_process" in one.cmdline() else []
+            found += [one] if "rotorsim.base.processes" in one.cmdline() else []
     return found
 
 
@@ -153,10 +154,10 @@ def test_a_campaign_whose_process_is_killed_continues_with_the_same_bits(tmp_pat
 WORKER = """
 import asyncio, sys
 from distributed import Security, Worker
-from rotorsim.campaign.store import versions
+from rotorsim.campaign import store
 address, numba, *tls = sys.argv[1:]
 if numba != "same":
-    versions._versions = lambda known=versions._versions(): tuple({**dict(known), "numba": numba}.items())
+    store._versions = lambda known=store._versions(): tuple({**dict(known), "numba": numba}.items())
 names = ("tls_ca_file", "tls_worker_cert", "tls_worker_key")
 security = Security(require_encryption=bool(tls), **dict(zip(names, tls)))
 async def main():
@@ -245,14 +246,14 @@ def test_workers_with_other_versions_are_refused_and_tls_asks_for_a_certificate(
             run_campaign(plan, folder, Settings(scheduler=address, tls=tls))
         with pytest.raises(ClusterError, match="is not a TLS address; write tls://host:port"):
             run_campaign(plan, folder, Settings(scheduler=address.replace("tls", "tcp"), tls=tls))
-        monkeypatch.setattr("rotorsim.campaign.workers.cluster.CONNECT", 1.0)
+        monkeypatch.setattr("rotorsim.campaign.cluster.CONNECT", 1.0)
         for wrong in (address, address.replace("tls", "tcp")):
             with pytest.raises(ClusterError, match="cannot be reached within 1 s"):
                 run_campaign(plan, folder, Settings(scheduler=wrong))
 
 
 def test_a_scheduler_that_cannot_be_reached_is_one_sentence(tmp_path, monkeypatch):
-    monkeypatch.setattr("rotorsim.campaign.workers.cluster.CONNECT", 1.0)
+    monkeypatch.setattr("rotorsim.campaign.cluster.CONNECT", 1.0)
     for address in ("tcp://127.0.0.1:9", "no address", "tls://127.0.0.1:9"):
         with pytest.raises(ClusterError, match=rf"scheduler {address}: cannot be reached within 1 s") as caught:
             run_campaign(make_plan(SLEEPING.format(2, "1 ms")), tmp_path / "s", Settings(scheduler=address))
@@ -283,16 +284,19 @@ def order(folder, number, physics="rotorsim"):
     }  # fmt: skip
 
 
+def run_order(one):
+    return prepare(one) or solve(one)
+
+
 def test_a_case_that_raises_has_its_sentence_and_a_fault_of_the_program_its_trace(tmp_path, monkeypatch):
     plan = "machine = 'dtu_gas_bearing'\n[set]\n'grid.n_theta' = 16\n'grid.n_z' = 4\n'solver.time_step' = '0.2 ms'\n"
     plan += "[experiment]\nkind = 'steady'\nduration = '20 ms'\n[axes.pressure]\nlist = ['0 MPa', '0.6 MPa']\n"
     make_store(make_plan(plan), tmp_path / "store")
-    with open(os.devnull, "w") as answers:
-        failed, done = (run_order(order(tmp_path / "store", number), answers) for number in (0, 1))
-        assert failed["status"] == "failed" and "lift" in failed["error"] and "\n" not in failed["error"]
-        assert "trace" not in failed and done["status"] == "done" and done["bytes"] > 0
-        monkeypatch.setattr("rotorsim.campaign.workers.stub.solve", lambda *arguments: 1 / 0)
-        fault = run_order(order(tmp_path / "store", 0, "stub"), answers)
+    failed, done = (run_order(order(tmp_path / "store", number)) for number in (0, 1))
+    assert failed["status"] == "failed" and "lift" in failed["error"] and "\n" not in failed["error"]
+    assert "trace" not in failed and done["status"] == "done" and done["bytes"] > 0
+    monkeypatch.setattr("rotorsim.campaign.stub.solve", lambda *arguments: 1 / 0)
+    fault = run_order(order(tmp_path / "store", 0, "stub"))
     assert fault["status"] == "failed" and fault["error"].startswith("ZeroDivisionError: division by zero; this is a")
     assert "1 / 0" in fault["trace"]
 
@@ -341,39 +345,41 @@ def test_a_process_that_cannot_be_started_ends_the_campaign_in_one_sentence(tmp_
     def none(*arguments, **options):
         raise OSError(errno.EAGAIN, "Resource temporarily unavailable")
 
-    monkeypatch.setattr("rotorsim.campaign.workers.worker.subprocess.Popen", none)
+    monkeypatch.setattr("rotorsim.base.processes.subprocess.Popen", none)
     with pytest.raises(ClusterError, match=r"cannot be started on this machine .*temporarily unavailable"):
         run_campaign(make_plan(SLEEPING.format(2, "1 ms")), tmp_path / "s", Settings(workers=1, physics="stub"))
 
 
-def test_what_a_process_that_died_was_writing_is_removed(tmp_path):
-    from rotorsim.campaign.workers import worker
+def test_what_a_process_that_died_was_writing_is_removed(tmp_path, monkeypatch):
+    from rotorsim.campaign import worker
 
     store = make_store(make_plan(SLEEPING.format(1, "1 h")), tmp_path / "store")
-    cell = worker.own_cell("mine")
+    cell, versions = worker.child_of("mine")
     left, another = (part_path(store.folder, name, pid) for name, pid in (("a", cell.process.pid), ("b", 1)))
     left.touch()
     another.touch()
     cell.process.kill()
-    assert worker._try({"run": "mine", "folder": str(store.folder), "versions": cell.versions})["status"] == "died"
+    order = {"run": "mine", "folder": str(store.folder), "versions": versions, "time_limit": 60.0}
+    monkeypatch.setattr(worker, "child_of", lambda run: (cell, versions))
+    assert worker._attempt(order)["status"] == "died"
     assert not left.exists() and another.exists()
 
 
 def test_a_run_that_ends_while_a_process_begins_waits_for_no_case(tmp_path, monkeypatch):
     """The process is known to nobody until it has begun: the end of the run must find it then."""
-    from rotorsim.campaign.workers import worker
+    from rotorsim.campaign import worker
 
-    monkeypatch.setattr(worker, "_over", {"mine"})
-    monkeypatch.setattr(worker._own, "cell", None, raising=False)
-    with pytest.raises(worker.CellDiedError, match="SIGKILL"):
-        worker.own_cell("mine")
+    monkeypatch.setattr(worker, "_ended_runs", {"mine"})
+    monkeypatch.setattr(worker._thread, "child", None, raising=False)
+    with pytest.raises(ProcessDiedError, match="SIGKILL"):
+        worker.child_of("mine")
 
 
 def test_a_stopped_run_leaves_the_cases_of_other_runs_alone():
     """Two campaigns with two stores may share a cluster: the end of one ends its own processes only."""
-    from rotorsim.campaign.workers import worker
+    from rotorsim.campaign import worker
 
-    cell = worker.own_cell("mine")
+    cell, _ = worker.child_of("mine")
     worker.end_run("another")
     assert cell.process.poll() is None
     assert worker.run_orders(json.dumps([{"run": "another", "number": 1}])) == "[]"

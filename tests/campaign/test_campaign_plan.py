@@ -11,9 +11,8 @@ import pytest
 
 from rotorsim.campaign import load_plan, shipped_plans
 from rotorsim.campaign.errors import PlanError
-from rotorsim.campaign.plan.case import Case
-from rotorsim.campaign.plan.difference import differences
-from rotorsim.campaign.plan.parse import make_plan
+from rotorsim.campaign.plan import Case, differences
+from rotorsim.campaign.read_plan import make_plan
 
 HEAD = "machine = 'plain_rotor'\n[experiment]\nkind = 'steady'\nduration = '0.1 s'\n"
 FILM = "machine = 'dtu_gas_bearing'\n[experiment]\nkind = 'prbs'\nduration = '1 s'\n"
@@ -221,7 +220,7 @@ def test_a_file_that_is_no_plan_is_one_sentence(tmp_path):
 
 
 def test_two_experiments_that_are_the_same_are_refused(tmp_path):
-    from rotorsim.campaign.store.store import make_store
+    from rotorsim.campaign.store import make_store
 
     same = "machine = 'plain_rotor'\n[experiments.a]\nkind = 'steady'\n[experiments.b]\nkind = 'steady'\n"
     with pytest.raises(PlanError, match="two cases are the same, down to the seed"):

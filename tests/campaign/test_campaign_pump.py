@@ -4,10 +4,10 @@ import json
 
 import pytest
 
+from rotorsim.campaign import scheduler as pumping
+from rotorsim.campaign.cluster import ClusterWorkers
 from rotorsim.campaign.errors import ClusterError
-from rotorsim.campaign.workers import scheduler as pumping
-from rotorsim.campaign.workers.cluster import ClusterWorkers
-from rotorsim.campaign.workers.scheduler import LARGEST, TASK, Pump
+from rotorsim.campaign.scheduler import LARGEST, TASK, Pump
 
 
 class KilledWorker(Exception):  # noqa: N818 - the name that Dask gives it

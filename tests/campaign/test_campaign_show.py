@@ -2,8 +2,8 @@
 
 import pytest
 
-from rotorsim.campaign import progress as show
-from rotorsim.campaign.progress import RECENT, Rate, spell
+from rotorsim.campaign import run as show
+from rotorsim.campaign.run import RECENT, CaseRate, spell
 
 
 @pytest.fixture
@@ -15,7 +15,7 @@ def clock(monkeypatch):
 
 
 def noted(clock, *marks):
-    rate = Rate()
+    rate = CaseRate()
     for clock[0], done in marks:
         rate.note(done)
     return rate.value

@@ -17,10 +17,10 @@ from identification import validate
 from rotorsim.base.lock import BusyError, Lock
 from rotorsim.campaign import collect, open_store, write_table
 from rotorsim.campaign.errors import StoreError
-from rotorsim.campaign.plan.parse import make_plan
-from rotorsim.campaign.store.index import DONE, FAILED, PENDING
-from rotorsim.campaign.store.store import make_store, parts_folder, record_path
-from rotorsim.campaign.workers.run_case import StorageError, solve
+from rotorsim.campaign.index import DONE, FAILED, PENDING
+from rotorsim.campaign.read_plan import make_plan
+from rotorsim.campaign.simulate_case import StorageError, solve
+from rotorsim.campaign.store import make_store, parts_folder, record_path
 from rotorsim.experiments import EXPERIMENTS, run
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
@@ -71,7 +71,7 @@ def test_the_bytes_of_a_record_depend_on_the_case_alone(store, tmp_path):
     assert same == case
     code = (
         "import sys; from pathlib import Path; from rotorsim.campaign import open_store\n"
-        "from rotorsim.campaign.workers.run_case import solve\n"
+        "from rotorsim.campaign.simulate_case import solve\n"
         "s = open_store(Path(sys.argv[1])); c = s.plan.case(1).case\n"
         "(s.folder / 'cases' / c.key[:2] / f'{c.key}.nc').unlink()\n"
         "solve(s.folder, c, next(iter(s.plan.machines.values())), s.plan.summary)\n"
@@ -99,7 +99,7 @@ def test_long_runs_pass_through_a_file_with_the_same_bytes(store, monkeypatch):
     path = record_path(store.folder, case.key)
     first = path.read_bytes()
     path.unlink()
-    monkeypatch.setattr("rotorsim.campaign.workers.run_case.LONGEST", 0.0)
+    monkeypatch.setattr("rotorsim.campaign.simulate_case.LONGEST", 0.0)
     assert solved(store) == (case, row)
     assert path.read_bytes() == first
     assert not list(parts_folder(store.folder).iterdir())
@@ -117,7 +117,7 @@ def test_every_summary_gives_numbers(tmp_path):
 
 def test_a_record_that_is_there_is_not_simulated_again(store, monkeypatch):
     case, row = solved(store)
-    monkeypatch.setattr("rotorsim.campaign.workers.run_case.stream", None)
+    monkeypatch.setattr("rotorsim.campaign.simulate_case.stream", None)
     assert solved(store) == (case, row | {"adopted": True})
     record_path(store.folder, case.key).write_bytes(b"torn")
     with pytest.raises(TypeError):
@@ -143,7 +143,7 @@ def test_killed_between_write_and_rename_nothing_is_half_there(store):
     """The process is killed with the record written and not yet moved; the next run makes the same record."""
     code = (
         "import os, signal, sys; from pathlib import Path; from rotorsim.campaign import open_store\n"
-        "from rotorsim.campaign.workers import run_case as solve\n"
+        "from rotorsim.campaign import simulate_case as solve\n"
         "s = open_store(Path(sys.argv[1])); c = s.plan.case(1).case\n"
         "move = os.replace  # kernels that are compiled move their files too\n"
         "kill = lambda: os.kill(os.getpid(), signal.SIGKILL)\n"
@@ -154,7 +154,7 @@ def test_killed_between_write_and_rename_nothing_is_half_there(store):
     assert done.returncode == -signal.SIGKILL
     assert len(list(parts_folder(store.folder).iterdir())) == 1 and not list(store.folder.glob("cases/*/*.nc"))
     case, _ = solved(store)
-    from rotorsim.campaign.store.store import clear_parts
+    from rotorsim.campaign.store import clear_parts
 
     assert clear_parts(store.folder) == 1
     with xr.open_dataset(record_path(store.folder, case.key), engine="h5netcdf") as record:
@@ -218,7 +218,7 @@ def test_a_full_disk_stops_the_index_and_keeps_what_it_had(small_disk):
 def test_a_quota_is_reported_like_a_full_disk(store):
     code = (
         "import resource, signal, sys; from pathlib import Path; from rotorsim.campaign import open_store\n"
-        "from rotorsim.campaign.workers.run_case import solve, prepare, StorageError\n"
+        "from rotorsim.campaign.simulate_case import solve, prepare, StorageError\n"
         "s = open_store(Path(sys.argv[1])); c = s.plan.case(1).case; text = next(iter(s.plan.machines.values()))\n"
         "prepare(c, text); signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))\n"

@@ -9,10 +9,10 @@ from rotorsim.base.constants import KRPM, RIG_SAMPLE
 from rotorsim.base.quantity import quantities
 from rotorsim.control import DesignError
 from rotorsim.control.catalogue import DESIGNS, make_spec, module_of
-from rotorsim.control.designs import h2_plant, h2_scheduled, hinf, lead, lpv, lqr, mixed, mpc, p, placement, youla
-from rotorsim.control.designs.interpolation import held_out
-from rotorsim.control.designs.plants import sampled_plant
-from rotorsim.control.loop.sampled_loop import (  # fmt: skip
+from rotorsim.control.designs import h2_scheduled, hinf, lead, lpv, lqr, mpc, p, placement, weighted_plant, youla
+from rotorsim.control.designs.h2_scheduled import held_out
+from rotorsim.control.plants import sampled_plant
+from rotorsim.control.sampled_loop import (  # fmt: skip
     bode_integral,
     closed_poles,
     law_system,
@@ -217,7 +217,7 @@ def test_every_number_of_a_specification_is_declared():
 
 
 def test_the_documentation_of_a_specification_states_the_unit_of_every_number():
-    for spec in (*(module_of(name).Spec for name in DESIGNS), mpc.Spec, mixed.Weights, h2_plant.Weights):
+    for spec in (*(module_of(name).Spec for name in DESIGNS), mpc.Spec, weighted_plant.Weights, h2_scheduled.H2Weights):
         for name, quantity in quantities(spec).items():
             entry = spec.__doc__.partition(f"\n{name} : ")[2].split("\n")
             assert entry[1].startswith("    ") and entry[1].endswith(f"[{quantity.unit}]."), (spec, name)

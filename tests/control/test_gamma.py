@@ -7,11 +7,11 @@ from hypothesis import given, settings, strategies as st
 from rotorsim.base.constants import KRPM
 from rotorsim.base.rounding import unstable_poles
 from rotorsim.control import DesignError
-from rotorsim.control.designs.h2_local import h2_controller
-from rotorsim.control.designs.mixed import Generalised, Weights, closed, mixed_sensitivity
-from rotorsim.control.designs.plants import design_plant
-from rotorsim.control.numerics.gamma import Bounds, bounds, controller, enclosed, solve
-from rotorsim.control.numerics.systems import System, block_diag, gain, peak_gain, series, side_by_side
+from rotorsim.control.designs.h2_scheduled import h2_controller
+from rotorsim.control.designs.hinf_synthesis import Bounds, bounds, controller, enclosed, solve
+from rotorsim.control.designs.weighted_plant import Generalised, Weights, closed, mixed_sensitivity
+from rotorsim.control.plants import design_plant
+from rotorsim.control.systems import System, block_diag, gain, peak_gain, series, side_by_side
 
 pytestmark = pytest.mark.numerical
 SEEDS = st.integers(0, 2**32 - 1)

@@ -8,15 +8,20 @@ import pytest
 import rotorsim as rs
 from rotorsim.control import DesignError
 from rotorsim.control.designs import lpv
-from rotorsim.control.designs.lpv_controller import controller_at
-from rotorsim.control.designs.lpv_matrices import Polynomial, corners, derivatives, exponents, functions
-from rotorsim.control.designs.lpv_problem import Grid, Sought, synthesise
-from rotorsim.control.designs.mixed import closed, mixed_sensitivity
-from rotorsim.control.designs.plants import design_plant
-from rotorsim.control.numerics.gamma import solve
-from rotorsim.control.numerics.lmi import Problem
-from rotorsim.control.numerics.lmi_cuts import Inequality, minimise
-from rotorsim.control.numerics.systems import peak_gain
+from rotorsim.control.designs.hinf_synthesis import solve
+from rotorsim.control.designs.lmi import Inequality, LmiProblem, minimise
+from rotorsim.control.designs.lpv_controller import (
+    Polynomial,
+    controller_at,
+    corners,
+    derivatives,
+    exponents,
+    functions,
+)
+from rotorsim.control.designs.lpv_problem import Sought, SynthesisGrid, synthesise
+from rotorsim.control.designs.weighted_plant import closed, mixed_sensitivity
+from rotorsim.control.plants import design_plant
+from rotorsim.control.systems import peak_gain
 
 pytestmark = pytest.mark.numerical
 SPEC = lpv.Spec(grid=(5, 5), table=(3, 3), validation=(5, 5))
@@ -65,13 +70,13 @@ def plants_of(rig, made, n):
 
 def grid_of(rig, made):
     points, plants = zip(*plants_of(rig, made, 3), strict=True)
-    return Grid(np.array(points), plants, made.solution.rates)
+    return SynthesisGrid(np.array(points), plants, made.solution.rates)
 
 
 def one_point(rig, scale=None, **settings):
     P = mixed_sensitivity(design_plant(rig, 314.0, 0.5e6), SPEC.weights)
     P = lpv.rescaled(P, lpv.balance([P]) if scale is None else scale)
-    return P, synthesise(Grid(np.zeros((1, 2)), (P,)), replace(STILL, **settings))
+    return P, synthesise(SynthesisGrid(np.zeros((1, 2)), (P,)), replace(STILL, **settings))
 
 
 def test_on_one_point_gamma_is_that_of_h_infinity(rig):
@@ -112,7 +117,7 @@ def test_faster_changes_need_at_least_as_much(rig, made):
 def test_a_constant_plant_has_a_constant_gamma(small):
     still = small(0.0)
     P, found = one_point(still)
-    grid = Grid(np.array([(-1.0, -1.0), (1.0, 0.5)]), (P, P), np.array([0.02, 0.01]))
+    grid = SynthesisGrid(np.array([(-1.0, -1.0), (1.0, 0.5)]), (P, P), np.array([0.02, 0.01]))
     assert synthesise(grid, Sought(order_X=1, order_Y=1)).gamma == pytest.approx(found.gamma, rel=4e-3)
 
 
@@ -222,6 +227,6 @@ def test_cutting_planes_find_the_optimum_of_all_inequalities():
 
 def test_the_smallest_eigenvalue_is_the_largest_shift_that_keeps_a_matrix_positive():
     M = np.array([[2.0, 0.3, 0.0], [0.3, 1.0, -0.4], [0.0, -0.4, 3.0]])
-    problem = Problem(1)
+    problem = LmiProblem(1)
     problem.add(M, [(0, -np.eye(3)[None])])
     assert problem.minimise(np.array([-1.0]), "test")[0] == pytest.approx(np.linalg.eigvalsh(M)[0], abs=1e-4)

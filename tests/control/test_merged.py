@@ -9,12 +9,11 @@ from identification import LinearModel
 from rotorsim.base.constants import KRPM
 from rotorsim.control import DesignError
 from rotorsim.control.designs import lqr, p
-from rotorsim.control.designs.merged import is_delayed_model_3, is_model_2, merged
-from rotorsim.control.designs.mixed import RIG, Weights
-from rotorsim.control.designs.plants import design_plant, sampled_plant, scaled_model
 from rotorsim.control.designs.weight_search import MARGIN, candidates, chosen
-from rotorsim.control.loop.impacts import hit_ratios, hit_responses
-from rotorsim.control.numerics.systems import System, response
+from rotorsim.control.designs.weighted_plant import RIG, Weights
+from rotorsim.control.plants import design_plant, is_delayed_model_3, is_model_2, merged, sampled_plant, scaled_model
+from rotorsim.control.sampled_loop import hit_ratios, hit_responses
+from rotorsim.control.systems import System, response
 from studies.benchmarks.control_laws import rig_model
 
 pytestmark = pytest.mark.numerical
@@ -100,7 +99,7 @@ def test_a_model_of_the_pins_is_refused():
 def test_a_hit_on_an_oscillator_has_the_norm_of_its_closed_form():
     """Sum of y^2 Ts = v^2 / (4 zeta omega^3) for a light oscillator that starts with velocity v."""
     omega, zeta, Ts = 0.75, 0.05, 0.2  # rad/ms, 1, ms
-    from rotorsim.control.numerics.systems import held
+    from rotorsim.control.systems import held
 
     A = np.zeros((4, 4))
     A[:2, 2:] = np.eye(2)

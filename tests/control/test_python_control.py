@@ -160,8 +160,7 @@ def test_a_system_is_verified_as_its_law_is(plant):
 
 def test_a_controller_that_is_no_law_is_verified_like_the_law_it_equals(plant):
     """Rows of one impact run: a function in Python against the law's kernel."""
-    from rotorsim.verify.other import as_law
-    from rotorsim.verify.running import run_rows, steady_rows
+    from rotorsim.verify.runs import as_law, run_rows, steady_rows
 
     system, centre = feedback(), plant.equilibrium(W, P).disc
     rows = steady_rows(W, P, 0.05)
@@ -278,7 +277,7 @@ def nonlinear(system, scheduled=False):
 
 @pytest.mark.parametrize("turned", [TURNED, nonlinear(TURNED), nonlinear(TURNED, scheduled=True)])
 def test_labels_in_another_order_are_followed_in_the_loop(turned):
-    from rotorsim.plant.control_systems import SystemController
+    from rotorsim.plant.controller import SystemController
 
     rng = np.random.default_rng(5)
     expected, found = SystemController(ACROSS), SystemController(turned)

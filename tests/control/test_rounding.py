@@ -11,11 +11,10 @@ from rotorsim.control import DesignError
 from rotorsim.control.designs import lqr
 from rotorsim.control.designs.p import Spec, make
 from rotorsim.control.designs.placement import _distinct
-from rotorsim.control.designs.plants import axis_modes, check_modes, design_plant
-from rotorsim.control.loop.sampled_loop import Sweep
-from rotorsim.control.loop.stability_check import check_loop
-from rotorsim.control.numerics.reduction import balanced, truncated
-from rotorsim.control.numerics.systems import System, block_diag, response
+from rotorsim.control.plants import axis_modes, check_modes, design_plant
+from rotorsim.control.reduction import balanced, truncated
+from rotorsim.control.sampled_loop import Sweep, check_loop
+from rotorsim.control.systems import System, block_diag, response
 
 pytestmark = pytest.mark.numerical
 SEEDS = st.integers(0, 2**32 - 1)

@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from docs.examples.closed_loop_record import hinf
 from rotorsim.base.rounding import unstable_poles
-from rotorsim.control import DesignError, hinf, uncertainty_between
-from rotorsim.control.designs.mixed import Weights, closed, mixed_sensitivity
-from rotorsim.control.designs.plants import design_plant
+from rotorsim.control import DesignError, uncertainty_between
+from rotorsim.control.designs.hinf_synthesis import bounds, controller
 from rotorsim.control.designs.uncertain import uncertain, uncertain_loop_norm
-from rotorsim.control.numerics.gamma import bounds, controller
-from rotorsim.control.numerics.systems import System
+from rotorsim.control.designs.weighted_plant import Weights, closed, mixed_sensitivity
+from rotorsim.control.plants import design_plant
+from rotorsim.control.systems import System
 
 POINT = (314.0, 0.5e6)
 

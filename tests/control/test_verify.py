@@ -13,12 +13,17 @@ from rotorsim.machine import Limits, Machine
 from rotorsim.plant import Plant
 from rotorsim.report.pages.verification import page
 from rotorsim.verify import SafeSpeed, Verification, closed_loop, safe_speed
-from rotorsim.verify.closed_loop import _impact_rows, other_machines, worst_ratio
-from rotorsim.verify.criteria import Criteria, at_most, below, edited
-from rotorsim.verify.impacts import ImpactResponse, envelope_damping, impact_answers, impact_responses
-from rotorsim.verify.running import Frozen, Run, run_rows, steady_rows
+from rotorsim.verify.closed_loop import Criteria, _impact_rows, at_most, below, edited, other_machines, worst_ratio
+from rotorsim.verify.runs import Frozen, Run, run_rows, steady_rows
 from rotorsim.verify.safe_speed import comparison
-from rotorsim.verify.transients import changing, excursion
+from rotorsim.verify.transients import (
+    ImpactResponse,
+    changing,
+    envelope_damping,
+    excursion,
+    impact_answers,
+    impact_responses,
+)
 
 POINT = (314.0, 0.5e6)
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.blind_test.design import campaign
-from rotorsim.discrepancy.blind_test.hide import Truth, draw, record_of
-from rotorsim.discrepancy.diagnosis import GRID, Workshop
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.hidden_machine import HiddenTruth, draw, record_of
+from rotorsim.discrepancy.plan.experiments import campaign
+from rotorsim.discrepancy.twin.compiled_models import GRID, CompiledModels
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import load_machine
 
 NOISE, FINE = 1e-7, 5e-5
@@ -24,9 +24,9 @@ def machine():
 
 
 @pytest.fixture(scope="session")
-def workshop(machine):
+def models(machine):
     """Twins with few candidates."""
-    return Workshop.of(machine, EFFECTS)
+    return CompiledModels.of(machine, EFFECTS)
 
 
 @pytest.fixture(scope="session")
@@ -39,7 +39,7 @@ def truth_plant(machine):
 def recorded(machine, truth_plant):
     """Records with effects hidden, and the truth."""
 
-    def record(effects=(), seed=0, sizes=(3.0, 6.0), disturb=None) -> tuple[list, Truth]:
+    def record(effects=(), seed=0, sizes=(3.0, 6.0), disturb=None) -> tuple[list, HiddenTruth]:
         truth = draw(truth_plant, effects, seed, sizes)
         plan = [replace(p, experiment=replace(p.experiment, hits=1)) for p in campaign(machine) if p.name in KEPT]
         records = [record_of(truth_plant, p, truth.point, seed, disturb) for p in plan]

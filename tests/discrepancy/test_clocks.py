@@ -7,11 +7,11 @@ import pytest
 
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import hide
-from rotorsim.discrepancy.blind_test.hide import Truth, truth_twin
-from rotorsim.discrepancy.data.clocks import clock_offset, delayed, drift_of, without_drift
-from rotorsim.discrepancy.data.intake import make_trials, open_records
-from rotorsim.discrepancy.data.spectra import make_trial
-from rotorsim.discrepancy.residuals.comparison import Comparison, Point
+from rotorsim.discrepancy.data.blocks import clock_offset, delayed, drift_of, without_drift
+from rotorsim.discrepancy.data.intake import make_trial, make_trials, open_records
+from rotorsim.discrepancy.hidden_machine import HiddenTruth, truth_twin
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
+from rotorsim.discrepancy.twin.parameters import ParameterPoint
 from rotorsim.machine import load_machine
 
 F = np.arange(1, 200) * 1.25
@@ -53,7 +53,7 @@ def test_a_clock_that_is_not_a_short_time_is_refused_in_one_sentence(value):
 def hit(machine):
     """Records of hits without a change of the calibration, by name."""
     twin = truth_twin(machine, ())
-    return open_records(hide(machine, (), 1, truth=Truth((), (), Point(), 1), twin=twin))
+    return open_records(hide(machine, (), 1, truth=HiddenTruth((), (), ParameterPoint(), 1), twin=twin))
 
 
 def test_the_residual_of_a_record_with_another_clock_is_that_of_one_with_the_same():
@@ -63,13 +63,13 @@ def test_the_residual_of_a_record_with_another_clock_is_that_of_one_with_the_sam
     late = [replace(t, clock=3e-3, spectra=delayed(t.spectra, t.frequencies, 1.234e-3)) for t in trials[:1]]
     twin = truth_twin(machine, ())
     apart = {
-        name: Comparison(twin, own, 1) for name, own in (("same", trials[:1]), ("late", late),
+        name: TwinComparison(twin, own, 1) for name, own in (("same", trials[:1]), ("late", late),
         ("stated not", [replace(late[0], clock=0.0)]))
     }  # fmt: skip
-    left = {name: float(np.linalg.norm(c.measured - c.predict(Point()))) for name, c in apart.items()}
+    left = {name: float(np.linalg.norm(c.measured - c.predict(ParameterPoint()))) for name, c in apart.items()}
     assert left["stated not"] > 20 * left["same"]
     assert left["late"] < left["same"] + 1e-3 * left["stated not"]
-    (offset, sd), *none = apart["late"].clock_offsets(Point()).values()
+    (offset, sd), *none = apart["late"].clock_offsets(ParameterPoint()).values()
     assert not none and sd > 0
     assert offset == pytest.approx(1.234e-3, abs=2e-6)
-    assert apart["same"].clock_offsets(Point()) == {}
+    assert apart["same"].clock_offsets(ParameterPoint()) == {}

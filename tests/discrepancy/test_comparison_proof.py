@@ -5,18 +5,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.diagnosis import UNSETTLED, Work
-from rotorsim.discrepancy.fit.parameters import FitParameter
-from rotorsim.discrepancy.residuals.comparison import Comparison, Point
-from rotorsim.discrepancy.search.candidates import NO_SOLUTION
+from rotorsim.discrepancy.diagnosis import UNSETTLED, DiagnosisRun
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
+from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
+from rotorsim.discrepancy.twin.plant import NO_SOLUTION
 
 LINES = 3
-AWAY = Point({FitParameter("shaft_damping", 0.1): 2.0})
+AWAY = ParameterPoint({FitParameter("shaft_damping", 0.1): 2.0})
 
 
 def comparison(lost):
     """A comparison whose `lost` twin has no solution away from the machine file's numbers."""
-    made = object.__new__(Comparison)
+    made = object.__new__(TwinComparison)
     made.twin = "own"
     sizes = {"own": 1e-6, "fine": 3e-6, "law": 7e-6}
 
@@ -29,7 +29,7 @@ def comparison(lost):
 
 
 @pytest.mark.parametrize("lost", ["own", "fine", "law", None])
-@pytest.mark.parametrize("point", [Point(), AWAY])
+@pytest.mark.parametrize("point", [ParameterPoint(), AWAY])
 def test_a_twin_without_solution_is_proven_at_the_machine_files_own_numbers(point, lost):
     c = comparison(lost)
     here = c._response(point, "own", False)
@@ -39,7 +39,7 @@ def test_a_twin_without_solution_is_proven_at_the_machine_files_own_numbers(poin
 
 @pytest.mark.parametrize(("floors", "noted"), [(4.0, False), (6.0, True)])
 def test_a_motion_that_the_solver_does_not_settle_with_an_effect_at_work_is_noted(floors, noted):
-    made, sigma, without = object.__new__(Work), np.full(LINES, 2e-9), np.full(LINES, 1e-9)
+    made, sigma, without = object.__new__(DiagnosisRun), np.full(LINES, 2e-9), np.full(LINES, 1e-9)
     made.parts = {"fit": SimpleNamespace(correction=without, sigma=sigma)}
     moved = made._moved_by_solver(SimpleNamespace(correction=without + floors * sigma))
     assert moved == pytest.approx(floors)

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.fit.least_squares import Fit
-from rotorsim.discrepancy.fit.parameters import FitParameter
+from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.linear_algebra import NoAnswerError
-from rotorsim.discrepancy.residuals.comparison import Point
 from rotorsim.discrepancy.search.candidates import Form
-from rotorsim.discrepancy.search.search import Search, share_gone
+from rotorsim.discrepancy.search.hypotheses import EffectSearch, share_gone
+from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
 
 GAIN, SIZE = FitParameter("gain", 0.1), FitParameter("size", 0.1)
 FORM = Form("runout", "runout.roughness", (SIZE,))
@@ -32,10 +31,10 @@ class Response:
 
 
 def search(comparison, monkeypatch):
-    monkeypatch.setattr("rotorsim.discrepancy.search.search.table", lambda comparison, residual: residual)
-    monkeypatch.setattr("rotorsim.discrepancy.search.search.excess", lambda r: float(r @ r) - 4)
-    base = Fit((GAIN,), Point({GAIN: 0.0}), np.full(4, 2.0), np.zeros((4, 1)), 16.0)
-    return Search(comparison, None, base, (FORM,), {FORM.label: np.ones((4, 1))}, 12.0, 0.0)
+    monkeypatch.setattr("rotorsim.discrepancy.search.hypotheses.table", lambda comparison, residual: residual)
+    monkeypatch.setattr("rotorsim.discrepancy.search.hypotheses.excess", lambda r: float(r @ r) - 4)
+    base = ParameterFit((GAIN,), ParameterPoint({GAIN: 0.0}), np.full(4, 2.0), np.zeros((4, 1)), 16.0)
+    return EffectSearch(comparison, None, base, (FORM,), {FORM.label: np.ones((4, 1))}, 12.0, 0.0)
 
 
 def test_a_fit_that_only_gets_worse_is_a_failed_fit_of_size_zero(monkeypatch):
@@ -48,7 +47,7 @@ def test_a_fit_whose_linear_algebra_has_no_answer_is_a_failed_fit(monkeypatch):
     def refuse(self, forms, start):
         raise NoAnswerError("linear algebra: singular")
 
-    monkeypatch.setattr(Search, "_fitted", refuse)
+    monkeypatch.setattr(EffectSearch, "_fitted", refuse)
     assert search(Response(), monkeypatch).hypothesis((FORM,), np.array([1.0])).failed
 
 

@@ -5,15 +5,11 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.fit.least_squares import Fit, fit, singular_directions
-from rotorsim.discrepancy.fit.parameters import REFERENCE_SPEED, FitParameter, contributions, setting
-from rotorsim.discrepancy.fit.uncertainty import covariance, sd_of_polar
+from rotorsim.discrepancy.fit import ParameterFit, covariance, fit_parameters, sd_of_polar, singular_directions
 from rotorsim.discrepancy.outcome.result import EXIT_CODES
-from rotorsim.discrepancy.residuals.comparison import Point
-from rotorsim.discrepancy.search.candidates import Form
-from rotorsim.discrepancy.search.indistinguishable import class_of
-from rotorsim.discrepancy.search.projection import screen
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.search.candidates import Form, class_of, screen
+from rotorsim.discrepancy.twin.parameters import REFERENCE_SPEED, FitParameter, ParameterPoint, contributions, setting
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.effects import REGISTRY
 from rotorsim.effects.base import forms_of_parameters
 from rotorsim.machine import load_machine
@@ -36,17 +32,18 @@ class Curve:
 
 def test_a_nonlinear_fit_with_a_kept_jacobian_converges():
     t = np.linspace(0, 2, 20)
-    start = float(np.sum(Curve().residual(Point()) ** 2))
-    found = fit(Curve(), Point(), [A, B], np.column_stack([t, t**2]), steps=40)
+    start = float(np.sum(Curve().residual(ParameterPoint()) ** 2))
+    found = fit_parameters(Curve(), ParameterPoint(), [A, B], np.column_stack([t, t**2]), steps=40)
     assert found.cost < 0.02 * start
-    better = fit(Curve(), found.point, [A, B], np.column_stack([t * np.exp(found.vector[0] * t), t**2]), steps=40)
+    J = np.column_stack([t * np.exp(found.vector[0] * t), t**2])
+    better = fit_parameters(Curve(), found.point, [A, B], J, steps=40)
     assert better.cost < 1e-3 * start
 
 
 def test_a_prior_holds_what_the_data_do_not_tell():
     tight = FitParameter("a", 0.1, sd=1e-6)
     t = np.linspace(0, 2, 20)
-    found = fit(Curve(), Point(), [tight, B], np.column_stack([t, t**2]))
+    found = fit_parameters(Curve(), ParameterPoint(), [tight, B], np.column_stack([t, t**2]))
     assert abs(found.point.values[tight]) < 1e-4
 
 
@@ -66,7 +63,7 @@ def test_the_drop_of_a_form_is_that_of_a_joint_least_squares(rng):
     J, S, r = rng.normal(size=(60, 3)), rng.normal(size=(60, 1)), rng.normal(size=60)
     parameters = tuple(FitParameter(n, 1.0) for n in "abc")
     x = np.linalg.lstsq(J, r, rcond=None)[0]
-    base = Fit(parameters, Point(), r - J @ x, J, 0.0)
+    base = ParameterFit(parameters, ParameterPoint(), r - J @ x, J, 0.0)
     view = screen(base, [form("f")], [S])
     joint = np.linalg.lstsq(np.column_stack([J, S]), r, rcond=None)
     drop, steps = view.drop(0)
@@ -76,7 +73,7 @@ def test_the_drop_of_a_form_is_that_of_a_joint_least_squares(rng):
 
 def test_a_form_that_the_calibration_imitates_explains_nothing(rng):
     J = rng.normal(size=(60, 2))
-    base = Fit((A, B), Point(), rng.normal(size=60), J, 0.0)
+    base = ParameterFit((A, B), ParameterPoint(), rng.normal(size=60), J, 0.0)
     view = screen(base, [form("f"), form("g")], [J @ [[1.0], [2.0]], rng.normal(size=(60, 1))])
     assert view.drop(0)[0] == 0.0
     assert view.survives(0) < 1e-6 < view.survives(1)
@@ -84,7 +81,7 @@ def test_a_form_that_the_calibration_imitates_explains_nothing(rng):
 
 def test_forms_with_the_same_signature_are_alike(rng):
     J, s = rng.normal(size=(60, 2)), rng.normal(size=(60, 2))
-    base = Fit((A, B), Point(), rng.normal(size=60), J, 0.0)
+    base = ParameterFit((A, B), ParameterPoint(), rng.normal(size=60), J, 0.0)
     two = Form("f", "f.x", (FitParameter("f.0.x~p.c", 1.0), FitParameter("f.0.x~p.s", 1.0)))
     view = screen(base, [two, form("g"), form("h")], [s, s[:, :1] + J @ [[3.0], [1.0]], rng.normal(size=(60, 1))])
     assert view.likeness(0, 1) == pytest.approx(1.0, abs=1e-6)
@@ -112,8 +109,8 @@ def test_scatter_between_records_widens_a_standard_deviation(rng):
     n, m = 40, 6
     J = np.ones((n * m, 1))
     record = np.repeat(np.arange(m), n)
-    white = Fit((A,), Point(), rng.normal(size=n * m), J, 0.0)
-    together = Fit((A,), Point(), white.residual + 3 * rng.normal(size=m)[record], J, 0.0)
+    white = ParameterFit((A,), ParameterPoint(), rng.normal(size=n * m), J, 0.0)
+    together = ParameterFit((A,), ParameterPoint(), white.residual + 3 * rng.normal(size=m)[record], J, 0.0)
     plain = 1 / np.sqrt(n * m)
     assert np.sqrt(covariance(white, record)[0, 0]) == pytest.approx(plain, rel=0.7)
     assert np.sqrt(covariance(together, record)[0, 0]) > 8 * plain

@@ -11,10 +11,10 @@ from identification.errors import ReadError
 from identification.records.mapping import parse
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import diagnose
-from rotorsim.discrepancy.blind_test.design import campaign
-from rotorsim.discrepancy.blind_test.hide import draw, record_of
 from rotorsim.discrepancy.data.changes import known_changes
-from rotorsim.discrepancy.fit.parameters import FitParameter, contributions, setting
+from rotorsim.discrepancy.hidden_machine import draw, record_of
+from rotorsim.discrepancy.plan.experiments import campaign
+from rotorsim.discrepancy.twin.parameters import FitParameter, contributions, setting
 from rotorsim.machine import load_machine
 
 WEIGHT = {"me": 3e-5, "phase": math.radians(70)}
@@ -83,8 +83,8 @@ def test_a_change_that_no_record_can_have_ends_in_a_sentence(plain, stated, sent
 
 
 @pytest.mark.slow
-def test_the_response_with_a_stated_weight_is_that_of_the_machine_with_the_weight(machine, workshop):
-    twin = workshop.twin
+def test_the_response_with_a_stated_weight_is_that_of_the_machine_with_the_weight(machine, models):
+    twin = models.twin
     rows = np.tile([200.0, 0, 0, 0, 0, 0], (400, 1))
     known = setting(twin, contributions({}, 200.0, 0.0, known_changes(machine, STATED, "run")))
     own = machine.effects["unbalance"][0]
@@ -94,7 +94,7 @@ def test_the_response_with_a_stated_weight_is_that_of_the_machine_with_the_weigh
 
 
 @pytest.mark.slow
-def test_records_with_a_stated_trial_weight_are_no_disagreement(machine, workshop, truth_plant):
+def test_records_with_a_stated_trial_weight_are_no_disagreement(machine, models, truth_plant):
     truth = draw(truth_plant, (), 3, (3.0, 6.0))
     weight = [FitParameter(f"{KEY}.{part}", 1e-9) for part in "cs"]
     vector = 3e-5 * np.array([np.cos(WEIGHT["phase"]), np.sin(WEIGHT["phase"])])
@@ -107,8 +107,8 @@ def test_records_with_a_stated_trial_weight_are_no_disagreement(machine, worksho
         noise = np.random.default_rng([3, i]).normal(0, 1e-7, record.disc_measured.shape)
         record["disc_measured"] = record.disc_measured.copy(data=record.disc_measured.values + noise)
         records.append(record.assign_attrs(changes=STATED) if there else record)
-    found = diagnose(machine, records, workshop=workshop)
+    found = diagnose(machine, records, models=models)
     assert found.status == "no_disagreement"
     assert any("changed on purpose" in note and "fit_2" in note for note in found.notes)
-    silent = diagnose(machine, [r.assign_attrs(changes="") for r in records], workshop=workshop)
+    silent = diagnose(machine, [r.assign_attrs(changes="") for r in records], models=models)
     assert silent.status != "no_disagreement"

@@ -4,15 +4,13 @@ import numpy as np
 import pytest
 
 from rotorsim.discrepancy import diagnose, hide
-from rotorsim.discrepancy.blind_test.hide import Truth, truth_twin
-from rotorsim.discrepancy.fit.calibrate import strained
-from rotorsim.discrepancy.fit.least_squares import Fit
-from rotorsim.discrepancy.fit.parameters import FitParameter
-from rotorsim.discrepancy.residuals.comparison import Point
-from rotorsim.discrepancy.residuals.localise import Flag
-from rotorsim.discrepancy.search import second_effect
+from rotorsim.discrepancy.fit import ParameterFit, strained
+from rotorsim.discrepancy.hidden_machine import HiddenTruth, truth_twin
+from rotorsim.discrepancy.residuals.misfit import Misfit
+from rotorsim.discrepancy.search import hypotheses
 from rotorsim.discrepancy.search.candidates import Form, candidates
-from rotorsim.discrepancy.search.search import Search
+from rotorsim.discrepancy.search.hypotheses import EffectSearch
+from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
 from rotorsim.machine import load_machine
 
 GAIN, SIZE = FitParameter("gain", 0.1, 1.0, -6.0, 6.0), FitParameter("size", 0.1)
@@ -38,13 +36,13 @@ class Response:
 def search(gain, monkeypatch):
     """A search whose calibration stands at a gain."""
     for name, stub in (("table", lambda comparison, residual: residual), ("excess", lambda r: float(r @ r))):
-        monkeypatch.setattr(f"rotorsim.discrepancy.search.search.{name}", stub)
-    monkeypatch.setattr("rotorsim.discrepancy.search.search.within_form_error", lambda c, before, after: False)
-    comparison, point = Response(), Point({GAIN: gain})
+        monkeypatch.setattr(f"rotorsim.discrepancy.search.hypotheses.{name}", stub)
+    monkeypatch.setattr("rotorsim.discrepancy.search.hypotheses.within_form_error", lambda c, before, after: False)
+    comparison, point = Response(), ParameterPoint({GAIN: gain})
     r = comparison.residual(point)
-    base = Fit((GAIN,), point, r, comparison.jacobian(point, (GAIN,)), float(r @ r))
+    base = ParameterFit((GAIN,), point, r, comparison.jacobian(point, (GAIN,)), float(r @ r))
     columns = {FORM.label: comparison.jacobian(point, (SIZE,))}
-    return Search(comparison, None, base, (FORM,), columns, base.cost, 0.0, updated={FORM.label})
+    return EffectSearch(comparison, None, base, (FORM,), columns, base.cost, 0.0, updated={FORM.label})
 
 
 def test_an_effect_is_found_from_the_files_own_numbers_where_the_calibration_hides_it(monkeypatch):
@@ -58,7 +56,7 @@ def test_an_effect_is_found_from_the_files_own_numbers_where_the_calibration_hid
 
 def test_what_is_found_from_there_counts_only_where_it_is_better_than_the_calibration(monkeypatch):
     astray = search(5.0, monkeypatch)
-    astray.base = Fit(astray.base.parameters, astray.base.point, astray.base.residual, astray.base.J, 0.0)
+    astray.base = ParameterFit(astray.base.parameters, astray.base.point, astray.base.residual, astray.base.J, 0.0)
     astray.before = search(0.0, monkeypatch)
     assert [h.failed for h in astray.best_singles()] in ([], [True])
 
@@ -69,9 +67,9 @@ def test_what_the_calibration_has_taken_up_is_fitted_on_where_nothing_is_flagged
     astray, rounds = search(1.0, monkeypatch), []
     astray.before = search(0.0, monkeypatch)
     astray.base_excess = astray.before.base_excess = excess
-    monkeypatch.setattr("rotorsim.discrepancy.search.search.within_form_error", lambda c, before, after: True)
-    monkeypatch.setattr("rotorsim.discrepancy.search.search.share_gone", lambda left, before: 1.0)
-    monkeypatch.setattr(Search, "polished", lambda self, h: rounds.append(h.keys) or h)
+    monkeypatch.setattr("rotorsim.discrepancy.search.hypotheses.within_form_error", lambda c, before, after: True)
+    monkeypatch.setattr("rotorsim.discrepancy.search.hypotheses.share_gone", lambda left, before: 1.0)
+    monkeypatch.setattr(EffectSearch, "polished", lambda self, h: rounds.append(h.keys) or h)
     assert [h.keys for h in astray.best_singles()] == [(FORM.key,)]
     assert bool(rounds) == goes_on
 
@@ -82,7 +80,7 @@ def test_an_exponent_of_the_discharge_that_all_coefficients_together_take_up_is_
     rig = load_machine("dtu_gas_bearing")
     twin = truth_twin(rig)
     form = next(f for f in candidates(twin) if f.label == "discharge_drift.exponent")
-    truth = Truth((form,), ((-0.3,),), Point({form.parameters[0]: -0.3}), 3)
+    truth = HiddenTruth((form,), ((-0.3,),), ParameterPoint({form.parameters[0]: -0.3}), 3)
     found = diagnose(rig, hide(rig, (form.key,), 3, truth=truth, twin=twin, tiled=True))
     assert found.status == "named"
     assert found.odds["discharge_drift.exponent"] > 0.95
@@ -92,12 +90,14 @@ def test_an_exponent_of_the_discharge_that_all_coefficients_together_take_up_is_
     ("value", "names"), [(2.9, []), (-2.9, []), (3.1, ["gain"]), (6.0, ["gain"]), (-6.0, ["gain"])]
 )
 def test_a_calibration_beyond_three_standard_deviations_or_at_its_limit_is_not_believed(value, names):
-    assert strained(Fit((GAIN,), Point({GAIN: value}), ONES, np.ones((4, 1)), 4.0)) == names
+    assert strained(ParameterFit((GAIN,), ParameterPoint({GAIN: value}), ONES, np.ones((4, 1)), 4.0)) == names
 
 
 def test_what_shifts_the_data_alone_says_nothing_of_the_machine():
     mesh, trend = FitParameter("mesh", 1.0, 0.5), FitParameter("gain", 0.1, 1.0, trend="speed")
-    assert strained(Fit((mesh, trend), Point({mesh: 9.0, trend: 9.0}), ONES, np.ones((4, 2)), 4.0)) == []
+    assert (
+        strained(ParameterFit((mesh, trend), ParameterPoint({mesh: 9.0, trend: 9.0}), ONES, np.ones((4, 2)), 4.0)) == []
+    )
 
 
 @pytest.mark.parametrize(("left", "form_error"), [(0.015, True), (0.03, False)])
@@ -106,13 +106,13 @@ def test_harmonics_that_an_effect_hardly_makes_are_measured_by_its_largest_one(m
 
     def groups(comparison, residual):
         return [
-            Flag("a", "p", "x", name, 2, 2 * (abs(s) / 1e-3) ** 2, abs(s), 1e-3, 0.0, 0)
+            Misfit("a", "p", "x", name, 2, 2 * (abs(s) / 1e-3) ** 2, abs(s), 1e-3, 0.0, 0)
             for name, s in zip(("1X", "2X"), residual, strict=True)
         ]
 
-    monkeypatch.setattr(second_effect, "table", groups)
+    monkeypatch.setattr(hypotheses, "table", groups)
     after = np.array([0.0, left])
-    assert second_effect.within_form_error(None, after + np.array([1.0, 0.0]), after) == form_error
+    assert hypotheses.within_form_error(None, after + np.array([1.0, 0.0]), after) == form_error
 
 
 def test_the_size_by_sensitivities_alone_is_that_of_least_squares(monkeypatch):

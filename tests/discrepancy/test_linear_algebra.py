@@ -8,10 +8,9 @@ import pytest
 from scipy.linalg import expm
 
 from rotorsim import discrepancy
-from rotorsim.discrepancy.fit.least_squares import Fit, fit
-from rotorsim.discrepancy.fit.parameters import FitParameter
+from rotorsim.discrepancy.fit import ParameterFit, fit_parameters
 from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
-from rotorsim.discrepancy.residuals.comparison import Point
+from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
 
 PARAMETER = FitParameter("a", 0.1)
 
@@ -52,5 +51,5 @@ def test_a_fit_without_a_step_ends_where_it_began():
         def residual(self, point):
             return np.ones(3)
 
-    found = fit(Flat(), Point(), [PARAMETER], np.full((3, 1), np.nan))
-    assert isinstance(found, Fit) and found.cost == 3.0
+    found = fit_parameters(Flat(), ParameterPoint(), [PARAMETER], np.full((3, 1), np.nan))
+    assert isinstance(found, ParameterFit) and found.cost == 3.0

@@ -10,15 +10,14 @@ import numpy as np
 import pytest
 
 from rotorsim.base.errors import DataError
-from rotorsim.base.netcdf import write_netcdf
-from rotorsim.discrepancy import decide
-from rotorsim.discrepancy.blind_test.hide import read_truth
-from rotorsim.discrepancy.loop import rigs
-from rotorsim.discrepancy.loop.decide import Loop, _with_files
-from rotorsim.discrepancy.loop.rigs import FolderRig, VirtualRig, open_rig
-from rotorsim.discrepancy.loop.steps import FILE, OTHERS, Step, Steps, read_steps
-from rotorsim.discrepancy.odds.explanation import Explanation
+from rotorsim.base.hdf5 import write_netcdf
+from rotorsim.discrepancy import decide, rigs
+from rotorsim.discrepancy.explanation import Explanation
+from rotorsim.discrepancy.hidden_machine import read_truth
+from rotorsim.discrepancy.loop import DecisionLoop, _with_files
+from rotorsim.discrepancy.outcome.steps import FILE, OTHERS, DecisionStep, DecisionSteps, read_steps
 from rotorsim.discrepancy.plan.allowed import ALLOWED
+from rotorsim.discrepancy.rigs import FolderRig, VirtualRig, open_rig
 from small_diagnosis import small_diagnosis
 from studies.benchmarks.decide import HiddenRig, loop_figures
 from studies.benchmarks.loop_case import LoopCase, Rejected, counted, read_cases, write_cases
@@ -31,9 +30,9 @@ def some_steps(tmp_path):
     """Two steps, the second after an experiment whose record is there."""
     record = tmp_path / "next_1.nc"
     record.write_bytes(b"x")
-    first = Step("", 0.0, (), "tie", {"a": 0.5, "b": 0.5}, 1.0)
-    second = Step("impact", 2.0, (str(record),), "named", {"a": 0.99, "b": 0.01}, 0.08, 0.9)
-    return Steps(ASKED).with_step(first).with_step(second)
+    first = DecisionStep("", 0.0, (), "tie", {"a": 0.5, "b": 0.5}, 1.0)
+    second = DecisionStep("impact", 2.0, (str(record),), "named", {"a": 0.99, "b": 0.01}, 0.08, 0.9)
+    return DecisionSteps(ASKED).with_step(first).with_step(second)
 
 
 def test_steps_are_read_as_they_were_written(tmp_path):
@@ -148,7 +147,7 @@ class OnePlan:
 
 
 @dataclass(eq=False)
-class Scripted(Loop):
+class Scripted(DecisionLoop):
     """A loop whose diagnoses do nothing but let something happen meanwhile; the odds settle with `enough` records."""
 
     meanwhile: Callable = print
@@ -181,7 +180,9 @@ def test_records_of_one_mapping_are_not_asked_to_state_a_change_of_their_own(mac
     plan = OnePlan(tuple(SimpleNamespace(option=SimpleNamespace(name=n, stated=n == "weighed"))
                          for n in ("weighed", "plain")))  # fmt: skip
     found = SimpleNamespace(plan=lambda allow, sure: asked.append((allow, sure)) or plan)
-    loop = Loop(machine, None, 30.0, tuple(ALLOWED), alike, None, 0.9, tmp_path, None, print, print, None, 0.004)
+    loop = DecisionLoop(
+        machine, None, 30.0, tuple(ALLOWED), alike, None, 0.9, tmp_path, None, print, print, None, 0.004
+    )
     assert [p.option.name for p in loop._next_plan(found).proposals] == names
     assert asked == [(tuple(ALLOWED), 0.9)]
 
@@ -199,7 +200,7 @@ def test_the_probability_that_ends_a_loop_is_that_which_its_plans_forecast(machi
     rig, out = folders
     loop = Scripted(machine, FolderRig(rig, longest=0.1), 30.0, ("speed",), False, None, 0.8, out, None,
                     lambda stage: None, lambda steps: None, object(), 0.004, meanwhile=lambda count: None)  # fmt: skip
-    loop.run(loop.rig.begin([]), Steps({}))
+    loop.run(loop.rig.begin([]), DecisionSteps({}))
     assert loop.asked == (("speed",), np.inf, 0.8)
 
 
@@ -288,47 +289,45 @@ def test_rows_of_loops_and_of_rejected_seeds_are_read_as_they_were_written(tmp_p
 
 
 @pytest.mark.slow
-def test_a_loop_decides_between_effects_that_tie_at_first(tmp_path, machine, workshop, truth_plant, recorded):
+def test_a_loop_decides_between_effects_that_tie_at_first(tmp_path, machine, models, truth_plant, recorded):
     """One operating point shows too little; the planned experiment on the hidden machine settles it, once."""
     records, truth = recorded(("coupling.force_2x",), 4)
     few = [r for r in records if r.attrs["record"].startswith("fit_1")]
-    shown: list[Steps] = []
+    shown: list[DecisionSteps] = []
     rig = HiddenRig(machine, truth_plant, truth, few)
-    found = decide(machine, rig, 30.0, effects=("coupling", "runout"), workshop=workshop, out=tmp_path,
+    found = decide(machine, rig, 30.0, effects=("coupling", "runout"), models=models, out=tmp_path,
                    shown=shown.append)  # fmt: skip
     assert found.steps.end == "decided"
     assert max(found.odds, key=found.odds.get) == "coupling.force_2x"
     assert shown[-1] == found.steps and read_steps(tmp_path, found.steps.asked).steps == found.steps.steps
-    again = decide(machine, rig, 30.0, effects=("coupling", "runout"), workshop=workshop, out=tmp_path)
+    again = decide(machine, rig, 30.0, effects=("coupling", "runout"), models=models, out=tmp_path)
     assert again.steps.steps == found.steps.steps and again.odds == found.odds
 
 
 @pytest.mark.slow
 def test_a_budget_below_every_experiment_is_refused_and_the_first_step_is_kept(
-    machine, workshop, truth_plant, recorded, tmp_path
+    machine, models, truth_plant, recorded, tmp_path
 ):
     """Budget below every experiment: refused with the shortest one's time, and the steps so far are kept."""
     records, truth = recorded(("runout.amplitude_1x",), 6)
     few = [r for r in records if r.attrs["record"].startswith("fit_1")]
     with pytest.raises(DataError, match=r"budget: 2 min; the shortest experiment takes 2.\d+ min"):
-        decide(
-            machine, HiddenRig(machine, truth_plant, truth, few), 2.001, workshop=workshop, out=tmp_path, sure=0.9999
-        )
+        decide(machine, HiddenRig(machine, truth_plant, truth, few), 2.001, models=models, out=tmp_path, sure=0.9999)
     assert (tmp_path / FILE).exists()
 
 
 @pytest.mark.slow
-def test_records_put_into_a_folder_are_taken_for_the_planned_experiment(machine, workshop, recorded, tmp_path):
+def test_records_put_into_a_folder_are_taken_for_the_planned_experiment(machine, models, recorded, tmp_path):
     records, _ = recorded(("coupling.force_2x",), 4)
     folder, out = tmp_path / "rig", tmp_path / "out"
     folder.mkdir()
     for record in (r for r in records if r.attrs["record"].startswith("fit_1")):
         write_netcdf(folder / f"{record.attrs['record']}.nc", record)
     waits = FolderRig(folder, longest=0.5)
-    first = decide(machine, waits, 30.0, workshop=workshop, out=out, sure=0.9999)
+    first = decide(machine, waits, 30.0, models=models, out=out, sure=0.9999)
     assert first.steps.end == "no_record" and (out / "next.toml").exists()
     new = next(r for r in records if r.attrs["record"] == "fit_2")
     write_netcdf(folder / "measured.nc", new)
-    second = decide(machine, FolderRig(folder, longest=0.5), 30.0, workshop=workshop, out=out, sure=0.9999)
+    second = decide(machine, FolderRig(folder, longest=0.5), 30.0, models=models, out=out, sure=0.9999)
     assert [s.records for s in second.steps.steps] == [(), (str(folder / "measured.nc"),)]
     assert second.steps.spent > 2

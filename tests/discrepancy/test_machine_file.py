@@ -4,14 +4,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rotorsim.discrepancy.fit.parameters import FitParameter, contributions, setting
-from rotorsim.discrepancy.outcome.findings import Found
-from rotorsim.discrepancy.outcome.machine_file import difference
+from rotorsim.discrepancy.outcome.machine_file import IdentifiedEffect, difference
 from rotorsim.discrepancy.outcome.result import Diagnosis
-from rotorsim.discrepancy.residuals.comparison import Point
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint, contributions, setting
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import Machine, load_machine, machine_text
-from rotorsim.machine.edit import remarked
+from rotorsim.machine.file_text import remarked
 
 
 def found(machine, effects, calibration=None):
@@ -27,18 +25,32 @@ def found(machine, effects, calibration=None):
 @pytest.mark.parametrize(
     "one",
     [
-        Found("runout", "runout.amplitude_2x", {"amplitude_2x": 3e-7, "phase_2x": 1.0}, {"amplitude_2x": 1e-8},
-              ("runout.amplitude_2x",)),
-        Found("hysteresis", "hysteresis.weight", {"weight": 4e-7}, {"weight": 1e-8}, ("hysteresis.weight",)),
-        Found("weak_injector", "weak_injector.blocked of injector 2", {"blocked": 0.1, "injector": 2.0},
-              {"blocked": 0.01}, ("weak_injector.blocked of injector 2",)),
-        Found("sensor_gain", "sensor_gain.x", {"x": 0.04}, {"x": 0.01}, ("sensor_gain.x",)),
-        Found("dead_zone", "dead_zone.half_width", {"half_width": 2e-7}, {}, ("dead_zone.half_width",)),
-        Found("coupling", "coupling.force_2x", {"force_2x": 3.0, "phase_2x": 0.2, "ellipticity": 0.0}, {}, ("a", "b")),
-        Found("unbalance", "unbalance.me", {"me": 1e-6, "phase": 0.3, "position": 0.2366875}, {}, ("unbalance.me",)),
+        IdentifiedEffect(
+            "runout",
+            "runout.amplitude_2x",
+            {"amplitude_2x": 3e-7, "phase_2x": 1.0},
+            {"amplitude_2x": 1e-8},
+            ("runout.amplitude_2x",),
+        ),
+        IdentifiedEffect("hysteresis", "hysteresis.weight", {"weight": 4e-7}, {"weight": 1e-8}, ("hysteresis.weight",)),
+        IdentifiedEffect(
+            "weak_injector",
+            "weak_injector.blocked of injector 2",
+            {"blocked": 0.1, "injector": 2.0},
+            {"blocked": 0.01},
+            ("weak_injector.blocked of injector 2",),
+        ),
+        IdentifiedEffect("sensor_gain", "sensor_gain.x", {"x": 0.04}, {"x": 0.01}, ("sensor_gain.x",)),
+        IdentifiedEffect("dead_zone", "dead_zone.half_width", {"half_width": 2e-7}, {}, ("dead_zone.half_width",)),
+        IdentifiedEffect(
+            "coupling", "coupling.force_2x", {"force_2x": 3.0, "phase_2x": 0.2, "ellipticity": 0.0}, {}, ("a", "b")
+        ),
+        IdentifiedEffect(
+            "unbalance", "unbalance.me", {"me": 1e-6, "phase": 0.3, "position": 0.2366875}, {}, ("unbalance.me",)
+        ),
     ],
     ids=lambda f: f.form,
-)  # fmt: skip
+)
 def test_every_kind_of_effect_finds_its_place_in_the_file_of_the_rig(one):
     diagnosis = found("dtu_gas_bearing", (one,))
     after = diagnosis.apply()
@@ -85,7 +97,7 @@ def test_a_number_that_was_fitted_again_does_not_keep_the_comment_of_the_old_one
     before = machine_text("plain_rotor").splitlines()
     assert sum("example" in line for line in lines) == sum("example" in line for line in before) - 3
 
-    one = Found("hysteresis", "hysteresis.weight", {"weight": 4e-7}, {"weight": 1e-8}, ())
+    one = IdentifiedEffect("hysteresis", "hysteresis.weight", {"weight": 4e-7}, {"weight": 1e-8}, ())
     after = found("dtu_gas_bearing", (one,), {"curtain_discharge": (0.1, 0.01)}).apply()._source
     rig = [" ".join(line.split()) for line in after.splitlines()]
     assert 'weight = "0.4 um/V" # found by rotorsim diagnose' in rig
@@ -105,7 +117,7 @@ def test_a_file_of_inline_tables_takes_calibration_and_effects(tmp_path):
     """There is no room for a comment in braces: one there made a file that no reader takes."""
     (tmp_path / "inline.toml").write_text(INLINE)
     calibration = {"shaft_damping": (0.5, 0.1), "bearing.0.kx": (0.2, 0.08), "unbalance.1.me~phase.c": (1e-6, 1e-8)}
-    one = Found("runout", "runout.amplitude_2x", {"amplitude_2x": 3e-7}, {"amplitude_2x": 1e-8}, ())
+    one = IdentifiedEffect("runout", "runout.amplitude_2x", {"amplitude_2x": 3e-7}, {"amplitude_2x": 1e-8}, ())
     after = found(tmp_path / "inline.toml", (one,), calibration).apply()
     assert after.shaft.damping_ratio == pytest.approx(0.015) and after.bearings[0].kxx == pytest.approx(12.5e6)
     assert after.effects["runout"][0].amplitude_2x == pytest.approx(3e-7) and len(after.effects["unbalance"]) == 2
@@ -125,7 +137,7 @@ def test_a_simulation_of_the_new_file_is_the_fitted_one(machine, speeds):
     rows = np.zeros((5000, 6))
     rows[:, 0] = np.linspace(*speeds, 5000)
     before, after = (Twin(m, only=()) for m in (diagnosis.machine, diagnosis.apply()))
-    point = Point({FitParameter(key, 1.0): value for key, value in changes.items()})
+    point = ParameterPoint({FitParameter(key, 1.0): value for key, value in changes.items()})
     values = setting(before, contributions(point.values, 0.0, 0.0))
     given, fitted, written = (
         (motion := twin.run(own, rows, 0.0)[:, :2]) - motion.mean(axis=0)

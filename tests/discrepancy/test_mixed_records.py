@@ -7,14 +7,13 @@ import pytest
 
 from identification import make_record, make_vectors
 from rotorsim.discrepancy import diagnose, runup_vectors
-from rotorsim.discrepancy.blind_test.design import Planned
-from rotorsim.discrepancy.blind_test.hide import record_of
-from rotorsim.discrepancy.data.groups import make_layout
 from rotorsim.discrepancy.data.intake import limits, make_trials
-from rotorsim.discrepancy.data.run_ups import is_table, sweeps, with_tables
-from rotorsim.discrepancy.data.sweeps import TOLERANCE, make_sweeps
+from rotorsim.discrepancy.data.spectra import make_layout
+from rotorsim.discrepancy.data.sweeps import TOLERANCE, is_table, make_sweeps, sweeps, with_tables
 from rotorsim.discrepancy.diagnose_records import trials_of
-from rotorsim.discrepancy.residuals.comparison import Comparison
+from rotorsim.discrepancy.hidden_machine import record_of
+from rotorsim.discrepancy.plan.experiments import PlannedRecord
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
 from rotorsim.discrepancy.residuals.floor import floor, repeat_scatter, unknown_sources
 from rotorsim.experiments import Coastdown
 
@@ -105,12 +104,12 @@ def test_vectors_have_their_tolerance_and_records_theirs(machine):
     np.testing.assert_allclose(ratio[~of_rows], 0.004, rtol=1e-5)
 
 
-def test_the_zeros_of_the_sensors_are_those_of_the_records(machine, workshop):
+def test_the_zeros_of_the_sensors_are_those_of_the_records(machine, models):
     records, tables = both_kinds(machine)
-    mixed = Comparison(workshop.twin, [*records, *(replace(t, alone=False) for t in tables)])
+    mixed = TwinComparison(models.twin, [*records, *(replace(t, alone=False) for t in tables)])
     shown = {int(i) for i in mixed.layout.record[mixed.directions["offset_x"] > 0]}
     assert shown == {0, 1}
-    assert Comparison(workshop.twin, list(tables)).directions["offset_x"].sum() == 1
+    assert TwinComparison(models.twin, list(tables)).directions["offset_x"].sum() == 1
 
 
 def test_a_sweep_shows_what_one_speed_does_not(machine):
@@ -123,7 +122,7 @@ def test_a_sweep_shows_what_one_speed_does_not(machine):
 def with_coast_down(recorded, truth_plant, effects, seed, **attrs):
     """Hidden records and a coast-down at 120 rpm/s of the same machine, with the noise of the records."""
     records, truth = recorded(effects, seed)
-    planned = Planned("coast", "fit", Coastdown(2 * np.pi * 38, 2 * np.pi * 8, RATE), 77)
+    planned = PlannedRecord("coast", "fit", Coastdown(2 * np.pi * 38, 2 * np.pi * 8, RATE), 77)
     down = record_of(truth_plant, planned, truth.point, seed)
     noise = np.random.default_rng([seed, 77]).normal(0, 1e-7, down.disc_measured.shape)
     down["disc_measured"] = down.disc_measured.copy(data=down.disc_measured.values + noise)
@@ -132,20 +131,20 @@ def with_coast_down(recorded, truth_plant, effects, seed, **attrs):
 
 
 @pytest.mark.slow
-def test_nothing_is_missing_in_records_and_a_coast_down(machine, workshop, recorded, truth_plant):
+def test_nothing_is_missing_in_records_and_a_coast_down(machine, models, recorded, truth_plant):
     """Accuracy: 0.1 um of scatter over 8 revolutions of 130 samples or more is 4 nm; 30 nm are stated."""
     records, _ = with_coast_down(recorded, truth_plant, (), 4, accuracy=3e-8)
-    found = diagnose(machine, records, effects=EFFECTS, workshop=workshop)
+    found = diagnose(machine, records, effects=EFFECTS, models=models)
     assert found.status == "no_disagreement" and found.localisation == ()
     assert any("'coast': its speed sweeps" in note and "8 revolutions" in note for note in found.notes)
     assert {"coast, fit", "coast, held_out", "coast, untouched", "fit_1"} <= set(found.gap["record"].values)
 
 
 @pytest.mark.slow
-def test_a_hidden_force_is_named_by_records_and_a_coast_down(machine, workshop, recorded, truth_plant):
+def test_a_hidden_force_is_named_by_records_and_a_coast_down(machine, models, recorded, truth_plant):
     """Accuracy: where 2X is 9 um and its resonance passes within a window, 0.1 um of it show at 3X; with 0.03 um stated
     the force explains too little of that to be more than partial."""
     records, _ = with_coast_down(recorded, truth_plant, ("coupling.force_2x",), 8, accuracy=1e-7)
-    found = diagnose(machine, records, effects=EFFECTS, workshop=workshop)
+    found = diagnose(machine, records, effects=EFFECTS, models=models)
     assert found.status == "named" and [f.form for f in found.effects] == ["coupling.force_2x"]
     assert {"fit_1", "coast, fit"} <= {flag.record for flag in found.localisation}

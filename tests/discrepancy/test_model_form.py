@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from identification import make_vectors
-from rotorsim.discrepancy.data.groups import make_layout
-from rotorsim.discrepancy.data.spectra import planned_trial
+from rotorsim.discrepancy.data.spectra import make_layout, planned_trial
 from rotorsim.discrepancy.data.sweeps import make_sweeps
-from rotorsim.discrepancy.odds.model_form import BAND, SPEED, lines_of, model_form
+from rotorsim.discrepancy.evidence import BAND, SPEED, lines_of, model_form
 
 HZ = 2 * np.pi
 SPEEDS = HZ * np.linspace(10.0, 33.0, 24)

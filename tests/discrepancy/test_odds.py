@@ -5,15 +5,12 @@ import pytest
 from scipy.integrate import quad
 
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.fit.parameters import STEPS, FitParameter
-from rotorsim.discrepancy.odds import model_form
-from rotorsim.discrepancy.odds.evidence import log_evidence, one_sided, unexplained_gain
-from rotorsim.discrepancy.odds.explanation import Explanation, shown_share
-from rotorsim.discrepancy.odds.model_form import SIZES, ModelForm, weights
-from rotorsim.discrepancy.odds.odds import _merged
-from rotorsim.discrepancy.odds.priors import prior_sizes
-from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.evidence import SIZES, USUAL, ModelForm, log_evidence, one_sided, unexplained_gain, weights
+from rotorsim.discrepancy.explanation import Explanation, shown_share
+from rotorsim.discrepancy.odds import _merged
+from rotorsim.discrepancy.search.candidates import candidates, prior_sizes
+from rotorsim.discrepancy.twin.parameters import STEPS, FitParameter
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.effects import REGISTRY
 from rotorsim.effects.diagnosis import CandidateForm
 from rotorsim.machine import load_machine
@@ -123,7 +120,7 @@ def test_probabilities_are_right_as_often_as_they_say():
 
 def test_near_certainty_is_not_shown_as_certainty():
     assert [shown_share(p) for p in (0.99999, 0.995, 0.42, 0.004)] == ["> 99.9 %", "99.5 %", "42 %", "0.4 %"]
-    assert STEPS > 1 and model_form.USUAL < 0.05
+    assert STEPS > 1 and USUAL < 0.05
 
 
 @pytest.mark.parametrize(("form", "sentence"), [

@@ -8,29 +8,34 @@ import pytest
 
 from rotorsim.base.errors import DataError
 from rotorsim.campaign import load_plan
-from rotorsim.discrepancy.blind_test.design import campaign
-from rotorsim.discrepancy.data.groups import make_layout
-from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.data.spectra import Trial, make_layout
 from rotorsim.discrepancy.data.sweeps import empty_sweep
-from rotorsim.discrepancy.odds.evidence import log_evidence
-from rotorsim.discrepancy.odds.explanation import Explanation
-from rotorsim.discrepancy.odds.model_form import ModelForm
+from rotorsim.discrepancy.evidence import ModelForm, log_evidence
+from rotorsim.discrepancy.explanation import Explanation
 from rotorsim.discrepancy.plan.allowed import ALLOWED, check_allowed
-from rotorsim.discrepancy.plan.expected import Density, Outlook, Predicted, Today, entropy, outlook, separation
-from rotorsim.discrepancy.plan.forecast import in_proportion
-from rotorsim.discrepancy.plan.options import options
-from rotorsim.discrepancy.plan.plan import Looks, Plan, Proposal, _of_class, rivals_of
+from rotorsim.discrepancy.plan.experiments import campaign, options
+from rotorsim.discrepancy.plan.forecast import (
+    CurrentOdds,
+    Outlook,
+    PredictedResponse,
+    PredictiveDensity,
+    entropy,
+    in_proportion,
+    outlook,
+    separation,
+)
+from rotorsim.discrepancy.plan.ranking import ExperimentPlan, ExperimentRanking, Proposal, _of_class, rivals_of
 from rotorsim.experiments import Coastdown, Impact, Multisine, Runup, Steady
 from rotorsim.machine import load_machine
 
 N = 200
-EVEN = Today.of(0.5, 0.5)
+EVEN = CurrentOdds.of(0.5, 0.5)
 STILL = np.zeros((N, 1))
 
 
 def predicted(mean, spread=STILL, form=STILL):
     """A prediction without an error of the form, unless one is given."""
-    return Predicted(mean, spread, form)
+    return PredictedResponse(mean, spread, form)
 
 
 def ahead(difference, spread=STILL, odds=EVEN, temperature=1.0):
@@ -40,7 +45,7 @@ def ahead(difference, spread=STILL, odds=EVEN, temperature=1.0):
 
 
 def test_rivals_that_respond_alike_stay_as_they_are():
-    left = ahead(np.zeros(N), odds=Today.of(0.8, 0.2))
+    left = ahead(np.zeros(N), odds=CurrentOdds.of(0.8, 0.2))
     assert left.entropy == pytest.approx(float(entropy(np.array([0.8, 0.2]))), abs=1e-9)
     assert left.decided == 0 and left.truths == pytest.approx([0.8, 0.2])
 
@@ -62,14 +67,14 @@ def test_a_difference_that_a_rival_can_be_re_fitted_to_is_none():
 
 def test_what_is_not_followed_keeps_its_ratio_to_the_rival_at_its_side():
     """Nothing missing, 12 % of faint effects with it, and one effect that the run shows."""
-    today = Today(np.array([0.8, 0.08]), np.array([0.12, 0.0]), np.array([False, True]))
+    today = CurrentOdds(np.array([0.8, 0.08]), np.array([0.12, 0.0]), np.array([False, True]))
     left = ahead(np.full(N, 1.0), odds=today)
     assert left.truths == pytest.approx([0.8 / 0.92, 1.0], abs=1e-6)
     assert left.chances == pytest.approx([0.0, 1.0]) and left.of_effects == 1.0
     assert left.decided == pytest.approx(0.08 + 0.12)  # those not followed fare as the effect does
     beyond = ahead(np.full(N, 1.0), odds=replace(today, beyond=0.05))
     assert beyond.decided == pytest.approx(0.08 + 0.12 - 0.05) and beyond.of_effects == 1.0
-    alone = ahead(np.full(N, 1.0), odds=Today(np.array([0.92, 0.08]), np.zeros(2), np.array([False, True])))
+    alone = ahead(np.full(N, 1.0), odds=CurrentOdds(np.array([0.92, 0.08]), np.zeros(2), np.array([False, True])))
     assert alone.decided == pytest.approx(1.0)
 
 
@@ -84,7 +89,7 @@ def test_what_the_records_do_not_show_is_followed_on_its_own():
 
 def stub_looks(first, close, rivals=2):
     """Looks whose outlooks are given: entropies of first looks, and of close ones by number."""
-    looks = Looks.__new__(Looks)
+    looks = ExperimentRanking.__new__(ExperimentRanking)
     looks.progress, looks.close_looks = lambda: None, []
     rig = options(load_machine("plain_rotor"), trials(load_machine("plain_rotor")), ())
     looks.options, looks.trials, looks.means = rig, [None] * len(rig), [None] * len(rig)
@@ -106,7 +111,7 @@ def test_a_run_whose_first_look_is_exact_is_ranked_with_those_seen_closely():
     looks = stub_looks(first, dict.fromkeys(range(1, 9), 1.0))
     found = looks.ranked()
     assert found[0].option == looks.options[0] and 0 not in looks.close_looks
-    assert Plan(1.0, ("a", "b"), found, odds=(0.5, 0.5)).settles
+    assert ExperimentPlan(1.0, ("a", "b"), found, odds=(0.5, 0.5)).settles
 
 
 def test_the_best_that_helps_is_proposed_before_a_cheaper_one_that_does_not():
@@ -114,7 +119,7 @@ def test_the_best_that_helps_is_proposed_before_a_cheaper_one_that_does_not():
     cheap, dear = (
         Proposal(o, Outlook(h, 0.5, 0.5, np.zeros(2), np.zeros(2))) for o, h in zip(rig, (0.20, 0.185), strict=False)
     )
-    plan = Plan(0.20, ("a", "b"), (), odds=(0.97, 0.03)).with_proposals((cheap, dear))
+    plan = ExperimentPlan(0.20, ("a", "b"), (), odds=(0.97, 0.03)).with_proposals((cheap, dear))
     assert plan.settles and plan.proposals == (dear, cheap) and plan.first(60.0) is dear
     assert plan.sentence.startswith("Settled already, 97 % a; what confirms or refutes it best")
     assert "one explanation gets 80 %" in replace(plan, odds=(0.7, 0.3), sure=0.8).sentence
@@ -154,7 +159,7 @@ def test_entropy_left_is_that_of_two_normal_numbers():
     h = -(p * np.log2(p) + (1 - p) * np.log2(1 - p))
     exact = float(np.nansum(h * np.exp(-(y**2) / 2)) * (y[1] - y[0]) / np.sqrt(2 * np.pi))
     found = np.mean([
-        outlook(EVEN, [Predicted(np.full(1, x), np.zeros((1, 1)), np.zeros((1, 1))) for x in (0.0, d)],
+        outlook(EVEN, [PredictedResponse(np.full(1, x), np.zeros((1, 1)), np.zeros((1, 1))) for x in (0.0, d)],
                 np.ones(1), 1.0, seed).entropy
         for seed in range(60)
     ])  # fmt: skip
@@ -234,7 +239,7 @@ def test_every_kind_of_experiment_is_a_plan_that_a_campaign_runs(name, tmp_path)
     kinds = {(type(o.experiment), o.weight is None): o for o in options(machine, trials(machine), ())}
     for number, option in enumerate(kinds.values()):
         best = Proposal(option, Outlook(0.1, 0.9, 0.9, np.array([0.9, 0.9]), np.array([0.9, 0.9])))
-        plan = Plan(1.0, ("a", "b"), (best,), odds=(0.5, 0.5))
+        plan = ExperimentPlan(1.0, ("a", "b"), (best,), odds=(0.5, 0.5))
         (tmp_path / f"{number}.toml").write_text(plan.campaign(machine, name))
         loaded = load_plan(tmp_path / f"{number}.toml")
         assert len(list(loaded.cases())) == 1
@@ -248,8 +253,8 @@ def test_what_no_experiment_separates_is_stated_with_the_reason():
     assert _of_class(tie) == sentence
     dull = Proposal(options(load_machine("plain_rotor"), trials(load_machine("plain_rotor")), ())[0],
                     Outlook(0.99, 0.0, 0.0, EVEN.odds, np.zeros(2)))  # fmt: skip
-    assert Plan(1.0, ("a", "b"), (dull,)).sentence == "No allowed experiment separates a from b."
-    assert Plan(0.0, ("a",), ()).sentence.startswith("No next experiment")
+    assert ExperimentPlan(1.0, ("a", "b"), (dull,)).sentence == "No allowed experiment separates a from b."
+    assert ExperimentPlan(0.0, ("a",), ()).sentence.startswith("No next experiment")
 
 
 def test_separation_is_the_distance_that_re_fitting_leaves():
@@ -272,5 +277,7 @@ def test_the_predictive_density_is_what_a_new_record_adds_to_the_evidence(temper
     after = log_evidence(both, y, np.concatenate([old, new]), sd, temperature)
     H = old.T @ old / temperature + np.diag(sd**-2.0)
     root = np.linalg.inv(np.linalg.cholesky(H)).T
-    density = Density.of(Predicted(new @ (sd * before.value), new @ root, np.zeros((20, 1))), temperature)
+    density = PredictiveDensity.of(
+        PredictedResponse(new @ (sd * before.value), new @ root, np.zeros((20, 1))), temperature
+    )
     assert density.log(y[None, 30:])[0] == pytest.approx(after.log - before.log, abs=1e-9)

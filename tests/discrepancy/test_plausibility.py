@@ -5,27 +5,27 @@ import pytest
 
 from identification import from_arrays
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.blind_test.design import campaign
-from rotorsim.discrepancy.blind_test.hide import record_of
-from rotorsim.discrepancy.data.plausibility import check_after
-from rotorsim.discrepancy.data.spectra import make_trial
-from rotorsim.discrepancy.data.unit_checks import check_before
-from rotorsim.discrepancy.residuals.comparison import Comparison, Point
+from rotorsim.discrepancy.data.intake import make_trial
+from rotorsim.discrepancy.hidden_machine import record_of
+from rotorsim.discrepancy.plan.experiments import campaign
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
+from rotorsim.discrepancy.residuals.plausibility import check_after, check_before
+from rotorsim.discrepancy.twin.parameters import ParameterPoint
 
 WANTED = ("fit_2", "fit_3", "fit_5")
 
 
 @pytest.fixture(scope="module")
-def plain(machine, workshop):
+def plain(machine, models):
     """Records of the twin itself, and its prediction of them."""
     plan = [p for p in campaign(machine) if p.name in WANTED]
-    records = [record_of(workshop.twin, p, Point(), 1) for p in plan]
-    nominal = comparison(workshop, records).predict(Point())
+    records = [record_of(models.twin, p, ParameterPoint(), 1) for p in plan]
+    nominal = comparison(models, records).predict(ParameterPoint())
     return records, nominal
 
 
-def comparison(workshop, records):
-    return Comparison(workshop.twin, [make_trial(r, "fit", f"r{i}") for i, r in enumerate(records)])
+def comparison(models, records):
+    return TwinComparison(models.twin, [make_trial(r, "fit", f"r{i}") for i, r in enumerate(records)])
 
 
 def changed(records, change):
@@ -33,39 +33,39 @@ def changed(records, change):
     return [r.assign(disc_measured=r.disc_measured.copy(data=change(r.disc_measured.values))) for r in records]
 
 
-def test_records_without_a_mistake_pass(plain, workshop):
+def test_records_without_a_mistake_pass(plain, models):
     records, nominal = plain
-    check_before(comparison(workshop, records), nominal)
-    check_before(comparison(workshop, changed(records, lambda y: 1.4 * y)), nominal)
+    check_before(comparison(models, records), nominal)
+    check_before(comparison(models, changed(records, lambda y: 1.4 * y)), nominal)
 
 
 @pytest.mark.parametrize(("factor", "shown"), [(25.4, "25.4"), (1 / 25.4, "0.03937"), (1e3, "1000"), (1e-3, "0.001")])
-def test_displacements_in_another_unit_are_suggested_and_never_assumed(plain, workshop, factor, shown):
+def test_displacements_in_another_unit_are_suggested_and_never_assumed(plain, models, factor, shown):
     records, nominal = plain
-    wrong = comparison(workshop, changed(records, lambda y: factor * y))
+    wrong = comparison(models, changed(records, lambda y: factor * y))
     with pytest.raises(DataError, match=rf"about {shown}: is it a matter of units.*nothing was assumed"):
         check_before(wrong, nominal)
 
 
-def test_exchanged_channels_are_noticed(plain, workshop):
+def test_exchanged_channels_are_noticed(plain, models):
     records, nominal = plain
-    wrong = comparison(workshop, changed(records, lambda y: y[:, ::-1]))
+    wrong = comparison(models, changed(records, lambda y: y[:, ::-1]))
     with pytest.raises(DataError, match="fit when they are exchanged"):
         check_before(wrong, nominal)
 
 
-def test_a_clock_that_is_shifted_against_the_inputs_is_noticed(plain, workshop):
+def test_a_clock_that_is_shifted_against_the_inputs_is_noticed(plain, models):
     records, nominal = plain
-    wrong = comparison(workshop, changed(records, lambda y: np.roll(y, 25, axis=0)))
+    wrong = comparison(models, changed(records, lambda y: np.roll(y, 25, axis=0)))
     with pytest.raises(DataError, match=r"is shifted by [+-]5\.\d+ ms in time"):
         check_before(wrong, nominal)
 
 
-def test_records_of_another_machine_are_refused(plain, workshop, rng):
+def test_records_of_another_machine_are_refused(plain, models, rng):
     records, _ = plain
-    wrong = comparison(workshop, changed(records, lambda y: rng.normal(0, 1e-5, y.shape)))
+    wrong = comparison(models, changed(records, lambda y: rng.normal(0, 1e-5, y.shape)))
     with pytest.raises(DataError, match="are they of this machine"):
-        check_after(wrong, wrong.predict(Point()))
+        check_after(wrong, wrong.predict(ParameterPoint()))
 
 
 def test_a_speed_that_the_angle_does_not_turn_with_is_refused():

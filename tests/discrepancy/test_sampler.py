@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 
 from rotorsim.discrepancy.data.intake import make_trials, open_records
-from rotorsim.discrepancy.fit.calibration import calibration
-from rotorsim.discrepancy.fit.least_squares import Fit, fit
-from rotorsim.discrepancy.odds.evidence import log_evidence, prior_sizes
-from rotorsim.discrepancy.odds.model_form import SIZES, model_form, weights, whitened_size
-from rotorsim.discrepancy.odds.odds import TEMPERATURE
-from rotorsim.discrepancy.residuals.comparison import Comparison, Point
+from rotorsim.discrepancy.evidence import SIZES, log_evidence, model_form, prior_sizes, weights, whitened_size
+from rotorsim.discrepancy.fit import ParameterFit, fit_parameters
+from rotorsim.discrepancy.odds import TEMPERATURE
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
 from rotorsim.discrepancy.residuals.floor import TOLERANCE
 from rotorsim.discrepancy.search.candidates import candidates
+from rotorsim.discrepancy.twin.parameters import ParameterPoint, calibration
 
 pytestmark = pytest.mark.nightly
 CASES = [("coupling.force_2x", 4), ("runout.amplitude_1x", 6), ("runout.amplitude_2x", 7), ("shaft_bow.bow", 8),
@@ -29,7 +28,7 @@ WALKERS, STEPS, BURNT, DRAWS = 36, 120, 50, 300
 class Posterior:
     """Logarithm of the posterior of a fit's parameters, in prior standard deviations, with the plant at every point."""
 
-    def __init__(self, comparison: Comparison, fitted: Fit):
+    def __init__(self, comparison: TwinComparison, fitted: ParameterFit):
         self.comparison, self.fitted = comparison, fitted
         self.sd = prior_sizes(fitted.parameters, fitted.vector)
         size = whitened_size(comparison.layout, comparison.predict(fitted.point), comparison.sigma)
@@ -41,7 +40,7 @@ class Posterior:
         values = dict(zip(self.fitted.parameters, value * self.sd, strict=True))
         if any(not p.low <= v <= p.high for p, v in values.items()):
             return 2 * OUTSIDE - float(value @ value)
-        residual = self.comparison.residual(Point(values, self.fitted.point.fixed))
+        residual = self.comparison.residual(ParameterPoint(values, self.fitted.point.fixed))
         r = self.form.whitened(residual, self.laplace.error)
         return float(-0.5 * r @ r / TEMPERATURE - 0.5 * value @ value)
 
@@ -54,23 +53,23 @@ class Posterior:
 
 
 @pytest.fixture(scope="module", params=CASES, ids=[name for name, _ in CASES])
-def posterior(request, machine, workshop, recorded):
+def posterior(request, machine, models, recorded):
     """Posterior of the hidden effect's own explanation."""
     name, seed = request.param
     records, truth = recorded((name,), seed)
     few = [r for r in records if r.attrs["record"] == "fit_3"]
     trials = make_trials(machine, open_records(few), "fit")
-    comparison = Comparison(workshop.twin, trials, threads=1)
-    form = next(f for f in candidates(workshop.twin) if f.label == truth.forms[0].label)
-    parameters = (*calibration(workshop.twin, len(trials)), *form.parameters)
+    comparison = TwinComparison(models.twin, trials, threads=1)
+    form = next(f for f in candidates(models.twin) if f.label == truth.forms[0].label)
+    parameters = (*calibration(models.twin, len(trials)), *form.parameters)
     hidden = {p.name: value for p, value in truth.point.values.items()}
-    point = Point({p: hidden.get(p.name, 0.0) for p in parameters}, dict(form.fixed))
-    comparison.set_floor(point, workshop.fine, TOLERANCE)
+    point = ParameterPoint({p: hidden.get(p.name, 0.0) for p in parameters}, dict(form.fixed))
+    comparison.set_floor(point, models.fine, TOLERANCE)
     for _ in range(3):
-        found = fit(comparison, point, parameters, comparison.jacobian(point, parameters))
+        found = fit_parameters(comparison, point, parameters, comparison.jacobian(point, parameters))
         point = found.point
     J = comparison.jacobian(point, parameters, central=True)
-    return Posterior(comparison, Fit(parameters, point, found.residual, J, found.cost)), len(form.parameters)
+    return Posterior(comparison, ParameterFit(parameters, point, found.residual, J, found.cost)), len(form.parameters)
 
 
 def test_sizes_and_their_standard_deviations_are_those_of_the_sampler(posterior):

@@ -5,15 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.fit.least_squares import Fit
-from rotorsim.discrepancy.fit.parameters import FitParameter
-from rotorsim.discrepancy.residuals.comparison import Point
-from rotorsim.discrepancy.residuals.localise import Flag
-from rotorsim.discrepancy.search import second_effect
-from rotorsim.discrepancy.search.candidates import Form
-from rotorsim.discrepancy.search.indistinguishable import alike_by_weight, of_one_force, same_class
-from rotorsim.discrepancy.search.search import Search
-from rotorsim.discrepancy.search.second_effect import cancel, within_form_error
+from rotorsim.discrepancy.fit import ParameterFit
+from rotorsim.discrepancy.residuals.misfit import Misfit
+from rotorsim.discrepancy.search import hypotheses
+from rotorsim.discrepancy.search.candidates import Form, alike_by_weight, of_one_force, same_class
+from rotorsim.discrepancy.search.hypotheses import EffectSearch, cancel, within_form_error
+from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
 
 
 def test_responses_that_cancel_are_noticed_and_others_are_not(rng):
@@ -28,9 +25,9 @@ def test_responses_that_cancel_are_noticed_and_others_are_not(rng):
 def test_what_is_small_in_the_groups_of_the_effect_itself_is_its_form_error(monkeypatch, left, group, form_error):
     def groups(comparison, residual):
         sizes = {"1X": abs(residual[0]), "2X": abs(residual[1])}
-        return [Flag("a", "p", "x", g, 2, 2 * (s / 1e-3) ** 2, s, 1e-3, 0.0, 0) for g, s in sizes.items()]
+        return [Misfit("a", "p", "x", g, 2, 2 * (s / 1e-3) ** 2, s, 1e-3, 0.0, 0) for g, s in sizes.items()]
 
-    monkeypatch.setattr(second_effect, "table", groups)
+    monkeypatch.setattr(hypotheses, "table", groups)
     after = np.array([left, 0.0]) if group == "1X" else np.array([0.0, left])
     assert within_form_error(None, after + np.array([1.0, 0.0]), after) == form_error
 
@@ -58,9 +55,9 @@ def test_an_effect_is_sure_by_its_size_at_the_shape_found(rng, size, slope, sure
     J = np.column_stack([q[:, 0], slope * q[:, 0] + np.sqrt(1 - slope**2) * q[:, 1]])
     residual = rng.normal(size=len(J))
     residual -= q @ (q.T @ residual)  # at the best fit
-    fit = Fit((amount, shape), Point({amount: size, shape: 0.3}), residual, J, 0.0)
+    fit = ParameterFit((amount, shape), ParameterPoint({amount: size, shape: 0.3}), residual, J, 0.0)
     layout = SimpleNamespace(record=np.repeat(np.arange(records), lines))
-    search = Search(SimpleNamespace(layout=layout), None, fit, (), {}, 0.0, 0.0)
+    search = EffectSearch(SimpleNamespace(layout=layout), None, fit, (), {}, 0.0, 0.0)
     form = Form("rub", "rub.stiffness", (amount,), refine=(shape,))
     assert search.is_sure(SimpleNamespace(fit=fit), [form]) == sure
 

@@ -14,25 +14,21 @@ from identification.records.mapping import parse
 from rotorsim.base.errors import DataError
 from rotorsim.campaign import load_plan
 from rotorsim.discrepancy import diagnose, runup_vectors
-from rotorsim.discrepancy.blind_test.design import campaign
-from rotorsim.discrepancy.blind_test.hide import draw, record_of
 from rotorsim.discrepancy.data.changes import RING_KEY, known_changes, ring_angle, with_ring
-from rotorsim.discrepancy.data.intake import make_trials
-from rotorsim.discrepancy.data.sensors import check_ring
-from rotorsim.discrepancy.data.spectra import make_trial
+from rotorsim.discrepancy.data.intake import check_ring, make_trial, make_trials
 from rotorsim.discrepancy.data.sweeps import empty_sweep
-from rotorsim.discrepancy.fit.parameters import FitParameter, setting
-from rotorsim.discrepancy.loop.rigs import record_on
-from rotorsim.discrepancy.plan.expected import Outlook
-from rotorsim.discrepancy.plan.forecast import Forecast, on_turned_ring
-from rotorsim.discrepancy.plan.options import RING_ANGLE, options
-from rotorsim.discrepancy.plan.plan import Plan, Proposal
-from rotorsim.discrepancy.residuals.comparison import Comparison, Point, simulate
+from rotorsim.discrepancy.hidden_machine import draw, record_of
+from rotorsim.discrepancy.plan.experiments import RING_ANGLE, campaign, options
+from rotorsim.discrepancy.plan.forecast import Forecast, Outlook, on_turned_ring
+from rotorsim.discrepancy.plan.ranking import ExperimentPlan, Proposal
+from rotorsim.discrepancy.residuals.comparison import TwinComparison, simulate
 from rotorsim.discrepancy.residuals.equivalent_force import equivalent_force
 from rotorsim.discrepancy.residuals.floor import repeats
-from rotorsim.discrepancy.residuals.localise import flagged, table
+from rotorsim.discrepancy.residuals.misfit import flagged, table
+from rotorsim.discrepancy.rigs import record_on
 from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint, setting
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise
 
@@ -89,10 +85,10 @@ def test_an_angle_that_is_stated_twice_is_refused(machine):
         known_changes(with_ring(machine, 0.1), stated, "run")
 
 
-def test_the_twin_reads_the_unturned_readings_in_the_axes_of_the_ring(machine, workshop):
+def test_the_twin_reads_the_unturned_readings_in_the_axes_of_the_ring(machine, models):
     """To round-off, though the ring is neither in the machine file nor among the candidates."""
     rows = np.tile([200.0, 0, 0, 0, 3.0, 5.0], (400, 1))
-    twin = workshop.twin
+    twin = models.twin
     assert "sensor_ring" not in machine.effects and not [f for f in candidates(twin) if f.effect == "sensor_ring"]
     still = twin.run({}, rows, 0.0)
     turned = twin.run(setting(twin, known_changes(machine, STATED, "run")), rows, 0.0)
@@ -100,10 +96,10 @@ def test_the_twin_reads_the_unturned_readings_in_the_axes_of_the_ring(machine, w
     assert turned[:, 2:].tobytes() == still[:, 2:].tobytes()  # keyphasor and speed
 
 
-def test_a_hidden_record_on_a_turned_ring_leaves_nothing_where_it_is_stated(machine, workshop):
+def test_a_hidden_record_on_a_turned_ring_leaves_nothing_where_it_is_stated(machine, models):
     """Runout of the surface under the probes' new places included; not stated it leaves most of the response."""
-    twin = workshop.twin
-    point = Point({FitParameter("runout.0.amplitude_2x~phase_2x.c", 2e-7): 3e-6})
+    twin = models.twin
+    point = ParameterPoint({FitParameter("runout.0.amplitude_2x~phase_2x.c", 2e-7): 3e-6})
     known = known_changes(machine, STATED, "run")
     record = record_of(twin, planned(machine), point, 3, changes=known)
     (stated,), (silent,) = (
@@ -114,8 +110,8 @@ def test_a_hidden_record_on_a_turned_ring_leaves_nothing_where_it_is_stated(mach
     assert np.abs(simulate(twin, silent, point) - stated.spectra).max() > 0.3 * size
 
 
-def test_records_that_differ_by_the_ring_do_not_repeat_each_other(machine, workshop):
-    trial = make_trial(record_of(workshop.twin, planned(machine), Point(), 3))
+def test_records_that_differ_by_the_ring_do_not_repeat_each_other(machine, models):
+    trial = make_trial(record_of(models.twin, planned(machine), ParameterPoint(), 3))
     turned = replace(trial, changes=known_changes(machine, STATED, "run"))
     assert repeats(trial, trial) and repeats(turned, turned) and not repeats(trial, turned)
 
@@ -125,8 +121,8 @@ def test_tables_of_vectors_that_differ_by_what_was_changed_are_simulated_apart(m
     assert replace(like, changes=known_changes(machine, STATED, "run")).inputs != like.inputs
 
 
-def test_a_single_probe_and_a_turned_ring_are_refused(machine, workshop):
-    record = record_of(workshop.twin, planned(machine), Point(), 3)
+def test_a_single_probe_and_a_turned_ring_are_refused(machine, models):
+    record = record_of(models.twin, planned(machine), ParameterPoint(), 3)
     trial = replace(make_trial(record), probe_angle=0.3)
     check_ring(machine, trial)
     sentence = "the sensor ring is turned, but the record has one probe; leave the ring out"
@@ -145,12 +141,12 @@ def test_a_run_up_that_turns_backwards_and_a_turned_ring_are_refused(machine):
         runup_vectors(record.assign_attrs(changes=STATED))
 
 
-def test_the_equivalent_force_has_its_direction_in_x_and_y_whatever_the_ring(machine, workshop):
+def test_the_equivalent_force_has_its_direction_in_x_and_y_whatever_the_ring(machine, models):
     """2 N along 50 deg at 63 Hz, seen by probes at 30 and 120 deg."""
-    twin = workshop.twin
-    trial = make_trial(record_of(twin, planned(machine), Point(), 3))
+    twin = models.twin
+    trial = make_trial(record_of(twin, planned(machine), ParameterPoint(), 3))
     trial = replace(trial, changes=known_changes(machine, STATED, "run"))
-    c = Comparison(twin, [trial], 1)
+    c = TwinComparison(twin, [trial], 1)
     c.sigma = np.full(len(c.measured), 1e-9)
     line = int(np.argmin(np.abs(trial.frequencies - 63.0)))
     f = trial.frequencies[line]
@@ -158,23 +154,23 @@ def test_the_equivalent_force_has_its_direction_in_x_and_y_whatever_the_ring(mac
     residual = trial.spectra * 0
     residual[:, :, line] = TURN @ G @ (2.0 * np.array([math.cos(math.radians(50)), math.sin(math.radians(50))]))
     white = trial.vector(residual) / c.sigma
-    found = equivalent_force(c, Point(), white, flagged(table(c, white)))["lines"][0]
+    found = equivalent_force(c, ParameterPoint(), white, flagged(table(c, white)))["lines"][0]
     assert found["direction"] == "along 50 deg from x"
     assert found["force_n"] == pytest.approx(2.0, rel=1e-6)
 
 
-def test_a_plan_turns_the_ring_at_every_operating_point_and_its_record_states_it(machine, workshop, tmp_path):
-    trial = make_trial(record_of(workshop.twin, planned(machine), Point(), 3))
+def test_a_plan_turns_the_ring_at_every_operating_point_and_its_record_states_it(machine, models, tmp_path):
+    trial = make_trial(record_of(models.twin, planned(machine), ParameterPoint(), 3))
     found = options(machine, [trial], ("speed", "sensor-ring"))
     turned = [o for o in found if o.ring]
     assert len(turned) == len({o.speed for o in found}) == len(found) / 2
     option = turned[0]
     assert option.name.endswith(", sensor ring turned by 30 deg") and option.minutes > 12
     assert option.trial(machine).changes == {RING_KEY: RING_ANGLE}
-    record = record_on(machine, workshop.twin, Point(), 3, option, 1)
+    record = record_on(machine, models.twin, ParameterPoint(), 3, option, 1)
     assert json.loads(record.attrs["changes"]) == {"sensor_ring": {"angle": RING_ANGLE}}
     outlook = Outlook(0.1, 0.9, 0.9, np.full(2, 0.9), np.full(2, 0.9))
-    plan = Plan(1.0, ("a", "b"), (Proposal(option, outlook),), odds=(0.5, 0.5))
+    plan = ExperimentPlan(1.0, ("a", "b"), (Proposal(option, outlook),), odds=(0.5, 0.5))
     (tmp_path / "next.toml").write_text(plan.campaign(machine, "plain_rotor"))
     assert "30 deg" in (tmp_path / "next.toml").read_text()
     loaded = load_plan(tmp_path / "next.toml")
@@ -195,12 +191,14 @@ def test_vectors_of_two_probes_can_be_made_on_a_turned_ring_and_those_of_one_can
 def test_sensitivities_of_the_motion_turn_with_the_ring_and_those_of_the_sensors_are_simulated(machine):
     """Both as the plant gives them on the turned ring."""
     twin = Twin(machine, only=("sensor_gain", "shaft_bow"))
-    usual, option = options(machine, [make_trial(record_of(twin, planned(machine), Point(), 3))], ("sensor-ring",))
+    usual, option = options(
+        machine, [make_trial(record_of(twin, planned(machine), ParameterPoint(), 3))], ("sensor-ring",)
+    )
     keys = ("unbalance.0.me~phase.c", "shaft_bow.0.bow~phase.c", "sensor_gain.0.x")
     steps = (1e-5, 1e-6, 0.03)
     parameters = [FitParameter(key, step) for key, step in zip(keys, steps, strict=True)]
-    fit = SimpleNamespace(parameters=parameters, point=Point({p: 0.0 for p in parameters}))
-    forecast = Forecast(Comparison(twin, [usual.trial(machine)], 1), [fit], [0.0])
+    fit = SimpleNamespace(parameters=parameters, point=ParameterPoint({p: 0.0 for p in parameters}))
+    forecast = Forecast(TwinComparison(twin, [usual.trial(machine)], 1), [fit], [0.0])
     trials = [usual.trial(machine), option.trial(machine)]
     means = forecast.means(trials)
     near, exact = forecast.columns(trials, means)
@@ -214,7 +212,7 @@ def test_sensitivities_of_the_motion_turn_with_the_ring_and_those_of_the_sensors
 
 
 @pytest.mark.slow
-def test_stated_rings_are_no_disagreement_and_silent_ones_are(machine, workshop, truth_plant):
+def test_stated_rings_are_no_disagreement_and_silent_ones_are(machine, models, truth_plant):
     truth = draw(truth_plant, (), 3, (3.0, 6.0))
     kept = ("fit_1", "fit_2", "fit_3", "fit_5", "fit_2_repeat", "held_out_1", "held_out_2", "untouched_2")
     known, records = known_changes(machine, STATED, "run"), []
@@ -225,18 +223,18 @@ def test_stated_rings_are_no_disagreement_and_silent_ones_are(machine, workshop,
         noise = np.random.default_rng([3, i]).normal(0, 1e-7, record.disc_measured.shape)
         record["disc_measured"] = record.disc_measured.copy(data=record.disc_measured.values + noise)
         records.append(record.assign_attrs(changes=STATED) if there else record)
-    found = diagnose(machine, records, workshop=workshop)
+    found = diagnose(machine, records, models=models)
     assert found.status == "no_disagreement"
     assert any("changed on purpose" in note and "fit_2 (sensor_ring.0.angle)" in note for note in found.notes)
-    silent = diagnose(machine, [r.assign_attrs(changes="") for r in records], workshop=workshop)
+    silent = diagnose(machine, [r.assign_attrs(changes="") for r in records], models=models)
     assert silent.status != "no_disagreement"
 
 
 @pytest.mark.slow
-def test_a_run_on_a_turned_ring_shows_as_much_of_the_motion_as_the_usual_one(machine, workshop, recorded):
+def test_a_run_on_a_turned_ring_shows_as_much_of_the_motion_as_the_usual_one(machine, models, recorded):
     """Two probes with the same scatter read all of the motion on any ring; the first look has sensitivities."""
     records, _ = recorded(("shaft_bow",), 5, (1.0, 2.0))
-    found = diagnose(machine, records[:1], workshop=workshop, plan_next=("sensor-ring",))
+    found = diagnose(machine, records[:1], models=models, plan_next=("sensor-ring",))
     assert found.planned is not None and found.planned.tried == 2
     usual, turned = sorted(found.planned.proposals, key=lambda p: p.option.ring)
     assert turned.option.ring == RING_ANGLE and not turned.bare

@@ -7,12 +7,11 @@ import pytest
 
 from rotorsim.base.errors import MachineFileError
 from rotorsim.discrepancy import diagnose
-from rotorsim.discrepancy.fit.calibration import calibration
-from rotorsim.discrepancy.outcome.findings import Findings, Found
-from rotorsim.discrepancy.outcome.machine_file import extended
+from rotorsim.discrepancy.outcome.machine_file import Findings, IdentifiedEffect, extended
 from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.twin.twin import Twin
-from rotorsim.experiments.impact import Impact
+from rotorsim.discrepancy.twin.parameters import calibration
+from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.experiments.catalogue.impact import Impact
 from rotorsim.experiments.running import run
 from rotorsim.machine import load_machine
 
@@ -44,7 +43,7 @@ def test_every_film_is_calibrated_by_itself():
 
 
 def test_a_film_s_own_effect_and_calibration_are_written_with_its_bearing():
-    blocked = Found("weak_injector", "", {"injector": 3.0, "blocked": 0.4, "bearing": 1.0}, {}, ())
+    blocked = IdentifiedEffect("weak_injector", "", {"injector": 3.0, "blocked": 0.4, "bearing": 1.0}, {}, ())
     machine = spindle()
     written = extended(found(machine, [blocked], {"clearance_growth.1.temperature": (8.0, 0.6)}.items()))
     (injector,), (grown,) = written.effects["weak_injector"], written.effects["clearance_growth"]

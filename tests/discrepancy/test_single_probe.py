@@ -9,22 +9,22 @@ import pytest
 from identification import make_vectors, read
 from identification.errors import ReadError, SchemaError
 from identification.records.assemble import used
-from identification.records.lab.whirl_hints import vector_hints
+from identification.records.examination import vector_hints
 from identification.records.mapping import load_mapping
-from identification.records.probes import DISPLACEMENTS
+from identification.records.sensors import DISPLACEMENTS
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import diagnose, hide
 from rotorsim.discrepancy.data.sweeps import make_sweeps, ramp
-from rotorsim.discrepancy.diagnosis import Workshop, for_probes
-from rotorsim.discrepancy.fit.calibrate import recalibrate, relinearised
-from rotorsim.discrepancy.outcome.gap import reduction
-from rotorsim.discrepancy.outcome.missed_bands import missed_bands
-from rotorsim.discrepancy.residuals.comparison import Comparison
+from rotorsim.discrepancy.diagnose_records import vector_trials
+from rotorsim.discrepancy.diagnosis import for_probes
+from rotorsim.discrepancy.fit import recalibrate, relinearised
+from rotorsim.discrepancy.outcome.gap import missed_bands, reduction
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
 from rotorsim.discrepancy.residuals.floor import repeat_scatter, repeats
-from rotorsim.discrepancy.residuals.localise import flagged, table
-from rotorsim.discrepancy.runup_diagnosis import vector_trials
+from rotorsim.discrepancy.residuals.misfit import flagged, table
 from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.twin.compiled_models import CompiledModels
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import load_machine
 
 KIT = Path(__file__).parents[2] / "docs" / "rk4"
@@ -178,12 +178,12 @@ def kit(degrees):
 def test_the_measured_run_up_is_fitted_by_a_probe_at_45_deg_and_not_at_0_deg():
     """Measured data: at 45 deg the beat after the critical speed is the model's too, at 0 deg it is not."""
     machine = load_machine("bently_rk4")
-    workshop = Workshop.of(machine, ["runout"])
+    models = CompiledModels.of(machine, ["runout"])
     worst = {}
     for degrees in (45, 0):
         fitted = [s for s in make_sweeps(kit(degrees), "run-up", False) if s.role == "fit"]
-        comparison = Comparison(workshop.twin, list(fitted))
-        base = recalibrate(comparison, workshop.fine, 0.01)
+        comparison = TwinComparison(models.twin, list(fitted))
+        base = recalibrate(comparison, models.fine, 0.01)
         for _ in range(3):
             base = relinearised(comparison, base)
         lines = (base.residual * comparison.sigma)[: comparison.layout.record.size // 2][2:].reshape(2, -1)

@@ -5,12 +5,11 @@ import pytest
 
 from identification import from_arrays
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.data.groups import make_layout
-from rotorsim.discrepancy.data.intake import limits
-from rotorsim.discrepancy.data.spectra import block_lines, make_trial
-from rotorsim.discrepancy.data.window import find_period
+from rotorsim.discrepancy.data.blocks import find_period
+from rotorsim.discrepancy.data.intake import limits, make_trial
+from rotorsim.discrepancy.data.spectra import block_lines, make_layout
 from rotorsim.discrepancy.residuals.floor import repeat_scatter, repeats
-from rotorsim.discrepancy.residuals.unsteady import tone, unsteady
+from rotorsim.discrepancy.residuals.misfit import tone, unsteady
 from rotorsim.experiments import Multisine
 
 RATE = 5000

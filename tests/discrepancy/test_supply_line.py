@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from rotorsim.analysis.supply import regulator_pressure
-from rotorsim.discrepancy.data.spectra import make_trial
-from rotorsim.discrepancy.residuals.comparison import Comparison, Point
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.data.intake import make_trial
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
+from rotorsim.discrepancy.twin.parameters import ParameterPoint
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
-from rotorsim.study.physics import physics
+from rotorsim.study.identification_vs_physics import physics
 
 SPEED, SUPPLY = 300.0, 0.6e6
 DROOP = 1e9
@@ -52,8 +53,8 @@ def test_a_record_of_a_machine_with_a_droop_agrees_with_its_file(machine, record
     """Mean, 1X and the rest within the noise of 0.33 um; counted twice the line costs 20 % of the response."""
     twin, trial = Twin(machine, (32, 8), 2e-4, only=("supply_droop",)), make_trial(record)
     assert trial.pressure < 0.9 * SUPPLY
-    comparison = Comparison(twin, [trial])
-    off = np.abs(comparison.measured - comparison.predict(Point())).max()
+    comparison = TwinComparison(twin, [trial])
+    off = np.abs(comparison.measured - comparison.predict(ParameterPoint())).max()
     assert off < 0.1e-6
     lost = twin.run({"supply_droop.0.droop": 2 * DROOP}, trial.used, trial.pressure, trial.angle)[:, 4].mean()
     assert lost < 0.9 * trial.pressure  # a candidate takes from what the gauge reads

@@ -4,9 +4,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from rotorsim.discrepancy.odds.explanation import Explanation
-from rotorsim.discrepancy.odds.thresholds import by_odds, joined_classes
-from rotorsim.discrepancy.search.verdict import Verdict
+from rotorsim.discrepancy.explanation import Explanation
+from rotorsim.discrepancy.odds import by_odds, joined_classes
+from rotorsim.discrepancy.search.verdict import SearchVerdict
 
 KNOWN = ("coupling.force_2x", "runout.amplitude_1x", "runout.amplitude_2x", "shaft_bow.bow")
 COUPLING, RUNOUT, BOW = ("coupling.force_2x",), ("runout.amplitude_2x",), ("shaft_bow.bow",)
@@ -28,7 +28,7 @@ def search(status, *hypotheses, rivals=()):
     """What a search found."""
     best = hypotheses[0] if hypotheses else None
     classes = tuple((k,) for k in best.keys) if best else ()
-    return Verdict(status, best, tuple(rivals), classes, tuple(hypotheses))
+    return SearchVerdict(status, best, tuple(rivals), classes, tuple(hypotheses))
 
 
 def test_a_tie_of_the_search_is_a_name_where_one_explanation_has_95_percent():
@@ -46,7 +46,7 @@ def test_a_name_below_95_percent_is_a_tie_of_its_rivals(status):
 
 def test_a_class_stays_a_tie_however_probable_it_is():
     a = fitted(BOW)
-    verdict = Verdict("tie", a, (), (("runout.amplitude_1x", "shaft_bow.bow"),), (a,))
+    verdict = SearchVerdict("tie", a, (), (("runout.amplitude_1x", "shaft_bow.bow"),), (a,))
     assert by_odds(verdict, odds((BOW, 0.99)), KNOWN).status == "tie"
 
 
@@ -71,7 +71,7 @@ def test_a_partial_explanation_is_the_most_probable_that_helps():
 
 def test_members_of_a_class_that_only_the_found_size_shows_are_one():
     a = fitted(COUPLING)
-    verdict = Verdict("tie", a, (), (("coupling.force_2x", "crack.loss"),), (a,))
+    verdict = SearchVerdict("tie", a, (), (("coupling.force_2x", "crack.loss"),), (a,))
     found = joined_classes(odds((COUPLING, 0.6), (("crack.loss",), 0.3), beyond=0.1), verdict)
     assert found[0].effects == COUPLING and found[0].probability == pytest.approx(0.9)
     assert found[0].alike == (("crack.loss",),) and len(found) == 3

@@ -6,11 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.fit.least_squares import Fit, fit
-from rotorsim.discrepancy.fit.parameters import FitParameter
-from rotorsim.discrepancy.fit.uncertainty import covariance, fall, finished
-from rotorsim.discrepancy.residuals.comparison import Comparison, Point
-from rotorsim.discrepancy.twin.twin import of_bearing
+from rotorsim.discrepancy.fit import ParameterFit, covariance, fall, finished, fit_parameters
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
+from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
+from rotorsim.discrepancy.twin.plant import of_bearing
 
 pytestmark = pytest.mark.numerical
 
@@ -27,13 +26,13 @@ SOFT = 0.02
 class Oscillator:
     """Lines near resonance of a unit mass on shaft and bearing in series; measured at `truth` with noise."""
 
-    column, jacobian, residual = Comparison.column, Comparison.jacobian, Comparison.residual
+    column, jacobian, residual = TwinComparison.column, TwinComparison.jacobian, TwinComparison.residual
 
     def __init__(self, truth, rng):
         self.omega = np.linspace(0.8, 1.2, 60)
         self.trials, self.directions = [SimpleNamespace(speed=0.0, pressure=0.0)] * 6, {}
         self.layout = SimpleNamespace(record=np.tile(np.repeat(np.arange(6), 10), 2))
-        clean = self.predict(Point(dict(zip(PARAMETERS, truth, strict=True))))
+        clean = self.predict(ParameterPoint(dict(zip(PARAMETERS, truth, strict=True))))
         self.sigma, self.correction = 0.01 * np.abs(clean).max() * np.ones_like(clean), 0.0
         self.measured = clean + rng.normal(0, self.sigma)
 
@@ -49,10 +48,10 @@ def fitted(number):
     rng = np.random.default_rng([number, 11])
     truth = np.array([np.clip(rng.normal(0, k.sd), -2 * k.sd, 2 * k.sd) for k in PARAMETERS])
     comparison = Oscillator(truth, rng)
-    scanned = [Point({SHAFT: v}) for v in np.linspace(-0.08, 0.08, 81)]
+    scanned = [ParameterPoint({SHAFT: v}) for v in np.linspace(-0.08, 0.08, 81)]
     start = min(scanned, key=lambda p: float(np.sum(comparison.residual(p) ** 2)))
     for _ in range(3):
-        found = fit(comparison, start, PARAMETERS, comparison.jacobian(start, PARAMETERS))
+        found = fit_parameters(comparison, start, PARAMETERS, comparison.jacobian(start, PARAMETERS))
         start = found.point
     return comparison, found, truth
 
@@ -88,6 +87,6 @@ def test_parameters_that_the_data_do_not_distinguish_have_the_standard_deviation
     one, third = rng.normal(size=(2, 60)) * 1e6
     J = np.column_stack([one, one * (1 + apart * rng.normal(size=60)), third])
     parameters = (FitParameter("a", 1.0, 1.0), FitParameter("b", 1.0, 1.0), FitParameter("c", 1.0, 1.0))
-    found = Fit(parameters, Point({}), rng.normal(size=60), J, 60.0)
+    found = ParameterFit(parameters, ParameterPoint({}), rng.normal(size=60), J, 60.0)
     sd = np.sqrt(np.diag(covariance(found, np.repeat(np.arange(6), 10))))
     assert np.all(sd[:2] > 0.3) and sd[2] < 1e-6

@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.residuals.localise import Flag
-from rotorsim.discrepancy.search import untouched
-from rotorsim.discrepancy.search.untouched import objection, untouched_gone
+from rotorsim.discrepancy.residuals.misfit import Misfit
+from rotorsim.discrepancy.search import verdict
+from rotorsim.discrepancy.search.verdict import objection, untouched_gone
 
 
 def group(rms, name="2X", floor=1e-8, n=50):
-    return Flag("a", "1500 rpm", "x", name, n, n * (rms / floor) ** 2, rms, floor, 0.0, 0)
+    return Misfit("a", "1500 rpm", "x", name, n, n * (rms / floor) ** 2, rms, floor, 0.0, 0)
 
 
 def gone(monkeypatch, before, after):
-    monkeypatch.setattr(untouched, "table", lambda comparison, residual: before if residual[0] == 0 else after)
+    monkeypatch.setattr(verdict, "table", lambda comparison, residual: before if residual[0] == 0 else after)
     return untouched_gone(None, np.zeros(1), np.ones(1))
 
 

@@ -6,13 +6,18 @@ import pytest
 from identification import make_vectors
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import diagnose
-from rotorsim.discrepancy.blind_test.hide import draw
 from rotorsim.discrepancy.data.sweeps import RATE, make_sweeps, ramp, rate_notes, track
-from rotorsim.discrepancy.residuals.comparison import Point
+from rotorsim.discrepancy.hidden_machine import draw
 from rotorsim.discrepancy.residuals.floor import repeat_scatter
-from rotorsim.discrepancy.runup_diagnosis import simulated
+from rotorsim.discrepancy.twin.parameters import contributions, setting
 
 SPEEDS = 2 * np.pi * np.arange(8.0, 38.0, 1.0)
+
+
+def simulated(twin, sweep, values):
+    """Vectors (1, 2, 1 + orders x rows) [m] that a twin makes of a table's speeds."""
+    own = setting(twin, contributions(values, sweep.speed, sweep.pressure, sweep.changes))
+    return sweep.lines(twin.run(own, sweep.rows, sweep.pressure)[:, :2])
 
 
 def table(amplitude, phase, **attrs):
@@ -80,7 +85,7 @@ def test_run_up_vectors_without_a_stated_accuracy_are_never_free_of_disagreement
     parts = make_sweeps(table(np.zeros((len(SPEEDS), 3, 2)), np.zeros((len(SPEEDS), 3, 2)), rate=40.0), "t", False)
     vectors = np.zeros((len(SPEEDS), 3, 2), complex)
     for part in parts:
-        lines = simulated(truth_plant, part, Point())[0, :, 1:].reshape(2, 3, -1)
+        lines = simulated(truth_plant, part, {})[0, :, 1:].reshape(2, 3, -1)
         vectors[np.isin(SPEEDS, part.speeds)] = lines.transpose(2, 1, 0)
     given = table(np.abs(vectors), -np.angle(vectors), rate=40.0)
     found = diagnose(machine, [given], effects=["coupling"])
@@ -99,7 +104,7 @@ def test_a_hidden_force_is_found_in_vectors_alone(machine, truth_plant, rng):
     vectors = np.zeros((len(SPEEDS), 3, 2), complex)
     for part in parts:
         own = np.isin(SPEEDS, part.speeds)
-        lines = simulated(truth_plant, part, truth.point)[0, :, 1:].reshape(2, 3, -1)
+        lines = simulated(truth_plant, part, truth.point.values)[0, :, 1:].reshape(2, 3, -1)
         vectors[own] = lines.transpose(2, 1, 0)
     vectors += 2e-9 * (rng.normal(size=vectors.shape) + 1j * rng.normal(size=vectors.shape))
     given = table(np.abs(vectors), -np.angle(vectors), rate=fast)

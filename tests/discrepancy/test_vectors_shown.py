@@ -5,12 +5,12 @@ import pytest
 
 from identification import make_vectors
 from rotorsim.discrepancy.data.sweeps import make_sweeps
-from rotorsim.discrepancy.outcome.gap import rms
-from rotorsim.discrepancy.outcome.report_spectra import spectra_of
-from rotorsim.discrepancy.residuals.comparison import Comparison, Point
+from rotorsim.discrepancy.outcome.gap import rms, spectra_of
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
 from rotorsim.discrepancy.residuals.equivalent_force import equivalent_force
-from rotorsim.discrepancy.residuals.localise import flagged, table
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.residuals.misfit import flagged, table
+from rotorsim.discrepancy.twin.parameters import ParameterPoint
+from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.machine import load_machine
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise
@@ -27,7 +27,7 @@ def twin():
 def comparison(twin, vectors):
     """Comparison of the rows to fit of a table (rows, orders, 2) [m] of 1X and 2X, with a floor of 0.1 um."""
     given = make_vectors(SPEEDS, np.abs(vectors), -np.angle(vectors), (1, 2), {"rate": 60.0})
-    out = Comparison(twin, make_sweeps(given, "t", False)[:1], 1)
+    out = TwinComparison(twin, make_sweeps(given, "t", False)[:1], 1)
     out.sigma = np.full(len(out.measured), 1e-7)
     return out
 
@@ -62,7 +62,7 @@ def test_the_equivalent_force_of_vectors_is_that_which_made_them(twin):
         force = 3.0 / np.sqrt(2) * (speed / trial.speeds[0]) ** 2 * np.array([1, -1j])
         residual[0, :, 1 + len(trial.speeds) + row] = G @ force
     white = trial.vector(residual) / c.sigma
-    found = equivalent_force(c, Point(), white, flagged(table(c, white)))
+    found = equivalent_force(c, ParameterPoint(), white, flagged(table(c, white)))
     (line,) = found["lines"]
     worst = trial.speeds[np.argmax(np.abs(residual[0, 0, 1 + len(trial.speeds) :]))]
     assert 20 < worst / (2 * np.pi) < 25
@@ -77,12 +77,12 @@ def test_a_bode_plot_holds_what_was_measured_and_what_was_simulated(twin):
     vectors = np.zeros((len(SPEEDS), 2, 2), complex)
     vectors[:, 0] = 20e-6 * np.exp(-1j * 1.2) * np.array([1, -1j])
     c = comparison(twin, vectors)
-    shown = spectra_of(c, [Point(), None, None])
+    shown = spectra_of(c, [ParameterPoint(), None, None])
     figure = bode(shown, 0, with_effect=False)
     names = [trace.name for trace in figure.data]
     assert set(names) == {"measured", "nominal", "re-calibrated"}
     np.testing.assert_allclose(figure.data[0].x, c.trials[0].speeds * 30 / np.pi, rtol=1e-6)
     np.testing.assert_allclose(figure.data[0].y, 20.0, rtol=1e-6)
     np.testing.assert_allclose(figure.data[1].y, np.degrees(1.2), rtol=1e-6)
-    simulated = c.predict(Point())
+    simulated = c.predict(ParameterPoint())
     np.testing.assert_allclose(shown[0]["simulated_vectors"][0].real.ravel()[:3], simulated[2:5], atol=1e-12)

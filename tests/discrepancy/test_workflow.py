@@ -17,15 +17,15 @@ FEW = ("coupling", "runout")
 
 
 @pytest.fixture(scope="module")
-def coupled(machine, workshop, recorded):
+def coupled(machine, models, recorded):
     """A hidden force at 2X, its diagnosis and the truth."""
     records, truth = recorded(("coupling.force_2x",), 4)
-    return diagnose(machine, records, effects=FEW, workshop=workshop), truth, records
+    return diagnose(machine, records, effects=FEW, models=models), truth, records
 
 
-def test_a_machine_in_which_nothing_is_missing_gets_no_name(machine, workshop, recorded):
+def test_a_machine_in_which_nothing_is_missing_gets_no_name(machine, models, recorded):
     records, _ = recorded((), 3)
-    found = diagnose(machine, records, workshop=workshop)
+    found = diagnose(machine, records, models=models)
     assert found.status == "no_disagreement"
     assert not found.effects and found.exit_code == 0
     assert found.apply().hash != machine.hash  # the new calibration
@@ -42,9 +42,9 @@ def test_a_hidden_force_of_the_coupling_is_named_and_closes_the_gap(coupled):
     assert found.localisation[0].group == "2X"
 
 
-def test_the_order_of_records_and_of_candidates_changes_nothing(machine, workshop, coupled):
+def test_the_order_of_records_and_of_candidates_changes_nothing(machine, models, coupled):
     found, _, records = coupled
-    again = diagnose(machine, records[::-1], effects=FEW[::-1], workshop=workshop)
+    again = diagnose(machine, records[::-1], effects=FEW[::-1], models=models)
     assert json.dumps(again.as_dict(), default=float) == json.dumps(found.as_dict(), default=float)
 
 
@@ -66,39 +66,39 @@ def test_the_report_is_one_page_that_fetches_nothing(coupled, tmp_path):
     assert "src=" not in page.split("<body>")[1]
 
 
-def test_a_runout_at_1x_is_a_tie_with_a_bow_and_never_a_name(machine, workshop, recorded):
+def test_a_runout_at_1x_is_a_tie_with_a_bow_and_never_a_name(machine, models, recorded):
     records, _ = recorded(("runout.amplitude_1x",), 5)
-    found = diagnose(machine, records, effects=("runout", "shaft_bow"), workshop=workshop)
+    found = diagnose(machine, records, effects=("runout", "shaft_bow"), models=models)
     assert found.status == "tie" and found.exit_code == 11
     assert [set(f.tie_class) for f in found.effects] == [{"runout.amplitude_1x", "shaft_bow.bow"}]
 
 
-def test_a_force_that_no_candidate_makes_gets_no_name_but_a_place(machine, workshop, recorded):
+def test_a_force_that_no_candidate_makes_gets_no_name_but_a_place(machine, models, recorded):
     def hum(rows, planned):
         t = np.arange(len(rows)) * 2e-4
         rows[:, 4] += 2.0 * np.sin(2 * np.pi * 62.5 * t)
         return rows
 
     records, _ = recorded((), 6, disturb=hum)
-    found = diagnose(machine, records, effects=("shaft_bow",), workshop=workshop)
+    found = diagnose(machine, records, effects=("shaft_bow",), models=models)
     assert found.status == "unknown" and found.exit_code == 12
     line = found.unknown["lines"][0]
     assert line["frequency_hz"] == pytest.approx(62.5, abs=1.0)
     assert line["force_n"] == pytest.approx(2.0, rel=0.3)
 
 
-def test_displacements_in_mils_are_suggested_and_not_assumed(machine, workshop, recorded):
+def test_displacements_in_mils_are_suggested_and_not_assumed(machine, models, recorded):
     records, _ = recorded((), 3)
     wrong = [r.assign(disc_measured=r.disc_measured.copy(data=r.disc_measured.values / 25.4)) for r in records]
     with pytest.raises(DataError, match=r"nothing was assumed"):
-        diagnose(machine, wrong, workshop=workshop)
+        diagnose(machine, wrong, models=models)
 
 
-def test_exchanged_channels_are_noticed(machine, workshop, recorded):
+def test_exchanged_channels_are_noticed(machine, models, recorded):
     records, _ = recorded((), 3)
     wrong = [r.assign(disc_measured=r.disc_measured.copy(data=r.disc_measured.values[:, ::-1])) for r in records]
     with pytest.raises(DataError, match="exchanged"):
-        diagnose(machine, wrong, workshop=workshop)
+        diagnose(machine, wrong, models=models)
 
 
 def test_an_effect_that_cannot_be_hidden_is_refused_in_a_sentence(machine, truth_plant):

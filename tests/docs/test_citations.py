@@ -12,7 +12,7 @@ import rotorsim as rs
 from rotorsim.base.references import bibtex, cited_by, entries, keys_of, references, shown
 from rotorsim.cli import main
 from rotorsim.effects import REGISTRY
-from rotorsim.machine.citations import machine_sources
+from rotorsim.machine.overview import machine_sources
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("reynolds", "fe_shaft", "identification", "rotorsim", "fmu", "studies")

@@ -12,7 +12,7 @@ from rotorsim.base.quantity import quantity_of
 from rotorsim.base.references import references
 from rotorsim.base.units import parse, show
 from rotorsim.cli import main
-from rotorsim.commands.machine.effects import _print_effect
+from rotorsim.commands.machine import _print_effect
 from rotorsim.effects import REGISTRY
 from rotorsim.effects.base import WHERE
 from rotorsim.machine.catalogue import catalogue, describe, page

@@ -6,7 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from rotorsim.effects.rotor.asymmetric_shaft import AsymmetricShaft
 from rotorsim.effects.rotor.ball_bearing import ball_bearing
+from rotorsim.effects.rotor.crack import Crack
 from rotorsim.effects.rotor.rub import rub
 
 SAMPLE = 2e-4
@@ -363,3 +365,15 @@ SIGNATURES = {
     "gravity": test_the_weight_sags_the_shaft_as_beam_theory_states,
     "ball_bearing": test_clearance_of_one_bearing_lets_the_disc_at_mid_span_sink_by_half_of_it,
 }
+
+
+@pytest.mark.parametrize("effect", [AsymmetricShaft, Crack])
+def test_a_stiffness_that_turns_brakes_the_shaft_by_the_slope_of_its_energy(effect):
+    """Torque -dV/d phi of V = -F(x, phi) x / 2, whose slopes after x and y are the force."""
+    p = SimpleNamespace(difference=3e5, loss=3e5, phase=0.7, weight_direction=-1.2)
+    kernel, braking = (getattr(f, "py_func", f) for f in (effect.kernel, effect.braking))
+    step = 1e-4
+    for angle, x, y in ((0.3, 4e-5, -2e-5), (2.9, -1e-5, 5e-5), (5.1, 3e-5, 3e-5)):
+        work = [0.5 * np.dot(kernel(0.0, at, 100.0, x, y, 0.0, 0.0, p), (x, y)) for at in (angle - step, angle + step)]
+        torque = braking(0.0, angle, 100.0, x, y, 0.0, 0.0, p)
+        assert torque == pytest.approx((work[1] - work[0]) / (2 * step), rel=1e-6)

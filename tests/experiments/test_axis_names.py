@@ -13,10 +13,10 @@ import xarray as xr
 import identification as idn
 import rotorsim as rs
 from rotorsim.campaign import collect
-from rotorsim.campaign.plan.parse import make_plan
-from rotorsim.campaign.store.netcdf import write_record
-from rotorsim.campaign.store.store import make_store, record_path
-from rotorsim.campaign.workers.run_case import solve
+from rotorsim.campaign.read_plan import make_plan
+from rotorsim.campaign.record_files import write_record
+from rotorsim.campaign.simulate_case import solve
+from rotorsim.campaign.store import make_store, record_path
 from rotorsim.experiments import Steady, record, run
 from rotorsim.signals.record_blocks import open_record
 
@@ -49,7 +49,7 @@ def converted_from_csv(plant: rs.Plant, folder: Path) -> Path:
 
 
 def recorded_live(plant: rs.Plant, folder: Path) -> Path:
-    from rotorsim.live.recorder import Recorder
+    from rotorsim.live.rig.records import Recorder
     from rotorsim.live.rig.rig import Rig
 
     rig = Rig(plant.machine, {})

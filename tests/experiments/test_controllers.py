@@ -10,7 +10,7 @@ from rotorsim.control.designs import lqr
 from rotorsim.control.errors import LawError
 from rotorsim.experiments import Controlled, ProportionalLaw, record
 from rotorsim.plant import Plant
-from rotorsim.verify.impacts import envelope_damping
+from rotorsim.verify.transients import envelope_damping
 
 P = 0.5e6
 

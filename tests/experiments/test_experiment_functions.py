@@ -1,13 +1,12 @@
 """The functions made of the experiments' dataclasses: signature and documentation of every declared parameter."""
 
-import ast
-from inspect import getdoc, isfunction, signature
+from inspect import getdoc, signature
 from pathlib import Path
 
 import pytest
 
 from rotorsim import experiments as ex
-from rotorsim.experiments import calls
+from rotorsim.experiments import catalogue
 from rotorsim.experiments.parameters import parameters
 
 MADE = [name for name in ex.EXPERIMENTS if name not in ("runup", "controlled")]
@@ -38,13 +37,9 @@ def test_its_example_is_that_of_the_dataclass_run_on_a_plant():
     )
 
 
-def test_the_stub_for_type_checkers_states_the_signatures():
-    stub = ast.parse(Path(calls.__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
-    stated = {one.name: one.args for one in stub.body if isinstance(one, ast.FunctionDef)}
-    made = {name: one for name, one in vars(calls).items() if isfunction(one) and name != "as_function"}
-    assert stated.keys() == made.keys()
-    for name, function in made.items():
-        first, *others = signature(function).parameters.values()
-        types = {one.arg: ast.unparse(one.annotation) for one in stated[name].args}
-        assert types == {first.name: "Rig"} | {one.name: one.annotation for one in others}, name
-        assert [ast.literal_eval(one) for one in stated[name].defaults] == [one.default for one in others], name
+def test_every_file_of_the_catalogue_registers_its_experiment_with_example_and_figures():
+    """`given` alone is data and no experiment with parameters."""
+    files = {one.stem for one in Path(catalogue.__file__).parent.glob("[a-z]*.py")}
+    assert files == {*ex.EXPERIMENTS, "given"} and len(files) > 9
+    for name, kind in ex.EXPERIMENTS.items():
+        assert kind.example and kind.figures and callable(getattr(ex, name)), name

@@ -15,7 +15,7 @@ from rotorsim.experiments.limits import BEYOND, sentences
 from rotorsim.experiments.run_summary import summarise
 from rotorsim.experiments.summary import summarise_experiment
 from rotorsim.machine import Limits
-from rotorsim.signals.order_tracking import track_orders
+from rotorsim.signals.orders import track_orders
 
 P = 0.6e6
 RAMP = (500.0, 700.0, 1000.0, P)

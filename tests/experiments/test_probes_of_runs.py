@@ -9,12 +9,12 @@ import pytest
 
 import identification as idn
 from rotorsim.cli import main
+from rotorsim.experiments.catalogue.steady import Steady
 from rotorsim.experiments.running import record, run
-from rotorsim.experiments.steady import Steady
 from rotorsim.experiments.summary import summarise_experiment
-from rotorsim.live.replay import Replay
+from rotorsim.live.rig.records import Replay
 from rotorsim.live.rig.rig import Rig
-from rotorsim.live.runner import Runner
+from rotorsim.live.rig.runner import Runner
 from rotorsim.machine import Machine, machine_text
 from rotorsim.plant import Plant
 from rotorsim.report.pages.figure_lists import found_sections

@@ -16,17 +16,18 @@ import xarray as xr
 from fuzzing.disk import largest_file
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.files import WriteError
-from rotorsim.experiments.recording import CHUNK, COMMIT, Recording
+from rotorsim.experiments import recording
+from rotorsim.experiments.recording import CHUNK, Recording
 from rotorsim.experiments.recovery import recover
 
-BLOCKS = 4
+BLOCKS, SAMPLES = 4, 5000
 PATHS = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "support")]
 """Where a child process finds this module and what it imports."""
 
 
 def block(number: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Samples of a run, the same each time."""
-    rng, n = np.random.default_rng(number), COMMIT
+    rng, n = np.random.default_rng(number), SAMPLES
     values = {"disc": rng.normal(size=(n, 2)), "angle": rng.normal(size=n), "pin": rng.normal(size=(n, 4))}
     return (number * n + np.arange(n)) * RIG_SAMPLE, values
 
@@ -58,7 +59,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
     path = tmp_path_factory.mktemp("whole") / "run.nc"
     recorded(path)
     data = xr.load_dataset(path, engine="h5netcdf")
-    assert data.sizes["time"] == BLOCKS * COMMIT
+    assert data.sizes["time"] == BLOCKS * SAMPLES
     assert data.attrs["ended"] == "complete"
     return data.assign_attrs(size=path.stat().st_size)
 
@@ -73,10 +74,10 @@ def test_a_disk_that_ends_keeps_what_fits_as_a_valid_record(tmp_path: Path, whol
         except WriteError as error:
             assert error.reason == "it is larger than a file may be there"
             assert not path.parent.exists()
-            assert limit < CHUNK * per_sample + 60_000
+            assert limit < CHUNK * per_sample + 120_000
             return
     record = xr.load_dataset(path, engine="h5netcdf")
-    assert record.sizes["time"] == file.samples >= (limit - 60_000) // per_sample // CHUNK * CHUNK
+    assert record.sizes["time"] == file.samples >= (limit - 120_000) // per_sample // CHUNK * CHUNK
     assert record.attrs["ended"] == file.stopped.reason == "it is larger than a file may be there"
     assert_begins_as(record, whole)
     assert [p.name for p in path.parent.iterdir()] == ["run.nc"]
@@ -88,11 +89,11 @@ def test_small_blocks_on_a_disk_that_ends_are_kept_too(tmp_path: Path, whole: xr
     with largest_file(whole.attrs["size"] // 2), Recording(path, {}) as file, pytest.raises(WriteError):
         for number in range(BLOCKS):
             time, values = block(number)
-            for start in range(0, COMMIT, 37):
+            for start in range(0, SAMPLES, 37):
                 part = slice(start, start + 37)
                 file.write(time[part], {name: value[part] for name, value in values.items()})
     record = xr.load_dataset(path, engine="h5netcdf")
-    assert record.sizes["time"] >= 0.45 * BLOCKS * COMMIT
+    assert record.sizes["time"] >= 0.4 * BLOCKS * SAMPLES
     assert_begins_as(record, whole)
 
 
@@ -120,7 +121,7 @@ def test_a_folder_that_is_removed_ends_the_record_which_is_kept_in_a_new_folder(
         with pytest.raises(WriteError, match="was removed while it was written"):
             file.write(*block(1))
     record = xr.load_dataset(path, engine="h5netcdf")
-    assert record.sizes["time"] == 2 * COMMIT
+    assert record.sizes["time"] == 2 * SAMPLES
     assert_begins_as(record, whole)
 
 
@@ -131,7 +132,7 @@ def test_a_folder_that_is_removed_in_the_last_block_is_made_again(tmp_path: Path
         file.write(*(part[:10] if isinstance(part, np.ndarray) else {k: v[:10] for k, v in part.items()}
                      for part in block(1)))  # fmt: skip
         shutil.rmtree(path.parent)
-    assert xr.load_dataset(path, engine="h5netcdf").sizes["time"] == COMMIT + 10
+    assert xr.load_dataset(path, engine="h5netcdf").sizes["time"] == SAMPLES + 10
 
 
 @pytest.mark.parametrize("place", ["file/run.nc", "folder.nc", "pipe"])
@@ -149,7 +150,9 @@ import os, signal, sys, threading
 from pathlib import Path
 sys.path[:0] = sys.argv[3:]
 from test_recording import block
+from rotorsim.experiments import recording
 from rotorsim.experiments.recording import Recording
+recording.FLUSH = 0.0
 with Recording(Path(sys.argv[1]), {"ended": "unfinished"}) as file:
     for number in range(int(sys.argv[2])):
         file.write(*block(number))
@@ -158,7 +161,7 @@ with Recording(Path(sys.argv[1]), {"ended": "unfinished"}) as file:
 
 
 @pytest.mark.parametrize("blocks", [0, 1, 3])
-def test_a_killed_run_leaves_nothing_under_its_name_and_its_commits_come_back(
+def test_a_killed_run_leaves_nothing_under_its_name_and_what_was_flushed_comes_back(
     tmp_path: Path, whole: xr.Dataset, blocks: int
 ) -> None:
     killed = subprocess.run([sys.executable, "-c", KILLED, tmp_path / "run.nc", str(blocks), *PATHS], check=False)
@@ -166,12 +169,27 @@ def test_a_killed_run_leaves_nothing_under_its_name_and_its_commits_come_back(
     assert not (tmp_path / "run.nc").exists()
     found = recover(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["run-killed.nc"][: min(blocks, 1)]
-    assert found == [(tmp_path / "run-killed.nc", blocks * COMMIT)][: min(blocks, 1)]
+    assert found == [(tmp_path / "run-killed.nc", blocks * SAMPLES)][: min(blocks, 1)]
     if blocks:
         record = xr.load_dataset(tmp_path / "run-killed.nc", engine="h5netcdf")
-        assert record.sizes["time"] == blocks * COMMIT
+        assert record.sizes["time"] == blocks * SAMPLES
         assert record.attrs["ended"] == "killed"
         assert_begins_as(record, whole)
+
+
+def test_a_kill_between_two_flushes_costs_what_was_recorded_since_the_first(
+    tmp_path: Path, whole: xr.Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(recording, "FLUSH", 0.0)
+    with Recording(tmp_path / "run.nc", {}) as file:
+        file.write(*block(0))
+        monkeypatch.setattr(recording, "FLUSH", np.inf)
+        file.write(*block(1))
+        (growing,) = tmp_path.iterdir()
+        shutil.copy(growing, tmp_path / "killed.nc")
+    record = xr.load_dataset(tmp_path / "killed.nc", engine="h5netcdf")
+    assert record.sizes["time"] == SAMPLES
+    assert_begins_as(record, whole)
 
 
 def test_a_second_killed_run_does_not_replace_the_first(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ import pytest
 import rotorsim as rs
 from rotorsim.analysis import operating_map
 from rotorsim.analysis.unbalance_response import measuring_places
-from rotorsim.campaign.workers.memory import Memory
+from rotorsim.campaign.simulate_case import MemoryRecording
 from rotorsim.experiments.running import begin, stream
 from rotorsim.machine import load_machine, summary
 from rotorsim.report.figures.orbit_plots import journal_names, orbits
@@ -52,7 +52,7 @@ def test_bearings_without_a_name_are_named_by_their_index():
 
 
 def test_a_file_and_a_record_in_memory_hold_the_pressures_of_all_films(plant, path):
-    sink = Memory(bearings=plant.machine.film_names)
+    sink = MemoryRecording(bearings=plant.machine.film_names)
     stream(begin(plant, STEADY, 0), STEADY, sink)
     kept, stored = sink.dataset(), rs.open_record(path)
     for name in ("film_pressure", "film_z", "journals", "film_flow", "bearing"):

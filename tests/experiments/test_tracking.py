@@ -12,9 +12,9 @@ import xarray as xr
 from identification import make_record
 from rotorsim.base.errors import DataError
 from rotorsim.experiments.run_summary import summarise
-from rotorsim.signals.order_tracking import track_orders
+from rotorsim.signals.orders import track_orders
 from rotorsim.signals.record_blocks import BLOCK, blocks, open_record
-from rotorsim.signals.waterfall import largest_sub_synchronous, waterfall
+from rotorsim.signals.spectra import largest_sub_synchronous, waterfall
 
 TS = 2e-4
 AMPLITUDES = {1: (3e-6 * np.exp(-0.7j), 2e-6 * np.exp(-1.9j)), 2: (1e-6j, 0.4e-6), 3: (-0.3e-6, 0.2e-6 * np.exp(2j))}

@@ -12,7 +12,7 @@ from fault_injection.checks import SAMPLE
 from fuzzing.disk import largest_file
 from rotorsim.base.files import WriteError
 from rotorsim.experiments.recovery import recover
-from rotorsim.live.recorder import Recorder
+from rotorsim.live.rig.records import Recorder
 from rotorsim.live.rig.rig import Rig
 from rotorsim.machine import load_machine
 
@@ -21,9 +21,11 @@ PART = 500
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from rotorsim.live.recorder import Recorder
+from rotorsim.experiments import recording
+from rotorsim.live.rig.records import Recorder
 from rotorsim.live.rig.rig import Rig
 from rotorsim.machine import load_machine
+recording.FLUSH = 0.0
 rig = Rig(load_machine("plain_rotor"), {}, 0)
 recorder = Recorder(rig, Path(sys.argv[1]))
 for _ in range(25):
@@ -33,7 +35,6 @@ os.kill(os.getpid(), signal.SIGKILL)
 
 
 def test_a_full_disk_keeps_what_fits(tmp_path):
-    """Commits are 5000 samples apart; the last ones are fitted in steps of 1000."""
     rig = Rig(load_machine("plain_rotor"), {}, 0)
     with largest_file(1_000_000):
         recorder = Recorder(rig, tmp_path / "live.nc")
@@ -59,13 +60,13 @@ def test_a_folder_that_is_removed_comes_back_with_the_record(tmp_path):
     with pytest.raises(WriteError):
         recorder.close()
     with xr.open_dataset(tmp_path / "live" / "live.nc", engine="h5netcdf") as record:
-        assert record.sizes["time"] == 5000
+        assert record.sizes["time"] == 2 * PART
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="kills by a signal of POSIX")
-def test_a_kill_leaves_whole_blocks(tmp_path):
+def test_a_kill_leaves_what_was_flushed(tmp_path):
     done = subprocess.run([sys.executable, "-c", KILLED, tmp_path / "live.nc"], capture_output=True, text=True)
     assert done.returncode == -signal.SIGKILL, done.stderr
-    assert recover(tmp_path) == [(tmp_path / "live-killed.nc", 10_000)]
+    assert recover(tmp_path) == [(tmp_path / "live-killed.nc", 12_500)]
     with xr.open_dataset(tmp_path / "live-killed.nc", engine="h5netcdf") as record:
-        assert record.attrs["ended"] == "killed" and record.sizes["time"] == 10_000
+        assert record.attrs["ended"] == "killed" and record.sizes["time"] == 12_500

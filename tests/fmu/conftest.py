@@ -40,8 +40,8 @@ def model():
 @pytest.fixture(scope="session")
 def files(gcc, model, tmp_path_factory) -> dict[int, Path]:
     """Return the unit's files by FMI version."""
+    from fmu.binaries import choose
     from fmu.export import export
-    from fmu.targets import choose
 
     return export(model, tmp_path_factory.mktemp("units") / "rig.fmu", (2, 3), choose("host"))
 
@@ -49,7 +49,7 @@ def files(gcc, model, tmp_path_factory) -> dict[int, Path]:
 @pytest.fixture(scope="session")
 def units(files):
     """Return the loaded units by FMI version."""
-    from fmu.checks.importer import ImportedUnit
+    from fmu.importer import ImportedUnit
 
     loaded = {version: ImportedUnit(path) for version, path in files.items()}
     yield loaded

@@ -8,11 +8,9 @@ from unittest.mock import MagicMock
 
 import pytest
 
-from fmu.checks.check import Check, _guarded, _pace, model_of
-from fmu.checks.importer import ImportedUnit
-from fmu.checks.schemas import findings
-from fmu.info import info
-from fmu.ssp import System
+from fmu.check import Check, _guarded, _pace, findings, model_of
+from fmu.importer import ImportedUnit, info
+from fmu.ssp import CoupledUnits
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.cli import command
 
@@ -97,7 +95,7 @@ def test_a_hostile_unit_ends_a_command_in_a_sentence(unit, capsys, kind, what):
 @pytest.mark.parametrize("kind", ["upwards", "absolute", "bomb"])
 def test_no_reader_of_units_takes_a_hostile_archive(unit, kind):
     path = unit(**HOSTILE[kind])
-    for reader in (info, findings, ImportedUnit, System):
+    for reader in (info, findings, ImportedUnit, CoupledUnits):
         with pytest.raises(DataError):
             reader(path)
 
@@ -131,13 +129,13 @@ def test_whatever_a_unit_makes_of_a_check_is_a_check_that_failed():
 
 
 def test_times_of_a_busy_computer_are_remarks_and_no_verdict(unit, monkeypatch, capsys):
-    monkeypatch.setattr("fmu.checks.check.step_cost", lambda *_: 3600.0)
+    monkeypatch.setattr("fmu.check.step_cost", lambda *_: 3600.0)
     found = list(_pace(MagicMock(), SimpleNamespace(sample=2e-4), Path("a.fmu")))
     assert [one.passed for one in found] == [None, None] and "real time" in found[1].value
     path = unit(identifier="a")
     for last, code in ((Check("standard", "", True), 0), (Check("standard", "", False), 1)):
-        monkeypatch.setattr("rotorsim.commands.fmu.facts", lambda _: {})
-        monkeypatch.setattr("rotorsim.commands.fmu.checks", lambda *_, last=last: iter([*found, last]))
+        monkeypatch.setattr("fmu.info.info", lambda _: {})
+        monkeypatch.setattr("fmu.checks.check.check", lambda *_, last=last: iter([*found, last]))
         with pytest.raises(SystemExit) as ended:
             command(["fmu", "check", str(path)])
         assert (ended.value.code or 0) == code and "info  doStep" in capsys.readouterr().out

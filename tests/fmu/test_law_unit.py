@@ -16,8 +16,8 @@ from rotorsim.control import LawError, lqr
 @pytest.fixture(scope="module")
 def exported(gcc, tmp_path_factory):
     """Return the unit and its files by FMI version."""
+    from fmu.binaries import choose
     from fmu.export import export
-    from fmu.targets import choose
 
     unit = LawUnit(scheduled_law(bias=(0.5, -0.2)))
     return unit, export(unit, tmp_path_factory.mktemp("law") / "law.fmu", (2, 3), choose("host"))
@@ -25,7 +25,7 @@ def exported(gcc, tmp_path_factory):
 
 @pytest.mark.parametrize("version", [2, 3])
 def test_a_law_unit_has_the_bits_of_the_law(exported, version):
-    from fmu.checks.importer import ImportedUnit
+    from fmu.importer import ImportedUnit
 
     unit, files = exported
     inputs = {name: unit.stimuli(400, unit.sample)[name] for name in INPUTS}
@@ -44,7 +44,7 @@ def test_a_law_unit_has_the_bits_of_the_law(exported, version):
 @pytest.mark.parametrize("version", [2, 3])
 def test_a_law_unit_holds_fades_out_and_comes_back_with_the_bits_of_the_law(exported, version):
     """NaN and infinite samples of each input, short and long, also while the law seeks its centre and fades in."""
-    from fmu.checks.importer import ImportedUnit
+    from fmu.importer import ImportedUnit
 
     unit, files = exported
     inputs = {name: unit.stimuli(1200, unit.sample)[name].copy() for name in INPUTS}
@@ -76,9 +76,9 @@ def test_a_law_unit_holds_fades_out_and_comes_back_with_the_bits_of_the_law(expo
 
 def test_a_law_unit_with_plausibility_limits_has_the_bits_of_the_law(gcc, tmp_path):
     """Spikes, frozen, reversed and swapped sensors, a displacement out of range, lost speed, samples missing often."""
-    from fmu.checks.importer import ImportedUnit
+    from fmu.binaries import choose
     from fmu.export import export
-    from fmu.targets import choose
+    from fmu.importer import ImportedUnit
 
     unit = LawUnit(plausible_law())
     inputs = faulty_inputs(12000)
@@ -131,7 +131,7 @@ def faulty_inputs(n):
 
 @pytest.mark.parametrize("version", [2, 3])
 def test_every_check_of_the_command_passes_for_a_law(exported, version):
-    from fmu.checks.check import check
+    from fmu.check import check
 
     found = list(check(exported[1][version], 0.05))
     assert "0.05 s against the law in Python" in [c.name for c in found]
@@ -165,7 +165,7 @@ def test_a_system_keeps_the_standards_schema_and_wires_all_that_the_law_needs(sy
 
 
 def test_a_system_runs_the_loop_of_python_bit_for_bit(system, model):
-    from fmu.ssp import System
+    from fmu.ssp import CoupledUnits
 
     unit, path = system
     n = 150
@@ -173,7 +173,7 @@ def test_a_system_runs_the_loop_of_python_bit_for_bit(system, model):
     force[30:35, 0] = 15.0
     record = model.plant.simulate(n * 2e-4, 0.0, 0.3e6, disc_force=force, controller=unit.law.with_())
     inputs = {"shaft.speed_ref": np.zeros(n), "injection.pressure": np.full(n, 0.3e6), "disc.force_x": force[:, 0]}
-    with System(path) as loop:
+    with CoupledUnits(path) as loop:
         rows = loop.run(inputs, ("disc.x", "disc.y", *OUTPUTS))
     np.testing.assert_array_equal(rows[:n, :2], record.disc.values)
     np.testing.assert_array_equal(rows[:n, 2:], record.reference.values)
@@ -235,9 +235,9 @@ RATED = [-5e5, -1.8e4, 2.4e4, -5.5e5, -110, -7, 7, -75, 3.6e5, -7e4, 6e4, 3.9e5,
 
 
 def test_a_law_designed_on_model_2_with_rates_has_the_bits_of_the_law(gcc, tmp_path):
-    from fmu.checks.importer import ImportedUnit
+    from fmu.binaries import choose
     from fmu.export import export
-    from fmu.targets import choose
+    from fmu.importer import ImportedUnit
 
     model = LinearModel(*STRUCTURES["2-rate"].matrices(np.array(RATED)), speed=0.0, pressure=3e5)
     unit = LawUnit(lqr.design(model, lqr.Spec(speed=0.0, pressure=3e5)))

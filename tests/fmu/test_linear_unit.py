@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from lpv_models import make_lpv
 
-from fmu.checks.linear_check import derivative_error, jacobian, model_exchange, moving_inputs, names, simulated
+from fmu.check import derivative_error, jacobian, model_exchange, moving_inputs, names, simulated
 from fmu.linear_model import find_terms
 from rotorsim.base.errors import DataError
 
@@ -12,9 +12,9 @@ from rotorsim.base.errors import DataError
 @pytest.fixture(scope="module")
 def exported(gcc, tmp_path_factory):
     """Return model and files by FMI version for a kind of LPV model; each is exported once."""
+    from fmu.binaries import choose
     from fmu.export import export
     from fmu.kinds import linear_unit
-    from fmu.targets import choose
 
     known = {}
 
@@ -34,7 +34,7 @@ def exported(gcc, tmp_path_factory):
 )
 def both(exported, request):
     """Return model and loaded unit, for two structures and both versions of FMI."""
-    from fmu.checks.importer import ImportedUnit
+    from fmu.importer import ImportedUnit
 
     model, files = exported(request.param[0])
     with ImportedUnit(files[request.param[1]]) as unit:
@@ -78,7 +78,7 @@ def test_co_simulation_follows_the_model_in_python(both):
 
 
 def test_a_sampled_model_follows_python_and_is_for_co_simulation_only(exported):
-    from fmu.checks.importer import ImportedUnit
+    from fmu.importer import ImportedUnit
 
     model, files = exported("blackbox")
     for path in files.values():
@@ -182,7 +182,7 @@ def test_files_that_are_no_lpv_model_are_refused(tmp_path):
 
 
 def test_every_check_of_the_command_passes_for_a_linear_unit(exported):
-    from fmu.checks.check import check
+    from fmu.check import check
 
     for path in exported("3")[1].values():
         found = list(check(path, 0.05))

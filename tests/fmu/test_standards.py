@@ -7,7 +7,7 @@ import pytest
 from law_models import scheduled_law
 from lpv_models import make_lpv
 
-from fmu.checks.schemas import findings
+from fmu.check import findings
 
 KINDS = ("1", "2", "3", "blackbox")
 
@@ -15,11 +15,11 @@ KINDS = ("1", "2", "3", "blackbox")
 @pytest.fixture(scope="session")
 def all_files(files, model, tmp_path_factory):
     """Return every kind of unit and system by name, of FMI 2.0 and 3.0."""
+    from fmu.binaries import choose
     from fmu.export import export
     from fmu.kinds import linear_unit
     from fmu.law_unit import LawUnit
     from fmu.ssp import write_system
-    from fmu.targets import choose
 
     folder, host = tmp_path_factory.mktemp("kinds"), choose("host")
     law = LawUnit(scheduled_law())

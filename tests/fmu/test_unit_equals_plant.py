@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fmu.checks.reference_plant import plant_outputs
+from fmu.check import plant_outputs
 from fmu.reference import reference_inputs
 
 SAMPLE = 2e-4
@@ -70,7 +70,7 @@ def test_the_film_pressure_is_an_array_in_fmi_3(units, model):
     instance.initialise()
     instance.run(inputs, SAMPLE, ["disc.x"])
     simulation = model.plant.start(0.0, 0.3e6)
-    from fmu.checks.reference_plant import plant_rows
+    from fmu.check import plant_rows
 
     simulation.advance(plant_rows(model, inputs, SAMPLE))
     assert instance.film_pressure().tobytes() == simulation.film_pressure().tobytes()
@@ -89,7 +89,7 @@ def test_friction_torque_and_pin_differences_follow_from_the_state(units, model)
         inputs, SAMPLE, ["film.friction_torque", "piezo.diff_x", "piezo.position_2", "piezo.position_4"]
     )
     simulation = model.plant.start(0.0, 0.3e6)
-    from fmu.checks.reference_plant import plant_rows
+    from fmu.check import plant_rows
 
     simulation.advance(plant_rows(model, inputs, SAMPLE))
     a = model.assembly

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from lpv_models import make_lpv
 
-from fmu.checks.check import check
-from fmu.info import info
+from fmu.check import check
+from fmu.importer import info
 from rotorsim.base.errors import DataError
 from rotorsim.cli import main
 
@@ -74,8 +74,8 @@ def test_every_function_of_both_standards_is_there(files):
 
 
 def test_the_same_model_gives_the_same_bytes(files, model, tmp_path):
+    from fmu.binaries import choose
     from fmu.export import export
-    from fmu.targets import choose
 
     again = export(model, tmp_path / "rig.fmu", (2, 3), choose("host"))
     assert all(again[v].read_bytes() == files[v].read_bytes() for v in (2, 3))
@@ -83,8 +83,7 @@ def test_the_same_model_gives_the_same_bytes(files, model, tmp_path):
 
 @pytest.mark.slow
 def test_objects_compiled_again_have_the_same_bytes(model, tmp_path, monkeypatch):
-    from fmu.binaries import build
-    from fmu.targets import choose
+    from fmu.binaries import build, choose
 
     libraries = []
     for k in range(2):
@@ -146,7 +145,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_compiling(capsys, tmp
 
 def test_without_a_compiler_the_user_learns_which_to_install(model, tmp_path, monkeypatch):
     from fmu import binaries
-    from fmu.targets import choose
+    from fmu.binaries import choose
 
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setattr(binaries.shutil, "which", lambda name: None)
@@ -159,7 +158,7 @@ def test_without_a_compiler_the_user_learns_which_to_install(model, tmp_path, mo
 
 def test_who_has_gcc_but_no_zig_is_not_asked_to_install_gcc_for_another_platform(gcc, model, tmp_path, monkeypatch):
     from fmu import binaries
-    from fmu.targets import choose
+    from fmu.binaries import choose
 
     found = binaries.importlib.util.find_spec
     monkeypatch.setattr(binaries.importlib.util, "find_spec", lambda name: None if name == "ziglang" else found(name))

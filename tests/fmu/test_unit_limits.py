@@ -10,8 +10,8 @@ from fmu.kinds import law_unit, named, plant_unit
 from fmu.model import identifier
 from rotorsim.base.errors import DataError
 from rotorsim.machine import Limits
-from rotorsim.machine.passed_limits import first_passed, speed_limit
-from rotorsim.machine.sampling import check_speed
+from rotorsim.machine.numerics import check_speed
+from rotorsim.machine.running_limits import first_passed, speed_limit
 from rotorsim.plant import Plant
 
 SAMPLE = 2e-4
@@ -23,7 +23,7 @@ def logged(unit):
     """Return an initialised instance and the list of (status, sentence) that it logs, with debug logging off."""
     from fmpy import fmi2
 
-    from fmu.checks.importer import Instance, fmi2_callbacks
+    from fmu.importer import Instance, fmi2_callbacks
 
     found = []
 

@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 import rotorsim as rs
-from fmu.contents import law_page, linear_page, page
-from fmu.equations import block, prose
+from fmu.contents import block, law_page, linear_page, page, prose
 from fmu.law_unit import LawUnit
 from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit

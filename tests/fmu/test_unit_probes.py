@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fmu.checks.reference_plant import plant_outputs
+from fmu.check import plant_outputs
 from fmu.reference import reference_inputs
 from rotorsim.machine import Machine, machine_text
 from rotorsim.plant import Plant
@@ -32,10 +32,10 @@ UNITS = {"meas.probe_DE_x": "V", "meas.probe_DE_y": "m", "meas.probe_V": "m/s", 
 @pytest.fixture(scope="module", params=[pytest.param("plain_rotor", marks=pytest.mark.slow), "dtu_gas_bearing"])
 def probed(request, gcc, tmp_path_factory):
     """Model of a machine with probes and its loaded unit; the rig's sleeve is on a pedestal."""
-    from fmu.checks.importer import ImportedUnit
+    from fmu.binaries import choose
     from fmu.export import export
+    from fmu.importer import ImportedUnit
     from fmu.kinds import plant_unit
-    from fmu.targets import choose
 
     text = machine_text(request.param) + AROUND
     if request.param == "dtu_gas_bearing":

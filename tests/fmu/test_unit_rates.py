@@ -3,24 +3,20 @@
 import numpy as np
 import pytest
 
-from fmu.checks.check import run
-from fmu.checks.reference_plant import plant_outputs
+from fmu.check import plant_outputs, run
 from fmu.reference import reference_inputs
 from rotorsim.plant import Plant
 
 SPEED = 12000.0
 
 
-pytestmark = pytest.mark.skip("the reference run of the grooved unit on 16 x 8 ends with an error: an open fault")
-
-
 @pytest.fixture(scope="module")
 def fast(gcc, tmp_path_factory):
     """Model and loaded unit of the small turbo rotor on a coarse grid."""
-    from fmu.checks.importer import ImportedUnit
+    from fmu.binaries import choose
     from fmu.export import export
+    from fmu.importer import ImportedUnit
     from fmu.kinds import plant_unit
-    from fmu.targets import choose
 
     model = plant_unit(Plant("grooved_turbo_rotor", n_theta=16, n_z=8), SPEED, 0.0)
     files = export(model, tmp_path_factory.mktemp("units") / "fast.fmu", (3,), choose("host"))

@@ -174,7 +174,7 @@ def test_calls_in_the_wrong_order_are_refused(unit, fresh):
 
 
 def test_a_foreign_token_gives_no_instance(unit):
-    from fmu.checks.importer import Instance
+    from fmu.importer import Instance
 
     kept = unit.description.guid
     unit.description.guid = "{00000000-0000-0000-0000-000000000000}"

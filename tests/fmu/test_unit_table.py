@@ -5,9 +5,8 @@ from pathlib import Path
 import pytest
 
 from fmu.export import file_names
-from fmu.limits import limits
-from fmu.units import display_unit, exponents, fmi_name
-from rotorsim.base.unit_table import TABLE
+from fmu.variables import display_unit, exponents, fmi_name, limits
+from rotorsim.base.units import TABLE
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import load_machine
 

@@ -109,8 +109,8 @@ def child_of(process):
 
 def test_compiling_is_announced_once_nothing_else_forbids_the_export(model, files, tmp_path, monkeypatch):
     from fmu import binaries, kernel_object
+    from fmu.binaries import choose
     from fmu.export import COMPILING, export
-    from fmu.targets import choose
 
     received = []
     export(model, tmp_path / "kept.fmu", (3,), choose("host"), announce=received.append)

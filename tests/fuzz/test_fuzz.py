@@ -15,8 +15,8 @@ from fuzzing.outcome import check_run, checked, command, files, folder
 from fuzzing.whole import whole_machines
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.units import show
-from rotorsim.commands.experiment.commands import read
-from rotorsim.commands.experiment.controlled import Setup
+from rotorsim.commands.closed_loop import ClosedLoopSetup
+from rotorsim.commands.experiment import read
 from rotorsim.experiments import EXPERIMENTS
 from rotorsim.machine import load_machine
 from rotorsim.machine.schema import Machine
@@ -108,7 +108,7 @@ REPLACED = st.sampled_from(sorted(texts())).flatmap(lambda name: st.tuples(st.ju
 
 @pytest.mark.parametrize("name", EXPERIMENTS)
 def test_no_value_of_a_parameter_is_too_strange_for_a_sentence(name):
-    kind = Setup if name == "controlled" else EXPERIMENTS[name]
+    kind = ClosedLoopSetup if name == "controlled" else EXPERIMENTS[name]
     for key, param in known(name).items():
         for text in (*(show(value, param.unit) for value in EXTREME), *NOT_TIMES):
             try:

@@ -5,13 +5,12 @@ import pytest
 from model3 import DELAYED, TRUTH, TS, model, prbs, record
 
 import identification as idn
+from identification.local.bias import _modulated, _part_of_the_input, of_any_phase
+from identification.local.confidence import Spread, sandwich, spread
 from identification.local.discretise import zero_order_hold
-from identification.local.fit import GreyBox, Problem
 from identification.local.greybox import STRUCTURES, modes
-from identification.local.uncertainty.amplitude import _modulated
-from identification.local.uncertainty.bias import _part_of_the_input, of_any_phase
-from identification.local.uncertainty.confidence import Spread, sandwich, spread
-from identification.local.uncertainty.model_error import model_error
+from identification.local.least_squares import FitProblem, GreyBox
+from identification.local.model_error import model_error
 
 pytestmark = pytest.mark.numerical
 
@@ -111,7 +110,7 @@ def test_the_change_with_the_amplitude_is_that_of_the_simulation_whose_stiffness
     theta = {"1": TRUTH[:12], "3": TRUTH, "3-delay": DELAYED}[kind]
     u = prbs(np.random.default_rng(3), 400, rest=10)
     y = model(theta, kind).simulate(u, TS)
-    problem = Problem(GreyBox(STRUCTURES[kind], TS), u, y, np.zeros((400, 1)))
+    problem = FitProblem(GreyBox(STRUCTURES[kind], TS), u, y, np.zeros((400, 1)))
     x0 = np.zeros(problem.states(theta))
     found = _modulated(problem, theta, x0)
     F, G, H, _ = problem.model.sampled(theta)

@@ -6,9 +6,8 @@ from model3 import DELAYED, TRUTH, TS, model, prbs, record
 
 import identification as idn
 from identification.local.greybox import STRUCTURES, dead_times, delays, modes
-from rotorsim.control.designs.merged import is_delayed_model_3
-from rotorsim.control.designs.plants import design_plant, scaled_model
-from rotorsim.control.numerics.systems import response
+from rotorsim.control.plants import design_plant, is_delayed_model_3, scaled_model
+from rotorsim.control.systems import response
 
 pytestmark = pytest.mark.numerical
 KIND = "3-delay"

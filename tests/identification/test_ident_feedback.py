@@ -6,8 +6,7 @@ from model3 import TS, looped_model3 as looped, made, model, prbs, record
 from scipy.signal import butter, chirp, sosfilt
 
 import identification as idn
-from identification.feedback import FEED, controller_of, fed_back
-from identification.records.checks import check_modes
+from identification.records.checks import FEED, check_modes, controller_of, fed_back
 
 pytestmark = pytest.mark.numerical
 

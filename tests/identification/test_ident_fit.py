@@ -8,8 +8,8 @@ from scipy.linalg import expm
 import identification as idn
 from identification.local.blackbox import FullStateSpace
 from identification.local.discretise import exponential, sampled
-from identification.local.fit import GreyBox, Predictor, Problem
 from identification.local.greybox import STRUCTURES, actuator_poles, modes
+from identification.local.least_squares import FitProblem, GreyBox, Predictor
 
 pytestmark = pytest.mark.numerical
 
@@ -51,14 +51,14 @@ def test_sensitivities_agree_with_central_differences_to_1e_6(kind, hold):
     rng = np.random.default_rng(1)
     w = rng.normal(size=(300, 4 if hold == "first" else 2))
     Q = np.linalg.qr(np.column_stack([np.ones(300), rng.normal(size=(300, 2))]))[0]
-    problem = Problem(GreyBox(STRUCTURES[kind], TS, hold), w, 1e-6 * rng.normal(size=(300, 2)), Q)
+    problem = FitProblem(GreyBox(STRUCTURES[kind], TS, hold), w, 1e-6 * rng.normal(size=(300, 2)), Q)
     states = problem.states(THETAS[kind])
     assert worst_slope(problem, THETAS[kind], 1e-6 * rng.normal(size=states)) < 1e-6
 
 
 def test_sensitivities_of_the_predictor_agree_with_central_differences():
     rng = np.random.default_rng(2)
-    problem = Problem(
+    problem = FitProblem(
         Predictor(GreyBox(STRUCTURES["1"], TS), 4, 2),
         np.hstack([rng.normal(size=(300, 2)), 1e-6 * rng.normal(size=(300, 2))]),
         1e-6 * rng.normal(size=(300, 2)),
@@ -73,7 +73,7 @@ def test_sensitivities_of_a_full_state_space_agree_with_central_differences():
     full = FullStateSpace(3, 2, 2)
     A = np.diag([0.9, 0.8, 0.7]) + 0.05 * rng.normal(size=(3, 3))
     theta = full.pack(A, rng.normal(size=(3, 2)), rng.normal(size=(2, 3)))
-    problem = Problem(full, rng.normal(size=(200, 2)), rng.normal(size=(200, 2)), np.full((200, 1), 200**-0.5))
+    problem = FitProblem(full, rng.normal(size=(200, 2)), rng.normal(size=(200, 2)), np.full((200, 1), 200**-0.5))
     assert worst_slope(problem, theta, rng.normal(size=3)) < 1e-6
 
 
@@ -100,7 +100,7 @@ def test_the_directions_of_a_full_state_space_leave_out_changes_of_basis_only():
 def test_the_normal_equations_of_the_kernel_are_those_of_the_jacobian():
     rng = np.random.default_rng(4)
     Q = np.linalg.qr(rng.normal(size=(400, 5)))[0]
-    problem = Problem(GreyBox(STRUCTURES["3"], TS), rng.normal(size=(400, 2)), 1e-6 * rng.normal(size=(400, 2)), Q)
+    problem = FitProblem(GreyBox(STRUCTURES["3"], TS), rng.normal(size=(400, 2)), 1e-6 * rng.normal(size=(400, 2)), Q)
     x0 = 1e-6 * rng.normal(size=6)
     r, J = problem.residual(TRUTH, x0)
     N, g, cost = problem.normal_equations(TRUTH, x0)

@@ -6,9 +6,9 @@ from test_ident_rates import PLAIN, RATES, TS, moved
 
 import identification as idn
 import rotorsim as rs
-from identification.local.fit import GreyBox, Problem
+from identification.local.bias import _velocity
 from identification.local.greybox import RATED, STRUCTURES, modes
-from identification.local.uncertainty.amplitude import _velocity
+from identification.local.least_squares import FitProblem, GreyBox
 
 pytestmark = pytest.mark.numerical
 
@@ -117,7 +117,7 @@ def test_the_amplitude_of_motion_has_the_velocity_of_the_disc_and_not_the_state_
         states = np.zeros((n, len(F)))
         for k in range(n - 1):
             states[k + 1] = F @ states[k] + G @ w[k]
-        problem = Problem(grey, w, states[:, :2], np.ones((n, 1)) / n**0.5)
+        problem = FitProblem(grey, w, states[:, :2], np.ones((n, 1)) / n**0.5)
         found, x = _velocity(problem, theta, states), states[:, :2]
         slope = (x[2:] - x[:-2]) / (2 * TS)
         assert np.std(found[1:-1] - slope) < 0.05 * np.std(slope)

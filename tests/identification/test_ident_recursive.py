@@ -11,7 +11,7 @@ import identification as idn
 import rotorsim as rs
 from identification.errors import ModelError, SchemaError, UnfitError
 from identification.lpv import recursive_kernel as kernel
-from identification.lpv.recursive_form import coefficients_of, model_of
+from identification.lpv.recursive import coefficients_of, model_of
 
 pytestmark = pytest.mark.numerical
 
@@ -235,7 +235,7 @@ def _at(speed, pressure):
 
 @pytest.mark.slow
 def test_on_the_rig_the_run_up_is_tracked_as_the_plants_eigenvalues_move():
-    from rotorsim.experiments.prbs import bits
+    from rotorsim.experiments.catalogue.prbs import bits
 
     plant = rs.Plant("dtu_gas_bearing", n_theta=16, n_z=8)
     t = np.arange(100000) * TS
@@ -314,7 +314,7 @@ def test_records_that_lack_something_or_have_another_rate_are_refused(to_20_krpm
 def test_a_start_with_dead_times_has_them_in_its_lags():
     """Model 3 as `identify` gives it by default: eight states; frequencies, damping and gain at rest are kept."""
     from identification.local.greybox import STRUCTURES
-    from identification.lpv.recursive_form import without_dead_times
+    from identification.lpv.recursive import without_dead_times
 
     theta = np.array([-5e5, 0, 0, -6e5, -50, 0, 0, -40, 1.5, 0.1, -0.1, 1.6, 900, 1100, 4e3, 5e3], float)
     late = idn.LinearModel(*STRUCTURES["3-delay"].matrices(theta))

@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from model3 import TRUTH, TS, model, record
+from scipy.signal import csd, lfilter, welch
 
 import identification as idn
 import rotorsim as rs
 from identification.errors import UnfitError
-from identification.local.frequency.response_fit import response_problem
 from identification.local.greybox import STRUCTURES, modes
+from identification.local.response_fit import response_problem
 
 pytestmark = pytest.mark.numerical
 
@@ -196,3 +197,17 @@ G0 = np.ones((5, 2, 2), complex)
 def test_unfit_input_is_refused_in_a_sentence(call, sentence):
     with pytest.raises(UnfitError, match=sentence):
         call()
+
+
+@pytest.mark.parametrize("length", [400, 401])
+def test_h1_of_one_input_is_that_of_welch(length):
+    """Every whole segment counts once, and none is filled up with zeros: SciPy's estimate on the same segments."""
+    rng, n = np.random.default_rng(0), 5000
+    u = rng.normal(size=(n, 1))
+    y = lfilter([0.0, 1.0, 0.5], [1.0, -1.6, 0.9], u, axis=0)
+    found = idn.frequency_response(u, y, 1.0, resolution=1 / length)
+    how = {"fs": 1.0, "window": "hann", "nperseg": length, "noverlap": length - length // 2, "detrend": False}
+    power = welch(u[:, 0] - u.mean(), **how)[1]
+    cross = csd(u[:, 0] - u.mean(), y[:, 0] - y.mean(), **how)[1]
+    np.testing.assert_allclose(found.G[:, 0, 0], (cross / power)[1:], rtol=1e-7)
+    assert found.segments == (n - length) // (length // 2) + 1

@@ -9,8 +9,8 @@ from hypothesis import given, settings, strategies as st
 from model3 import TS, model, prbs
 
 from identification.errors import UnfitError
+from identification.local.fits import schur
 from identification.local.goodness import simulated
-from identification.local.grey_fits import schur
 from identification.lpv.surfaces import fit_surfaces, make_basis
 
 pytestmark = pytest.mark.numerical

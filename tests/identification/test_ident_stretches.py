@@ -5,11 +5,9 @@ import pytest
 from model3 import TRUTH, TS, record
 
 import identification as idn
-from identification.local.fit import GreyBox, Problem, solve
 from identification.local.greybox import STRUCTURES
-from identification.local.joint import Joint, covariance_of
-from identification.local.stretches import offsets, regressors_of
-from identification.records.lab.without_gaps import without_gaps
+from identification.local.least_squares import FitProblem, GreyBox, JointProblem, covariance_of, solve
+from identification.records.stretches import offsets, regressors_of, without_gaps
 
 pytestmark = pytest.mark.numerical
 
@@ -119,7 +117,7 @@ def test_the_joint_estimate_is_the_weighted_mean_of_the_single_ones():
 def test_derivatives_of_several_stretches_are_those_of_differences():
     rng, theta = np.random.default_rng(0), TRUTH
     w, y = rng.normal(size=(300, 2)), 1e-6 * rng.normal(size=(300, 2))
-    problem = Joint(GreyBox(STRUCTURES["3"], TS), w, y, np.linalg.qr(rng.normal(size=(300, 3)))[0], (100, 220))
+    problem = JointProblem(GreyBox(STRUCTURES["3"], TS), w, y, np.linalg.qr(rng.normal(size=(300, 3)))[0], (100, 220))
     x0 = 1e-6 * rng.normal(size=18)
     _, g, cost = problem.normal_equations(theta, x0)
     for i in (0, 5, 12):
@@ -139,7 +137,7 @@ def test_derivatives_of_several_stretches_are_those_of_differences():
 def test_one_stretch_of_a_joint_problem_is_the_plain_problem():
     data = idn.filtered(record(0, seconds=2.0))
     grey = GreyBox(STRUCTURES["3"], TS)
-    plain, joint = Problem(grey, data.u, data.y, data.Q), Joint(grey, data.u, data.y, data.Q)
+    plain, joint = FitProblem(grey, data.u, data.y, data.Q), JointProblem(grey, data.u, data.y, data.Q)
     one, other = solve(plain, TRUTH * 1.05), solve(joint, TRUTH * 1.05)
     np.testing.assert_allclose(one.theta, other.theta, rtol=1e-9)
     np.testing.assert_allclose(covariance_of(plain, one, 14, TS), covariance_of(joint, other, 14, TS), rtol=1e-5)

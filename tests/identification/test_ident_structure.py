@@ -8,9 +8,8 @@ from model3 import TRUTH, TS, prbs, record
 
 import identification as idn
 from identification.errors import ModelError, UnfitError
-from identification.local.fit import GreyBox, Problem
 from identification.local.greybox import STRUCTURES
-from identification.local.steps import damped_step
+from identification.local.least_squares import FitProblem, GreyBox, damped_step
 
 pytestmark = pytest.mark.numerical
 
@@ -88,7 +87,7 @@ def test_differences_within_five_values_are_the_exact_derivatives_of_the_thesis_
 def test_sensitivities_of_outputs_and_feedthrough_that_depend_on_parameters_agree_with_differences():
     rng = np.random.default_rng(1)
     structure = idn.Structure("rooted", ("w", "zeta", "gain", "out"), rooted)
-    problem = Problem(
+    problem = FitProblem(
         GreyBox(structure, TS), rng.normal(size=(300, 2)), np.zeros((300, 2)), np.full((300, 1), 300**-0.5)
     )
     theta, x0 = np.array([700.0, 0.05, -13.0, 1.3]), np.zeros(4)

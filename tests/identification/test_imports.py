@@ -14,7 +14,7 @@ from scipy.io import savemat
 
 import identification as idn
 import rotorsim as rs
-from identification.records.notes import notes_of
+from identification.records.schema import notes_of
 from rotorsim.errors import DataError, LawError, ModelError, NotCarried, ShaftError
 
 N, TS = 400, 1e-3

@@ -7,7 +7,7 @@ import pytest
 
 import identification as idn
 from identification.errors import ReadError, SchemaError
-from identification.records.lab.keyphasor import Keyphasor, pulse_times, shaft_angle
+from identification.records.sensors import Keyphasor, pulse_times, shaft_angle
 
 RATE = 51200.0
 

@@ -6,7 +6,7 @@ import pytest
 from scipy.io import loadmat, savemat, whosmat
 
 import identification as idn
-from identification.readers.mat_v5 import variables
+from identification.readers.mat import variables
 
 T = np.arange(50) / 5000
 XY = np.column_stack([np.sin(T), np.cos(T)])

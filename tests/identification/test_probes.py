@@ -5,7 +5,7 @@ import pytest
 from model3 import record as model3_record
 
 import identification as idn
-from identification.records.probes import probe_outputs
+from identification.records.sensors import probe_outputs
 
 PROBES = {
     "probe": ["DE_x", "DE_y", "NDE", "A"],

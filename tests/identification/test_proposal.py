@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 import identification as idn
-from identification.records.table import Column, Table
+from identification.records.table import Column, DataTable
 
 T = np.arange(2000) / 5000
 W = 100 * np.pi
 
 
 def proposed(**columns):
-    table = Table("CSV", tuple(Column(name.replace("__", " "), values) for name, values in columns.items()))
+    table = DataTable("CSV", tuple(Column(name.replace("__", " "), values) for name, values in columns.items()))
     return idn.propose(table, "run.csv")
 
 
@@ -116,7 +116,7 @@ def test_what_is_missing_is_a_comment():
 
 def test_names_of_any_kind_give_toml():
     odd = {'a "b" \\ x': T, "x\x7f": T, "\u2028y": T, "": T, "probe probe": T * np.nan, "time": T, "time ": T}
-    table = Table("CSV", tuple(Column(name, values) for name, values in odd.items()))
+    table = DataTable("CSV", tuple(Column(name, values) for name, values in odd.items()))
     tomllib.loads(idn.propose(table, "a\nb.csv")[0])
 
 

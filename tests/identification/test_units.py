@@ -7,8 +7,7 @@ import pytest
 from identification import ReadError
 from identification.records.column_names import likely
 from identification.records.units import FACTORS, amplitude_factor, factor, quantity, sensitivity
-from rotorsim.base.unit_table import SPELLINGS
-from rotorsim.base.units import parse
+from rotorsim.base.units import SPELLINGS, parse
 
 
 @pytest.mark.parametrize(

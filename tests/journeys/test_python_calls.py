@@ -11,8 +11,7 @@ import typer
 import rotorsim as rs
 from fault_injection.commands import leaves
 from rotorsim.commands.app import app
-from rotorsim.commands.experiment.commands import EXAMPLES
-from rotorsim.commands.experiment.controlled import Setup
+from rotorsim.commands.closed_loop import ClosedLoopSetup
 
 PAGE = (Path(__file__).parents[2] / "docs" / "python.md").read_text(encoding="utf-8")
 CALLS = {" ".join(words): command.python for words, command in leaves(typer.main.get_command(app))}
@@ -54,7 +53,8 @@ def test_the_call_of_an_experiment_takes_the_values_of_its_example(command):
     assert {"plant", *given} <= set(bound.arguments)
     if name == "controlled":
         return
-    kind, words = rs.experiments.EXPERIMENTS[name], split(EXAMPLES[name])
+    kind = rs.experiments.EXPERIMENTS[name]
+    words = split(kind.example)
     texts = {word[2:]: text for word, text in zip(words[::2], words[1::2], strict=True) if word != "--seed"}
     made = kind(**{key: ast.literal_eval(value) for key, value in given.items() if key != "seed"})
     for (key, value), wanted in zip(vars(kind(**texts)).items(), vars(made).values(), strict=True):
@@ -64,6 +64,6 @@ def test_the_call_of_an_experiment_takes_the_values_of_its_example(command):
 def test_the_call_of_the_closed_loop_is_that_of_its_example():
     """The built-in law about the equilibrium, with the hits of the command."""
     law = rs.experiments.ProportionalLaw()
-    setup = Setup(pressure=0.6e6, gain_x=0.25e6, gain_y=0.22e6, hit=20.0, duration=2.0)
+    setup = ClosedLoopSetup(pressure=0.6e6, gain_x=0.25e6, gain_y=0.22e6, hit=20.0, duration=2.0)
     assert setup.excitations() == (rs.experiments.Impact(peak=20.0, hits=2),)
     assert (law.gain_x, law.gain_y) == (0.25e6, 0.22e6)

@@ -9,7 +9,7 @@ import pytest
 import typer
 
 from rotorsim.cli import main
-from rotorsim.commands.lazy_group import click_command
+from rotorsim.commands.registry import click_command
 from studies.benchmarks.command import bench
 from studies.thesis.commands import designs, one_number, whole
 
@@ -174,7 +174,7 @@ def test_a_command_that_is_not_there_is_found(text, fault):
 def test_an_option_that_is_not_there_is_found():
     assert list(unknown_options(ROOT / "fmu" / "a.py", "give --lpv")) == ["--lpv is not an option"]
     assert list(unknown_options(ROOT / "rotorsim" / "live" / "a.py", "give --fmi")) == ["--fmi is not an option"]
-    modes = ROOT / "rotorsim" / "commands" / "modes.py"
+    modes = ROOT / "rotorsim" / "commands" / "linear.py"
     assert list(unknown_options(modes, "give --fmi")) == ["--fmi is not an option"]
     assert not list(unknown_options(ROOT / "fmu" / "a.py", "give --fmi"))
 

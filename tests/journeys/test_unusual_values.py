@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from rotorsim.base.errors import Unusual
-from rotorsim.campaign.plan.parse import make_plan
+from rotorsim.campaign.read_plan import make_plan
 from rotorsim.experiments import Impact, Runup, Steady
 from rotorsim.experiments.parameters import ask_speeds
 from rotorsim.machine import Machine, load_machine, machine_text, shipped_machines
-from rotorsim.machine.usual import ask_machine
+from rotorsim.machine.plausibility import ask_machine
 
 SHORT = ["--duration", "2 ms", "--no-report", "--out", "o"]
 QUESTIONS = [

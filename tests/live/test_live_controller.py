@@ -6,7 +6,7 @@ import pytest
 from coarse_rig import RPM, make_rig, ran, shown
 from rotorsim.control import plausibility_of
 from rotorsim.live.rig.laws import read_laws
-from rotorsim.live.rig.stability_check import Verdict, motion
+from rotorsim.live.rig.stability_check import StabilityVerdict, motion
 from studies.benchmarks.control_laws import rig_model
 from waiting import until
 
@@ -98,7 +98,7 @@ def test_a_law_beyond_the_reserve_for_the_present_orbit_is_refused():
 
 def test_a_controller_that_stays_at_the_limit_is_switched_off_with_the_reason():
     rig = make_rig()
-    rig.switch_on("P", Verdict())
+    rig.switch_on("P", StabilityVerdict())
     rig.advance(5000)
     assert rig.settings.positions["controller"] == "off"
     assert any("P: at the actuators' limit of 5 V" in message for _, message in rig.messages)

@@ -9,11 +9,9 @@ from hypothesis import given, strategies as st
 
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
-from rotorsim.live.page.control import Control
-from rotorsim.live.page.scene import Scene, load_scene
-from rotorsim.live.rig.drive import ramp
-from rotorsim.live.rig.hammer import Hammer, hit
-from rotorsim.live.rig.history import History
+from rotorsim.live.rig.controls import Control
+from rotorsim.live.rig.desk import Scene, load_scene
+from rotorsim.live.rig.samples import Hammer, History, hit, ramp
 from rotorsim.machine import machine_text
 
 GAP = Control("clearance_growth.growth", "growth", "um", 1e-6, -20e-6, 20e-6, 0.0)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from coarse_rig import RPM, make_rig
-from rotorsim.live.rig.eigenvalue import modes_at
-from rotorsim.live.rig.ringdown import BEFORE, LEAD, RING, read_ringdown
+from rotorsim.live.rig.modes import BEFORE, LEAD, RING, modes_at, read_ringdown
 
 
 def ringing(rig, axis, clearance=25e-6):

@@ -1,17 +1,14 @@
 """Readings of the live rig: modes from impacts, eigenvalues, spectra, orders, peak-to-peak motion."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 import rotorsim as rs
 from coarse_rig import RPM, make_rig, ran, shown
-from rotorsim.live.rig.drive import BREAKAWAY, lay_on, torque_rows
-from rotorsim.live.rig.eigenvalue import Modes, modes_at
+from rotorsim.live.rig.modes import RigModes, modes_at
 from rotorsim.live.rig.readings import another_growing
-from rotorsim.live.runner import Runner
-from rotorsim.plant.columns import READ
+from rotorsim.live.rig.runner import Runner
+from rotorsim.plant.kernels.columns import READ
 from waiting import until
 
 
@@ -144,10 +141,10 @@ def test_the_distance_from_rest_is_that_of_the_orbit():
 
 def test_a_growing_mode_that_is_none_of_the_axes_is_shown():
     """The lowest mode of each axis is damped; another one grows."""
-    assert another_growing(Modes((100.0, 110.0), (0.05, 0.04), least=(310.0, -0.02))) == [310.0, -0.02]
-    assert another_growing(Modes((100.0, 110.0), (0.05, -0.02), least=(110.0, -0.02))) == []
-    assert another_growing(Modes((100.0, 110.0), (0.05, 0.04), least=(110.0, 0.04))) == []
-    assert another_growing(Modes((100.0, 110.0), (0.05, -0.02), least=(310.0, -0.02))) == [310.0, -0.02]
+    assert another_growing(RigModes((100.0, 110.0), (0.05, 0.04), least=(310.0, -0.02))) == [310.0, -0.02]
+    assert another_growing(RigModes((100.0, 110.0), (0.05, -0.02), least=(110.0, -0.02))) == []
+    assert another_growing(RigModes((100.0, 110.0), (0.05, 0.04), least=(110.0, 0.04))) == []
+    assert another_growing(RigModes((100.0, 110.0), (0.05, -0.02), least=(310.0, -0.02))) == [310.0, -0.02]
 
 
 def test_the_least_damped_of_all_modes_is_known_at_an_operating_point():
@@ -155,14 +152,3 @@ def test_the_least_damped_of_all_modes_is_known_at_an_operating_point():
     modes = modes_at(rs.Plant("pump_on_tables").assembly, 320.0, 0.0)
     assert modes.least[1] == pytest.approx(min(modes.zeta), rel=1e-6) and modes.least[1] < 0
     assert modes.proven
-
-
-@pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_a_drive_torque_acts_in_the_sense_that_is_set(sense):
-    """It overcomes the drag of a standing shaft, speeds up one that turns in that sense and brakes the other."""
-    parameters = SimpleNamespace(dry_drag=0.0)
-    assert torque_rows(0.0, sense * 0.3, 0.1, 3)[0] == sense * BREAKAWAY
-    assert np.isnan(torque_rows(0.0, sense * 0.05, 0.1, 3)).all()
-    for speed, drag in ((sense * 5.0, -0.2), (-sense * 5.0, 0.4), (0.0, -0.2)):
-        lay_on(parameters, 0.1, sense * 0.3, speed)
-        assert parameters.dry_drag == pytest.approx(drag)

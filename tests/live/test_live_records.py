@@ -11,9 +11,9 @@ import identification as idn
 from coarse_rig import RPM, make_rig, ran
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
-from rotorsim.live.replay import Replay
-from rotorsim.live.rig.stability_check import Verdict
-from rotorsim.live.runner import Runner
+from rotorsim.live.rig.records import Replay
+from rotorsim.live.rig.runner import Runner
+from rotorsim.live.rig.stability_check import StabilityVerdict
 
 
 def test_a_record_is_of_the_schema_and_replays_the_frames_of_the_run(tmp_path):
@@ -48,7 +48,7 @@ def test_a_record_is_of_the_schema_and_replays_the_frames_of_the_run(tmp_path):
 
 def test_a_record_names_its_controller_and_notes_when_the_rig_switched_it_off(tmp_path):
     runner = Runner(make_rig())
-    runner.rig.switch_on("P", Verdict())
+    runner.rig.switch_on("P", StabilityVerdict())
     runner._record(tmp_path / "r.nc")
     ran(runner, 5000)
     runner.close()

@@ -9,13 +9,12 @@ from coarse_rig import RPM, coarse, make_rig, ran, shown
 from rotorsim.analysis.unbalance_response import unbalance_response, unbalances_of
 from rotorsim.analysis.whirl_onset import whirl_onset
 from rotorsim.base.errors import DataError
-from rotorsim.live.desk import Desk
-from rotorsim.live.page.tour import stops
-from rotorsim.live.rig.effects import equip
+from rotorsim.live.rig.desk import Desk
 from rotorsim.live.rig.laws import read_laws
 from rotorsim.live.rig.rig import Rig
-from rotorsim.live.rig.settings import Settings
-from rotorsim.live.runner import Runner
+from rotorsim.live.rig.runner import Runner
+from rotorsim.live.rig.settings import RigSettings, equip
+from rotorsim.live.rig.tour import stops
 from rotorsim.machine import Machine, load_machine, machine_text
 
 ACTUATORS = ("actuators", "effects.hysteresis", "effects.creep")
@@ -106,7 +105,7 @@ def test_a_rig_has_the_controls_scenes_and_laws_of_its_machine(tmp_path, kind, l
 
 
 def test_a_rotor_without_film_has_no_controls_of_one():
-    settings = Settings(equip(load_machine("plain_rotor")), ("off",))
+    settings = RigSettings(equip(load_machine("plain_rotor")), ("off",))
     assert "pressure" not in settings.operating and "slip.mean_free_path" not in settings.sliders
     assert "unbalance.me" in settings.sliders
 

@@ -6,8 +6,8 @@ import pytest
 
 from rotorsim.base.errors import Unusual
 from rotorsim.machine import Gas, Machine, load_machine
-from rotorsim.machine.bearings.gas import GASES
-from rotorsim.machine.usual import ask_machine
+from rotorsim.machine.gas import GASES
+from rotorsim.machine.plausibility import ask_machine
 from rotorsim.plant.assemble import make_films
 
 UNIVERSAL = 8314.46

@@ -12,6 +12,9 @@ from rotorsim.effects import REGISTRY
 from rotorsim.machine import (
     Machine,
     actuators,
+    bearings,
+    gas,
+    gas_film,
     load_machine,
     machine_text,
     numerics,
@@ -19,17 +22,17 @@ from rotorsim.machine import (
     rotor,
     shipped_machines,
 )  # fmt: skip
-from rotorsim.machine.bearings import film, gas, linear, sleeve
 from rotorsim.machine.part import Part
-from rotorsim.machine.usual import question, range_of, ranges
+from rotorsim.machine.plausibility import question, range_of, ranges
 
 PARTS = [
-    kind for room in (rotor, linear, film, gas, sleeve, actuators, numerics, probes) for kind in vars(room).values()
+    kind for room in (rotor, bearings, gas_film, gas, actuators, numerics, probes) for kind in vars(room).values()
     if isinstance(kind, type) and issubclass(kind, Part) and kind is not Part
 ]  # fmt: skip
 HOMES = {
     "Material": "shaft.material", "Section": "shaft.sections.0", "Shaft": "shaft", "Disc": "discs.0",
-    "LinearBearing": "bearings.0", "Coefficients": "bearings.0", "Seat": "bearings.0", "Support": "bearings.0.support",
+    "LinearBearing": "bearings.0", "BearingCoefficients": "bearings.0", "BearingPart": "bearings.0",
+    "Support": "bearings.0.support",
     "TableBearing": "bearings.2", "Point": "bearings.2.points.0", "Probe": "probe", "GasFilm": "bearings.1",
     "Gas": "gas", "Injection": "injection",
     "Orifices": "bearings.1.orifices.0", "Lobes": "bearings.1.lobes", "Steps": "bearings.1.steps.0",
@@ -136,12 +139,12 @@ def test_no_shipped_machine_is_questioned(name, recwarn):
 
 
 def test_every_range_is_of_a_field_an_effect_or_a_parameter_and_holds_its_example():
-    from rotorsim.commands.experiment.controlled import Setup
+    from rotorsim.commands.closed_loop import ClosedLoopSetup
     from rotorsim.experiments import EXPERIMENTS
     from rotorsim.experiments.parameters import parameters
 
     known = {(re.sub(r"\.\d+", "", path), quantity.unit) for path, quantity in FIELDS.items()}
-    known |= {(e.name, p.unit) for kind in (*EXPERIMENTS.values(), Setup) for e, p in parameters(kind)}
+    known |= {(e.name, p.unit) for kind in (*EXPERIMENTS.values(), ClosedLoopSetup) for e, p in parameters(kind)}
     known |= {("frequency", "Hz"), ("least_film", "m")}  # options of map
     assert set(ranges()) <= known
     for path, quantity in FIELDS.items():

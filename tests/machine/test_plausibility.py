@@ -7,8 +7,7 @@ import pytest
 
 from rotorsim.base.errors import Unusual
 from rotorsim.machine import load_machine, shipped_machines
-from rotorsim.machine.plausibility import implausible
-from rotorsim.machine.usual import questions
+from rotorsim.machine.plausibility import implausible, questions
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,7 @@ from fuzzing.disk import largest_file
 from rotorsim.base.files import _node
 from rotorsim.effects.sensors import sensor_delay
 from rotorsim.plant import Plant
-from rotorsim.plant.compose import load_module
-from rotorsim.plant.kernel_module import KernelModule
+from rotorsim.plant.compose import KernelModule, load_module
 
 TEXT = "number = 1\n" + "# \n" * 1000
 

@@ -5,7 +5,7 @@ import pytest
 
 import rotorsim as rs
 from rotorsim.experiments import Given, Impact, Staircase, Steady, run, static_gain_map
-from rotorsim.signals.waterfall import largest_sub_synchronous, waterfall
+from rotorsim.signals.spectra import largest_sub_synchronous, waterfall
 
 KRPM = 1000 * np.pi / 30
 ONSET = {0.3e6: 14.93, 0.7e6: 17.69}

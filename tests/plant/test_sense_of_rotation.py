@@ -7,7 +7,7 @@ import fe_shaft
 import rotorsim as rs
 from mirror import mirrored
 from rotorsim.plant import Plant
-from rotorsim.signals.waterfall import largest_sub_synchronous, waterfall
+from rotorsim.signals.spectra import largest_sub_synchronous, waterfall
 
 RPM = np.pi / 30
 AXES = np.array([-1.0, 1.0])
@@ -198,6 +198,47 @@ def test_a_shaft_coasts_to_rest_from_either_sense():
     stopped = np.flatnonzero(np.abs(down) < 1e-9)[0] * machine.sampling_time
     assert up == pytest.approx(-down, abs=1e-12)
     assert stopped == pytest.approx(time, rel=1e-2) and np.abs(down[-1]) < 1e-9
+
+
+def _coasting(torque, speed, dry=5e-3, viscous=0.0, samples=2500):
+    """Speeds [rad/s] of the plain rotor under a constant torque [N m], its moment of inertia and time per sample."""
+    machine = rs.load_machine("plain_rotor").replace("drive.dry_drag", f"{dry} N*m")
+    plant = Plant(machine.replace("drive.viscous_drag", f"{viscous} N*m*s"))
+    plant.assembly.P.drive_torque = torque
+    rows = np.zeros((samples, 6))
+    rows[:, 0] = np.nan
+    return plant.start(speed).advance(rows)[:, 5], float(plant.assembly.P.inertia), machine.sampling_time
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_dry_drag_holds_a_shaft_at_rest_up_to_its_own_size(sense):
+    held, J, Ts = _coasting(sense * 4.9e-3, 0.0)
+    moved, _, _ = _coasting(sense * 6e-3, 0.0)
+    assert (held == 0.0).all()
+    assert moved == pytest.approx(sense * 1e-3 / J * Ts * np.arange(2500), rel=1e-9, abs=1e-15)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_torque_stops_a_shaft_and_turns_it_round(sense):
+    """Omega = Omega_0 - (T + M) t / J until it is 0, and -(T - M) t / J from there."""
+    speeds, J, Ts = _coasting(-sense * 8e-3, sense * 0.1, samples=4000)
+    time = Ts * np.arange(4000)
+    stop = 0.1 * J / 13e-3
+    expected = np.where(time < stop, 0.1 - 13e-3 / J * time, -3e-3 / J * (time - stop))
+    assert 4 * stop < time[-1]
+    assert sense * speeds == pytest.approx(expected, abs=10e-3 / J * Ts)
+
+
+def test_a_shaft_coasts_down_under_dry_and_viscous_drag():
+    """Omega = (Omega_0 + M / c) exp(-c t / J) - M / c to rest, where it stays; Friswell et al. (2010), section 2.3."""
+    c, M = 2e-2, 0.2
+    J = _coasting(0.0, 0.0, samples=1)[1]
+    stop = J / c * np.log(1 + c * 20.0 / M)
+    speeds, _, Ts = _coasting(0.0, 20.0, M, c, samples=round(1.2 * stop / rs.load_machine("plain_rotor").sampling_time))
+    time = Ts * np.arange(speeds.size)
+    expected = np.maximum((20.0 + M / c) * np.exp(-c * time / J) - M / c, 0.0)
+    assert speeds == pytest.approx(expected, abs=20.0 * c / J * Ts + 1e-9)
+    assert np.abs(speeds[time > stop + Ts]).max() < 1e-9
 
 
 def test_a_full_spectrum_calls_whirl_forward_that_turns_with_the_shaft():

@@ -10,6 +10,7 @@ differs; 1: some do, and the table names which and by how much.
 from __future__ import annotations
 
 import argparse
+import difflib
 import os
 import subprocess
 import sys
@@ -21,7 +22,9 @@ from pathlib import Path
 import numpy as np
 
 HERE = Path(__file__).resolve().parent
-PARTS = ("runs", "linear", "units", "identification", "diagnosis")
+PARTS = ("runs", "linear", "units", "identification", "diagnosis", "texts")
+SHOWN = 12
+"""Lines of a changed text that are printed."""
 
 
 @contextmanager
@@ -63,12 +66,24 @@ def differences(before: dict[str, np.ndarray], after: dict[str, np.ndarray]) -> 
             lines.append(f"{key}: only {'before' if key in before else 'after'}")
             continue
         old, new = before[key], after[key]
+        if key.startswith("texts/"):
+            lines += _changes(key, old, new)
+            continue
         if old.shape != new.shape or old.dtype != new.dtype:
             lines.append(f"{key}: {old.dtype} {old.shape} before, {new.dtype} {new.shape} after")
         elif old.tobytes() != new.tobytes():
             change = np.nanmax(np.abs(new - old)) / max(float(np.nanmax(np.abs(old))), 1e-300)
             lines.append(f"{key}: differs, by {change:.2g} of its largest value")
     return lines
+
+
+def _changes(name: str, before: np.ndarray, after: np.ndarray) -> list[str]:
+    """The first lines that differ between two texts."""
+    texts = [text.tobytes().decode().splitlines() for text in (before, after)]
+    found = [
+        line[:160] for line in difflib.unified_diff(*texts, n=0, lineterm="") if line[:2] not in ("--", "++", "@@")
+    ]
+    return [f"{name}: {len(found)} lines differ", *(f"    {line}" for line in found[:SHOWN])] if found else []
 
 
 def main() -> None:

@@ -2,7 +2,7 @@
 
 Only names of the public surface are used here, so that one copy of this file runs on either commit:
 
-    python sampled_runs.py numbers.npz [runs | linear | units | identification | diagnosis | stored ...]
+    python sampled_runs.py numbers.npz [runs | linear | units | identification | diagnosis | texts | stored ...]
 
 `stored` is what `test_stored_numbers.py` reads; write it again where a change of the numbers is a decision:
 
@@ -15,10 +15,13 @@ import csv
 import io
 import json
 import os
+import re
+import shlex
 import sys
 import tempfile
 import zipfile
 from collections.abc import Callable, Iterator
+from contextlib import chdir, redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -206,6 +209,62 @@ def diagnosed() -> Numbers:
         yield f"diagnosis/effect {number}", np.array(values)
 
 
+COMMANDS = (
+    "machine --help",
+    "machine show plain_rotor",
+    "machine check dtu_gas_bearing",
+    "runup plain_rotor --stop '3000 rpm' --rate '6000 rpm/s' --out runup --json",
+    "experiment prbs dtu_gas_bearing --grid 32x8 --speed '3000 rpm' --duration '2 s' --seed 4 --out prbs --json",
+    "experiment impact dtu_gas_bearing --grid 32x8 --out impact",
+    "identify prbs/prbs.nc --model 2 --out identified.json --json",
+    "campbell plain_rotor --speeds '0 rpm:6000 rpm:5' --out campbell --json",
+    "response plain_rotor --out response --json",
+    "modes plain_rotor --speed '3000 rpm' --out modes",
+    "map plain_rotor --speed '0 rpm:6000 rpm:4' --out map --json",
+    "data check prbs/prbs.nc",
+    "experiment runup plain_rotor --rate '6000 rpm/s' --out second",
+    "runup plain_rotor --stop '3000 rpm' --rate '6000 rpm/s' --units imperial --out imperial",
+    "compare runup/runup.nc imperial/runup.nc --out compared",
+    "cite dtu_gas_bearing",
+    "fmu export --help",
+)
+"""Command lines that are run one after another in one folder."""
+NOISE = (
+    (r"<script\b[^>]*>.{300000,}?</script>", "<script>"),
+    (r"[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f-]{22}|\b(?=\d*[a-f])[0-9a-f]{12,64}\b", "HASH"),
+    (r"20\d\d-\d\d-\d\d([T ]\d\d:\d\d(:\d\d(\.\d+)?)?)?", "DATE"),
+    (r"\b\d+(\.\d+)? ?(ms|s)\b of (work|processor)", "TIME"),
+    (r"-?\d+\.\d{5,}(e[+-]\d+)?", lambda found: f"{float(found.group()):.5g}"),
+)
+"""Patterns of what differs between two runs of one commit, and what stands for it."""
+
+
+def texts() -> Numbers:
+    """What the commands print and every text that they write: pages, tables, JSON."""
+    from rotorsim.cli import main
+
+    with tempfile.TemporaryDirectory() as folder, chdir(folder):
+        for command in COMMANDS:
+            out, code = io.StringIO(), None
+            with redirect_stdout(out), redirect_stderr(out):
+                try:
+                    main(shlex.split(command))
+                except SystemExit as ended:
+                    code = ended.code
+            yield f"texts/{command}", _plain(f"{out.getvalue()}\nexit {code}", folder)
+        for path in sorted(Path().rglob("*")):
+            if path.suffix in {".html", ".json", ".csv", ".md", ".toml", ".txt"}:
+                yield f"texts/{path}", _plain(path.read_text(encoding="utf-8"), folder)
+
+
+def _plain(text: str, folder: str) -> np.ndarray:
+    """Bytes of a text without what differs from run to run."""
+    text = text.replace(folder, "FOLDER")
+    for pattern, stand_in in NOISE:
+        text = re.sub(pattern, stand_in, text, flags=re.DOTALL)
+    return np.frombuffer(text.encode(), np.uint8)
+
+
 def stored() -> Numbers:
     """What the stored file holds: one sample of fifty, of runs without contact (those amplify the last digits)."""
     for key, values in runs():
@@ -216,6 +275,7 @@ def stored() -> Numbers:
 
 PARTS: dict[str, Callable[[], Numbers]] = {
     "runs": runs, "linear": linear, "units": units, "identification": identified, "diagnosis": diagnosed,
+    "texts": texts,
 }  # fmt: skip
 """What two commits are compared by; each part alone takes a minute or two, and once more while kernels compile."""
 

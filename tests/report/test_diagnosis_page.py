@@ -5,14 +5,13 @@ from dataclasses import replace
 
 import pytest
 
-from rotorsim.discrepancy.loop.steps import Steps
-from rotorsim.discrepancy.outcome.findings import Found
-from rotorsim.discrepancy.outcome.result import NO_ACCURACY, PLAN_NEXT
-from rotorsim.discrepancy.outcome.stored_plan import StoredPlan
-from rotorsim.discrepancy.outcome.where import located
+from rotorsim.discrepancy.outcome.files import StoredPlan
+from rotorsim.discrepancy.outcome.machine_file import IdentifiedEffect
+from rotorsim.discrepancy.outcome.result import NO_ACCURACY, PLAN_NEXT, located
+from rotorsim.discrepancy.outcome.steps import DecisionSteps
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import load_machine
-from rotorsim.plant.acting import acting_places, nozzles
+from rotorsim.plant.locations import acting_places, nozzles
 from rotorsim.report.figures.machine_sketch import MARKS, machine_sketch
 from rotorsim.report.pages.diagnosis import page
 from rotorsim.report.pages.diagnosis_summary import next_step
@@ -67,7 +66,7 @@ def test_injectors_are_numbered_in_the_film_that_they_feed():
 
 def test_a_tie_marks_the_rivals_and_a_partial_explanation_the_equivalent_force():
     keys = ("runout.amplitude_1x", "shaft_bow.bow")
-    tied = Found("runout", keys[0], {"amplitude_1x": 1e-6, "phase_1x": 0.0}, {}, keys)
+    tied = IdentifiedEffect("runout", keys[0], {"amplitude_1x": 1e-6, "phase_1x": 0.0}, {}, keys)
     found = small_diagnosis(status="tie", effects=[tied])
     assert [(one.role, one.places[0].part) for one in located(found)] == [("found", "probes"), ("rival", "shaft")]
     partly = small_diagnosis(status="partial", unknown=UNKNOWN)
@@ -120,7 +119,7 @@ def test_the_first_screen_states_the_next_step_of_every_verdict(case):
 
 
 UNSURE = tuple(replace(e, probability=p) for e, p in zip(small_diagnosis().explanations, (0.6, 0.3, 0.1), strict=True))
-ENDED = Steps({"sure": 0.95}, end="budget")
+ENDED = DecisionSteps({"sure": 0.95}, end="budget")
 
 
 @pytest.mark.parametrize(
@@ -146,7 +145,7 @@ def test_without_odds_and_effects_the_page_has_a_sketch_without_marks():
 
 
 def test_a_tie_of_a_class_names_its_members_in_the_verdict():
-    one = Found("runout", "runout.amplitude_1x", {}, {}, ("runout.amplitude_1x", "shaft_bow.bow"))
+    one = IdentifiedEffect("runout", "runout.amplitude_1x", {}, {}, ("runout.amplitude_1x", "shaft_bow.bow"))
     found = small_diagnosis(status="tie", effects=[one])
     assert found.sentence.endswith("runout.amplitude_1x, or, indistinguishable from it: shaft_bow.bow.")
 

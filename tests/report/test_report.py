@@ -24,7 +24,7 @@ from rotorsim.report.figures.theme import compact
 from rotorsim.report.pages.experiment import write_report
 from rotorsim.report.pages.run import analyse
 from rotorsim.report.pages.write import write
-from rotorsim.signals.envelope import envelopes
+from rotorsim.signals.record_blocks import envelopes
 
 EVIL = 'name = "<script>alert(1)</script>"\ndescription = "a & b </pre><img src=x onerror=alert(2)>"\n'
 

@@ -26,7 +26,7 @@ from rotorsim.report.pages.figure_lists import EXPECTED, found_sections
 from rotorsim.report.pages.page import page
 from rotorsim.report.pages.run import analyse
 from rotorsim.report.text import tables
-from rotorsim.signals.missing import MissingError
+from rotorsim.signals.record_blocks import MissingError
 
 DT = 5e-4
 EVIL = "</script><script>alert(1)</script>"
@@ -236,7 +236,7 @@ def test_a_record_without_a_displacement_is_refused() -> None:
 
 
 def test_naming_reports_does_not_import_a_plot_library() -> None:
-    code = "import sys, rotorsim.report, rotorsim.signals.transfer; sys.exit('plotly' in sys.modules)"
+    code = "import sys, rotorsim.report, rotorsim.signals.frequency_response; sys.exit('plotly' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

@@ -8,7 +8,7 @@ import pytest
 from rotorsim.__main__ import main
 from rotorsim.analysis import campbell, unbalance_response
 from rotorsim.base.errors import DataError
-from rotorsim.base.netcdf import write_netcdf
+from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 from rotorsim.report import compare_results, result_rows

@@ -40,8 +40,12 @@ FORMS = {
     "grooved journal": grooved(on="journal"),
     "spiral": grooved("spiral"),
     "foil": ({"foil": (5e9, 1e-4)}, Sleeve(foil=Foil(5e9, 0.2, 2000.0))),
+    "foil with lobes that jump": (
+        {"foil": (5e9, 1e-4), "lobes": (3, 0.5, 0.8, 0.3)},
+        Sleeve(foil=Foil(5e9, 0.2, 2000.0), lobes=Lobes(3, 0.5, 0.8, 0.3)),
+    ),
 }
-CUT = ("lobes that jump", "axial grooves", "three pockets", "feed grooves and steps")
+CUT = ("lobes that jump", "foil with lobes that jump", "axial grooves", "three pockets", "feed grooves and steps")
 """Forms whose edges cut cells at other places on every grid."""
 LIMITS = {"three pockets": 0.022}
 """Largest error on 64 x 32 lines where it exceeds 1 %: the stiffness at an eccentricity of 0.47 and 2500 rad/s."""

@@ -5,7 +5,7 @@ import pytest
 
 from reynolds import Injector
 from reynolds.analytic import choked_flux, hagen_poiseuille_flow
-from reynolds.grid import Grid
+from reynolds.grid import FilmGrid
 from reynolds.injector import footprint, subgrid_correction
 
 JOURNAL, SPEED, SUPPLY, PA = (2e-6, -6e-6), 314.159, 5e5, 101325.0
@@ -60,7 +60,7 @@ def test_sub_grid_correction_is_peacemans_well_radius(n_theta, n_z):
     disc lies 1/4 (in units of Q / 2 pi T) above its rim. .14 has two digits and the formula holds for
     distances beyond the cell: .01 on values from 1.2 to -.3, 2 % of the large ones.
     """
-    grid = Grid(0.02, 0.04, n_theta, n_z)
+    grid = FilmGrid(0.02, 0.04, n_theta, n_z)
     beta = subgrid_correction(grid, Injector(0.0), {(0, n_z // 2): 1.0})
     peaceman = np.log(0.14 * np.hypot(grid.dy, grid.dz) / 1e-3) + 0.25
     assert 2 * np.pi * beta == pytest.approx(peaceman, rel=0.02, abs=0.003)
@@ -71,7 +71,7 @@ def test_sub_grid_correction_is_peacemans_well_radius(n_theta, n_z):
 @pytest.mark.parametrize("grid_size", [(32, 8), (64, 16), (256, 64)])
 def test_footprint_spreads_the_whole_flow_and_reads_a_mean(grid_size, angle, half, total):
     """Sources sum to 1 (a half bearing holds its own half), readings to 1; 1e-12 is rounding."""
-    spread = footprint(Grid(0.02, 0.04, *grid_size, half), Injector(angle))
+    spread = footprint(FilmGrid(0.02, 0.04, *grid_size, half), Injector(angle))
     assert sum(v for _, _, v in spread.source) == pytest.approx(total, rel=1e-12)
     assert sum(v for _, _, v in spread.reader) == pytest.approx(1.0, rel=1e-12)
     assert sum(v for _, _, v in spread.plain) == pytest.approx(1.0, rel=1e-12)
@@ -82,7 +82,7 @@ def test_footprint_reads_a_linear_field_near_the_middle_of_the_disc(grid_size):
     """The disc is shared between whole cells: its centre moves by less than half a step, with corrections or
     not.
     """
-    grid = Grid(0.02, 0.04, *grid_size, half=False)
+    grid = FilmGrid(0.02, 0.04, *grid_size, half=False)
     at, offset = 40.3 * grid.dtheta, 0.0021
     readers = footprint(grid, Injector(at, offset)).reader
     theta = sum(v * grid.theta[i] for i, _, v in readers)

@@ -102,7 +102,7 @@ def test_lobes_turn_with_their_first_angle():
 def test_a_concentric_herringbone_pumps_to_the_pressure_of_the_closed_form(on):
     """Without flow along z dp/dz = 6 mu U sin(b) cos(b) (S - T) / K_zz on the grooves, 0 on the land; Vohr & Chow."""
     depth, share, angle, land = 20e-6, 0.4, 0.45, 0.01
-    one = bearing(Sleeve(grooves=Grooves(depth, share, angle, land, on)))
+    one = bearing(Sleeve(grooves=Grooves(depth, share, angle, land, on=on)))
     p = one.steady((0.0, 0.0), SPEED)
     h, g = C, C + depth
     A = share * g**3 + (1 - share) * h**3

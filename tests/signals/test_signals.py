@@ -10,21 +10,13 @@ import xarray as xr
 from scipy.signal import lfilter
 
 from identification import make_record
-from rotorsim.signals.decay import decay_of
-from rotorsim.signals.deceleration import deceleration_of
-from rotorsim.signals.holds import find_holds, rest
-from rotorsim.signals.hysteresis import loops
-from rotorsim.signals.impact import impact_transfer, ring_downs
-from rotorsim.signals.missing import MissingError
-from rotorsim.signals.prepare import prepared
-from rotorsim.signals.pulses import find_pulses, steady_motion
-from rotorsim.signals.record_blocks import blocks
-from rotorsim.signals.runout_profile import runout_of
-from rotorsim.signals.sensors import difference_of
-from rotorsim.signals.spectrum import spectrum_of
-from rotorsim.signals.static_gain import branch_distance, directions, static_gain
-from rotorsim.signals.stretch import eventful_stretch
-from rotorsim.signals.transfer import welch_transfer
+from rotorsim.signals.frequency_response import welch_transfer
+from rotorsim.signals.impact import decay_of, find_pulses, impact_transfer, ring_downs, steady_motion
+from rotorsim.signals.orders import deceleration_of
+from rotorsim.signals.probes import runout_of
+from rotorsim.signals.record_blocks import MissingError, blocks, eventful_stretch, prepared
+from rotorsim.signals.spectra import difference_of, spectrum_of
+from rotorsim.signals.static_gain import branch_distance, directions, find_holds, loops, rest, static_gain
 
 FS = 1000.0
 
@@ -139,7 +131,7 @@ def test_pins_are_shown_over_the_reference_that_moves_them() -> None:
 def test_holds_do_not_depend_on_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     record = staircase()
     whole = find_holds(record, 100)
-    monkeypatch.setattr("rotorsim.signals.holds.blocks", lambda r, n: _small_blocks(r, n, 137))
+    monkeypatch.setattr("rotorsim.signals.static_gain.blocks", lambda r, n: _small_blocks(r, n, 137))
     for a, b in zip(whole, find_holds(record, 100), strict=True):
         np.testing.assert_array_equal(a, b)
     assert len(whole[0]) == 2 * len(LEVELS)  # the rests at 0 V of both parts stay apart
@@ -171,7 +163,7 @@ def test_rests_of_a_long_record_are_read_in_blocks_of_bounded_memory() -> None:
 
 def test_displacements_are_not_read_without_three_levels(monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[tuple[str, ...]] = []
-    monkeypatch.setattr("rotorsim.signals.holds.blocks", lambda r, n: read.append(tuple(n)) or blocks(r, n))
+    monkeypatch.setattr("rotorsim.signals.static_gain.blocks", lambda r, n: read.append(tuple(n)) or blocks(r, n))
     with pytest.raises(MissingError, match=r"rests at 2 levels for 0.1 s or longer; a gain takes 3\."):
         rest(long_rests([0, 1]), "disc")
     assert read == [("reference",)]

@@ -6,7 +6,7 @@ import pytest
 
 import identification as idn
 from rotorsim.cli import main
-from rotorsim.commands.lazy_group import single
+from rotorsim.commands.registry import single
 
 
 @pytest.fixture(scope="session")

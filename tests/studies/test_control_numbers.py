@@ -7,7 +7,7 @@ import pytest
 
 from rotorsim.control.catalogue import make_spec, module_of
 from rotorsim.control.designs import h2_scheduled
-from rotorsim.verify.impacts import ImpactResponse
+from rotorsim.verify.transients import ImpactResponse
 from studies.thesis import control_study as control
 from studies.thesis.claims.control_numbers import control_numbers
 from studies.thesis.claims.rules import claims, points

@@ -12,8 +12,10 @@ import pytest
 from fuzzing.disk import largest_file
 from rotorsim.base.files import WriteError
 from rotorsim.commands.results import files
+from rotorsim.effects import REGISTRY
 from studies.benchmarks.command import bench
 from studies.benchmarks.diagnose import keep, kept_cases
+from studies.benchmarks.hidden_case import NOT_DRAWN
 from studies.benchmarks.verdicts import Case
 
 
@@ -79,3 +81,7 @@ def test_a_kill_leaves_whole_cases(tmp_path):
     process.wait()
     process.stdout.close()
     assert len(kept_cases(tmp_path / "cases")) > 0
+
+
+def test_effects_that_no_case_hides_are_effects():
+    assert set(NOT_DRAWN) <= set(REGISTRY) and len(NOT_DRAWN) == 10

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from rotorsim.control.designs.weight_search import POINTS as CHOSEN_AT
-from rotorsim.study.plans import Layout
-from rotorsim.verify.impacts import POINTS as TWENTY
+from rotorsim.study.plans import StudyGrid
+from rotorsim.verify.transients import POINTS as TWENTY
 from studies.thesis.claims.judge import (
     MET,
     NEAR,
@@ -125,7 +125,7 @@ def test_verdicts_are_counted_in_one_order():
 
 
 def test_held_out_points_were_used_for_nothing_else():
-    layout = Layout()
+    layout = StudyGrid()
     grid = [(w, p) for w in layout.speeds for p in layout.pressures]
     for name in ("held_out", "realisations"):
         for speed, pressure in points(name):

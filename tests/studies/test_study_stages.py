@@ -5,9 +5,10 @@ import json
 import plotly.graph_objects as go
 import pytest
 
+from rotorsim.base.processes import processes
 from rotorsim.report.pages.study import Block
-from rotorsim.study.page import blocks_of, plain_blocks
-from rotorsim.study.pool import Case, processes, run_cases
+from rotorsim.study.pages import blocks_of, plain_blocks
+from studies.thesis.cached_cases import CachedCase, run_cases
 from studies.thesis.stage_key import key_of
 
 
@@ -21,7 +22,7 @@ def square(value, log):
 
 
 def cases(log, values):
-    return [Case("square", f"case {v}", key_of(str(v)), f"{__name__}:square", (v, str(log))) for v in values]
+    return [CachedCase("square", f"case {v}", key_of(str(v)), f"{__name__}:square", (v, str(log))) for v in values]
 
 
 def silent(name, done, of):

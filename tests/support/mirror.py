@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import fields
 from math import pi
 
-from rotorsim.machine.bearings.film import GasFilm
-from rotorsim.machine.bearings.linear import LinearBearing
+from rotorsim.machine.bearings import LinearBearing
+from rotorsim.machine.gas_film import GasFilm
 from rotorsim.machine.schema import Machine
 
 ANGLES = {"phase", "phase_2x", "phase_3x", "sleeve_phase", "journal_phase", "weight_direction", "direction"}

@@ -8,10 +8,10 @@ import numpy as np
 import xarray as xr
 
 from rotorsim.discrepancy import Diagnosis
-from rotorsim.discrepancy.odds.explanation import Explanation
-from rotorsim.discrepancy.outcome.findings import Found
+from rotorsim.discrepancy.explanation import Explanation
 from rotorsim.discrepancy.outcome.gap import STAGES
-from rotorsim.discrepancy.residuals.localise import Flag
+from rotorsim.discrepancy.outcome.machine_file import IdentifiedEffect
+from rotorsim.discrepancy.residuals.misfit import Misfit
 from rotorsim.machine import load_machine
 
 POINTS = {"fit_1": "fit", "fit_2": "fit", "held_out_1": "held_out", "untouched_1": "untouched"}
@@ -20,14 +20,21 @@ POINTS = {"fit_1": "fit", "fit_2": "fit", "held_out_1": "held_out", "untouched_1
 
 def runout(size=1.03e-6):
     """A found run-out at 2X [m]."""
-    return Found("runout", "runout.amplitude_2x", {"amplitude_2x": size, "phase_2x": -2.5}, {"amplitude_2x": 2e-9},
-                 ("runout.amplitude_2x",))  # fmt: skip
+    return IdentifiedEffect(
+        "runout",
+        "runout.amplitude_2x",
+        {"amplitude_2x": size, "phase_2x": -2.5},
+        {"amplitude_2x": 2e-9},
+        ("runout.amplitude_2x",),
+    )
 
 
 def blocked(injector=3.0, **more):
     """A found blocked injector."""
     key = f"weak_injector.blocked of injector {injector:.0f}"
-    return Found("weak_injector", key, {"injector": injector, "blocked": 0.3, **more}, {"blocked": 0.01}, (key,))
+    return IdentifiedEffect(
+        "weak_injector", key, {"injector": injector, "blocked": 0.3, **more}, {"blocked": 0.01}, (key,)
+    )
 
 
 def small_diagnosis(machine="plain_rotor", status="named", effects=None, **more) -> Diagnosis:
@@ -43,7 +50,7 @@ def small_diagnosis(machine="plain_rotor", status="named", effects=None, **more)
         calibration={"offset_x": (1e-6, 2e-8), "shaft_damping": (-0.1, 0.02)},
         evidence={"chi2_calibrated": 4e4, "chi2_with_effect": 1e3, "numbers": 1e3, "share_gone": 0.98},
         data_hash="0123456789abcdef",
-        localisation=(Flag("fit_1", "2400 rpm, 10 N", "x", "2X", 2, 5e4, 7e-7, 1e-8, 10.0, 0),),
+        localisation=(Misfit("fit_1", "2400 rpm, 10 N", "x", "2X", 2, 5e4, 7e-7, 1e-8, 10.0, 0),),
         unknown={},
         gap=_gap(rng),
         notes=("no repeats",),

@@ -17,12 +17,12 @@ sys.path.insert(0, str(Path(__file__).parents[3] / "tests/fmu"))
 from law_models import scheduled_law
 from lpv_models import make_lpv
 
-from fmu.checks.linear_check import moving_inputs, simulated
+from fmu.binaries import choose
+from fmu.check import moving_inputs, simulated
 from fmu.export import export
 from fmu.kinds import linear_unit, plant_unit
 from fmu.law_unit import INPUTS, OUTPUTS, LawUnit, answered
 from fmu.ssp import write_system
-from fmu.targets import choose
 from rotorsim.plant import Plant
 
 STEPS, STEP, PRESSURE = 200, 2e-4, 0.3e6

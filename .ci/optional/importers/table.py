@@ -77,7 +77,7 @@ def checkers(files: list[str], python: str) -> list[tuple[str, str]]:
     """Checker and what it finds in all files together."""
     from fmpy.validation import validate_fmu
 
-    from fmu.checks.schemas import findings
+    from fmu.check import findings
 
     units = [f for f in files if f.endswith(".fmu")]
     tool = str(Path(python).with_name("fmutool"))
@@ -88,7 +88,7 @@ def checkers(files: list[str], python: str) -> list[tuple[str, str]]:
         lines += [line for line in both if line.startswith(("ERROR", "CRITICAL"))]
         assert any("No semantic error" in line for line in both) or lines
     found = {
-        "official schemas (fmu.checks.schemas)": [f for file in files for f in findings(file)],
+        "official schemas (fmu.check)": [f for file in files for f in findings(file)],
         "FMPy validate_fmu": [p for unit in units for p in validate_fmu(unit)],
         "fmutool -check": lines,
         "pyssp-standard": [p for file in files if file.endswith(".ssp") for p in read_by_pyssp(file, python)],

@@ -1,36 +1,182 @@
-"""Definition of a sweep, checked before anything is computed, and its cells.
+"""Definition of a sweep, checked before anything is computed: its axes, its quantities and its cells.
 
-Each analysis of `rotorsim.analysis.cases` is computed over those axes alone that change it: a lift-off pressure does
-not depend on the supply pressure.
+An axis is 'PATH=FROM:TO:COUNT', 'PATH=A, B' or, in percent of the machine's value, 'PATH=-10%:+10%:5'. Each analysis of
+`rotorsim.analysis.cases` is computed over those axes alone that change it: a lift-off pressure does not depend on the
+supply pressure.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields as parameters_of
 from itertools import product
 from typing import Any
 
-from rotorsim.analysis.axes import Field
+import numpy as np
+
+from rotorsim.analysis.axes import Field, checked, read_axis, read_field, split_range
 from rotorsim.analysis.campbell import highest_speed
-from rotorsim.analysis.cases import Analysis
-from rotorsim.analysis.sweeps.axes import POINTS, Over, read_over
-from rotorsim.analysis.sweeps.quantities import SweepQuantity, read_quantities
+from rotorsim.analysis.cases import ANALYSES, Analysis
+from rotorsim.analysis.targets import split, value_at
 from rotorsim.analysis.varied import with_fields
-from rotorsim.base.constants import TO_RPM
+from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
-from rotorsim.base.units import parse, show
-from rotorsim.machine.rim_speed import ask_rim_speed
+from rotorsim.base.sentences import did_you_mean
+from rotorsim.base.units import NUMBER, parse, show
+from rotorsim.machine.file_text import expanded
+from rotorsim.machine.plausibility import ask_machine
+from rotorsim.machine.running_limits import ask_rim_speed
 from rotorsim.machine.schema import Machine
-from rotorsim.machine.usual import ask_machine
 from rotorsim.plant.plant import Plant, as_plant
 
-WHAT = ("lift_off", "onset", "flow")
-"""Quantities when none are named."""
+POINTS = {"speed": "rad/s", "pressure": "Pa"}
+"""Axes that are no values of the machine, with their units."""
+PERCENT = re.compile(rf"({NUMBER})\s*%", re.ASCII)
+MOST = 100_000
+"""Largest number of cells in a sweep."""
+
+Over = Mapping[str, Any] | Sequence[str]
+
+
+def read_over(over: Over, machine: Machine) -> tuple[Field, ...]:
+    """Axes of texts 'PATH=VALUES', or of values by path; raises DataError or MachineFileError."""
+    if not over:
+        raise DataError("--over: no axis is given; write e.g. --over 'bearings.0.clearance=15 um:25 um:5'")
+    texts = [f"{path}={_values(values)}" for path, values in over.items()] if isinstance(over, Mapping) else over
+    fields = tuple(_axis(text, machine) for text in texts)
+    names = [field.path for field in fields]
+    for name in names:
+        if names.count(name) > 1:
+            raise DataError(f"--over: {name} is given twice; write all its values in one axis")
+    cells = int(np.prod([float(len(field.values)) for field in fields]))
+    if cells > MOST:
+        raise DataError(f"--over: {cells} cells are above the limit of {MOST}; take fewer points per axis")
+    return fields
+
+
+def _values(values: Any) -> str:
+    return values if isinstance(values, str) else ", ".join(map(str, values))
+
+
+def _axis(text: str, machine: Machine) -> Field:
+    path, _, values = (part.strip() for part in text.partition("="))
+    if values and path in POINTS:
+        return _point_axis(path, values)
+    if "%" in values:
+        return _percent(path, values, machine)
+    field = read_field(text)
+    _check_axis(field, machine)
+    return field
+
+
+def _point_axis(path: str, values: str) -> Field:
+    if "%" in values:
+        raise DataError(f"--over: {path} is no value of the machine; give values with units, e.g. {EXAMPLES[path]}")
+    read_axis(path, values, POINTS[path])
+    field = read_field(f"{path}={values}")
+    if parse(field.values[0], POINTS[path]) < 0:
+        raise DataError(f"--over {path}: '{field.values[0]}' is below 0; start at 0 or above")
+    return field
+
+
+EXAMPLES = {"speed": "'speed=0 rpm:30000 rpm:5'", "pressure": "'pressure=0.3 MPa:0.7 MPa:5'"}
+
+
+def _percent(path: str, values: str, machine: Machine) -> Field:
+    ends, count = split_range("over", values)
+    found = [PERCENT.fullmatch(end) for end in ends]
+    if None in found:
+        raise DataError(f"--over: '{values}' mixes percent with other numbers; write e.g. '-10%:+10%:5'")
+    shares = [float(match[1]) / 100 for match in found if match]
+    shares = np.linspace(shares[0], shares[1], count).tolist() if count else shares
+    number, unit = _own(path, machine)
+    grid = checked(f"--over {path}", [number * (1 + share) for share in shares])
+    field = Field(path, tuple(f"{v:.12g} {unit}" if unit else float(v) for v in grid), tuple(map(float, grid)), unit)
+    _check_axis(field, machine)
+    return field
+
+
+def _own(path: str, machine: Machine) -> tuple[float, str]:
+    """Number and unit of a value of the machine; of several, all must be alike."""
+    found = {split(path, value_at(machine.text, one)) for one in expanded(machine.text, path)}
+    if len(found) != 1:
+        raise DataError(f"--over: {path} has different values in this machine; give values with units, not percent")
+    return found.pop()
+
+
+def _check_axis(field: Field, machine: Machine) -> None:
+    """Raise for a path that leads nowhere, or an end that the machine does not take."""
+    if "." not in field.path:
+        names = [*POINTS, *(name for name in type(machine).model_fields if name not in POINTS)]
+        raise DataError(f"--over: '{field.path}' is not a path to a value; {did_you_mean(field.path, names)}")
+    for value in (field.values[0], field.values[-1]):
+        machine.replace(field.path, value)
 
 
 @dataclass(frozen=True)
-class Sweep:
+class SweepQuantity:
+    """A quantity: SI unit, unit and factor for tables and charts, `best` 'highest' or 'lowest', meaning."""
+
+    name: str
+    unit: str
+    shown: str
+    factor: float
+    best: str
+    meaning: str
+
+    @property
+    def kind(self) -> type[Analysis]:
+        """The analysis that gives it."""
+        return next(kind for kind in ANALYSES.values() if self.name in kind.quantities)
+
+    @property
+    def heading(self) -> str:
+        """Name and unit, as in a table's head."""
+        return f"{self.name} [{self.shown}]"
+
+
+QUANTITIES = {
+    quantity.name: quantity
+    for quantity in (
+        SweepQuantity("lift_off", "Pa", "MPa", TO_MPA, "lowest", "lift-off pressure, gauge"),
+        SweepQuantity("onset", "rad/s", "rpm", TO_RPM, "highest", "whirl onset"),
+        SweepQuantity("load", "N", "N", 1.0, "highest", "load capacity at half the clearance"),
+        SweepQuantity("flow", "kg/s", "mg/s", 1e6, "lowest", "gas flow of all injectors"),
+        SweepQuantity("damping", "1", "1", 1.0, "highest", "least damping ratio"),
+        SweepQuantity("frequency", "rad/s", "Hz", TO_HZ, "highest", "first natural frequency"),
+        SweepQuantity("peak", "m", "um 0-pk", TO_UM, "lowest", "largest unbalance response"),
+    )
+}
+"""Every quantity of a sweep by its name."""
+NEEDS_FILM, NEEDS_SUPPLY = ("onset", "load"), ("lift_off", "flow")
+
+
+def read_quantities(what: str | tuple[str, ...] | list[str], machine: Machine) -> tuple[SweepQuantity, ...]:
+    """Quantities of their names, with commas between or in a sequence; raises DataError for an unknown one.
+
+    A machine without a film, or without a supply, has not all of them.
+    """
+    names = what.split(",") if isinstance(what, str) else list(what)
+    names = [name.strip() for name in names if name.strip()]
+    if not names:
+        raise DataError(f"--what: no quantity is named; choose from {', '.join(QUANTITIES)}")
+    for name in names:
+        if name not in QUANTITIES:
+            raise DataError(f"--what: '{name}' is not a quantity; {did_you_mean(name, QUANTITIES)}")
+        if name in NEEDS_FILM and machine.film is None:
+            raise DataError(f"--what: {name} needs a gas film, and {machine.name} has none; leave it out")
+        if name in NEEDS_SUPPLY and not machine.fed:
+            raise DataError(f"--what: {name} needs injectors or orifices, and {machine.name} has none; leave it out")
+    return tuple(QUANTITIES[name] for name in dict.fromkeys(names))
+
+
+WHAT = ("lift_off", "onset", "flow")
+"""Default quantities."""
+
+
+@dataclass(frozen=True)
+class SweepDefinition:
     """Definition of a sweep: machine, axes, quantities, and the point where speed and pressure are not axes."""
 
     machine: Machine
@@ -76,14 +222,16 @@ def make_sweep(
     speed: float | str = 0.0,
     pressure: float | str = 0.5e6,
     highest_speed: float | str | None = None,
-) -> Sweep:
+) -> SweepDefinition:
     """A sweep, checked before anything is computed; see `sweep`."""
     plant = as_plant(machine)
     ask_machine(plant.machine)
     fields = read_over(over, plant.machine)
     quantities = read_quantities(what, plant.machine)
     top = highest_of(plant) if highest_speed is None else _si("highest_speed", highest_speed, "rad/s")
-    found = Sweep(plant.machine, fields, quantities, _si("speed", speed, "rad/s"), _si("pressure", pressure, "Pa"), top)
+    found = SweepDefinition(
+        plant.machine, fields, quantities, _si("speed", speed, "rad/s"), _si("pressure", pressure, "Pa"), top
+    )
     _check(found)
     return found
 
@@ -103,7 +251,7 @@ def _si(name: str, value: float | str, unit: str) -> float:
     return number
 
 
-def _check(sweep: Sweep) -> None:
+def _check(sweep: SweepDefinition) -> None:
     """Refuse axes that change nothing; question unusual corners."""
     used = {field.path for kind in sweep.kinds for field in sweep.axes_of(kind)}
     for field in sweep.fields:

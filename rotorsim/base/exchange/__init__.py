@@ -1,1 +1,1 @@
-"""Exchange of systems and matrices with other programs: the package `control`, MATLAB."""
+"""Exchange with other programs: objects of the package `control`, MATLAB files, archives, plain data."""

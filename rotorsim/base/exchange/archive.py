@@ -13,11 +13,13 @@ from pathlib import Path, PurePosixPath
 LARGEST = 250_000_000
 """Bytes that an archive may take, packed or unpacked."""
 MOST = 5000
-"""Files of an archive, at most."""
+"""Largest number of files in an archive."""
 LONGEST_ENTRY = 1000
-"""Bytes of an entry of the table of contents, on average and at most."""
-DENSEST, SMALL = 250, 20_000_000
-"""An archive may unpack to this many times its size, or to so many bytes: equations and tables pack by 1 : 30."""
+"""Largest mean size [byte] of an entry in the table of contents."""
+DENSEST = 250
+"""Largest ratio of unpacked to packed bytes; equations and tables pack by 1 : 30."""
+SMALL = 20_000_000
+"""Unpacked size [byte] that any archive may have, however densely it is packed."""
 METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 ENCRYPTED = 0x1
 END, END_SIZE, LOCATOR_64, LOCATOR_SIZE, COMMENT = b"PK\x05\x06", 22, b"PK\x06\x07", 20, 65535

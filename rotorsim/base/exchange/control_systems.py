@@ -21,7 +21,7 @@ _READ = {"A", "B", "C", "D", "dt", "name", "ninputs", "noutputs", "nstates", "in
 """Attributes of linear systems that are read, or follow from these; connections stand in the matrices already."""
 LINEAR = ("StateSpace", "TransferFunction")
 HOW = "control.sample_system({system}, {Ts:g}, '{rule}')"
-"""How a continuous system is sampled with that package."""
+"""Call that samples a continuous system with that package."""
 
 
 REFERENCES, DISC = ("reference_x", "reference_y"), ("disc_x", "disc_y")
@@ -174,7 +174,7 @@ def check_channels(system: Any, what: str, inputs: Sequence[str], outputs: Seque
 
 
 def channel_order(labels: Sequence[str], names: Sequence[str]) -> list[int]:
-    """Places of the channels `names` among a system's labels, or the order as it is where the labels are others."""
+    """Indices of the channels `names` among a system's labels, or the order as it is where the labels are others."""
     if sorted(labels) != sorted(names):
         return list(range(len(labels)))
     return [list(labels).index(name) for name in names]

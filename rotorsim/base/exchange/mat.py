@@ -16,19 +16,23 @@ import numpy as np
 from rotorsim.base.errors import DataError, NotCarried
 from rotorsim.base.files import replacing
 from rotorsim.base.sentences import listing, quote
-from rotorsim.base.unit_table import TABLE
+from rotorsim.base.units import TABLE
 
 SYSTEM = ("A", "B", "C", "D")
 DELAYS = ("InputDelay", "OutputDelay", "IODelay", "ioDelay", "InternalDelay")
 """Delays of a system of MATLAB, which no matrix here has."""
 SAVE = "[A, B, C, D, Ts] = ssdata(sys); save('system.mat', 'A', 'B', 'C', 'D', 'Ts', '-v7')"
-"""How a system is saved in MATLAB, so that it can be read here."""
+"""MATLAB commands that save a system so that it can be read here."""
 
 
 LARGEST = 100_000_000
-"""Bytes that a file may take, packed or unpacked: a system of 1000 states takes 8 MB."""
-HEADER, COMPRESSED, CHUNK = 128, 15, 1_000_000
-"""Bytes before the first variable of a v5 file, the type of a variable that is packed, bytes unpacked at once."""
+"""Largest size [byte] of a file, packed or unpacked: a system of 1000 states takes 8 MB."""
+HEADER = 128
+"""Size [byte] of the head of a v5 file, before its first variable."""
+COMPRESSED = 15
+"""Type number of a packed variable in a v5 file."""
+CHUNK = 1_000_000
+"""Size [byte] of a piece that is unpacked at once."""
 
 
 def is_mat(path: str | Path) -> bool:

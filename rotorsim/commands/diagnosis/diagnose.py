@@ -3,28 +3,35 @@
 from __future__ import annotations
 
 import json
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rotorsim.base.cache import in_cache, key_of
+from rotorsim.base.errors import RotorsimError
 from rotorsim.base.progress import end_line
-from rotorsim.commands.diagnosis.data_options import DataOptions
-from rotorsim.commands.diagnosis.diagnosis_output import show
-from rotorsim.commands.diagnosis.experiment_options import ExperimentOptions
-from rotorsim.commands.diagnosis.loop import run_loop
-from rotorsim.commands.diagnosis.stages import Stages
-from rotorsim.commands.diagnosis.unfinished import unfinished
-from rotorsim.commands.lazy_group import example
-from rotorsim.commands.options import AsJson, GivenMachine, WithReport, a_folder, resumable
-from rotorsim.commands.page_options import PageOptions
+from rotorsim.commands.diagnosis.options import DataOptions, ExperimentOptions
+from rotorsim.commands.diagnosis.output import Stages, StepPrinter, show
+from rotorsim.commands.options import AsJson, GivenMachine, PageOptions, WithReport, a_folder, resumable
+from rotorsim.commands.registry import command
 from rotorsim.commands.results import results
-from rotorsim.discrepancy import Diagnosis, diagnose as find
-from rotorsim.discrepancy.identifiability import alias_matrix, markdown
-from rotorsim.discrepancy.outcome.files import RESULTS, save_diagnosis
+
+if TYPE_CHECKING:
+    from rotorsim.discrepancy import Diagnosis
+
+FOLDER = Path("decision")
+"""Folder of a loop when none is given; one name, so that the same command resumes."""
+MONTH = 30 * 86400.0
+"""Time [s] for which an interrupted diagnosis waits for the same command."""
 
 
-@example(
+@command(
+    "diagnose",
     "rotorsim diagnose dtu_gas_bearing puzzle/records --out diagnosis",
     "rs.diagnose('dtu_gas_bearing', 'puzzle/records')",
 )
@@ -55,12 +62,15 @@ def diagnose(
     Records of one folder may state in their attribute `role` what they are for: fit, held_out or untouched. What was
     computed is kept, so that an interrupted diagnosis resumes where it was.
     """
+    from rotorsim.machine import load_machine
+
     if self_test:
         _self_test(machine, data, as_json)
         return
     page.check(report)
     data.check(records=not experiments.until_decided)
     experiments.check(roles=bool(data.held_out or data.untouched))
+    load_machine(machine)  # refused here, before anything that computes is loaded
     if experiments.until_decided:
         found, files = run_loop(machine, data, experiments, out, force, report, page, Stages().show, as_json)
     else:
@@ -75,10 +85,13 @@ def _diagnosed(
     report: bool, page: PageOptions,
 ) -> tuple[Diagnosis, dict[str, str]]:  # fmt: skip
     """The diagnosis, with a plan of experiments that change what `allow` names, and its files."""
+    from rotorsim.discrepancy import diagnose as diagnose_records, save_diagnosis
+    from rotorsim.discrepancy.outcome.files import RESULTS
+
     given = (data.records, data.held_out, data.untouched, data.mapping, data.effect, data.tolerance)
     with results(out, "diagnosis", tuple(RESULTS.values()), force) as folder, unfinished(machine, *given) as kept:
         page.begin(folder / RESULTS["report"], force)
-        found = find(
+        found = diagnose_records(
             machine, data.records or (), data.held_out, data.untouched, data.effect, seed, data.tolerance,
             data.mapping, progress=Stages().show, resume=kept, plan_next=allow,
         )  # fmt: skip
@@ -90,6 +103,49 @@ def _diagnosed(
 
 def _self_test(machine: str, data: DataOptions, as_json: bool) -> None:
     """Print how alike effects are under the records, or under the campaign of `hide`."""
+    from rotorsim.discrepancy import alias_matrix, markdown
+
     matrix = alias_matrix(machine, data.records or None, data.mapping, Stages().show)
     end_line()
     typer.echo(json.dumps(matrix.as_dict(), indent=2) if as_json else markdown(matrix))
+
+
+def run_loop(
+    machine: str, data: DataOptions, experiments: ExperimentOptions, out: Path | None, force: bool, report: bool,
+    page: PageOptions, progress: Callable[[str], None], as_json: bool,
+) -> tuple[Diagnosis, dict[str, str]]:  # fmt: skip
+    """The last diagnosis of a loop of experiments, and its files."""
+    from rotorsim.discrepancy import decide, save_diagnosis
+    from rotorsim.discrepancy.outcome.files import RESULTS
+    from rotorsim.discrepancy.outcome.steps import FILE
+    from rotorsim.machine import load_machine
+
+    folder, loaded = out or FOLDER, load_machine(machine)
+    budget, rig = experiments.budget_minutes, experiments.open_rig(loaded)
+    with results(folder, str(FOLDER), (*RESULTS.values(), FILE), force or (folder / FILE).exists()) as place:
+        page.begin(place / RESULTS["report"], True)
+        found = decide(
+            loaded, rig, budget, data.records or (), experiments.allowed, data.effect, out=place, mapping=data.mapping,
+            progress=progress, shown=StepPrinter(place / RESULTS["plan"], as_json).show, tolerance=data.tolerance,
+            anew=force,
+        )  # fmt: skip
+        files = save_diagnosis(found, place, report)
+        if report:
+            files |= page.finish(files["report"])
+    return found, files | {"steps": str(place / FILE)}
+
+
+@contextmanager
+def unfinished(*asked: Any) -> Iterator[Path]:
+    """Folder in the cache by which an interrupted diagnosis resumes: until its end, or for a month."""
+    root = in_cache("diagnoses")
+    folder = root / key_of(Path.cwd(), asked)
+    for old in root.iterdir():
+        if time.time() - old.stat().st_mtime > MONTH:
+            shutil.rmtree(old, ignore_errors=True)
+    try:
+        yield folder
+    except RotorsimError:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    shutil.rmtree(folder, ignore_errors=True)

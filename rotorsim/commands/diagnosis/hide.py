@@ -11,15 +11,13 @@ import typer
 from rotorsim.base.errors import DataError
 from rotorsim.base.progress import line
 from rotorsim.commands.completion import parameters
-from rotorsim.commands.lazy_group import example
 from rotorsim.commands.options import AsJson, GivenMachine, a_folder, note_compiling
+from rotorsim.commands.registry import command
 from rotorsim.commands.results import results
-from rotorsim.discrepancy import hide as record_hidden
-from rotorsim.discrepancy.blind_test.hide import truth_twin
-from rotorsim.machine import load_machine
 
 
-@example(
+@command(
+    "hide",
     "rotorsim hide dtu_gas_bearing --effect coupling.force_2x --seed 3 --out puzzle",
     "rs.hide(rs.load_machine('dtu_gas_bearing'), ('coupling.force_2x',), 3, 'puzzle')",
 )
@@ -48,10 +46,14 @@ def hide(
     if not 0 <= seed < 2**31:
         raise DataError(f"--seed: {seed} must be a whole number from 0 to 2^31 - 1; give e.g. 0")
 
+    from rotorsim.machine import load_machine
+
+    believed = load_machine(machine)
+    from rotorsim.discrepancy.hidden_machine import hide as record_hidden, truth_twin
+
     def progress(done: int, of: int) -> None:
         line(f"record {done} of {of}", done == of)
 
-    believed = load_machine(machine)
     twin = truth_twin(believed)
     with results(out, "hidden", ("records", "sealed"), force=None):
         note_compiling(twin.assembly, "settle", "run")

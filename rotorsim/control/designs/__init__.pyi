@@ -9,3 +9,5 @@ from . import (
     placement as placement,
     youla as youla,
 )
+
+IN_PYTHON: tuple[str, ...]

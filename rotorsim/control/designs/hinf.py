@@ -3,7 +3,7 @@ r"""H-infinity mixed sensitivity at one operating point (thesis Papers B, E, F; 
 .. math:: \min_K \left\| \begin{bmatrix} W_p S\\ W_u K S \end{bmatrix} \right\|_\infty
 
 The optimal controller has poles far beyond the sampling rate; `backoff` times the optimal gamma is taken. Reduction is
-judged by S. Default weights are the thesis'; see `rotorsim.control.designs.mixed` for `force`, and
+judged by S. Default weights are the thesis'; see `rotorsim.control.designs.weighted_plant` for `force`, and
 `rotorsim.control.designs.uncertain` for the relative error of the model that the loop can be asked to stand.
 
 Cites: skogestad_2005, thesis.
@@ -15,29 +15,30 @@ from dataclasses import dataclass, field
 from math import isfinite
 
 from rotorsim.base.constants import KRPM, MPA
-from rotorsim.control.designs.mixed import MILD, RIG, Weights, closed, mixed_sensitivity
-from rotorsim.control.designs.plants import Model, check_modes, design_plant, sampled_plant
+from rotorsim.control.designs.hinf_synthesis import bounds, controller
 from rotorsim.control.designs.specification import (
     Specification,
     count,
     delay_of,
     loop_delay,
     number,
+    register,
     sampling_time,
     shaft_speed,
     supply_pressure,
 )
 from rotorsim.control.designs.uncertain import check_robust, scaled, uncertain_loop_norm
+from rotorsim.control.designs.weighted_plant import MILD, RIG, Weights, closed, mixed_sensitivity
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete
-from rotorsim.control.loop.stability_check import check_loop
-from rotorsim.control.numerics.gamma import bounds, controller
-from rotorsim.control.numerics.reduction import reduced
-from rotorsim.control.numerics.systems import peak_gain
+from rotorsim.control.plants import Model, check_modes, design_plant, sampled_plant
+from rotorsim.control.reduction import reduced
+from rotorsim.control.sampled_loop import check_loop
+from rotorsim.control.systems import peak_gain
 
 
 @dataclass(frozen=True)
-class Spec(Specification):
+class HinfSpec(Specification):
     """Operating point, weights, order."""
 
     speed: float = shaft_speed(3 * KRPM)
@@ -54,11 +55,15 @@ class Spec(Specification):
     Ts: float = sampling_time()
 
 
-PRESETS = {"thesis": Spec(), "rig": Spec(weights=RIG, delay=None), "mild": Spec(weights=MILD)}
-"""'rig' and 'mild' are for the virtual rig and Model 2; see `rotorsim.control.designs.mixed`."""
+Spec = HinfSpec
 
 
-def design(model: Model, spec: Spec | None = None) -> Law:
+PRESETS = {"thesis": HinfSpec(), "rig": HinfSpec(weights=RIG, delay=None), "mild": HinfSpec(weights=MILD)}
+"""'rig' and 'mild' are for the virtual rig and Model 2; see `rotorsim.control.designs.weighted_plant`."""
+
+
+@register("H-infinity mixed sensitivity at one operating point (B, E, F)")
+def design(model: Model, spec: HinfSpec | None = None) -> Law:
     """The law, with `gamma` the norm that its controller was made for.
 
     Raises
@@ -67,7 +72,7 @@ def design(model: Model, spec: Spec | None = None) -> Law:
         If no controller meets the weights (the message names the condition), the loop of the one found does not
         keep its gamma, a pole is too fast for Ts, or a mode cannot be moved or seen.
     """
-    spec = spec or Spec()
+    spec = spec or HinfSpec()
     plant = design_plant(model, spec.speed, spec.pressure, delay_of(spec))
     check_modes(plant, "hinf")
     P = mixed_sensitivity(plant, spec.weights)

@@ -18,23 +18,24 @@ import numpy as np
 
 from rotorsim.base.constants import MPA
 from rotorsim.control.designs.p import low_pass
-from rotorsim.control.designs.plants import MILLI, Model
 from rotorsim.control.designs.specification import (
     Specification,
     count,
     number,
+    register,
     sampling_time,
     shaft_speed,
     supply_pressure,
 )
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete
-from rotorsim.control.loop.stability_check import check_loop
-from rotorsim.control.numerics.systems import System, gain, series, side_by_side
+from rotorsim.control.plants import MILLI, Model
+from rotorsim.control.sampled_loop import check_loop
+from rotorsim.control.systems import System, gain, series, side_by_side
 
 
 @dataclass(frozen=True)
-class Spec(Specification):
+class LeadSpec(Specification):
     """Gains, time constants and alpha by axis; the loop is checked at one operating point."""
 
     kappa: tuple[float, float] = number((-0.132, -0.090), "V/um", "Gain by axis; positive hardens.")
@@ -49,9 +50,12 @@ class Spec(Specification):
     check: bool = True
 
 
-SOFTENING = Spec()
+Spec = LeadSpec
+
+
+SOFTENING = LeadSpec()
 """Table D.1, second row: the default."""
-HARDENING = Spec(kappa=(0.0061, 0.0133), tau=(20.8, 11.3), alpha=(0.0036, 0.0148))
+HARDENING = LeadSpec(kappa=(0.0061, 0.0133), tau=(20.8, 11.3), alpha=(0.0036, 0.0148))
 """Table D.1, first row."""
 PRESETS = {"softening": SOFTENING, "hardening": HARDENING}
 
@@ -68,9 +72,10 @@ def lead(kappa: float, tau: float, alpha: float, fastest: float) -> System:
     )
 
 
-def design(model: Model, spec: Spec | None = None) -> Law:
+@register("decentralised P-lead, softening or hardening (D)")
+def design(model: Model, spec: LeadSpec | None = None) -> Law:
     """The law; raises DesignError if its loop with the model is unstable."""
-    spec = spec or Spec()
+    spec = spec or LeadSpec()
     axes = zip(spec.kappa, spec.tau, spec.alpha, strict=True)
     leads = side_by_side(*(lead(-spec.scale * kappa, tau, alpha, spec.Ts / 2 * MILLI) for kappa, tau, alpha in axes))
     filters = side_by_side(*(low_pass(spec.low_pass, spec.order),) * 2)

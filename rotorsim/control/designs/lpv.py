@@ -20,21 +20,28 @@ import numpy as np
 from rotorsim.base.constants import KRPM, MPA
 from rotorsim.base.progress import Report, silent
 from rotorsim.base.rounding import definite
-from rotorsim.control.designs.lpv_controller import controller_at, performance, separation
-from rotorsim.control.designs.lpv_matrices import Solution
-from rotorsim.control.designs.lpv_problem import Grid, Sought, synthesise
-from rotorsim.control.designs.mixed import MILD, RIG, Generalised, Weights, mixed_sensitivity
-from rotorsim.control.designs.plants import MILLI, Model, design_plant, point_text
-from rotorsim.control.designs.specification import Specification, count, delay_of, loop_delay, number, sampling_time
+from rotorsim.control.designs.hinf_synthesis import balance, rescaled
+from rotorsim.control.designs.lpv_controller import Solution, controller_at, performance, separation
+from rotorsim.control.designs.lpv_problem import Sought, SynthesisGrid, synthesise
+from rotorsim.control.designs.specification import (
+    Specification,
+    count,
+    delay_of,
+    loop_delay,
+    number,
+    register,
+    sampling_time,
+)
+from rotorsim.control.designs.weighted_plant import MILD, RIG, Generalised, Weights, mixed_sensitivity
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import discrete, make_law, over_grid, table_axes
-from rotorsim.control.loop.stability_check import check_loop
-from rotorsim.control.numerics.scaling import balance, rescaled
+from rotorsim.control.plants import MILLI, Model, design_plant, point_text
+from rotorsim.control.sampled_loop import check_loop
 
 
 @dataclass(frozen=True)
-class Spec(Specification):
+class LpvSpec(Specification):
     """Thesis section E.3: weights, design grid; see the module for the rest.
 
     `order_X=2, order_Y=0` is the thesis' form: X(q) of second order, Y constant.
@@ -58,6 +65,9 @@ class Spec(Specification):
     Ts: float = sampling_time()
 
 
+Spec = LpvSpec
+
+
 class Designed(NamedTuple):
     """Result of a synthesis: the solution, the states' scale, the range of q, the smallest gamma."""
 
@@ -69,14 +79,15 @@ class Designed(NamedTuple):
 
 
 PRESETS = {
-    "thesis": Spec(),
-    "rig": Spec(weights=RIG, delay=None, backoff=1.02),
-    "mild": Spec(weights=MILD),
+    "thesis": LpvSpec(),
+    "rig": LpvSpec(weights=RIG, delay=None, backoff=1.02),
+    "mild": LpvSpec(weights=MILD),
 }
-"""'rig' and 'mild' are for the virtual rig and Model 2; see `rotorsim.control.designs.mixed`."""
+"""'rig' and 'mild' are for the virtual rig and Model 2; see `rotorsim.control.designs.weighted_plant`."""
 
 
-def design(model: Model, spec: Spec | None = None, progress: Report = silent) -> Law:
+@register("LPV synthesis over speed and pressure (E)")
+def design(model: Model, spec: LpvSpec | None = None, progress: Report = silent) -> Law:
     """The law, with `gamma` proved on the validation grid; `progress` is called with each step before it starts.
 
     Raises
@@ -85,7 +96,7 @@ def design(model: Model, spec: Spec | None = None, progress: Report = silent) ->
         If the inequalities have no solution, the solution does not keep them on the validation grid (whatever the
         solver reported), a pole is too fast for Ts, or the sampled loop is unstable somewhere.
     """
-    spec = spec or Spec()
+    spec = spec or LpvSpec()
     speeds, pressures = table_axes(model, spec.table)
     made = synthesis(model, spec, progress)
     progress("proof on the validation grid")
@@ -107,7 +118,7 @@ def design(model: Model, spec: Spec | None = None, progress: Report = silent) ->
     return law
 
 
-def synthesis(model: Model, spec: Spec, progress: Report = silent) -> Designed:
+def synthesis(model: Model, spec: LpvSpec, progress: Report = silent) -> Designed:
     """Solve the inequalities over the design grid."""
     speeds, pressures = table_axes(model, spec.grid)
     check_grid(spec, len(speeds), len(pressures))
@@ -116,7 +127,7 @@ def synthesis(model: Model, spec: Spec, progress: Report = silent) -> Designed:
     scale = balance(plants)
     low, high = np.array([speeds[0], pressures[0]]), np.array([speeds[-1], pressures[-1]])
     scaled = np.array([_scaled(low, high, w, p) for w, p in points])
-    grid = Grid(scaled, tuple(rescaled(P, scale) for P in plants), scaled_rates(spec, low, high))
+    grid = SynthesisGrid(scaled, tuple(rescaled(P, scale) for P in plants), scaled_rates(spec, low, high))
     sought = Sought(spec.order_X, spec.order_Y, spec.eps, spec.bound)
     made = None
     if plants[0].D21.shape[0] == plants[0].D21.shape[1]:  # y shows all disturbances: Y's inequality binds alone
@@ -132,7 +143,7 @@ def synthesis(model: Model, spec: Spec, progress: Report = silent) -> Designed:
     return Designed(made, scale, low, high, best)
 
 
-def check_grid(spec: Spec, *counts: int) -> None:
+def check_grid(spec: LpvSpec, *counts: int) -> None:
     """Raise DesignError if the design grid is one point, or has too few values for the order of X(q) and Y(q)."""
     if max(counts) == 1:
         raise DesignError("lpv: the model holds for one operating point; take hinf there, or a model of several points")
@@ -145,13 +156,13 @@ def check_grid(spec: Spec, *counts: int) -> None:
             )
 
 
-def scaled_rates(spec: Spec, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+def scaled_rates(spec: LpvSpec, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Largest rates (2,) of q in [-1, 1]^2 per ms; zero for a coordinate with one value."""
     rates = np.array([spec.speed_rate, spec.pressure_rate]) / MILLI
     return np.where(high > low, rates / np.where(high > low, (high - low) / 2, 1.0), 0.0)
 
 
-def validated(model: Model, spec: Spec, made: Designed, size: tuple[int, int]) -> float:
+def validated(model: Model, spec: LpvSpec, made: Designed, size: tuple[int, int]) -> float:
     """Gamma that holds on a grid while q moves, by eigenvalues of T1 and T2; raises DesignError if none near does.
 
     The inequalities of a solution are kept for its gamma or, between the points it was made on, one a little higher.
@@ -178,12 +189,12 @@ def validated(model: Model, spec: Spec, made: Designed, size: tuple[int, int]) -
     )
 
 
-def generalised(model: Model, spec: Spec, speed: float, pressure: float) -> Generalised:
+def generalised(model: Model, spec: LpvSpec, speed: float, pressure: float) -> Generalised:
     """The generalised plant at an operating point."""
     return mixed_sensitivity(design_plant(model, speed, pressure, delay_of(spec)), spec.weights)
 
 
-def scaled_plant(model: Model, spec: Spec, speed: float, pressure: float, scale: np.ndarray) -> Generalised:
+def scaled_plant(model: Model, spec: LpvSpec, speed: float, pressure: float, scale: np.ndarray) -> Generalised:
     """The same in the balanced states."""
     return rescaled(generalised(model, spec, speed, pressure), scale)
 

@@ -23,7 +23,8 @@ import numpy as np
 from scipy.linalg import null_space
 
 from rotorsim.base.progress import Report, silent
-from rotorsim.control.designs.lpv_matrices import (
+from rotorsim.control.designs.lmi import Inequality, minimise, symmetric_basis
+from rotorsim.control.designs.lpv_controller import (
     Exponents,
     Polynomial,
     Solution,
@@ -32,20 +33,18 @@ from rotorsim.control.designs.lpv_matrices import (
     exponents,
     functions,
 )
-from rotorsim.control.designs.mixed import Generalised
-from rotorsim.control.numerics.lmi import symmetric_basis
-from rotorsim.control.numerics.lmi_cuts import Inequality, minimise
+from rotorsim.control.designs.weighted_plant import Generalised
 
 GAMMA_SLACK, TOLERANCE = 3e-3, 2e-3
 """How closely the smallest gamma is found: by a share of it, and of the inequalities by their eigenvalues."""
 MARGIN_X, MARGIN_Y = 0.3, 0.01
-"""What the inequalities of X and of Y keep from zero per unit of `inside`; X Y >= (1 + inside)^2."""
+"""Distances from zero that the inequalities of X and of Y keep per unit of `inside`; X Y >= (1 + inside)^2."""
 KEPT = 0.5
 """Share of the margins that every grid point keeps."""
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
+class SynthesisGrid:
     """Generalised plants at scaled points (k, 2) of [-1, 1]^2, in balanced states; largest rates (2,) [1/ms]."""
 
     points: np.ndarray
@@ -107,9 +106,9 @@ def feedback_side(P: Generalised) -> Side:
 
 @dataclass(frozen=True)
 class Sought:
-    """What is looked for: orders of X(q) and Y(q), margin of their inequalities, bound on X and Y.
+    """Solution that is sought: orders of X(q) and Y(q), margin of their inequalities, bound on X and Y.
 
-    eps : what the inequalities keep from zero, in the balanced states
+    eps : distance from zero that the inequalities keep, in the balanced states
     bound : X and Y stay below bound * I in the balanced states
     feedback_only : leave out every inequality of X; the gamma is then a lower bound, and the true one where y sees the
         disturbance through a square D21 and the plant is stable for some X(q)
@@ -164,7 +163,7 @@ class Unknowns:
         )  # fmt: skip
 
 
-def synthesise(grid: Grid, sought: Sought, gamma: float | None = None, progress: Report = silent) -> Solution:
+def synthesise(grid: SynthesisGrid, sought: Sought, gamma: float | None = None, progress: Report = silent) -> Solution:
     """Smallest gamma with which the inequalities hold; or, for a given gamma, X(q) and Y(q) furthest inside them.
 
     Raises
@@ -187,7 +186,7 @@ def synthesise(grid: Grid, sought: Sought, gamma: float | None = None, progress:
     return unknowns.solution(x, gamma, grid.rates)
 
 
-def first_imposed(grid: Grid, every: list[Inequality]) -> list[int]:
+def first_imposed(grid: SynthesisGrid, every: list[Inequality]) -> list[int]:
     """Those at up to nine points spread over the grid, each at two opposite corners of the rates."""
     targets = np.array([(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1)])
     spread = {int(np.argmin(np.linalg.norm(grid.points - target, axis=1))) for target in targets}
@@ -198,7 +197,9 @@ def first_imposed(grid: Grid, every: list[Inequality]) -> list[int]:
     return sorted({k for group in own.values() for k in (group[0], group[-1])})
 
 
-def inequalities_of(grid: Grid, sought: Sought, unknowns: Unknowns, gamma: float | None) -> Iterator[Inequality]:
+def inequalities_of(
+    grid: SynthesisGrid, sought: Sought, unknowns: Unknowns, gamma: float | None
+) -> Iterator[Inequality]:
     """All inequalities at all points and corners of the rates."""
     for place, (point, P) in enumerate(zip(grid.points, grid.plants, strict=True)):
         yield from _side(grid, sought, unknowns, gamma, place, feedback_side(P), +1)
@@ -208,7 +209,7 @@ def inequalities_of(grid: Grid, sought: Sought, unknowns: Unknowns, gamma: float
 
 
 def _side(
-    grid: Grid, sought: Sought, unknowns: Unknowns, gamma: float | None, place: int, side: Side, sign: int
+    grid: SynthesisGrid, sought: Sought, unknowns: Unknowns, gamma: float | None, place: int, side: Side, sign: int
 ) -> Iterator[Inequality]:
     """The inequality of Y (sign +1) or of X (sign -1) at a point, at the corners of the rates."""
     point, of_Y = grid.points[place], sign > 0

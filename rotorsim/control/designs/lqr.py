@@ -17,17 +17,23 @@ import numpy as np
 
 from rotorsim.base.constants import KRPM, MPA
 from rotorsim.control.designs.observers import observer_law
-from rotorsim.control.designs.plants import Model, check_modes, design_plant, sampled_plant
-from rotorsim.control.designs.specification import Specification, number, sampling_time, shaft_speed, supply_pressure
+from rotorsim.control.designs.specification import (
+    Specification,
+    number,
+    register,
+    sampling_time,
+    shaft_speed,
+    supply_pressure,
+)
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law
-from rotorsim.control.loop.stability_check import check_loop
-from rotorsim.control.numerics.systems import System
-from rotorsim.control.riccati import sampled_riccati
+from rotorsim.control.plants import Model, check_modes, design_plant, sampled_plant
+from rotorsim.control.sampled_loop import check_loop
+from rotorsim.control.systems import System, sampled_riccati
 
 
 @dataclass(frozen=True)
-class Spec(Specification):
+class LqrSpec(Specification):
     """Operating point; weights of the regulator and noise levels of the Kalman filter, all of which must be above 0."""
 
     speed: float = shaft_speed(3 * KRPM)
@@ -43,6 +49,9 @@ class Spec(Specification):
     Ts: float = sampling_time()
 
 
+Spec = LqrSpec
+
+
 class Gains(NamedTuple):
     """Sampled plant (um, V), gain F (2, n) and cost P (n, n) of the regulator, gain L (n, 2) of the Kalman filter."""
 
@@ -52,16 +61,17 @@ class Gains(NamedTuple):
     L: np.ndarray
 
 
-def design(model: Model, spec: Spec | None = None) -> Law:
+@register("linear quadratic regulator on a Kalman filter")
+def design(model: Model, spec: LqrSpec | None = None) -> Law:
     """The law; raises DesignError if two weights are too far apart, or a mode is not moved or seen."""
-    spec = spec or Spec()
+    spec = spec or LqrSpec()
     found = gains(model, spec)
     law = constant_law("lqr", model, observer_law(found.plant, found.F, found.L), spec)
     check_loop(law, model, [(spec.speed, spec.pressure)])
     return law
 
 
-def gains(model: Model, spec: Spec) -> Gains:
+def gains(model: Model, spec: LqrSpec) -> Gains:
     """Regulator and Kalman filter; P is the cost in units of 1/u^2."""
     check_modes(design_plant(model, spec.speed, spec.pressure), "lqr")
     plant = sampled_plant(model, spec.speed, spec.pressure, spec.Ts)

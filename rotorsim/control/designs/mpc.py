@@ -23,8 +23,7 @@ import numpy as np
 
 from rotorsim.base.constants import KRPM, MPA
 from rotorsim.base.errors import OtherMachine
-from rotorsim.control.designs.lqr import Gains, Spec as Regulator, gains
-from rotorsim.control.designs.plants import Model
+from rotorsim.control.designs.lqr import Gains, LqrSpec, gains
 from rotorsim.control.designs.specification import (
     Specification,
     count,
@@ -34,11 +33,11 @@ from rotorsim.control.designs.specification import (
     supply_pressure,
 )
 from rotorsim.control.errors import DesignError
-from rotorsim.control.law import LIMIT
-from rotorsim.control.law_checks import other_machine
-from rotorsim.control.numerics.systems import System
+from rotorsim.control.law import LIMIT, other_machine
+from rotorsim.control.plants import Model
 from rotorsim.control.runtime import alarm
 from rotorsim.control.runtime.guard import FARTHEST, LOST, OK, SENSOR, SIZE, guard
+from rotorsim.control.systems import System
 
 DIRECTIONS = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, -1.0]]) / np.array([[1], [1], [2**0.5], [2**0.5]])
 """Directions in which the displacement is limited, both ways."""
@@ -48,11 +47,11 @@ SETTINGS = {
     "verbose": False, "adaptive_rho": False, "rho": 1.0, "eps_abs": 1e-4, "eps_rel": 1e-4, "max_iter": 4000,
     "check_termination": 10, "polishing": False, "warm_starting": True,
 }  # fmt: skip
-"""Of the solver; nothing in them depends on the time that it takes."""
+"""Settings of the solver; nothing in them depends on the time that it takes."""
 
 
 @dataclass(frozen=True)
-class Spec(Specification):
+class PredictiveSpec(Specification):
     """Operating point, weights and noise levels as of `lqr`; horizon and limits.
 
     `film_at_rest` and `journal_per_disc` are by default those of the shipped rig, the first at rest and 0.3 MPa, where
@@ -79,7 +78,10 @@ class Spec(Specification):
         return (self.film_at_rest - self.film) / self.journal_per_disc
 
 
-def design(model: Model, spec: Spec | None = None) -> Predictive:
+Spec = PredictiveSpec
+
+
+def design(model: Model, spec: PredictiveSpec | None = None) -> Predictive:
     """The controller; raises DesignError where `lqr` does, without film to spare, or without the package `osqp`.
 
     Examples
@@ -89,7 +91,7 @@ def design(model: Model, spec: Spec | None = None) -> Predictive:
     >>> law.step((0.0, 0.0), 300.0, 0.5e6).shape
     (2,)
     """
-    spec = spec or Spec()
+    spec = spec or PredictiveSpec()
     if find_spec("osqp") is None:
         raise DesignError("mpc: needs the package osqp; pip install 'rotorsim[mpc]'")
     if spec.reach <= 0:
@@ -97,7 +99,7 @@ def design(model: Model, spec: Spec | None = None) -> Predictive:
             f"mpc.film = {spec.film:g} um: the film is {spec.film_at_rest:g} um thick at rest already; "
             "allow a thinner one"
         )
-    found = gains(model, Regulator(spec.speed, spec.pressure, spec.y, spec.u, spec.force, spec.noise, spec.Ts))
+    found = gains(model, LqrSpec(spec.speed, spec.pressure, spec.y, spec.u, spec.force, spec.noise, spec.Ts))
     return Predictive(spec, found, Program(spec, found), machine=str(getattr(model, "machine", "")))
 
 
@@ -108,7 +110,7 @@ class Predictive:
     `machine` is name and fingerprint of the model's machine, empty where unknown.
     """
 
-    spec: Spec
+    spec: PredictiveSpec
     gains: Gains
     program: Program
     name: str = "mpc"
@@ -205,7 +207,7 @@ class Predictive:
 class Program:
     """Quadratic program of a sample over the references of the horizon (2 N,) and the excess s of the film's limit."""
 
-    def __init__(self, spec: Spec, found: Gains) -> None:
+    def __init__(self, spec: PredictiveSpec, found: Gains) -> None:
         self.spec, self.found, N = spec, found, spec.horizon
         self.free, forced = predictions(found.plant, N)
         Q, n = np.eye(2) * (spec.u / spec.y) ** 2, found.plant.order

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rotorsim.control.numerics.systems import System
+from rotorsim.control.systems import System
 
 
 def observer_law(plant: System, F: np.ndarray, L: np.ndarray) -> System:

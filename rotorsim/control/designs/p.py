@@ -15,23 +15,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorsim.base.constants import KRPM, MPA
-from rotorsim.control.designs.plants import MILLI, Model
 from rotorsim.control.designs.specification import (
     Specification,
     count,
     number,
+    register,
     sampling_time,
     shaft_speed,
     supply_pressure,
 )
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete
-from rotorsim.control.loop.stability_check import check_loop
-from rotorsim.control.numerics.systems import System, gain, series, side_by_side
+from rotorsim.control.plants import MILLI, Model
+from rotorsim.control.sampled_loop import check_loop
+from rotorsim.control.systems import System, gain, series, side_by_side
 
 
 @dataclass(frozen=True)
-class Spec(Specification):
+class ProportionalSpec(Specification):
     """Gains of Paper C; positive pushes outwards. The loop is checked at one operating point."""
 
     kappa_x: float = number(1.125, "1", "Reference x per displacement x, over the transducer.")
@@ -45,6 +46,9 @@ class Spec(Specification):
     check: bool = True
 
 
+Spec = ProportionalSpec
+
+
 def low_pass(frequency: float, order: int) -> System:
     """1 / (1 + s/(2 pi f))^order in ms, `frequency` in Hz."""
     corner = 2 * np.pi * frequency / MILLI
@@ -55,16 +59,17 @@ def low_pass(frequency: float, order: int) -> System:
     return made
 
 
-def design(model: Model, spec: Spec | None = None) -> Law:
+@register("decentralised proportional control (thesis C)")
+def design(model: Model, spec: ProportionalSpec | None = None) -> Law:
     """The law; raises DesignError if its loop with the model is unstable."""
-    spec = spec or Spec()
+    spec = spec or ProportionalSpec()
     law = make(spec, model)
     if spec.check:
         check_loop(law, model, [(spec.speed, spec.pressure)])
     return law
 
 
-def make(spec: Spec, model: Model | None = None) -> Law:
+def make(spec: ProportionalSpec, model: Model | None = None) -> Law:
     """The law, whatever it does to a loop; with plausibility limits where a model is given."""
     axes = (low_pass(spec.low_pass, spec.order),) * 2
     gains = gain(np.diag([spec.kappa_x, spec.kappa_y]) / spec.transducer)

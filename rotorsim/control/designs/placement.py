@@ -13,17 +13,24 @@ import numpy as np
 from rotorsim.base.constants import KRPM, MPA
 from rotorsim.base.rounding import ALIKE
 from rotorsim.control.designs.observers import observer_law
-from rotorsim.control.designs.plants import Model, check_modes, design_plant, short_sampled_plant
-from rotorsim.control.designs.specification import Specification, number, sampling_time, shaft_speed, supply_pressure
+from rotorsim.control.designs.specification import (
+    Specification,
+    number,
+    register,
+    sampling_time,
+    shaft_speed,
+    supply_pressure,
+)
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law
-from rotorsim.control.loop.stability_check import check_loop
-from rotorsim.control.numerics.systems import System
+from rotorsim.control.plants import Model, check_modes, design_plant, short_sampled_plant
+from rotorsim.control.sampled_loop import check_loop
+from rotorsim.control.systems import System
 
 
 @dataclass(frozen=True)
-class Spec(Specification):
+class PlacementSpec(Specification):
     """Operating point, where the poles go and how much faster the observer is."""
 
     speed: float = shaft_speed(4.1 * KRPM)
@@ -34,18 +41,22 @@ class Spec(Specification):
     Ts: float = sampling_time()
 
 
+Spec = PlacementSpec
+
+
 def target(poles: np.ndarray, share: float, light: float) -> np.ndarray:
-    """Where the poles z go: those with a damping ratio below `light` lose imaginary part."""
+    """Poles z of the closed loop: those with a damping ratio below `light` lose imaginary part."""
     s = np.log(np.where(np.abs(poles) > 1e-9, poles, 1e-9).astype(complex))
     moved = (np.abs(s.imag) > 1e-6) & (-s.real < light * np.abs(s))
     return np.where(moved, poles.real + 1j * share * poles.imag, poles)
 
 
-def design(model: Model, spec: Spec | None = None) -> Law:
+@register("pole placement with a Luenberger observer (A)")
+def design(model: Model, spec: PlacementSpec | None = None) -> Law:
     """The law; raises DesignError where a mode cannot be placed."""
     from scipy.signal import place_poles
 
-    spec = spec or Spec()
+    spec = spec or PlacementSpec()
     check_modes(design_plant(model, spec.speed, spec.pressure), "placement")
     plant = short_sampled_plant(model, spec.speed, spec.pressure, spec.Ts)
     poles = np.linalg.eigvals(plant.A)

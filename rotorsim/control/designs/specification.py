@@ -5,15 +5,29 @@ A number is kept in the unit in which its design computes (um, V, ms, Hz, ...), 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import Field, dataclass
 from inspect import cleandoc
-from typing import Any
+from typing import Any, TypeVar
 
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.quantity import Quantity, check_fields, declared, quantities, quantity_of
 from rotorsim.control.errors import DesignError
 
 FIELDS = "__dataclass_fields__"
+Design = TypeVar("Design", bound=Callable[..., Any])
+DESIGNS: dict[str, str] = {}
+"""Controller designs by name, each in a few words."""
+
+
+def register(words: str) -> Callable[[Design], Design]:
+    """Decorator of the function `design` of a file: list it under the file's name, described by a few words."""
+
+    def mark(design: Design) -> Design:
+        DESIGNS[design.__module__.rpartition(".")[2]] = words
+        return design
+
+    return mark
 
 
 @dataclass(frozen=True)
@@ -28,7 +42,7 @@ class Specification:
 
     def __post_init__(self) -> None:
         kind = type(self)
-        name = kind.__module__.rpartition(".")[2] if kind.__name__ == "Spec" else kind.__name__.lower()
+        name = "weights" if kind.__name__.endswith("Weights") else kind.__module__.rpartition(".")[2]
         for field, sentence in check_fields(self):
             raise DesignError(f"{name}.{field}: {explained(self, field, sentence)}")
 

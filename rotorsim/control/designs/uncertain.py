@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from rotorsim.control.designs.mixed import Generalised
-from rotorsim.control.designs.plants import Model, axis_modes, design_plant, point_text
+from rotorsim.control.designs.hinf_synthesis import Bounds, bounds
+from rotorsim.control.designs.weighted_plant import Generalised
 from rotorsim.control.errors import DesignError
-from rotorsim.control.numerics.gamma import Bounds, bounds
-from rotorsim.control.numerics.systems import System, peak_gain, response
+from rotorsim.control.plants import Model, axis_modes, design_plant, point_text
+from rotorsim.control.systems import System, peak_gain, response
 
 SCALES = (-3.0, 2.0)
 """Decades in which d [V] is sought."""

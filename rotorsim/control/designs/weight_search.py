@@ -13,11 +13,10 @@ from typing import NamedTuple
 
 from rotorsim.base.constants import KRPM
 from rotorsim.control.designs import hinf
-from rotorsim.control.designs.mixed import Weights
-from rotorsim.control.designs.plants import Model
+from rotorsim.control.designs.weighted_plant import Weights
 from rotorsim.control.errors import DesignError
-from rotorsim.control.loop.impacts import hit_ratios
-from rotorsim.control.loop.sampled_loop import model_loop
+from rotorsim.control.plants import Model
+from rotorsim.control.sampled_loop import hit_ratios, model_loop
 
 POINTS = tuple((w * KRPM, p * 1e6) for w in (0.75, 2.25, 3.75, 5.25) for p in (0.35, 0.5, 0.65))
 CORNERS = ((0.0, 0.3e6), (0.0, 0.7e6), (6 * KRPM, 0.3e6), (6 * KRPM, 0.7e6), (3 * KRPM, 0.5e6))

@@ -19,18 +19,24 @@ import numpy as np
 
 from rotorsim.base.constants import KRPM, MPA
 from rotorsim.control.designs import h2_scheduled
-from rotorsim.control.designs.h2_plant import with_integrator
-from rotorsim.control.designs.plants import Model, sampled_plant
-from rotorsim.control.designs.specification import Specification, sampling_time, shaft_speed, supply_pressure
+from rotorsim.control.designs.h2_scheduled import with_integrator
+from rotorsim.control.designs.specification import (
+    Specification,
+    register,
+    sampling_time,
+    shaft_speed,
+    supply_pressure,
+)
 from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete, no_antiwindup, table_axes
-from rotorsim.control.loop.stability_check import check_loop
-from rotorsim.control.numerics.systems import System, added, feedback, gain
+from rotorsim.control.plants import Model, sampled_plant
+from rotorsim.control.sampled_loop import check_loop
+from rotorsim.control.systems import System, added, feedback, gain
 
 
 @dataclass(frozen=True)
-class Spec(Specification):
+class YoulaSpec(Specification):
     """Operating point, by default a cell's centre as in figure G.6; the local designs' specification."""
 
     speed: float = shaft_speed(5.72 * KRPM)
@@ -39,9 +45,13 @@ class Spec(Specification):
     Ts: float = sampling_time()
 
 
-def design(model: Model, spec: Spec | None = None) -> Law:
+Spec = YoulaSpec
+
+
+@register("Youla-scheduled H2 for one operating point (G)")
+def design(model: Model, spec: YoulaSpec | None = None) -> Law:
     """The law; raises DesignError for a point outside the design grid."""
-    spec = spec or Spec()
+    spec = spec or YoulaSpec()
     speeds, pressures = table_axes(model, spec.local.grid, spec.local.slowest)
     plant = sampled_plant(model, spec.speed, spec.pressure, spec.Ts)
     blend = gain(np.zeros((2, 2)))

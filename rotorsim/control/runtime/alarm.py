@@ -31,7 +31,7 @@ SENTENCES = {
     },
     guard.UNSTEADY: f"samples are missing or implausible again and again: {TRIES}; check the sensors",
 }
-"""By alarm code; 0: no alarm."""
+"""Sentence of each alarm code; code 0 is no alarm."""
 
 
 def code(memory: np.ndarray, at: int) -> int:

@@ -25,7 +25,7 @@ HOLD = 5.0
 FADE = 100.0
 """Samples in which it then fades out, and in which it comes back at most: 20 ms at 5 kHz."""
 QUICK, SLOW = 10.0, 2.5
-"""So many times faster at most and at least, and at once, it fades out where it may have been wrong itself."""
+"""Largest and smallest factor by which an output that may be wrong fades out faster than one that is held."""
 LEAST = 0.05
 """Step [V] that counts as usual even of a law that has not made one: from 5 V to nothing in FADE samples."""
 FARTHEST = 1e3
@@ -67,7 +67,7 @@ def overflow(w, L):
 
 @inlined
 def pace(w, g):
-    """So many times faster an output that may be wrong fades out."""
+    """Factor by which an output that may be wrong fades out faster."""
     most = max(abs(w[g + BEGIN]), abs(w[g + BEGIN + 1]))
     usual = FADE * max(w[g + STEP], LEAST)
     return QUICK if QUICK * most <= usual else max(usual / most, SLOW)

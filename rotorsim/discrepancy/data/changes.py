@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError, MachineFileError
-from rotorsim.base.exchange import json_text as json
 from rotorsim.effects import REGISTRY
 from rotorsim.effects.base import TURN
 from rotorsim.machine import Machine
@@ -30,7 +30,7 @@ NEAR = 1e-6
 
 
 def known_changes(machine: Machine, stated: object, name: str) -> dict[str, float]:
-    """Changes by key of `fit.parameters` that a record's attribute states; raises DataError with one sentence."""
+    """Changes by key of `twin.parameters` that a record's attribute states; raises DataError with one sentence."""
     table = _table(stated, name)
     weights, ring = table.pop(WEIGHT, []), table.pop(RING, None)
     sums = _of_paths(machine, table, name)

@@ -1,4 +1,7 @@
-"""Loading of measured records for a diagnosis, checks of their units, and limits of the data set."""
+"""Records of a diagnosis: loaded, checked for their sensors, speed, loop and units, and made to trials.
+
+Limits of the set of records, the effects that it cannot distinguish, are stated as sentences.
+"""
 
 from __future__ import annotations
 
@@ -12,19 +15,123 @@ import numpy as np
 
 from identification import notes_of, read
 from identification.errors import ReadError, SchemaError
+from identification.records.prefilter import operating_point
+from identification.records.sampling import sampling_time
+from identification.records.schema import measured
 from rotorsim.base.constants import RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.base.sentences import listing
-from rotorsim.discrepancy.data.changes import known_changes
-from rotorsim.discrepancy.data.sensors import check_ring, check_sensors
-from rotorsim.discrepancy.data.spectra import Trial, make_trial
+from rotorsim.discrepancy.data.blocks import TURNING, drift_of, stated_clock, without_drift
+from rotorsim.discrepancy.data.changes import RING_KEY, known_changes, ring_angle
+from rotorsim.discrepancy.data.spectra import Trial, displacement_of, only_probe, trial_of
 from rotorsim.machine import Machine
-from rotorsim.machine.sampling import FEWEST
+from rotorsim.machine.numerics import FEWEST
+from rotorsim.plant.mesh import Mesh
 
 if TYPE_CHECKING:
     import xarray as xr
 
+
+LARGEST_ACCURACY = 1e-3
+"""Accuracy [m] from which a record shows nothing."""
+TURNED = {60 / (2 * np.pi): "rpm taken for rad/s", 2 * np.pi: "Hz taken for rad/s", 60.0: "Hz taken for rpm"}
+"""Ratios of a speed to the turning of the angle, or the other way round, that a wrong unit makes."""
+
+
+def stated_accuracy(record: xr.Dataset, name: str) -> float:
+    """Attribute `accuracy` [m] of a record, 0 where there is none; raises DataError for one that is not a length."""
+    value = record.attrs.get("accuracy", 0.0)
+    try:
+        found = float(value)
+    except (TypeError, ValueError):
+        found = -1.0
+    if not 0 <= found < LARGEST_ACCURACY:
+        raise DataError(f"{name}: the accuracy is {value!r}; give the standard deviation of an amplitude in metres")
+    return found
+
+
+def check_constant(record: xr.Dataset, name: str) -> None:
+    """The speed may differ by 2 % or 2 rad/s, in means of 250 samples."""
+    speed = measured(record, "speed")
+    if speed is None or speed.ndim == 0 or len(speed) < 1000:
+        return
+    slow = speed[: len(speed) // 250 * 250].reshape(-1, 250).mean(axis=1)[1:]
+    if np.ptp(slow) > max(2.0, 0.02 * abs(slow.mean())):
+        raise DataError(
+            f"{name}: the speed goes from {slow.min() * TO_RPM:.0f} to {slow.max() * TO_RPM:.0f} rpm; "
+            "give records at constant speed, or a run-up with its angle and without excitation"
+        )
+
+
+def check_loop(record: xr.Dataset, name: str) -> None:
+    """Closed loop: the dither that was added must be there, and the reference that acted is what is fed."""
+    closed = "controller" in record.attrs or str(record.attrs.get("experiment", "")) == "controlled"
+    if closed and "reference_external" not in record:
+        raise DataError(
+            f"{name}: was recorded in closed loop without the dither that was added; record reference_external as well"
+        )
+
+
+def check_turning(record: xr.Dataset, speed: float, n: int, name: str) -> None:
+    """The angle must turn as fast as the speed signal."""
+    angle = measured(record, "angle")
+    if angle is None or angle.ndim == 0 or abs(speed) < TURNING or n < 1000:
+        return
+    slope = float(np.polyfit(RIG_SAMPLE * np.arange(n), np.unwrap(angle), 1)[0])
+    if abs(slope - speed) < 0.02 * abs(speed) + 1.0:
+        return
+    ratio = abs(speed / slope) if slope else np.inf
+    units = [what for factor, what in TURNED.items() if min(abs(ratio / factor - 1), abs(ratio * factor - 1)) < 0.02]
+    way = f"is there {units[0]}? state the unit in the mapping; nothing was assumed" if units else "check both channels"
+    raise DataError(f"{name}: the speed is {speed:.5g} rad/s, but the angle turns at {slope:.5g} rad/s; {way}")
+
+
+SAME_PLANE = 1e-3
+"""Distance [m] up to which a probe of a record stands at a plane of the machine file."""
+SPEED_CHANNELS = ("speed", "speed_measured", "angle", "angle_measured")
+"""Channels that show the speed."""
+
+
+def check_sensors(machine: Machine, record: xr.Dataset, name: str) -> None:
+    """Raise DataError for a record without a speed, without x and y of the disc, or of another plane."""
+    if not any(channel in record for channel in SPEED_CHANNELS):
+        raise DataError(f"{name}: has no speed and no keyphasor; map one, or state [constants] speed in the mapping")
+    if "disc_measured" in record or "disc" in record or "probe_measured" not in record:
+        check_plane(machine, record.attrs.get("disc_position"), name)
+    elif (probe := only_probe(record)) is not None:
+        position = float(probe["probe_position"])
+        check_plane(machine, None if np.isnan(position) else position, name)
+    else:
+        probes = ", ".join(map(str, record["probe"].values))
+        raise DataError(
+            f"{name}: has readings of {probes}, which are not x and y of the disc; a diagnosis needs one displacement "
+            "probe with its angle, or two at one plane"
+        )
+
+
+def check_plane(machine: Machine, stated: Any, name: str) -> None:
+    """Raise DataError where probes at the position `stated` [m] are not where the machine file has its own."""
+    if stated is None:
+        return
+    own = Mesh(machine).probe
+    if abs(float(stated) - own) > SAME_PLANE:
+        raise DataError(
+            f"{name}: its probes stand at {1e3 * float(stated):.6g} mm, the machine file's at {1e3 * own:.6g} mm; "
+            "set [probe] position there, or [disc] position in the mapping"
+        )
+
+
+def check_ring(machine: Machine, trial: Trial) -> None:
+    """Raise DataError for a single probe on a sensor ring that is turned: the record states where the probe stands."""
+    if trial.probe_angle is not None and (trial.changes.get(RING_KEY) or ring_angle(machine)):
+        raise DataError(
+            f"{trial.name}: the sensor ring is turned, but the record has one probe; leave the ring out of [changes] "
+            "and of the machine file, and state the angle of the probe"
+        )
+
+
 FEWEST_POINTS = 4
+"""Operating points from which a smooth trend differs from a missing effect."""
 Source = Any
 """A Dataset, or the path of a file of it."""
 
@@ -49,7 +156,7 @@ def open_records(sources: Iterable[Source], mapping: Any = None) -> list[tuple[s
 
 
 def record_notes(opened: Sequence[tuple[str, xr.Dataset]]) -> list[str]:
-    """What reading left out of records or changed in them, a sentence for all records of which it is the same."""
+    """Sentences on parts that reading left out of records or changed in them, one for all records with the same."""
     of: dict[str, list[str]] = {}
     for name, record in opened:
         for text in notes_of(record):
@@ -71,6 +178,41 @@ def make_trials(machine: Machine, records: Sequence[tuple[str, xr.Dataset]], rol
         check_units(machine, trials[-1])
         check_turns(trials[-1])
     return sorted(trials, key=lambda t: (t.role, round(t.speed, 2), round(t.pressure, -2), t.amplitude, _digest(t)))
+
+
+def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> Trial:
+    """Trial from a record; raises DataError with one sentence if it is unsuitable."""
+    Ts = sampling_time(record)
+    if abs(Ts / RIG_SAMPLE - 1) > 1e-6:
+        raise DataError(f"{name}: is sampled at {1 / Ts:.6g} Hz, a diagnosis needs 5000 Hz; resample it")
+    displacement, probe_angle = displacement_of(record, name)
+    n = len(displacement)
+    speed, pressure = operating_point(record, Ts)
+    check_constant(record, name)
+    check_loop(record, name)
+    check_turning(record, speed, n, name)
+    rows = np.zeros((n, 6))
+    rows[:, 0], rows[:, 1] = speed, pressure if np.isfinite(pressure) else 0.0
+    for column, channel in ((2, "reference"), (4, "disc_force")):
+        if channel in record:
+            rows[:, column : column + 2] = record[channel].values
+    found = trial_of(rows, displacement, _initial_angle(record, speed, n), name)
+    clock = stated_clock(record.attrs.get("clock", 0.0), name)
+    spectra = found.spectra
+    if clock and found.repeating:
+        f, duration = found.frequencies, found.length * RIG_SAMPLE
+        spectra = without_drift(spectra, f, duration, drift_of(spectra, f, duration))
+    return replace(
+        found, role=role, spectra=spectra, accuracy=stated_accuracy(record, name), clock=clock, probe_angle=probe_angle
+    )
+
+
+def _initial_angle(record: xr.Dataset, speed: float, n: int) -> float:
+    """Shaft angle [rad] at the first sample of a turn at constant speed that fits the encoder best."""
+    angle = measured(record, "angle")
+    if angle is None or abs(speed) < TURNING:
+        return 0.0
+    return float(np.mod(np.median(angle - speed * RIG_SAMPLE * np.arange(n)), 2 * np.pi))
 
 
 def _digest(trial: Trial) -> str:

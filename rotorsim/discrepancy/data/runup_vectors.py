@@ -17,25 +17,28 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification import make_vectors
-from identification.records.notes import notes_of, with_notes
-from identification.records.prefilter import measured
+from identification.records.schema import measured, notes_of, with_notes
 from rotorsim.base.errors import DataError
+from rotorsim.discrepancy.data.blocks import TURNING
 from rotorsim.discrepancy.data.changes import RING
 from rotorsim.discrepancy.data.spectra import displacement_of, only_probe
-from rotorsim.discrepancy.data.window import TURNING
 from rotorsim.discrepancy.linear_algebra import answer
 
 if TYPE_CHECKING:
     import xarray as xr
 
 ORDERS = (1, 2, 3)
+"""Multiples of the shaft speed."""
 FEWEST_ROWS = 3
+"""Fewest windows of a sweep."""
 SAMPLES_OF_A_TURN = 4
 """Least samples of a period of the highest order."""
 KEPT = ("record", "disc_position", "accuracy", "slow_roll", "changes")
 """Attributes of the record that hold for its vectors too."""
-SWEEP, GAIN = 0.05, 0.2
-"""A sweep spans at least this share of its highest speed; a window of it gains this share of the mean gain."""
+SWEEP = 0.05
+"""Least span of a sweep, as a share of its highest speed."""
+GAIN = 0.2
+"""Least gain of speed of a window, as a share of the mean gain."""
 TURNED_ROUND = (
     "the shaft turns from y to x: y, or the angle of a single probe, is mirrored, as if it turned from x to y"
 )

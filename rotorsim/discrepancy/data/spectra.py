@@ -1,4 +1,4 @@
-"""Input and output spectra of a measured record over whole periods, as the diagnosis uses them.
+"""Input and output spectra of a record over whole periods, and the index of the data vector that they make.
 
 Lines are averages of the DFTs of whole periods of the excitation (of whole revolutions where it has none), in metres,
 0-pk, for both sensors; below them the mean and the drift of the slow part. The twin's response to the same inputs goes
@@ -9,24 +9,27 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identification.records.prefilter import measured, operating_point
-from identification.records.probes import DISPLACEMENTS, SAME_PLACE
-from identification.records.sampling import sampling_time
+from identification.records.schema import measured
+from identification.records.sensors import DISPLACEMENTS, SAME_PLACE
 from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.data.broken_turns import broken_orders, on_lines
-from rotorsim.discrepancy.data.clocks import drift_of, stated_clock, without_drift
-from rotorsim.discrepancy.data.record_checks import check_constant, check_loop, check_turning, stated_accuracy
-from rotorsim.discrepancy.data.window import TURNING, find_period, find_window
+from rotorsim.discrepancy.data.blocks import (
+    TURNING,
+    broken_orders,
+    find_period,
+    find_window,
+    on_lines,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 HIGHEST = 300.0
 """Highest line [Hz] that is compared."""
@@ -62,7 +65,7 @@ class Trial:
     repeating: bool = False
     """Whether every block is one period of the excitation, with whole turns or not."""
     changes: Mapping[str, float] = field(default_factory=dict)
-    """What was changed on purpose for this record: sums by key of `fit.parameters`."""
+    """Changes on purpose for this record: sums by key of `twin.parameters`."""
     probe_angle: float | None = None
     """Angle [rad] from x towards y of the only probe, whose reading takes the place of x; None where both are seen."""
 
@@ -203,39 +206,12 @@ def block_lines(displacement: np.ndarray, start: int, length: int, blocks: int, 
     return np.asarray(spectra)
 
 
-def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> Trial:
-    """Trial from a record; raises DataError with one sentence if it is unsuitable."""
-    Ts = sampling_time(record)
-    if abs(Ts / RIG_SAMPLE - 1) > 1e-6:
-        raise DataError(f"{name}: is sampled at {1 / Ts:.6g} Hz, a diagnosis needs 5000 Hz; resample it")
-    displacement, probe_angle = displacement_of(record, name)
-    n = len(displacement)
-    speed, pressure = operating_point(record, Ts)
-    check_constant(record, name)
-    check_loop(record, name)
-    check_turning(record, speed, n, name)
-    rows = np.zeros((n, 6))
-    rows[:, 0], rows[:, 1] = speed, pressure if np.isfinite(pressure) else 0.0
-    for column, channel in ((2, "reference"), (4, "disc_force")):
-        if channel in record:
-            rows[:, column : column + 2] = record[channel].values
-    found = _of_inputs(rows, displacement, _initial_angle(record, speed, n), name)
-    clock = stated_clock(record.attrs.get("clock", 0.0), name)
-    spectra = found.spectra
-    if clock and found.repeating:
-        f, duration = found.frequencies, found.length * RIG_SAMPLE
-        spectra = without_drift(spectra, f, duration, drift_of(spectra, f, duration))
-    return replace(
-        found, role=role, spectra=spectra, accuracy=stated_accuracy(record, name), clock=clock, probe_angle=probe_angle
-    )
-
-
 def planned_trial(name: str, rows: np.ndarray) -> Trial:
     """Trial of an experiment that is yet to be made, by its inputs (n, 6); its measured spectra are zero."""
-    return _of_inputs(rows, np.zeros((len(rows), 2)), 0.0, name)
+    return trial_of(rows, np.zeros((len(rows), 2)), 0.0, name)
 
 
-def _of_inputs(rows: np.ndarray, displacement: np.ndarray, angle: float, name: str) -> Trial:
+def trial_of(rows: np.ndarray, displacement: np.ndarray, angle: float, name: str) -> Trial:
     """Trial of inputs (n, 6), displacements (n, 2) [m] and the angle [rad] at the first sample."""
     speed, n = float(rows[0, 0]), len(rows)
     period = find_period(rows[:, 2:4]) if rows[:, 2:4].any() else None
@@ -279,14 +255,6 @@ def _broken(repeating: bool, speed: float, length: int, blocks: int) -> np.ndarr
     return broken_orders(speed, length, blocks, HIGHEST) if apart else np.zeros(0)
 
 
-def _initial_angle(record: xr.Dataset, speed: float, n: int) -> float:
-    """Shaft angle [rad] at the first sample of a turn at constant speed that fits the encoder best."""
-    angle = measured(record, "angle")
-    if angle is None or abs(speed) < TURNING:
-        return 0.0
-    return float(np.mod(np.median(angle - speed * RIG_SAMPLE * np.arange(n)), 2 * np.pi))
-
-
 def _excited(rows: np.ndarray, start: int, length: int, blocks: int, count: int) -> np.ndarray:
     """Which lines (count,) an input excites."""
     drive = rows[:, 2:4] if rows[:, 2:4].any() else rows[:, 4:6]
@@ -295,3 +263,70 @@ def _excited(rows: np.ndarray, start: int, length: int, blocks: int, count: int)
     found = spectra > 1e-3 * top if top > 0 else np.zeros(count, bool)
     found[0] = False
     return np.asarray(found)
+
+
+BANDS = ((0.0, 90.0), (90.0, 150.0), (150.0, 1e9))
+"""Bands [Hz] of excited lines: below, about and above the first natural frequencies of a rig of this size."""
+
+
+@dataclass(frozen=True, eq=False)
+class DataLayout:
+    """Record, channel 0 or 1, frequency [Hz] (0: slow part) and group of every number (n,); `groups` names them."""
+
+    record: np.ndarray
+    channel: np.ndarray
+    frequency: np.ndarray
+    group: np.ndarray
+    drift: np.ndarray
+    groups: tuple[str, ...]
+
+    def of(self, record: int, channel: int, group: str) -> np.ndarray:
+        """Which numbers (n,) are one group's."""
+        return (self.record == record) & (self.channel == channel) & (self.group == self.groups.index(group))
+
+
+EXCITED = ("low band", "resonance", "high band")
+GROUPS = ("slow", "1X", "2X", "3X", "orders", *EXCITED, "between")
+
+
+def make_layout(trials: list[Trial]) -> DataLayout:
+    """Layout of the concatenated data vectors of the trials."""
+    parts = [_numbers_of_record(t, i) for i, t in enumerate(trials)]
+    joined = [np.concatenate([p[k] for p in parts]) for k in range(5)]
+    return DataLayout(joined[0], joined[1], joined[2], joined[3], joined[4], GROUPS)
+
+
+def _numbers_of_record(trial: Trial, number: int) -> tuple[np.ndarray, ...]:
+    if trial.orders:
+        return _numbers_of_vectors(trial, number)
+    f = trial.frequencies[1:]
+    group = np.full(len(f), GROUPS.index("between"))
+    for band, name in zip(BANDS, EXCITED, strict=True):
+        group[trial.excited[1:] & (f >= band[0]) & (f < band[1])] = GROUPS.index(name)
+    turns = abs(trial.speed) / (2 * np.pi)
+    if abs(trial.speed) > TURNING:
+        resolution = f[0]
+        order = np.round(f / turns)
+        near = (np.abs(f - order * turns) < 0.51 * resolution) & (order >= 1)
+        group[near] = GROUPS.index("orders")
+        for k in (1, 2, 3):
+            group[near & (order == k)] = GROUPS.index(f"{k}X")
+    group = np.concatenate([[0, 0], group, group])
+    frequency = np.concatenate([[0.0, 0.0], f, f])
+    drift = np.zeros(len(group), bool)
+    drift[1] = True
+    n = len(group)
+    channel = np.repeat([0, 1], n)
+    return (np.full(2 * n, number), channel, np.tile(frequency, 2), np.tile(group, 2), np.tile(drift, 2))
+
+
+def _numbers_of_vectors(trial: Trial, number: int) -> tuple[np.ndarray, ...]:
+    """Groups of a run-up's vectors are the orders."""
+    rows = (trial.spectra.shape[2] - 1) // len(trial.orders)
+    names = [GROUPS.index(f"{n}X" if n < 4 else "orders") for n in trial.orders]
+    group, f = np.repeat(names, rows), trial.frequencies[1:]
+    group, frequency = np.concatenate([[0, 0], group, group]), np.concatenate([[0.0, 0.0], f, f])
+    drift = np.zeros(len(group), bool)
+    drift[1] = True
+    channel = np.repeat([0, 1], len(group))
+    return (np.full(2 * len(group), number), channel, np.tile(frequency, 2), np.tile(group, 2), np.tile(drift, 2))

@@ -1,7 +1,10 @@
-"""Tables of run-up vectors as trials: 1X, 2X, 3X amplitude and phase over speed.
+"""Run-ups as trials: tables of vectors (1X, 2X, 3X over the speed), and records over time that become such tables.
 
 The twin makes a transient run-up over the same speeds and its orders are tracked the same way: least squares over whole
 revolutions about each speed of the table. The phase of vectors belongs to the shaft angle of their mark.
+
+A run-up or coast-down over time is taken as a table of vectors. A record counts as one if it has an angle, its speed
+sweeps and nothing excites the rotor but its own turning.
 """
 
 from __future__ import annotations
@@ -14,25 +17,29 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identification.records.vectors import probe_angle
+from identification.records.schema import measured, notes_of, probe_angle, with_notes
 from rotorsim.base.constants import RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.data.record_checks import stated_accuracy
-from rotorsim.discrepancy.data.runup_vectors import order_vectors
+from rotorsim.discrepancy.data.intake import stated_accuracy
+from rotorsim.discrepancy.data.runup_vectors import SWEEP, order_vectors, runup_vectors
 from rotorsim.discrepancy.data.spectra import Trial
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 RATE = 2 * np.pi * 2.0
 """Rate [rad/s2] of a run-up whose table states none: 120 rpm/s, slow enough for most rotors."""
 LONGEST = 15.0
 """Longest run-up [s] that is simulated where the table states no rate."""
 MOST_TURNS = 1000
+"""Revolutions that no window reaches."""
 FEWEST = 12
+"""Fewest speeds of a table."""
 SETTLING = 0.5
+"""Time [s] before a run-up in which a rotor comes into its motion."""
 TURNS = 8.0
-"""Revolutions that a vector is taken to be fitted over where the table does not state them."""
+"""Revolutions of a vector's window where the table does not state them."""
 RECORDED = "recorded"
 """Attribute of a table that was made here of a record over time."""
 TOLERANCE = 0.01
@@ -42,14 +49,14 @@ ROLES = ("fit", "fit", "held_out", "fit", "fit", "untouched")
 
 
 @dataclass(frozen=True, eq=False)
-class Sweep(Trial):
+class RunupTrial(Trial):
     """Run-up table as a trial: speeds (k,) [rad/s], orders, measured vectors (orders, 2, k) [m]."""
 
     speeds: np.ndarray = field(default_factory=lambda: np.zeros(0))
     turns: float = TURNS
     """Revolutions that a vector is fitted over."""
     recorded: bool = False
-    """Whether the table was made here, of a record over time: the rotor was in motion before it."""
+    """Whether the table comes from a record over time, so that the rotor was in motion before it."""
     alone: bool = True
     """Whether no records at constant speed are diagnosed with it, whose means show the zeros of the sensors."""
 
@@ -115,7 +122,7 @@ def track(
     return out
 
 
-def make_sweeps(vectors: xr.Dataset, name: str, film: bool, whole: str = "") -> list[Sweep]:
+def make_sweeps(vectors: xr.Dataset, name: str, film: bool, whole: str = "") -> list[RunupTrial]:
     """Trials from a table of vectors: fitted, held-out and untouched rows; raises DataError if it is too small.
 
     Where the `whole` table has one use, that of all rows.
@@ -215,28 +222,78 @@ def ramp(
 def _part(
     name: str, role: str, rows: np.ndarray, pressure: float, speeds: np.ndarray, measured: np.ndarray,
     orders: tuple[int, ...], accuracy: float,
-) -> Sweep:  # fmt: skip
+) -> RunupTrial:  # fmt: skip
     """Some rows of a table as a trial; measured (rows, orders, 2) [m]."""
     k = len(speeds)
     spectra = np.zeros((1, 2, 1 + len(orders) * k), complex)
     for i in range(len(orders)):
         spectra[0, :, 1 + i * k : 1 + (i + 1) * k] = measured[:, i, :].T
     none = np.zeros(spectra.shape[2], bool)
-    return Sweep(
+    return RunupTrial(
         f"{name}, {role}", role, rows, pressure, 0.0, 0, len(rows), 1, spectra, none, orders, accuracy=accuracy,
         speeds=speeds,
     )  # fmt: skip
 
 
-def empty_sweep(speeds: np.ndarray, pressure: float, orders: tuple[int, ...] = (1, 2, 3)) -> Sweep:
+def empty_sweep(speeds: np.ndarray, pressure: float, orders: tuple[int, ...] = (1, 2, 3)) -> RunupTrial:
     """Table of vectors without numbers at speeds (k,) [rad/s], rising or falling."""
     rows, nothing = ramp(speeds, RATE, pressure), np.zeros((len(speeds), len(orders), 2), complex)
     return _part("next", "fit", rows, pressure, speeds, nothing, orders, 0.0)
 
 
-def planned_sweep(like: Sweep, rate: float, probe_angle: float | None) -> Sweep:
+def planned_sweep(like: RunupTrial, rate: float, probe_angle: float | None) -> RunupTrial:
     """Table of vectors that is yet to be measured: speeds, orders and turns of another at a rate [rad/s2]."""
     rows = ramp(like.speeds, rate, like.pressure, like.turns)
     nothing = np.zeros((len(like.speeds), len(like.orders), 2), complex)
     part = _part("next", "fit", rows, like.pressure, like.speeds, nothing, like.orders, like.accuracy)
     return replace(part, turns=like.turns, probe_angle=probe_angle)
+
+
+LEAST_SWEEP = 2.0
+"""Smallest range of speed [rad/s] of a sweep."""
+BLOCK = 0.05
+"""Time [s] over which speeds are averaged."""
+
+
+def is_table(record: xr.Dataset) -> bool:
+    """Whether a Dataset is a table of vectors over the speed, not a record over time."""
+    return "speed" in record.dims
+
+
+def with_tables(opened: Sequence[tuple[str, xr.Dataset]]) -> list[tuple[str, xr.Dataset]]:
+    """Records and tables by name, with the table of vectors in place of every record whose speed sweeps."""
+    return [(name, _table(record, name) if sweeps(record) else record) for name, record in opened]
+
+
+def sweeps(record: xr.Dataset) -> bool:
+    """Whether a record over time is a run-up or coast-down of which vectors can be made."""
+    angle, speed = (None if is_table(record) else measured(record, name) for name in ("angle", "speed"))
+    if angle is None or angle.ndim == 0 or any(_moves(record, name) for name in ("reference", "disc_force")):
+        return False
+    time = np.asarray(record["time"].values, float)
+    if speed is None or speed.ndim == 0:
+        speed = np.abs(np.gradient(np.unwrap(angle), time)) if len(time) > 1 else np.zeros(0)
+    block = max(round(BLOCK * len(time) / max(float(np.ptp(time)), 1e-300)), 1)
+    slow = speed[: len(speed) // block * block].reshape(-1, block).mean(axis=1)[1:]
+    return bool(len(slow) and np.ptp(slow) > max(LEAST_SWEEP, SWEEP * np.abs(slow).max()))
+
+
+def _moves(record: xr.Dataset, name: str) -> bool:
+    return name in record and bool(np.ptp(record[name].values, axis=0).any())
+
+
+def _table(record: xr.Dataset, name: str) -> xr.Dataset:
+    """Vectors of windows of the stated number of revolutions, with the record's role and a note.
+
+    The beginning is left out: a simulated record starts at rest in equilibrium.
+    """
+    turns = int(stated_turns(record, name)) if "turns" in record.attrs else int(TURNS)
+    time = record["time"].values
+    table = runup_vectors(record.isel(time=time >= time[0] + SETTLING).assign_attrs(record=name), turns)
+    low, high = np.sort(table["speed"].values[[0, -1]]) * TO_RPM
+    taken = (
+        f"its speed sweeps from {low:.0f} to {high:.0f} rpm: taken as {table.sizes['speed']} vectors, "
+        f"each over {turns} revolutions"
+    )
+    role = {"role": record.attrs["role"]} if "role" in record.attrs else {}
+    return with_notes(table.assign_attrs({RECORDED: 1, **role}), [*notes_of(table), taken])

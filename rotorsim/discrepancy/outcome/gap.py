@@ -1,20 +1,37 @@
-"""Gap between simulation and measurement [um rms] by channel and operating point, at each stage of a diagnosis."""
+"""Gap between simulation and measurement at each stage of a diagnosis: rms, spectra, bands that the model misses.
+
+The rms [um] is that by channel and operating point. Of a run-up's vectors an amplitude is missed by more than a tenth
+of the order's largest one, a phase by more than 15 deg. Phases of amplitudes, and orders, that are hardly above their
+floor do not count.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rotorsim.discrepancy.residuals.comparison import Comparison, Point
+from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
+from rotorsim.discrepancy.twin.parameters import ParameterPoint
+from rotorsim.discrepancy.twin.plant import NO_SOLUTION
 
 if TYPE_CHECKING:
     import xarray as xr
 
 STAGES = ("nominal", "re-calibrated", "with effect", "floor")
+"""Stages of a diagnosis whose gap is shown."""
+AMPLITUDE, PHASE = 0.10, np.deg2rad(15.0)
+"""Share of an order's largest amplitude, and phase [rad], by which a row is missed."""
+ABOVE = 3.0
+"""Amplitude over its floor below which it has no phase."""
+NEAR = 0.05
+"""Distance of two bands, as a share of all rows, below which they are one."""
 
 
-def rms(comparison: Comparison, vector: np.ndarray) -> np.ndarray:
+def rms(comparison: TwinComparison, vector: np.ndarray) -> np.ndarray:
     """Time-domain rms (records, 2) [m] of a data vector (n,) [m], from its mean and lines; over all rows of vectors."""
     layout = comparison.layout
     power = np.where(layout.frequency == 0, vector**2, vector**2 / 2)
@@ -24,7 +41,7 @@ def rms(comparison: Comparison, vector: np.ndarray) -> np.ndarray:
     return np.sqrt(out)
 
 
-def gap_of(comparison: Comparison, points: list[Point | None]) -> np.ndarray:
+def gap_of(comparison: TwinComparison, points: list[ParameterPoint | None]) -> np.ndarray:
     """Gap (records, 2, stages) [m] at fitted points; None repeats the previous stage; the last is the floor."""
     out, last = [], np.zeros(0)
     for point in points:
@@ -43,7 +60,7 @@ def gap_of(comparison: Comparison, points: list[Point | None]) -> np.ndarray:
     return np.stack(out, axis=2)
 
 
-def gap_dataset(parts: dict[str, tuple[Comparison, np.ndarray]]) -> xr.Dataset:
+def gap_dataset(parts: dict[str, tuple[TwinComparison, np.ndarray]]) -> xr.Dataset:
     """Gaps of all records as a Dataset: gap(record, axis, stage) [m] with role and operating point.
 
     Of a single probe x holds its reading, and y is NaN.
@@ -81,4 +98,101 @@ def reduction(dataset: xr.Dataset, role: str = "untouched") -> float:
     return float(1 - np.sqrt(max(after, 0.0) / before)) if before > 0 else 0.0
 
 
-__all__ = ["STAGES", "gap_dataset", "gap_of", "reduction", "rms"]
+def spectra_of(comparison: TwinComparison, points: list[ParameterPoint | None]) -> list[dict[str, Any]]:
+    """Frequencies [Hz] and magnitudes [m] (2, lines) of measurement, residuals and floor, record by record.
+
+    Of vectors also orders, speeds (rows,) [rad/s] and complex amplitudes (2, orders, rows) [m], measured and simulated.
+    """
+    stages, last = [], np.zeros(0)
+    for point in points:
+        if point is not None:
+            last = comparison.measured - comparison.predict(point) - comparison.correction
+        stages.append(last)
+    out = []
+    for i, trial in enumerate(comparison.trials):
+        measured = comparison.lines_of(i, comparison.measured)
+        left = [comparison.lines_of(i, stage) for stage in stages]
+        out.append(
+            {
+                "record": trial.name,
+                "point": trial.point,
+                "speed": trial.speed,
+                "channels": trial.channels,
+                "frequency": trial.frequencies[1:],
+                "measured": _size(measured),
+                "stages": [_size(lines) for lines in left],
+                "floor": _size(comparison.lines_of(i, comparison.sigma)),
+            }
+            | (_vectors(trial, measured, left) if trial.orders else {"orders": ()})
+        )
+    return out
+
+
+def _size(lines: np.ndarray) -> np.ndarray:
+    """Magnitudes of complex lines."""
+    return np.hypot(lines.real, lines.imag)
+
+
+def _vectors(trial: Trial, measured: np.ndarray, left: list[np.ndarray]) -> dict[str, Any]:
+    """Complex amplitudes of a run-up's table, from its measured lines and what each stage leaves (2, k) [m]."""
+    rows = trial.rows_of_vectors
+    return {
+        "orders": trial.orders,
+        "speeds": np.array([trial.speed_at(1 + line) for line in range(rows)]),
+        "measured_vectors": measured.reshape(2, -1, rows),
+        "simulated_vectors": [(measured - one).reshape(2, -1, rows) for one in left],
+    }
+
+
+def missed_bands(shown: Iterable[dict[str, Any]], model: str = "the model") -> list[str]:
+    """Sentences on the rows of vectors that `spectra_of` shows, an order and channel each; none for records."""
+    parts = [one for one in shown if one["orders"]]
+    tables: dict[str, list[dict[str, Any]]] = {}
+    for one in parts:
+        tables.setdefault(one["record"].rpartition(",")[0], []).append(one)
+    return [
+        f"{name}, {channel}, {order}X: {model} misses {missed}"
+        for name, own in tables.items()
+        for k, order in enumerate(own[0]["orders"])
+        for c, channel in enumerate(own[0]["channels"])
+        if (missed := _missed(*_rows(own, c, k)))
+    ]
+
+
+def _rows(parts: Sequence[dict[str, Any]], channel: int, number: int) -> tuple[np.ndarray, ...]:
+    """Speeds (k,) [rad/s] that rise, measured and simulated vectors and floors (k,) [m] of all parts of a table."""
+    speed = np.concatenate([one["speeds"] for one in parts])
+    measured = np.concatenate([one["measured_vectors"][channel, number] for one in parts])
+    simulated = np.concatenate([one["simulated_vectors"][-1][channel, number] for one in parts])
+    floor = np.concatenate([one["floor"][channel].reshape(-1, len(one["speeds"]))[number] for one in parts])
+    rising = np.argsort(speed)
+    return speed[rising], measured[rising], simulated[rising], floor[rising]
+
+
+def _missed(speed: np.ndarray, measured: np.ndarray, simulated: np.ndarray, floor: np.ndarray) -> str:
+    """Text on the missed amplitude and phase: largest miss and bands of speed; empty where nothing is missed."""
+    clear = np.abs(measured) > ABOVE * floor
+    if not clear.any():
+        return ""
+    if np.abs(simulated).max() > NO_SOLUTION / 2:
+        return f"all: it has no solution at {_bands(speed, np.abs(simulated) > NO_SOLUTION / 2)}"
+    top = float(np.abs(measured).max())
+    off = np.abs(np.abs(simulated) - np.abs(measured))
+    turned = np.where(clear, np.abs(np.angle(simulated * np.conj(measured))), 0.0)
+    found = []
+    if off.max() > AMPLITUDE * top:
+        worst = f"up to {off.max() * TO_UM:.3g} um ({100 * off.max() / top:.0f} % of its peak)"
+        found.append(f"the amplitude by {worst} at {_bands(speed, off > AMPLITUDE * top)}")
+    if turned.max() > PHASE:
+        found.append(f"the phase by up to {np.rad2deg(turned.max()):.0f} deg at {_bands(speed, turned > PHASE)}")
+    return " and ".join(found)
+
+
+def _bands(speed: np.ndarray, missed: np.ndarray) -> str:
+    """Bands of speeds as text: rows that are missed, those near to each other joined."""
+    rows = np.flatnonzero(missed)
+    near = max(2, round(NEAR * len(speed)))
+    runs = np.split(rows, np.flatnonzero(np.diff(rows) > near) + 1)
+    rpm = speed * TO_RPM
+    ends = [(f"{rpm[run[0]]:.0f}", f"{rpm[run[-1]]:.0f}") for run in runs]
+    return ", ".join(low if low == high else f"{low}-{high}" for low, high in ends) + " rpm"

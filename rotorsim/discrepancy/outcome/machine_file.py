@@ -1,4 +1,4 @@
-"""Machine file with the identified effects, new calibration, and uncertainty and evidence as comments.
+"""Findings of a diagnosis, and the machine file that takes them up, with uncertainty and evidence as comments.
 
 The fit's own numbers are written, as the effects and factors that the fit turned, so that a simulation of the new file
 is the fitted one. Trends of the calibration over pressure and speed, the sensors' zeros and unequal gains of the
@@ -8,30 +8,90 @@ actuators have no place in a machine file and stand as comments.
 from __future__ import annotations
 
 from cmath import phase as argument
+from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import dataclass
 from difflib import unified_diff
-from math import hypot
+from math import hypot, pi
 from typing import Any
 
 import tomlkit
 
+from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import quantities
 from rotorsim.base.units import show
-from rotorsim.discrepancy.outcome.findings import CLOCK, Findings, Found
-from rotorsim.discrepancy.twin.instrumented import of_each_film, own_tables
-from rotorsim.discrepancy.twin.twin import of_axis, of_bearing
+from rotorsim.discrepancy.twin.plant import of_axis, of_bearing, of_each_film, own_tables
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine
-from rotorsim.machine.edit import comment, inline
+from rotorsim.machine.file_text import comment, inline
 
+CLOCK = "clock of "
+"""Beginning of the calibration's keys of clock offsets [s], before the name of a record."""
 HEAD = (
     "# Re-calibrated by rotorsim diagnose with data {data}: the values marked so; comments on others are those of the\n"
     "# file before.\n"
 )
+"""Comment at the top of a re-calibrated machine file."""
 WRITTEN = ("named", "tie")
 """Verdicts whose effects are written."""
 FOUND, FITTED = "found by rotorsim diagnose", "re-calibrated by rotorsim diagnose"
+"""Remarks next to an identified and to a calibrated value."""
+
+
+@dataclass(frozen=True)
+class IdentifiedEffect:
+    """Identified effect: name, form, table of parameters for the machine file (SI), standard deviations."""
+
+    effect: str
+    form: str
+    parameters: dict[str, float]
+    sd: dict[str, float]
+    tie_class: tuple[str, ...]
+
+    def sizes(self) -> Iterator[tuple[str, str, str]]:
+        """Parameter, value and standard deviation in display units; no standard deviation where it was held."""
+        units = {name: known.unit for name, known in quantities(REGISTRY[self.effect]).items()}
+        for name, value in self.parameters.items():
+            sd = _with_unit(self.sd[name], units[name], 2) if name in self.sd else ""
+            yield name, _with_unit(value, units[name], 4), sd
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """Effects found in a machine and its new calibration, with the evidence."""
+
+    status: str
+    machine: Machine
+    effects: tuple[IdentifiedEffect, ...]
+    ties: tuple[tuple[str, ...], ...]
+    calibration: dict[str, tuple[float, float]]
+    evidence: dict[str, float]
+    data_hash: str
+
+    def changes(self) -> Iterator[tuple[str, str, str]]:
+        """Calibrated parameter, its change and standard deviation in display units; relative where there is no unit."""
+        for key, (value, sd) in self.calibration.items():
+            unit = _unit_of(key)
+            yield key, _with_unit(value, unit, 4), _with_unit(sd, unit, 2)
+
+
+def _unit_of(key: str) -> str:
+    """SI unit of a calibrated parameter such as 'unbalance.1.me~phase.c', '1' for a relative change."""
+    if key in ("offset_x", "offset_y"):
+        return "m"
+    if key.startswith(CLOCK):
+        return "s"
+    effect, _, parameter = key.partition(" ")[0].partition("~")[0].rpartition(".")
+    known = quantities(REGISTRY[effect.partition(".")[0]]) if effect.partition(".")[0] in REGISTRY else {}
+    return known[parameter].unit if parameter in known else "1"
+
+
+def _with_unit(value: float, unit: str, digits: int) -> str:
+    """A number of SI with its unit; lengths in micrometres, angles in degrees, unbalances in g mm."""
+    known = {"m": (TO_UM, "um"), "rad": (180 / pi, "deg"), "kg*m": (1e6, "g mm"), "1": (1.0, "")}
+    factor, shown = known.get(unit, (1.0, unit))
+    return f"{value * factor:.{digits}g} {shown}".rstrip()
 
 
 def extended(diagnosis: Findings) -> Machine:
@@ -46,7 +106,7 @@ def extended(diagnosis: Findings) -> Machine:
 
 
 def _written(diagnosis: Findings, text: str, last: bool) -> str:
-    """The machine file's text with what was found, new tables behind or ahead of the others."""
+    """Machine file's text with the identified effects, new tables behind or ahead of the others."""
     document = tomlkit.parse(text)
     effects: Any = document.setdefault("effects", tomlkit.table(is_super_table=True))
     before = list(effects)
@@ -84,7 +144,7 @@ def difference(before: Machine, after: Machine) -> str:
     return "\n".join(unified_diff(old, new, "before", "after", lineterm=""))
 
 
-def _comments(diagnosis: Findings, found: Found) -> list[str]:
+def _comments(diagnosis: Findings, found: IdentifiedEffect) -> list[str]:
     known = quantities(REGISTRY[found.effect])
     lines = [f"{FOUND}, verdict: {diagnosis.status}; data {diagnosis.data_hash}"]
     lines += [f"{p} +- {_rough(sd, known[p].unit)} (one standard deviation)" for p, sd in found.sd.items()]
@@ -101,13 +161,13 @@ def _comments(diagnosis: Findings, found: Found) -> list[str]:
 
 
 def _rough(value: float, unit: str) -> str:
-    """Two digits of a value in a unit people use."""
+    """Value with two digits, in the unit that machine files use."""
     number, _, written = show(value, unit).partition(" ")
     return f"{float(f'{float(number):.2g}'):g} {written}".rstrip()
 
 
 def _add(effects: Any, name: str, values: dict[str, float], comments: list[str], remark: str) -> None:
-    """A table of an effect: into the one that is there where the effect is single, else a further one."""
+    """Write a table of an effect: into the present one where the effect is single, else a further one."""
     units = {p: known.unit for p, known in quantities(REGISTRY[name]).items()}
     texts = {p: short(v) if units[p] == "1" else show(short(v), units[p]) for p, v in values.items()}
     present = effects.get(name)
@@ -140,7 +200,7 @@ def _add(effects: Any, name: str, values: dict[str, float], comments: list[str],
 
 
 def _of_film(present: Any, bearing: float | None) -> Any:
-    """The table of one film, or of all, among those of an effect that a film has once; None where it is not there."""
+    """Table of one film, or of all, among those of an effect that a film has once; None where there is none."""
     tables = present if isinstance(present, list) else [present] if present is not None else []
     return next((one for one in tables if one.get("bearing") == bearing), None)
 
@@ -159,7 +219,7 @@ def _one_for_each_film(effects: Any, machine: Machine, changed: set[str]) -> Non
 
 
 def _table_before(machine: Machine, name: str, table: int) -> Effect:
-    """What a machine has in a table of its twin."""
+    """Effect of a machine in a table of its twin, before the calibration."""
     present, own = machine.effects.get(name, ()), own_tables(REGISTRY[name], machine)
     if not REGISTRY[name].single:
         return own[table - len(present)]
@@ -180,7 +240,7 @@ def _where(machine: Machine, name: str, table: int) -> dict[str, float]:
 
 
 def _put(table: Any, key: str, value: Any, remark: str) -> None:
-    """A value with where it comes from as its comment: the one that is there is of another value."""
+    """Write a value with its origin as the comment, in place of the comment on the older value."""
     table[key] = value
     comment(table, key, remark)
 
@@ -191,7 +251,7 @@ def short(value: float) -> float:
 
 
 def _keep_y(table: Any, bearing: Any) -> None:
-    """Write what a bearing has along y, where the file leaves it to be as along x."""
+    """Write a bearing's numbers along y where the file leaves them to be those along x."""
     for what, value, unit in zip("kc", of_axis(bearing, "y"), ("N/m", "N*s/m"), strict=True):
         if getattr(bearing, f"{what}yy") is None and value:
             table[f"{what}yy"] = show(value, unit)
@@ -208,7 +268,7 @@ def _bearing(table: Any, bearing: Any, axis: str, estimates: dict[str, tuple[flo
 
 
 def _calibrate(document: Any, effects: Any, diagnosis: Findings) -> list[str]:
-    """Write the calibration; returns comments on what has no place in the file."""
+    """Write the calibration; returns comments on the numbers that have no place in the file."""
     machine, left_out = diagnosis.machine, []
     tables: dict[tuple[str, int], dict[str, float]] = {}
     turned: dict[str, complex] = {}

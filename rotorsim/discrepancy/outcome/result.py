@@ -1,39 +1,41 @@
-"""Result of a diagnosis: verdict, effects with uncertainties, ties, unexplained part, gap, plan."""
+"""Result of a diagnosis: verdict, effects with uncertainties and places, ties, unexplained part, gap, plan."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.base.display import Card, Reported, Shown
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange.notebook import Card, Shown
-from rotorsim.base.reported import Reported
-from rotorsim.discrepancy.loop.steps import Steps
-from rotorsim.discrepancy.odds.explanation import (
-    LEAST_SHOWN,
-    NOT_IN_CATALOGUE,
-    NOTHING,
-    SURE,
-    Explanation,
-    shown_share,
-)
-from rotorsim.discrepancy.outcome.findings import Findings
+from rotorsim.discrepancy.explanation import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, shown_share
+from rotorsim.discrepancy.fit import ParameterFit, sd_of_polar
 from rotorsim.discrepancy.outcome.gap import reduction
-from rotorsim.discrepancy.outcome.machine_file import extended
+from rotorsim.discrepancy.outcome.machine_file import Findings, IdentifiedEffect, extended
+from rotorsim.discrepancy.outcome.steps import DecisionSteps
 from rotorsim.discrepancy.plan.allowed import check_allowed
-from rotorsim.discrepancy.plan.expected import entropy
-from rotorsim.discrepancy.plan.plan import Plan
-from rotorsim.discrepancy.residuals.localise import Flag
+from rotorsim.discrepancy.plan.forecast import entropy
+from rotorsim.discrepancy.residuals.misfit import Misfit
+from rotorsim.discrepancy.search.candidates import Form
+from rotorsim.discrepancy.search.hypotheses import EffectSearch, Hypothesis
+from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint, lobes, wave
+from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.effects import REGISTRY, Effect
+from rotorsim.effects.base import WHERE
 from rotorsim.machine import Machine
+from rotorsim.plant.locations import Place, acting_places, force_plane
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from rotorsim.discrepancy.plan.ranking import ExperimentPlan
+
 EXIT_CODES = {"no_disagreement": 0, "named": 10, "tie": 11, "partial": 11, "unknown": 12}
+"""Exit code of the command by verdict."""
 WORDS = {
     "no_disagreement": "No disagreement: after re-calibration every group of lines is within the floor.",
     "named": "Named: {effects}.",
@@ -41,7 +43,7 @@ WORDS = {
     "partial": "Partial: {effects} helps, but much of the disagreement stays; this is not a name.",
     "unknown": "Unknown: no effect of the catalogue explains the disagreement; see the equivalent force.",
 }
-
+"""Sentence of each verdict."""
 NOT_SURE = "Tie: the records show {effects}, but do not exclude: {others}."
 WITHIN_FORM = (
     "No disagreement: that nothing is missing has {share}; {count} groups of lines are beyond the floor, but within "
@@ -49,8 +51,8 @@ WITHIN_FORM = (
 )
 EXCLUDED = 0.01
 """Probability below which an explanation counts as excluded."""
-Planner = Callable[[Iterable[str], float, float], Plan]
-"""Plans experiments by what may change and the minutes that one may take."""
+Planner = Callable[[Iterable[str], float, float], "ExperimentPlan"]
+"""Planner of experiments by allowed changes, longest experiment [min] and probability that settles."""
 NO_ACCURACY = (
     "nothing states how exact the records are: they may agree or be too coarse to disagree; give accuracy (a "
     "displacement), or record one operating point twice"
@@ -62,13 +64,71 @@ PLAN_NEXT = (
 NOTHING_BEYOND = (
     "Unknown: nothing disagrees beyond the scatter within the records, but how exact they are is not stated."
 )
+FORCE = "equivalent force"
+"""Label of the force that would make the residual which no effect explains."""
+
+
+def found_of(twin: Twin, form: Form, fit: ParameterFit, V: np.ndarray, tie_class: tuple[str, ...]) -> IdentifiedEffect:
+    """Estimated parameters of a form with standard deviations, as in its table of the machine file."""
+    own = {k: fit.point.values.get(k, 0.0) for k in (*form.parameters, *form.refine)}
+    absolute = ParameterPoint(own, form.fixed).setting(twin)
+    parameters = {key.split(".")[2]: value for key, value in absolute.items()}
+    table = next(iter(absolute)).split(".")[1]
+    for where in WHERE:
+        place = getattr(twin.effect(form.effect, int(table)), where, None)
+        parameters |= {} if place is None else {where: place}
+    at = {k: i for i, k in enumerate(fit.parameters)}
+    sd: dict[str, float] = {}
+    if len(form.parameters) == 2 and "~" in form.parameters[0].key:
+        i, j = (at[k] for k in form.parameters)
+        path = form.parameters[0].key[:-2]
+        pair = path.split(".")[2].split("~")
+        name, table = path.split(".")[:2]
+        effect = twin.effect(name, int(table))
+        n = form.fixed.get(f"{name}.{table}.{pair[0]}_lobes", lobes(effect, pair[0]))
+        c, s = (fit.point.values.get(k, 0.0) for k in form.parameters)
+        own_wave = wave(effect, pair[0], pair[1], n)
+        _, _, sd[pair[0]], sd[pair[1]] = sd_of_polar(c, s, V[np.ix_([i, j], [i, j])], own_wave)
+        sd[pair[1]] /= n
+    for parameter in (*form.parameters, *form.refine):
+        if "~" not in parameter.key and parameter in at:
+            sd[parameter.key.split(".")[2]] = float(np.sqrt(V[at[parameter], at[parameter]]))
+    return IdentifiedEffect(form.effect, form.key, parameters, sd, tie_class)
+
+
+def calibration_of(
+    fit: ParameterFit, V: np.ndarray, parameters: Sequence[FitParameter]
+) -> dict[str, tuple[float, float]]:
+    """Calibration parameters and standard deviations by name; V (k, k) is the covariance of all parameters."""
+    at = {k: i for i, k in enumerate(fit.parameters)}
+    return {k.name: (fit.point.values.get(k, 0.0), float(np.sqrt(V[at[k], at[k]]))) for k in parameters}
+
+
+def evidence_of(base: ParameterFit, best: Hypothesis | None, search: EffectSearch | None) -> dict[str, float]:
+    """Sums of squares and excess misfit before and with the effect."""
+    evidence = {"chi2_calibrated": base.chi2, "numbers": float(len(base.residual))}
+    if search is not None:
+        evidence |= {"flagged_excess": search.base_excess, "held_out_excess": search.base_held}
+    if best is not None:
+        evidence |= {
+            "chi2_with_effect": best.fit.chi2,
+            "share_gone": best.gone,
+            "held_out_excess_with_effect": best.held_out,
+        }
+    return evidence
+
+
+def null_sentence(null: dict[str, float]) -> str:
+    """Sentence about a combination of parameters that the records do not determine."""
+    parts = " ".join(f"{v:+.2f} {n}" for n, v in sorted(null.items(), key=lambda x: -abs(x[1])))
+    return f"the calibration has a null vector that the records do not determine: {parts}; its priors hold it"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis(Shown, Findings, Reported):
     """Result of `diagnose`."""
 
-    localisation: tuple[Flag, ...]
+    localisation: tuple[Misfit, ...]
     unknown: dict[str, Any]
     gap: xr.Dataset
     notes: tuple[str, ...]
@@ -78,11 +138,11 @@ class Diagnosis(Shown, Findings, Reported):
     """Explanations with their probabilities and evidence, the most probable first."""
     priors: Mapping[str, str] = field(default_factory=dict, repr=False)
     """Prior standard deviation of the size of every candidate, with its unit."""
-    planned: Plan | None = None
+    planned: ExperimentPlan | None = None
     """The next experiments, where they were asked for."""
     planner: Planner | None = field(default=None, repr=False)
-    """What plans further experiments; a diagnosis that was stored has none."""
-    steps: Steps | None = None
+    """Planner of further experiments; a diagnosis that was stored has none."""
+    steps: DecisionSteps | None = None
     """Odds after each step of a loop of diagnoses and experiments."""
 
     @property
@@ -106,7 +166,7 @@ class Diagnosis(Shown, Findings, Reported):
             return False
         return bool(self.explanations) and (self.status == "tie" or max(self.odds.values()) < SURE)
 
-    def plan(self, allow: Iterable[str] = (), budget: float = np.inf, sure: float = SURE) -> Plan:
+    def plan(self, allow: Iterable[str] = (), budget: float = np.inf, sure: float = SURE) -> ExperimentPlan:
         """Experiments that may come next, the best first.
 
         Parameters
@@ -148,7 +208,7 @@ class Diagnosis(Shown, Findings, Reported):
 
     @property
     def exit_code(self) -> int:
-        """0 no disagreement, 10 named, 11 tie or partial, 12 unknown."""
+        """Exit code of the command: 0 no disagreement, 10 named, 11 tie or partial, 12 unknown."""
         return EXIT_CODES[self.status]
 
     @property
@@ -172,7 +232,7 @@ class Diagnosis(Shown, Findings, Reported):
         return extended(self)
 
     def as_dict(self) -> dict[str, Any]:
-        """As plain numbers and text, for JSON."""
+        """Plain numbers and text, for JSON."""
         return {
             "status": self.status,
             "verdict": self.sentence,
@@ -216,3 +276,53 @@ class Diagnosis(Shown, Findings, Reported):
 
 def _number(value: float) -> float | None:
     return None if np.isnan(value) else value
+
+
+@dataclass(frozen=True)
+class LocatedEffect:
+    """An effect with the places where it acts; `role` is 'found', 'rival' or 'force'."""
+
+    label: str
+    role: str
+    places: tuple[Place, ...]
+
+    @property
+    def sentence(self) -> str:
+        """Sentence on the places, with the bearing and the injector once."""
+        return f"{self.label.partition(' of ')[0]}: {' and '.join(place.name for place in self.places)}"
+
+
+def located(diagnosis: Diagnosis) -> tuple[LocatedEffect, ...]:
+    """Places of the identified effects, of their rivals, and of the equivalent force of an unexplained residual."""
+    machine, effects = diagnosis.machine, diagnosis.effects
+    out = [LocatedEffect(f.form, "found", acting_places(machine, effect_of(f))) for f in effects]
+    keys = [key for found in effects for key in found.tie_class] + [key for tie in diagnosis.ties for key in tie]
+    others = [key for key in dict.fromkeys(keys) if key not in {found.form for found in effects}]
+    rivals = [(key, effect) for key in others if (effect := effect_of_key(machine, key)) is not None]
+    out += [LocatedEffect(key, "rival", acting_places(machine, effect)) for key, effect in rivals]
+    if diagnosis.unknown.get("lines"):
+        out.append(LocatedEffect(FORCE, "force", (force_plane(machine),)))
+    return tuple(one for one in out if one.places)
+
+
+def effect_of(found: IdentifiedEffect) -> Effect:
+    """Effect with the identified parameters."""
+    kind = REGISTRY[found.effect]
+    return kind(**{f.name: found.parameters[f.name] for f in fields(kind) if f.name in found.parameters})
+
+
+def effect_of_key(machine: Machine, key: str) -> Effect | None:
+    """A neutral effect at the place that a candidate's key names; None for an effect that is not known.
+
+    A key is 'weak_injector.blocked of injector 3 of front', see `rotorsim.discrepancy.search.candidates`.
+    """
+    kind = REGISTRY.get(key.partition(".")[0])
+    if kind is None:
+        return None
+    known, values = {f.name for f in fields(kind)}, {}
+    if "injector" in known and (number := re.search(r" of injector (\d+)", key)):
+        values["injector"] = float(number[1])
+    named = [i for i, name in enumerate(machine.bearing_names) if key.endswith(f" of {name}")]
+    if "bearing" in known and named:
+        values["bearing"] = float(named[0])
+    return replace(kind.neutral(machine, 0), **values)

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from rotorsim.base.errors import DataError
-from rotorsim.base.suggest import did_you_mean
-from rotorsim.machine import Machine
+from rotorsim.base.sentences import did_you_mean
+
+if TYPE_CHECKING:
+    from rotorsim.machine import Machine
 
 ALLOWED = {
     "speed": "shaft speed, within the machine's range",
@@ -20,9 +23,9 @@ ALLOWED = {
     "slow-roll": "slow revolutions, in which the probes read runout",
     "coast-down": "vectors of 1X, 2X, 3X while the shaft slows down at a stated rate",
 }
-"""What may differ from the records there are."""
+"""Changes that a plan may make from record to record, with their meaning."""
 OF_VECTORS = ("speed", "axis", "trial-weight", "sensor-ring", "slow-roll", "coast-down")
-"""What a plan can change where all records are vectors of run-ups."""
+"""Changes that a plan can make where all records are vectors of run-ups."""
 
 
 def check_allowed(names: Iterable[str]) -> tuple[str, ...]:
@@ -34,7 +37,7 @@ def check_allowed(names: Iterable[str]) -> tuple[str, ...]:
 
 
 def obstacles(machine: Machine, vectors: bool = False, one_probe: bool = False) -> dict[str, str]:
-    """Why a machine cannot change something, by name.
+    """Reasons why a machine cannot change something, by name.
 
     `vectors` where all records are vectors of run-ups, `one_probe` where a record has a single displacement probe.
     """
@@ -56,7 +59,7 @@ def obstacles(machine: Machine, vectors: bool = False, one_probe: bool = False) 
 def allowed_here(
     machine: Machine, names: Iterable[str], vectors: bool = False, one_probe: bool = False
 ) -> tuple[str, ...]:
-    """What is allowed and can be done; raises DataError for something named that the machine cannot do."""
+    """Allowed changes that the machine can make; raises DataError for a named one that it cannot."""
     asked, against = check_allowed(names), obstacles(machine, vectors, one_probe)
     can = tuple(name for name in ALLOWED if name not in against)
     if set(asked) == set(ALLOWED):

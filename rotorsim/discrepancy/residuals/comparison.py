@@ -1,4 +1,9 @@
-"""Residuals between measured and simulated spectra, weighted by the noise floor; runs in parallel threads."""
+"""Residuals between measured and simulated spectra, weighted by the noise floor, and their sensitivities.
+
+Runs go to parallel threads. Sensitivities are taken at rounded speeds, pressures and angles and kept on disk, so that
+the same campaign, recorded again, reads them, and so that they are the same whichever diagnosis computed them. A search
+starts from them and updates those of its best forms.
+"""
 
 from __future__ import annotations
 
@@ -11,46 +16,26 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.cache import RUNS, Cache, key_of, sources_hash
-from rotorsim.discrepancy.data.clocks import clock_offset, delayed
-from rotorsim.discrepancy.data.groups import Layout, make_layout
-from rotorsim.discrepancy.data.spectra import Trial
-from rotorsim.discrepancy.fit.parameters import FitParameter, contributions, setting
+from rotorsim.base.cache import RUNS, Cache, in_cache, key_of, sources_hash
+from rotorsim.discrepancy.data.blocks import clock_offset, delayed
+from rotorsim.discrepancy.data.spectra import DataLayout, Trial, make_layout
 from rotorsim.discrepancy.residuals.floor import TOLERANCE, floor, repeat_scatter
-from rotorsim.discrepancy.search.candidates import NO_SOLUTION
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
+from rotorsim.discrepancy.twin.plant import NO_SOLUTION, Twin
 
 SOURCES = (*RUNS, "rotorsim/analysis", "rotorsim/discrepancy")
-"""Sources that a response follows from."""
+"""Source folders and files whose change makes cached responses stale."""
 THREADS = min(2, os.cpu_count() or 1)
+"""Number of runs at a time."""
 BEYOND = 0.01
-"""Displacement [m] that no machine survives: no solution."""
+"""Displacement [m] from which on the twin counts as without solution."""
 LOST = NO_SOLUTION / 4
 """Change of a line [m] by a finer mesh or another law from which on one of both has no solution."""
 
 
-@dataclass(frozen=True)
-class Point:
-    """Point in parameter space: values of fit parameters, and fixed absolute values."""
-
-    values: Mapping[FitParameter, float] = field(default_factory=dict, hash=False)
-    fixed: Mapping[str, float] = field(default_factory=dict, hash=False)
-
-    def moved(self, parameters: Sequence[FitParameter], changes: np.ndarray) -> Point:
-        """With changes added to parameters."""
-        new = dict(self.values)
-        for parameter, change in zip(parameters, changes, strict=True):
-            new[parameter] = new.get(parameter, 0.0) + float(change)
-        return replace(self, values=new)
-
-    def holding(self, fixed: Mapping[str, float]) -> Point:
-        """With further numbers held."""
-        return replace(self, fixed={**self.fixed, **fixed})
-
-
 @dataclass(eq=False)
-class Comparison:
-    """Trials and their twin; sigma (n,) [m] is the noise floor, correction (n,) [m] the solver's error."""
+class TwinComparison:
+    """Comparison of trials with a twin; sigma (n,) [m] is the noise floor, correction (n,) [m] the solver's error."""
 
     twin: Twin
     trials: list[Trial]
@@ -70,7 +55,7 @@ class Comparison:
     """Data vectors [m] of the parameters that need no simulation: sensor zeros, mesh, injector law."""
 
     def __post_init__(self) -> None:
-        self.layout: Layout = make_layout(self.trials)
+        self.layout: DataLayout = make_layout(self.trials)
         slow = (self.layout.frequency == 0) & ~self.layout.drift
         slow &= np.array([t.has_mean for t in self.trials])[self.layout.record]
         for i, axis in enumerate("xy"):
@@ -79,7 +64,7 @@ class Comparison:
         self.correction = np.zeros_like(self.measured)
         self.sigma = np.ones_like(self.measured)
 
-    def spectra(self, point: Point, twin: Twin | None = None, whole: bool = False) -> list[np.ndarray]:
+    def spectra(self, point: ParameterPoint, twin: Twin | None = None, whole: bool = False) -> list[np.ndarray]:
         """Simulated blocks' DFTs of the trials [m]."""
         twin = twin or self.twin
         twin.assembly  # noqa: B018  (built once, before threads)
@@ -95,23 +80,23 @@ class Comparison:
         return [done[i] for i in first]
 
     def _first_of_repeats(self) -> list[int]:
-        """For every trial the first one with the same inputs: repeats are simulated once."""
+        """Number of the first trial with the same inputs, trial by trial: repeats are simulated once."""
         seen: dict[tuple[str, float], int] = {}
         return [seen.setdefault((t.inputs, round(t.angle, 9)), i) for i, t in enumerate(self.trials)]
 
-    def predict(self, point: Point, twin: Twin | None = None, whole: bool = False) -> np.ndarray:
+    def predict(self, point: ParameterPoint, twin: Twin | None = None, whole: bool = False) -> np.ndarray:
         """Simulated data vector (n,) [m] without the correction of the solver's error."""
         return self._shifted(self._response(point, twin or self.twin, whole), point)
 
-    def _response(self, point: Point, twin: Twin, whole: bool) -> np.ndarray:
+    def _response(self, point: ParameterPoint, twin: Twin, whole: bool) -> np.ndarray:
         """Simulated response (n,) [m]; read from the cache if it was computed before."""
         if self.cache is None:
             return self._joined(self.spectra(point, twin, whole))
         key = self.key(point, twin, whole)
         return self.cache.array(key, self.measured.shape, lambda: self._joined(self.spectra(point, twin, whole)))
 
-    def key(self, point: Point, twin: Twin, *more: Any) -> str:
-        """Cache key of what follows from the inputs of the trials, a twin at a point, and `more`."""
+    def key(self, point: ParameterPoint, twin: Twin, *more: Any) -> str:
+        """Cache key of a response to the inputs of the trials by a twin at a point, and of `more`."""
         plant = (twin.equipped[0].hash, twin.assembly.module.__name__)
         inputs = [(t.inputs, t.angle, t.lead) for t in self.trials]
         values = sorted((parameter.name, value) for parameter, value in point.values.items())
@@ -120,7 +105,7 @@ class Comparison:
     def _joined(self, found: list[np.ndarray]) -> np.ndarray:
         return np.concatenate([t.vector(s) for t, s in zip(self.trials, found, strict=True)])
 
-    def _shifted(self, y: np.ndarray, point: Point) -> np.ndarray:
+    def _shifted(self, y: np.ndarray, point: ParameterPoint) -> np.ndarray:
         """The response plus the part of the parameters that need no simulation."""
         for parameter, value in point.values.items():
             if parameter.key in self.directions:
@@ -134,7 +119,7 @@ class Comparison:
             if not trial.clock:
                 continue
             f, tau = trial.frequencies[1:], self._offset(i, y)[0]
-            for own, lines in zip(self._own(i), self._lines(i, y), strict=True):
+            for own, lines in zip(self.numbers_of(i), self.lines_of(i, y), strict=True):
                 moved = delayed(lines, f, tau)
                 y[own] = np.concatenate([moved.real, moved.imag])
         return y
@@ -143,33 +128,33 @@ class Comparison:
         """Clock offset [s] of trial i against a response y (n,) [m], and its standard deviation."""
         trial = self.trials[i]
         half = trial.spectra.shape[2] - 1
-        sigma = np.array([self.sigma[own][:half] for own in self._own(i)]) if self.floor_known else None
-        measured = self._lines(i, self.measured)
-        return clock_offset(measured, self._lines(i, y), trial.frequencies[1:], trial.clock, sigma)
+        sigma = np.array([self.sigma[own][:half] for own in self.numbers_of(i)]) if self.floor_known else None
+        measured = self.lines_of(i, self.measured)
+        return clock_offset(measured, self.lines_of(i, y), trial.frequencies[1:], trial.clock, sigma)
 
-    def clock_offsets(self, point: Point) -> dict[str, tuple[float, float]]:
+    def clock_offsets(self, point: ParameterPoint) -> dict[str, tuple[float, float]]:
         """Clock offset [s] and standard deviation by record, of those that state how far a clock may be off."""
         if not any(t.clock for t in self.trials):
             return {}
         y = self._response(point, self.twin, False)
         return {t.name: self._offset(i, y) for i, t in enumerate(self.trials) if t.clock}
 
-    def _own(self, i: int) -> list[np.ndarray]:
+    def numbers_of(self, i: int) -> list[np.ndarray]:
         """Numbers of the lines of trial i in a data vector, by channel: real parts, then imaginary ones."""
         layout = self.layout
         return [np.flatnonzero((layout.record == i) & (layout.channel == c))[2:] for c in range(2)]
 
-    def _lines(self, i: int, y: np.ndarray) -> np.ndarray:
+    def lines_of(self, i: int, y: np.ndarray) -> np.ndarray:
         """Complex lines (2, k) of trial i in a data vector, without the mean."""
-        return np.array([y[own[: len(own) // 2]] + 1j * y[own[len(own) // 2 :]] for own in self._own(i)])
+        return np.array([y[own[: len(own) // 2]] + 1j * y[own[len(own) // 2 :]] for own in self.numbers_of(i)])
 
-    def residual(self, point: Point) -> np.ndarray:
+    def residual(self, point: ParameterPoint) -> np.ndarray:
         """Whitened measured less simulated (n,)."""
         return np.asarray((self.measured - self.predict(point) - self.correction) / self.sigma)
 
     def column(
         self,
-        point: Point,
+        point: ParameterPoint,
         parameter: FitParameter,
         here: np.ndarray,
         progress: Callable[[], None] | None = None,
@@ -195,7 +180,7 @@ class Comparison:
         return np.asarray((moved - here) / step / self.sigma)
 
     def jacobian(
-        self, point: Point, parameters: Sequence[FitParameter], here: np.ndarray | None = None,
+        self, point: ParameterPoint, parameters: Sequence[FitParameter], here: np.ndarray | None = None,
         progress: Callable[[], None] | None = None, central: bool = False,
     ) -> np.ndarray:  # fmt: skip
         """Whitened derivatives (n, k); trends cost no runs of their own."""
@@ -209,7 +194,7 @@ class Comparison:
             columns.append(found[parameter.key] * (share[self.layout.record] if parameter.trend else 1.0))
         return np.column_stack(columns) if columns else np.zeros((len(here), 0))
 
-    def apart(self, point: Point) -> list[np.ndarray]:
+    def apart(self, point: ParameterPoint) -> list[np.ndarray]:
         """Measured less simulated lines of every block (blocks, 2, lines) [m] by trial."""
         return self._apart(self.spectra(point))
 
@@ -220,13 +205,13 @@ class Comparison:
                 shown[i] = delayed(s, trial.frequencies, self._offset(i, self._joined(found))[0])
         return [t.spectra - s for t, s in zip(self.trials, shown, strict=True)]
 
-    def proven(self, point: Point, fine: Twin) -> Comparison:
+    def proven(self, point: ParameterPoint, fine: Twin) -> TwinComparison:
         """The same comparison with the solver's error as it is at `point`."""
         other = copy(self)
         other.correction = self._error(point, fine, self._response(point, self.twin, False))
         return other
 
-    def _error(self, point: Point, fine: Twin, response: np.ndarray) -> np.ndarray:
+    def _error(self, point: ParameterPoint, fine: Twin, response: np.ndarray) -> np.ndarray:
         """Changes (n,) [m] by a finer grid and step, and by a whole run in place of one period.
 
         Taken at the machine file's own numbers where a twin has no solution at `point`.
@@ -234,19 +219,21 @@ class Comparison:
         error = self._response(point, fine, False) + self._response(point, self.twin, True) - 2 * response
         if np.abs(error).max() < LOST or not point.values:
             return error
-        return self._error(Point(), fine, self._response(Point(), self.twin, False))
+        return self._error(ParameterPoint(), fine, self._response(ParameterPoint(), self.twin, False))
 
-    def _law(self, point: Point, law: Twin, matched: Mapping[FitParameter, float], response: np.ndarray) -> np.ndarray:
+    def _law(
+        self, point: ParameterPoint, law: Twin, matched: Mapping[FitParameter, float], response: np.ndarray
+    ) -> np.ndarray:
         """Change (n,) [m] by the injectors' other law; as in `_error` without a solution."""
         moved = point.moved(list(matched), np.array(list(matched.values())))
         change = self._response(moved, law, False) - response
         if np.abs(change).max() < LOST or not point.values:
             return change
-        return self._law(Point(), law, matched, self._response(Point(), self.twin, False))
+        return self._law(ParameterPoint(), law, matched, self._response(ParameterPoint(), self.twin, False))
 
     def set_floor(
         self,
-        point: Point,
+        point: ParameterPoint,
         fine: Twin | None,
         tolerance: float,
         law: Twin | None = None,
@@ -274,16 +261,85 @@ class Comparison:
         return error
 
 
-def simulate(twin: Twin, trial: Trial, point: Point, whole: bool = False) -> np.ndarray:
+def simulate(twin: Twin, trial: Trial, point: ParameterPoint, whole: bool = False) -> np.ndarray:
     """DFTs of a trial's blocks (blocks, 2, lines) [m] at a point; 1 mm throughout if the twin has no solution.
 
     Of a periodic record the twin runs one period and what leads into it, unless it is to be run as a `whole` or an
     effect with a long memory is at work.
     """
-    values = setting(twin, contributions(point.values, trial.speed, trial.pressure, trial.changes), point.fixed)
+    values = point.setting(twin, trial.speed, trial.pressure, trial.changes)
     short = trial.lead > 0 and not whole and not twin.lingers(values, trial.balanced)
     rows, angle = trial.short if short else (trial.used, trial.angle)
     table = twin.run(values, rows, trial.pressure, angle, turning=trial.in_motion)[:, :2]
     if not np.abs(table).max() < BEYOND:  # nor a number
         return np.full(trial.spectra.shape, NO_SOLUTION, complex)
     return trial.short_lines(table) if short else trial.lines(table)
+
+
+def rounded(trial: Trial) -> Trial:
+    """Trial at rounded speed, pressure and angle, which repeated recordings share."""
+    rows = np.round(trial.rows, 9)
+    if not trial.orders:
+        rows[:, 0], rows[:, 1] = np.round(rows[:, 0], 1), np.round(rows[:, 1], -3)
+    # a clock's offset follows from measured lines, of which sensitivities know nothing
+    angle = float(np.round(trial.angle, 1) % 6.3)
+    return replace(trial, rows=rows, pressure=float(rows[0, 1]), angle=angle, clock=0.0)
+
+
+@dataclass(eq=False)
+class SensitivityColumns:
+    """Sensitivity columns of a comparison at rounded points; `here` caches the reference responses."""
+
+    comparison: TwinComparison
+    here: list[tuple[ParameterPoint, np.ndarray]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        c = self.comparison
+        self.rough = TwinComparison(c.twin, [rounded(t) for t in c.trials], c.threads)
+        self.cache = Cache(in_cache("sensitivities"))
+
+    def columns(
+        self, point: ParameterPoint, parameters: Sequence[FitParameter], progress: Callable[[], None] | None = None
+    ) -> np.ndarray:
+        """Sensitivity columns (n, k) [m], kept on disk column by column."""
+        comparison = self.comparison
+        share = {k: np.array([k.share(t.speed, t.pressure) for t in comparison.trials]) for k in parameters if k.trend}
+        out = []
+        for parameter in parameters:
+            if parameter.key in comparison.directions:
+                out.append(comparison.directions[parameter.key])
+                continue
+            column = self._column(
+                point, FitParameter(parameter.key, parameter.step, low=parameter.low, high=parameter.high), progress
+            )
+            out.append(column * (share[parameter][comparison.layout.record] if parameter.trend else 1.0))
+        return np.column_stack(out) if out else np.zeros((len(comparison.measured), 0))
+
+    def _column(
+        self, point: ParameterPoint, parameter: FitParameter, progress: Callable[[], None] | None
+    ) -> np.ndarray:
+        key = self.rough.key(point, self.rough.twin, parameter.key, parameter.step, parameter.low, parameter.high)
+        shape = self.comparison.measured.shape
+        return self.cache.array(key, shape, lambda: self.rough.column(point, parameter, self._at(point), progress))
+
+    def _at(self, point: ParameterPoint) -> np.ndarray:
+        """The response at a point; options that are held for an effect that is off change nothing."""
+        slots, own = self.comparison.twin.slots, self.comparison.twin.machine.effects
+        at_work = {name for name, table in slots.items() if table < len(own.get(name, ()))}
+        fixed = {key: v for key, v in point.fixed.items() if key.split(".")[0] in at_work or point.values}
+        same = replace(point, fixed=fixed)
+        known = next((y for p, y in self.here if (p.values, p.fixed) == (same.values, same.fixed)), None)
+        if known is None:
+            known = self.rough.predict(same)
+            self.here.append((same, known))
+        return known
+
+
+def columns(
+    comparison: TwinComparison,
+    point: ParameterPoint,
+    parameters: Sequence[FitParameter],
+    progress: Callable[[], None] | None = None,
+) -> np.ndarray:
+    """Sensitivity columns of a comparison at one point."""
+    return SensitivityColumns(comparison).columns(point, parameters, progress)

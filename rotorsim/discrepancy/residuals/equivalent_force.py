@@ -18,23 +18,23 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.discrepancy.data.blocks import TURNING
 from rotorsim.discrepancy.data.changes import RING, RING_KEY, ring_axes
 from rotorsim.discrepancy.data.spectra import Trial
-from rotorsim.discrepancy.data.window import TURNING
-from rotorsim.discrepancy.fit.parameters import contributions, setting
 from rotorsim.discrepancy.linear_algebra import answer
-from rotorsim.discrepancy.residuals.comparison import Comparison, Point
-from rotorsim.discrepancy.residuals.localise import Flag
-from rotorsim.discrepancy.residuals.unsteady import GROUP, tone
-from rotorsim.discrepancy.twin.twin import FAILURES, Setting, Twin
+from rotorsim.discrepancy.residuals.comparison import TwinComparison
+from rotorsim.discrepancy.residuals.misfit import UNSTEADY, Misfit, tone
+from rotorsim.discrepancy.twin.parameters import ParameterPoint
+from rotorsim.discrepancy.twin.plant import FAILURES, Setting, Twin
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise
 
 MOST_LINES, NEIGHBOURS, MOST_RECORDS = 8, 3, 4
+"""Most lines that are reported, lines of a peak's skirt to each side, most records that are looked at."""
 
 
 def equivalent_force(
-    comparison: Comparison, point: Point, residual: np.ndarray, flags: Sequence[Flag]
+    comparison: TwinComparison, point: ParameterPoint, residual: np.ndarray, flags: Sequence[Misfit]
 ) -> dict[str, Any]:
     """Spectral lines of the equivalent force in flagged records, its direction and growth exponents."""
     lines: list[dict[str, Any]] = []
@@ -59,18 +59,14 @@ def equivalent_force(
 
 
 def _of_record(
-    comparison: Comparison, point: Point, residual: np.ndarray, i: int, trial: Trial, groups: set[str]
+    comparison: TwinComparison, point: ParameterPoint, residual: np.ndarray, i: int, trial: Trial, groups: set[str]
 ) -> list[dict[str, Any]]:
     layout, found = comparison.layout, []
-    own = [np.flatnonzero((layout.record == i) & (layout.channel == c))[2:] for c in range(2)]
-    half = len(own[0]) // 2
-    metres = residual * comparison.sigma
-    r = np.array([metres[o[:half]] + 1j * metres[o[half:]] for o in own])
-    white = np.array([residual[o[:half]] ** 2 + residual[o[half:]] ** 2 for o in own]).sum(axis=0)
-    inside = np.isin(layout.group[own[0][:half]], [layout.groups.index(g) for g in groups - {GROUP}])
-    values = setting(
-        comparison.twin, contributions(point.values, trial.speed, trial.pressure, trial.changes), point.fixed
-    )
+    r, w = comparison.lines_of(i, residual * comparison.sigma), comparison.lines_of(i, residual)
+    white = (w.real**2 + w.imag**2).sum(axis=0)
+    group = layout.group[comparison.numbers_of(i)[0][: r.shape[1]]]
+    inside = np.isin(group, [layout.groups.index(g) for g in groups - {UNSTEADY}])
+    values = point.setting(comparison.twin, trial.speed, trial.pressure, trial.changes)
     a = comparison.twin.set(values)
     regulator = comparison.twin.regulator(values, trial.speed, trial.pressure)
     plant = linearise(a, settle(a, trial.speed, regulator), trial.speed)
@@ -80,29 +76,24 @@ def _of_record(
     for k in _peaks(white * inside, 3):
         near = r[:, max(0, k - spread) : k + spread + 1]
         found.append(_line(trial, plant, probes, float(trial.frequencies[1 + k]), r[:, k], near))
-    if GROUP in groups:
+    if UNSTEADY in groups:
         f, size = tone(trial, comparison.apart(point)[i])
         found.append(_line(trial, plant, probes, f, size, size[:, None]) | {"unsteady": True})
     return found
 
 
 def _of_vectors(
-    comparison: Comparison, point: Point, residual: np.ndarray, i: int, trial: Trial, groups: set[str]
+    comparison: TwinComparison, point: ParameterPoint, residual: np.ndarray, i: int, trial: Trial, groups: set[str]
 ) -> tuple[list[dict[str, Any]], dict[str, float]]:
     """The row of every flagged order of a run-up with the largest residual, and how the largest force grows."""
     layout, rows = comparison.layout, trial.rows_of_vectors
-    own = [np.flatnonzero((layout.record == i) & (layout.channel == c))[2:] for c in range(2)]
-    half = len(own[0]) // 2
-    metres = residual * comparison.sigma
-    r = np.array([metres[o[:half]] + 1j * metres[o[half:]] for o in own])
-    values = setting(
-        comparison.twin, contributions(point.values, trial.speed, trial.pressure, trial.changes), point.fixed
-    )
+    r, first = comparison.lines_of(i, residual * comparison.sigma), comparison.numbers_of(i)[0]
+    values = point.setting(comparison.twin, trial.speed, trial.pressure, trial.changes)
     a, probes = comparison.twin.set(values), _probes(comparison.twin, trial, values)
     found: list[dict[str, Any]] = []
     growth: dict[str, float] = {}
     for k, order in enumerate(trial.orders):
-        if layout.groups[layout.group[own[0][k * rows]]] not in groups:
+        if layout.groups[layout.group[first[k * rows]]] not in groups:
             continue
         of_rows = []
         for line in range(k * rows, (k + 1) * rows):
@@ -173,9 +164,9 @@ def _direction(force: np.ndarray) -> str:
     return f"along {angle:.0f} deg from x"
 
 
-def _growth(comparison: Comparison, residual: np.ndarray, flags: Sequence[Flag]) -> dict[str, float]:
+def _growth(comparison: TwinComparison, residual: np.ndarray, flags: Sequence[Misfit]) -> dict[str, float]:
     """Exponents of a fit  size ~ speed^a pressure^b amplitude^c  to the residual of the worst group over records."""
-    flags = [f for f in flags if f.group != GROUP]
+    flags = [f for f in flags if f.group != UNSTEADY]
     if not flags:
         return {}
     layout, trials = comparison.layout, comparison.trials

@@ -16,18 +16,20 @@ from itertools import combinations
 import numpy as np
 
 from rotorsim.discrepancy.data.changes import RING_KEY
-from rotorsim.discrepancy.data.groups import Layout
-from rotorsim.discrepancy.data.spectra import Trial
+from rotorsim.discrepancy.data.spectra import DataLayout, Trial
 
 TOLERANCE = 0.004
 """Declared tolerance of the model: share of a line."""
 SOLVER_SHARE = 0.25
+"""Share of the solver's error that remains after its correction."""
 NEIGHBOURS = 12
+"""Lines to each side whose scatter is pooled."""
 LEAST = 1e-9
-"""Smallest floor [m]: what the solver's stopping rule leaves."""
+"""Smallest floor [m], that of the solver's stopping rule."""
 LN2 = 0.6931471805599453
+"""Median of an exponential distribution of mean 1."""
 QUIET, ROWS = "the quiet lines within the records", "neighbouring rows"
-"""Where the scatter comes from of records and of vectors that do not show it."""
+"""Sources of the scatter of records and of vectors that do not show it."""
 
 
 def repeat_scatter(trials: list[Trial], residuals: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
@@ -48,7 +50,7 @@ def repeat_scatter(trials: list[Trial], residuals: list[np.ndarray]) -> tuple[np
 
 
 def unknown_sources(trials: list[Trial]) -> list[str]:
-    """Where the scatter comes from of records, and of vectors, that have no blocks, repeats or stated accuracy."""
+    """Sources of the scatter of records, and of vectors, that have no blocks, repeats or stated accuracy."""
     kinds = (([t for t in trials if not t.orders], QUIET), ([t for t in trials if t.orders], ROWS))
     return [source for own, source in kinds if own and not _known(own)]
 
@@ -156,7 +158,7 @@ def _slow(
 
 
 def floor(
-    trials: list[Trial], layout: Layout, scatter: np.ndarray, means: np.ndarray, drifts: np.ndarray,
+    trials: list[Trial], layout: DataLayout, scatter: np.ndarray, means: np.ndarray, drifts: np.ndarray,
     response: np.ndarray, solver: np.ndarray, tolerance: float = TOLERANCE,
 ) -> np.ndarray:  # fmt: skip
     """Noise floor (n,) [m] of the data vector; response and solver (n,) [m] are data vectors."""
@@ -173,7 +175,7 @@ def floor(
     return np.asarray(np.sqrt(total))
 
 
-def modulus(layout: Layout, vector: np.ndarray) -> np.ndarray:
+def modulus(layout: DataLayout, vector: np.ndarray) -> np.ndarray:
     """Magnitude (n,) of the spectral line to which each number belongs."""
     out = np.abs(vector)
     for i in range(layout.record.max() + 1):

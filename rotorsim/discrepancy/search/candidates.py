@@ -1,26 +1,33 @@
-"""Candidate effects of a diagnosis, in all forms in which they may be missing.
+"""Candidates of a diagnosis: the forms in which an effect may be missing, their classes and their linear screening.
 
 A form turns one or a few parameters of an effect and holds others at one of several options (which injector, which
-frequency). Each effect declares its forms itself (`rotorsim.effects.diagnosis`).
+frequency). Each effect declares its forms and their signatures itself (`rotorsim.effects.diagnosis`).
+
+No campaign of a rig distinguishes forms of equal signature, and a diagnosis names their class. The classes were derived
+from the equations: a bow of the shaft and a runout at 1X both add a constant vector that turns with the shaft; delay
+and lag of a sensor differ at the second order in frequency times time; the flow through a choked seat is its area times
+the pressure; of two sensors' gains only the ratio shows next to gains of the actuators. Others are beyond any record's
+resolution.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from itertools import combinations, pairwise
 
 import numpy as np
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import quantities
-from rotorsim.base.suggest import closest
-from rotorsim.discrepancy.fit.parameters import FitParameter
-from rotorsim.discrepancy.twin.twin import Twin
+from rotorsim.base.sentences import closest
+from rotorsim.base.units import show
+from rotorsim.discrepancy.fit import ParameterFit, prior_rows
+from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
+from rotorsim.discrepancy.twin.parameters import FitParameter
+from rotorsim.discrepancy.twin.plant import NO_SOLUTION, Twin
 from rotorsim.effects import REGISTRY
 from rotorsim.effects.diagnosis import CandidateForm
-
-NO_SOLUTION = 1e-3
-"""Lines [m] that stand for a plant without solution."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +74,7 @@ def candidates(twin: Twin, effects: Iterable[str] | None = None) -> tuple[Form, 
 
 
 def _known(effects: Iterable[str], forms: Iterable[Form], machine: str) -> set[str]:
-    """The names given, all of them those of forms."""
+    """Names that were asked for; raises DataError for one that no form has."""
     asked, known = set(effects), set().union(*(f.names for f in forms))
     for unknown in sorted(asked - known):
         own = sorted(n for n in known if n.startswith(unknown.partition(".")[0] + "."))
@@ -105,7 +112,7 @@ def _forms(twin: Twin, name: str, recipe: CandidateForm) -> list[Form]:
 
 
 def _about(twin: Twin, name: str, table: int) -> tuple[str, bool]:
-    """What names the film of a table, where there are several, and whether injectors with pins feed it."""
+    """Suffix that names the film of a table where there are several, and whether injectors with pins feed it."""
     bearing = getattr(twin.effect(name, table), "bearing", None)
     if bearing is None or len(twin.machine.films) < 2:
         return "", twin.machine.pinned_film is not None
@@ -157,3 +164,160 @@ def _refine(name: str, table: int, recipe: CandidateForm, option: Mapping[str, f
         more = high - low if around else 0.0
         found.append(FitParameter(f"{name}.{table}.{p}", step, low=low - base - more, high=high - base + more))
     return tuple(found)
+
+
+def class_of(key: str, known: Iterable[str]) -> tuple[str, ...]:
+    """Keys ('effect.parameter') among `known` that cannot be distinguished from `key`, itself included."""
+    signature, place = _signature(key)
+    if not signature:
+        return (key,)
+    return tuple(sorted(k for k in {*known} if _signature(k) == (signature, place)))
+
+
+def alike_by_weight(key: str, found: Mapping[str, float], known: Iterable[str]) -> tuple[str, ...]:
+    """Keys among `known` that respond nearly as `key` does in a rotor with a weight, itself included.
+
+    `found` holds the values of its effect's parameters. A shaft of unequal stiffness (asymmetric, cracked) that the
+    weight bends by s makes a force of s times half the difference that turns forward at 2X, as a coupling may; the
+    probes of one plane distinguish them by little more than their places along the shaft.
+    """
+    form = _form(key)
+    if form is None or not form.with_weight or found.get(form.from_value[0], 0.0) < form.from_value[1]:
+        return (key,)
+    same = {k for k in known if (other := _form(k)) is not None and other.with_weight == form.with_weight}
+    return tuple(sorted(same | {key}))
+
+
+def same_class(a: str, b: str) -> bool:
+    """Whether two keys are of one class: together they can be any size of each, one against the other."""
+    signature, _ = _signature(a)
+    return bool(signature) and _signature(a) == _signature(b)
+
+
+def of_one_force(a: str, b: str) -> bool:
+    """Whether two keys are forms of one kind of force, of which a diagnosis names one alone."""
+    first, second = _form(a), _form(b)
+    return first is not None and second is not None and first.alone_of == second.alone_of != ""
+
+
+def resembles(key: str) -> str:
+    """Cause outside the catalogue with the same signature; empty if there is none."""
+    form = _form(key)
+    return form.resembles if form is not None else ""
+
+
+def signature_of(key: str) -> str:
+    """Common property of the forms of its class, in words; empty where it is distinguishable."""
+    return _signature(key)[0]
+
+
+def _signature(key: str) -> tuple[str, str]:
+    """Signature of a form, and the injector that it is of."""
+    form = _form(key)
+    return (form.signature, key.partition(" of ")[2]) if form is not None else ("", "")
+
+
+def _form(key: str) -> CandidateForm | None:
+    name, _, parameter = key.partition(" of ")[0].partition(".")
+    forms = REGISTRY[name].forms if name in REGISTRY else ()
+    return next((f for f in forms if f.parameter == parameter), None)
+
+
+def apart(forms: Sequence[Form]) -> bool:
+    """Whether all forms are of different effects, classes and kinds of force."""
+    return not any(
+        a.effect == b.effect or same_class(a.key, b.key) or of_one_force(a.key, b.key)
+        for a, b in combinations(forms, 2)
+    )
+
+
+def distinct(sets: Iterable[tuple[Form, ...]], most: int) -> list[tuple[Form, ...]]:
+    """The first sets with different keys."""
+    out: dict[tuple[str, ...], tuple[Form, ...]] = {}
+    for forms in sets:
+        out.setdefault(tuple(sorted(f.key for f in forms)), forms)
+        if len(out) >= most:
+            break
+    return list(out.values())
+
+
+def prior_sizes(forms: Iterable[Form]) -> dict[str, str]:
+    """Standard deviation of every candidate's size before any record, by key of its form without its place."""
+    found = {}
+    for form in forms:
+        first = form.parameters[0]
+        unit = quantities(REGISTRY[form.effect])[first.key.split(".")[2].partition("~")[0]].unit
+        found[form.key.partition(" of ")[0]] = show(float(f"{first.prior_size:.3g}"), unit)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Screening:
+    """Forms with projected sensitivities, projected residual r (n + k,), and their scalar products."""
+
+    forms: tuple[Form, ...]
+    where: tuple[slice, ...]
+    gram: np.ndarray
+    products: np.ndarray
+    one_sided: np.ndarray
+    raw: np.ndarray
+
+    def drop(self, *numbers: int) -> tuple[float, np.ndarray]:
+        """Fall of the sum of squares by a set of forms together, and the values of their parameters there."""
+        columns = np.concatenate([np.arange(*self.where[i].indices(len(self.products))) for i in numbers])
+        return self._drop(columns)
+
+    def _drop(self, columns: np.ndarray) -> tuple[float, np.ndarray]:
+        G, b = self.gram[np.ix_(columns, columns)], self.products[columns]
+        # a column that the calibration imitates to a thousandth, or two that cancel, do not explain anything
+        weak = np.diag(G) < 1e-5 * self.raw[columns]
+        G = G + np.diag(np.where(weak, 1e300, 1e-9 * np.diag(G)))
+        scale = np.sqrt(np.diag(G))
+        try:
+            if len(columns) > 1 and answer(np.linalg.cond, G / scale[:, None] / scale) > 1e4:
+                return 0.0, np.zeros(len(columns))
+            values = answer(np.linalg.solve, G, b)
+        except NoAnswerError:
+            return 0.0, np.zeros(len(columns))
+        if np.any(self.one_sided[columns] & (values < 0)):
+            return 0.0, np.zeros(len(columns))
+        return float(b @ values), values
+
+    def likeness(self, i: int, j: int) -> float:
+        """Largest cosine between what two forms can add to the data after re-calibration."""
+        a, b = self.where[i], self.where[j]
+        A, B = self.gram[a, a], self.gram[b, b]
+        floor_a, floor_b = 1e-12 * np.trace(A) + 1e-300, 1e-12 * np.trace(B) + 1e-300
+        La = answer(np.linalg.cholesky, A + floor_a * np.eye(len(A)))
+        Lb = answer(np.linalg.cholesky, B + floor_b * np.eye(len(B)))
+        middle = answer(np.linalg.solve, La, answer(np.linalg.solve, Lb, self.gram[a, b].T).T)
+        return float(min(answer(np.linalg.svd, middle, compute_uv=False).max(), 1.0))
+
+    def survives(self, i: int) -> float:
+        """Share of a form's signature that re-calibration cannot imitate."""
+        own = self.where[i]
+        return float(np.sqrt(np.trace(self.gram[own, own]) / max(self.raw[own].sum(), 1e-300)))
+
+    def size(self, i: int) -> float:
+        """Norm of a form's projected signature for one step of its parameters."""
+        return float(np.sqrt(np.trace(self.gram[self.where[i], self.where[i]])))
+
+
+def screen(base: ParameterFit, forms: Sequence[Form], columns: Sequence[np.ndarray]) -> Screening:
+    """Project sensitivities [(n, m) each, per unit parameter] off a fit's Jacobian; columns scaled to steps."""
+    p = prior_rows(base.parameters)
+    A = np.vstack([base.J, np.diag(p)])
+    size = np.linalg.norm(A, axis=0)
+    U, s, _ = answer(np.linalg.svd, A / np.where(size > 0, size, 1.0), full_matrices=False)
+    Q = U[:, s > 1e-9 * s[0]]
+    steps = [np.array([k.step for k in f.parameters]) for f in forms]
+    S = np.concatenate([c * d for c, d in zip(columns, steps, strict=True)], axis=1)
+    raw = np.sum(S**2, axis=0)
+    r = np.concatenate([base.residual, -p * base.vector])
+    S = np.vstack([S, np.zeros((len(p), S.shape[1]))])
+    S = S - Q @ (Q.T @ S)
+    r = r - Q @ (Q.T @ r)
+    ends = np.cumsum([0] + [c.shape[1] for c in columns])
+    where = tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
+    one_sided = np.array([k.low == 0.0 for f in forms for k in f.parameters])
+    return Screening(tuple(forms), where, S.T @ S, S.T @ r, one_sided, raw)

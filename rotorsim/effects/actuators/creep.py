@@ -35,6 +35,5 @@ class Creep(Effect):
     single = True
     memory = "mean"
     forms = (CandidateForm("gain", 6e-3),)
-    in_benchmark = False
     gain: float = param("1", bounds=(0.0, 0.3), doc="Share of the stroke that each of three elements adds in the end.")
     time: float = param("s", default=3.0, bounds=(0.1, 300.0), doc="Time constant of the middle element.")

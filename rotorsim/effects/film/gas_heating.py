@@ -48,7 +48,6 @@ class GasHeating(FilmEffect):
         CandidateForm("rise", 20.0, signature="properties of the gas", resembles="the gas temperature"),
         CandidateForm("heating", 20.0, signed=False, signature="properties of the gas"),
     )
-    in_benchmark = False
     rise: float = param("K", bounds=(-100.0, 300.0), doc="Gas above the temperature in [gas].")
     heating: float = param("K", bounds=(0.0, 100.0), doc="Rise by friction at 6000 rpm; grows with the square.")
 

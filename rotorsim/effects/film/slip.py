@@ -28,5 +28,4 @@ class Slip(FilmEffect):
     cites = ("burgdorfer_1959",)
     single = True
     forms = (CandidateForm("mean_free_path", 6.8e-8, signed=False, signature="properties of the gas"),)
-    in_benchmark = False
     mean_free_path: float = param("m", bounds=(0.0, 5e-6), doc="Mean free path at ambient pressure; 0.068 um in air.")

@@ -9,7 +9,8 @@ the force is -(Delta k / 2) exp(2 i alpha) conj(z). A static sag s makes the vib
 .. math:: z_2 = -\frac{\Delta k}{2}\,\frac{\bar s\,e^{2 i \psi}}{k - 4 m \Omega^2 + 2 i c \Omega}
 
 with a resonance at half the critical speed; an undamped rotor is unstable where
-k - Delta k / 2 < m Omega^2 < k + Delta k / 2. Source: Genta (2005), Dynamics of
+k - Delta k / 2 < m Omega^2 < k + Delta k / 2. The deflected shaft is braked by the torque -dV/d phi of its energy V,
+y F_x - x F_y, which supplies what the vibration takes up. Source: Genta (2005), Dynamics of
 Rotating Systems, chapter 6; Friswell et al. (2010), chapter 7. Assumes: the difference acts at one plane; that of a
 whole shaft is the same for its first mode.
 """
@@ -31,14 +32,21 @@ def asymmetric_shaft(t, angle, speed, x, y, vx, vy, p):
     return -c * x - s * y, -s * x + c * y
 
 
+@inlined
+def asymmetric_shaft_torque(t, angle, speed, x, y, vx, vy, p):
+    """Torque [N m] on the turning shaft, against the moment of the force about the axis of rotation."""
+    fx, fy = asymmetric_shaft(t, angle, speed, x, y, vx, vy, p)
+    return y * fx - x * fy
+
+
 @register
 class AsymmetricShaft(Effect):
     """Shaft of two lateral stiffnesses, at the disc or at `position`."""
 
     port = "motion"
     kernel = asymmetric_shaft
+    braking = asymmetric_shaft_torque
     cites = ("friswell_2010", "genta_2005")
-    in_benchmark = False
     forms = (CandidateForm("difference", 1e4, "phase", with_weight="forward 2X", from_value=("difference", 0.0)),)
     difference_lobes: ClassVar[float] = 2.0
     difference: float = param("N/m", bounds=(0.0, 1e9), doc="Stiffer less softer direction, at its plane.")

@@ -41,7 +41,6 @@ class BaseVibration(Effect):
         CandidateForm("x", 0.05, "phase", options=(("frequency", (TURN * 50, TURN * 60, TURN * 100)),)),
         CandidateForm("y", 0.05, "phase", options=(("frequency", (TURN * 50, TURN * 60, TURN * 100)),)),
     )
-    in_benchmark = False
     x: float = param("m/s^2", bounds=(-100.0, 100.0), doc="Horizontal acceleration, 0-pk.")
     y: float = param("m/s^2", bounds=(-100.0, 100.0), doc="Vertical acceleration, 0-pk.")
     frequency: float = param("rad/s", default=50 * TURN, bounds=(0.0, 2500 * TURN), doc="Frequency, e.g. '50 Hz'.")

@@ -6,7 +6,8 @@ n, from the axis to the crack, turns with the shaft at the angle phi + alpha. b 
 along psi, the side that the weight stretches: the lower side between two bearings, the upper one of an overhung shaft.
 Opposite it is closed, b = 0. A loss Delta k at the crack's plane is taken out of the shaft's stiffness there. A static
 sag s along psi makes a force Delta k s {1/4, 3/8, 1/4, 1/8} along psi and {0, 1/8, 1/4, 1/8} across at 0X, 1X, 2X, 3X;
-2X resonates at half the critical speed. Breathing by the weight supposes vibration small against the sag. Source:
+2X resonates at half the critical speed. The shaft is braked by the torque -dV/d phi of the energy
+V = -(Delta k / 2) b (x . n)^2. Breathing by the weight supposes vibration small against the sag. Source:
 Mayes & Davies (1984), J. Vib. Acoust. 106, 139; Gasch (1993), J. Sound Vib. 160, 313.
 """
 
@@ -29,12 +30,26 @@ def crack(t, angle, speed, x, y, vx, vy, p):
     return missing * nx, missing * ny
 
 
+@inlined
+def crack_torque(t, angle, speed, x, y, vx, vy, p):
+    """Torque [N m] on the turning shaft: what opens and what turns the softer direction."""
+    at = angle + p.phase
+    nx = math.cos(at)
+    ny = math.sin(at)
+    along = x * nx + y * ny
+    across = y * nx - x * ny
+    open_share = 0.5 * (1.0 + math.cos(at - p.weight_direction))
+    opening = -0.5 * math.sin(at - p.weight_direction)
+    return p.loss * along * (0.5 * opening * along + open_share * across)
+
+
 @register
 class Crack(Effect):
     """Breathing crack, at the disc or at `position`."""
 
     port = "motion"
     kernel = crack
+    braking = crack_torque
     cites = ("gasch_1993", "mayes_1984")
     forms = (
         CandidateForm(

@@ -36,7 +36,6 @@ class LabyrinthSeal(Effect):
     kernel = labyrinth_seal
     steady = True
     cites = ("childs_1993",)
-    in_benchmark = False
     forms = (
         CandidateForm(
             "damping", 5.0, options=(("swirl", (0.5,)),), refine=(("swirl", 0.1),), signed=False, alone_of="circulatory"

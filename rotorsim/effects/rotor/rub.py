@@ -56,7 +56,6 @@ class Rub(Effect):
             refine=(("gap", 2e-7), ("friction", 0.02)), signed=False,
         ),
     )  # fmt: skip
-    in_benchmark = False
     stiffness: float = param("N/m", bounds=(0.0, 1e9), doc="Stiffness of the stator; 0 switches it off.")
     gap: float = param("m", default=5e-5, bounds=(0.0, 1e-2), doc="Radial gap.")
     offset_x: float = param("m", bounds=(-1e-2, 1e-2), doc="Where the stator's axis lies, x.")
@@ -72,7 +71,7 @@ class Rub(Effect):
     )
 
     def problems(self, machine: Any) -> dict[str, str]:
-        """In the gas film there is the effect `contact`."""
+        """A rub in the gas film is the effect `contact`."""
         film = machine.film
         if film is None or self.position is None or abs(self.position - film.position) > film.length / 2:
             return {}

@@ -4,6 +4,7 @@ r"""Residual bow of the shaft: a half sine wave between the bearings, which rota
 
 K_s is the shaft's own stiffness, K_b its bearings'; the bow acts as the force K_s u, whose amplitude does not depend on
 the speed: far below the first critical speed the shaft turns in its bent shape, indistinguishable from a runout.
+The torque of the bow on the turning shaft, of second order, is left out.
 Source: Nicholas, Gunter & Allaire (1976), Effect of residual shaft bow on unbalance response, Part I.
 """
 

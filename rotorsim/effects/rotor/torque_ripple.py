@@ -28,7 +28,6 @@ class TorqueRipple(Effect):
     kernel = torque_ripple
     cites = ("holmes_1986",)
     forms = (CandidateForm("amplitude", 0.05, "phase", options=(("order", (1.0, 2.0)),)),)
-    in_benchmark = False
     amplitude: float = param("N*m", bounds=(0.0, 1e3), doc="Amplitude of the torque, 0-pk.")
     order: float = param("1", default=1.0, bounds=(1.0, 60.0), whole=True, doc="Times a turn, a whole number.")
     phase: float = param("rad", bounds=(-TURN, TURN), doc="Phase on the shaft angle.")

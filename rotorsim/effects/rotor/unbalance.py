@@ -6,7 +6,8 @@ A mass m at radius e turns with the shaft angle \varphi: with \beta the angular 
           f_y = me\,(\Omega^2 \sin(\varphi+\beta) - \dot\Omega \cos(\varphi+\beta)).
 
 Source: thesis eq. (1.1); the tangential term of a run-up is in Friswell et al. (2010), section 6.2. The phase is
-continuous whatever the speed does, because the force depends on the shaft angle and not on Omega t.
+continuous whatever the speed does, because the force depends on the shaft angle and not on Omega t. The torque of the
+unbalance on the turning shaft, of second order in the motion, is left out.
 """
 
 from __future__ import annotations
@@ -39,7 +40,6 @@ class Unbalance(Effect):
     cites = ("friswell_2010", "thesis")
     forms = (CandidateForm("me", 1e-6, "phase", resembles="a skew of the disc"),)
     places = 2
-    in_benchmark = False
     me: float = param("kg*m", bounds=(0.0, 1e-2), doc="Unbalance, mass times eccentricity.")
     phase: float = param("rad", bounds=(-TURN, TURN), doc="Angular position on the shaft, from x towards y.")
     position: float | None = param(
@@ -48,7 +48,7 @@ class Unbalance(Effect):
 
     @classmethod
     def neutral(cls, machine: Any, place: int) -> Unbalance:
-        """At the disc first, then in the plane of the film, or of the second disc."""
+        """A neutral one at the disc first, then in the plane of the film or of the second disc."""
         if place == 0 or (machine.film is None and len(machine.discs) < 2):
             return cls()
         return cls(position=machine.discs[1].position if machine.film is None else machine.film.position)

@@ -17,7 +17,10 @@ from reynolds.jit import inlined
 from rotorsim.effects.base import TURN, Effect, param, register
 from rotorsim.effects.diagnosis import CandidateForm
 
-FIRST, LAST = 4, 24
+FIRST = 4
+"""Lowest order of the rough surface."""
+LAST = 24
+"""Highest order of the rough surface."""
 GOLDEN = 0.6180339887498949
 EARLIER = {f"{old}{end}": f"{new}_{n}x" for n, old in enumerate(("first", "second", "third"), 1)
            for end, new in (("", "amplitude"), ("_phase", "phase"))}  # fmt: skip

@@ -37,7 +37,7 @@ class PlenumVolume(FilmEffect):
 
     @classmethod
     def neutral(cls, machine: Any, place: int) -> PlenumVolume:
-        """All plena first, then the first one alone."""
+        """A neutral one of all plena first, then of the first plenum alone."""
         return cls() if place == 0 else cls(injector=1.0)
 
     def problems(self, machine: Any) -> dict[str, str]:

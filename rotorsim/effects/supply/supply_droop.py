@@ -38,6 +38,5 @@ class SupplyDroop(Effect):
     single = True
     memory = "short"
     forms = (CandidateForm("droop", 2e8, signed=False),)
-    in_benchmark = False
     droop: float = param("Pa*s/kg", bounds=(0.0, 5e9), doc="Pressure lost per mass flow.")
     filling_time: float = param("s", bounds=(0.0, 60.0), doc="Time constant of the line; 0 follows at once.")

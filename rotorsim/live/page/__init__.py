@@ -1,1 +1,1 @@
-"""Page of the live rig: controls, views, scenes, tour."""
+"""Page of the live rig: controls and views."""

@@ -12,21 +12,22 @@ from nicegui.element import Element
 from nicegui.elements import scene as nicegui_scene
 
 from rotorsim.base.errors import RotorsimError
-from rotorsim.live.desk import Desk
-from rotorsim.live.page.control import Control
-from rotorsim.live.rig.operating import BEARING
+from rotorsim.live.rig.controls import BEARING, Control
+from rotorsim.live.rig.desk import Desk
 from rotorsim.live.rig.rig import SCATTER
 
 HERE = Path(__file__).parent
 SCENE = Path(nicegui_scene.__file__).parent / "dist"
-REFRESH, LIST = 0.2, 2.0
-"""Seconds between two looks at the rig, and at the folder of its files."""
+REFRESH = 0.2
+"""Seconds between two readings of the rig."""
+LIST = 2.0
+"""Seconds between two listings of the folder of its files."""
 LEVERS = ("drive", "sense", "noise", "controller", BEARING)
 """Switches of the rig."""
 
 
-class Views(Element, component="views.js", esm={"rotorsim-live": "web", "nicegui-scene": str(SCENE)}):
-    """All plots and readings of the rig."""
+class PageViews(Element, component="views.js", esm={"rotorsim-live": "web", "nicegui-scene": str(SCENE)}):
+    """Plots and readings of the rig."""
 
     def __init__(self, geometry: dict[str, Any]) -> None:
         super().__init__()
@@ -75,7 +76,7 @@ class Board:
             with ui.column().classes("live-controls"):
                 self._tabs()
             with ui.column().classes("live-main"):
-                Views(self.runner.geometry.as_dict()).classes("w-full").on("shortcut", self._key)
+                PageViews(self.runner.geometry.as_dict()).classes("w-full").on("shortcut", self._key)
 
     def _tabs(self) -> None:
         with ui.tabs().props("dense") as tabs:

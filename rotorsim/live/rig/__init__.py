@@ -1,1 +1,1 @@
-"""Live rig without clock and page: plant, settings, controllers, hammer, readings."""
+"""Live rig without a page: plant, settings, controllers, samples, modes, records, frames, the thread that paces it."""

@@ -15,8 +15,8 @@ from typing import Any
 
 from rotorsim.base.errors import DataError
 from rotorsim.control.law import load_law
-from rotorsim.experiments.laws.p_law import ProportionalLaw
-from rotorsim.live.rig.operating import OFF, P_LAW, driven_axes
+from rotorsim.experiments.proportional_law import ProportionalLaw
+from rotorsim.live.rig.controls import OFF, P_LAW, driven_axes
 from rotorsim.machine import Machine
 
 SHIPPED = Path(__file__).parent / "shipped"

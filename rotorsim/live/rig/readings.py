@@ -8,17 +8,16 @@ import numpy as np
 
 from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.rounding import DAMPED
-from rotorsim.live.rig.eigenvalue import Modes
-from rotorsim.live.rig.operating import OFF
+from rotorsim.live.rig.controls import OFF
+from rotorsim.live.rig.modes import DRIFT, RigModes, RingdownReading
 from rotorsim.live.rig.rig import Rig
-from rotorsim.live.rig.ringdown import DRIFT, Reading
 
 REPLAY = "not in a replay"
 SAME = 1e-3
 """Distance of eigenvalues, over the frequency, up to which they are one."""
 
 
-def hit_shown(rig: Rig, kept: tuple[int, float, Reading], replay: bool) -> dict[str, Any]:
+def hit_shown(rig: Rig, kept: tuple[int, float, RingdownReading], replay: bool) -> dict[str, Any]:
     """Displayed values of the last impact: axis, frequency [Hz], zeta, scatter of both, or the reason for none."""
     epoch, speed, reading = kept
     why = _hit_void(rig, epoch, speed, reading, replay)
@@ -31,7 +30,7 @@ def hit_shown(rig: Rig, kept: tuple[int, float, Reading], replay: bool) -> dict[
     return shown
 
 
-def _hit_void(rig: Rig, epoch: int, speed: float, reading: Reading, replay: bool) -> str:
+def _hit_void(rig: Rig, epoch: int, speed: float, reading: RingdownReading, replay: bool) -> str:
     if replay:
         return REPLAY
     if rig.stopped:
@@ -47,7 +46,7 @@ def _hit_void(rig: Rig, epoch: int, speed: float, reading: Reading, replay: bool
     return ""
 
 
-def eigenvalues_shown(rig: Rig, kept: tuple[int, Modes], replay: bool) -> dict[str, Any]:
+def eigenvalues_shown(rig: Rig, kept: tuple[int, RigModes], replay: bool) -> dict[str, Any]:
     """Plain values of the open loop's eigenvalues: frequency [Hz] and zeta by axis, the speed [rpm] and pressure [MPa]
     they are at, why there are none."""
     epoch, modes = kept
@@ -62,7 +61,7 @@ def eigenvalues_shown(rig: Rig, kept: tuple[int, Modes], replay: bool) -> dict[s
     return shown | {"pressure": round(modes.pressure * TO_MPA, 3)} if rig.has_film else shown
 
 
-def another_growing(modes: Modes) -> list[float]:
+def another_growing(modes: RigModes) -> list[float]:
     """Frequency [Hz] and damping ratio of a mode that grows and is not among those of the axes; empty without one."""
     frequency, zeta = modes.least
     axes = zip(modes.frequency, modes.zeta, strict=True)

@@ -16,25 +16,21 @@ import numpy as np
 from rotorsim.base.errors import ControllerError, ConvergenceError, RotorsimError
 from rotorsim.effects import REGISTRY
 from rotorsim.experiments.experiment import reference_range
-from rotorsim.experiments.loop import Loop
-from rotorsim.live.rig import drive
-from rotorsim.live.rig.effects import equip, with_value
-from rotorsim.live.rig.eigenvalue import own_copy
-from rotorsim.live.rig.hammer import Hammer
-from rotorsim.live.rig.history import History
+from rotorsim.experiments.loop import FeedbackLoop
+from rotorsim.live.rig.controls import BEARING, OFF, PAUSE, START
 from rotorsim.live.rig.laws import running
-from rotorsim.live.rig.operating import BEARING, OFF, PAUSE, START
-from rotorsim.live.rig.parameters import update_derived, write_effect
-from rotorsim.live.rig.settings import Settings
-from rotorsim.live.rig.stability_check import DECAY, Verdict, check, motion
+from rotorsim.live.rig.modes import own_copy
+from rotorsim.live.rig.samples import Hammer, History, ramp
+from rotorsim.live.rig.settings import RigSettings, equip, update_derived, with_value, write_effect
+from rotorsim.live.rig.stability_check import DECAY, StabilityVerdict, check, motion
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.equilibrium import describe, settle
+from rotorsim.plant.kernels.columns import FORCE, N_INPUTS, REFERENCE, SPEED, SUPPLY, inputs_of
 from rotorsim.plant.simulation import Simulation
 
 SCATTER = tuple(f"{name}.{effect.random_part}" for name, effect in sorted(REGISTRY.items()) if effect.random_part)
 """Parameters that the noise switch turns off."""
-INPUTS = 6
 SENTENCES = 40
 IDLE = ("impulse", "acceleration", "pace", BEARING)
 """Settings that change nothing of the motion."""
@@ -69,17 +65,16 @@ class Rig:
         self.plant = Plant(equip(machine))
         self.machine = self.plant.machine
         self.laws, self.seed = laws, seed
-        self.settings = Settings(self.machine, tuple(laws))
+        self.settings = RigSettings(self.machine, tuple(laws))
         self.assembly = replace(self.plant.assembly, record=self.plant.assembly.record.copy())
-        self.drag = float(self.assembly.P.dry_drag)
         self.messages: deque[tuple[int, str]] = deque(maxlen=SENTENCES)
         self.sentences = 0
         self.hammer = Hammer(self.Ts)
-        self.loop: Loop | None = None
+        self.loop: FeedbackLoop | None = None
         self.hit: Hit | None = None
         self.epoch, self.since, self.change = 0, 0, ""
         self.stopped, self.resume = "", START["pace"]
-        self.history = History(self.assembly.columns + INPUTS)
+        self.history = History(self.assembly.columns + N_INPUTS)
         self.reset()
 
     @property
@@ -249,7 +244,7 @@ class Rig:
         """Switch a controller off that is at the actuators' limit."""
         if self.loop is None:
             return
-        asked = np.abs(self.history.last(min(LOOK, self.seen))[:, -4:-2]).max(axis=1)
+        asked = np.abs(inputs_of(self.history.last(min(LOOK, self.seen)))[:, REFERENCE]).max(axis=1)
         full = np.count_nonzero(asked >= 0.999 * self.limit)
         if full > FULL * LOOK:
             name = self.settings.positions["controller"]
@@ -271,16 +266,16 @@ class Rig:
 
     def _rows(self, samples: int) -> np.ndarray:
         """Input rows (n, 6) of the coming samples; the reference is the constant one."""
-        numbers, rows = self.settings.numbers, np.zeros((samples, INPUTS))
-        torque = self.sense * numbers["torque"] if self.settings.positions["drive"] == "torque" else 0.0
-        drive.lay_on(self.assembly.P, self.drag, torque, self.speed)
+        numbers, rows = self.settings.numbers, np.zeros((samples, N_INPUTS))
+        driven = self.settings.positions["drive"] == "torque"
+        self.assembly.P.drive_torque = self.sense * numbers["torque"] if driven else 0.0
         if self._held:
-            rows[:, 0] = drive.ramp(self.speed, self.target, numbers["acceleration"], samples, self.Ts)
+            rows[:, SPEED] = ramp(self.speed, self.target, numbers["acceleration"], samples, self.Ts)
         else:
-            rows[:, 0] = drive.torque_rows(self.speed, torque, self.drag, samples)
-        rows[:, 1] = self.pressure
-        rows[:, 2:4] = numbers.get("reference_x", 0.0), numbers.get("reference_y", 0.0)
-        rows[:, 4:6] = self.hammer.take(samples)
+            rows[:, SPEED] = np.nan
+        rows[:, SUPPLY] = self.pressure
+        rows[:, REFERENCE] = numbers.get("reference_x", 0.0), numbers.get("reference_y", 0.0)
+        rows[:, FORCE] = self.hammer.take(samples)
         return rows
 
     def _number(self, key: str, value: float, remark: str) -> None:
@@ -314,7 +309,7 @@ class Rig:
                 if name in self.settings.sliders:
                     self._set_effect(name, self.settings.numbers[name])
 
-    def check(self, name: str) -> Callable[[], Verdict]:
+    def check(self, name: str) -> Callable[[], StabilityVerdict]:
         """The check whether a controller holds this point, and the one that is set: may be called in any thread."""
         a, limit, law = own_copy(self.assembly), self.limit, running(self.laws[name], (0.0, 0.0))
         speed, target, pressure = self.speed, self.target if self._held else self.speed, self.pressure
@@ -322,7 +317,7 @@ class Rig:
         external = numbers.get("reference_x", 0.0), numbers.get("reference_y", 0.0)
         now = motion(self.history.last(min(2 * LOOK, max(self.seen - DECAY, 0))).copy(), self.Ts, external)
 
-        def work() -> Verdict:
+        def work() -> StabilityVerdict:
             there = check(a, law, speed, pressure, now, limit)
             if there.why or abs(target - speed) < 1.0:
                 return there
@@ -330,7 +325,7 @@ class Rig:
 
         return work
 
-    def switch_on(self, name: str, verdict: Verdict) -> None:
+    def switch_on(self, name: str, verdict: StabilityVerdict) -> None:
         """Switch a controller on that was checked; it holds the disc where its equilibrium is."""
         self.loop = None
         self.settings.keep("controller", OFF)
@@ -340,7 +335,7 @@ class Rig:
         try:
             disc = describe(self.assembly, settle(self.assembly, self.speed, self.pressure)).disc
             law = running(self.laws[name], (float(disc[0]), float(disc[1])))
-            self.loop = Loop(law, self.machine.sampling_time)
+            self.loop = FeedbackLoop(law, self.machine.sampling_time)
         except RotorsimError as error:
             self.notify(f"{error}; the controller stays off")
             return

@@ -20,8 +20,8 @@ import numpy as np
 
 from rotorsim.base.constants import MPA, RPM, TO_UM
 from rotorsim.base.errors import RotorsimError
-from rotorsim.control.loop.sampled_loop import closed_poles, law_system, smallest_damping
-from rotorsim.control.numerics.systems import (
+from rotorsim.control.sampled_loop import closed_poles, law_system, smallest_damping
+from rotorsim.control.systems import (
     System,
     added,
     balanced_states as balanced,
@@ -33,13 +33,12 @@ from rotorsim.control.numerics.systems import (
     series,
     side_by_side,
 )
-from rotorsim.experiments.laws.p_law import ProportionalLaw
-from rotorsim.live.frame import AT
-from rotorsim.live.rig.ringdown import ORDERS
+from rotorsim.experiments.proportional_law import ProportionalLaw
+from rotorsim.live.rig.modes import ORDERS
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.columns import READ
 from rotorsim.plant.equilibrium import describe, settle
+from rotorsim.plant.kernels.columns import AT, DISC, DISC_READ, REFERENCE, inputs_of
 from rotorsim.plant.linearise import linearise
 
 RESERVE = 0.8
@@ -71,7 +70,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class StabilityVerdict:
     """Verdict on a law at an operating point.
 
     Smallest damping ratio without and with it, 1X amplitude [um] of the disc without and with it, largest reference
@@ -94,13 +93,13 @@ def motion(rows: np.ndarray, Ts: float, external: tuple[float, float] = (0.0, 0.
     """Motion in the last rows (n, columns + 6), a row every Ts [s], under a constant reference [V]; None if too few."""
     if len(rows) < FEWEST:
         return None
-    disc = rows[:, [AT["disc_x"], AT["disc_y"]]] * TO_UM
-    read = rows[:, READ : READ + 2] * TO_UM
+    disc = rows[:, DISC] * TO_UM
+    read = rows[:, DISC_READ] * TO_UM
     speed = float(rows[-1, AT["speed"]])
     orders = ORDERS if abs(speed) * Ts * len(rows) > 2 * np.pi else ()
     waves = [np.ones(len(rows))] + [np.exp(1j * n * rows[:, AT["angle"]]) for n in orders]
     real = np.stack([waves[0], *(f(w) for w in waves[1:] for f in (np.real, np.imag))], axis=1)
-    output = rows[:, -4:-2] - np.asarray(external)
+    output = inputs_of(rows)[:, REFERENCE] - np.asarray(external)
     moved, seen, asked = (np.linalg.lstsq(real, table, rcond=None)[0] for table in (disc, read, output))
     noise = (read - real @ seen).std(axis=0)
     return Motion(_complex(moved), _complex(seen), _complex(asked), noise, np.asarray(external), speed * Ts)
@@ -115,7 +114,7 @@ def _complex(parts: np.ndarray) -> np.ndarray:
     return found
 
 
-def check(a: Assembly, law: Any, speed: float, pressure: float, now: Motion | None, limit: float) -> Verdict:
+def check(a: Assembly, law: Any, speed: float, pressure: float, now: Motion | None, limit: float) -> StabilityVerdict:
     """Verdict on a law at a speed [rad/s] and gauge pressure [Pa]; `now`: present motion, `limit`: range [V]."""
     where, Ts = f"{speed / RPM:.0f} rpm, {pressure / MPA:.2f} MPa", a.machine.sampling_time
     try:
@@ -123,25 +122,25 @@ def check(a: Assembly, law: Any, speed: float, pressure: float, now: Motion | No
         G, near = sampled(a, w, speed)
         K = law_of(law, speed, pressure, Ts)
     except RotorsimError as error:
-        return Verdict(f"it cannot be checked at {where}: {error}")
+        return StabilityVerdict(f"it cannot be checked at {where}: {error}")
     poles = closed_poles(G, K)
     for factor in (1.0, MARGIN, 1 / MARGIN):
         worst = closed_poles(G, System(K.A, K.B, factor * K.C, factor * K.D))
         worst = worst[np.abs(worst).argmax()]
         if abs(worst) >= 1:
-            return Verdict(_leaves(worst, factor, where, Ts))
+            return StabilityVerdict(_leaves(worst, factor, where, Ts))
     highest = FIRST * near / (2 * np.pi)
     damping = (
         smallest_damping(np.linalg.eigvals(G.A), Ts, highest),
         smallest_damping(poles, Ts, highest),
     )
     if now is None:
-        return Verdict("", damping)
+        return StabilityVerdict("", damping)
     orbit, volts = _reserve(G, K, now, describe(a, w).disc * TO_UM)
     why = ""
     if volts > RESERVE * limit:
         why = f"the present motion would take {volts:.1f} V of its {limit:g} V at {where}"
-    return Verdict(why, damping, orbit, volts)
+    return StabilityVerdict(why, damping, orbit, volts)
 
 
 def _leaves(pole: complex, factor: float, where: str, Ts: float) -> str:
@@ -220,7 +219,7 @@ def pins(machine: Machine, P: Any) -> System:
 
 
 def _pin(actuators: Any, per_volt: float, P: Any, k: int) -> System:
-    """From the reference to the travel of pin k over that of an ideal pin (see `rotorsim.plant.kernels.piezo`)."""
+    """Transfer from the reference to pin k over that of an ideal pin (see `rotorsim.plant.kernels.piezo`)."""
     stroke = series(
         _lag(P.amplifier_lag[k]), _lag(P.stack_lag[k], actuators.sensitivity / actuators.sensor_sensitivity)
     )
@@ -252,4 +251,4 @@ def law_of(law: Any, speed: float, pressure: float, Ts: float) -> System:
     return System(own, asked, own, asked)
 
 
-__all__ = ["Motion", "Verdict", "check", "motion"]
+__all__ = ["Motion", "StabilityVerdict", "check", "motion"]

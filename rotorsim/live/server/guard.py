@@ -30,7 +30,7 @@ class Guard:
         self.app, self.token = app, token
         self.places = {f"{host}:{port}", f"localhost:{port}"}
         self.cookie = f"rotorsim_{port}"
-        self._bodies = Rate()
+        self._bodies = MessageRate()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Let a request through, or answer it here."""
@@ -54,12 +54,12 @@ class Guard:
         elif scope["method"] != "GET" and not self._bodies.fits():
             await _answer(send, 429, "too many messages")
         else:
-            await self.app(scope, _limited(receive, Rate()), send)
+            await self.app(scope, _limited(receive, MessageRate()), send)
 
     async def _websocket(self, scope: Scope, receive: Receive, send: Send) -> None:
         headers = _headers(scope)
         if "origin" in headers and self._from_here(headers) and self._known(headers):
-            await self.app(scope, _limited(receive, Rate()), send)
+            await self.app(scope, _limited(receive, MessageRate()), send)
             return
         await receive()
         await send({"type": "websocket.close", "code": 1008})
@@ -76,7 +76,7 @@ class Guard:
                    for name, _, held in pairs)  # fmt: skip
 
 
-class Rate:
+class MessageRate:
     """Counter of events within one second."""
 
     def __init__(self) -> None:
@@ -91,7 +91,7 @@ class Rate:
         return self._count <= MOST
 
 
-def _limited(receive: Receive, rate: Rate) -> Receive:
+def _limited(receive: Receive, rate: MessageRate) -> Receive:
     """Incoming messages; too many of them count as a closed connection."""
     total = 0
 

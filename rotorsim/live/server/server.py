@@ -1,23 +1,32 @@
-"""Local web server of the live rig: loopback only, protected by a token, no external resources."""
+"""Local web server of the live rig: loopback only, protected by a token, no external resources.
+
+Malformed messages of a page are dropped, errors of the program are one line each on stderr, and the page is opened by a
+private file, which keeps the token out of command lines that all users can read.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import logging
 import secrets
+import shutil
 import socket
 import sys
+import tempfile
 import webbrowser
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from html import escape
+from inspect import iscoroutinefunction
+from pathlib import Path
 from threading import Event
 from typing import Any
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.interrupt import Interrupt
-from rotorsim.live.desk import Desk
-from rotorsim.live.runner import Runner
+from rotorsim.live.rig.desk import Desk
+from rotorsim.live.rig.runner import Runner
 from rotorsim.live.server.guard import LONGEST, Guard
-from rotorsim.live.server.messages import quiet
-from rotorsim.live.server.private_page import private_page
 
 HOST = "127.0.0.1"
 TRIES = 50
@@ -155,3 +164,93 @@ def serve(
         pass
     finally:
         listener.close()
+
+
+LOGGERS = ("nicegui", "engineio", "socketio", "uvicorn", "asyncio")
+MOST = 50
+"""Lines that are written; a flood of faults shows nothing new."""
+ENDED = "graceful shutdown"
+"""Words that the server writes when it ends with pages open."""
+WITHOUT_MESSAGE = ("connect", "disconnect")
+"""Events that carry nothing from the page; the server library tries their handlers with more and fewer arguments."""
+MALFORMED = (KeyError, TypeError, ValueError, AttributeError, IndexError)
+
+
+class OneLine(logging.Handler):
+    """Log formatter with one line per entry."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.ERROR)
+        self.lines = 0
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Write a record to stderr."""
+        if ENDED in record.getMessage():
+            return
+        self.lines += 1
+        if self.lines > MOST:
+            return
+        error = record.exc_info[1] if record.exc_info else None
+        found = [" ".join(record.getMessage().split())] + ([f"{type(error).__name__}: {error}"] if error else [])
+        print(f"rotorsim live: {'; '.join(found)}"[:400], file=sys.stderr)
+        if self.lines == MOST:
+            print(f"rotorsim live: these were {MOST} lines; no more are written", file=sys.stderr)
+
+
+def quiet() -> None:
+    """Set up the server's logging, and drop malformed messages before they reach the page library."""
+    handler = OneLine()
+    for name in [name for name in logging.root.manager.loggerDict if name.startswith(tuple(f"{n}." for n in LOGGERS))]:
+        logging.getLogger(name).handlers = []  # engineio and socketio bring their own
+    for name in LOGGERS:
+        logger = logging.getLogger(name)
+        logger.handlers, logger.propagate = [handler], False
+        logger.setLevel(logging.ERROR)
+    from nicegui import core
+
+    for handlers in core.sio.handlers.values():
+        for event, handle in handlers.items():
+            if event not in WITHOUT_MESSAGE:
+                handlers[event] = dropping(handle)
+
+
+def dropping(handle: Callable[..., Any]) -> Callable[..., Any]:
+    """Message handler that drops unreadable messages; errors of controls are handled elsewhere."""
+    if iscoroutinefunction(handle):
+
+        async def waited(*arguments: Any) -> Any:
+            try:
+                return await handle(*arguments)
+            except MALFORMED:
+                return None
+
+        return waited
+
+    def called(*arguments: Any) -> Any:
+        try:
+            return handle(*arguments)
+        except MALFORMED:
+            return None
+
+    return called
+
+
+@contextmanager
+def private_page(address: str) -> Iterator[str]:
+    """Address of an owner-readable file that redirects to another address; raises DataError."""
+    folder = None
+    try:
+        folder = Path(tempfile.mkdtemp(prefix="rotorsim-live-"))
+        path = folder / "live.html"
+        path.touch(mode=0o600)
+        path.write_text(f'<meta http-equiv="refresh" content="0; url={escape(address)}">\n', encoding="utf-8")
+    except OSError as error:
+        if folder is not None:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise DataError(
+            f"{tempfile.gettempdir()}: takes no file ({error}); set TMPDIR to a folder with room"
+        ) from error
+    try:
+        yield path.as_uri()
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)

@@ -8,13 +8,13 @@ from __future__ import annotations
 from reynolds.jit import inlined, kernel
 from reynolds.newton import NOT_CONVERGED
 from reynolds.texture import friction_torque
-from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS, HEAT_COLUMNS
+from rotorsim.plant.kernels.columns import COLUMNS, FILM_COLUMNS, HEAT_COLUMNS
+from rotorsim.plant.kernels.effect_calls import FILM, RIG, ROTOR, film_constants
 from rotorsim.plant.kernels.entry import set_inputs
 from rotorsim.plant.kernels.equilibrium_kernel import settle
 from rotorsim.plant.kernels.films import film_part
 from rotorsim.plant.kernels.outputs import write_sample
 from rotorsim.plant.kernels.step import step
-from rotorsim.plant.kernels.stubs import FILM, RIG, ROTOR, film_constants
 
 SETTLE, ADVANCE, LOOK = 0, 1, 2
 """Tasks of `serve`."""

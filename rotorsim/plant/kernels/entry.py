@@ -5,15 +5,11 @@ This file is a template as `step` is.
 
 from __future__ import annotations
 
+import math
+
 from reynolds.jit import inlined, kernel
 from reynolds.texture import friction_torque
-from rotorsim.plant.kernels.film_gap import set_gas, shape_gap
-from rotorsim.plant.kernels.films import film_part
-from rotorsim.plant.kernels.modal_rotor import add_force
-from rotorsim.plant.kernels.outputs import write_sample
-from rotorsim.plant.kernels.piezo import rest_piezos
-from rotorsim.plant.kernels.step import step
-from rotorsim.plant.kernels.stubs import (
+from rotorsim.plant.kernels.effect_calls import (
     FILM,
     RIG,
     ROTOR,
@@ -23,6 +19,12 @@ from rotorsim.plant.kernels.stubs import (
     supply_line,
     warm,
 )
+from rotorsim.plant.kernels.film_gap import set_gas, shape_gap
+from rotorsim.plant.kernels.films import film_part
+from rotorsim.plant.kernels.modal_rotor import add_force
+from rotorsim.plant.kernels.outputs import write_sample
+from rotorsim.plant.kernels.piezo import rest_piezos
+from rotorsim.plant.kernels.step import step
 from rotorsim.plant.kernels.supply import feed_sample, flow_of_film, open_injectors, set_plena
 
 
@@ -78,20 +80,29 @@ def outer_torque(w, P):
 
 
 @inlined
+def beyond(torque, held):
+    """Part of a torque [N m] that friction which can hold `held` [N m] leaves."""
+    return math.copysign(max(abs(torque) - held, 0.0), torque)
+
+
+@inlined
 def coasting(w, P):
-    """Acceleration [rad/s2] of the shaft with the drive off: film friction and the drag of the other bearings."""
+    """Acceleration [rad/s2] of the shaft under a constant torque, film friction and the drag of the other bearings.
+
+    Drag opposes the motion and stops it but does not turn it round; dry drag holds a shaft at rest up to its own size.
+    """
     speed = w[ROTOR.speed]
-    torque = outer_torque(w, P) - P.viscous_drag * speed
-    if speed > 0.0:
-        torque -= P.dry_drag
-    elif speed < 0.0:
-        torque += P.dry_drag
+    sense = 0.0 if speed == 0.0 else math.copysign(1.0, speed)
+    driving = outer_torque(w, P) + P.drive_torque
+    torque = driving - P.viscous_drag * speed - sense * P.dry_drag
     for f in range(ROTOR.n_films):
         torque -= friction_torque(film_part(w, f), film_constants(P, f), FILM, speed)
-    # dry drag stops the shaft and does not turn it round
-    if speed < 0.0:
-        return min(torque / P.inertia, -speed / P.sample)
-    return max(torque / P.inertia, -speed / P.sample)
+    if sense == 0.0:
+        return beyond(torque, P.dry_drag) / P.inertia
+    if sense * (speed + torque / P.inertia * P.sample) > 0.0:
+        return torque / P.inertia
+    stopping = -speed / P.sample
+    return stopping + beyond(driving - P.inertia * stopping, abs(driving - torque)) / P.inertia
 
 
 @inlined

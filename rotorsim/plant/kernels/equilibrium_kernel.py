@@ -20,13 +20,7 @@ from reynolds.film import force, stored
 from reynolds.jit import inlined, kernel
 from reynolds.steady import FIRST_STEP, GROWTH, LAST_STEP, MOST_STEPS, RETREAT, ROUGH, SHARP, begin_pseudo_film
 from reynolds.transient import rest_foil, take_back
-from rotorsim.plant.kernels.entry import prepare, warm_films
-from rotorsim.plant.kernels.film_gap import least_gap
-from rotorsim.plant.kernels.films import film_part
-from rotorsim.plant.kernels.lu import factor_matrix, solve_matrix
-from rotorsim.plant.kernels.modal_rotor import add_force, add_tables, project
-from rotorsim.plant.kernels.step import factorise, solve_film
-from rotorsim.plant.kernels.stubs import (
+from rotorsim.plant.kernels.effect_calls import (
     FILM,
     RIG,
     ROTOR,
@@ -36,6 +30,12 @@ from rotorsim.plant.kernels.stubs import (
     rotating_damping,
     steady_forces,
 )
+from rotorsim.plant.kernels.entry import prepare, warm_films
+from rotorsim.plant.kernels.film_gap import least_gap
+from rotorsim.plant.kernels.films import film_part
+from rotorsim.plant.kernels.lu import factor_matrix, solve_matrix
+from rotorsim.plant.kernels.modal_rotor import add_force, add_tables, project
+from rotorsim.plant.kernels.step import factorise, solve_film
 from rotorsim.plant.kernels.supply import flow_of_injectors
 
 DAMPING = 2e3

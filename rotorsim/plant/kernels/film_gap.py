@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from reynolds.film import closest_places, smallest_gap
 from reynolds.jit import inlined, kernel
+from rotorsim.plant.kernels.effect_calls import FILM, RIG, film_constants, film_shape, gas_state, warmed_film
 from rotorsim.plant.kernels.films import film_part
-from rotorsim.plant.kernels.stubs import FILM, RIG, film_constants, film_shape, gas_state, warmed_film
 
 
 @inlined

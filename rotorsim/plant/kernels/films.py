@@ -21,7 +21,7 @@ from reynolds.newton import (
     judge_correction,
     read_correction,
 )
-from rotorsim.plant.kernels.stubs import FILM, ROTOR, film_constants
+from rotorsim.plant.kernels.effect_calls import FILM, ROTOR, film_constants
 
 
 @view

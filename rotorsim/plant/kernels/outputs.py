@@ -8,12 +8,25 @@ from __future__ import annotations
 import math
 
 from reynolds.jit import inlined
-from rotorsim.plant.columns import COLUMNS, FILM_COLUMNS, HEAT_COLUMNS, READ
+from rotorsim.plant.kernels.columns import (
+    AT_ANGLE,
+    AT_CONTACT,
+    AT_FLOW,
+    AT_FORCE,
+    AT_GAP,
+    AT_JOURNAL,
+    AT_PRESSURE,
+    AT_SPEED,
+    COLUMNS,
+    FILM_COLUMNS,
+    HEAT_COLUMNS,
+    READ,
+)
+from rotorsim.plant.kernels.effect_calls import FILM, RIG, ROTOR, foundation, sense
 from rotorsim.plant.kernels.film_gap import least_gap
 from rotorsim.plant.kernels.films import film_part
 from rotorsim.plant.kernels.modal_rotor import project
 from rotorsim.plant.kernels.rig_layout import AROUND
-from rotorsim.plant.kernels.stubs import FILM, RIG, ROTOR, foundation, sense
 from rotorsim.plant.kernels.supply import flow_of_film, flow_of_injectors
 
 
@@ -65,9 +78,9 @@ def gap_of(w, P, f):
 def write_films(w, P, out, i):
     """Journal, force, gap and flow: of the first film and of all together, then of each of several films."""
     v = film_part(w, 0)
-    out[i, 2], out[i, 3] = project(w, ROTOR, ROTOR.journal, ROTOR.q)
-    out[i, 6] = w[RIG.line] - P.film_0.pa
-    out[i, 7], out[i, 8] = v[FILM.force], v[FILM.force + 1]
+    out[i, AT_JOURNAL], out[i, AT_JOURNAL + 1] = project(w, ROTOR, ROTOR.journal, ROTOR.q)
+    out[i, AT_PRESSURE] = w[RIG.line] - P.film_0.pa
+    out[i, AT_FORCE], out[i, AT_FORCE + 1] = v[FILM.force], v[FILM.force + 1]
     low = gap_of(w, P, 0)
     column = len(COLUMNS) + RIG.n_pin + RIG.n_probe
     for f in range(ROTOR.n_films if ROTOR.n_films > 1 else 0):
@@ -82,9 +95,9 @@ def write_films(w, P, out, i):
     if RIG.n_heat > 0:
         for k in range(HEAT_COLUMNS * ROTOR.n_films):
             out[i, column + k] = w[RIG.heat + k]
-    out[i, 9] = low
-    out[i, 10] = flow_of_injectors(w, FILM.film_flow)
-    out[i, 11] = w[ROTOR.touched]
+    out[i, AT_GAP] = low
+    out[i, AT_FLOW] = flow_of_injectors(w, FILM.film_flow)
+    out[i, AT_CONTACT] = w[ROTOR.touched]
     w[ROTOR.touched] = 0.0
 
 
@@ -100,10 +113,10 @@ def write_pins(w, P, out, i):
 
 @inlined
 def write_sample(w, P, out, i):
-    """Write the present state into row i of `out` (see `plant.columns`) and read the sensors."""
+    """Write the present state into row i of `out` (see `columns`) and read the sensors."""
     out[i, 0], out[i, 1] = project(w, ROTOR, ROTOR.disc, ROTOR.q)
-    out[i, 4] = w[ROTOR.angle] + 2.0 * math.pi * w[ROTOR.turns]
-    out[i, 5] = w[ROTOR.speed]
+    out[i, AT_ANGLE] = w[ROTOR.angle] + 2.0 * math.pi * w[ROTOR.turns]
+    out[i, AT_SPEED] = w[ROTOR.speed]
     if ROTOR.n_films > 0:
         write_films(w, P, out, i)
     if RIG.n_pin > 0:
@@ -113,7 +126,7 @@ def write_sample(w, P, out, i):
     for n in range(2):
         w[RIG.reading + n] = out[i, n]
     for n in range(3):
-        w[RIG.reading + 2 + n] = out[i, 4 + n]
+        w[RIG.reading + 2 + n] = out[i, AT_ANGLE + n]
     w[RIG.reading + 5] = 0.0
     sense(w, P)
     for n in range(5):

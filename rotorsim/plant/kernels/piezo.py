@@ -24,7 +24,7 @@ from __future__ import annotations
 import math
 
 from reynolds.jit import inlined
-from rotorsim.plant.kernels.stubs import RIG, stroke
+from rotorsim.plant.kernels.effect_calls import RIG, stroke
 
 LONG = 1e9
 """A substep [s] after which creep has ended."""

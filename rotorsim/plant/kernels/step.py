@@ -1,8 +1,8 @@
 """The coupled step: films, plena and rotor in one implicit TR-BDF2 step.
 
-This file is both a module (with the stand-ins of `neutral`) and a template from which `compose` writes a machine's
-own module: there the names imported from `neutral` are literal sizes and static calls of the machine's effects. A
-step that does not converge is taken back and repeated as two of half the size.
+This file is a template from which `rotorsim.plant.compose` writes a machine's own module, in which the names imported
+from `effect_calls` are numbers and static calls of the machine's effects; as it stands it is a module without effects.
+A step that does not converge is taken back and repeated as two of half the size.
 """
 
 from __future__ import annotations
@@ -15,19 +15,7 @@ from reynolds.jit import inlined, kernel
 from reynolds.lanes import wide_vectors
 from reynolds.newton import NOT_CONVERGED, STALE_FACTORS, newton, refresh
 from reynolds.transient import GAMMA, STAGE, TO_END, end_stage, predict, stage_rhs, take_back
-from rotorsim.plant.kernels.film_gap import find_places, shape_gap
-from rotorsim.plant.kernels.films import film_indices, film_part, iterate_films
-from rotorsim.plant.kernels.modal_rotor import (
-    SPEED_STEP,
-    add_force,
-    end_rotor_stage,
-    form_matrix,
-    free_velocity,
-    move_rotor,
-    project,
-    rotor_rhs,
-)
-from rotorsim.plant.kernels.stubs import (
+from rotorsim.plant.kernels.effect_calls import (
     FILM,
     RIG,
     ROTOR,
@@ -41,6 +29,18 @@ from rotorsim.plant.kernels.stubs import (
     missed_motion,
     motion_torque,
     rotating_damping,
+)
+from rotorsim.plant.kernels.film_gap import find_places, shape_gap
+from rotorsim.plant.kernels.films import film_indices, film_part, iterate_films
+from rotorsim.plant.kernels.modal_rotor import (
+    SPEED_STEP,
+    add_force,
+    end_rotor_stage,
+    form_matrix,
+    free_velocity,
+    move_rotor,
+    project,
+    rotor_rhs,
 )
 from rotorsim.plant.kernels.supply import feed_stage
 

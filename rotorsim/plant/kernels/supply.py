@@ -13,9 +13,9 @@ from __future__ import annotations
 
 from reynolds.injector import nozzle_table, pin_flow
 from reynolds.jit import inlined
+from rotorsim.plant.kernels.effect_calls import FILM, RIG, ROTOR, inject, plenum_factor, supply_line
 from rotorsim.plant.kernels.films import film_part
 from rotorsim.plant.kernels.piezo import drive_piezos, pin_at
-from rotorsim.plant.kernels.stubs import FILM, RIG, ROTOR, inject, plenum_factor, supply_line
 
 
 @inlined

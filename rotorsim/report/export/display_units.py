@@ -18,7 +18,7 @@ from typing import ParamSpec, TypeVar
 
 from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import DataError
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.sentences import did_you_mean
 
 Given = ParamSpec("Given")
 Made = TypeVar("Made")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_bytes, write_text
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.sentences import did_you_mean
 from rotorsim.report.export.browser import NO_CHROME, chrome
 from rotorsim.report.export.figure_table import figure_csv
 from rotorsim.report.export.images import images

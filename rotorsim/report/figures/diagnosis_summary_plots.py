@@ -9,7 +9,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from rotorsim.base.constants import TO_UM
-from rotorsim.discrepancy.odds.explanation import LEAST_SHOWN, Explanation, shown_share
+from rotorsim.discrepancy.explanation import LEAST_SHOWN, Explanation, shown_share
 from rotorsim.report.figures.diagnosis_plots import COLOURS
 from rotorsim.report.figures.theme import INK, NEUTRAL, compact, style
 

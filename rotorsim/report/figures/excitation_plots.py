@@ -11,8 +11,7 @@ from plotly.subplots import make_subplots
 from rotorsim.base.constants import TO_UM
 from rotorsim.report.figures.theme import AXIS_COLOURS, PIN_COLOURS, compact, faint, style
 from rotorsim.report.pages.run import Run
-from rotorsim.signals.envelope import Envelope, envelopes
-from rotorsim.signals.stretch import eventful_stretch
+from rotorsim.signals.record_blocks import Envelope, envelopes, eventful_stretch
 
 PANELS = {"reference": ("reference<br>[V]", 1.0), "disc_force": ("force on disc<br>[N]", 1.0),
           "pin": ("pins<br>[µm]", TO_UM), "disc": ("disc<br>[µm]", TO_UM)}  # fmt: skip

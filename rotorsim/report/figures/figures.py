@@ -12,7 +12,7 @@ import xarray as xr
 from rotorsim.base.errors import DataError
 from rotorsim.report.pages import sections
 from rotorsim.report.pages.run import analyse
-from rotorsim.signals.missing import MissingError
+from rotorsim.signals.record_blocks import MissingError
 
 
 def _figure(record: xr.Dataset, section: sections.Section) -> go.Figure:

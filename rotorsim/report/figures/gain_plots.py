@@ -8,8 +8,7 @@ from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_UM
 from rotorsim.report.figures.theme import AXIS_COLOURS, INK, PIN_COLOURS, compact, faint, style
-from rotorsim.signals.hysteresis import Loop
-from rotorsim.signals.static_gain import Branches
+from rotorsim.signals.static_gain import Branches, HysteresisLoop
 
 SYMBOLS = {True: "triangle-up", False: "triangle-down-open"}
 
@@ -49,7 +48,7 @@ def _add_fit(figure: go.Figure, gain: Branches, k: int, axis: str, column: int) 
                                 showlegend=False), 1, column)  # fmt: skip
 
 
-def loop_figure(loops: list[Loop]) -> go.Figure:
+def loop_figure(loops: list[HysteresisLoop]) -> go.Figure:
     """Pin positions at rest [um] over the reference [V], a panel per driving axis, lines in order of time."""
     axes = sorted({loop.axis for loop in loops})
     figure = make_subplots(1, len(axes), shared_yaxes=True, horizontal_spacing=0.05,
@@ -62,7 +61,7 @@ def loop_figure(loops: list[Loop]) -> go.Figure:
     return style(figure, 460)
 
 
-def _loop(loop: Loop) -> go.Scatter:
+def _loop(loop: HysteresisLoop) -> go.Scatter:
     colour = PIN_COLOURS[(loop.injector - 1) % len(PIN_COLOURS)]
     symbols = [SYMBOLS[bool(r)] for r in loop.rising]
     return go.Scatter(

@@ -13,9 +13,8 @@ from math import sin, sqrt
 import plotly.graph_objects as go
 
 from rotorsim.machine import Machine
-from rotorsim.machine.bearings.film import GasFilm
 from rotorsim.machine.rotor import Disc
-from rotorsim.plant.acting import Nozzle, Place, nozzles, probe_plane
+from rotorsim.plant.locations import Nozzle, Place, nozzles, probe_plane
 from rotorsim.report.figures.theme import INK, faint, style
 
 Box = tuple[float, float, float, float]
@@ -137,7 +136,7 @@ def _boxes(figure: go.Figure, name: str, boxes: list[Box], colour: str, opacity:
 
 def _springs(figure: go.Figure, machine: Machine, scale: float) -> None:
     """Bearings without a film as a triangle below and above the shaft."""
-    places = [b.position for b in machine.bearings if not isinstance(b, GasFilm)]
+    places = [b.position for b in machine.bearings if b.coefficients is not None]
     for sign, symbol in ((-1, "triangle-up"), (1, "triangle-down")):
         figure.add_scatter(
             x=[z * 1e3 for z in places], y=[sign * (_at(machine, z, scale) + 0.1) for z in places], mode="markers",

@@ -8,8 +8,7 @@ from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_UM
 from rotorsim.report.figures.theme import AXIS_COLOURS, INK, NEUTRAL, compact, faint, style
-from rotorsim.signals.sensors import Difference
-from rotorsim.signals.spectrum import Spectrum
+from rotorsim.signals.spectra import SensorError, Spectrum
 
 ORDERS = (1, 2, 3)
 DECADES = 5.0
@@ -32,7 +31,7 @@ def spectrum_figure(spectrum: Spectrum, turning: float) -> go.Figure:
     return style(figure, 640)
 
 
-def difference_figure(difference: Difference, turning: float) -> go.Figure:
+def difference_figure(difference: SensorError, turning: float) -> go.Figure:
     """Spectrum of measured less true displacement, amplitudes 0-pk [um]."""
     spectrum = difference.spectrum
     figure = make_subplots(1, 1)

@@ -7,7 +7,7 @@ from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_RPM
 from rotorsim.report.figures.theme import NEUTRAL, compact, style
-from rotorsim.signals.deceleration import Deceleration
+from rotorsim.signals.orders import Deceleration
 
 
 def deceleration_figure(found: Deceleration) -> go.Figure:

@@ -7,8 +7,8 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from rotorsim.analysis.sweeps.quantities import SweepQuantity
-from rotorsim.analysis.sweeps.result import SweepResult, heading, text_of
+from rotorsim.analysis.sweeps.definition import SweepQuantity
+from rotorsim.analysis.sweeps.sweep import SweepResult, heading, text_of
 from rotorsim.report.figures.map_plots import MAP_SCALE
 from rotorsim.report.figures.theme import INK, PIN_COLOURS, compact, style
 

@@ -11,8 +11,7 @@ from plotly.subplots import make_subplots
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.report.figures.theme import AXIS_COLOURS, NEUTRAL, compact, faint, style
 from rotorsim.report.pages.run import Run
-from rotorsim.signals.envelope import Envelope, envelopes
-from rotorsim.signals.record_blocks import displacement_name
+from rotorsim.signals.record_blocks import Envelope, displacement_name, envelopes
 
 FILM_COLOURS = (NEUTRAL, "#CC79A7", "#E69F00", "#56B4E9")
 PANELS = {

@@ -8,7 +8,7 @@ from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_UM
 from rotorsim.report.figures.theme import AXIS_COLOURS, compact, style
-from rotorsim.signals.transfer import Transfer
+from rotorsim.signals.frequency_response import Transfer
 
 UNITS = {"reference": "µm/V", "disc_force": "µm/N"}
 NAMES = {"reference": "reference", "disc_force": "force"}

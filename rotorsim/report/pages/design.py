@@ -10,11 +10,19 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import MPA, TO_HZ, TO_RPM
-from rotorsim.control.designs.plants import sampled_plant
 from rotorsim.control.law import Law
-from rotorsim.control.loop.analysis import fine_axes, overview
-from rotorsim.control.loop.sampled_loop import closed_poles, law_system, loop_of, oscillating, root_locus, sweep
-from rotorsim.control.numerics.systems import largest
+from rotorsim.control.plants import sampled_plant
+from rotorsim.control.sampled_loop import (
+    closed_poles,
+    fine_axes,
+    law_system,
+    loop_of,
+    oscillating,
+    overview,
+    root_locus,
+    sweep,
+)
+from rotorsim.control.systems import largest
 from rotorsim.report.export.display_units import in_page_units, quantity
 from rotorsim.report.export.page_files import check_wanted
 from rotorsim.report.figures.theme import AXIS_COLOURS, NEUTRAL, PIN_COLOURS, compact, style

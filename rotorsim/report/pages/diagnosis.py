@@ -7,7 +7,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.constants import TO_UM
-from rotorsim.discrepancy.odds.explanation import LEAST_SHOWN, shown_share
+from rotorsim.discrepancy.explanation import LEAST_SHOWN, shown_share
 from rotorsim.discrepancy.outcome.machine_file import difference
 from rotorsim.report.export.display_units import quantity
 from rotorsim.report.figures import diagnosis_plots as plots
@@ -16,7 +16,7 @@ from rotorsim.report.pages.diagnosis_summary import first_screen
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
-    from rotorsim.discrepancy.loop.steps import Steps
+    from rotorsim.discrepancy.outcome.steps import DecisionSteps
 
 INTRODUCTION = (
     "A simulated twin of the machine was run with the same speeds, pressures and excitation as the measured records. "
@@ -155,7 +155,7 @@ def _spectra(d: Diagnosis) -> Iterator[str]:
     )
 
 
-def _steps(steps: Steps) -> str:
+def _steps(steps: DecisionSteps) -> str:
     """Odds after each step of a loop of diagnoses and experiments."""
     names = dict.fromkeys(n for step in steps.steps for n, p in step.odds.items() if p >= LEAST_SHOWN)
     rows = [

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rotorsim.discrepancy.odds.explanation import NOTHING, Explanation, shown_share
+from rotorsim.discrepancy.explanation import NOTHING, Explanation, shown_share
 from rotorsim.discrepancy.outcome.gap import reduction
-from rotorsim.discrepancy.outcome.result import NO_ACCURACY, NOTHING_BEYOND, PLAN_NEXT
-from rotorsim.discrepancy.outcome.where import FORCE, Located, located
+from rotorsim.discrepancy.outcome.result import FORCE, NO_ACCURACY, NOTHING_BEYOND, PLAN_NEXT, LocatedEffect, located
 from rotorsim.report.figures.diagnosis_summary_plots import gap_by_role, leading_odds, stages_of
 from rotorsim.report.figures.machine_sketch import MARKS, machine_sketch
 from rotorsim.report.pages import html
@@ -108,7 +107,7 @@ def _meaning(d: Diagnosis) -> str:
     return MEANING[d.status] if d.status != "unknown" or d.localisation else NOTHING_BEYOND
 
 
-def _places(found: tuple[Located, ...]) -> str:
+def _places(found: tuple[LocatedEffect, ...]) -> str:
     names = dict.fromkeys(place.name for one in found if one.label != FORCE for place in one.places)
     return " and ".join(names) or NO_PLACE
 

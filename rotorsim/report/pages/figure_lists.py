@@ -6,24 +6,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from rotorsim.experiments import EXPERIMENTS
 from rotorsim.report.pages import sections as s
 from rotorsim.report.pages.run import Run
 from rotorsim.report.pages.sections import Section
-from rotorsim.signals.missing import MissingError
+from rotorsim.signals.record_blocks import MissingError
 
 SWEPT = (s.BODE, s.WATERFALL, s.FULL, s.ORBITS, s.OVERVIEW)
-BROADBAND = (s.PER_VOLT, s.EXCITATION, s.SPECTRUM, s.OVERVIEW)
 EXPECTED: dict[str, tuple[Section, ...]] = {
-    "runup": SWEPT,
-    "coastdown": (s.COAST, *SWEPT),
-    "staircase": (s.GAIN, s.LOOPS, s.EXCITATION, s.OVERVIEW),
-    "prbs": BROADBAND,
-    "chirp": BROADBAND,
-    "multisine": BROADBAND,
-    "impact": (s.RING_DOWN, s.PER_NEWTON, s.EXCITATION, s.OVERVIEW),
-    "steady": (s.SPECTRUM, s.FILTERED, s.WATERFALL, s.OVERVIEW),
-    "slow_roll": (s.RUNOUT, s.SPECTRUM, s.OVERVIEW),
-    "controlled": (s.EXCITATION, s.SPECTRUM, s.WATERFALL, s.FULL, s.ORBITS, s.OVERVIEW),
+    name: tuple(getattr(s, section.upper()) for section in kind.figures) for name, kind in EXPERIMENTS.items()
 }
 """Where one of these cannot be made, the report states the reason."""
 POSSIBLE = (s.GAIN, s.LOOPS, s.RING_DOWN, s.PER_NEWTON, s.PER_VOLT, s.EXCITATION, s.SPECTRUM, s.FILTERED)

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from rotorsim.base import toml_text as tomllib
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
-from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.report.export.display_units import in_page_units
 from rotorsim.report.figures.map_plots import (
     campbell_figure,

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from html import escape
 from pathlib import Path
 
-from rotorsim.base.exchange import toml_text as tomllib
+from rotorsim.base import toml_text as tomllib
 from rotorsim.experiments.limits import sentences
 from rotorsim.report.export.display_units import quantity
 from rotorsim.report.export.page_files import write_page

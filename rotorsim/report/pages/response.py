@@ -9,8 +9,8 @@ import xarray as xr
 
 from rotorsim.analysis.campbell import critical_rows, modes_line, searched_line
 from rotorsim.analysis.unbalance_response import ENDS, peak_of
+from rotorsim.base import toml_text as tomllib
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
-from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.report.export.display_units import quantity
 from rotorsim.report.figures.shaft_plots import critical_speed_map, distinct, response_figure, shaft_campbell
 from rotorsim.report.pages.study import Block, save_study_page

@@ -13,12 +13,10 @@ from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import MachineFileError
 from rotorsim.experiments.run_summary import summarise
 from rotorsim.machine import Machine
-from rotorsim.signals.holds import Holds, rest
-from rotorsim.signals.missing import need
-from rotorsim.signals.order_tracking import track_orders
-from rotorsim.signals.prepare import prepared, sampling_time, sensed_name
-from rotorsim.signals.record_blocks import blocks
-from rotorsim.signals.waterfall import waterfall
+from rotorsim.signals.orders import track_orders
+from rotorsim.signals.record_blocks import blocks, need, prepared, sampling_time, sensed_name
+from rotorsim.signals.spectra import waterfall
+from rotorsim.signals.static_gain import Holds, rest
 
 RUNS = ("runup", "coastdown")
 """Experiments in which the speed is swept."""

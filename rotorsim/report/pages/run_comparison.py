@@ -14,7 +14,7 @@ from rotorsim.report.figures.comparison_plots import line_look
 from rotorsim.report.figures.phase import FAINTEST, next_to, phase_axes, phase_lag
 from rotorsim.report.figures.theme import compact, style
 from rotorsim.report.pages.study import Block, save_study_page
-from rotorsim.signals.run_comparison import RunComparison
+from rotorsim.signals.orders import RunComparison
 
 HEADS = (
     "run",

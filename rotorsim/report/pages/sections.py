@@ -21,17 +21,13 @@ from rotorsim.report.figures.speed_plots import deceleration_figure
 from rotorsim.report.figures.transfer_plots import transfer_figure
 from rotorsim.report.pages.run import Run
 from rotorsim.report.text import captions as c, experiment_captions as e
-from rotorsim.signals import hysteresis, impact
-from rotorsim.signals.deceleration import deceleration_of
-from rotorsim.signals.missing import need
-from rotorsim.signals.prepare import sampling_time
-from rotorsim.signals.probes import READINGS, probe_planes
-from rotorsim.signals.record_blocks import displacement_name
-from rotorsim.signals.runout_profile import runout_of
-from rotorsim.signals.sensors import difference_of
-from rotorsim.signals.spectrum import spectrum_of
-from rotorsim.signals.static_gain import static_gain
-from rotorsim.signals.transfer import Transfer, welch_transfer
+from rotorsim.signals import impact
+from rotorsim.signals.frequency_response import Transfer, welch_transfer
+from rotorsim.signals.orders import deceleration_of
+from rotorsim.signals.probes import READINGS, probe_planes, runout_of
+from rotorsim.signals.record_blocks import displacement_name, need, sampling_time
+from rotorsim.signals.spectra import difference_of, spectrum_of
+from rotorsim.signals.static_gain import loops, static_gain
 
 RESPONSE_REACH = 500.0
 """Highest frequency [Hz] of a frequency response."""
@@ -115,7 +111,7 @@ def _gain(run: Run) -> Any:
 
 def _loops(run: Run) -> Any:
     need("pin" in run.record, "The record has no pin positions.")
-    found = hysteresis.loops(run.holds, static_gain(run.holds))
+    found = loops(run.holds, static_gain(run.holds))
     need(bool(found), "The pins do not move.")
     return found
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rotorsim.analysis.sweeps.result import SweepResult
+from rotorsim.analysis.sweeps.sweep import SweepResult
+from rotorsim.base import toml_text as tomllib
 from rotorsim.base.constants import TO_MPA, TO_RPM
-from rotorsim.base.exchange import toml_text as tomllib
 from rotorsim.report.export import display_units
 from rotorsim.report.figures.sweep_plots import MOST_AXES, sweep_figure
 from rotorsim.report.pages.study import Block, save_study_page

@@ -11,7 +11,7 @@ from rotorsim.report.export.display_units import quantity
 from rotorsim.report.figures.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, style
 from rotorsim.report.pages.study import Block, study_page
 from rotorsim.verify import Verification
-from rotorsim.verify.running import Run
+from rotorsim.verify.runs import Run
 from rotorsim.verify.safe_speed import sentence
 
 LOUD = 10.0

@@ -9,14 +9,12 @@ from rotorsim.report.export.display_units import displacement, quantity
 from rotorsim.report.figures.probes.filtered_orbit_plots import mean_orders
 from rotorsim.report.figures.transfer_plots import NAMES, UNITS
 from rotorsim.report.pages.run import Run
-from rotorsim.signals.deceleration import Deceleration
-from rotorsim.signals.hysteresis import Loop
+from rotorsim.signals.frequency_response import Transfer, peak_of
 from rotorsim.signals.impact import RingDown
-from rotorsim.signals.runout_profile import RunoutProfile
-from rotorsim.signals.sensors import Difference
-from rotorsim.signals.spectrum import Spectrum
-from rotorsim.signals.static_gain import Branches
-from rotorsim.signals.transfer import Transfer, peak_of
+from rotorsim.signals.orders import Deceleration
+from rotorsim.signals.probes import RunoutProfile
+from rotorsim.signals.spectra import SensorError, Spectrum
+from rotorsim.signals.static_gain import Branches, HysteresisLoop
 
 MANY_MODES = 0.15
 """Scatter of the logarithms of the extremes from which on a decay is not that of one mode."""
@@ -96,7 +94,7 @@ def gain_caption(run: Run, gains: list[Branches]) -> str:
     return " ".join(parts) + seen_by(run)
 
 
-def loop_caption(run: Run, loops: list[Loop]) -> str:
+def loop_caption(run: Run, loops: list[HysteresisLoop]) -> str:
     """Travel and opening of every loop."""
     parts = [
         f"pin {k.injector} travels {displacement(k.travel)}"
@@ -152,7 +150,7 @@ def runout_caption(run: Run, runout: RunoutProfile) -> str:
     return " ".join(parts) + seen_by(run)
 
 
-def difference_caption(run: Run, difference: Difference) -> str:
+def difference_caption(run: Run, difference: SensorError) -> str:
     """Noise levels."""
     parts = [
         f"along {axis} {displacement(difference.rms[k])} rms and {displacement(difference.peak_to_peak[k])} pk-pk "

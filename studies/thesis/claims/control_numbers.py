@@ -10,12 +10,12 @@ import numpy as np
 from identification.lpv.model import LpvModel
 from rotorsim.base.constants import KRPM, MPA, TO_HZ
 from rotorsim.control.designs import hinf
-from rotorsim.control.designs.mixed import closed, mixed_sensitivity
-from rotorsim.control.designs.plants import design_plant, sampled_plant
+from rotorsim.control.designs.hinf_synthesis import controller, solve
+from rotorsim.control.designs.weighted_plant import closed, mixed_sensitivity
 from rotorsim.control.law import Law
-from rotorsim.control.loop.sampled_loop import closed_poles, law_system, model_loop, stable_gains
-from rotorsim.control.numerics.gamma import controller, solve
-from rotorsim.control.numerics.systems import gain, largest, peak_gain, response
+from rotorsim.control.plants import design_plant, sampled_plant
+from rotorsim.control.sampled_loop import closed_poles, law_system, model_loop, stable_gains
+from rotorsim.control.systems import gain, largest, peak_gain, response
 from studies.thesis.claims.rules import points
 from studies.thesis.control_study import OPEN, ControlStudy
 

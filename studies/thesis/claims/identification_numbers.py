@@ -10,8 +10,7 @@ from identification import Identification, open_pair, sampling_time
 from identification.local.greybox import actuator_poles
 from identification.records.prefilter import REST, rest_length
 from rotorsim.base.constants import TO_HZ, TO_UM
-from rotorsim.study.identification_vs_physics import Study
-from rotorsim.study.local_models import RECIPE
+from rotorsim.study.identification_vs_physics import RECIPE, Study
 from studies.thesis.claims.rules import points
 
 MS = 1e3

@@ -7,8 +7,8 @@ from functools import lru_cache
 from importlib.resources import files
 from typing import Any
 
+from rotorsim.base import toml_text as tomllib
 from rotorsim.base.constants import KRPM, MPA
-from rotorsim.base.exchange import toml_text as tomllib
 
 Interval = tuple[float, float]
 

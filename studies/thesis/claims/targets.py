@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorsim.base.constants import TO_RPM, TO_UM
-from rotorsim.study.identification_vs_physics import Study
-from rotorsim.study.table import errors
+from rotorsim.study.identification_vs_physics import Study, errors
 
 
 @dataclass(frozen=True)

@@ -20,10 +20,10 @@ from __future__ import annotations
 import numpy as np
 
 from rotorsim.base.constants import RIG_SAMPLE
-from rotorsim.control.designs.mixed import Generalised
-from rotorsim.control.designs.plants import Model, design_plant
-from rotorsim.control.numerics.gamma import bounds
-from rotorsim.control.numerics.systems import System, block_diag, series, side_by_side
+from rotorsim.control.designs.hinf_synthesis import bounds
+from rotorsim.control.designs.weighted_plant import Generalised
+from rotorsim.control.plants import Model, design_plant
+from rotorsim.control.systems import System, block_diag, series, side_by_side
 
 LEVEL = 0.59
 SECTIONS = ((0.3254, 0.4428, 0.4946, 0.2587), (1.9226, 0.3817, 1.0608, 0.2435))

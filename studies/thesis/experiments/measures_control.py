@@ -17,15 +17,14 @@ from rotorsim.base.constants import KRPM, MPA, RIG_SAMPLE, TO_HZ
 from rotorsim.control import DesignError, Law
 from rotorsim.control.catalogue import make_spec, module_of
 from rotorsim.control.designs import h2_scheduled, hinf, lead
-from rotorsim.control.designs.interpolation import fit, held_out
-from rotorsim.control.designs.plants import Model, sampled_plant
+from rotorsim.control.designs.h2_scheduled import fit, held_out
 from rotorsim.control.law_from_system import table_axes
-from rotorsim.control.loop.sampled_loop import closed_poles, law_system, sweep
+from rotorsim.control.plants import Model, sampled_plant
+from rotorsim.control.sampled_loop import closed_poles, law_system, sweep
 from rotorsim.plant import Plant
-from rotorsim.verify.impacts import impact_responses
-from rotorsim.verify.running import run_rows, steady_rows
+from rotorsim.verify.runs import run_rows, steady_rows
 from rotorsim.verify.safe_speed import safe_speed
-from rotorsim.verify.transients import amplitudes
+from rotorsim.verify.transients import amplitudes, impact_responses
 from studies.thesis.claims.control_numbers import numbers_of
 from studies.thesis.claims.rules import points
 from studies.thesis.control_cases import ringing

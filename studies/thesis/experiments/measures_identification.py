@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import identification as idn
-from identification.local.grey_fits import actuator_signals
+from identification.local.fits import actuator_signals
 from identification.local.greybox import actuator_poles
 from rotorsim.base.constants import KRPM, MPA, TO_HZ, TO_UM
 from rotorsim.experiments import prbs, steady
 from rotorsim.plant import Plant
-from rotorsim.study.local_models import RECIPE, runout_amplitudes
+from rotorsim.study.identification_vs_physics import RECIPE, runout_amplitudes
 from studies.thesis.claims.identification_numbers import MS, VOLT
 from studies.thesis.claims.rules import points
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from rotorsim.base.errors import DataError
 from rotorsim.machine import Machine
-from rotorsim.study.pool import Case, Progress, run_cases
+from studies.thesis.cached_cases import CachedCase, Progress, run_cases
 from studies.thesis.claims.judge import MET, judge_figure
 from studies.thesis.claims.rules import Figure
 from studies.thesis.experiments.table import Experiment, changed, figure_of
@@ -96,10 +96,10 @@ def run_experiments(
     return [Found(one.experiment, one.numbers, one.failed, rows.get(one.experiment.name, [])) for one in found]
 
 
-def _case(machine: Machine, one: Experiment, factor: float, text: str) -> Case:
+def _case(machine: Machine, one: Experiment, factor: float, text: str) -> CachedCase:
     arguments = (text, machine.text, one.measure)
     key = key_of(*arguments, kind="experiments")
-    return Case("experiment", f"{one.name} x {factor:g}", key, f"{HOME}:figures", arguments)
+    return CachedCase("experiment", f"{one.name} x {factor:g}", key, f"{HOME}:figures", arguments)
 
 
 def _found(experiment: Experiment, results: dict[float, dict[str, Any]]) -> Found:
@@ -107,6 +107,6 @@ def _found(experiment: Experiment, results: dict[float, dict[str, Any]]) -> Foun
     return Found(experiment, {f: one for f, one in results.items() if f not in failed}, failed)
 
 
-def _broken(machine: Machine, found: Found, text: str) -> Case:
+def _broken(machine: Machine, found: Found, text: str) -> CachedCase:
     key = key_of("broken", text, machine.text, kind="experiments")
-    return Case("broken", found.experiment.name, key, f"{HOME}:broken", (text, machine.text))
+    return CachedCase("broken", found.experiment.name, key, f"{HOME}:broken", (text, machine.text))

@@ -8,11 +8,11 @@ from functools import lru_cache, reduce
 from importlib.resources import files
 from typing import Any
 
+from rotorsim.base import toml_text as tomllib
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange import toml_text as tomllib
-from rotorsim.base.suggest import did_you_mean
+from rotorsim.base.sentences import did_you_mean
 from rotorsim.machine import Machine
-from rotorsim.machine.edit import expanded
+from rotorsim.machine.file_text import expanded
 from studies.thesis.claims.rules import Figure, claims
 
 KEYS = {"words", "fields", "factors", "measure", "figures", "why"}

@@ -9,7 +9,7 @@ from fuzzing.values import NONSENSE, beyond, broken, legal, text_of
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import show
-from rotorsim.commands.experiment.controlled import Setup
+from rotorsim.commands.closed_loop import ClosedLoopSetup
 from rotorsim.experiments import EXPERIMENTS
 from rotorsim.experiments.parameters import parameters
 
@@ -104,7 +104,7 @@ NO_CHANGES = (
 
 def known(name: str) -> dict[str, Quantity]:
     """Parameters of an experiment's command."""
-    kind = Setup if name == "controlled" else EXPERIMENTS[name]
+    kind = ClosedLoopSetup if name == "controlled" else EXPERIMENTS[name]
     return {entry.name: param for entry, param in parameters(kind)}
 
 
@@ -175,7 +175,7 @@ def calls(draw: Any) -> list[str]:
     as_command = name == "runup" and draw(st.booleans())
     start = ["runup"] if as_command else ["experiment", name]
     sets = [f"--set={change}" for change in draw(changes(machine))]
-    seed = [] if as_command else [f"--seed={draw(st.sampled_from([0, 1, 2**53 - 1]))}"]
+    seed = [f"--seed={draw(st.sampled_from([0, 1, 2**53 - 1]))}"]
     json = ["--json"] if draw(st.booleans()) else []
     page = [] if draw(st.integers(0, 30)) == 17 else ["--no-report"]
     return [*start, f"{machine}.toml", *spelled(draw(options(name))), *sets, *seed, *json, *page]

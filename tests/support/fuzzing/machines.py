@@ -12,9 +12,9 @@ from typing import Any
 from rotorsim.base.quantity import Quantity
 from rotorsim.effects import FILM_PORTS, REGISTRY
 from rotorsim.machine import load_machine
+from rotorsim.machine.file_text import entries
 from rotorsim.machine.part import Part
 from rotorsim.machine.schema import Machine
-from rotorsim.machine.toml import entries
 
 STRUCTURE = (
     "grid.n_theta", "grid.n_z", "grid.symmetry", "solver.modes_per_plane", "injection.law", "actuators.mode",

@@ -22,7 +22,7 @@ from rotorsim.machine import (
     ShaftProbe,
 )  # fmt: skip
 from rotorsim.machine.actuators import Actuators, Drive
-from rotorsim.machine.bearings.gas import Gas
+from rotorsim.machine.gas import Gas
 from rotorsim.machine.numerics import Solver
 from rotorsim.machine.part import Part
 from rotorsim.machine.rotor import Disc, Material

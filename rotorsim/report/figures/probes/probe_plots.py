@@ -8,13 +8,13 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from identification.records.probes import probe_outputs
+from identification.records.sensors import probe_outputs
 from rotorsim.base.constants import TO_UM
 from rotorsim.report.figures.orbit_plots import COLOURS, draw_orbit, instants, middle, stretch
 from rotorsim.report.figures.theme import PIN_COLOURS, compact, faint, style
 from rotorsim.report.pages.run import Run
-from rotorsim.signals.envelope import envelopes
 from rotorsim.signals.probes import READINGS, SHOWN, names, units
+from rotorsim.signals.record_blocks import envelopes
 
 Planes = Sequence[tuple[str, ...]]
 

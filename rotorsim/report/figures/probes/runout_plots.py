@@ -8,7 +8,7 @@ from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_UM
 from rotorsim.report.figures.theme import AXIS_COLOURS, compact, faint, style
-from rotorsim.signals.runout_profile import RunoutProfile
+from rotorsim.signals.probes import RunoutProfile
 
 
 def runout_figure(runout: RunoutProfile) -> go.Figure:

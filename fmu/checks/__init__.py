@@ -1,1 +1,0 @@
-"""Checks of exported units: standard, trajectory against the Python plant, importers."""

@@ -1,0 +1,294 @@
+"""A .fmu file read back: its summary, and an instance loaded with FMPy whose variables go by their names."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from fmu.archive import temporary_error
+from fmu.description import ROWS
+from rotorsim.base import json_text as json
+from rotorsim.base.errors import DataError
+from rotorsim.base.exchange.archive import read_archive, unpack
+
+Log = Callable[[str], None]
+
+
+def fmpy() -> Any:
+    """The importer; raises DataError that names what to install."""
+    try:
+        import fmpy as importer
+    except ImportError as error:
+        raise DataError("fmpy: is not installed; install it with pip install fmpy") from error
+    return importer
+
+
+class ImportedUnit:
+    """A .fmu file unpacked; a context manager that removes it. An instance runs the machine code that is in it."""
+
+    def __init__(self, path: str | Path) -> None:
+        importer = fmpy()
+        self.path, self.folder = path, ""
+        try:
+            files = read_archive(Path(path))
+            xml(files["modelDescription.xml"])
+            self.folder = tempfile.mkdtemp()
+            unpack(files, Path(self.folder))
+            self.description = importer.read_model_description(self.folder, validate=False)
+            _check_identifier(self.description)
+        except Exception as error:  # what FMPy makes of a file that is none, from KeyError to BadZipFile
+            shutil.rmtree(self.folder, ignore_errors=True)
+            if isinstance(error, OSError) and error.filename != str(path):
+                raise temporary_error(error) from error
+            raise DataError(
+                f"{path}: is not an FMU that FMPy can read ({str(error)[:200]}); export it again"
+            ) from error
+        self.is_3 = self.description.fmiVersion.startswith("3")
+        self.variables = {v.name: v for v in self.description.modelVariables}
+
+    def __enter__(self) -> ImportedUnit:
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def names(self, causality: str) -> list[str]:
+        """Scalar variables of a causality."""
+        return [n for n, v in self.variables.items() if v.causality == causality and not v.dimensions]
+
+    def instance(self, name: str = "unit", log: Log | None = None, **options: bool) -> Instance:
+        """A new instance, not yet initialised."""
+        return Instance(self, name, log, options)
+
+
+def _check_identifier(description: Any) -> None:
+    """Raise ValueError for a name of the library that is more than a name: FMPy would look for it anywhere."""
+    name = str(description.coSimulation.modelIdentifier)
+    if re.fullmatch(r"[A-Za-z_]\w*", name, re.ASCII) is None:
+        raise ValueError(f"its modelIdentifier is {name[:60]!r}, not a name as in C")
+
+
+def fmi2_callbacks(log: Log) -> Any:
+    """Callbacks of one FMI 2.0 instance, messages to `log`.
+
+    FMPy's own are shared by all instances, and `fmpy.simulate_fmu` leaves a freed logger in them.
+    """
+    from fmpy import fmi2
+
+    def logger(environment: Any, name: bytes, status: int, category: bytes, message: bytes) -> None:
+        log(message.decode())
+
+    callbacks = fmi2.fmi2CallbackFunctions()
+    callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(logger)
+    callbacks.allocateMemory = fmi2.defaultCallbacks.allocateMemory
+    callbacks.freeMemory = fmi2.defaultCallbacks.freeMemory
+    return callbacks
+
+
+class Instance:
+    """One instance of a unit. `messages` collects what it logs."""
+
+    def __init__(self, unit: ImportedUnit, name: str, log: Log | None, options: dict[str, bool]) -> None:
+        self.unit, self.messages = unit, []  # type: ImportedUnit, list[str]
+        self.log = log or self.messages.append
+        d = unit.description
+        common = {
+            "guid": d.guid, "unzipDirectory": unit.folder, "modelIdentifier": d.coSimulation.modelIdentifier,
+            "instanceName": name,
+        }  # fmt: skip
+        here = os.getcwd()
+        try:
+            self._load(common, options)
+        except Exception as error:  # FMPy has no class of its own for this
+            os.chdir(here)  # it goes to the library's folder, and stays there after a failure
+            why = self.messages[-1] if self.messages else str(error)
+            raise DataError(f"{unit.path}: cannot be loaded here ({why[:200]}); export it for this computer") from error
+
+    def _load(self, common: dict[str, Any], options: dict[str, bool]) -> None:
+        if self.unit.is_3:
+            from fmpy.fmi3 import FMU3Slave
+
+            self.slave: Any = FMU3Slave(**common)
+            self.slave.instantiate(loggingOn=True, logMessage=self._log3, **options)
+        else:
+            from fmpy.fmi2 import FMU2Slave
+
+            self.slave = FMU2Slave(**common)
+            self.slave.instantiate(callbacks=fmi2_callbacks(self.log), loggingOn=True)
+
+    def _log3(self, environment: Any, status: int, category: bytes, message: bytes) -> None:
+        self.log(message.decode())
+
+    def initialise(
+        self, values: Mapping[str, float] | None = None, start: float = 0.0, stop: float | None = None
+    ) -> None:
+        """Set values, then initialise at a start time [s]; `stop` [s] is the end of the run, None for an open one."""
+        if not self.unit.is_3:
+            self.slave.setupExperiment(startTime=start, stopTime=stop)
+        self.set(values or {})
+        if self.unit.is_3:
+            self.slave.enterInitializationMode(startTime=start, stopTime=stop)
+        else:
+            self.slave.enterInitializationMode()
+        self.slave.exitInitializationMode()
+
+    def set(self, values: Mapping[str, float]) -> None:
+        """Set variables of any type by name."""
+        for name, value in values.items():
+            v = self.unit.variables[name]
+            getattr(self.slave, f"set{v.type}")([v.valueReference], [_cast(v.type)(value)])
+
+    def get(self, names: Sequence[str]) -> np.ndarray:
+        """Values of variables of any type by name."""
+        found = np.empty(len(names))
+        for k, name in enumerate(names):
+            v = self.unit.variables[name]
+            found[k] = getattr(self.slave, f"get{v.type}")([v.valueReference])[0]
+        return found
+
+    def step(self, now: float, length: float) -> Any:
+        """One communication step; FMI 3.0 answers (event, terminate, early return, time reached)."""
+        return self.slave.doStep(currentCommunicationPoint=now, communicationStepSize=length)
+
+    def film_pressure(self) -> np.ndarray:
+        """Film pressure (n_theta, n_z); FMI 3.0 only."""
+        v = self.unit.variables["film.pressure"]
+        shape = [int(d.start) for d in v.dimensions]
+        return np.array(self.slave.getFloat64([v.valueReference], nValues=int(np.prod(shape)))).reshape(shape)
+
+    def save(self) -> bytes:
+        """The state as bytes."""
+        s = self.slave
+        state = s.getFMUState() if self.unit.is_3 else s.getFMUstate()
+        data = bytes(s.serializeFMUState(state) if self.unit.is_3 else s.serializeFMUstate(state))
+        (s.freeFMUState if self.unit.is_3 else s.freeFMUstate)(state)
+        return data
+
+    def restore(self, data: bytes) -> None:
+        """Take back a state saved as bytes."""
+        s = self.slave
+        if self.unit.is_3:
+            state = s.deserializeFMUState(data)
+            s.setFMUState(state)
+            s.freeFMUState(state)
+        else:
+            buffer = ctypes.create_string_buffer(data, len(data))
+            state = s.deSerializeFMUstate(buffer.raw)
+            s.setFMUstate(state)
+            s.freeFMUstate(state)
+
+    def run(self, inputs: Mapping[str, np.ndarray], step: float, outputs: Sequence[str], first: int = 0) -> np.ndarray:
+        """Outputs (n + 1, outputs), before the first and after every step, for input rows (n,) by name."""
+        rows = [self.get(outputs)]
+        reals = [n for n in inputs if self.unit.variables[n].type in ("Real", "Float64")]
+        others = [n for n in inputs if n not in reals]
+        references = [self.unit.variables[n].valueReference for n in reals]
+        table = np.stack([inputs[n] for n in reals], axis=1)
+        set_reals = getattr(self.slave, "setFloat64" if self.unit.is_3 else "setReal")
+        for k, row in enumerate(table):
+            set_reals(references, row.tolist())
+            if others and (k == 0 or any(inputs[n][k] != inputs[n][k - 1] for n in others)):
+                self.set({n: inputs[n][k] for n in others})
+            self.step((first + k) * step, step)
+            rows.append(self.get(outputs))
+        return np.array(rows)
+
+    def close(self) -> None:
+        """Terminate and free."""
+        self.slave.terminate()
+        self.slave.freeInstance()
+
+
+def _cast(name: str) -> Callable[[float], Any]:
+    return {"Boolean": bool, "Integer": int, "Int32": int}.get(name, float)
+
+
+DAMAGED = (ElementTree.ParseError, KeyError, IndexError, ValueError, TypeError, AttributeError)
+"""Exceptions from reading another program's file, or a damaged one."""
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Mapping[str, bytes]]:
+    """The files of a unit by name; what it should have and has not raises DataError."""
+    try:
+        yield read_archive(path)
+    except DAMAGED as error:
+        raise DataError(
+            f"{path}: is not an FMU of rotorsim, or is damaged ({error}); export one with 'rotorsim fmu export'"
+        ) from error
+
+
+def info(path: Path) -> dict[str, Any]:
+    """Facts about a unit that this software exported; raises DataError for anything else."""
+    if not path.is_file():
+        raise DataError(f"{path}: is not there; give a .fmu file")
+    with opened(path) as files:
+        return _facts(files) | {"size": f"{path.stat().st_size / 1000:.0f} kB"}
+
+
+def xml(content: bytes) -> ElementTree.Element:
+    """Root of an XML file of a unit; raises ValueError for one that defines entities, which may stand for anything."""
+    if b"<!DOCTYPE" in content or b"<!ENTITY" in content or b"\0" in content:
+        raise ValueError("an XML file with entities of its own, which no unit needs")
+    return ElementTree.fromstring(content)
+
+
+def _facts(files: Mapping[str, bytes]) -> dict[str, Any]:
+    root = xml(files["modelDescription.xml"])
+    data = json.loads(files["resources/model.json"])
+    listed = root.find("ModelVariables")
+    if listed is None:
+        raise KeyError("it has no ModelVariables")
+    causalities = [v.get("causality", "local") for v in listed]
+    return {
+        "FMI version": root.get("fmiVersion"),
+        "name": root.get("modelName"),
+        "model": root.get("description", "").removesuffix(ROWS).strip(),
+        "software": data["software"],
+        "machine hash": data.get("machine_hash", "none: no plant"),
+        "model hash": data["model_hash"],
+        "targets": ", ".join(data["targets"]),
+        "processor": data["cpu"],
+        "inputs": causalities.count("input"),
+        "outputs": causalities.count("output"),
+        "parameters": causalities.count("parameter"),
+        "reference": "yes" if any(n.endswith("/out.csv") for n in files) else "no",
+    }
+
+
+def machine_text(path: Path) -> str:
+    """The machine file that a unit carries."""
+    with opened(path) as files:
+        return files["resources/machine.toml"].decode()
+
+
+def holds(path: Path) -> str:
+    """Kind of unit: 'plant', 'lpv' (an identified model) or 'law'."""
+    with opened(path) as files:
+        return next((kind for kind in ("lpv", "law") if f"resources/{kind}.json" in files), "plant")
+
+
+def start(path: Path) -> tuple[float, float]:
+    """Speed [rad/s] and gauge pressure [Pa] at which the unit starts."""
+    with opened(path) as files:
+        values = json.loads(files["resources/model.json"])["start"]
+        return float(values["speed"]), float(values["pressure"])
+
+
+def stored(path: Path, name: str) -> tuple[list[str], list[list[float]]]:
+    """Header and rows of a table of the unit's reference; empty where it has none."""
+    with opened(path) as files:
+        inside = [n for n in files if n.endswith(f"/{name}")]
+        lines = files[inside[0]].decode().splitlines() if inside else [""]
+        return lines[0].split(",") if lines[0] else [], [[float(x) for x in line.split(",")] for line in lines[1:]]

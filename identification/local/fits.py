@@ -1,0 +1,313 @@
+"""Fits of grey-box and black-box models, of one record or of several stretches: start, fit, covariance, result.
+
+A black-box model starts from the subspace method and is refined by output error or prediction error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from identification.errors import UnfitError
+from identification.local import dead_time as late
+from identification.local.bias import AtRest, at_rest, bias, nothing
+from identification.local.blackbox import FullStateSpace, balanced, subspace
+from identification.local.closed_loop import acted_of
+from identification.local.confidence import Spread, propagate, residual_tests, spread
+from identification.local.goodness import ceiling, fit_of, noise_free_fit, project, simulated
+from identification.local.greybox import DELAYED, STRUCTURES, Structure, delays, modes, static_gain
+from identification.local.least_squares import (
+    FitProblem,
+    GreyBox,
+    Minimum,
+    Predictor,
+    ahead_of,
+    covariance_of,
+    problem_of,
+    scores_of,
+    solve,
+)
+from identification.local.models import LinearModel
+from identification.local.own_structure import (
+    bound_remarks,
+    box,
+    covariance_of as own_covariance,
+    prepared,
+    properties,
+    valued,
+)
+from identification.local.result import Identification, noted
+from identification.local.start import DEAD_TIME, broadened, start_values
+from identification.records.checks import check_modes, suspicious_gains
+from identification.records.prefilter import pin_pairs
+from identification.records.stretches import Signals, longest_part, offsets, regressors_of
+from rotorsim.base.rounding import normal_root
+
+CANDIDATES = 5000
+"""Samples on which the candidates for a start are compared."""
+TRIAL = 8
+"""Steps of each candidate."""
+
+
+def actuator_signals(signals: Signals) -> Signals:
+    """The same record with the pins' motion as output."""
+    assert signals.pins is not None
+    v = pin_pairs(signals.pins, signals.u)
+    rest = signals.rest if signals.rest >= 50 else len(v)
+    Q = offsets(len(v), signals.breaks)
+    return replace(signals, y=v - v[:rest].mean(axis=0), truth=None, Q=Q, noise=np.zeros(2))
+
+
+def grey_box(kind: str, signals: Signals, method: str, start: Any) -> Identification:
+    """A grey-box model whose parameters are found in one fit."""
+    chosen = actuator_signals(signals) if kind == "actuator" else signals
+    fitted, found, calm = _solved(kind, chosen, chosen.u, "zero", method, start)
+    theta = fitted.theta[: len(STRUCTURES[kind].parameters)]
+    return _grey_result(kind, method, chosen, theta, found, calm, fitted)
+
+
+def delayed(signals: Signals, method: str, start: Any, dead_time: float | str) -> Identification:
+    """Model 3 with dead times that are found or given; without where they are to be found and the record has none."""
+    begin = None if start is None else list(start)[:14]
+    if isinstance(dead_time, str):
+        problem, plain = _fitted("3", signals, signals.u, "zero", method, begin)
+        more = [2 / DEAD_TIME] * 2 if start is None or len(start) < 16 else start[14:]
+        shown = method == "pem" or late.promising(problem, plain.theta, plain.x0, signals.Ts)
+        if shown:
+            fitted, found, calm = _solved(DELAYED, signals, signals.u, "zero", method, [*plain.theta[:14], *more])
+            theta = fitted.theta[:16]
+            shown = late.found(theta, found.covariance, signals.Ts)
+        if not shown:
+            judged = _judged("3", method, signals, problem, plain)
+            return noted(_grey_result("3", method, signals, plain.theta[:14], *judged, plain), late.NONE)
+    else:
+        fitted, found, calm = _solved("3", signals, signals.u, "zero", method, begin, late.fixed(dead_time))
+        theta, found = late.completed(fitted.theta[:14], found, dead_time)
+        calm = calm.joined(2)
+    result = _grey_result(DELAYED, method, signals, theta, found, calm, fitted)
+    return replace(result, warnings=(*result.warnings, *late.remark(theta, result.wn)))
+
+
+def _solved(
+    kind: str, signals: Signals, w: np.ndarray, hold: str, method: str, start: Any, structure: Structure | None = None
+) -> tuple[Minimum, Spread, AtRest]:
+    """Fit, covariance and change at rest of a grey-box structure, or of another with its parameters."""
+    problem, fitted = _fitted(kind, signals, w, hold, method, start, structure)
+    return fitted, *_judged(kind, method, signals, problem, fitted)
+
+
+def _fitted(
+    kind: str, signals: Signals, w: np.ndarray, hold: str, method: str, start: Any, structure: Structure | None = None
+) -> tuple[FitProblem, Minimum]:
+    """Fit of a structure, and the problem that it solves."""
+    grey = GreyBox(structure or STRUCTURES[kind], signals.Ts, hold)
+    problem = problem_of(grey, _inputs(w, hold), project(signals.y, signals.Q), signals.Q, signals.breaks)
+    problem = _with_judge(problem, kind, signals, hold)
+    if start is None:
+        first = _best_start(problem, signals, start_values("2" if kind == "rotor" else kind, *_excited(w, signals)))
+    else:
+        first = np.asarray(start, float)
+        _check_start(first, len(grey.structure.parameters), grey.structure.name)
+        if not problem.usable(first):
+            raise UnfitError(f"identify.start: {STRUCTURES[kind].name} is unstable there; start from a stable model")
+        first = first if kind == "actuator" else _best_start(problem, signals, [first, broadened(first)])
+    fitted = solve(problem, first)
+    if method == "pem":
+        n = len(grey.sampled(first)[0])
+        problem = ahead_of(problem, Predictor(grey, n, 2))
+        fitted = solve(problem, np.concatenate([fitted.theta, np.zeros(2 * n)]))
+    return problem, fitted
+
+
+def _judged(kind: str, method: str, signals: Signals, problem: FitProblem, fitted: Minimum) -> tuple[Spread, AtRest]:
+    """Covariance of the structure's parameters, and their change at rest by an output-error fit of what moves."""
+    q = len(STRUCTURES[kind].parameters) if method == "pem" else len(fitted.theta)
+    found = spread(*scores_of(problem, fitted.theta, fitted.x0), signals.Ts, signals.noise).first(q)
+    if method == "pem" or kind == "actuator":
+        return found, nothing(q)
+    return found, at_rest(problem, fitted.theta, fitted.x0, signals.Ts, signals.noise)
+
+
+def _with_judge(problem: FitProblem, kind: str, signals: Signals, hold: str) -> FitProblem:
+    """The problem, judged by what acted where its inputs are only the explained part of that."""
+    if (acted := acted_of(signals)) is None:
+        return problem
+    moved = actuator_signals(acted) if acted.pins is not None else acted
+    chosen = moved if kind == "actuator" else acted
+    w = moved.y if kind in ("rotor", "rotor-rate") else acted.u
+    return replace(problem, judge=replace(problem, w=_inputs(w, hold), y=project(chosen.y, chosen.Q)))
+
+
+def _inputs(w: np.ndarray, hold: str) -> np.ndarray:
+    """Inputs as the sampled model takes them: (u_k, u_k+1) where they run straight between samples."""
+    return np.hstack([w, np.vstack([w[1:], w[-1:]])]) if hold == "first" else np.ascontiguousarray(w)
+
+
+def _excited(w: np.ndarray, signals: Signals) -> tuple[np.ndarray, np.ndarray, float]:
+    """Inputs and outputs from the end of the rest, and their period."""
+    first = min(signals.rest, len(w) // 2)
+    return w[first:], signals.y[first:], signals.Ts
+
+
+def _best_start(problem: FitProblem, signals: Signals, candidates: Sequence[np.ndarray]) -> np.ndarray:
+    """The usable candidate whose first steps on a stretch of the record come closest."""
+    part = longest_part(signals)
+    first = max(part.start, min(signals.rest, len(signals.u) // 2))
+    at = slice(first, min(first + CANDIDATES, part.stop))
+    short = FitProblem(problem.model, problem.w[at], problem.y[at], np.linalg.qr(regressors_of(problem.Q, at)[0])[0])
+    best, lowest = None, np.inf
+    for theta in candidates:
+        if problem.usable(theta):
+            tried = solve(short, theta, TRIAL)
+            if tried.cost < lowest and problem.usable(tried.theta):
+                best, lowest = tried.theta, tried.cost
+    if best is None:
+        raise UnfitError("identify: no stable start found in the data; give start=, or check the record's channels")
+    return best
+
+
+def two_steps(kind: str, signals: Signals, method: str, start: Any) -> Identification:
+    """Model 2: actuators from references to pins, then the rotor from pins to disc (thesis, figure 2.5)."""
+    moved = actuator_signals(signals)
+    rotor, count = ("rotor", 14) if kind == "2" else ("rotor-rate", 18)
+    begin: Sequence[Any] = (None, None) if start is None else np.split(np.asarray(start, float), [count])
+    if kind != "2" and start is None:  # of a Model 2 without rates
+        plain = _fitted("rotor", signals, moved.y, "first", "oe", None)[1]
+        begin = (np.concatenate([plain.theta, np.zeros(4)]), None)
+    if start is not None:
+        _check_start(start, count + 6, f"Model {kind}")
+    one, first, calm = _solved(rotor, signals, moved.y, "first", method, begin[0])
+    two, second, _ = _solved("actuator", moved, moved.u, "zero", method, begin[1])
+    theta = np.concatenate([one.theta[:count], two.theta[:6]])
+    result = _grey_result(kind, method, signals, theta, first.joined(second), calm.joined(6), one)
+    return replace(result, information=np.zeros((0, 0)))
+
+
+def _check_start(start: Any, wanted: int, name: str) -> None:
+    """Raise UnfitError where a start has another number of values than a model has parameters."""
+    given = np.size(start)
+    if given != wanted:
+        raise UnfitError(f"identify.start: {name} has {wanted} parameters, {given} are given; give its theta")
+
+
+def _grey_result(
+    kind: str, method: str, signals: Signals, theta: np.ndarray, found: Spread, calm: AtRest, fitted: Minimum
+) -> Identification:
+    structure, covariance = STRUCTURES[kind], found.covariance
+    A, B, C, D = structure.matrices(theta)
+    outputs = ("pin_x", "pin_y") if kind == "actuator" else ("disc_x", "disc_y")
+    model = LinearModel(A, B, C, D, 0.0, outputs=outputs, speed=signals.speed, pressure=signals.pressure)
+    sd = np.sqrt(np.maximum(np.diag(covariance), 0))
+    parameters = {name: (float(v), float(s)) for name, v, s in zip(structure.parameters, theta, sd, strict=True)}
+    gain = static_gain(kind, theta)
+    moving = kind != "actuator"
+    wn, zeta = modes(theta) if moving else (np.empty(0), np.empty(0))
+    check_modes(wn, signals.Ts)
+    sds = propagate(lambda t: np.concatenate(modes(t)), theta, covariance) if moving else np.empty(0)
+    result = result_of(
+        kind, method, model, parameters, theta, covariance, signals, fitted,
+        modes_found=(wn, zeta, sds[: len(wn)], sds[len(wn) :]),
+        gains=(gain, propagate(lambda t: static_gain(kind, t), theta, covariance).reshape(2, 2)),
+        lags=(delays(kind, theta), propagate(lambda t: delays(kind, t), theta, covariance)),
+        information=schur(fitted.N, len(theta)) if len(fitted.theta) == len(theta) else np.zeros((0, 0)),
+        warnings=suspicious_gains(gain) if moving else (),
+    )  # fmt: skip
+    if not moving:
+        return result
+    left = project(signals.y, signals.Q) - project(simulated(model, signals), signals.Q)
+    return replace(result, bias=bias(kind, theta, found, calm, model, signals, left, result.residuals.independent))
+
+
+def own_structure(structure: Structure, signals: Signals, method: str, start: Any) -> Identification:
+    """Fit of a user's own structure."""
+    made, first = prepared(structure, start)
+    grey, q = GreyBox(made, signals.Ts), len(first)
+    y = project(signals.y, signals.Q)
+    problem = problem_of(grey, np.ascontiguousarray(signals.u), y, signals.Q, signals.breaks, box(made))
+    problem = _with_judge(problem, "own", signals, "zero")
+    fitted = solve(problem, _best_start(problem, signals, [first]))
+    if method == "pem":
+        n = len(grey.sampled(first)[0])
+        problem = replace(ahead_of(problem, Predictor(grey, n, 2)), box=box(made, 2 * n))
+        fitted = solve(problem, np.concatenate([fitted.theta, np.zeros(2 * n)]))
+    theta = fitted.theta[:q]
+    covariance = own_covariance(made, problem, fitted, signals.Ts)
+    wn, zeta, wn_sd, zeta_sd, *gains = properties(made, theta, covariance)
+    check_modes(wn, signals.Ts)
+    model = LinearModel(*made.matrices(theta), speed=signals.speed, pressure=signals.pressure)
+    found = result_of(
+        structure.name, method, model, valued(made, theta, covariance), theta, covariance, signals, fitted,
+        modes_found=(wn, zeta, wn_sd, zeta_sd), gains=tuple(gains), lags=(np.full(2, np.nan), np.full(2, np.nan)),
+        information=np.zeros((0, 0)), warnings=bound_remarks(made, theta),
+    )  # fmt: skip
+    return replace(found, units=structure.units)
+
+
+def schur(N: np.ndarray, keep: int) -> np.ndarray:
+    """Normal matrix of the first parameters with the others (initial states) eliminated."""
+    known = N[:keep, keep:] @ normal_root(N[keep:, keep:])
+    return np.asarray(N[:keep, :keep] - known @ known.T)
+
+
+def result_of(
+    kind: str, method: str, model: LinearModel, parameters: dict[str, tuple[float, float]], theta: np.ndarray,
+    covariance: np.ndarray, signals: Signals, fitted: Minimum, *, modes_found: tuple[np.ndarray, ...],
+    gains: tuple[np.ndarray, ...], lags: tuple[np.ndarray, ...], information: np.ndarray, warnings: tuple[str, ...],
+) -> Identification:  # fmt: skip
+    y = project(signals.y, signals.Q)
+    left = y - project(simulated(model, signals), signals.Q)
+    wn, zeta, wn_sd, zeta_sd = modes_found
+    unfinished = () if fitted.converged else (f"the fit did not converge in {fitted.iterations} iterations",)
+    return Identification(
+        kind, method, model, parameters, theta, covariance, fit_of(model, signals), ceiling(y, signals.noise),
+        noise_free_fit(model, signals), wn, zeta, wn_sd, zeta_sd, gains[0], gains[1], lags[0], lags[1],
+        residual_tests(left, signals.u), left.std(axis=0), signals.speed, signals.pressure,
+        fitted.iterations, fitted.converged, 0.0, signals.notes, (*unfinished, *warnings), information,
+    )  # fmt: skip
+
+
+REDUNDANT = 1e-6
+"""Relative improvement at which a black-box fit ends: further steps go along directions that the data hardly show."""
+
+
+def black_box(signals: Signals, order: int, method: str) -> Identification:
+    """A black-box model of an order, from the subspace method on."""
+    y = project(signals.y, signals.Q)
+    full = FullStateSpace(order, 2, 2)
+    scale = float(np.std(y))  # matrices of like size make the redundant fit well conditioned
+    at = longest_part(signals)
+    A, B, C = balanced(*subspace(signals.u[at], y[at] / scale, order))
+    problem = problem_of(full, np.ascontiguousarray(signals.u), y / scale, signals.Q, signals.breaks)
+    if (acted := acted_of(signals)) is not None:
+        problem = replace(problem, judge=replace(problem, w=acted.u))
+    fitted = solve(problem, full.pack(A, B, C), tolerance=REDUNDANT)
+    if method == "pem":
+        problem = ahead_of(problem, Predictor(full, order, 2))
+        fitted = solve(problem, np.concatenate([fitted.theta, np.zeros(2 * order)]), tolerance=REDUNDANT)
+    q = order * (order + 4)
+    theta = fitted.theta[:q]
+    covariance = covariance_of(problem, fitted, q, signals.Ts)
+    model = _black_model(full, theta, scale, signals)
+    wn, zeta = model.wn, model.zeta
+
+    def properties(values: np.ndarray) -> np.ndarray:
+        other = _black_model(full, values, scale, signals)
+        same = len(other.wn) == len(wn)
+        return np.concatenate([other.wn if same else wn, other.zeta if same else zeta, other.static_gain.ravel()])
+
+    sds = propagate(properties, theta, covariance)
+    n = len(wn)
+    return result_of(
+        "blackbox", method, model, {}, theta, covariance, signals, fitted,
+        modes_found=(wn, zeta, sds[:n], sds[n : 2 * n]),
+        gains=(model.static_gain, sds[2 * n :].reshape(2, 2)), lags=(np.full(2, np.nan), np.full(2, np.nan)),
+        information=np.zeros((0, 0)), warnings=suspicious_gains(model.static_gain),
+    )  # fmt: skip
+
+
+def _black_model(full: FullStateSpace, theta: np.ndarray, scale: float, signals: Signals) -> LinearModel:
+    A, B, C, D = full.sampled(theta)
+    return LinearModel(A, B, C * scale, D, signals.Ts, speed=signals.speed, pressure=signals.pressure)

@@ -1,1 +1,0 @@
-"""Grey-box models from measured frequency responses."""

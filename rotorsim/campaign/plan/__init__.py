@@ -1,1 +1,0 @@
-"""Campaign plans: axes, cases, targets of the axes."""

@@ -1,1 +1,0 @@
-"""Campaign store: index, records, tables."""

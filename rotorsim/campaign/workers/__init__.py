@@ -1,1 +1,0 @@
-"""Worker processes that run the cases of a campaign."""

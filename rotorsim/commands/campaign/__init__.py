@@ -1,1 +1,0 @@
-"""`rotorsim campaign`: campaigns of virtual experiments."""

@@ -1,0 +1,250 @@
+"""`rotorsim experiment NAME` and `rotorsim runup`: one command per virtual experiment, made from its dataclass.
+
+Options, their defaults and help, the example and the call in Python follow from the parameters; the summary, the table
+and the page from the record.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from shlex import split
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from rotorsim.base.errors import DataError
+from rotorsim.base.sentences import did_you_mean
+from rotorsim.base.units import parse, show
+from rotorsim.commands.options import (
+    AsJson,
+    Force,
+    MachineName,
+    PageOptions,
+    PlantOptions,
+    WithReport,
+    a_folder,
+    leave_if_cut,
+    leave_if_empty,
+    note_compiling,
+    print_table,
+    quantity,
+    reporting_kept_samples,
+)
+from rotorsim.commands.registry import CommandGroup, example, group, with_options
+from rotorsim.commands.results import results
+
+if TYPE_CHECKING:
+    from dataclasses import Field
+
+    from rotorsim.base.quantity import Quantity
+    from rotorsim.experiments import Experiment, Outcome
+    from rotorsim.plant import Plant
+
+Rows = list[tuple[str, str]]
+Out = Annotated[
+    Path | None, typer.Option("--out", callback=a_folder, help="Folder for record and report; default a new one.")
+]
+Seed = Annotated[str, typer.Option("--seed", help="Seed of the sensors' noise.")]
+COMMON: dict[str, tuple[Any, Any]] = {
+    "settings": (PlantOptions, PlantOptions()),
+    "page": (PageOptions, PageOptions()),
+    "seed": (Seed, "0"),
+    "out": (Out, None),
+    "force": (Force, False),
+    "report": (WithReport, True),
+    "as_json": (AsJson, False),
+}
+"""Options of every experiment: annotation and default."""
+OF_FILM = "pressure"
+"""Parameter that a machine without a gas film has no use for."""
+
+
+@group("experiment", "Example: rotorsim experiment prbs dtu_gas_bearing --amplitude '1 V' --duration '10 s'")
+class Experiments(CommandGroup):
+    """Run one virtual test (PRBS, impact ...) and keep its record."""
+
+    def names(self) -> Iterable[str]:
+        """Names of all experiments."""
+        from rotorsim.experiments.catalogue import EXPERIMENTS
+
+        return EXPERIMENTS
+
+    def function(self, name: str) -> Callable[..., None]:
+        """The command's function of one experiment; raises DataError for an unknown one."""
+        known = name.replace("-", "_")
+        if known not in self.names():
+            raise DataError(f"experiment: '{name}' is not known; {did_you_mean(known, self.names())}")
+        return experiment_function(known, f"experiment {known}")
+
+
+def experiment_function(name: str, words: str) -> Callable[..., None]:
+    """Function of the command `rotorsim WORDS` of an experiment: an option for each parameter, then the common ones."""
+    from rotorsim.commands.closed_loop import FILES, ClosedLoopSetup
+    from rotorsim.experiments.catalogue import EXPERIMENTS
+    from rotorsim.experiments.parameters import parameters
+
+    kind = EXPERIMENTS[name]
+    setup: Any = ClosedLoopSetup if name == "controlled" else kind
+    files = FILES if name == "controlled" else {}
+    entries = list(parameters(setup))
+
+    def command(**values: Any) -> None:
+        given = {entry.name: read(entry.name, values.pop(entry.name), known) for entry, known in entries}
+        given |= {key: values.pop(key) for key in files}
+        run_experiment(kind, setup, {key: value for key, value in given.items() if value is not None}, **values)
+
+    table = {"machine": (MachineName, "dtu_gas_bearing")}
+    table |= {entry.name: option(entry, known) for entry, known in entries} | files | COMMON
+    command.__doc__ = (kind.__doc__ or "").splitlines()[0]
+    line = f"rotorsim {words} dtu_gas_bearing {kind.example}"
+    return example(line, kind.python or python_call(kind, entries))(with_options(command, table))
+
+
+def python_call(kind: type[Experiment], entries: list[tuple[Field[Any], Quantity]]) -> str:
+    """Call of an experiment's function with the values of its example, SI."""
+    words, known = split(kind.example), {entry.name: quantity for entry, quantity in entries}
+    given = {word[2:].replace("-", "_"): text for word, text in zip(words[::2], words[1::2], strict=True)}
+    values = (f"{key}={_literal(text, known.get(key))}" for key, text in given.items())
+    return f"rs.experiments.{kind.name}(plant, {', '.join(values)})"
+
+
+def _literal(text: str, known: Quantity | None) -> str:
+    """Value of an option as Python reads it; those that are no parameters are whole numbers."""
+    if known is None:
+        return text
+    return repr(text) if known.choices else f"{parse(text, known.unit):.6g}"
+
+
+def option(entry: Field[Any], known: Quantity) -> tuple[Any, Any]:
+    """Annotation and default text of a parameter's option."""
+    hint = f" One of {', '.join(known.choices)}." if known.choices else ""
+    name = f"--{entry.name.replace('_', '-')}"
+    default: Any = entry.default
+    if default is None:
+        return Annotated[str | None, typer.Option(name, help=known.doc + hint)], None
+    shown = str(default) if known.choices or not isinstance(default, int | float) else show(default, known.unit)
+    if entry.name == OF_FILM:  # whether it was given must be seen
+        return Annotated[str | None, typer.Option(name, help=known.doc + hint, show_default=shown)], None
+    return Annotated[str, typer.Option(name, help=known.doc + hint)], shown
+
+
+def read(name: str, text: str | None, known: Quantity) -> Any:
+    """Value of an option's text."""
+    if text is None or known.choices:
+        return text
+    return quantity(name.replace("_", "-"), text, known.unit, known.suggestion)
+
+
+def run_experiment(
+    kind: type[Experiment], setup: Any, given: dict[str, Any], machine: str, settings: PlantOptions, page: PageOptions,
+    seed: str, out: Path | None, force: bool, report: bool, as_json: bool,
+) -> None:  # fmt: skip
+    """Run an experiment, write its record and page, and print its table.
+
+    `setup` is what the options make: the experiment, or an object with a method `experiment(plant)` that returns it.
+    """
+    page.check(report)
+    number = read_seed(seed)
+    plant = settings.plant(machine)
+    _check_film(plant, given.get(OF_FILM), settings.grid)
+    from rotorsim.experiments.parameters import ask_speeds
+    from rotorsim.experiments.running import record
+
+    chosen = setup(**given, Ts=plant.machine.sampling_time)
+    ask_speeds(plant.machine, chosen)
+    names = (f"{kind.name}.nc", *([kind.page or f"{kind.name}.html"] if report else ()))
+    with results(out, kind.name, names, force) as folder:
+        path, html = folder / names[0], folder / names[1] if report else None
+        if html is not None:
+            page.begin(html, force)
+        note_compiling(plant.assembly, "settle", "run")
+        experiment = chosen.experiment(plant) if hasattr(chosen, "experiment") else chosen
+        outcome = record(plant, experiment, path, number, progress=not as_json)
+        leave_if_empty(outcome, path)
+        with reporting_kept_samples(path):
+            _print_outcome(path, html, experiment, outcome, page, as_json)
+    leave_if_cut(outcome, path)
+
+
+def _check_film(plant: Plant, pressure: float | None, grid: str | None) -> None:
+    """Raise DataError for an option of the gas film of a machine that has none; no pressure is accepted."""
+    for option, given in (("pressure", bool(pressure)), ("grid", grid is not None)):
+        if given and plant.machine.film is None:
+            raise DataError(f"--{option}: {plant.machine.name} has no gas film; leave the option out")
+
+
+def read_seed(text: str) -> int:
+    """Seed from an option's text; raises DataError."""
+    if not text.isdecimal() or len(text) > 16:
+        raise DataError(f"--seed: '{text[:30]}' is not a whole number from 0 to 2^53 - 1; give e.g. --seed 1")
+    return int(text)
+
+
+def _print_outcome(
+    path: Path, html: Path | None, experiment: Experiment, outcome: Outcome, page: PageOptions, as_json: bool
+) -> None:
+    """Write the page of a record and print its results as a table or as JSON."""
+    from rotorsim.experiments.summary import summarise_experiment
+    from rotorsim.report.export.display_units import unit_system
+    from rotorsim.report.pages.page import save_page
+    from rotorsim.report.pages.run import analyse
+    from rotorsim.report.text.tables import results as swept_rows
+    from rotorsim.signals.record_blocks import open_record
+
+    files = {"record": str(path)}
+    with open_record(path) as data:
+        summary = summarise_experiment(data)
+        rows = result_rows(summary) + experiment.table(summary) + _beyond(summary)
+        run = analyse(data) if experiment.swept or html is not None else None
+        if run is not None and experiment.swept:
+            summary |= run.summary
+            with unit_system("metric"):  # the page may be in others, the terminal is not
+                rows = _merged(swept_rows(run), rows)
+        if run is not None and html is not None:
+            save_page(run, html)
+            files |= {"report": str(html)} | page.finish(html)
+    if as_json:
+        numbers = {"parameters": experiment.attrs(), "ended": outcome.ended, "solver": outcome.counters, "files": files}
+        typer.echo(json.dumps(summary | numbers, indent=2))
+    else:
+        print_table(rows, files)
+
+
+def result_rows(summary: dict[str, Any]) -> Rows:
+    """Labels and values of the results that every experiment has; `summary` as from `summarise_experiment`."""
+    from rotorsim.experiments.experiment import pair
+    from rotorsim.signals.probes import shown
+
+    speed, disc = summary["speed_rpm"], summary["disc"]
+    rows = [
+        ("Duration", f"{summary['duration_s']:.4g} s, {summary['samples']} samples"),
+        ("Speed", f"{speed['first']:.0f} to {speed['last']:.0f} rpm"),
+        ("Disc x, y: mean", pair(disc["mean_um"], "µm")),
+        ("Disc x, y: rms about the mean", pair(disc["rms_um"], "µm")),
+        ("Disc x, y: peak from the mean", pair(disc["peak_um"], "µm")),
+        ("Largest distance of the disc from its mean", f"{summary['largest_orbit_um']:.3g} µm"),
+    ]
+    if summary["smallest_film_um"] is not None:
+        rows.append(("Smallest film thickness", f"{summary['smallest_film_um']:.3g} µm"))
+        rows.append(("Contact", f"{summary['contact_samples']} samples" if summary["contact_samples"] else "none"))
+    for key, label, unit in (("reference_peak_v", "Reference x, y: peak", "V"), ("force_peak_n", "Force: peak", "N")):
+        if summary[key] and any(summary[key]):
+            rows.append((label, pair(summary[key], unit)))
+    for name, p in summary.get("probes", {}).items():
+        text = f"{shown(p['peak'], p['unit'])}, {shown(p['rms'], p['unit'])}"
+        rows.append((f"Probe {name}: peak, rms about the mean", text))
+    return rows
+
+
+def _merged(swept: Rows, rows: Rows) -> Rows:
+    """Duration, the rows of a run over the speed, and those of every experiment that these do not have already."""
+    labels = {label for label, _ in swept}
+    others = (row for row in rows[1:] if row[0] not in labels and not row[0].startswith("Probe "))
+    return [rows[0], *swept, *others]
+
+
+def _beyond(summary: dict[str, Any]) -> Rows:
+    """Rows about the range in which the model was checked, where the run exceeds it."""
+    return [("Beyond the checked range", text) for text in summary.get("beyond_checked_range", ())]

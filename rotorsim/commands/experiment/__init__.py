@@ -1,1 +1,0 @@
-"""`rotorsim experiment`: virtual experiments."""

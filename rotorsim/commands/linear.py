@@ -1,0 +1,379 @@
+"""`rotorsim response`, `campbell` and `modes`: linear analyses of a machine at speeds that are given."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import sys
+from math import isnan, pi
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from rotorsim.base.constants import TO_HZ, TO_RPM, TO_UM
+from rotorsim.base.errors import DataError
+from rotorsim.base.files import write_text
+from rotorsim.base.hdf5 import write_netcdf
+from rotorsim.commands.options import (
+    AsJson,
+    GivenMachine,
+    GridOptions,
+    MachineName,
+    PageOptions,
+    WithReport,
+    a_folder,
+    note_compiling,
+    print_table,
+    quantity,
+    warn_of,
+)
+from rotorsim.commands.registry import command
+from rotorsim.commands.results import results
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+
+    from rotorsim.effects.rotor.unbalance import Unbalance
+    from rotorsim.machine import Machine
+    from rotorsim.plant import Plant
+
+Speeds = Annotated[str, typer.Option("--speeds", help="Speeds: FROM:TO:COUNT, or values with commas.")]
+Pressure = Annotated[str, typer.Option(help="Gauge supply pressure, for machines with a gas film.")]
+Out = Annotated[
+    Path | None, typer.Option(callback=a_folder, help="Folder; default a new folder of the command's name.")
+]
+Force = Annotated[bool, typer.Option("--force", help="Replace results that are in the folder.")]
+MOST = 100
+"""Modes of a Campbell diagram."""
+
+
+@command(
+    "response",
+    "rotorsim response dtu_gas_bearing --pressure '0.5 MPa' --speeds '500 rpm:12000 rpm:80' --unbalance '10 g*mm'",
+    "rs.analysis.unbalance_response(plant, speeds, 0.5e6)",
+)
+def response(
+    machine: GivenMachine,
+    speeds: Speeds = "500 rpm:9000 rpm:80",
+    pressure: Pressure = "0.5 MPa",
+    unbalance: Annotated[
+        str | None, typer.Option(help="Mass times eccentricity, e.g. '10 g*mm'; default that of the machine.")
+    ] = None,
+    disc: Annotated[int | None, typer.Option(help="Disc that carries it, counted from 0; default the first.")] = None,
+    *,
+    settings: GridOptions,
+    out: Out = None,
+    force: Force = False,
+    report: WithReport = True,
+    page: PageOptions,
+    as_json: AsJson = False,
+) -> None:
+    """Unbalance response over speed: amplitude and phase.
+
+    At the measuring plane, discs, bearings and probes.
+    """
+    from rotorsim.analysis.axes import read_axis
+
+    page.check(report)
+    grid, supply = read_axis("speeds", speeds, "rad/s"), quantity("pressure", pressure, "Pa")
+    plant = settings.plant(machine)
+    import numpy as np
+
+    from rotorsim.analysis.unbalance_response import peak_of, unbalance_response
+    from rotorsim.machine.running_limits import ask_rim_speed
+
+    ask_rim_speed(plant.machine, max(grid, key=abs), "--speeds")
+    given = _unbalance(plant.machine, unbalance, disc)
+    names = ("response.nc", "response.csv", *(["report.html"] if report else []))
+    with results(out, "response", names, force) as folder:
+        page.begin(folder / "report.html", force)
+        note_compiling(plant.assembly, "settle")
+        found = unbalance_response(plant, grid, supply, given)
+        files = _write(found, folder, "response", _response_rows(found))
+        if report:
+            from rotorsim.report.pages.response import write_response
+
+            files["report"] = str(write_response(found, folder / "report.html"))
+            files |= page.finish(files["report"])
+    sizes = found["major"].values
+    warnings = warn_of(found)
+    peaks = {place: peak_of(found, place) for place in map(str, found["place"].values)}
+    if as_json:
+        summary = {"unbalance": found.attrs["unbalance"], "peaks": peaks, "warnings": warnings, "files": files}
+        typer.echo(json.dumps(summary, indent=2))
+    else:
+        rows = [(f"peak at {place}", _text(peak)) for place, peak in peaks.items()]
+        print_table([("unbalance", found.attrs["unbalance"]), *rows], files)
+    if not np.isfinite(sizes).any():
+        way = "raise the pressure" if plant.machine.fed else "ask for higher speeds"
+        print(f"response: the film carries the rotor at no speed; {way}", file=sys.stderr)
+        raise typer.Exit(2)
+
+
+@command(
+    "campbell",
+    "rotorsim campbell plain_rotor --speeds '0 rpm:12000 rpm:40' --modes 6 --critical-map",
+    "rs.analysis.campbell(plant, speeds, modes=6)",
+)
+def campbell(
+    machine: GivenMachine,
+    speeds: Speeds = "0 rpm:12000 rpm:40",
+    pressure: Pressure = "0.5 MPa",
+    modes: Annotated[int, typer.Option(help="Modes that are shown, the lowest of the region.", min=1, max=MOST)] = 8,
+    critical_map: Annotated[
+        bool, typer.Option("--critical-map", help="Undamped critical speeds over the bearings' stiffness too.")
+    ] = False,
+    stiffness: Annotated[str, typer.Option(help="Range of that stiffness, FROM:TO.")] = "0.1 MN/m:1000 MN/m",
+    *,
+    settings: GridOptions,
+    out: Out = None,
+    force: Force = False,
+    report: WithReport = True,
+    page: PageOptions,
+    as_json: AsJson = False,
+) -> None:
+    """Campbell diagram with critical speeds of the orders 1, 2, 3.
+
+    All modes of a region of frequency and damping are followed; the lowest ones are shown.
+    """
+    from rotorsim.analysis.axes import read_axis
+
+    page.check(report)
+    grid, supply = read_axis("speeds", speeds, "rad/s"), quantity("pressure", pressure, "Pa")
+    ends = read_axis("stiffness", f"{stiffness}:2", "N/m") if critical_map else None
+    plant = settings.plant(machine)
+    from rotorsim.analysis.campbell import (
+        campbell as find_modes,
+        critical_rows,
+        critical_speed_map,
+        modes_line,
+        searched_line,
+    )
+    from rotorsim.machine.running_limits import ask_rim_speed
+
+    ask_rim_speed(plant.machine, max(grid, key=abs), "--speeds")
+    names = ("campbell.nc", "campbell.csv", *(["report.html"] if report else []))
+    with results(out, "campbell", names, force) as folder:
+        page.begin(folder / "report.html", force)
+        note_compiling(plant.assembly, "settle")
+        found = find_modes(plant, grid, supply, modes)
+        lines = None if ends is None else critical_speed_map(plant, (float(ends[0]), float(ends[1])))
+        kept = found if lines is None else found.assign(undamped_critical_speed=lines["wn"])
+        files = _write(kept, folder, "campbell", _mode_rows(found))
+        if report:
+            from rotorsim.report.pages.response import write_campbell
+
+            files["report"] = str(write_campbell(found, folder / "report.html", lines))
+            files |= page.finish(files["report"])
+    rows, warnings = critical_rows(found), warn_of(found)
+    if as_json:
+        names = ("order", "rpm", "direction", "zeta", "whirl", "mode")
+        critical = [dict(zip(names, row, strict=True)) for row in rows]
+        sure = {"modes": _finite(found["modes"].values), "missing": _finite(found["missing"].values)}
+        typer.echo(json.dumps({"criticals": critical} | sure | {"warnings": warnings, "files": files}, indent=2))
+        return
+    print_table(
+        [
+            ("modes", modes_line(found)),
+            *(
+                (f"{order}X critical speed", f"{rpm:.0f} rpm, {direction}, damping {zeta:.3g}, {whirl}, mode {mode}")
+                for order, rpm, direction, zeta, whirl, mode in rows
+            ),
+            ("searched", searched_line(found)),
+        ],
+        files,
+    )
+
+
+def _finite(values: np.ndarray) -> list[int | None]:
+    return [None if v != v else int(v) for v in values]
+
+
+def _unbalance(machine: Machine, me: str | None, disc: int | None) -> tuple[Unbalance, ...] | None:
+    if me is None:
+        if disc is not None:
+            raise DataError("--disc: places the unbalance of --unbalance; give both, e.g. --unbalance '10 g*mm'")
+        return None
+    from rotorsim.effects.rotor.unbalance import Unbalance
+
+    size = quantity("unbalance", me, "kg*m")
+    if not 0 < size <= 1e-2:
+        raise DataError(f"--unbalance: '{me}' is not above 0 and at most 10 kg*mm; write e.g. '10 g*mm'")
+    if disc is None:
+        return (Unbalance(me=size),)
+    if not 0 <= disc < len(machine.discs):
+        known = f"0 to {len(machine.discs) - 1}" if machine.discs else "none"
+        raise DataError(f"--disc: there is no disc {disc} in {machine.name}; its discs are {known}")
+    return (Unbalance(me=size, position=machine.discs[disc].position),)
+
+
+def _write(found: xr.Dataset, folder: Path, name: str, rows: list[tuple[object, ...]]) -> dict[str, str]:
+    """Write NetCDF and CSV; paths by kind."""
+    write_netcdf(folder / f"{name}.nc", found)
+    text = io.StringIO()
+    csv.writer(text).writerows(rows)
+    write_text(folder / f"{name}.csv", text.getvalue())
+    return {name: str(folder / f"{name}.nc"), "table": str(folder / f"{name}.csv")}
+
+
+def _response_rows(found: xr.Dataset) -> list[tuple[object, ...]]:
+    """Amplitude and phase of x and y at every place, by speed, and the least damping ratio: below 0 a mode grows."""
+    import numpy as np
+
+    response = found["response_re"].values + 1j * found["response_im"].values
+    at = [(str(p), k, axis, j) for k, p in enumerate(found["place"].values) for j, axis in enumerate("xy")]
+    head = ["speed [rpm]"]
+    for place, _, axis, _ in at:
+        head += [f"{place} {axis} [um 0-pk]", f"{place} {axis} phase lag [deg]"]
+    rows: list[tuple[object, ...]] = [(*head, "zeta_least [1]")]
+    for speed, row, zeta in zip(found["speed"].values * TO_RPM, response, found["zeta_least"].values, strict=True):
+        values = [v for _, k, _, j in at for v in (abs(row[k, j]) * TO_UM, -np.degrees(np.angle(row[k, j])))]
+        rows.append((speed, *("" if np.isnan(v) else v for v in (*values, zeta))))
+    return rows
+
+
+def _mode_rows(found: xr.Dataset) -> list[tuple[object, ...]]:
+    """Frequency, damping ratio and sense of every mode, by speed."""
+    branches = range(found.sizes["branch"])
+    head = ["speed [rpm]"]
+    for k in branches:
+        head += [f"mode {k + 1} [Hz]", f"mode {k + 1} damping ratio [1]", f"mode {k + 1} whirl"]
+    rows: list[tuple[object, ...]] = [tuple(head)]
+    for k, speed in enumerate(found["speed"].values * TO_RPM):
+        one = found.isel(speed=k)
+        values = [
+            v
+            for b in branches
+            for v in (float(one["wn"][b]) * TO_HZ, float(one["zeta"][b]), str(one["whirl"].values[b]))
+        ]
+        rows.append((speed, *("" if v != v else v for v in values)))
+    return rows
+
+
+def _text(peak: dict[str, Any] | None) -> str:
+    if peak is None:
+        return "none"
+    from rotorsim.analysis.unbalance_response import ENDS
+
+    end = f", {ENDS[peak['at_end']]}" if peak["at_end"] else ""
+    return f"{peak['um']:.3g} um 0-pk at {peak['rpm']:.0f} rpm{end}"
+
+
+@command(
+    "modes",
+    "rotorsim modes dtu_gas_bearing --speed '6000 rpm' --pressure '0.5 MPa' --out my_modes",
+    "rs.analysis.mode_shapes(plant, 628.3, 0.5e6)",
+)
+def modes(
+    machine: MachineName = "dtu_gas_bearing",
+    speed: Annotated[str, typer.Option(help="Speed of the shaft.")] = "6000 rpm",
+    pressure: Annotated[str, typer.Option(help="Gauge supply pressure.")] = "0.5 MPa",
+    count: Annotated[int, typer.Option(help="Modes to draw, the lowest first.", min=1)] = 4,
+    *,
+    settings: GridOptions,
+    show: Annotated[bool, typer.Option("--show", help="Open a window to turn the modes in.")] = False,
+    pictures: Annotated[
+        bool | None, typer.Option("--pictures/--no-pictures", help="Draw each mode as PNG; if pyvista is there.")
+    ] = None,
+    film: Annotated[
+        str, typer.Option("--film", help="Film each mode as well: gif, or mp4, which needs the program ffmpeg.")
+    ] = "",
+    out: Annotated[Path | None, typer.Option(callback=a_folder, help="Folder; default a new folder 'modes'.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace modes that are in the folder.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the modes as JSON.")] = False,
+) -> None:
+    """Draw the modes of rotor and film at one operating point."""
+    at = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
+    plant = settings.plant(machine)
+    from rotorsim.analysis.mode_shapes import mode_shapes
+    from rotorsim.machine.running_limits import ask_rim_speed
+    from rotorsim.report.scenes.film import lacking
+
+    ask_rim_speed(plant.machine, at[0], "--speed")
+    wanted = pictures is not False or show or bool(film)
+    _check_film(film)
+    missing = lacking() if wanted else ""
+    if missing and (pictures or show or film):
+        raise DataError(missing)
+    endings = ["png"] * (pictures is not False) + [film] * bool(film)
+    names = [f"mode_{k + 1}.{ending}" for ending in endings for k in range(count)]
+    with results(out, "modes", ["modes.nc", *names], force) as folder:
+        note_compiling(plant.assembly, "settle")
+        found = mode_shapes(plant, *at)
+        found = found.isel(mode=slice(count))
+        found = found.assign_attrs(_mode_warnings(found, plant, at[0]))
+        write_netcdf(folder / "modes.nc", found)
+        files = {"modes": str(folder / "modes.nc")}
+        if wanted and not missing:
+            drawn, missing = _draw_modes(found, folder, endings, show)
+            files |= drawn
+    _print_modes(found, files, as_json)
+    if missing:
+        print(missing, file=sys.stderr)
+        if pictures or show or film:
+            raise typer.Exit(2)
+
+
+def _mode_warnings(found: xr.Dataset, plant: Plant, speed: float) -> dict[str, str]:
+    """Attribute `warnings` at a speed [rad/s], with the modes below the highest one shown that are not listed."""
+    from rotorsim.plant.validity import linear_warnings
+
+    said = linear_warnings(plant, speed, found.attrs["zeta_least"], found.attrs["pressure"])
+    top = found["wn"].values.max(initial=0.0)
+    left = sorted(f * TO_HZ for f in found.attrs["not_listed"].tolist() if f < top)
+    sentences = [said["warnings"]] if said else []
+    if left:
+        sentences.append(
+            f"not listed: {len(left)} modes with a damping ratio below 0.5, from {left[0]:.4g} to {left[-1]:.4g} Hz; "
+            "`rotorsim campbell` has them"
+        )
+    if isnan(found.attrs["zeta_least"]):
+        sentences.append("whether every mode is damped is not known: their number is not proven")
+    return {"warnings": "\n".join(sentences)} if sentences else {}
+
+
+def _draw_modes(found: xr.Dataset, folder: Path, endings: list[str], show: bool) -> tuple[dict[str, str], str]:
+    """Files of pictures and films, and why there are none."""
+    from rotorsim.report.scenes.shaft import draw_modes, show_modes
+
+    files: dict[str, str] = {}
+    try:
+        for ending in endings:
+            word = "mode" if ending == "png" else "film"
+            files |= {f"{word} {k + 1}": str(path) for k, path in enumerate(draw_modes(found, folder, ending))}
+        if show:
+            show_modes(found)
+    except DataError as error:
+        return files, str(error)
+    return files, ""
+
+
+def _check_film(film: str) -> None:
+    """Refuse another kind of film, or one that cannot be written here, before anything is computed."""
+    from rotorsim.report.scenes.film import ENDINGS, check_program
+
+    known = [ending[1:] for ending in ENDINGS[1:]]
+    if film and film not in known:
+        raise DataError(f"--film: '{film}' is not known; choose one of {', '.join(known)}")
+    if film:
+        check_program(Path(f"mode.{film}"))
+
+
+def _print_modes(found: xr.Dataset, files: dict[str, str], as_json: bool) -> None:
+    warnings = warn_of(found)
+    rows = [
+        {"mode": k + 1, "frequency_hz": float(found["wn"][k]) / (2 * pi), "damping_ratio": float(found["zeta"][k]),
+         "whirl": str(found["whirl"].values[k])}
+        for k in range(found.sizes["mode"])
+    ]  # fmt: skip
+    if as_json:
+        typer.echo(json.dumps({"modes": rows, "warnings": warnings, "files": files}, indent=2))
+        return
+    print_table(
+        [(f"mode {r['mode']}", f"{r['frequency_hz']:.2f} Hz, damping {r['damping_ratio']:.4f}, {r['whirl']}")
+         for r in rows],
+        files,
+    )  # fmt: skip

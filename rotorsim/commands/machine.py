@@ -1,0 +1,286 @@
+"""`rotorsim machine new | check | show | effects | calibrate` and `rotorsim cite`: machine files and their sources."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from rotorsim.base.constants import TO_MPA, TO_UM
+from rotorsim.base.errors import MachineFileError
+from rotorsim.base.files import write_text
+from rotorsim.base.progress import end_line, line
+from rotorsim.commands.completion import effects as effect_names, machines, targets as shipped_targets
+from rotorsim.commands.options import AsJson, Console, GivenMachine, GridOptions, plant_of
+from rotorsim.commands.registry import CommandGroup, command, group
+from rotorsim.commands.results import files
+
+if TYPE_CHECKING:
+    from rotorsim.analysis import Calibration
+    from rotorsim.machine import Machine
+
+SCALES = {"rad/s": (1.0, "rad/s"), "s": (1e3, "ms"), "m/V": (TO_UM, "um/V"), "m": (TO_UM, "um"), "Pa": (TO_MPA, "MPa")}
+"""Factor and name of the unit in which a quantity [SI] is printed."""
+
+
+@group("machine")
+class MachineFiles(CommandGroup):
+    """Write, check, show and calibrate machine files."""
+
+
+@command(
+    "machine new",
+    "rotorsim machine new my_rotor.toml --from plain_rotor",
+    "rs.machine_text('plain_rotor')",
+)
+def new(
+    path: Annotated[Path, typer.Argument(help="File to write.")],
+    source: Annotated[
+        str, typer.Option("--from", help="Shipped machine or machine file to start from.", autocompletion=machines)
+    ] = "dtu_gas_bearing",
+    force: Annotated[bool, typer.Option("--force", help="Overwrite the file if it is there.")] = False,
+) -> None:
+    """Write a commented machine file to start from."""
+    from rotorsim.machine import machine_text
+
+    with files(path, force=force, another="name"):
+        write_text(path, machine_text(source))
+    typer.echo(f"{path}: written; edit it, then try 'rotorsim machine check {path}'")
+
+
+@command(
+    "machine check",
+    "rotorsim machine check my_rotor.toml",
+    "rs.load_machine('my_rotor.toml')",
+)
+def check(
+    path: Annotated[
+        str, typer.Argument(metavar="PATH", help="Machine file, or name of a shipped machine.", autocompletion=machines)
+    ],
+) -> None:
+    """Check a machine file: one line if it is good, else one sentence per problem and exit code 2."""
+    from rotorsim.machine import load_machine, summary
+
+    typer.echo(f"{path}: ok, {summary(load_machine(path))}")
+
+
+@command(
+    "machine show",
+    "rotorsim machine show dtu_gas_bearing",
+    "rs.machine.si_numbers(rs.load_machine('dtu_gas_bearing'))",
+)
+def show(
+    machine: Annotated[
+        str, typer.Argument(metavar="NAME|PATH", help="Shipped machine or machine file.", autocompletion=machines)
+    ],
+    as_json: Annotated[bool, typer.Option("--json", help="SI numbers as JSON.")] = False,
+) -> None:
+    """Show what a machine is made of."""
+    from rotorsim.machine import load_machine, si_numbers
+
+    loaded = load_machine(machine)
+    if as_json:
+        typer.echo(json.dumps(si_numbers(loaded), indent=2))
+    else:
+        _print_machine(loaded)
+
+
+def _print_machine(machine: Machine) -> None:
+    from rotorsim.machine import rows, summary
+
+    console = Console()
+    console.print(escape(summary(machine)))
+    table = Table("field", "value", "meaning", box=None, pad_edge=False)
+    group = ""
+    for path, value, doc in rows(machine):
+        above, _, name = path.rpartition(".")
+        if above != group:
+            group = above
+            table.add_row()
+            table.add_row(f"[bold]{escape(group)}[/bold]")
+        table.add_row(*map(escape, ("  " * bool(group) + name, value, doc)))
+    console.print(table)
+
+
+@command(
+    "machine effects",
+    "rotorsim machine effects unbalance",
+    "rs.machine.catalogue()",
+)
+def effects(
+    name: Annotated[
+        str | None,
+        typer.Argument(metavar="[NAME]", help="An effect; all are listed without.", autocompletion=effect_names),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="As JSON.")] = False,
+) -> None:
+    """List the physical effects a machine file may have, or show one: equation, source, parameters."""
+    from rotorsim.machine import catalogue
+
+    entries = catalogue() if name is None else [_entry(name)]
+    if as_json:
+        typer.echo(json.dumps(entries if name is None else entries[0], indent=2))
+    elif name is None:
+        _print_effects(entries)
+    else:
+        _print_effect(entries[0])
+
+
+def _entry(name: str) -> dict[str, Any]:
+    """An effect of the catalogue by its name."""
+    from rotorsim.effects import REGISTRY
+    from rotorsim.machine.catalogue import describe
+    from rotorsim.machine.effect_tables import unknown_effect
+
+    if name in REGISTRY:
+        return describe(REGISTRY[name])
+    raise MachineFileError(f"{name}: {unknown_effect(name)}")
+
+
+def _print_effects(entries: list[dict[str, Any]]) -> None:
+    table = Table("effect", "port", "what", box=None, pad_edge=False)
+    for e in entries:
+        table.add_row(e["name"], e["port"], escape(e["summary"]))
+    Console().print(table)
+
+
+def _print_effect(entry: dict[str, Any]) -> None:
+    console = Console()
+    console.print(f"[bold]\\[effects.{entry['name']}][/bold]  {escape(entry['title'] or entry['summary'])}\n")
+    source = entry["source"] and f"Source: {entry['source']}"
+    for text in filter(None, (entry["equation"], entry["about"], source)):
+        console.print(escape(text) + "\n")
+    if entry["references"]:
+        console.print(escape("\n".join(f"- {one}" for one in entry["references"])) + "\n")
+    several = "several tables add up" if entry["several"] else "one table only"
+    console.print(escape(f"Acts {entry['acts']} (port {entry['port']}); {several}.\n"))
+    table = Table("parameter", "neutral", "limits", "meaning", box=None, pad_edge=False)
+    for p in entry["parameters"]:
+        limits = f"{p['low']} to {p['high']}" if p["low"] or p["high"] else ""
+        table.add_row(*map(escape, (p["name"], p["neutral"], limits, p["doc"])))
+    console.print(table)
+
+
+@command(
+    "machine calibrate",
+    "rotorsim machine calibrate dtu_gas_bearing --targets dtu_orifice --out my_rig.toml",
+    "rs.analysis.calibrate(rs.load_machine('dtu_gas_bearing'), rs.analysis.read_targets('dtu_orifice'))",
+)
+def calibrate_command(
+    machine: GivenMachine,
+    targets: Annotated[
+        str,
+        typer.Option(
+            help="Targets file, or a shipped one: dtu_orifice, dtu_loss_factor.", autocompletion=shipped_targets
+        ),
+    ],
+    grid: Annotated[str | None, typer.Option("--grid", help="Film grid n_theta x n_z, e.g. 32x16.")] = None,
+    passes: Annotated[int, typer.Option(help="Most steps of the fit.", min=1)] = 20,
+    out: Annotated[Path | None, typer.Option(help="Machine file to write; default MACHINE-calibrated.toml.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite the file if it is there.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
+) -> None:
+    """Fit named parameters within bounds to measured or published figures and write a new machine file.
+
+    Every target is shown before and after; rows with the role 'predict' take no part in the fit. Correlations and
+    directions that the targets do not determine are named: numbers along them are not to be believed one by one.
+    """
+    loaded = plant_of(machine).machine
+    from rotorsim.analysis import calibrate, calibration_numbers, read_targets, save_calibrated
+
+    asked = read_targets(targets)
+    path = out or Path(f"{Path(machine).stem}-calibrated.toml")
+    with files(path, force=force):
+        coarse = loaded if grid is None else GridOptions(grid).plant(machine).machine
+        found = calibrate(coarse, asked, passes, None if as_json else _show_passes)
+        if not as_json:
+            end_line()
+        save_calibrated(found, asked.name, path, loaded)
+    if as_json:
+        typer.echo(json.dumps(calibration_numbers(found) | {"file": str(path)}, indent=2))
+    else:
+        _print_calibration(found)
+        typer.echo(f"{path}: written")
+    if found.ended != "complete":
+        print("interrupted: the best values so far are written", file=sys.stderr)
+        raise typer.Exit(130)
+
+
+def _show_passes(count: int, cost: float) -> None:
+    line(f"{count} evaluations, cost {cost:.4g} ")
+
+
+def _print_calibration(found: Calibration) -> None:
+    console = Console()
+    table = Table("target", "role", "asked", "before", "", "after", "", box=None, pad_edge=False)
+    for row in found.rows:
+        t = row.target
+        asked = _range(t.low, t.high, t.quantity)
+        table.add_row(t.name, t.role + ("ted" if t.role == "fit" else "ed"), asked,
+                      _range(*row.before, t.quantity), row.verdicts[0],
+                      _range(*row.after, t.quantity), row.verdicts[1])  # fmt: skip
+    console.print(table)
+    values = Table("parameter", "start", "value", "+-", "", box=None, pad_edge=False)
+    for p, v, s, b in zip(found.parameters, found.values, found.sd, found.at_bound, strict=True):
+        values.add_row(p.name, f"{p.start:.5g}", f"{v:.5g} {p.unit}", f"{s:.2g}", "at its bound" if b else "")
+    console.print(values)
+    console.print("correlations above 0.8: " + (", ".join(strong(found)) or "none"))
+    for text in found.unidentifiable:
+        console.print(f"not identifiable from these targets: {text}")
+    for role in ("fit", "predict"):
+        before, after, total = found.met(role)
+        console.print(f"{role}: {before} of {total} met before, {after} after")
+
+
+def strong(found: Calibration) -> list[str]:
+    """Strongly correlated pairs of parameters."""
+    names = [p.name for p in found.parameters]
+    return [
+        f"{names[i]} and {names[j]} {found.correlation[i, j]:+.2f}"
+        for i in range(len(names))
+        for j in range(i)
+        if abs(found.correlation[i, j]) > 0.8
+    ]
+
+
+def _range(low: float, high: float, quantity: str) -> str:
+    from rotorsim.analysis.figures import UNITS
+
+    scale, unit = SCALES.get(UNITS[quantity], (1.0, UNITS[quantity].replace("1", "")))
+    low, high = (0.0 if abs(v * scale) < 1e-9 else v * scale for v in (low, high))
+    text = f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
+    return f"{text} {unit}".strip()
+
+
+@command("cite", "rotorsim cite dtu_gas_bearing --bibtex", "rs.analysis.cite('dtu_gas_bearing')")
+def cite(
+    what: Annotated[
+        str,
+        typer.Argument(
+            metavar="MACHINE|RUN",
+            help="Machine, or a record .nc, model or law .json or .mat, or their folder.",
+            autocompletion=machines,
+        ),
+    ],
+    as_bibtex: Annotated[bool, typer.Option("--bibtex", help="As BibTeX entries.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Print the sources that a machine or a result stands on."""
+    from rotorsim.analysis import cite as cited
+    from rotorsim.base.references import bibtex, references, sorted_keys
+
+    parts = cited(what)
+    keys = sorted_keys(key for part in parts.values() for key in part)
+    if as_json:
+        typer.echo(json.dumps({"parts": parts, "references": {k: references().get(k, k) for k in keys}}, indent=2))
+    elif as_bibtex:
+        typer.echo("\n\n".join(bibtex().get(key, f"% {key}") for key in keys))
+    else:
+        for part, own in parts.items():
+            typer.echo(f"{part}: {', '.join(own)}")
+        typer.echo("\n" + "\n".join(f"[{key}] {references().get(key, key)}" for key in keys))

@@ -1,1 +1,0 @@
-"""`rotorsim machine`: machine files and the catalogue of effects."""

@@ -1,0 +1,303 @@
+"""`rotorsim map`: equilibrium, modes, gains, delays and film coefficients over a grid of operating points."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import product
+from math import isfinite, pi
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.base.progress import Update, bar
+from rotorsim.base.units import show
+from rotorsim.commands.options import (
+    Console,
+    GridOptions,
+    MachineName,
+    PageOptions,
+    a_folder,
+    note_compiling,
+    print_table,
+    quantity,
+)
+from rotorsim.commands.registry import command
+from rotorsim.commands.results import results
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+
+    from rotorsim.analysis.axes import Field
+    from rotorsim.plant import Plant
+
+MAP, REPORT = "map.nc", "report.html"
+SPEEDS, PRESSURES = "0 rpm:6000 rpm:7", "0.3 MPa:0.7 MPa:5"
+RANGES: dict[str, tuple[str, float]] = {
+    "natural_frequency_hz": ("wn", 1 / (2 * pi)),
+    "damping_ratio": ("zeta", 1.0),
+    "eccentricity_ratio": ("eccentricity_ratio", 1.0),
+    "smallest_film_um": ("h_min", TO_UM),
+}
+"""Smallest and largest value over the map: name, variable, factor."""
+LISTED: dict[str, tuple[str, str, float]] = {
+    "lift_off_pressure": ("lift_off_mpa", "Lift-off pressure [MPa]", 1e-6),
+    "onset_speed": ("whirl_onset_rpm", "Whirl onset [rpm]", TO_RPM),
+    "onset_ratio": ("whirl_ratio", "Whirl frequency ratio at the onset", 1.0),
+    "crossing_speed": ("crossings_rpm", "Critical speeds [rpm]", TO_RPM),
+}
+"""Key of the summary, title of the table and factor of each variable that has a table of its own."""
+LOOKED: dict[str, tuple[str, str]] = {
+    "onset_speed": ("onset_looked", "whirl_onset_looked"),
+    "onset_ratio": ("onset_looked", "whirl_onset_looked"),
+    "crossing_speed": ("crossing_searched", "crossings_searched"),
+}
+"""Flag of each such variable, 1 where all of it was searched, and the flag's key of the summary."""
+
+
+@dataclass(frozen=True)
+class MapOptions:
+    """Options about the grid of operating points and what is searched on it."""
+
+    speed: Annotated[str, typer.Option(help="Speeds: FROM:TO:COUNT, or values with commas.")] = SPEEDS
+    pressure: Annotated[
+        str | None,
+        typer.Option(
+            help="Gauge supply pressures, likewise.", show_default=f"{PRESSURES}; 0 for a machine without feed"
+        ),
+    ] = None
+    over: Annotated[
+        list[str] | None, typer.Option(help="Another axis: PATH=FROM:TO:COUNT of a field of the machine file.")
+    ] = None
+    frequency: Annotated[
+        list[str] | None, typer.Option(help="Whirl frequency of K and C, e.g. '120 Hz'; default 0 and the modes'.")
+    ] = None
+    with_lift_off: Annotated[bool, typer.Option("--lift-off", help="Find the lift-off pressure by speed.")] = False
+    least_film: Annotated[str, typer.Option(help="Film that counts as lift-off; 0: what the plant runs on.")] = "0 um"
+    with_onset: Annotated[bool, typer.Option("--whirl-onset", help="Find the onset of whirl by pressure.")] = False
+    campbell: Annotated[bool, typer.Option("--campbell", help="Find the critical speeds of orders 1, 2, 3.")] = False
+
+    def read(self) -> MapGrid:
+        """The grid in SI; raises MachineFileError for an option that cannot be read."""
+        from rotorsim.analysis.axes import read_axis, read_field
+
+        whirl = [2 * pi * quantity("frequency", text, "Hz") for text in self.frequency or []]
+        return MapGrid(
+            read_axis("speed", self.speed, "rad/s"),
+            read_axis("pressure", PRESSURES if self.pressure is None else self.pressure, "Pa"),
+            [read_field(text) for text in self.over or []],
+            whirl or None,
+            quantity("least-film", self.least_film, "m"),
+        )
+
+
+@dataclass(frozen=True)
+class MapGrid:
+    """Speeds [rad/s], gauge pressures [Pa], further axes, whirl frequencies [rad/s] and least film [m] of a map."""
+
+    speeds: np.ndarray
+    pressures: np.ndarray
+    fields: list[Field]
+    whirl: list[float] | None
+    film: float
+
+
+@command(
+    "map",
+    "rotorsim map dtu_gas_bearing --speed '0 rpm:6000 rpm:7' --pressure '0.3 MPa:0.7 MPa:5' "
+    "--over 'bearings.1.clearance=23 um, 25 um, 27 um' --lift-off --whirl-onset --campbell --out my_map",
+    "rs.analysis.map_machine(plant, speeds, pressures)",
+)
+def map_command(
+    machine: MachineName = "dtu_gas_bearing",
+    *,
+    wanted: MapOptions,
+    settings: GridOptions,
+    page: PageOptions,
+    jobs: Annotated[int | None, typer.Option(help="Processes; default as many as pay.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(callback=a_folder, help="Folder for map and report; default a new folder 'map'.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a map that is in the folder.")] = False,
+    report: Annotated[bool, typer.Option("--report/--no-report", help="Write the HTML report.")] = True,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the map's summary as JSON.")] = False,
+) -> None:
+    """Map the operating points of a machine and shade what is safe.
+
+    Equilibria and linear models; no time simulation.
+    """
+    page.check(report)
+    grid, plant = wanted.read(), settings.plant(machine)
+    fed = _check(plant, grid, wanted)
+    from rotorsim.analysis.machine_map import map_machine
+
+    with results(out, "map", (MAP, REPORT) if report else (MAP,), force) as folder:
+        page.begin(folder / REPORT, force)
+        note_compiling(plant.assembly, "settle")
+        with bar(text="operating points", show=not as_json) as update:
+            found = map_machine(
+                plant, grid.speeds, grid.pressures, grid.fields, grid.whirl,
+                grid.film if wanted.with_lift_off else None, wanted.with_onset, wanted.campbell, jobs,
+                update and _count(update),
+            )  # fmt: skip
+        files = _write(found, folder, report)
+        if "report" in files:
+            files |= page.finish(files["report"])
+    _print_map(found, files, as_json)
+    _leave_if_incomplete(found, files["map"], fed)
+
+
+def _check(plant: Plant, grid: MapGrid, wanted: MapOptions) -> bool:
+    """Refuse or question what the machines of a map cannot do; whether one of them is fed."""
+    import numpy as np
+
+    from rotorsim.analysis.machine_map import check_quantities, machines_at_ends
+    from rotorsim.analysis.supply import felt
+    from rotorsim.machine.plausibility import ask_machine
+    from rotorsim.machine.running_limits import ask_rim_speed
+
+    check_quantities(plant, wanted.with_lift_off, wanted.with_onset)
+    ask_rim_speed(plant.machine, max(grid.speeds, key=abs), "--speed")
+    machines = machines_at_ends(plant, grid.fields)
+    for one in machines:
+        ask_machine(one)
+    if wanted.pressure is not None and not np.array_equal(felt(machines, grid.pressures), grid.pressures):
+        print("map: gas is supplied to no film of the machine, so no pressure changes it; 0 is mapped", file=sys.stderr)
+    return any(one.fed for one in machines)
+
+
+def _leave_if_incomplete(found: xr.Dataset, path: str, fed: bool) -> None:
+    """Exit with one sentence where the map was interrupted or the film carries the rotor nowhere."""
+    if found.attrs["ended"] != "complete":
+        print(f"interrupted: the points that were done are in {path}", file=sys.stderr)
+        raise typer.Exit(130)
+    if not float(found["lifted"].max()):
+        way = "raise the pressures" if fed else "ask for higher speeds"
+        print(f"map: the film carries the rotor at no point of the grid; {way}", file=sys.stderr)
+        raise typer.Exit(2)
+
+
+def _count(update: Update) -> Callable[[int, int], None]:
+    """Show (done, total) on a bar."""
+    return lambda done, total: update(completed=done, total=total)
+
+
+def _write(found: xr.Dataset, folder: Path, report: bool) -> dict[str, str]:
+    from rotorsim.base.hdf5 import write_netcdf
+
+    files = {"map": str(folder / MAP)}
+    write_netcdf(folder / MAP, found)
+    if report and "wn" in found:
+        from rotorsim.report.pages.operating_map import save_map_page
+
+        page = folder / REPORT
+        save_map_page(found, page)
+        files["report"] = str(page)
+    return files
+
+
+def summary(found: xr.Dataset) -> dict[str, Any]:
+    """Summary of a map in a few numbers."""
+    numbers: dict[str, Any] = {
+        "points": int(found["lifted"].size),
+        "lifted": int(found["lifted"].sum()),
+        "safe": int((found["safe"] == 1).sum()),
+        "not_safe": int((found["safe"] == 0).sum()),
+        "not_known": int(found["safe"].isnull().sum()),
+        "ended": found.attrs["ended"],
+    }
+    for key, (name, scale) in RANGES.items():
+        if name in found:
+            values = found[name].values[..., :2] if "mode" in found[name].dims else found[name].values
+            numbers[key] = _ends(values * scale)
+    for name, (key, _, scale) in LISTED.items():
+        if name in found:
+            numbers[key] = _plain(found[name].values * scale)
+        if name in found and name in LOOKED:
+            flag, looked = LOOKED[name]
+            numbers[looked] = _plain(found[flag].values)
+    return numbers
+
+
+def _ends(values: Any) -> list[float | None]:
+    import numpy as np
+
+    good = values[np.isfinite(values)]
+    return [float(good.min()), float(good.max())] if good.size else [None, None]
+
+
+def _plain(values: Any) -> Any:
+    """Nested lists with None for NaN: JSON has no NaN."""
+    if getattr(values, "ndim", 0):
+        return [_plain(v) for v in values]
+    return None if values != values else float(values)
+
+
+def _print_map(found: xr.Dataset, files: dict[str, str], as_json: bool) -> None:
+    numbers = summary(found)
+    if as_json:
+        typer.echo(json.dumps(numbers | {"files": files}, indent=2))
+        return
+    listed = {key for key, _, _ in LISTED.values()} | {key for _, key in LOOKED.values()}
+    rows = [(key.replace("_", " "), _short(value)) for key, value in numbers.items() if key not in listed]
+    for table in tables(found):
+        Console().print(table)
+    print_table(rows, files)
+
+
+def _short(value: Any) -> str:
+    """A number, or the ends of a range."""
+    if isinstance(value, float):
+        return f"{value:.5g}"
+    if isinstance(value, list):
+        return " to ".join(map(_short, value))
+    return "none" if value is None else str(value)
+
+
+def tables(found: xr.Dataset) -> Iterator[Table]:
+    """One table per variable, with the last dimension along the columns and one column for each other one."""
+    for name, (_, title, scale) in LISTED.items():
+        if name not in found:
+            continue
+        values = found[name]
+        *rows, across = map(str, values.dims)
+        made = Table(title=escape(title), title_justify="left")
+        for head in (*(_title(found, row) for row in rows), *(_label(found, across, k, True) for k in values[across])):
+            made.add_column(escape(head))
+        known = found[LOOKED[name][0]].broadcast_like(values).transpose(*values.dims).values if name in LOOKED else None
+        for at in product(*(range(values.sizes[row]) for row in rows)):
+            cells = [_label(found, row, found[row][k], False) for row, k in zip(rows, at, strict=True)]
+            shown = [_number(float(v) * scale, known is None or known[at][k]) for k, v in enumerate(values.values[at])]
+            made.add_row(*map(escape, cells), *shown)
+        yield made
+
+
+def _title(found: xr.Dataset, dimension: str) -> str:
+    """Path of a field, or the dimension's own name."""
+    path = str(found[dimension].attrs.get("long_name", dimension))
+    return path if path.replace(".", "_") == dimension else dimension.removesuffix("_crossing")
+
+
+def _label(found: xr.Dataset, dimension: str, value: Any, named: bool) -> str:
+    """A coordinate's value with its unit, after the dimension's name if `named`."""
+    unit = str(found[dimension].attrs.get("units", "1"))
+    number = value.item()
+    if unit == "rad/s":
+        text = f"{number * TO_RPM:.5g} rpm"
+    else:
+        text = show(float(f"{number:.9g}"), unit) if isinstance(number, float) else str(number)
+    return f"{_title(found, dimension)} {text}" if named else text
+
+
+def _number(value: float, looked: Any) -> str:
+    """A value; without one, whether there is none or not all was looked at."""
+    if isfinite(value):
+        return f"{value:.5g}"
+    return "none" if looked else "not known"

@@ -1,1 +1,0 @@
-"""`rotorsim map`: maps over operating points."""

@@ -1,0 +1,140 @@
+"""Registry of commands: a function marked with `command` is a command of `rotorsim`, with an example and a Python call.
+
+The head of a chapter of commands imports what declares options; a function imports what it computes with, after it has
+read its input. So lists of commands, help and refusals of a machine file load no numba, scipy, xarray or plotly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import fields, is_dataclass
+from functools import wraps
+from inspect import Parameter, Signature, signature
+from typing import Any, ClassVar, TypeVar, get_type_hints
+
+import typer
+from typer.core import TyperGroup
+
+Function = TypeVar("Function", bound=Callable[..., None])
+GroupClass = TypeVar("GroupClass", bound="type[CommandGroup]")
+COMMANDS: dict[str, dict[str, Callable[..., None]]] = {"": {}}
+"""Functions by the name of their group, which is empty for commands of `rotorsim` itself, and by their own name."""
+GROUPS: dict[str, type[CommandGroup]] = {}
+"""Classes of command groups by name."""
+
+
+class CommandGroup(TyperGroup):
+    """Group of commands; a click command is made of its function when it is asked for.
+
+    The docstring of a subclass is the group's help, the registry has its functions.
+    """
+
+    group: ClassVar[str] = ""
+    epilog: str | None = None
+
+    def names(self) -> Iterable[str]:
+        """Names of the commands, without the groups below."""
+        return COMMANDS[self.group]
+
+    def function(self, name: str) -> Callable[..., None] | None:
+        """Function of a command, or None."""
+        return COMMANDS[self.group].get(name)
+
+    def panel(self, name: str) -> str | None:
+        """Title under which the help lists a command."""
+        return None
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Names of the commands and of the groups below."""
+        return [*self.names(), *self.commands]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """The command of a name, or None."""
+        function = self.function(cmd_name)
+        if function is None:
+            return super().get_command(ctx, cmd_name)
+        return click_command(cmd_name, function, self.panel(cmd_name))
+
+
+def command(words: str, text: str, python: str) -> Callable[[Function], Function]:
+    """Decorator: make a function the command `rotorsim WORDS`, with an example and the same in Python for its help."""
+
+    def register(function: Function) -> Function:
+        group, _, name = words.rpartition(" ")
+        COMMANDS[group][name] = example(text, python)(function)
+        return function
+
+    return register
+
+
+def group(name: str, epilog: str = "") -> Callable[[GroupClass], GroupClass]:
+    """Decorator: make a class the group `rotorsim NAME` of commands; `epilog` is the last line of its help."""
+
+    def register(kind: GroupClass) -> GroupClass:
+        kind.group, kind.epilog = name, epilog or None
+        GROUPS[name] = kind
+        COMMANDS[name] = {}
+        return kind
+
+    return register
+
+
+def example(text: str, python: str) -> Callable[[Function], Function]:
+    """Decorator: the last lines of the command's help, an example and the same in Python (`import rotorsim as rs`)."""
+
+    def mark(function: Function) -> Function:
+        vars(function).update(example=text, python=python)
+        return function
+
+    return mark
+
+
+def click_command(name: str, function: Callable[..., None], panel: str | None = None) -> Any:
+    """Click command of a function marked with `example`; a parameter that is a dataclass stands for its fields.
+
+    `panel` is the title under which the help of its group lists it.
+    """
+    made = typer.Typer(add_completion=False)
+    marks = vars(function)
+    epilog = f"Example: {marks['example']}\n\nIn Python: {marks['python']}"
+    made.command(name, epilog=epilog, rich_help_panel=panel)(_of_single_options(function))
+    command = typer.main.get_command(made)
+    command.python = marks["python"]  # type: ignore[attr-defined]
+    return command
+
+
+def single(function: Callable[..., None]) -> typer.Typer:
+    """Application of one command, a function marked with `example`, for a script."""
+    name = str(vars(function)["example"]).partition(".py ")[0] + ".py"
+    app = typer.Typer(name=name, add_completion=False, pretty_exceptions_enable=False)
+    app.command(epilog=f"Example: {vars(function)['example']}")(_of_single_options(function))
+    return app
+
+
+def _of_single_options(function: Callable[..., None]) -> Callable[..., None]:
+    """The function with the fields of its dataclasses as options of its own."""
+    hints = get_type_hints(function, include_extras=True)
+    groups: dict[str, Any] = {name: kind for name, kind in hints.items() if is_dataclass(kind)}
+
+    @wraps(function)
+    def command(**values: Any) -> None:
+        for name, kind in groups.items():
+            values[name] = kind(**{field.name: values.pop(field.name) for field in fields(kind)})
+        function(**values)
+
+    options: dict[str, tuple[Any, Any]] = {}
+    for name, given in signature(function).parameters.items():
+        if name in groups:
+            own = get_type_hints(groups[name], include_extras=True)
+            options |= {field.name: (own[field.name], field.default) for field in fields(groups[name])}
+        else:
+            options[name] = hints[name], given.default
+    return with_options(command, options)
+
+
+def with_options(command: Callable[..., None], options: Mapping[str, tuple[Any, Any]]) -> Callable[..., None]:
+    """A function of keywords with the signature that typer reads: by name an annotation and a default."""
+    command.__annotations__ = {name: kind for name, (kind, _) in options.items()}
+    parameters = [Parameter(n, Parameter.KEYWORD_ONLY, annotation=a, default=d) for n, (a, d) in options.items()]
+    command.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
+    return command

@@ -1,1 +1,0 @@
-"""Commands of the group `report`: pages of stored results, written again."""

@@ -1,1 +1,0 @@
-"""Sampled loop of law and model: margins, sensitivities, impact response, stability check."""

@@ -1,1 +1,0 @@
-"""Riccati equations, linear matrix inequalities, state-space arithmetic."""

@@ -1,1 +1,0 @@
-"""Blind tests of a diagnosis: records of a machine with hidden effects."""

@@ -1,0 +1,316 @@
+r"""Fits of a twin to records: damped least squares, standard deviations, re-calibration.
+
+The linearised step has a line search, and residuals always come from the plant:
+
+.. math:: \min_v \; |r(v)|^2 + |(v - v_0)/s|^2
+
+The Jacobian J of a chord step is kept and corrected after each step by Broyden's rank-one update. Source: Nocedal &
+Wright (2006), chapter 10 and section 11.1.
+
+Standard deviations are those of the sandwich estimator over the m records, or of H^-1 where these are larger:
+
+.. math:: V = H^{-1} \Big(\sum_i g_i g_i'\Big) H^{-1} \frac{m}{m-1}, \quad g_i = J_i' r_i, \quad H = J'J + P
+
+Plain ones are too small where errors of a record hang together. Source: Huber (1967); Liang & Zeger (1986). J must be
+the Jacobian AT the fitted point: that of a chord, updated step by step, is right along the steps and wrong across them,
+which makes parameters that are nearly alike look well determined, and ends a fit where the sum of squares would still
+fall along them.
+
+A re-calibration fits, determines the discretisation error at the fitted point, and fits again. It starts with a scan of
+the shaft's stiffness: a resonance that is off by more than its own width gives Gauss-Newton no slope to go down.
+
+Cites: nocedal_2006, huber_1967, liang_1986.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rotorsim.base.rounding import normal_root
+from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
+from rotorsim.discrepancy.residuals.comparison import TwinComparison, columns
+from rotorsim.discrepancy.residuals.floor import TOLERANCE
+from rotorsim.discrepancy.residuals.misfit import flagged, table
+from rotorsim.discrepancy.twin.parameters import (
+    DIRECTIONS,
+    LAW,
+    MESH,
+    FitParameter,
+    ParameterPoint,
+    calibration,
+    within,
+)
+from rotorsim.discrepancy.twin.plant import Twin
+
+MOST_STEPS, MOST_DAMPING = 8, 1e4
+"""Most steps of a fit, and damping from which on it ends."""
+ENOUGH = 1.0
+"""Fall of the sum of squares in a step below which a fit ends (a thousandth of the sum at least)."""
+MOST_ROUNDS = 4
+"""Most fits with the Jacobian at their own point."""
+STILL = 0.25
+"""Fall of the sum of squares, as the Jacobian at the point foretells it, below which a fit has ended: half a standard
+deviation."""
+KEY = "shaft_stiffness"
+"""Key of the parameter that is scanned."""
+REACH, STEPS, FINER = 2.5, 21, 2
+"""Reach of the scan in standard deviations of the prior, number of its steps, number of refinements."""
+MOST_REPEATS = 2
+"""Most continued fits from a rough one."""
+IMPLAUSIBLE = 3.0
+"""Standard deviations of its prior beyond which a calibration parameter is not believed."""
+ROUGH = 0.02
+"""Tolerance of the first fit, before the solver is proven."""
+
+
+@dataclass(frozen=True, eq=False)
+class ParameterFit:
+    """Result of a fit: point, whitened residual (n,), Jacobian (n, k) there, sum of squares with priors."""
+
+    parameters: tuple[FitParameter, ...]
+    point: ParameterPoint
+    residual: np.ndarray
+    J: np.ndarray
+    cost: float
+
+    @property
+    def chi2(self) -> float:
+        """Sum of squared residuals without priors."""
+        return float(self.residual @ self.residual)
+
+    @property
+    def vector(self) -> np.ndarray:
+        """Values (k,) of the parameters."""
+        return np.array([self.point.values.get(k, 0.0) for k in self.parameters])
+
+
+def prior_rows(parameters: Sequence[FitParameter]) -> np.ndarray:
+    """Square-root weights 1 / sd (k,) of the priors."""
+    return np.array([1 / k.sd for k in parameters])
+
+
+def cost_of(residual: np.ndarray, v: np.ndarray, p: np.ndarray) -> float:
+    """Sum of squares with priors."""
+    return float(residual @ residual + np.sum((v * p) ** 2))
+
+
+def step_of(J: np.ndarray, r: np.ndarray, v: np.ndarray, p: np.ndarray, damping: float) -> np.ndarray:
+    """Damped Gauss-Newton step (k,) for a residual r = measured - simulated."""
+    H = J.T @ J + np.diag(p**2)
+    scale = np.sqrt(np.maximum(np.diag(H), 1e-300))
+    A = H / scale[:, None] / scale + damping * np.eye(len(v))
+    g = (J.T @ r - p**2 * v) / scale
+    return np.asarray(answer(np.linalg.lstsq, A, g, rcond=1e-12)[0] / scale)
+
+
+def fit_parameters(
+    comparison: TwinComparison,
+    point: ParameterPoint,
+    parameters: Sequence[FitParameter],
+    J: np.ndarray,
+    residual: np.ndarray | None = None,
+    steps: int = MOST_STEPS,
+    progress: Callable[[], None] | None = None,
+) -> ParameterFit:
+    """Fit parameters from the start `point` with the Jacobian J (n, k) there; ends where a step has no answer."""
+    parameters, J = tuple(parameters), J.copy()
+    p = prior_rows(parameters)
+    r = comparison.residual(point) if residual is None else residual
+    v = np.array([point.values.get(k, 0.0) for k in parameters])
+    cost, damping = cost_of(r, v, p), 1e-6
+    for _ in range(steps):
+        try:
+            change = within(parameters, v + step_of(J, r, v, p, damping)) - v
+        except NoAnswerError:
+            break
+        share, done = 1.0, False
+        while share > 0.1:
+            there = point.moved(parameters, share * change)
+            new = comparison.residual(there)
+            if progress is not None:
+                progress()
+            if (found := cost_of(new, v + share * change, p)) < cost:
+                break
+            share *= 0.35
+        else:
+            # no length of the step helps: turn it towards the steepest descent
+            damping = max(1e3 * damping, 1e-3)
+            if damping > MOST_DAMPING:
+                break
+            continue
+        moved = share * change
+        miss = (r - new) - J @ moved
+        weight = moved * np.sum(J**2, axis=0)
+        J += np.outer(miss, weight) / max(float(weight @ moved), 1e-300)
+        done = cost - found < max(ENOUGH, 1e-3 * found)
+        point, r, v, cost = there, new, v + moved, found
+        damping = damping * 0.3 if share == 1.0 else damping * 10
+        if done:
+            break
+    return ParameterFit(parameters, point, r, J, cost)
+
+
+def singular_directions(
+    J: np.ndarray, parameters: Sequence[FitParameter], limit: float = 1e-2
+) -> list[dict[str, float]]:
+    """Null vectors of a calibration, with singular values below `limit` times the next one.
+
+    Columns are scaled to unit length; each vector is a dictionary of the parameters that take part in it.
+    """
+    size = np.linalg.norm(J, axis=0)
+    seen = size > 1e-9 * size.max()
+    _, s, V = answer(np.linalg.svd, J[:, seen] / size[seen], full_matrices=False)
+    names = [k.name for k, ok in zip(parameters, seen, strict=True) if ok]
+    found = []
+    for i in range(1, len(s)):
+        if s[i] < limit * s[i - 1]:
+            found += [{n: float(x) for n, x in zip(names, row, strict=True) if abs(x) > 0.2} for row in V[i:]]
+            break
+    return found
+
+
+def finished(comparison: TwinComparison, fit: ParameterFit, progress: Callable[[], None] | None = None) -> ParameterFit:
+    """Converged fit with central-difference Jacobians at its own point, the last one included."""
+    for number in range(MOST_ROUNDS):
+        fit = replace(fit, J=comparison.jacobian(fit.point, fit.parameters, progress=progress, central=True))
+        if number == MOST_ROUNDS - 1 or fall(fit) < STILL:
+            break
+        fit = fit_parameters(comparison, fit.point, fit.parameters, fit.J, fit.residual, steps=2, progress=progress)
+    return fit
+
+
+def fall(fit: ParameterFit) -> float:
+    """Predicted decrease of the sum of squares with priors in a Gauss-Newton step."""
+    size, J, H = scaled(fit)
+    g = J.T @ fit.residual - prior_rows(fit.parameters) ** 2 * fit.vector / size
+    return float(np.sum((g @ answer(normal_root, H)) ** 2))
+
+
+def scaled(fit: ParameterFit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Scales (k,) of the fit parameters, and Jacobian (n, k) and Hessian with priors (k, k) in these scales."""
+    p = prior_rows(fit.parameters)
+    size = np.sqrt(np.sum(fit.J**2, axis=0) + p**2)
+    size[size == 0] = 1.0
+    J = fit.J / size
+    return size, J, J.T @ J + np.diag((p / size) ** 2)
+
+
+def covariance(fit: ParameterFit, record: np.ndarray) -> np.ndarray:
+    """Covariance (k, k) of the fit parameters; record (n,) is the record number of each value."""
+    size, J, H = scaled(fit)
+    root = answer(normal_root, H)
+    inverse = root @ root.T
+    g = np.array([J[record == i].T @ fit.residual[record == i] for i in np.unique(record)])
+    g -= g.mean(axis=0)
+    m = len(g)
+    g = g @ root
+    between = root @ (g.T @ g * m / max(m - 1, 1)) @ root.T
+    grown = np.sqrt(np.maximum(np.diag(between), 0) / np.maximum(np.diag(inverse), 1e-300))
+    factor = np.maximum(grown, 1.0) / size
+    return np.asarray(inverse * np.outer(factor, factor))
+
+
+def sd_of_polar(c: float, s: float, V: np.ndarray, base: complex = 0.0) -> tuple[float, float, float, float]:
+    """Amplitude, phase and their standard deviations of base + c + i s with covariance V (2, 2) of c, s."""
+    z = base + complex(c, s)
+    a, phi = abs(z), float(np.angle(z))
+    along, across = np.array([np.cos(phi), np.sin(phi)]), np.array([-np.sin(phi), np.cos(phi)])
+    return a, phi, float(np.sqrt(along @ V @ along)), float(np.sqrt(across @ V @ across) / max(a, 1e-300))
+
+
+def nearest(
+    comparison: TwinComparison, parameters: tuple[FitParameter, ...], progress: Callable[[], None]
+) -> ParameterPoint:
+    """Point with the shaft stiffness that best fits the excited lines; origin for a machine without it."""
+    parameter = next((k for k in parameters if k.key == KEY), None)
+    if parameter is None:
+        return ParameterPoint()
+    layout = comparison.layout
+    bands = [i for i, name in enumerate(layout.groups) if name.endswith("band") or name == "resonance"]
+    counted = np.isin(layout.group, bands) & (layout.frequency > 0)
+    if not counted.any():
+        counted = layout.frequency > 0
+    tried: dict[float, float] = {}
+    values = np.linspace(-REACH, REACH, STEPS) * parameter.sd
+    for _ in range(1 + FINER):
+        for value in values:
+            v = float(np.round(np.clip(value, parameter.low, parameter.high), 6))
+            if v not in tried:
+                r = (comparison.measured - comparison.predict(ParameterPoint({parameter: v})))[counted]
+                tried[v] = float(r @ r)
+                progress()
+        best = min(tried, key=lambda v: (tried[v], v))
+        gap = abs(values[1] - values[0]) / 3
+        values = best + gap * np.array([-1.0, 1.0])
+    return ParameterPoint({parameter: best}) if best else ParameterPoint()
+
+
+def recalibrate(
+    comparison: TwinComparison,
+    fine: Twin | None,
+    tolerance: float = TOLERANCE,
+    progress: Callable[[], None] = lambda: None,
+    law: tuple[Twin, Mapping[FitParameter, float]] | None = None,
+) -> ParameterFit:
+    """Fit the calibration parameters; sets the comparison's noise floor and discretisation correction."""
+    points = len({(round(t.speed, 1), round(t.pressure, -3)) for t in comparison.trials})
+    parameters: tuple[FitParameter, ...] = calibration(comparison.twin, points)
+    start = nearest(comparison, parameters, progress)
+    comparison.set_floor(start, None, max(tolerance, ROUGH))
+    raw = columns(comparison, start, parameters, progress)
+    rough = fit_parameters(comparison, start, parameters, raw / comparison.sigma[:, None], steps=3, progress=progress)
+    rough = closer(comparison, rough, progress)
+    first = comparison.sigma.copy()
+    comparison.set_floor(rough.point, fine, tolerance, *(law or ()))
+    J = rough.J * (first / comparison.sigma)[:, None]
+    for parameter in (MESH, LAW):
+        if parameter.key in comparison.directions:
+            parameters = (*parameters, parameter)
+            J = np.column_stack([J, comparison.directions[parameter.key] / comparison.sigma])
+    return fit_parameters(comparison, rough.point, parameters, J, progress=progress)
+
+
+def null_vectors(there: ParameterFit, parameters: Sequence[FitParameter]) -> list[dict[str, float]]:
+    """Combinations of calibration parameters that the records do not determine; Jacobian at the point."""
+    free = [k for k in parameters if not k.trend and k not in (MESH, LAW)]
+    return singular_directions(there.J[:, [there.parameters.index(k) for k in free]], free)
+
+
+def closer(comparison: TwinComparison, rough: ParameterFit, progress: Callable[[], None]) -> ParameterFit:
+    """Continue a fit that ended far from the records with new Jacobians, as long as the misfit falls."""
+    for _ in range(MOST_REPEATS):
+        if not flagged(table(comparison, rough.residual)):
+            break
+        J = comparison.jacobian(rough.point, rough.parameters, progress=progress)
+        again = fit_parameters(comparison, rough.point, rough.parameters, J, rough.residual, progress=progress)
+        enough = again.cost > 0.9 * rough.cost
+        rough = again
+        if enough:
+            break
+    return rough
+
+
+def strained(base: ParameterFit) -> list[str]:
+    """Names of the machine's calibration parameters that a fit has moved to their limits or beyond their priors.
+
+    Not those that shift the data alone, nor trends.
+    """
+    found = []
+    for parameter, value in zip(base.parameters, base.vector, strict=True):
+        if parameter.trend or parameter.key in DIRECTIONS:
+            continue
+        at_limit = value <= parameter.low or value >= parameter.high
+        if at_limit or abs(value) > IMPLAUSIBLE * parameter.sd:
+            found.append(parameter.name)
+    return found
+
+
+def relinearised(
+    comparison: TwinComparison, base: ParameterFit, progress: Callable[[], None] = lambda: None
+) -> ParameterFit:
+    """Repeat a fit with the Jacobian at its own solution."""
+    J = comparison.jacobian(base.point, base.parameters, progress=progress)
+    return fit_parameters(comparison, base.point, base.parameters, J, base.residual, steps=3, progress=progress)

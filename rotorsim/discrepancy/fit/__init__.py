@@ -1,1 +1,0 @@
-"""Calibration: fit parameters, damped least squares, standard deviations."""

@@ -1,0 +1,263 @@
+"""`decide`: diagnose, plan, make the experiment and diagnose again, until one explanation is settled."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from rotorsim.base.errors import DataError
+from rotorsim.base.files import make_folder
+from rotorsim.base.hdf5 import write_netcdf
+from rotorsim.base.interrupt import undoing
+from rotorsim.discrepancy.diagnose_records import diagnose
+from rotorsim.discrepancy.explanation import NOTHING, SURE
+from rotorsim.discrepancy.outcome.files import write_plan
+from rotorsim.discrepancy.outcome.result import Diagnosis
+from rotorsim.discrepancy.outcome.steps import DecisionStep, DecisionSteps, read_steps
+from rotorsim.discrepancy.plan.allowed import allowed_here, check_allowed
+from rotorsim.discrepancy.plan.experiments import SET_UP, ExperimentOption
+from rotorsim.discrepancy.plan.ranking import ExperimentPlan, Proposal
+from rotorsim.discrepancy.residuals.floor import TOLERANCE
+from rotorsim.discrepancy.rigs import ExperimentRig, FolderRig, open_rig
+from rotorsim.discrepancy.twin.compiled_models import CompiledModels, Progress
+from rotorsim.machine import Machine, load_machine
+
+ShowSteps = Callable[[DecisionSteps], None]
+UNFINISHED = "unfinished"
+"""Folder of what was computed, by which an interrupted loop resumes."""
+
+
+def decide(
+    machine: Machine | str | Path,
+    rig: ExperimentRig | str | Path,
+    budget: float = 30.0,
+    records: Iterable[Any] = (),
+    allow: Iterable[str] = (),
+    effects: Iterable[str] | None = None,
+    sure: float = SURE,
+    out: str | Path | None = None,
+    mapping: Any = None,
+    progress: Progress = lambda stage: None,
+    shown: ShowSteps = lambda steps: None,
+    models: CompiledModels | None = None,
+    tolerance: float = TOLERANCE,
+    anew: bool = False,
+) -> Diagnosis:
+    """Diagnose and make the experiment that should tell most, until one explanation has a probability of `sure`.
+
+    Parameters
+    ----------
+    machine : Machine, name or path
+        The machine as it is believed to be.
+    rig : Rig, or text
+        'virtual:FOLDER' of `hide`, whose hidden machine makes the experiments, or a folder into which their records are
+        put by hand.
+    budget : float
+        Minutes of rig time.
+    records : Datasets or paths
+        Records to begin with: in place of those that were hidden with a truth, besides those of a folder.
+    allow : names
+        What experiments may change (`plan.allowed.ALLOWED`); all for none.
+    effects : names, optional
+        Candidates.
+    sure : float
+        Probability that ends the loop.
+    out : folder, optional
+        Where steps and records are kept, so that the same call resumes.
+    mapping :
+        Columns of records that are not netCDF files.
+    progress, shown : functions
+        Called with each stage of the work, and with all steps after each of them.
+    models : CompiledModels, optional
+        Compiled twins of the machine.
+    tolerance : float
+        Declared tolerance of the model, as a share of every line.
+    anew : bool
+        Begin anew where `out` has steps already.
+
+    Returns
+    -------
+    Diagnosis
+        The last one; `steps` has the odds after each step.
+
+    Raises
+    ------
+    DataError
+        With one sentence: no records, a budget too small for any experiment, a rig that is not there.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.discrepancy.decide("dtu_gas_bearing", "virtual:puzzle", budget=30.0)  # doctest: +SKIP
+    >>> print(found.steps.table())  # doctest: +SKIP
+    """
+    machine = machine if isinstance(machine, Machine) else load_machine(machine)
+    if not budget > SET_UP:
+        raise DataError(f"budget: {budget:g} min allow no experiment; the shortest takes more than {SET_UP:g} min")
+    if not 0.5 < sure < 1:
+        raise DataError(f"sure: {sure:g} is not between 0.5 and 1; give e.g. 0.95")
+    there = rig if not isinstance(rig, (str, Path)) else open_rig(str(rig), machine)
+    names = check_allowed(allow)
+    allowed = allowed_here(machine, names)
+    there.check(out)
+    alike = mapping is not None and isinstance(there, FolderRig)
+    only = None if effects is None else tuple(effects)
+    given = [r if not isinstance(r, (str, Path)) else Path(r).resolve() for r in records]
+    asked = {
+        "machine": machine.name, "content": machine.hash, "rig": there.name, "allow": sorted(allowed), "sure": sure,
+        "effects": None if only is None else sorted(only), "records": [str(r) for r in given if isinstance(r, Path)],
+        "mapping": None if mapping is None else str(mapping),
+    }  # fmt: skip
+    with TemporaryDirectory() as scratch, undoing():
+        folder = make_folder(Path(scratch if out is None else out).resolve())
+        loop = DecisionLoop(
+            machine, there, budget, names, alike, only, sure, folder, mapping, progress, shown, models, tolerance
+        )
+        first = there.begin(given)
+        return loop.run(first, DecisionSteps(asked) if anew else read_steps(folder, asked))
+
+
+@dataclass(eq=False)
+class DecisionLoop:
+    """Loop of diagnoses and experiments in progress."""
+
+    machine: Machine
+    rig: ExperimentRig
+    budget: float
+    allow: Sequence[str]
+    alike: bool
+    """Whether one mapping holds for all records, so that none can state what was changed for it alone."""
+    effects: tuple[str, ...] | None
+    sure: float
+    folder: Path
+    mapping: Any
+    progress: Progress
+    shown: ShowSteps
+    models: CompiledModels | None
+    tolerance: float
+
+    def run(self, first: list[Any], steps: DecisionSteps) -> Diagnosis:
+        """Diagnoses and experiments until the loop ends."""
+        self.models = self.models or CompiledModels.of(self.machine, self.effects, self.progress)
+        steps = _with_files(steps, first)
+        while True:
+            found = self._diagnosed([*(r for r in first if str(r) not in steps.records), *map(Path, steps.records)])
+            if not steps.steps or steps.made:
+                steps = steps.with_step(self._step(found, steps))
+                self._keep(steps)
+            if not self._settled(found):
+                found = replace(found, planned=self._next_plan(found))
+            best, end = self._next(found, steps), self._end(found, steps)
+            if end != "decided" and (new := self.rig.arrived()):
+                steps = steps.with_new(list(map(str, new)))
+                self._keep(steps)
+                continue
+            steps = replace(steps, end=end)
+            if end != "open" or best is None:
+                self._keep(steps)
+                shutil.rmtree(self.folder / UNFINISHED, ignore_errors=True)
+                return replace(found, steps=steps, planned=None if end in ("budget", "decided") else found.planned)
+            found = replace(found, planned=_with_first(found.planned, best))
+            steps = self._experiment(found, best, steps)
+            self._keep(steps)
+            if not steps.made:
+                return replace(found, steps=steps)
+
+    def _diagnosed(self, records: list[Any]) -> Diagnosis:
+        """Diagnosis of all records."""
+        return diagnose(
+            self.machine, records, effects=self.effects, mapping=self.mapping, models=self.models,
+            tolerance=self.tolerance, progress=self.progress, resume=self.folder / UNFINISHED,
+        )  # fmt: skip
+
+    def _next_plan(self, found: Diagnosis) -> ExperimentPlan:
+        """Plan of the next experiment, among those whose records can state their changes."""
+        plan = found.plan(self.allow, sure=self.sure)
+        able = tuple(p for p in plan.proposals if not (self.alike and p.option.stated))
+        return replace(plan, proposals=able)
+
+    def _step(self, found: Diagnosis, steps: DecisionSteps) -> DecisionStep:
+        """The diagnosis as a step, with the experiment that was made before it."""
+        made: dict[str, Any] = {"experiment": "", "minutes": 0.0, "records": ()}
+        made |= dict(steps.pending)
+        return DecisionStep(**made, status=found.status, odds=found.odds, entropy=found.entropy)
+
+    def _settled(self, found: Diagnosis) -> bool:
+        """Whether one explanation is settled; "nothing is missing" never is while a run may show something."""
+        return max((p for name, p in found.odds.items() if name != NOTHING), default=0.0) >= self.sure
+
+    def _end(self, found: Diagnosis, steps: DecisionSteps) -> str:
+        """End of the loop, a key of `ENDS`; 'open' while it goes on."""
+        if self._settled(found):
+            return "decided"
+        end = self._unsettled_end(found, steps)
+        return "decided" if end != "open" and max(found.odds.values(), default=0.0) >= self.sure else end
+
+    def _unsettled_end(self, found: Diagnosis, steps: DecisionSteps) -> str:
+        plan = found.planned
+        if plan is None or not plan.proposals:
+            return "no_plan"
+        if not plan.settles:
+            return "inseparable"
+        if self._next(found, steps) is not None:
+            return "open"
+        if not any(step.experiment for step in steps.steps) and max(found.odds.values()) < self.sure:
+            least = min(p.option.minutes for p in plan.proposals if plan.helps(p))
+            raise DataError(f"budget: {self.budget:.3g} min; the shortest experiment takes {least:.3g} min; give more")
+        return "budget"
+
+    def _next(self, found: Diagnosis, steps: DecisionSteps) -> Proposal | None:
+        """The experiment that waits for its record, else the best that helps and that the budget still pays for."""
+        plan, left = found.planned, self.budget - steps.spent
+        if plan is None:
+            return None
+        waiting = steps.pending.get("experiment")
+        asked = next((p for p in plan.proposals if p.option.name == waiting and p.option.minutes <= left), None)
+        return asked or plan.first(left)
+
+    def _experiment(self, found: Diagnosis, best: Proposal, steps: DecisionSteps) -> DecisionSteps:
+        """Steps with the next experiment made, which is pending until it is diagnosed."""
+        assert found.planned is not None
+        write_plan(self.folder, found.planned, self.machine)
+        ahead = {
+            "experiment": best.option.name,
+            "minutes": best.option.minutes,
+            "expected": best.outlook.decided,
+            "expected_of_effects": best.outlook.of_effects,
+        }
+        self._keep(replace(steps, pending=ahead | {"records": ()}))
+        made = self._made(best.option, len(steps.steps))
+        return replace(steps, pending=ahead | {"records": tuple(made)}, end="open" if made else "no_record")
+
+    def _made(self, option: ExperimentOption, number: int) -> list[str]:
+        """Files of an experiment's records."""
+        paths = []
+        for k, record in enumerate(self.rig.run(option, number, lambda: self.progress("experiment"))):
+            if isinstance(record, Path):
+                paths.append(record)
+                continue
+            path = make_folder(self.folder / "records") / f"next_{number}{f'_{k}' if k else ''}.nc"
+            write_netcdf(path, record)
+            paths.append(path)
+        return [str(path) for path in paths]
+
+    def _keep(self, steps: DecisionSteps) -> None:
+        steps.write(self.folder)
+        self.shown(steps)
+
+
+def _with_first(plan: ExperimentPlan | None, best: Proposal) -> ExperimentPlan | None:
+    """The plan with one experiment before the others."""
+    return None if plan is None else replace(plan, proposals=(best, *(p for p in plan.proposals if p is not best)))
+
+
+def _with_files(steps: DecisionSteps, first: Sequence[Any]) -> DecisionSteps:
+    """Steps with the files to begin with, and those that have come since the loop was interrupted."""
+    files = [str(r) for r in first if isinstance(r, Path)]
+    if not steps.steps:
+        return replace(steps, first=tuple(files))
+    return steps.with_new([name for name in files if name not in (*steps.first, *steps.records)])

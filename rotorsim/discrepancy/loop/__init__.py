@@ -1,1 +1,0 @@
-"""Diagnosis in a loop with experiments, until one explanation is settled."""

@@ -1,0 +1,80 @@
+"""Slow roll: whole revolutions at low speed, where the sensors measure runout and no vibration.
+
+The thesis (section 2.6.2) takes less than 200 rpm, where the vibration is negligible, and averages over revolutions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from rotorsim.base.constants import TO_UM
+from rotorsim.base.errors import DataError
+from rotorsim.base.units import show
+from rotorsim.experiments.experiment import PointExperiment, pair, register
+from rotorsim.experiments.functions import as_function
+from rotorsim.experiments.parameters import param
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SLOW = 2 * np.pi * 100 / 60
+"""100 rpm [rad/s]."""
+SLOWEST = 1e-5
+"""Speed [rad/s] at which a revolution takes a week."""
+
+
+@register
+@dataclass(frozen=True)
+class SlowRoll(PointExperiment):
+    """Whole revolutions so slowly that the sensors see runout; ends with the sample that completes them.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.experiments.SlowRoll(speed=60.0, pressure=0.5e6, revolutions=2).samples
+    1048
+    """
+
+    name: ClassVar[str] = "slow_roll"
+    example: ClassVar[str] = "--speed '100 rpm' --revolutions 5"
+    figures: ClassVar[tuple[str, ...]] = ("runout", "spectrum", "overview")
+    speed: float = param("rad/s", "Shaft speed.", SLOW, above=0)
+    revolutions: int = param("1", "Whole revolutions.", 5, low=1, multiple=1)
+
+    def check(self) -> None:
+        """Refuse revolutions that never end."""
+        if self.speed < SLOWEST:
+            raise DataError(f"speed = {show(self.speed, 'rad/s')}: a revolution would last over a week; turn faster")
+
+    @property
+    def samples(self) -> int:
+        """Length in samples."""
+        return ceil(self.revolutions * 2 * np.pi / (self.speed * self.Ts) * (1 - 1e-12))
+
+    def rows(self, first: int, count: int) -> np.ndarray:
+        """Input rows (count, 6) of a stretch."""
+        return self.held(count)
+
+    @classmethod
+    def findings(cls, record: xr.Dataset) -> dict[str, Any]:
+        """Largest distance [um] of what the sensors measure from the true displacement."""
+        from rotorsim.signals.record_blocks import blocks
+
+        if "disc" not in record or "disc_measured" not in record:
+            return {}
+        pairs = blocks(record, ["disc", "disc_measured"])
+        apart = np.max([np.abs(block["disc_measured"] - block["disc"]).max(axis=0) for block in pairs], axis=0)
+        return {"sensor_error_peak_um": (apart * TO_UM).tolist()}
+
+    @classmethod
+    def table(cls, summary: dict[str, Any]) -> list[tuple[str, str]]:
+        """Row of the sensors' error."""
+        found = summary.get("sensor_error_peak_um")
+        return [("Measured less true displacement: peak", pair(found, "µm"))] if found else []
+
+
+slow_roll = as_function(SlowRoll)

@@ -1,1 +1,0 @@
-"""Proportional law, and harmonics of the speed next to a law."""

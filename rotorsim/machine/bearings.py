@@ -1,0 +1,193 @@
+"""Machine-file parts of bearings without a film: springs and dampers, constant or as tables over the speed, housings.
+
+A bearing acts on the shaft by -K x - C v, with x its displacement against the housing where the bearing has a
+`support`, else against the ground; a housing is a mass on springs and dampers of its own.
+
+Cites: friswell_2010.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from math import hypot
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from fe_shaft.bearing import mirrored
+from rotorsim.base.units import show
+from rotorsim.machine.part import Part, quantity
+
+
+class Support(Part):
+    """The housing of a bearing: a mass on springs and dampers to the ground.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.Support(mass="12 kg", kxx="50 MN/m", cxx="900 N*s/m").stiffness
+    (50000000.0, 50000000.0)
+    """
+
+    mass: float = quantity("kg", "Mass of the housing that moves.", above=0, high=1e6, example=12.0)
+    kxx: float = quantity("N/m", "Stiffness to the ground in x.", above=0, high=1e14, example=50e6)
+    kyy: float | None = quantity("N/m", "The same in y; as in x when not given.", None, above=0, high=1e14, example=5e7)
+    cxx: float = quantity("N*s/m", "Damping to the ground in x.", 0.0, low=0, high=1e12, example=900.0)
+    cyy: float | None = quantity(
+        "N*s/m", "The same in y; as in x when not given.", None, low=0, high=1e12, example=900.0
+    )
+
+    @property
+    def stiffness(self) -> tuple[float, float]:
+        """Stiffness in x and y [N/m]."""
+        return self.kxx, self.kxx if self.kyy is None else self.kyy
+
+    @property
+    def damping(self) -> tuple[float, float]:
+        """Damping in x and y [N s/m]."""
+        return self.cxx, self.cxx if self.cyy is None else self.cyy
+
+
+class BearingCoefficients(Part):
+    """Stiffness and damping in two directions."""
+
+    kxx: float = quantity("N/m", "Stiffness in x.", low=0, high=1e14, example=50e6)
+    kyy: float | None = quantity("N/m", "Stiffness in y; as in x when not given.", None, low=0, high=1e14, example=50e6)
+    kxy: float = quantity("N/m", "Force in x for a displacement in y.", 0.0, low=-1e14, high=1e14, example=1e6)
+    kyx: float = quantity("N/m", "Force in y for a displacement in x.", 0.0, low=-1e14, high=1e14, example=1e6)
+    cxx: float = quantity("N*s/m", "Damping in x.", 0.0, low=0, high=1e12, example=200.0)
+    cyy: float | None = quantity(
+        "N*s/m", "Damping in y; as in x when not given.", None, low=0, high=1e12, example=200.0
+    )
+    cxy: float = quantity("N*s/m", "Force in x for a velocity in y.", 0.0, low=-1e12, high=1e12, example=100.0)
+    cyx: float = quantity("N*s/m", "Force in y for a velocity in x.", 0.0, low=-1e12, high=1e12, example=100.0)
+
+    @property
+    def K(self) -> np.ndarray:
+        """Stiffness (2, 2) [N/m]."""
+        return np.array([[self.kxx, self.kxy], [self.kyx, self.kxx if self.kyy is None else self.kyy]])
+
+    @property
+    def C(self) -> np.ndarray:
+        """Damping (2, 2) [N s/m]."""
+        return np.array([[self.cxx, self.cxy], [self.cyx, self.cxx if self.cyy is None else self.cyy]])
+
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """The damping takes energy out, whatever the direction of motion."""
+        (cxx, cxy), (cyx, cyy) = self.C
+        least = 0.5 * (cxx + cyy - hypot(cxx - cyy, cxy + cyx))
+        if least < -1e-9 * (abs(cxx) + abs(cyy) + abs(cxy) + abs(cyx)):
+            yield "cxx", f"the damping is negative in one direction ({least:.4g} N*s/m); correct the signs of the table"
+
+
+class BearingPart(Part):
+    """A bearing of any kind: where it stands, and what rotor, limits and drawings ask of it."""
+
+    kind: str = Field(description="Kind of the bearing.")
+    name: str | None = Field(None, description="Name of the bearing.")
+    position: float = quantity("m", "Coordinate z of the bearing.", low=-100, high=100, example=0.05)
+
+    @property
+    def speeds(self) -> np.ndarray:
+        """Speeds (points,) [rad/s] of its coefficients; none where these are the same at every speed or not known."""
+        return np.zeros(0)
+
+    @property
+    def coefficients(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Stiffness [N/m] and damping [N s/m], (2, 2) or of each of `speeds`; None where they are computed."""
+        return None
+
+    @property
+    def spring(self) -> float | None:
+        """Isotropic stiffness [N/m] that stands for it where the rotor's modes are chosen; None for constant ones."""
+        return None
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Coordinates z [m] between which it acts."""
+        return self.position, self.position
+
+
+class LinearBearing(BearingCoefficients, BearingPart):
+    """A spring and damper on the shaft.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.LinearBearing(kind="linear", position="0 mm", kxx="1 MN/m").kxx
+    1000000.0
+    """
+
+    kind: Literal["linear"] = Field(description="Always 'linear'.")
+    support: Support | None = Field(None, description="The housing, where it moves.")
+
+    @property
+    def coefficients(self) -> tuple[np.ndarray, np.ndarray]:
+        """Stiffness (2, 2) [N/m] and damping (2, 2) [N s/m]."""
+        return self.K, self.C
+
+
+class Point(BearingCoefficients):
+    """Coefficients of a bearing at one speed.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.Point(speed="3000 rpm", kxx="20 MN/m", cxx="30 kN*s/m").cxx
+    30000.0
+    """
+
+    speed: float = quantity("rad/s", "Speed of the shaft.", low=0, high=1e6, example=314.0)
+
+
+class TableBearing(BearingPart):
+    """A bearing whose stiffness and damping are a table over the speed, linear in between.
+
+    Below its first speed and above its last one the values there hold. It is the table of a shaft that turns from x to
+    y; of one that turns the other way the cross terms have the opposite sign.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> points = [{"speed": "0 rpm", "kxx": "10 MN/m"}, {"speed": "3000 rpm", "kxx": "20 MN/m"}]
+    >>> rs.machine.TableBearing(kind="table", position="0 mm", points=points).at(157.0796)[0].round(-3)[0].tolist()
+    [15000000.0, 0.0]
+    """
+
+    kind: Literal["table"] = Field(description="Always 'table'.")
+    points: tuple[Point, ...] = Field(min_length=2, description="Coefficients by ascending speed.")
+    support: Support | None = Field(None, description="The housing, where it moves.")
+
+    @property
+    def speeds(self) -> np.ndarray:
+        """Speeds (points,) [rad/s]."""
+        return np.array([p.speed for p in self.points])
+
+    @property
+    def coefficients(self) -> tuple[np.ndarray, np.ndarray]:
+        """Stiffness [N/m] and damping [N s/m], each (points, 2, 2)."""
+        return np.array([p.K for p in self.points]), np.array([p.C for p in self.points])
+
+    @property
+    def spring(self) -> float:
+        """Mean stiffness [N/m] of both directions at the median speed."""
+        K, _ = self.at(float(np.median(self.speeds)))
+        return max(0.5 * float(np.trace(K)), 1.0)
+
+    def at(self, speed: float) -> tuple[np.ndarray, np.ndarray]:
+        """Stiffness (2, 2) [N/m] and damping (2, 2) [N s/m] at a speed [rad/s] of either sense."""
+        known, both = self.speeds, np.array([(p.K, p.C) for p in self.points])
+        turning = abs(speed)
+        k = min(max(int(np.searchsorted(known, turning)), 1), len(known) - 1)
+        share = min(max((turning - known[k - 1]) / (known[k] - known[k - 1]), 0.0), 1.0)
+        K, C = both[k - 1] + share * (both[k] - both[k - 1])
+        return (mirrored(K), mirrored(C)) if speed < 0 else (K, C)
+
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """Speeds ascend."""
+        for i, (before, point) in enumerate(pairwise(self.points), 1):
+            if not point.speed > before.speed:
+                shown, last = show(point.speed, "rad/s"), show(before.speed, "rad/s")
+                yield f"points.{i}.speed", f"'{shown}' is not above the one before, '{last}'; sort the table"

@@ -1,1 +1,0 @@
-"""Machine-file parts of the bearings: gas films and their sleeves, linear ones and tables, housings, names."""

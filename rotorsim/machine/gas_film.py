@@ -1,0 +1,227 @@
+"""Machine-file parts of the gas bearings: films with their orifices, injectors with pins."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import pi, tau
+from typing import TYPE_CHECKING, Any, Literal
+
+from pydantic import Field
+
+from reynolds import sleeve as forms
+from reynolds.injector import Injector as Nozzle
+from rotorsim.base.units import show
+from rotorsim.machine.bearings import BearingPart, Support
+from rotorsim.machine.part import Part, part_of, quantity
+
+if TYPE_CHECKING:
+    from reynolds.sleeve import Foil as Foil, Grooves as Grooves, Lobes as Lobes, Steps as Steps
+else:  # the same classes, which can also be read from a machine file
+    Foil, Grooves, Lobes, Steps = (
+        part_of(form, __name__) for form in (forms.Foil, forms.Grooves, forms.Lobes, forms.Steps)
+    )
+
+
+class Orifices(Part):
+    """A row of orifices round the bearing that are always open.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> len(rs.machine.Orifices(count=8, diameter="0.2 mm", offset="10 mm").angles)
+    8
+    """
+
+    count: float = quantity("1", "Number of orifices in the row, evenly spaced.", low=1, high=64, multiple=1, example=8)
+    diameter: float = quantity("m", "Diameter of an orifice.", above=0, high=0.01, example=0.2e-3)
+    discharge: float = quantity("1", "Discharge coefficient of an orifice.", 0.8, above=0, high=2)
+    offset: float = quantity("m", "Axial distance from the film's centre.", 0.0, low=-10, high=10, example=5e-3)
+    first_angle: float = quantity("rad", "Where the first one stands, from x towards y.", 0.0, low=-7, high=7)
+    pocket_diameter: float | None = quantity(
+        "m", "Diameter of the pocket behind which the film begins; without one the orifice ends in the film.",
+        None, above=0, high=0.1, example=2e-3)  # fmt: skip
+    curtain_discharge: float = quantity("1", "Discharge coefficient from its rim into the film.", 0.8, above=0, high=2)
+    volume: float | None = quantity(
+        "m^3", "Volume between orifice and film; that of a hole as long as it is wide when not given.",
+        None, above=0, high=1e-3, example=1e-11)  # fmt: skip
+    loss_factor: float | None = quantity(
+        "kg/(s*Pa^2)", "Mass flow per difference of squared pressures, of a laminar restrictor in place of an orifice.",
+        None, above=0, high=1e-12, example=1e-17)  # fmt: skip
+
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """A pocket is wider than its orifice."""
+        if self.pocket_diameter is not None and self.pocket_diameter < self.diameter:
+            least = show(self.diameter, "m")
+            yield "pocket_diameter", f"'{show(self.pocket_diameter, 'm')}' is below the orifice's '{least}'; widen it"
+
+    @property
+    def mouth(self) -> float:
+        """Diameter [m] of the rim through which the gas enters the film."""
+        return self.diameter if self.pocket_diameter is None else self.pocket_diameter
+
+    @property
+    def angles(self) -> tuple[float, ...]:
+        """Angles of all orifices [rad]."""
+        return tuple(self.first_angle + tau * k / self.count for k in range(int(self.count)))
+
+    @property
+    def nozzles(self) -> tuple[Nozzle, ...]:
+        """The orifices as the film takes them."""
+        area = pi / 4 * self.diameter**2
+        volume = area * self.diameter if self.volume is None else self.volume
+        flow: dict[str, Any] = {"open_area": self.discharge * area}
+        if self.loss_factor is not None:
+            flow = {"law": "loss_factor", "loss_factor": self.loss_factor}
+        return tuple(
+            Nozzle(
+                angle=angle, offset=self.offset, orifice_diameter=self.mouth,
+                curtain_discharge=self.curtain_discharge, plenum_volume=volume, **flow,
+            )
+            for angle in self.angles
+        )  # fmt: skip
+
+
+class GasFilm(BearingPart):
+    """A gas-lubricated journal bearing.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> size = {"diameter": "40 mm", "length": "40 mm", "clearance": "25 um"}
+    >>> rs.machine.GasFilm(kind="gas_film", position="100 mm", **size).clearance
+    2.5e-05
+    """
+
+    kind: Literal["gas_film"] = Field(description="Always 'gas_film'.")
+    name: str | None = Field(None, description="Name by which effects and injectors may give their bearing.")
+    position: float = quantity("m", "Coordinate z of the film's centre.", low=-100, high=100, example=0.24)
+    diameter: float = quantity("m", "Diameter of the journal.", above=0, high=10, example=0.04)
+    length: float = quantity("m", "Axial length of the film.", above=0, high=10, example=0.04)
+    clearance: float = quantity("m", "Radial clearance.", above=0, high=1e-3, example=25e-6)
+    nominal_stiffness: float = quantity(
+        "N/m", "Isotropic spring that stands for the film when the rotor's modes are chosen, nowhere else.",
+        4e6, above=0, high=1e12,
+    )  # fmt: skip
+    orifices: tuple[Orifices, ...] = Field((), description="Rows of orifices that feed the film without pins.")
+    lobes: Lobes | None = Field(None, description="Arcs of a sleeve that is not round.")
+    steps: tuple[Steps, ...] = Field((), description="Rows of pockets in the sleeve.")
+    grooves: Grooves | None = Field(None, description="Narrow slanted grooves on journal or sleeve.")
+    foil: Foil | None = Field(None, description="Bump foil on the sleeve.")
+    support: Support | None = Field(None, description="The housing of the sleeve, where it moves.")
+
+    @property
+    def spring(self) -> float:
+        """The nominal stiffness [N/m]."""
+        return self.nominal_stiffness
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Coordinates z [m] of its ends."""
+        return self.position - 0.5 * self.length, self.position + 0.5 * self.length
+
+    @property
+    def sleeve(self) -> forms.Sleeve:
+        """Form of the sleeve."""
+        return forms.Sleeve(self.lobes, self.steps, self.grooves, self.foil)
+
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """Orifices stand in a sleeve that can be fed, and its forms fit it and each other."""
+        form = self.sleeve
+        for path in form.closed if self.orifices else ():
+            yield path, "does not go with orifices in the same film; remove the one or the other"
+        yield from form.problems(self.length)
+
+
+class Injection(Part):
+    """Common data of all injectors: pin seat, plenum and orifice into the film.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.load_machine("dtu_gas_bearing").injection.seat_gap
+    4.02e-05
+    """
+
+    bearing: float | None = quantity(
+        "1", "Index among the bearings, from 0, of the film that they feed; the first film when not given.",
+        None, low=0, high=63, multiple=1, example=1)  # fmt: skip
+
+    law: Literal["orifice", "loss_factor"] = Field(
+        description="Flow past the pin: 'orifice' (nozzle, may choke) or 'loss_factor' (laminar)."
+    )
+    seat_gap: float = quantity(
+        "m", "Gap of the pin's seat with the pin fully drawn back.", above=0, high=1e-2, example=40e-6
+    )
+    minimum_gap: float = quantity(
+        "m", "Gap that stays open when the pin is fully pushed in.", low=0, high=1e-2, example=0.5e-6
+    )
+    pin_diameter: float = quantity("m", "Diameter of the pin's seat.", above=0, high=0.1, example=2e-3)
+    pin_discharge: float | None = quantity(
+        "1", "Discharge coefficient of the pin's seat; for law 'orifice'.", None, above=0, high=2, example=0.15
+    )
+    orifice_diameter: float = quantity("m", "Diameter of the orifice into the film.", above=0, high=0.1, example=2e-3)
+    curtain_discharge: float = quantity(
+        "1", "Discharge coefficient from orifice to film.", above=0, high=2, example=0.9
+    )
+    plenum_volume: float = quantity("m^3", "Volume between pin and film.", above=0, high=1e-3, example=1e-9)
+    polytropic_exponent: float = quantity("1", "Exponent of the plenum's gas; 1 is isothermal.", 1.0, low=1, high=2)
+    loss_factor: float | None = quantity(
+        "kg/(s*Pa^2)", "Mass flow per difference of squared pressures, fully open; for law 'loss_factor'.",
+        None, above=0, high=1e-6, example=3.9e-16)  # fmt: skip
+    loss_exponent: float = quantity("1", "Exponent n of loss_factor (gap / seat_gap)^n.", 1.0, low=0, high=4)
+    pin_bias: float = quantity("m", "Travel of the pins at zero reference voltage.", low=0, high=1e-2, example=22.5e-6)
+    pin_per_volt: float = quantity("m/V", "Travel of a pin per volt of reference.", low=0, high=1e-2, example=4.2e-6)
+
+    def nozzle(self, injector: Injector) -> Nozzle:
+        """An injector as the film takes it."""
+        return Nozzle(
+            angle=injector.angle, offset=injector.offset, law=self.law, pin=self.pin_bias, seat_gap=self.seat_gap,
+            minimum_gap=self.minimum_gap, pin_diameter=self.pin_diameter, pin_discharge=self.pin_discharge or 0.0,
+            orifice_diameter=self.orifice_diameter, curtain_discharge=self.curtain_discharge,
+            plenum_volume=self.plenum_volume, polytropic_exponent=self.polytropic_exponent,
+            loss_factor=self.loss_factor or 0.0, loss_exponent=self.loss_exponent,
+        )  # fmt: skip
+
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """The law has its coefficient, and the seat can close."""
+        needs = {"orifice": "pin_discharge", "loss_factor": "loss_factor"}[self.law]
+        if getattr(self, needs) is None:
+            yield needs, f"missing, but law '{self.law}' needs it; add it or choose the other law"
+        if self.minimum_gap >= self.seat_gap:
+            least, most = show(self.minimum_gap, "m"), show(self.seat_gap, "m")
+            yield "minimum_gap", f"'{least}' is not below seat_gap '{most}'; make it smaller"
+
+
+class Injector(Part):
+    """One injector.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.Injector(angle="90 deg", reference="+y").offset
+    0.0
+    """
+
+    angle: float = quantity("rad", "Where it stands, from x towards y.", low=-7, high=7)
+    offset: float = quantity("m", "Axial distance from the film's centre.", 0.0, low=-10, high=10, example=5e-3)
+    reference: Literal["+x", "-x", "+y", "-y", "none"] = Field(
+        description="Reference voltage that drives its pin, and its sign; '+' pushes the pin in (closes)."
+    )
+    pd_gain: float | None = quantity(
+        "1", "Gain P of its PD law; for actuators.mode 'reference'.", None, above=0, high=1e3, example=0.9
+    )
+    pd_zero: float | None = quantity(
+        "1/s", "Zero of its PD law; for actuators.mode 'reference'.", None, above=0, high=1e6, example=2000.0
+    )
+    amplifier_lag: float | None = quantity(
+        "s", "Time constant of its amplifier; that of all when not given.", None, low=0, high=10, example=0.4e-3
+    )
+    stack_lag: float | None = quantity(
+        "s", "Time constant of its stack; that of all when not given.", None, low=0, high=10, example=0.1e-3
+    )
+
+    @property
+    def signs(self) -> tuple[float, float]:
+        """Signs with which the references along x and y push its pin in, 0 for one that does not drive it."""
+        sign = {"+": 1.0, "-": -1.0}.get(self.reference[0], 0.0)
+        return sign if self.reference.endswith("x") else 0.0, sign if self.reference.endswith("y") else 0.0

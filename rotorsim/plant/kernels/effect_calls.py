@@ -1,0 +1,299 @@
+"""Calls of a machine's effects, a function for each use of a port, and the machine's sizes.
+
+The kernels of this folder import FILM, ROTOR, RIG and these functions, which an editor therefore finds here. As they
+stand they belong to a small machine without effects, which is how the kernels are read, checked and debugged. In the
+module that `rotorsim.plant.compose` writes for a machine they are replaced: a size by its number, and a function by the
+same with the lines of its decorator, once for every effect of the port, before it returns.
+
+In these lines {kernel}, {foundation}, {warmed}, {braking} and {p} are the effect's kernels and parameter record,
+{shape} the offset of its (2, n) rows, {slot} of its place among the motion forces, {state} of its own states, {old} and
+{new} of its states in actuator k, {dof} of its modal coordinates, {journal} the number of its film. A function whose
+first argument is `f`, the number of a film, skips the effects of other films.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import textwrap
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from reynolds.grid import FilmGrid, make_layout
+from reynolds.jit import inlined
+from rotorsim.effects import PORTS, Effect
+from rotorsim.plant.kernels.modal_rotor import make_rotor_layout
+from rotorsim.plant.kernels.rig_layout import make_rig_layout
+
+FILM = make_layout(FilmGrid(0.02, 0.04, 8, 4), 0, [], [])
+ROTOR = make_rotor_layout(4, FILM, 0, 1, 0)
+RIG = make_rig_layout(ROTOR.size, 1, 0, 0, 0, 1, dict.fromkeys(PORTS, 0), 0, 0)
+
+
+@dataclass(frozen=True)
+class PortFunction:
+    """A function of this file and the lines that each effect of a port adds to it."""
+
+    function: Callable[..., Any]
+    port: str
+    lines: tuple[str, ...]
+    steady: bool | None = None
+    """Takes only effects that are steady, or only those that are not."""
+    kernel: str = "kernel"
+    """Kernel of an effect that it calls; it takes only effects that have one."""
+
+    def takes(self, effect: Effect) -> bool:
+        """Whether the function calls an effect."""
+        suits = effect.port == self.port and self.steady in (None, effect.steady)
+        return suits and getattr(type(effect), self.kernel) is not None
+
+    def write(self, effects: Sequence[dict[str, object]]) -> str:
+        """Source of the function for the effects whose names and offsets are given."""
+        tree = ast.parse(textwrap.dedent(inspect.getsource(self.function)))
+        [definition] = tree.body
+        assert isinstance(definition, ast.FunctionDef)
+        definition.decorator_list = [ast.Name("inlined")]
+        text = "\n".join(line for names in effects for line in self._lines_of(names))
+        returns = definition.body[-1:] if isinstance(definition.body[-1], ast.Return) else []
+        kept = definition.body[: len(definition.body) - len(returns)]
+        definition.body = [*kept, *ast.parse(text).body, *returns]
+        return ast.unparse(ast.fix_missing_locations(tree))
+
+    def _lines_of(self, names: dict[str, object]) -> list[str]:
+        """Lines for one effect."""
+        lines = [line.format(**names) for line in self.lines]
+        if next(iter(inspect.signature(self.function).parameters)) != "f" or names["film"] is None:
+            return lines
+        return [f"if f == {names['film']}:", *(f"    {line}" for line in lines)]
+
+
+FUNCTIONS: list[PortFunction] = []
+"""Functions that call effects, in the order of this file."""
+
+
+def port(name: str, *lines: str, steady: bool | None = None, kernel: str = "kernel") -> Callable[..., Any]:
+    """Declare the lines that a function has for each effect of a port; see `PortFunction`."""
+
+    def declare(function: Callable[..., Any]) -> Callable[..., Any]:
+        FUNCTIONS.append(PortFunction(function, name, lines, steady, kernel))
+        return inlined(function)
+
+    return declare
+
+
+@inlined
+def film_constants(P, f):
+    """Record of the constants of film f."""
+    return P.film_0
+
+
+def write_film_constants(n_films: int) -> str:
+    """Source of `film_constants` for a number of films."""
+    lines = [line for f in range(1, n_films) for line in (f"    if f == {f}:", f"        return P.film_{f}")]
+    return "\n".join(["@inlined", "def film_constants(P, f):", *lines, "    return P.film_0"])
+
+
+@port(
+    "force",
+    "fx, fy = {kernel}(t, angle, speed, acceleration, {p})",
+    "add_force(w, ROTOR, {shape}, fx, fy, ROTOR.f)",
+)
+def add_forces(w, P, t, angle, speed, acceleration):
+    """Add the modal forces of all force effects at a time."""
+
+
+@port(
+    "force",
+    "fx, fy = {kernel}(0.0, 0.0, speed, 0.0, {p})",
+    "add_force(w, ROTOR, {shape}, fx, fy, ROTOR.f)",
+    steady=True,
+)
+def steady_forces(w, P, speed):
+    """Add the modal forces of force effects that are steady."""
+
+
+@port(
+    "force",
+    "fx, fy = {kernel}(0.0, 0.0, speed, 0.0, {p})",
+    "add_force(w, ROTOR, {shape}, fx, fy, ROTOR.a_old)",
+    steady=False,
+)
+def first_forces(w, P, speed):
+    """Add the modal forces of force effects that are not steady, at angle 0, to the acceleration at the start."""
+
+
+@port(
+    "contact",
+    "a, b, c, d, e, g = {kernel}(clearance, reach, nx, ny, curvature, vx, vy, surface_speed, {p})",
+    "fx, fy, kxx, kxy, kyx, kyy = fx + a, fy + b, kxx + c, kxy + d, kyx + e, kyy + g",
+)
+def contact_forces(f, clearance, reach, nx, ny, curvature, vx, vy, surface_speed, P):
+    """Sum of all contact effects of film f at a place: force on the journal and its negative derivative."""
+    fx, fy, kxx, kxy, kyx, kyy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    return fx, fy, kxx, kxy, kyx, kyy
+
+
+@port("motion", "form_compliance(w, ROTOR, {shape}, {slot}, adt)")
+def form_motion(w, adt):
+    """Form the compliance of the shaft where forces depend on its motion."""
+
+
+@port("motion", "guess(w, ROTOR, {shape}, {slot}, tau)")
+def guess_motion(w, tau):
+    """Guess the motion after tau [s] where forces depend on it."""
+
+
+@port(
+    "motion",
+    "x, y = w[{slot}], w[{slot} + 1]",
+    "vx, vy = velocity(w, {slot}, x, y, adt)",
+    "w[{slot} + 4], w[{slot} + 5] = {kernel}(t, angle, speed, x, y, vx, vy, {p})",
+    "add_force(w, ROTOR, {shape}, w[{slot} + 4], w[{slot} + 5], ROTOR.f)",
+)
+def add_motion(w, P, t, angle, speed, adt):
+    """Add the modal forces that go with the guessed motion."""
+
+
+@port(
+    "motion",
+    "x, y = project(w, ROTOR, {shape}, ROTOR.q)",
+    "vx, vy = velocity(w, {slot}, x, y, adt)",
+    "fx, fy = {kernel}(t, angle, speed, x, y, vx, vy, {p})",
+    "worst = max(worst, miss(w, {slot}, fx, fy))",
+)
+def missed_motion(w, P, t, angle, speed, adt):
+    """Largest displacement [m] by which the solved motion differs from the guessed one that gave the forces."""
+    worst = 0.0
+    return worst
+
+
+@port(
+    "motion",
+    "x, y = project(w, ROTOR, {shape}, ROTOR.q)",
+    "vx, vy = velocity(w, {slot}, x, y, adt)",
+    "torque += {braking}(t, angle, speed, x, y, vx, vy, {p})",
+    kernel="braking",
+)
+def motion_torque(w, P, t, angle, speed, adt):
+    """Torque [N m] about its axis that motion-dependent forces exert on the shaft at the solved motion."""
+    torque = 0.0
+    return torque
+
+
+@port(
+    "motion",
+    "x, y = w[{slot}], w[{slot} + 1]",
+    "vx, vy = velocity(w, {slot}, x + NUDGE, y, adt)",
+    "ax, ay = {kernel}(t, angle, speed, x + NUDGE, y, vx, vy, {p})",
+    "vx, vy = velocity(w, {slot}, x, y + NUDGE, adt)",
+    "bx, by = {kernel}(t, angle, speed, x, y + NUDGE, vx, vy, {p})",
+    "x, y = project(w, ROTOR, {shape}, ROTOR.q)",
+    "correct_guess(w, {slot}, x, y, ax, ay, bx, by)",
+)
+def correct_motion(w, P, t, angle, speed, adt):
+    """Correct the guesses by the solved motion."""
+
+
+@port(
+    "motion",
+    "x, y = project(w, ROTOR, {shape}, ROTOR.q)",
+    "fx, fy = {kernel}(0.0, 0.0, speed, x, y, 0.0, 0.0, {p})",
+    "ax, ay = {kernel}(0.0, 0.0, speed, x + NUDGE, y, 0.0, 0.0, {p})",
+    "bx, by = {kernel}(0.0, 0.0, speed, x - NUDGE, y, 0.0, 0.0, {p})",
+    "cx, cy = {kernel}(0.0, 0.0, speed, x, y + NUDGE, 0.0, 0.0, {p})",
+    "dx, dy = {kernel}(0.0, 0.0, speed, x, y - NUDGE, 0.0, 0.0, {p})",
+    "add_tangent(w, ROTOR, {shape}, x, y, fx, fy, ax - bx, ay - by, cx - dx, cy - dy)",
+    steady=True,
+)
+def motion_tangent(w, P, speed):
+    """Add steady motion-dependent forces at rest and their tangent."""
+
+
+@port("film", "a, b = {kernel}(t, angle, speed, theta, {p})", "height, slope = height + a, slope + b")
+def film_shape(f, t, angle, speed, theta, P):
+    """Increase of the gap of film f at theta [rad] in its middle [m], and per length along the shaft [1]."""
+    height, slope = 0.0, 0.0
+    return height, slope
+
+
+@port("gas", "a, b = {kernel}(t, speed, {p})", "factor, path = factor * a, path + b")
+def gas_state(f, t, speed, path, P):
+    """Factor on the viscosity of film f, and its mean free path [m] at ambient pressure, `path` without effects."""
+    factor = 1.0
+    return factor, path
+
+
+@port("heat", "{kernel}(w, RIG.heat + 3 * f, rate, power, flow, {p})")
+def warm(f, w, P, rate, power, flow):
+    """Advance the temperatures of film f by a sample."""
+
+
+@port("heat", "height, factor = {warmed}(w, RIG.heat + 3 * f, {p})", kernel="warmed")
+def warmed_film(f, w, P):
+    """Increase of the gap of film f [m] by its temperatures, and the factor on its viscosity."""
+    height, factor = 0.0, 1.0
+    return height, factor
+
+
+@port("injector", "opening, supply = {kernel}(t, k, opening, supply, {p})")
+def inject(f, t, k, opening, supply, P):
+    """Opening and supply pressure of injector k of film f."""
+    return opening, supply
+
+
+@port("plenum", "factor *= {kernel}(k, {p})")
+def plenum_factor(f, k, P):
+    """Factor on the volume of plenum k of film f."""
+    factor = 1.0
+    return factor
+
+
+@port("supply", "start, end = {kernel}(w, {state}, h, supply, flow, {p})")
+def supply_line(w, P, h, supply, flow):
+    """Pressure behind the supply line at start and end of a sample."""
+    start, end = supply, supply
+    return start, end
+
+
+@port("actuator", "s = {kernel}(w, {old}, {new}, h, volt, s, {p})")
+def stroke(w, P, k, volt, h):
+    """Stroke [m] of stack k at `volt`, after a substep h."""
+    s = P.sensitivity * volt
+    return s
+
+
+@port("sensor", "{kernel}(w, RIG.reading, {state}, w[RIG.seed], w[RIG.tick], {p})")
+def sense(w, P):
+    """Turn the true values in w[reading] into readings."""
+
+
+@port("torque", "torque += {kernel}(t, angle, speed, {p})")
+def shaft_torque(t, angle, speed, P):
+    """Torque [N m] on the shaft besides the drive's."""
+    torque = 0.0
+    return torque
+
+
+@port(
+    "force",
+    "a, b, c, d, e, f = {foundation}(t, {p})",
+    "x, y, vx, vy, ax, ay = x + a, y + b, vx + c, vy + d, ax + e, ay + f",
+    kernel="foundation",
+)
+def foundation(t, P):
+    """Displacement [m], velocity [m/s] and acceleration [m/s^2] of the foundation along x and y."""
+    x, y, vx, vy, ax, ay = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    return x, y, vx, vy, ax, ay
+
+
+@port("support", "omega, zeta, gain = {kernel}({p})", "build_support(w, ROTOR, {journal}, {dof}, omega, zeta, gain)")
+def build_supports(w, P):
+    """Write the resonances under the sleeves of films into the modal matrices."""
+
+
+@port("rotating", "time += {kernel}({p})")
+def rotating_damping(P):
+    """Damping time [s] of the turning shaft."""
+    time = 0.0
+    return time
