@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import cache, cached_property, partial, update_wrapper
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.cache import in_cache, kernels_in
 from rotorsim.base.interrupt import apart
@@ -53,7 +53,8 @@ class BuildingBlock:
 
         from reynolds.compiler import KernelCompiler
 
-        made = cast(Any, numba.njit(forceinline=True, pipeline_class=KernelCompiler, **_OPTIONS)(self.py_func))
+        make: Any = numba.njit(forceinline=True, pipeline_class=KernelCompiler, **_OPTIONS)
+        made: Any = make(self.py_func)
         if not config.DISABLE_JIT:
             made.get_call_template = lambda given, named: merged(self).get_call_template(given, named)
             made.get_overload = lambda signature: merged(self).get_overload(signature)

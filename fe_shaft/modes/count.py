@@ -24,7 +24,7 @@ from fe_shaft.modes.pencil import Quotient, Region
 SMALL_STEP = 1e-6
 """Relative step of the derivative of the determinant."""
 SURE = 0.3
-"""Difference of the determinant's logarithm from what its derivative says below which a step is certain."""
+"""Difference of the determinant's logarithm from what its derivative states below which a step is certain."""
 BENT = 1.0
 """Curvature of the logarithm over half a step below which it is certain."""
 SPLITS = 400
@@ -62,7 +62,7 @@ def _wrapped(change: complex) -> complex:
 def _turned(log: Callable[[complex], complex], path: Callable[[float], complex], rate: complex, count: int) -> float:
     """Change of the phase of a logarithm along a path over 0 <= t <= 1 with ds/dt = rate s; NaN where it stays open.
 
-    Steps are halved until modulus and phase change as the derivative in their middle says: a root close to the path
+    Steps are halved until modulus and phase change as the derivative in their middle states: a root close to the path
     bends them.
     """
     total, steps = 0.0, 0

@@ -6,11 +6,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rotorsim.analysis.campbell import highest_speed
 from rotorsim.analysis.supply import felt
+from rotorsim.analysis.whirl_onset import LeastDamped
 from rotorsim.plant import Plant
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+SAME = 1e-6
+"""Relative distance up to which two computed eigenvalues are one."""
 
 
 def mode_shapes(plant: Plant, speed: float, pressure: float) -> xr.Dataset:
@@ -18,7 +24,9 @@ def mode_shapes(plant: Plant, speed: float, pressure: float) -> xr.Dataset:
 
     `shape_re`, `shape_im` (mode, node, axis): x = Re(X exp(st)), the largest displacement of a mode is 1; wn [rad/s],
     zeta, whirl by mode; radius [m] of the shaft next to each node; z [m] of the nodes;
-    node and radius of the discs.
+    node and radius of the discs. The attributes hold what is known of all modes of the region in which onsets of whirl
+    are looked for: `zeta_least`, NaN where none grows but one may be missing, and `not_listed` [rad/s], the frequencies
+    of those that are not among the modes listed.
 
     Examples
     --------
@@ -36,6 +44,10 @@ def mode_shapes(plant: Plant, speed: float, pressure: float) -> xr.Dataset:
     shape = np.stack([reduced.Phi[axis::4] @ q for axis in range(2)], axis=-1).transpose(1, 0, 2)[:, : len(nodes)]
     size = np.abs(shape).reshape(len(shape), -1)
     shape = shape / (shape.reshape(len(shape), -1)[np.arange(len(shape)), size.argmax(axis=1)])[:, None, None]
+    least = LeastDamped.up_to(plant, pressure, highest_speed(plant))
+    damping, every = least.certain(model), least.known[-1].values
+    every = every[least.region.holds(every)]
+    known = (np.abs(every[:, None] - model.eigenvalues) < SAME * np.abs(every)[:, None]).any(axis=1)
     discs = [d for d in plant.machine.discs if d.mass > 0]
     over = ("mode", "node", "axis")
     return xr.Dataset(
@@ -50,8 +62,11 @@ def mode_shapes(plant: Plant, speed: float, pressure: float) -> xr.Dataset:
             "disc_radius": ("disc", [(2 * d.polar_inertia / d.mass) ** 0.5 for d in discs], {"units": "m"}),
         },
         {"z": ("node", nodes, {"units": "m", "long_name": "position along the shaft"}), "axis": ["x", "y"]},
-        plant.provenance() | {"kind": "modes", "speed": float(speed), "pressure": pressure},
-    )
+        plant.provenance() | {
+            "kind": "modes", "speed": float(speed), "pressure": pressure, "zeta_least": damping,
+            "not_listed": np.abs(every[~known]),
+        },
+    )  # fmt: skip
 
 
 def radii(plant: Plant) -> np.ndarray:

@@ -6,7 +6,7 @@ import csv
 import io
 import json
 import sys
-from math import inf, pi
+from math import isnan, pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
     from rotorsim.effects.rotor.unbalance import Unbalance
     from rotorsim.machine import Machine
+    from rotorsim.plant import Plant
 
 Speeds = Annotated[str, typer.Option("--speeds", help="Speeds: FROM:TO:COUNT, or values with commas.")]
 Pressure = Annotated[str, typer.Option(help="Gauge supply pressure, for machines with a gas film.")]
@@ -289,8 +290,12 @@ def modes(
     plant = settings.plant(machine)
     from rotorsim.analysis.mode_shapes import mode_shapes
     from rotorsim.machine.running_limits import ask_rim_speed
+<<<<<<< HEAD
     from rotorsim.plant.validity import linear_warnings
     from rotorsim.report.pictures import lacking
+=======
+    from rotorsim.report.scenes.film import lacking
+>>>>>>> w/modes3
 
     ask_rim_speed(plant.machine, at[0], "--speed")
     wanted = pictures is not False or show or bool(film)
@@ -303,9 +308,8 @@ def modes(
     with results(out, "modes", ["modes.nc", *names], force) as folder:
         note_compiling(plant.assembly, "settle")
         found = mode_shapes(plant, *at)
-        least = found["zeta"].values.min(initial=inf)
-        found = found.assign_attrs(linear_warnings(plant, at[0], least, found.attrs["pressure"]))
         found = found.isel(mode=slice(count))
+        found = found.assign_attrs(_mode_warnings(found, plant, at[0]))
         write_netcdf(folder / "modes.nc", found)
         files = {"modes": str(folder / "modes.nc")}
         if wanted and not missing:
@@ -316,6 +320,24 @@ def modes(
         print(missing, file=sys.stderr)
         if pictures or show or film:
             raise typer.Exit(2)
+
+
+def _mode_warnings(found: xr.Dataset, plant: Plant, speed: float) -> dict[str, str]:
+    """Attribute `warnings` at a speed [rad/s], with the modes below the highest one shown that are not listed."""
+    from rotorsim.plant.validity import linear_warnings
+
+    said = linear_warnings(plant, speed, found.attrs["zeta_least"], found.attrs["pressure"])
+    top = found["wn"].values.max(initial=0.0)
+    left = sorted(f * TO_HZ for f in found.attrs["not_listed"].tolist() if f < top)
+    sentences = [said["warnings"]] if said else []
+    if left:
+        sentences.append(
+            f"not listed: {len(left)} modes with a damping ratio below 0.5, from {left[0]:.4g} to {left[-1]:.4g} Hz; "
+            "`rotorsim campbell` has them"
+        )
+    if isnan(found.attrs["zeta_least"]):
+        sentences.append("whether every mode is damped is not known: their number is not proven")
+    return {"warnings": "\n".join(sentences)} if sentences else {}
 
 
 def _draw_modes(found: xr.Dataset, folder: Path, endings: list[str], show: bool) -> tuple[dict[str, str], str]:

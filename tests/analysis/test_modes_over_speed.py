@@ -8,8 +8,10 @@ from compare_modes import SHIPPED, agrees as all_equal, compared
 from direct_search import all_eigenvalues, crossings
 from mirror import mirrored
 from random_machines import COUNT, random_machine
-from rotorsim.analysis import campbell, map_machine
+from rotorsim.analysis import campbell, map_machine, mode_shapes
+from rotorsim.analysis.campbell import highest_speed
 from rotorsim.analysis.modes_over_speed import modes_over_speed
+from rotorsim.analysis.whirl_onset import region_up_to
 from rotorsim.plant import Plant
 
 RPM = np.pi / 30
@@ -203,3 +205,16 @@ def test_what_carries_on_a_part_of_the_margin_alone_is_not_known():
     edge = max(high for _, high in known)
     safe = map_machine(plant, [1.05 * edge, 2 * edge], [0.0], workers=1)["safe"].values[0]
     assert np.isnan(safe[0]) and safe[1] == 1
+
+
+def test_what_is_not_among_the_listed_modes_is_named(rig):
+    """Every eigenvalue of the region is listed, or its frequency is in `not_listed`."""
+    plant = rig()
+    found = mode_shapes(plant, 300.0, 0.5e6)
+    region = region_up_to(plant.assembly.mesh.reduced.frequencies, highest_speed(plant))
+    s = all_eigenvalues(plant, 300.0, 0.5e6)
+    s = s[region.holds(s)]
+    listed = found["wn"].values[found["zeta"].values < 0.5]
+    listed = listed[listed < region.reach]
+    assert np.sort([*listed, *found.attrs["not_listed"]]) == pytest.approx(np.sort(np.abs(s)), rel=1e-6)
+    assert found.attrs["zeta_least"] == pytest.approx((-s.real / np.abs(s)).min(), rel=1e-6)
