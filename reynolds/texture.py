@@ -190,7 +190,7 @@ def lane_flux(w, L, U, c, p, gradient, mean, flow):
 
 @inlined
 def side_flux(w, F, L, U, axis, c, side, mean, flow):
-    """`lane_flux` beside one side of the patch, with the blend where the cell number exceeds 2."""
+    """`lane_flux` at one side of the patch, with the blend where the cell number exceeds 2."""
     p, gradient, jump = side
     flux, _ = lane_flux(w, L, U, c, p, gradient, mean, flow)
     if axis == 0:

@@ -290,12 +290,7 @@ def modes(
     plant = settings.plant(machine)
     from rotorsim.analysis.mode_shapes import mode_shapes
     from rotorsim.machine.running_limits import ask_rim_speed
-<<<<<<< HEAD
-    from rotorsim.plant.validity import linear_warnings
     from rotorsim.report.pictures import lacking
-=======
-    from rotorsim.report.scenes.film import lacking
->>>>>>> w/modes3
 
     ask_rim_speed(plant.machine, at[0], "--speed")
     wanted = pictures is not False or show or bool(film)
@@ -326,10 +321,10 @@ def _mode_warnings(found: xr.Dataset, plant: Plant, speed: float) -> dict[str, s
     """Attribute `warnings` at a speed [rad/s], with the modes below the highest one shown that are not listed."""
     from rotorsim.plant.validity import linear_warnings
 
-    said = linear_warnings(plant, speed, found.attrs["zeta_least"], found.attrs["pressure"])
+    stated = linear_warnings(plant, speed, found.attrs["zeta_least"], found.attrs["pressure"])
     top = found["wn"].values.max(initial=0.0)
     left = sorted(f * TO_HZ for f in found.attrs["not_listed"].tolist() if f < top)
-    sentences = [said["warnings"]] if said else []
+    sentences = [stated["warnings"]] if stated else []
     if left:
         sentences.append(
             f"not listed: {len(left)} modes with a damping ratio below 0.5, from {left[0]:.4g} to {left[-1]:.4g} Hz; "
