@@ -53,8 +53,7 @@ class BuildingBlock:
 
         from reynolds.compiler import KernelCompiler
 
-        make: Any = numba.njit(forceinline=True, pipeline_class=KernelCompiler, **_OPTIONS)
-        made: Any = make(self.py_func)
+        made: Any = numba.njit(forceinline=True, pipeline_class=KernelCompiler, **_OPTIONS)(self.py_func)
         if not config.DISABLE_JIT:
             made.get_call_template = lambda given, named: merged(self).get_call_template(given, named)
             made.get_overload = lambda signature: merged(self).get_overload(signature)
@@ -106,7 +105,7 @@ def part(inline: bool) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
 
 
 @cache
-def merged(block: Callable[..., Any]) -> Callable[..., Any]:
+def merged(block: Callable[..., Any]) -> Any:
     """A building block of another module as a part, which costs no machine code of its own."""
     return part(inline=True)(getattr(block, "py_func", block))
 
