@@ -79,7 +79,7 @@ class AssembledRotor(RotorElements):
 
     @cached_property
     def layout(self) -> DofLayout:
-        """Where the degrees of freedom are."""
+        """Places of the degrees of freedom."""
         return lay_out(self)
 
     @property

@@ -54,7 +54,7 @@ Parts = tuple[list[ShaftElement], list[DiskElement], list[BearingElement], list[
 
 
 class OwnRotor(Protocol):
-    """What is read of a rotor of `fe_shaft`."""
+    """Attributes that are read of a rotor of `fe_shaft`."""
 
     @property
     def shaft_elements(self) -> Sequence[ShaftElement]: ...

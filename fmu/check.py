@@ -381,7 +381,7 @@ def plant_rows(model: PlantUnit, inputs: Mapping[str, np.ndarray], step: float) 
 def plant_outputs(
     model: PlantUnit, inputs: Mapping[str, np.ndarray], step: float, seed: int = 0
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """By output: values (n + 1,) at the communication points and which of them can be compared."""
+    """Values (n + 1,) of each output at the communication points, and which of them can be compared."""
     per = round(step / model.sample)
     rows = plant_rows(model, inputs, step)
     rows = np.vstack([rows, rows[-1:]])

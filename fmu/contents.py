@@ -87,7 +87,7 @@ def contents(model: Unit, version: int, reference: Reference | None, targets: li
 
 
 def data(model: PlantUnit, targets: list[str], cpu: str) -> dict[str, object]:
-    """Where the unit comes from and the start value of every parameter, in SI units."""
+    """Origin of the unit and the start value of every parameter, in SI units."""
     return {
         "software": software(),
         "numba": version_of("numba"),
@@ -103,7 +103,7 @@ def data(model: PlantUnit, targets: list[str], cpu: str) -> dict[str, object]:
 
 
 def linear_data(model: LinearUnit | LawUnit, targets: list[str], cpu: str) -> dict[str, object]:
-    """Where the unit of a linear model or a law comes from."""
+    """Origin of the unit of a linear model or a law."""
     return {
         "software": software(),
         "model": model.name,

@@ -11,7 +11,7 @@ from rotorsim.base.quantity import UNLIMITED
 
 STOP_TIME = 1.0
 ROWS = "What is read after communication step k (counted from 0) is row k + 1 of a simulation in Python."
-"""Where a reader of the XML looks for it, because row k there is the state before sample k."""
+"""Place at which a reader of the XML expects it, because row k there is the state before sample k."""
 OUTPUTS = ("output", "pressure")
 GROUPS = {"Outputs": ("output",), "Derivatives": ("derivative",), "InitialUnknowns": ("output", "derivative")}
 CATEGORIES = {

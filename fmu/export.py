@@ -26,7 +26,7 @@ def versions(words: str) -> tuple[int, ...]:
 
 
 def file_names(out: Path, chosen: Sequence[int]) -> dict[int, Path]:
-    """Where each version goes: `out` itself, or with both ``NAME_fmi2.fmu`` and ``NAME_fmi3.fmu``; .fmu is added."""
+    """File of each version: `out` itself, or with both ``NAME_fmi2.fmu`` and ``NAME_fmi3.fmu``; .fmu is added."""
     out = out if out.suffix.lower() == ".fmu" else out.with_name(f"{out.name}.fmu")
     if len(chosen) == 1:
         return {chosen[0]: out}

@@ -91,7 +91,7 @@ def to_compile(kernels: str, jobs: Mapping[str, ObjectTarget]) -> dict[str, Obje
 
 
 def _kept(kernels: str, target: ObjectTarget) -> Path:
-    """Where an object is kept: under everything that it depends on."""
+    """Folder that keeps an object, named by everything that it depends on."""
     words = (kernels, repr(target), version("numba"), version("llvmlite"), Path(__file__).read_text(encoding="utf-8"))
     return in_cache("objects") / f"{hashlib.sha256(repr(words).encode()).hexdigest()[:32]}.o"
 

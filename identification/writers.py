@@ -204,7 +204,7 @@ ONE_LINE = (
     "s = load('run.mat'); t = array2timetable(s.Data, 'RowTimes', seconds(s.Time), 'VariableNames', s.VariableNames); "
     "t.Properties.VariableUnits = s.VariableUnits;"
 )
-"""How MATLAB makes a timetable of the file."""
+"""Commands by which MATLAB makes a timetable of the file."""
 
 
 def to_pandas(record: xr.Dataset) -> pd.DataFrame:

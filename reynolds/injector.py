@@ -194,7 +194,7 @@ class Footprint:
 
 @lru_cache(maxsize=1024)
 def footprint(grid: FilmGrid, injector: Injector) -> Footprint:
-    """Where an injector feeds the film and how the film's pressure at its disc is read."""
+    """Cells that an injector feeds, and the weights by which the film's pressure at its disc is read."""
     spread = _area_weights(grid, injector)
     beta = subgrid_correction(grid, injector, spread)
     read, plain = dict(spread), dict(spread)

@@ -29,7 +29,7 @@ def _noted(result: Any) -> Any:
 
 
 class _Results(CompileResultCacheImpl):
-    """What is kept of a kernel: its code, and which shared code that calls."""
+    """Cached form of a kernel: its code, and which shared code that calls."""
 
     _locator_classes: ClassVar = [c for c in CompileResultCacheImpl._locator_classes if "UserProvided" in c.__name__]
     """The folder that was given, and no other: numba's further ones are not looked at for who can write there."""

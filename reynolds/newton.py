@@ -201,7 +201,7 @@ def scale_rows(w, L):
 
 @inlined
 def read_ring(w, ix, L):
-    """What injectors and journal read of the ring's solution in r: changes of the flows into w[small + n_border], and
+    """Reactions of injectors and journal to the ring's solution in r: flows into w[small + n_border], and
     the film force [N] with it."""
     for k in range(L.first, L.first + L.n_theta * L.stride):
         w[L.dp + k] = w[L.p + k] + w[L.r + k] * w[L.two_p + k]
@@ -332,7 +332,7 @@ def begin_correction(w, ix, F, L, U, iadt, careful):
 
 @inlined
 def read_correction(w, ix, L):
-    """What a film has to say in the common system of several films: its rows, its flows and its force.
+    """Share of a film in the common system of several films: its rows, its flows and its force.
 
     Expects the residual in r and leaves the ring's solution there, the rows of its injectors in w[small_matrix] and the
     right-hand side in w[small + n_border], with the film force [N] where the journal's rows begin.

@@ -87,7 +87,7 @@ def corner(L, side, rows):
 
 @inlined
 def coupling(w, L, side, k, x):
-    """What cell k takes from the line on a side, whose value in the same row is at x."""
+    """Flux that cell k takes from the line on a side, whose value in the same row is at x."""
     value = w[side + k] * w[x]
     if L.textured == 1:
         value += w[corner(L, side, -1) + k] * w[x - 1] + w[corner(L, side, 1) + k] * w[x + 1]

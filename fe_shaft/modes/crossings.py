@@ -33,7 +33,7 @@ CLOSEST = 1e-6
 """Relative width of an interval that is not halved: two crossings closer to one another are not certain."""
 
 CLOSER = 4
-"""How often a step in which a crossing is open is followed again more closely."""
+"""Times that a step in which a crossing is open is followed again more closely."""
 
 Interval = tuple[float, float]
 

@@ -108,7 +108,7 @@ class Structure:
             raise ModelError(f"{self}.positive: {', '.join(sorted(unknown))}; choose of {', '.join(names)}")
 
     def __str__(self) -> str:
-        """How messages name it."""
+        """Name of the structure in messages."""
         return f"structure '{self.name}'"
 
     @property

@@ -151,7 +151,7 @@ FEWEST = 4
 
 @dataclass(frozen=True)
 class Keyphasor:
-    """How pulses are found: level and hysteresis in the signal's unit, both from its range if None.
+    """Detection of pulses: level and hysteresis in the signal's unit, both from its range if None.
 
     `edge` is 'rising' or 'falling', `pulses` their number a turn; at the first the angle is 0.
     """

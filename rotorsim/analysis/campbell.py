@@ -172,7 +172,7 @@ def critical_rows(found: xr.Dataset) -> list[tuple[int, float, str, float, str, 
 
 
 def modes_line(found: xr.Dataset) -> str:
-    """How many modes the region of a Campbell diagram holds, and at how many of its speeds that is proven."""
+    """Sentence on the number of modes in the region of a Campbell diagram, and at how many speeds it is proven."""
     counts, missing, attrs = found["modes"].values, found["missing"].values, found.attrs
     carried = np.isfinite(counts)
     if not carried.any():

@@ -16,7 +16,7 @@ from rotorsim.plant.linearise import LinearPlant, linearise
 MODES = 4
 """Modes that are kept: those next to the first critical speeds."""
 AT = ("static", "mode 1", "mode 2")
-"""Where K(omega) and C(omega) are read when no frequencies are given."""
+"""Frequencies at which K(omega) and C(omega) are read when none are given."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

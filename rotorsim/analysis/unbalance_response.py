@@ -149,7 +149,7 @@ def plane(plant: Plant, unbalance: Unbalance) -> float:
 
 
 def measuring_places(plant: Plant) -> dict[str, float]:
-    """By name the positions [m] at which the response is read."""
+    """Positions [m] at which the response is read, by name."""
     machine = plant.machine
     found = {"measuring plane": plant.assembly.mesh.probe}
     found |= {f"disc {k}": disc.position for k, disc in enumerate(machine.discs)}

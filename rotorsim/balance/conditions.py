@@ -242,7 +242,7 @@ def _section(name: str, table: Any, known: Sequence[str]) -> dict[str, Any]:
 
 
 def _form(name: str, key: str, value: Any) -> tuple[str, bool]:
-    """What an entry must be, and whether it is that."""
+    """Type that an entry must have, and whether it has it."""
     if key == "conjugated":
         return "true or false", isinstance(value, bool)
     if key == "holes":

@@ -45,7 +45,7 @@ def journal_room(machine: Machine, number: int, directions: np.ndarray, speed: f
 
 
 def _height(effects: list[Effect], machine: Machine, length: float, turned: float, speed: float, theta: float) -> float:
-    """What effects add to the gap [m] at an angle, at the end of the film where that is less."""
+    """Addition of the effects to the gap [m] at an angle, at the end of the film where that is less."""
     height, slope = 0.0, 0.0
     for effect in effects:
         kernel = type(effect).kernel

@@ -3,6 +3,7 @@
 import ast
 from collections import Counter
 from graphlib import TopologicalSorter
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -34,8 +35,6 @@ CLOCKS = {"monotonic", "perf_counter", "process_time", "thread_time", "time"}
 WAITING = ("tests/support/waiting.py", "tests/faults", "tests/live/clicker.py", "tests/live/live_browser.py",
            "tests/support/compare_modes.py")  # fmt: skip
 """Files that read a clock: they wait for what must come, disturb a command at random moments, or print times."""
-ROOMS = ("rotorsim.effects", "rotorsim.live", "rotorsim.machine", "rotorsim.plant")
-"""Rooms whose folders import one way."""
 OWN_MACHINES = ("rotorsim/effects",)
 """Folders whose files may set effects by name."""
 
@@ -60,21 +59,6 @@ def test_no_files_import_each_other_in_a_circle():
     grimp = pytest.importorskip("grimp")
     graph = grimp.build_graph(*PACKAGES, cache_dir=None)
     TopologicalSorter({m: graph.find_modules_directly_imported_by(m) for m in graph.modules}).prepare()
-
-
-@pytest.mark.parametrize("room", ROOMS)
-def test_folders_of_a_room_import_one_way(room):
-    """A module counts for its folder, an `__init__` for neither: it lists public names."""
-    grimp = pytest.importorskip("grimp")
-    graph = grimp.build_graph("rotorsim", cache_dir=None)
-    modules = {m for m in graph.modules if m.startswith(f"{room}.") and not graph.find_children(m)}
-    imported = {}
-    for module in modules:
-        own = module.rpartition(".")[0]
-        folders = {m.rpartition(".")[0] for m in graph.find_modules_directly_imported_by(module) & modules}
-        imported.setdefault(own, set()).update(folders - {own})
-    assert len(modules) > 10
-    TopologicalSorter(imported).prepare()
 
 
 def test_modules_are_imported_by_their_names_in_tables_only(trees):
@@ -131,3 +115,32 @@ def test_an_effects_parameters_are_named_in_its_own_file_only(trees):
         and node.value.removeprefix("effects.") in keys
     }
     assert not named
+
+
+RIDDLES = ("Of ", "By ", "What ", "Where ", "With ", "For ", "How ", "As much", "So many")
+"""Beginnings of a docstring that name neither an actor nor a thing."""
+PUBLIC_TWICE = {"FrequencyResponse", "Injector", "Material", "Runout", "Unbalance"}
+"""Public classes of two packages, each with the noun of its field."""
+
+
+def docstrings(tree):
+    """Docstrings of modules, classes and functions, and of constants below their assignments."""
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)):
+            yield ast.get_docstring(node) or ""
+        body = getattr(node, "body", None)
+        for before, after in pairwise(body) if isinstance(body, list) else ():
+            if isinstance(before, (ast.Assign, ast.AnnAssign)) and isinstance(after, ast.Expr):
+                yield after.value.value if isinstance(after.value, ast.Constant) else ""
+
+
+def test_a_docstring_begins_with_a_subject(trees):
+    found = [(name, text[:60]) for name, tree in trees.items() for text in docstrings(tree) if text]
+    assert len(found) > 5000
+    assert [one for one in found if str(one[1]).startswith(RIDDLES)] == []
+
+
+def test_a_name_of_a_class_exists_once(trees):
+    classes = Counter(n.name for tree in trees.values() for n in ast.walk(tree) if isinstance(n, ast.ClassDef))
+    assert len(classes) > 500
+    assert {name for name, times in classes.items() if times > 1} == PUBLIC_TWICE

@@ -36,7 +36,7 @@ from rotorsim.control.designs.lpv_controller import (
 from rotorsim.control.designs.weighted_plant import Generalised
 
 GAMMA_SLACK, TOLERANCE = 3e-3, 2e-3
-"""How closely the smallest gamma is found: by a share of it, and of the inequalities by their eigenvalues."""
+"""Tolerance of the smallest gamma as a share of it, and of the inequalities by their eigenvalues."""
 MARGIN_X, MARGIN_Y = 0.3, 0.01
 """Distances from zero that the inequalities of X and of Y keep per unit of `inside`; X Y >= (1 + inside)^2."""
 KEPT = 0.5

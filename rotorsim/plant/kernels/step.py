@@ -127,7 +127,7 @@ def journal_equation(w, P, speed, adt):
 
 @inlined
 def free_journals(w, adt):
-    """Where the journals start in a stage, and where they go without forces on them."""
+    """Positions of the journals at the start of a stage, and those that they reach without forces on them."""
     for f in range(ROTOR.n_films):
         s = 2 * f
         rows = ROTOR.journal + 2 * ROTOR.n * f
