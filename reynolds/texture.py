@@ -100,13 +100,13 @@ def patch_fluxes(w, F, L, U):
 
 @inlined
 def sides(w, F, L, k, axis):
-    """Pressure, gradient of p^2 along an axis (0: theta, 1: z) and change of p on the near and the far side of patch k,
-    and the mean gradient along the other axis."""
+    """Pressure, gradient of p^2 along an axis (0: theta, 1: z), change of p and thickness on the near and the far side
+    of patch k, and the mean gradient along the other axis."""
     step, aside = (L.stride, 1) if axis == 0 else (1, L.stride)
     length, width = (F.dy, F.dz) if axis == 0 else (F.dz, F.dy)
     a, b, c, d = w[L.p + k], w[L.p + k + step], w[L.p + k + aside], w[L.p + k + aside + step]
-    near = 0.5 * (a + b), (b * b - a * a) / length, b - a
-    far = 0.5 * (c + d), (d * d - c * c) / length, d - c
+    near = 0.5 * (a + b), (b * b - a * a) / length, b - a, 0.5 * (w[L.h + k] + w[L.h + k + step])
+    far = 0.5 * (c + d), (d * d - c * c) / length, d - c, 0.5 * (w[L.h + k + aside] + w[L.h + k + aside + step])
     return near, far, 0.5 * (c * c - a * a + d * d - b * b) / width
 
 
@@ -189,12 +189,20 @@ def lane_flux(w, L, U, c, p, gradient, mean, flow):
 
 
 @inlined
-def side_flux(w, F, L, U, axis, c, side, mean, flow):
-    """`lane_flux` at one side of the patch, with the blend where the cell number exceeds 2."""
-    p, gradient, jump = side
+def side_flux(w, F, L, U, axis, c, side, mean, flow, middle_h, middle_slip):
+    """`lane_flux` at one side of the patch, with the blend where the cell number exceeds 2.
+
+    The lane is that of the thickness in the patch's middle; a smooth gap's difference to that of the side is added, so
+    that pieces without depth are no pieces.
+    """
+    p, gradient, jump, h = side
     flux, _ = lane_flux(w, L, U, c, p, gradient, mean, flow)
+    wider = h * h * (h + slip_length(w, L, p)) - middle_h * middle_h * (middle_h + middle_slip)
+    flux -= wider * gradient
     if axis == 0:
-        flux -= max(6.0 * w[L.mu] * abs(U * w[c + 3]) - 2.0 * w[c] * p / F.dy, 0.0) * jump
+        drag = w[c + 3] + h - middle_h
+        flux += 12.0 * w[L.mu] * U * p * (h - middle_h)
+        flux -= max(6.0 * w[L.mu] * abs(U * drag) - 2.0 * (w[c] + wider) * p / F.dy, 0.0) * jump
     return flux
 
 
@@ -213,8 +221,8 @@ def mixed_fluxes(w, F, L, k, i, j, axis, U):
         if share > 0.0:
             c = L.laminate + LAMINATE * o
             own = share / (w[c + 2] * resistance)
-            sum_near += share * (1.0 - passed - 0.5 * own) * side_flux(w, F, L, U, axis, c, near, mean, flow)
-            sum_far += share * (passed + 0.5 * own) * side_flux(w, F, L, U, axis, c, far, mean, flow)
+            sum_near += share * (1.0 - passed - 0.5 * own) * side_flux(w, F, L, U, axis, c, near, mean, flow, h, slip)
+            sum_far += share * (passed + 0.5 * own) * side_flux(w, F, L, U, axis, c, far, mean, flow, h, slip)
             passed += own
     return sum_near / (24.0 * w[L.mu]), sum_far / (24.0 * w[L.mu])
 

@@ -95,8 +95,8 @@ class Mapping:
     Examples
     --------
     >>> import rotorsim as rs
-    >>> from identification.records.mapping import Entry
-    >>> channels = {("angle", ""): Entry("channels.angle", column="phi", unit="rad")}
+    >>> from identification.records.mapping import ColumnEntry
+    >>> channels = {("angle", ""): ColumnEntry("channels.angle", column="phi", unit="rad")}
     >>> rs.identification.Mapping(sample_rate=5e3, channels=channels).maps_columns
     True
     """
