@@ -189,6 +189,8 @@ class _Line:
         """Parameter, \\|s\\| and its derivatives towards the place before and the next one (4, places)."""
         nodes = [(i, k) for i, k in self.branch.places if self.found.nodes[i].pencil is not None]
         at, s = self.found.values(Branch(tuple(nodes), "", ""))
+        if len(nodes) < 2:
+            return np.stack([at, np.abs(s), 0.0 * at, 0.0 * at])
         back = np.array([self.slopes(i, i - 1)[k] for i, k in nodes[1:]])
         ahead = np.array([self.slopes(i, i + 1)[k] for i, k in nodes[:-1]])
         return np.array([at, np.abs(s), [*ahead[:1], *back], [*ahead, *back[-1:]]])

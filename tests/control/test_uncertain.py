@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from docs.examples.closed_loop_record import hinf
 from rotorsim.base.rounding import unstable_poles
-from rotorsim.control import DesignError, uncertainty_between
+from rotorsim.control import DesignError, hinf, uncertainty_between
 from rotorsim.control.designs.hinf_synthesis import bounds, controller
 from rotorsim.control.designs.uncertain import uncertain, uncertain_loop_norm
 from rotorsim.control.designs.weighted_plant import Weights, closed, mixed_sensitivity

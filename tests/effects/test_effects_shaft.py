@@ -370,7 +370,8 @@ SIGNATURES = {
 @pytest.mark.parametrize("effect", [AsymmetricShaft, Crack])
 def test_a_stiffness_that_turns_brakes_the_shaft_by_the_slope_of_its_energy(effect):
     """Torque -dV/d phi of V = -F(x, phi) x / 2, whose slopes after x and y are the force."""
-    p = SimpleNamespace(difference=3e5, loss=3e5, phase=0.7, weight_direction=-1.2)
+    numbers = {"difference": 3e5, "loss": 3e5, "phase": 0.7, "weight_direction": -1.2}
+    p = np.array([tuple(numbers.values())], [(name, "f8") for name in numbers]).view(np.recarray)[0]
     kernel, braking = (getattr(f, "py_func", f) for f in (effect.kernel, effect.braking))
     step = 1e-4
     for angle, x, y in ((0.3, 4e-5, -2e-5), (2.9, -1e-5, 5e-5), (5.1, 3e-5, 3e-5)):

@@ -134,8 +134,8 @@ def test_times_of_a_busy_computer_are_remarks_and_no_verdict(unit, monkeypatch, 
     assert [one.passed for one in found] == [None, None] and "real time" in found[1].value
     path = unit(identifier="a")
     for last, code in ((Check("standard", "", True), 0), (Check("standard", "", False), 1)):
-        monkeypatch.setattr("fmu.info.info", lambda _: {})
-        monkeypatch.setattr("fmu.checks.check.check", lambda *_, last=last: iter([*found, last]))
+        monkeypatch.setattr("fmu.importer.info", lambda _: {})
+        monkeypatch.setattr("fmu.check.check", lambda *_, last=last: iter([*found, last]))
         with pytest.raises(SystemExit) as ended:
             command(["fmu", "check", str(path)])
         assert (ended.value.code or 0) == code and "info  doStep" in capsys.readouterr().out

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 import rotorsim as rs
-from docs.examples.closed_loop_record import hinf
 from identification.local.closed_loop import NO_BIAS
-from rotorsim.control import lqr, p
+from rotorsim.control import hinf, lqr, p
 from rotorsim.experiments import Prbs, controlled, prbs, without_orbit
 
 POINT = {"speed": 300.0, "pressure": 0.5e6}
