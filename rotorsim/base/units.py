@@ -291,7 +291,7 @@ def suggestion(unit: str, digits: str = "", fits: Callable[[float], bool] = lamb
 
 def _apart(a: float, b: float) -> float:
     """Distance of two sizes in powers; 0 where one of them is 0."""
-    return abs(log(a / b)) if a > 0 and b > 0 else 0.0
+    return abs(log(a) - log(b)) if a > 0 and b > 0 else 0.0
 
 
 def _value(text: str, unit: str) -> float:
