@@ -117,7 +117,7 @@ def test_an_effects_parameters_are_named_in_its_own_file_only(trees):
     assert not named
 
 
-RIDDLES = ("Of ", "By ", "What ", "Where ", "With ", "For ", "How ", "As much", "So many")
+OPENINGS = ("Of ", "By ", "What ", "Where ", "With ", "For ", "How ", "As much", "So many")
 """Beginnings of a docstring that name neither an actor nor a thing."""
 PUBLIC_TWICE = {"FrequencyResponse", "Injector", "Material", "Runout", "Unbalance"}
 """Public classes of two packages, each with the noun of its field."""
@@ -137,7 +137,7 @@ def docstrings(tree):
 def test_a_docstring_begins_with_a_subject(trees):
     found = [(name, text[:60]) for name, tree in trees.items() for text in docstrings(tree) if text]
     assert len(found) > 5000
-    assert [one for one in found if str(one[1]).startswith(RIDDLES)] == []
+    assert [one for one in found if str(one[1]).startswith(OPENINGS)] == []
 
 
 def test_a_name_of_a_class_exists_once(trees):
