@@ -87,16 +87,17 @@ def test_what_cannot_be_set_is_reported_and_the_plant_runs_on(key, value, senten
     assert len(rig.advance(20)) == 20
 
 
-def test_a_torque_accelerates_the_rotor_by_newtons_law():
-    rig = make_rig(drive="torque", torque=2.0, pressure=0.6e6)
+@pytest.mark.parametrize(("sense", "sign"), [("forward", 1.0), ("backward", -1.0)])
+def test_a_torque_accelerates_the_rotor_by_newtons_law(sense, sign):
+    rig = make_rig(drive="torque", torque=2.0, pressure=0.6e6, sense=sense)
     rig.advance(2500)
     P = rig.assembly.P
     asked = (2.0 - P.dry_drag) / P.inertia * 0.5
-    assert rig.speed == pytest.approx(asked, rel=0.02)
+    assert rig.speed == pytest.approx(sign * asked, rel=0.02)
     rig.set("drive", "coast")
-    before = rig.speed
+    before = sign * rig.speed
     rig.advance(500)
-    assert 0 < rig.speed < before
+    assert 0 < sign * rig.speed < before
 
 
 def test_the_sense_turns_the_rotor_backward():

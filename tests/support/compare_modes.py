@@ -36,8 +36,10 @@ def criticals(plant, low, high, pressure=0.0, count=20, modes=8, order=1):
 
 
 def apart(rows, others):
-    """Largest relative difference of critical speeds; inf where their numbers or directions are not the same."""
+    """Largest relative difference of critical speeds; inf where numbers, directions or damping are not the same."""
     if len(rows) != len(others) or (rows[:, 2] != others[:, 2]).any():
+        return np.inf
+    if np.abs(rows[:, 1] - others[:, 1]).max(initial=0.0) > 1e-5:
         return np.inf
     return float(np.abs(np.abs(others[:, 0] / rows[:, 0]) - 1).max(initial=0.0))
 
