@@ -253,6 +253,8 @@ def _form(name: str, key: str, value: Any) -> tuple[str, bool]:
 
 
 def _rows(path: Path) -> list[dict[str, str]]:
+    if not path.exists():
+        raise DataError(f"{path}: is not there; give the path of a table of 1X vectors")
     try:
         text = _whole(path)
         heading = text.partition("\n")[0]

@@ -121,7 +121,7 @@ def run(machine: Machine, layout: StudyGrid, out: Path, workers: int) -> list[Pa
     KeyboardInterrupt
         If Ctrl-C stopped a campaign.
     DataError
-        If another signal did, or records are missing at its end.
+        If another signal did, or records are missing at its end; at once for a machine without pins.
     StoreError
         If a folder holds a campaign of another plan or machine.
 
@@ -131,6 +131,10 @@ def run(machine: Machine, layout: StudyGrid, out: Path, workers: int) -> list[Pa
     >>> layout = rs.study.StudyGrid(speeds=(0.0, 300.0), pressures=(0.5e6,), duration=5.0)
     >>> folders = rs.study.run(machine, layout, Path("study"), workers=2)  # doctest: +SKIP
     """
+    if not machine.injectors:
+        raise DataError(
+            f"study: {machine.name} has no pins in a gas film that a reference could move; take one that has"
+        )
     folders = []
     for name, plan in plans(machine, layout).items():
         folder = out / name

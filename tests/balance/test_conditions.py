@@ -52,3 +52,9 @@ def test_two_decimal_signs_in_one_table_are_refused(tmp_path):
     (tmp_path / "a.csv").write_text(table(";").replace("10.25", "10,25"), encoding="utf-8")
     with pytest.raises(DataError, match="'10,25', which is not a number"):
         read_conditions([tmp_path / "a.csv"], MAPPING)
+
+
+def test_a_table_that_is_not_there_is_named_as_any_missing_file(tmp_path):
+    with pytest.raises(DataError, match="is not there") as caught:
+        read_conditions([tmp_path / "none.csv"], {"conditions": {"column": "id"}})
+    assert "Errno" not in str(caught.value)

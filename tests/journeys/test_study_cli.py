@@ -42,3 +42,10 @@ def test_a_folder_without_the_right_records_ends_in_a_sentence(run, tmp_path):
     assert code == 2
     assert "nothing" in err
     assert err.count("\n") == 1
+
+
+def test_a_machine_without_pins_is_refused_before_any_record(run, tmp_path):
+    out = tmp_path / "study"
+    code, text, err = run("study", "identification-vs-physics", "plain_rotor", "--out", out)
+    assert (code, text) == (2, "") and "plain_rotor" in err
+    assert not list(out.rglob("*.nc"))
