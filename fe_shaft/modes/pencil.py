@@ -14,6 +14,8 @@ Vector = NDArray[Any]
 
 OSCILLATES = 1e-6
 """Imaginary part over modulus above which an eigenvalue oscillates."""
+SAME = 1e-6
+"""Relative distance of an eigenvalue from the conjugate of another within which the two are a pair."""
 
 
 class Factor(Protocol):
@@ -86,8 +88,11 @@ class Quotient:
     @cached_property
     def log(self) -> Callable[[complex], complex]:
         """Logarithm at s, the imaginary part modulo 2 pi; a point that is asked twice is computed once."""
-        pairs = self.known[self.known.imag > OSCILLATES * np.abs(self.known)]
-        real = self.known[self.known.imag <= OSCILLATES * np.abs(self.known)].real
+        above, below = (self.known[sign * self.known.imag > OSCILLATES * np.abs(self.known)] for sign in (1, -1))
+        real = self.known[np.abs(self.known.imag) <= OSCILLATES * np.abs(self.known)].real
+        # one of a pair that was met below the axis alone stands for both; else its partner has it divided out already
+        alone = [s for s in below if not (np.abs(above - s.conj()) < SAME * np.abs(s)).any()]
+        pairs = np.concatenate([above, np.array(alone, complex).conj()])
         roots = np.concatenate([pairs, pairs.conj(), real])
 
         @cache

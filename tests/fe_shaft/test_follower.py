@@ -38,6 +38,11 @@ def test_the_count_of_missing_modes_is_the_number_left_out(seed):
     every = -zeta * wn + 1j * wn * np.sqrt(1 - zeta**2)
     inside = REGION.holds(every)
     assert missing_in(REGION, Quotient(pencil, every)) == 0
+    # whatever is met below the real axis: with its partner, or alone for both
+    below = rng.random(20) < 0.5
+    assert missing_in(REGION, Quotient(pencil, np.concatenate([every, every[below].conj()]))) == 0
+    alone = np.where(below & (np.arange(20) // 2 != 1), every.conj(), every)
+    assert missing_in(REGION, Quotient(pencil, alone)) == 0
     for left in (0, 2, 5):
         gone = np.flatnonzero(inside)[:left]
         assert missing_in(REGION, Quotient(pencil, np.delete(every, gone))) == 2 * len(gone)
