@@ -289,6 +289,8 @@ class _Line:
             rates = [_derivative(one, [other for other in places if other is not one]) - turn for one in places]
             x = _zero([gap(one) for one in places], [one.at for one in places], rates)
             here = places[-1]
+            if not low.at < 0.5 * (low.at + high.at) < high.at:  # no number lies between
+                return Crossing(0, order, here.at, upward, here.pencil, here.mode)
             if len(places) > 2 and (x - here.at) ** 2 < close:
                 s = here.mode.values + (x - here.at) * here.rate(high if here is low else low)
                 return Crossing(0, order, x, upward, here.pencil, replace(here.mode, values=s))
@@ -312,7 +314,7 @@ def _derivative(place: _Place, others: list[_Place]) -> float:
     if len(others) == 1:
         return place.slope(others[0])
     (d, slope), (e, other) = ((one.at - place.at, place.slope(one)) for one in others)
-    return (e * slope - d * other) / (e - d)
+    return slope if e == d else (e * slope - d * other) / (e - d)
 
 
 def _zero(values: list[float], at: list[float], rates: list[float]) -> float:
