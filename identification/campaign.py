@@ -89,7 +89,7 @@ def survey(files: Sequence[Path], mapping: Any = None) -> list[Source]:
 
 
 def pair(sources: Sequence[Source]) -> list[Source]:
-    """Those that excite, each with the nearest steady run at the same point.
+    """Records that excite, each with the nearest steady run at the same point.
 
     Examples
     --------

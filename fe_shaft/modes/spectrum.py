@@ -34,7 +34,7 @@ def modes_in(pencil: Pencil, region: Region, hints: Sequence[float] = (), seed: 
 
 
 def _found(pencil: Pencil, region: Region, hints: Sequence[float], seed: Modes | None) -> Modes:
-    """Those grown out of the seed, then those around shifts until the count proves that none is missing."""
+    """Modes grown out of the seed, then modes around shifts until the count proves that none is missing."""
     like, rounds = None, [[], *_shifts(region, hints)]
     known = nothing(pencil.size)
     if seed is None:

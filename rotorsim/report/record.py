@@ -202,7 +202,7 @@ def settings(run: AnalysedRun) -> Rows:
 
 
 def _pressure(value: Any) -> str:
-    """A gauge pressure [Pa] as a text; what is no number as it is."""
+    """A gauge pressure [Pa] as a text; a text stays as it is."""
     if not isinstance(value, (int, float, np.number)):
         return str(value)[:300]
     return f"{quantity(float(value) * TO_MPA, 'MPa', '.4g')} gauge"

@@ -240,7 +240,7 @@ NOISE = (
 
 
 def texts() -> Numbers:
-    """What the commands print and every text that they write: pages, tables, JSON."""
+    """Printed output of the commands and every text that they write: pages, tables, JSON."""
     from rotorsim.cli import main
 
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
