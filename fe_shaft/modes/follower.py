@@ -156,7 +156,7 @@ def overlap(a: Pencil, of_a: Modes, b: Pencil, of_b: Modes) -> NDArray[np.float6
 
 
 def _linked(here: Node, there: Node, region: Region, first: bool) -> tuple[Node, Node, dict[int, int]]:
-    """Both nodes, with modes outside the region that those of the other one become, and the mode that continues each."""
+    """Both nodes, with modes outside the region that those of the other one become, and how they continue."""
     assert here.pencil is not None and there.pencil is not None
     here = _with_partners(here, there, region)
     there = _with_partners(there, here, region)

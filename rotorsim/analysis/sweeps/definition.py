@@ -72,7 +72,7 @@ def _axis(text: str, machine: Machine) -> Field:
 
 def _point_axis(path: str, values: str) -> Field:
     if "%" in values:
-        raise DataError(f"--over: {path} is not a value of the machine; give values with units, e.g. {EXAMPLES[path]}")
+        raise DataError(f"--over: {path} is no value of the machine; give values with units, e.g. {EXAMPLES[path]}")
     read_axis(path, values, POINTS[path])
     field = read_field(f"{path}={values}")
     if parse(field.values[0], POINTS[path]) < 0:
