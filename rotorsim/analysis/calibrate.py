@@ -35,7 +35,7 @@ PULL = 1e-3
 COVERED = 0.5
 """Least share of a target's range that a machine's range must be wide."""
 LOST = 30.0
-"""Residual of every target where the machine is not lifted or not valid."""
+"""Residual of every target where the machine is not lifted or not valid, and of one that is not known there."""
 
 Progress = Callable[[int, float], None]
 
@@ -198,6 +198,7 @@ class _Fit:
                 raise DataError(f"calibrate: at the start values {error}; correct start or fields") from error
             return np.full(sum(1 if t.at else 2 for t in self.fitted), LOST)
         r = np.concatenate([_deviation(t, e) for t, e in zip(self.fitted, ends, strict=True)])
+        r = np.where(np.isfinite(r), r, LOST)
         self.count += 1
         if r @ r < self.cost:
             self.cost, self.best = float(r @ r), x.copy()

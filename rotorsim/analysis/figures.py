@@ -30,11 +30,12 @@ def axis_modes(model: LinearPlant) -> tuple[int, int]:
 
 
 def figures(plant: Plant, speed: float, pressure: float) -> dict[str, float]:
-    """All figures of an operating point; raises NoLiftOffError."""
+    """All figures of an operating point, those of modes NaN where a mode may be missing; raises NoLiftOffError."""
     point = operating_point(plant, speed, pressure, (0.0,))
     model, found = point.model, {}
     for axis, mode in zip(AXES, axis_modes(model), strict=True):
-        found[f"wn_{axis}"], found[f"zeta_{axis}"] = float(model.wn[mode]), float(model.zeta[mode])
+        wn, zeta = (float(each[mode]) if model.proven else float("nan") for each in (model.wn, model.zeta))
+        found |= {f"wn_{axis}": wn, f"zeta_{axis}": zeta}
     for i, a in enumerate(AXES):
         found[f"delay_{a}"] = float(model.delay[i])
         found |= {f"gain_{a}{b}": float(model.static_gain[i, j]) for j, b in enumerate(AXES)}

@@ -26,6 +26,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "wn": (("mode",), "rad/s", "natural frequency"),
     "zeta": (("mode",), "1", "damping ratio"),
     "whirl_ratio": (("mode",), "1", "roundness of the disc's orbit, 1 forward, -1 backward"),
+    "proven": ((), "1", "1: no mode is missing among those listed up to the second pair and the speed, 0: not proven"),
     "zeta_least": ((), "1", "least damping ratio of all modes up to the highest speed, and of the first four"),
     "looked": ((), "1", "1: all modes and the critical speeds around the speed were looked for, 0: not all"),
     "static_gain": (("axis", "reference"), "m/V", "static gain from reference to disc"),

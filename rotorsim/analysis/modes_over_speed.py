@@ -20,16 +20,12 @@ from rotorsim.base.errors import NoLiftOffError
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import DAMPED as STEADY
 from rotorsim.plant import Plant
-from rotorsim.plant.linearise import LinearPlant
+from rotorsim.plant.linearise import ABOVE, BELOW, DAMPED, LinearPlant
 
-DAMPED = 0.5
-"""Damping ratio from which a mode lies outside the region."""
 MARGIN = 0.15
 """Distance of a speed from a critical speed, over it, below which the critical speed matters."""
 ORDERS = (1, 2, 3)
 """Orders of the speed whose lines are crossed."""
-ABOVE, BELOW = 1.02, 1e-4
-"""Reach of the region over the highest frequency of an order line, and its floor, if those begin at rest."""
 PLANAR = 0.02
 """Roundness of an orbit below which its sense of whirl is mixed."""
 

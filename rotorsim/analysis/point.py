@@ -35,7 +35,8 @@ class OperatingPoint(Shown):
     def card(self) -> Card:
         """Modes, then what the equilibrium shows."""
         rest = self.equilibrium.card()
-        rows = [("modes [Hz]", several(self.model.wn, scale=1 / (2 * np.pi))),
+        rows = [(f"modes [Hz]{'' if self.model.proven else ', perhaps not all'}",
+                 several(self.model.wn, scale=1 / (2 * np.pi))),
                 ("damping ratios", several(self.model.zeta, ".3g")), *rest.rows]  # fmt: skip
         return Card(rest.title.replace("Equilibrium", "Operating point"), rows)
 
@@ -96,6 +97,7 @@ def numbers(
         "wn": padded(model.wn),
         "zeta": padded(model.zeta),
         "whirl_ratio": padded(model.whirl_ratio),
+        "proven": np.array(float(model.proven)),
         "static_gain": model.static_gain,
         "delay": model.delay,
         "film_frequency": point.at,

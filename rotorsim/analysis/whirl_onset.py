@@ -19,21 +19,19 @@ from fe_shaft.modes.pencil import Modes, Region
 from fe_shaft.modes.spectrum import modes_in
 from rotorsim.analysis.axes import checked
 from rotorsim.analysis.campbell import HIGHEST, highest_speed
-from rotorsim.analysis.modes_over_speed import ABOVE, BELOW, DAMPED as STRONGLY, at_speed, least_damped
+from rotorsim.analysis.modes_over_speed import at_speed, least_damped
 from rotorsim.base.constants import RPM
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import DAMPED, falls_below_zero
 from rotorsim.plant import Plant
-from rotorsim.plant.linearise import LinearPlant
+from rotorsim.plant.linearise import LinearPlant, region_up_to
 
 if TYPE_CHECKING:
     import xarray as xr
 
 STEP = 1e3 * RPM
 """Steps [rad/s] of the search up to the least highest speed, in proportion up to others."""
-FIRST = 2
-"""Pairs of the rotor's modes on its nominal bearings that are looked at, however low the highest speed."""
 FEWEST = 10
 """Steps of `stability_limit`."""
 NEARBY = 1e-4
@@ -138,15 +136,6 @@ class LeastDamped:
         """The modes followed over ascending speeds (n,) [rad/s]."""
         with one_thread():
             return follow(at_speed(self.plant, self.pressure), speeds, self.region, self.hints)
-
-
-def region_up_to(hints: np.ndarray, highest: float) -> Region:
-    """Region of modes up to the `highest` speed and of the first pairs among the rotor's natural frequencies (n,).
-
-    All in rad/s.
-    """
-    reach = ABOVE * max(highest, 1.1 * float(np.sort(hints)[: 2 * FIRST].max()))
-    return Region(reach, BELOW * reach, STRONGLY)
 
 
 def first_loss(search: LeastDamped, speeds: np.ndarray, accuracy: float = 1e-8) -> tuple[float, float, float]:
