@@ -78,7 +78,7 @@ class Region:
 
 @dataclass(frozen=True, eq=False)
 class Quotient:
-    """The determinant of a pencil over its known roots (k,) [rad/s], on the real axis or above it, and their partners."""
+    """The determinant of a pencil over its known roots (k,) [rad/s], none below the real axis, and their partners."""
 
     pencil: Pencil
     known: Vector
