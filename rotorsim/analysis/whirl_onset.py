@@ -1,7 +1,7 @@
 """Whirl onset over supply pressure: lowest speed at which any mode of film and rotor loses its damping.
 
 Every mode is followed that is slower than the highest speed that is searched and whose damping ratio is below one half,
-their number proven at each step; motions that grow without oscillation count too.
+their number proven at each step; motions that grow without oscillation count too: their onset has a frequency of 0.
 """
 
 from __future__ import annotations
@@ -164,7 +164,9 @@ def first_loss(search: LeastDamped, speeds: np.ndarray, accuracy: float = 1e-8) 
         if bracket is not None:
             low, high = bracket
             onset = high if low == high else falls_below_zero(margin, low, high, xtol=1e-6, rtol=accuracy)
-            return onset, search.at(onset)[1], float(proven and all(counted))
+            beyond = min(onset + NEARBY * (high - low), high)
+            at = beyond if search.at(high)[1] == 0 and search.at(beyond)[1] == 0 else onset
+            return onset, search.at(at)[1], float(proven and all(counted))
     return float("nan"), float("nan"), float(proven and carried)
 
 
