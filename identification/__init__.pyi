@@ -24,7 +24,7 @@ from .lpv.fit import coherent_basis as coherent_basis, distance as distance, fit
 from .lpv.model import ExtrapolationWarning as ExtrapolationWarning, LpvModel as LpvModel
 from .lpv.recursive import Recursion as Recursion, RecursiveLpv as RecursiveLpv, Track as Track
 from .model_file import load_model as load_model
-from .readers import checked as checked, columns as columns, load as load, read as read
+from .readers import checked as checked, columns as columns, in_folder as in_folder, load as load, read as read
 from .records.arrays import from_arrays as from_arrays
 from .records.examination import Channel as Channel, Examination as Examination, examine as examine
 from .records.frequency_response import (

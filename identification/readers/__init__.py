@@ -40,7 +40,8 @@ def read(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | No
 
     Parameters
     ----------
-    path : CSV, MATLAB .mat (v5, v7.3), UFF dataset 58, TDMS, WAV, HDF5, or a netCDF record of rotorsim
+    path : CSV, MATLAB .mat (v5, v7.3), UFF dataset 58, TDMS, WAV, HDF5, a netCDF record of rotorsim, or the folder that
+        a run wrote with one in it
     mapping : which column is which channel (see `identification.records.mapping`): TOML file or its tables; without
         one, columns that are named like the schema's variables are taken
 
@@ -136,8 +137,19 @@ def _itself(chosen: Reader, path: Path, mapping: Mapping | None) -> xr.Dataset:
     return chosen.record(path).assign_attrs(mapping.conditions if mapping else {})
 
 
+def in_folder(path: Path) -> Path:
+    """The netCDF file in the folder that a run wrote; any other path as it is.
+
+    Raises ReadError for a folder with several.
+    """
+    inside = sorted(path.glob("*.nc")) if path.is_dir() else []
+    if len(inside) > 1:
+        raise ReadError(f"{path}: holds {', '.join(one.name for one in inside[:3])}; give the path of one of them")
+    return inside[0] if inside else path
+
+
 def _regular(path: str | Path) -> Path:
-    path = Path(path)
+    path = in_folder(Path(path))
     if path.is_symlink() and not path.exists():
         raise ReadError(f"{path}: is a link to a file that is not there; give the path of a record")
     if not path.exists():

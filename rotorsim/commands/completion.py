@@ -12,7 +12,7 @@ from pathlib import Path
 
 from rotorsim.control import designs as controllers
 
-LAWS = tuple(name for name in dir(controllers) if name not in controllers.IN_PYTHON)
+LAWS = tuple(sorted(set(dir(controllers)) - set(controllers.IN_PYTHON), key=controllers.MET.index))
 """Names of the designs that write a law."""
 
 

@@ -112,18 +112,20 @@ def _plan(plan: ExperimentPlan) -> Iterator[str]:
 
 
 class Stages:
-    """Progress by stage on a terminal; in a pipe only that kernels are compiled."""
+    """Progress by stage on a terminal; in a pipe a line when a stage begins for the first time."""
 
     def __init__(self) -> None:
         self.stage, self.steps, self.begin = "", 0, time.monotonic()
+        self.seen: set[str] = set()
 
     def show(self, stage: str) -> None:
         """Note one step of a stage."""
         self.steps = self.steps + 1 if stage == self.stage else 1
         new, self.stage = stage != self.stage, stage
         if not on_terminal():
-            if stage == "compile":
+            if stage not in self.seen:
                 print(STAGES[stage], file=sys.stderr, flush=True)
+            self.seen.add(stage)
             return
         elapsed = time.monotonic() - self.begin
         if new and elapsed > 0.5:
