@@ -14,7 +14,7 @@ from rotorsim.plant.equilibrium import Equilibrium, describe, settle
 from rotorsim.plant.linearise import LinearPlant, linearise
 
 MODES = 4
-"""Modes that are kept: those next to the first critical speeds."""
+"""Modes that are kept: the lowest."""
 AT = ("static", "mode 1", "mode 2")
 """Frequencies at which K(omega) and C(omega) are read when none are given."""
 
