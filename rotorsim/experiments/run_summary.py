@@ -11,7 +11,7 @@ from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import MachineFileError
 from rotorsim.experiments.limits import beyond_of
 from rotorsim.machine import Gas, Machine
-from rotorsim.signals.orders import find_resonances, start_transient
+from rotorsim.signals.orders import find_resonances, start_settled, start_transient
 from rotorsim.signals.probes import probe_numbers
 from rotorsim.signals.record_blocks import blocks, displacement_name
 from rotorsim.signals.spectra import largest_sub_synchronous, waterfall
@@ -32,8 +32,8 @@ def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | Non
     Returns
     -------
     dict
-        duration_s, samples, start_transient_s, speed_rpm, peaks, largest_orbit, smallest_film, contact, mass_flow,
-        sub_synchronous.
+        duration_s, samples, start_transient_s, start_settled, speed_rpm, peaks, largest_orbit, smallest_film,
+        contact, mass_flow, sub_synchronous.
         A peak with ``local_maximum = False`` is a largest amplitude that is no resonance, with ``at_end`` "start" or
         "end" in the first or last window. The start transient, see `start_transient`, is left out of peaks, of the
         largest orbit and of sub_synchronous; it is in smallest_film and contact. The largest orbit is measured from the
@@ -49,6 +49,7 @@ def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | Non
         "duration_s": seen["time"]["last"] - seen["time"]["first"],
         "samples": int(record.sizes["time"]),
         "start_transient_s": begin,
+        "start_settled": start_settled(record),
         "speed_rpm": {k: seen["speed"][k] * TO_RPM for k in ("first", "last", "min", "max")},
         "peaks": [p for n in tracked["order"].values for axis in "xy" for p in find_resonances(tracked, int(n), axis)],
         "largest_orbit": _at_most(seen["radius"]),

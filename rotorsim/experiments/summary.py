@@ -10,7 +10,7 @@ from identification.records.sampling import nominal_rate
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.experiments.catalogue import EXPERIMENTS
 from rotorsim.experiments.limits import beyond_of
-from rotorsim.signals.orders import after_start, start_transient
+from rotorsim.signals.orders import after_start, start_settled, start_transient
 from rotorsim.signals.probes import probe_numbers
 from rotorsim.signals.record_blocks import blocks, displacement_name
 
@@ -24,7 +24,8 @@ def summarise_experiment(record: xr.Dataset) -> dict[str, Any]:
     Returns
     -------
     dict
-        experiment, duration_s, samples, start_transient_s, speed_rpm {first, last}; disc {mean_um, rms_um, peak_um}
+        experiment, duration_s, samples, start_transient_s, start_settled (false where the numbers still hold
+        a part of it), speed_rpm {first, last}; disc {mean_um, rms_um, peak_um}
         (x, y), rms and peak about the mean; largest_orbit_um from the mean, all of these without the start transient;
         smallest_film_um and contact_samples (None without a film); reference_peak_v and force_peak_n (x, y); and the
         `findings` of the experiment, such as the static_gain of a staircase or the deceleration of a coast-down.
@@ -63,6 +64,7 @@ def scan(record: xr.Dataset) -> dict[str, Any]:
         "duration_s": n / sampling_rate(record),
         "samples": int(n),
         "start_transient_s": begin,
+        "start_settled": start_settled(record),
         "speed_rpm": {"first": float(speed[0]) * TO_RPM, "last": float(speed[-1]) * TO_RPM},
         "disc": {"mean_um": (mean * TO_UM).tolist(), "rms_um": (np.sqrt(square / settled) * TO_UM).tolist(),
                  "peak_um": (peak * TO_UM).tolist()},
