@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from identification import VARIABLES
+from rotorsim.base.display import quote
 from rotorsim.base.errors import RotorsimError
-from rotorsim.base.file_kinds import instead
-from rotorsim.base.sentences import quote
+from rotorsim.base.input_files import instead
 from rotorsim.base.units import parse
 from rotorsim.campaign.axes import (
     KINDS,

@@ -12,9 +12,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from rotorsim.base.constants import TO_MPA, TO_UM
+from rotorsim.base.display import end_line, line
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.files import write_text
-from rotorsim.base.progress import end_line, line
 from rotorsim.commands.completion import effects as effect_names, machines, targets as shipped_targets
 from rotorsim.commands.options import AsJson, Console, GivenMachine, GridOptions, plant_of
 from rotorsim.commands.registry import CommandGroup, command, group

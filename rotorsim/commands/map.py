@@ -16,7 +16,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from rotorsim.base.constants import TO_RPM, TO_UM
-from rotorsim.base.progress import Update, bar
+from rotorsim.base.display import Update, bar
 from rotorsim.base.units import show
 from rotorsim.commands.options import (
     Console,

@@ -14,10 +14,10 @@ import numpy as np
 
 from identification import make_record
 from rotorsim.base.constants import RIG_SAMPLE
+from rotorsim.base.display import track
 from rotorsim.base.errors import ControllerError, ConvergenceError, DataError, LimitError
 from rotorsim.base.files import WriteError
 from rotorsim.base.interrupt import Interrupt, asked
-from rotorsim.base.progress import track
 from rotorsim.experiments.experiment import Experiment, check_seed
 from rotorsim.experiments.limits import beyond_attrs, check_begin, choked, extremes, passed
 from rotorsim.experiments.loop import FeedbackLoop

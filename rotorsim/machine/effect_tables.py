@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from typing import Any
 
+from rotorsim.base.display import closest, did_you_mean, quote
 from rotorsim.base.quantity import quantity_of
-from rotorsim.base.sentences import closest, did_you_mean, quote
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.effects.installed import LEFT_OUT
 from rotorsim.machine.part import PartError, unknown_field

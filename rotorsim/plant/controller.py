@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rotorsim.base.constants import RIG_SAMPLE
-from rotorsim.base.errors import ControllerError, DataError
-from rotorsim.base.exchange.control_systems import (
+from rotorsim.base.control_systems import (
     DISC,
     REFERENCES,
     channel_order,
@@ -29,6 +28,7 @@ from rotorsim.base.exchange.control_systems import (
     matrices,
     period,
 )
+from rotorsim.base.errors import ControllerError, DataError
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.kernels import columns
 from rotorsim.plant.simulation import Simulation

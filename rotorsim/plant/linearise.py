@@ -25,9 +25,9 @@ from scipy.sparse.linalg import LinearOperator, eigs
 
 from reynolds.injector import Injector
 from reynolds.perturbation import Kernels, LinearFilm, linear_film, side_by_side
+from rotorsim.base.control_systems import balanced, state_space
 from rotorsim.base.display import Card, Shown
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange.control_systems import balanced, state_space
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import first_of_largest
 from rotorsim.plant.assemble import Assembly

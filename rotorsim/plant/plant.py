@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from identification import make_record
-from rotorsim.base.display import Card, Shown
+from rotorsim.base.display import Card, Shown, track
 from rotorsim.base.errors import DataError
-from rotorsim.base.progress import track
 from rotorsim.base.quantity import whole_samples
 from rotorsim.base.units import parse
 from rotorsim.base.version import installed
