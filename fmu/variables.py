@@ -27,12 +27,11 @@ from rotorsim.base.quantity import UNLIMITED, Quantity, quantities, quantity_of
 from rotorsim.base.units import TABLE, dimension
 from rotorsim.effects import Effect
 from rotorsim.effects.base import WHERE
-from rotorsim.machine.actuators import Actuators, Drive
-from rotorsim.machine.gas import Gas
-from rotorsim.machine.gas_film import Injector
+from rotorsim.machine.gas_film import Actuators, Gas, Injector
+from rotorsim.machine.limits import speed_limit
 from rotorsim.machine.part import Part
 from rotorsim.machine.probes import reading_unit
-from rotorsim.machine.running_limits import speed_limit
+from rotorsim.machine.rotor import Drive
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.kernels.columns import COLUMNS, FILM_COLUMNS

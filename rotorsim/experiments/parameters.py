@@ -53,7 +53,7 @@ def check_parameters(experiment: Any) -> None:
 
 def ask_speeds(machine: Machine, experiment: Any) -> None:
     """Question the speeds of an experiment at which the machine's rim would be too fast."""
-    from rotorsim.machine.running_limits import ask_rim_speed
+    from rotorsim.machine.limits import ask_rim_speed
 
     for entry, known in parameters(experiment):
         if known.unit == "rad/s" and getattr(experiment, entry.name) is not None:

@@ -12,9 +12,9 @@ from rotorsim.base.public import named
 from rotorsim.machine.bearings import LinearBearing, Point, Support, TableBearing
 from rotorsim.machine.catalogue import catalogue, describe
 from rotorsim.machine.file_text import read_text
-from rotorsim.machine.gas import Gas
 from rotorsim.machine.gas_film import (
     Foil,
+    Gas,
     GasFilm,
     Grooves,
     Injection,

@@ -25,8 +25,8 @@ from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import NUMBER, parse, show
 from rotorsim.machine.file_text import expanded
+from rotorsim.machine.limits import ask_rim_speed
 from rotorsim.machine.plausibility import ask_machine
-from rotorsim.machine.running_limits import ask_rim_speed
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.plant import Plant, as_plant
 
