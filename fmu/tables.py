@@ -16,7 +16,7 @@ from rotorsim.base.quantity import UNLIMITED
 from rotorsim.effects.film.gas_heating import NOMINAL
 from rotorsim.machine.limits import friction_heat, hottest
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.kernels.columns import COLUMNS, HEAT_COLUMNS
+from rotorsim.plant.kernels.layout import COLUMNS, HEAT_COLUMNS
 
 MAGIC = "rotsim1"
 EXTRA_COLUMNS = 3

@@ -34,7 +34,7 @@ from rotorsim.machine.probes import reading_unit
 from rotorsim.machine.rotor import Drive
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.kernels.columns import COLUMNS, FILM_COLUMNS
+from rotorsim.plant.kernels.layout import COLUMNS, FILM_COLUMNS
 from rotorsim.plant.validity import known_speed
 
 NOMINAL = {"m": 1e-5, "N": 10.0, "rad/s": 600.0, "rad": 1.0, "Pa": 1e5, "V": 1.0, "kg/s": 1e-4, "N*m": 1e-2}

@@ -37,7 +37,7 @@ from rotorsim.experiments.running import begin, record, stream
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.compose import is_compiled
-from rotorsim.plant.probes import probe_coordinates
+from rotorsim.plant.locations import probe_coordinates
 from rotorsim.signals.record_blocks import open_record
 
 if TYPE_CHECKING:

@@ -32,7 +32,7 @@ from rotorsim.discrepancy.twin.plant import Twin, in_motion
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine, load_machine
 from rotorsim.plant.equilibrium import settle
-from rotorsim.plant.kernels.columns import COLUMNS
+from rotorsim.plant.kernels.layout import COLUMNS
 from rotorsim.plant.simulation import Simulation, split_columns
 
 if TYPE_CHECKING:

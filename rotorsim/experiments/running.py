@@ -26,8 +26,8 @@ from rotorsim.experiments.recording import FEWEST, Recording
 from rotorsim.machine.numerics import check_speed
 from rotorsim.plant.controller import alarms_of, as_controller, call
 from rotorsim.plant.equilibrium import describe
+from rotorsim.plant.locations import probe_coordinates
 from rotorsim.plant.plant import BLOCK, LONGEST as LONGEST_IN_MEMORY, Plant, as_plant
-from rotorsim.plant.probes import probe_coordinates
 from rotorsim.plant.simulation import Simulation, split_columns
 
 if TYPE_CHECKING:

@@ -31,7 +31,7 @@ from rotorsim.plant.controller import (
     provenance,
 )
 from rotorsim.plant.equilibrium import Equilibrium, describe, settle
-from rotorsim.plant.kernels.columns import (
+from rotorsim.plant.kernels.layout import (
     COLUMNS,
     DISC_READ,
     FORCE,
@@ -43,7 +43,7 @@ from rotorsim.plant.kernels.columns import (
     SUPPLY,
 )
 from rotorsim.plant.linearise import linearise
-from rotorsim.plant.probes import probe_coordinates
+from rotorsim.plant.locations import probe_coordinates
 from rotorsim.plant.simulation import Simulation, split_columns
 
 if TYPE_CHECKING:

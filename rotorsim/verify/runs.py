@@ -32,7 +32,7 @@ from rotorsim.plant.controller import (
     check_any_controller,
     name_of,
 )
-from rotorsim.plant.kernels.columns import COLUMNS, READ
+from rotorsim.plant.kernels.layout import COLUMNS, READ
 from rotorsim.plant.simulation import Simulation
 
 NEVER = 10**15
