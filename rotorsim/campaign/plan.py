@@ -17,7 +17,7 @@ from rotorsim.base.input_files import parse_json
 from rotorsim.campaign.axes import KINDS, Axis, make
 from rotorsim.campaign.known_changes import with_changes
 from rotorsim.campaign.plan_file import Value
-from rotorsim.experiments.parameters import parameters
+from rotorsim.experiments.experiment import parameters
 from rotorsim.machine import Machine
 
 FORMAT = 1

@@ -41,8 +41,7 @@ from rotorsim.campaign.plan_file import (
     read_table,
     unknown,
 )
-from rotorsim.experiments.experiment import check_seed
-from rotorsim.experiments.parameters import ask_speeds, fastest
+from rotorsim.experiments.experiment import ask_speeds, check_seed, fastest
 from rotorsim.machine import Machine, machine_text, shipped_machines
 from rotorsim.machine.numerics import check_speed
 from rotorsim.machine.plausibility import ask_machine

@@ -216,7 +216,7 @@ def name_recovered(folder: Path) -> None:
     tidy(folder)
     if not left_behind(folder, GROWING):
         return
-    from rotorsim.experiments.recovery import duration, recover  # brings the plant with it
+    from rotorsim.experiments.recording import duration, recover  # brings the plant with it
 
     for path, _ in recover(folder):
         print(f"a run into {folder} was killed: its {duration(path):.1f} s are kept in {path}", file=sys.stderr)

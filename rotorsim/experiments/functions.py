@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, cast, overload
 
 from rotorsim.base.display import did_you_mean
 from rotorsim.base.quantity import Quantity
-from rotorsim.experiments.experiment import Experiment
-from rotorsim.experiments.parameters import parameters
+from rotorsim.experiments.experiment import Experiment, parameters
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -19,8 +19,8 @@ from rotorsim.base.input_files import parse_toml
 from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import show, split
 from rotorsim.experiments import EXPERIMENTS, ProportionalLaw
+from rotorsim.experiments.experiment import parameters
 from rotorsim.experiments.limits import BEYOND, sentences
-from rotorsim.experiments.parameters import parameters
 from rotorsim.report import film, orbit, orders, responses, spectrum, time_history
 from rotorsim.report.film import feed_word
 from rotorsim.report.page.page import Block, Page, check_wanted, page_of, write_page

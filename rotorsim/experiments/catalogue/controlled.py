@@ -16,9 +16,8 @@ import numpy as np
 from rotorsim.base.errors import DataError
 from rotorsim.base.input_files import parse_toml
 from rotorsim.base.units import parse
-from rotorsim.experiments.catalogue.given import Given
-from rotorsim.experiments.experiment import REFERENCE_LIMIT, Experiment, PointExperiment, register
-from rotorsim.experiments.parameters import param
+from rotorsim.experiments.catalogue.steady import Given
+from rotorsim.experiments.experiment import REFERENCE_LIMIT, Experiment, PointExperiment, param, register
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,7 +16,7 @@ import numpy as np
 from rotorsim.base.errors import ControllerError, ConvergenceError, RotorsimError
 from rotorsim.effects import REGISTRY
 from rotorsim.experiments.experiment import reference_range
-from rotorsim.experiments.loop import FeedbackLoop
+from rotorsim.experiments.running import FeedbackLoop
 from rotorsim.live.rig.controls import BEARING, OFF, PAUSE, START
 from rotorsim.live.rig.laws import running
 from rotorsim.live.rig.modes import own_copy
