@@ -20,7 +20,7 @@ from fe_shaft.bearing import BearingElement
 from fe_shaft.checks import ShaftError
 from fe_shaft.masses import DiskElement, PointMass
 from fe_shaft.shaft import Material, ShaftElement
-from rotorsim.base.exchange.foreign import Foreign, Leftovers
+from rotorsim.base.control_systems import Foreign, Leftovers
 
 _COEFFICIENTS = ("kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy")
 _MASSES, _CROSS_MASSES = ("mxx", "myy"), ("mxy", "myx")

@@ -18,9 +18,8 @@ import numpy as np
 
 from fmu.archive import temporary_error
 from fmu.description import ROWS
-from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange.archive import read_archive, unpack
+from rotorsim.base.input_files import parse_json, read_archive, unpack
 
 Log = Callable[[str], None]
 
@@ -246,7 +245,7 @@ def xml(content: bytes) -> ElementTree.Element:
 
 def _facts(files: Mapping[str, bytes]) -> dict[str, Any]:
     root = xml(files["modelDescription.xml"])
-    data = json.loads(files["resources/model.json"])
+    data = parse_json(files["resources/model.json"])
     listed = root.find("ModelVariables")
     if listed is None:
         raise KeyError("it has no ModelVariables")
@@ -282,7 +281,7 @@ def holds(path: Path) -> str:
 def start(path: Path) -> tuple[float, float]:
     """Speed [rad/s] and gauge pressure [Pa] at which the unit starts."""
     with opened(path) as files:
-        values = json.loads(files["resources/model.json"])["start"]
+        values = parse_json(files["resources/model.json"])["start"]
         return float(values["speed"]), float(values["pressure"])
 
 

@@ -14,9 +14,9 @@ from fmu.variables import ROW, UnitVariable
 from reynolds.grid import cells
 from rotorsim.base.quantity import UNLIMITED
 from rotorsim.effects.film.gas_heating import NOMINAL
-from rotorsim.machine.running_limits import friction_heat, hottest
+from rotorsim.machine.limits import friction_heat, hottest
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.kernels.columns import COLUMNS, HEAT_COLUMNS
+from rotorsim.plant.kernels.layout import COLUMNS, HEAT_COLUMNS
 
 MAGIC = "rotsim1"
 EXTRA_COLUMNS = 3

@@ -18,7 +18,7 @@ from rotorsim.analysis.unbalance_response import largest_response, unbalances_of
 from rotorsim.analysis.whirl_onset import LeastDamped, stability_limit
 from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.errors import ConvergenceError, NoLiftOffError, RotorsimError
-from rotorsim.experiments.parameters import check_parameters, param
+from rotorsim.experiments.experiment import check_parameters, param
 from rotorsim.plant import Plant
 
 REASON = "reason"

@@ -7,6 +7,7 @@ Targets with role = "predict" are reported and not fitted.
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,9 +16,8 @@ import numpy as np
 
 from rotorsim.analysis.axes import TEXT, checked
 from rotorsim.analysis.figures import UNITS
-from rotorsim.base import toml_text as tomllib
 from rotorsim.base.errors import DataError
-from rotorsim.base.file_kinds import instead
+from rotorsim.base.input_files import instead, parse_toml
 from rotorsim.base.units import parse
 
 ROLES = ("fit", "predict")
@@ -84,7 +84,7 @@ def read_targets(path: str | Path) -> Targets:
     """
     file = _found(path)
     try:
-        document = tomllib.loads(file.read_text(encoding="utf-8-sig"))
+        document = parse_toml(file.read_text(encoding="utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         reason = instead(file, "targets", "") or f"is not a TOML file ({error})"
         raise DataError(f"{path}: {reason}; correct it") from error
@@ -219,7 +219,7 @@ def _at(where: str, entry: dict[str, Any], quantity: str) -> tuple[float, float]
 
 def value_at(text: str, path: str) -> Any:
     """The value at a dotted path of a machine file's text; raises DataError where there is none."""
-    value: Any = tomllib.loads(text)
+    value: Any = parse_toml(text)
     for key in path.split("."):
         try:
             value = value[int(key)] if isinstance(value, list) else value[key]

@@ -16,10 +16,9 @@ import typer
 from rich.markup import escape
 from rich.table import Column, Table
 
+from rotorsim.base.display import counter, told_apart
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import replacing_all, write_json
-from rotorsim.base.progress import counter
-from rotorsim.base.sentences import told_apart
 from rotorsim.commands.options import (
     AsJson,
     Console,

@@ -83,7 +83,7 @@ def response(
     import numpy as np
 
     from rotorsim.analysis.unbalance_response import peak_of, unbalance_response
-    from rotorsim.machine.running_limits import ask_rim_speed
+    from rotorsim.machine.limits import ask_rim_speed
 
     ask_rim_speed(plant.machine, max(grid, key=abs), "--speeds")
     given = _unbalance(plant.machine, unbalance, disc)
@@ -152,7 +152,7 @@ def campbell(
         modes_line,
         searched_line,
     )
-    from rotorsim.machine.running_limits import ask_rim_speed
+    from rotorsim.machine.limits import ask_rim_speed
 
     ask_rim_speed(plant.machine, max(grid, key=abs), "--speeds")
     names = ("campbell.nc", "campbell.csv", *(["report.html"] if report else []))
@@ -289,7 +289,7 @@ def modes(
     at = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
     plant = settings.plant(machine)
     from rotorsim.analysis.mode_shapes import mode_shapes
-    from rotorsim.machine.running_limits import ask_rim_speed
+    from rotorsim.machine.limits import ask_rim_speed
     from rotorsim.report.pictures import lacking
 
     ask_rim_speed(plant.machine, at[0], "--speed")

@@ -12,9 +12,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from rotorsim.base.constants import TO_MPA, TO_UM
+from rotorsim.base.display import end_line, line
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.files import write_text
-from rotorsim.base.progress import end_line, line
 from rotorsim.commands.completion import effects as effect_names, machines, targets as shipped_targets
 from rotorsim.commands.options import AsJson, Console, GivenMachine, GridOptions, plant_of
 from rotorsim.commands.registry import CommandGroup, command, group
@@ -135,7 +135,7 @@ def _entry(name: str) -> dict[str, Any]:
     """An effect of the catalogue by its name."""
     from rotorsim.effects import REGISTRY
     from rotorsim.machine.catalogue import describe
-    from rotorsim.machine.effect_tables import unknown_effect
+    from rotorsim.machine.reading import unknown_effect
 
     if name in REGISTRY:
         return describe(REGISTRY[name])

@@ -19,7 +19,7 @@ from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import ControllerError
 from rotorsim.control.runtime.alarm import SENTENCES, code
 from rotorsim.control.runtime.guard import FARTHEST, OK, SENSOR, SIZE, guard
-from rotorsim.experiments.parameters import attributes, check_parameters, param
+from rotorsim.experiments.experiment import attributes, check_parameters, param
 
 
 @dataclass

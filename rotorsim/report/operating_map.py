@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +10,8 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from rotorsim.base import toml_text as tomllib
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
+from rotorsim.base.input_files import parse_toml
 from rotorsim.report.page.page import Block, Page, write_page
 from rotorsim.report.page.theme import INK, PIN_COLOURS, compact, faint, style
 from rotorsim.report.page.units import quantity
@@ -63,7 +64,7 @@ def map_page(found: xr.Dataset) -> Page:
 
 def _name(found: xr.Dataset) -> str:
     try:
-        return str(tomllib.loads(str(found.attrs.get("machine", ""))).get("name", "Unnamed machine"))
+        return str(parse_toml(str(found.attrs.get("machine", ""))).get("name", "Unnamed machine"))
     except tomllib.TOMLDecodeError:
         return "Unnamed machine"
 

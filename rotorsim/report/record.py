@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -12,14 +13,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from rotorsim.base import toml_text as tomllib
 from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.errors import DataError
+from rotorsim.base.input_files import parse_toml
 from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import show, split
 from rotorsim.experiments import EXPERIMENTS, ProportionalLaw
+from rotorsim.experiments.experiment import parameters
 from rotorsim.experiments.limits import BEYOND, sentences
-from rotorsim.experiments.parameters import parameters
 from rotorsim.report import film, orbit, orders, responses, spectrum, time_history
 from rotorsim.report.film import feed_word
 from rotorsim.report.page.page import Block, Page, check_wanted, page_of, write_page
@@ -135,7 +136,7 @@ def run_page(run: AnalysedRun) -> Page:
 def _machine_title(run: AnalysedRun) -> tuple[str, str]:
     """Name and description of the machine, as far as its text can be read."""
     try:
-        machine = tomllib.loads(str(run.record.attrs.get("machine", "")))
+        machine = parse_toml(str(run.record.attrs.get("machine", "")))
     except tomllib.TOMLDecodeError:
         machine = {}
     return str(machine.get("name", "Unnamed machine")), str(machine.get("description", ""))

@@ -29,7 +29,7 @@ from rotorsim.live.rig.stability_check import law_of, pins
 from rotorsim.live.server.server import application, serve
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
-from rotorsim.plant.kernels.columns import AT, READ
+from rotorsim.plant.kernels.layout import AT, READ
 
 KEPT = 60_000
 """Samples of a run that are kept: 12 s."""

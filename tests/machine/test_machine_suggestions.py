@@ -141,7 +141,7 @@ def test_no_shipped_machine_is_questioned(name, recwarn):
 def test_every_range_is_of_a_field_an_effect_or_a_parameter_and_holds_its_example():
     from rotorsim.commands.closed_loop import ClosedLoopSetup
     from rotorsim.experiments import EXPERIMENTS
-    from rotorsim.experiments.parameters import parameters
+    from rotorsim.experiments.experiment import parameters
 
     known = {(re.sub(r"\.\d+", "", path), quantity.unit) for path, quantity in FIELDS.items()}
     known |= {(e.name, p.unit) for kind in (*EXPERIMENTS.values(), ClosedLoopSetup) for e, p in parameters(kind)}

@@ -21,12 +21,12 @@ from rotorsim.analysis.cases import ANALYSES, Analysis
 from rotorsim.analysis.targets import split, value_at
 from rotorsim.analysis.varied import with_fields
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
+from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import DataError
-from rotorsim.base.sentences import did_you_mean
 from rotorsim.base.units import NUMBER, parse, show
 from rotorsim.machine.file_text import expanded
+from rotorsim.machine.limits import ask_rim_speed
 from rotorsim.machine.plausibility import ask_machine
-from rotorsim.machine.running_limits import ask_rim_speed
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.plant import Plant, as_plant
 

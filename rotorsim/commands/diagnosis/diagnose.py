@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rotorsim.base.cache import in_cache, key_of
+from rotorsim.base.display import end_line
 from rotorsim.base.errors import RotorsimError
-from rotorsim.base.progress import end_line
 from rotorsim.commands.diagnosis.options import DataOptions, ExperimentOptions
 from rotorsim.commands.diagnosis.output import Stages, StepPrinter, show
 from rotorsim.commands.options import AsJson, GivenMachine, PageOptions, WithReport, a_folder, resumable

@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
+from rotorsim.base.display import line
 from rotorsim.base.errors import DataError
-from rotorsim.base.progress import line
 from rotorsim.commands.completion import parameters
 from rotorsim.commands.options import AsJson, GivenMachine, a_folder, note_compiling
 from rotorsim.commands.registry import command

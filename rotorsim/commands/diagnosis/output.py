@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from rotorsim.base.constants import TO_UM
-from rotorsim.base.progress import end_line, line, on_terminal
+from rotorsim.base.display import end_line, line, on_terminal
 from rotorsim.discrepancy.explanation import LEAST_SHOWN, shown_share
 
 if TYPE_CHECKING:

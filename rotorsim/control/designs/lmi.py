@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
-from rotorsim.base.progress import Report, silent
+from rotorsim.base.display import Report, silent
 from rotorsim.control.errors import DesignError
 
 

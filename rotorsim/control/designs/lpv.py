@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorsim.base.constants import KRPM, MPA
-from rotorsim.base.progress import Report, silent
+from rotorsim.base.display import Report, silent
 from rotorsim.base.rounding import definite
 from rotorsim.control.designs.hinf_synthesis import balance, rescaled
 from rotorsim.control.designs.lpv_controller import Solution, controller_at, performance, separation

@@ -22,7 +22,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg import null_space
 
-from rotorsim.base.progress import Report, silent
+from rotorsim.base.display import Report, silent
 from rotorsim.control.designs.lmi import Inequality, minimise, symmetric_basis
 from rotorsim.control.designs.lpv_controller import (
     Exponents,

@@ -19,8 +19,8 @@ from identification.records.prefilter import operating_point
 from identification.records.sampling import sampling_time
 from identification.records.schema import measured
 from rotorsim.base.constants import RIG_SAMPLE, TO_RPM
+from rotorsim.base.display import listing
 from rotorsim.base.errors import DataError
-from rotorsim.base.sentences import listing
 from rotorsim.discrepancy.data.blocks import TURNING, drift_of, stated_clock, without_drift
 from rotorsim.discrepancy.data.changes import RING_KEY, known_changes, ring_angle
 from rotorsim.discrepancy.data.spectra import Trial, displacement_of, only_probe, trial_of

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import DataError
-from rotorsim.base.sentences import did_you_mean
 
 if TYPE_CHECKING:
     from rotorsim.machine import Machine

@@ -18,9 +18,9 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
+from rotorsim.base.display import closest
 from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import quantities
-from rotorsim.base.sentences import closest
 from rotorsim.base.units import show
 from rotorsim.discrepancy.fit import ParameterFit, prior_rows
 from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer

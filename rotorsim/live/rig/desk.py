@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError
-from rotorsim.base.file_kinds import instead
 from rotorsim.base.files import make_folder, write_json
+from rotorsim.base.input_files import instead, parse_json
 from rotorsim.live.rig.controls import OFF
 from rotorsim.live.rig.records import Replay
 from rotorsim.live.rig.runner import Runner
@@ -150,7 +149,7 @@ def load_scene(path: Path) -> Scene:
     if path.stat().st_size > MOST:
         raise DataError(f"{path}: is larger than {MOST / 1e6:g} MB; that is not a scene")
     try:
-        content: Any = json.loads(path.read_text(encoding="utf-8"))
+        content: Any = parse_json(path.read_text(encoding="utf-8"))
     except ValueError as error:
         raise DataError(f"{path}: is not a scene, because it is not JSON; save one on a live rig") from error
     if not isinstance(content, dict) or content.get("kind") != KIND:

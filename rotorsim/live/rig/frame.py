@@ -16,7 +16,7 @@ from rotorsim.live.rig.samples import LENGTH
 from rotorsim.machine import Machine
 from rotorsim.machine.probes import reading_unit
 from rotorsim.plant.journal_room import journal_room
-from rotorsim.plant.kernels.columns import AT, COLUMNS, DISC, DISC_READ, FILM_COLUMNS, READ, REFERENCE, inputs_of
+from rotorsim.plant.kernels.layout import AT, COLUMNS, DISC, DISC_READ, FILM_COLUMNS, READ, REFERENCE, inputs_of
 from rotorsim.signals.probes import shown
 
 ORBIT, TRACE, SPECTRUM = 1000, 2500, 5000

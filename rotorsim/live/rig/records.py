@@ -16,7 +16,7 @@ from rotorsim.live.rig.frame import Geometry, make_frame
 from rotorsim.live.rig.rig import Rig
 from rotorsim.live.rig.samples import LENGTH
 from rotorsim.machine import Machine
-from rotorsim.plant.kernels.columns import (
+from rotorsim.plant.kernels.layout import (
     AT,
     COLUMNS,
     FILM_COLUMNS,
@@ -26,7 +26,7 @@ from rotorsim.plant.kernels.columns import (
     film_columns,
     inputs_of,
 )
-from rotorsim.plant.probes import probe_coordinates
+from rotorsim.plant.locations import probe_coordinates
 from rotorsim.plant.simulation import split_columns
 
 

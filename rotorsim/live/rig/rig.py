@@ -16,7 +16,7 @@ import numpy as np
 from rotorsim.base.errors import ControllerError, ConvergenceError, RotorsimError
 from rotorsim.effects import REGISTRY
 from rotorsim.experiments.experiment import reference_range
-from rotorsim.experiments.loop import FeedbackLoop
+from rotorsim.experiments.running import FeedbackLoop
 from rotorsim.live.rig.controls import BEARING, OFF, PAUSE, START
 from rotorsim.live.rig.laws import running
 from rotorsim.live.rig.modes import own_copy
@@ -26,7 +26,7 @@ from rotorsim.live.rig.stability_check import DECAY, StabilityVerdict, check, mo
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.equilibrium import describe, settle
-from rotorsim.plant.kernels.columns import FORCE, N_INPUTS, REFERENCE, SPEED, SUPPLY, inputs_of
+from rotorsim.plant.kernels.layout import FORCE, N_INPUTS, REFERENCE, SPEED, SUPPLY, inputs_of
 from rotorsim.plant.simulation import Simulation
 
 SCATTER = tuple(f"{name}.{effect.random_part}" for name, effect in sorted(REGISTRY.items()) if effect.random_part)

@@ -10,9 +10,9 @@ from typing import Any
 
 import plotly.graph_objects as go
 
+from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_bytes, write_text
-from rotorsim.base.sentences import did_you_mean
 from rotorsim.report.page.browser import NO_CHROME, chrome, images
 from rotorsim.report.page.figure_data import figure_csv
 

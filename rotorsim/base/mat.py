@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from rotorsim.base.display import listing, quote
 from rotorsim.base.errors import DataError, NotCarried
 from rotorsim.base.files import replacing
-from rotorsim.base.sentences import listing, quote
 from rotorsim.base.units import TABLE
 
 SYSTEM = ("A", "B", "C", "D")

@@ -22,7 +22,7 @@ _PLACES = ("journal", "booktitle", "publisher", "institution", "school", "howpub
 @lru_cache(maxsize=1)
 def bibtex() -> dict[str, str]:
     """Return every entry as BibTeX, by key."""
-    text = (files("rotorsim.base.references") / "references.bib").read_text(encoding="utf-8")
+    text = (files("rotorsim.base") / "references.bib").read_text(encoding="utf-8")
     return {found[2]: found[0] for found in _ENTRY.finditer(text)}
 
 
