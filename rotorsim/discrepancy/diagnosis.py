@@ -25,7 +25,7 @@ from rotorsim.discrepancy.fit import (
     relinearised,
     strained,
 )
-from rotorsim.discrepancy.linear_algebra import NoAnswerError
+from rotorsim.base.rounding import NoAnswerError
 from rotorsim.discrepancy.odds import by_odds, explanation_odds, joined_classes
 from rotorsim.discrepancy.outcome.gap import gap_dataset, gap_of, missed_bands, spectra_of
 from rotorsim.discrepancy.outcome.machine_file import CLOCK, IdentifiedEffect

@@ -39,7 +39,7 @@ from scipy.special import log_ndtr
 from rotorsim.base.constants import MPA
 from rotorsim.discrepancy.data.spectra import DataLayout, Trial
 from rotorsim.discrepancy.fit import ParameterFit
-from rotorsim.discrepancy.linear_algebra import answer
+from rotorsim.base.rounding import answer
 from rotorsim.discrepancy.residuals.floor import modulus
 from rotorsim.discrepancy.twin.parameters import FitParameter
 

@@ -10,7 +10,7 @@ NOT_IN_CATALOGUE = "not in the catalogue"
 """Name of all explanations together that hold something which is not in the catalogue."""
 SURE = 0.95
 """Probability from which an explanation is settled."""
-MOST = 6
+MOST_LISTED = 6
 """Effects that a sentence lists at most."""
 LEAST_SHOWN = 1e-3
 """Probability below which an explanation is not listed."""
@@ -51,9 +51,9 @@ class Explanation:
         if not self.unseen:
             return ""
         names = [e.name for e in self.unseen]
-        more = f" and {len(names) - MOST} others" if len(names) > MOST else ""
+        more = f" and {len(names) - MOST_LISTED} others" if len(names) > MOST_LISTED else ""
         share = shown_share(self.probability - self.shown_probability)
-        return f"{share} of it is of effects that these records do not show: {', '.join(names[:MOST])}{more}"
+        return f"{share} of it is of effects that these records do not show: {', '.join(names[:MOST_LISTED])}{more}"
 
     @property
     def name(self) -> str:

@@ -30,7 +30,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rotorsim.base.rounding import normal_root
-from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
+from rotorsim.base.rounding import NoAnswerError, answer
 from rotorsim.discrepancy.residuals.comparison import TwinComparison, columns
 from rotorsim.discrepancy.residuals.floor import TOLERANCE
 from rotorsim.discrepancy.residuals.misfit import flagged, table

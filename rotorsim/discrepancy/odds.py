@@ -163,13 +163,13 @@ def _merged(found: list[Explanation], known: set[str]) -> tuple[Explanation, ...
     classes: dict[tuple[object, ...], list[Explanation]] = {}
     for e in sorted(found, key=lambda e: (-e.probability, e.name)):
         classes.setdefault((e.shown, e.beyond, *sorted(class_of(k, known) for k in e.effects)), []).append(e)
-    joined = [_joined(own) for own in classes.values()]
+    joined = [_as_one(own) for own in classes.values()]
     unseen = tuple(e for e in joined if not e.shown)
     out = [_with_unseen(e, unseen) if e.name == NOTHING else e for e in joined if e.shown]
     return tuple(sorted(out, key=lambda e: (-e.probability, e.name)))
 
 
-def _joined(own: list[Explanation]) -> Explanation:
+def _as_one(own: list[Explanation]) -> Explanation:
     """Explanations of one class as one, named after the most probable."""
     first, *others = own
     return replace(first, probability=sum(e.probability for e in own), alike=tuple(e.effects for e in others))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rotorsim.discrepancy.fit import ParameterFit
-from rotorsim.discrepancy.linear_algebra import NoAnswerError
+from rotorsim.base.rounding import NoAnswerError
 from rotorsim.discrepancy.search.candidates import Form
 from rotorsim.discrepancy.search.hypotheses import EffectSearch, share_gone
 from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint

@@ -9,7 +9,7 @@ from scipy.linalg import expm
 
 from rotorsim import discrepancy
 from rotorsim.discrepancy.fit import ParameterFit, fit_parameters
-from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
+from rotorsim.base.rounding import NoAnswerError, answer
 from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
 
 PARAMETER = FitParameter("a", 0.1)

@@ -30,7 +30,7 @@ import numpy as np
 
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.linear_algebra import answer
+from rotorsim.base.rounding import answer
 
 SETTLING = 0.5
 """Beginning [s] of a record that is never compared: the twin starts at rest in equilibrium."""
@@ -139,13 +139,13 @@ def _unrepeated(values: np.ndarray, blocks: int) -> np.ndarray:
     return np.asarray((split - split.mean(axis=0)).reshape(values.shape))
 
 
-LARGEST = 0.02
+LARGEST_OFFSET = 0.02
 """Largest offset [s] that may be stated."""
-REACH = 3.0
+OFFSET_REACH = 3.0
 """Standard deviations within which an offset is searched."""
-STEPS = 241
+OFFSETS = 241
 """Offsets that are tried."""
-ROUNDS = 4
+REFINEMENTS = 4
 """Refinements of the best of them."""
 LARGEST_DRIFT = 1e-3
 """Largest drift [1] that is searched."""
@@ -157,9 +157,9 @@ def stated_clock(value: object, name: str) -> float:
         found = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
         found = inf
-    if not 0 <= found <= LARGEST:
+    if not 0 <= found <= LARGEST_OFFSET:
         raise DataError(
-            f"{name}: the clock is {value!r}; give the standard deviation of its offset, up to {LARGEST} seconds"
+            f"{name}: the clock is {value!r}; give the standard deviation of its offset, up to {LARGEST_OFFSET} seconds"
         )
     return found
 
@@ -185,10 +185,10 @@ def clock_offset(
         """Sum of squares, less what does not depend on the offset, at offsets (m,)."""
         return np.asarray(prior * tau**2 - 2 * (np.exp(1j * np.outer(tau, omega)) @ cross.sum(axis=0)).real)
 
-    tried = np.linspace(-REACH * sd, REACH * sd, STEPS)
+    tried = np.linspace(-OFFSET_REACH * sd, OFFSET_REACH * sd, OFFSETS)
     tau = float(tried[np.argmin(cost(tried))])
     width = float(tried[1] - tried[0])
-    for _ in range(ROUNDS):
+    for _ in range(REFINEMENTS):
         near = tau + width * np.array([-1.0, 0.0, 1.0])
         a, b, c = cost(near)
         bend = a - 2 * b + c
@@ -204,9 +204,9 @@ def drift_of(blocks: np.ndarray, frequencies: np.ndarray, length: float) -> floa
         return 0.0
     cross = np.sum(np.conj(blocks[:-1]) * blocks[1:], axis=(0, 1))
     omega = 2 * np.pi * frequencies
-    tried = np.linspace(-LARGEST_DRIFT, LARGEST_DRIFT, STEPS) * length
+    tried = np.linspace(-LARGEST_DRIFT, LARGEST_DRIFT, OFFSETS) * length
     best = float(tried[np.argmax((np.exp(1j * np.outer(tried, omega)) @ cross).real)])
-    for _ in range(ROUNDS):
+    for _ in range(REFINEMENTS):
         turned = np.exp(1j * omega * best) * cross
         bend = float(np.sum(omega**2 * turned.real))
         best -= float(np.sum(omega * turned.imag)) / bend if bend > 0 else 0.0

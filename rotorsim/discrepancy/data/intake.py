@@ -175,7 +175,7 @@ def make_trials(machine: Machine, records: Sequence[tuple[str, xr.Dataset]], rol
         changes = known_changes(machine, record.attrs.get("changes"), name)
         trials.append(replace(make_trial(record, own, name), changes=changes))
         check_ring(machine, trials[-1])
-        check_units(machine, trials[-1])
+        check_pressure(machine, trials[-1])
         check_turns(trials[-1])
     return sorted(trials, key=lambda t: (t.role, round(t.speed, 2), round(t.pressure, -2), t.amplitude, _digest(t)))
 
@@ -234,7 +234,7 @@ def check_turns(trial: Trial) -> None:
         )
 
 
-def check_units(machine: Machine, trial: Trial) -> None:
+def check_pressure(machine: Machine, trial: Trial) -> None:
     """Raise DataError for a pressure in other units or a displacement larger than any clearance."""
     if machine.film is None:
         return

@@ -22,7 +22,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.blocks import TURNING
 from rotorsim.discrepancy.data.changes import RING
 from rotorsim.discrepancy.data.spectra import displacement_of, only_probe
-from rotorsim.discrepancy.linear_algebra import answer
+from rotorsim.base.rounding import answer
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 
 STAGES = ("nominal", "re-calibrated", "with effect", "floor")
 """Stages of a diagnosis whose gap is shown."""
-AMPLITUDE, PHASE = 0.10, np.deg2rad(15.0)
+MISSED_AMPLITUDE, MISSED_PHASE = 0.10, np.deg2rad(15.0)
 """Share of an order's largest amplitude, and phase [rad], by which a row is missed."""
 ABOVE = 3.0
 """Amplitude over its floor below which it has no phase."""
-NEAR = 0.05
+NEAR_BANDS = 0.05
 """Distance of two bands, as a share of all rows, below which they are one."""
 
 
@@ -180,18 +180,18 @@ def _missed(speed: np.ndarray, measured: np.ndarray, simulated: np.ndarray, floo
     off = np.abs(np.abs(simulated) - np.abs(measured))
     turned = np.where(clear, np.abs(np.angle(simulated * np.conj(measured))), 0.0)
     found = []
-    if off.max() > AMPLITUDE * top:
+    if off.max() > MISSED_AMPLITUDE * top:
         worst = f"up to {off.max() * TO_UM:.3g} um ({100 * off.max() / top:.0f} % of its peak)"
-        found.append(f"the amplitude by {worst} at {_bands(speed, off > AMPLITUDE * top)}")
-    if turned.max() > PHASE:
-        found.append(f"the phase by up to {np.rad2deg(turned.max()):.0f} deg at {_bands(speed, turned > PHASE)}")
+        found.append(f"the amplitude by {worst} at {_bands(speed, off > MISSED_AMPLITUDE * top)}")
+    if turned.max() > MISSED_PHASE:
+        found.append(f"the phase by up to {np.rad2deg(turned.max()):.0f} deg at {_bands(speed, turned > MISSED_PHASE)}")
     return " and ".join(found)
 
 
 def _bands(speed: np.ndarray, missed: np.ndarray) -> str:
     """Bands of speeds as text: rows that are missed, those near to each other joined."""
     rows = np.flatnonzero(missed)
-    near = max(2, round(NEAR * len(speed)))
+    near = max(2, round(NEAR_BANDS * len(speed)))
     runs = np.split(rows, np.flatnonzero(np.diff(rows) > near) + 1)
     rpm = speed * TO_RPM
     ends = [(f"{rpm[run[0]]:.0f}", f"{rpm[run[-1]]:.0f}") for run in runs]

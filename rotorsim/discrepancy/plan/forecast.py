@@ -36,7 +36,7 @@ from rotorsim.discrepancy.data.sweeps import RunupTrial
 from rotorsim.discrepancy.evidence import ModelForm, model_form, posterior_root, whitened_size
 from rotorsim.discrepancy.explanation import SURE
 from rotorsim.discrepancy.fit import ParameterFit
-from rotorsim.discrepancy.linear_algebra import answer
+from rotorsim.base.rounding import answer
 from rotorsim.discrepancy.odds import TEMPERATURE
 from rotorsim.discrepancy.residuals.comparison import LOST, TwinComparison, simulate
 from rotorsim.discrepancy.residuals.floor import floor

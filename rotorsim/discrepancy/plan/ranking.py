@@ -18,7 +18,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.explanation import NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, shown_share
 from rotorsim.discrepancy.fit import ParameterFit
-from rotorsim.discrepancy.linear_algebra import NoAnswerError
+from rotorsim.base.rounding import NoAnswerError
 from rotorsim.discrepancy.odds import TEMPERATURE
 from rotorsim.discrepancy.plan.experiments import ExperimentOption, options, written_changes
 from rotorsim.discrepancy.plan.forecast import (

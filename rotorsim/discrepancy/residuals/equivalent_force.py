@@ -21,7 +21,7 @@ from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.discrepancy.data.blocks import TURNING
 from rotorsim.discrepancy.data.changes import RING, RING_KEY, ring_axes
 from rotorsim.discrepancy.data.spectra import Trial
-from rotorsim.discrepancy.linear_algebra import answer
+from rotorsim.base.rounding import answer
 from rotorsim.discrepancy.residuals.comparison import TwinComparison
 from rotorsim.discrepancy.residuals.misfit import UNSTEADY, Misfit, tone
 from rotorsim.discrepancy.twin.parameters import ParameterPoint

@@ -24,7 +24,7 @@ SOLVER_SHARE = 0.25
 """Share of the solver's error that remains after its correction."""
 NEIGHBOURS = 12
 """Lines to each side whose scatter is pooled."""
-LEAST = 1e-9
+FAINTEST = 1e-9
 """Smallest floor [m], that of the solver's stopping rule."""
 LN2 = 0.6931471805599453
 """Median of an exponential distribution of mean 1."""
@@ -171,7 +171,7 @@ def floor(
     size, error = modulus(layout, response), modulus(layout, solver)
     size[layout.drift] = 0.0
     share = np.array([max(tolerance, t.least_tolerance) for t in trials])[layout.record]
-    total = sigma**2 + (share * size) ** 2 + (SOLVER_SHARE * error) ** 2 + LEAST**2
+    total = sigma**2 + (share * size) ** 2 + (SOLVER_SHARE * error) ** 2 + FAINTEST**2
     return np.asarray(np.sqrt(total))
 
 

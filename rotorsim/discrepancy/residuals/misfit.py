@@ -21,9 +21,9 @@ from rotorsim.base.constants import RIG_SAMPLE, TO_RPM, TO_UM
 from rotorsim.discrepancy.data.blocks import TURNING
 from rotorsim.discrepancy.data.spectra import Trial
 from rotorsim.discrepancy.residuals.comparison import TwinComparison
-from rotorsim.discrepancy.residuals.floor import LEAST as FAINTEST
+from rotorsim.discrepancy.residuals.floor import FAINTEST as FAINTEST
 
-SIGMAS, LEAST = 6.0, 20.0
+SIGMAS, FAINTEST = 6.0, 20.0
 """Standard deviations, and least excess, by which a group's sum of squares is beyond its number where it is flagged;
 of two numbers, as an order has, one in 60 000 is by chance."""
 UNSTEADY = "unsteady"
@@ -95,7 +95,7 @@ def _peak(trial: Trial, lines: np.ndarray, metres: np.ndarray) -> tuple[float, f
 
 def flagged(groups: list[Misfit]) -> list[Misfit]:
     """Line groups above the floor, worst first."""
-    worst = [g for g in groups if g.excess > max(SIGMAS * sqrt(2 * g.numbers), LEAST)]
+    worst = [g for g in groups if g.excess > max(SIGMAS * sqrt(2 * g.numbers), FAINTEST)]
     return sorted(worst, key=lambda g: -g.excess)
 
 
@@ -120,7 +120,7 @@ def unsteady(trials: list[Trial], residuals: list[np.ndarray], scatter: np.ndarr
             sigma = np.hypot(scatter[i, c, : len(quiet)][quiet] * sqrt(trial.blocks), FAINTEST)
             n = 2 * (trial.blocks - 1) * int(quiet.sum())
             chi2 = float(np.sum(np.abs(apart[:, c]) ** 2 / sigma**2)) if n else 0.0
-            if chi2 - n > max(SIGMAS * sqrt(2 * n), LEAST):
+            if chi2 - n > max(SIGMAS * sqrt(2 * n), FAINTEST):
                 rms, floor = float(np.sqrt(np.mean(np.abs(apart[:, c]) ** 2))), float(np.sqrt(2 * np.mean(sigma**2)))
                 found.append(
                     Misfit(trial.name, trial.point, channel, UNSTEADY, n, chi2, rms, floor, trial.amplitude, i)

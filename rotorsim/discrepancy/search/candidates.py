@@ -23,7 +23,7 @@ from rotorsim.base.quantity import quantities
 from rotorsim.base.sentences import closest
 from rotorsim.base.units import show
 from rotorsim.discrepancy.fit import ParameterFit, prior_rows
-from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
+from rotorsim.base.rounding import NoAnswerError, answer
 from rotorsim.discrepancy.twin.parameters import FitParameter
 from rotorsim.discrepancy.twin.plant import NO_SOLUTION, Twin
 from rotorsim.effects import REGISTRY

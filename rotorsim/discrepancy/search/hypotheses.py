@@ -16,7 +16,7 @@ from math import log
 import numpy as np
 
 from rotorsim.discrepancy.fit import ParameterFit, cost_of, covariance, fit_parameters, prior_rows
-from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
+from rotorsim.base.rounding import NoAnswerError, answer
 from rotorsim.discrepancy.residuals.comparison import TwinComparison
 from rotorsim.discrepancy.residuals.misfit import excess, flagged, table
 from rotorsim.discrepancy.search.candidates import Form, Screening, apart, distinct, screen
