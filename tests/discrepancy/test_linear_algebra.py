@@ -8,9 +8,9 @@ import pytest
 from scipy.linalg import expm
 
 from rotorsim import discrepancy
-from rotorsim.discrepancy.fit import ParameterFit, fit_parameters
 from rotorsim.base.rounding import NoAnswerError, answer
-from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
+from rotorsim.discrepancy.fit import ParameterFit, fit_parameters
 
 PARAMETER = FitParameter("a", 0.1)
 
