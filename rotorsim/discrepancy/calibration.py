@@ -1,4 +1,4 @@
-r"""Fit parameters of a diagnosis: changes of a twin's numbers, and those that every diagnosis calibrates.
+r"""Calibration of a machine: fit parameters as changes of a twin's numbers, and the compiled twins to fit.
 
 A parameter's value adds to one number of the setting, alike at every operating point or as a smooth trend over
 pressure or speed.
@@ -11,9 +11,8 @@ shift the data and not the plant.
 Parameters of the calibration are never named as a missing effect. The seat gap stays fixed (measured by the stroke of
 the piezos): with discharge coefficient and common actuator gain it makes an exact null vector.
 
-Compiled models of a diagnosis: the coarse twin of the fit, the fine one, and one with the injectors' other law.
-
-The other law is the orifice where the machine has a loss factor, and the reverse:
+Three twins are compiled: the coarse one of the fit, the fine one, and one with the injectors' other law, which is the
+orifice where the machine has a loss factor, and the reverse:
 
 .. math:: C_{d1}\,\pi d_p\,g\,\Phi(P_s, P_k) \;\leftrightarrow\; l_f\,(P_s^2 - P_k^2)
 

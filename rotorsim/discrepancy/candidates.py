@@ -1,4 +1,4 @@
-"""Candidates of a diagnosis: the forms in which an effect may be missing, their classes and their linear screening.
+"""Candidates of a diagnosis: forms in which an effect may be missing, their classes, screening, and which are alike.
 
 A form turns one or a few parameters of an effect and holds others at one of several options (which injector, which
 frequency). Each effect declares its forms and their signatures itself (`rotorsim.effects.diagnosis`).
@@ -9,10 +9,9 @@ and lag of a sensor differ at the second order in frequency times time; the flow
 the pressure; of two sensors' gains only the ratio shows next to gains of the actuators. Others are beyond any record's
 resolution.
 
-Identifiability of effects: which ones a campaign cannot distinguish, and what survives re-calibration.
-
-Signatures are those of a machine at its nominal point under a campaign's inputs (its own, or the standard one), with
-the calibration projected out. Two effects whose signatures make a cosine above 0.95 are aliases.
+The alias matrix shows which effects a campaign cannot distinguish, and what survives re-calibration: signatures of a
+machine at its nominal point under a campaign's inputs (its own, or the standard one), with the calibration projected
+out. Two effects whose signatures make a cosine above 0.95 are aliases.
 """
 
 from __future__ import annotations
@@ -33,7 +32,6 @@ from rotorsim.base.sentences import closest
 from rotorsim.base.units import show
 from rotorsim.discrepancy.calibration import GRID, STEP, FitParameter, ParameterPoint, calibration
 from rotorsim.discrepancy.comparison import SensitivityColumns, TwinComparison, columns
-from rotorsim.discrepancy.experiments import campaign
 from rotorsim.discrepancy.fit import ParameterFit, prior_rows, singular_directions
 from rotorsim.discrepancy.records import make_trial, make_trials, open_records
 from rotorsim.discrepancy.trial import Trial
@@ -375,6 +373,10 @@ class AliasMatrix:
 
 def standard_trials(machine: Machine) -> list[Trial]:
     """Inputs of the standard campaign's records for the fit, without measured data."""
+    from rotorsim.discrepancy.experiments import (
+        campaign,  # the catalogue of experiments, which a diagnosis does not need
+    )
+
     trials = []
     for planned in campaign(machine):
         if planned.role != "fit" or planned.name.endswith("repeat"):

@@ -1,10 +1,8 @@
-r"""Residuals between measured and simulated spectra, weighted by the noise floor, and their sensitivities.
+r"""Comparison of trials with a twin: residuals over the noise floor, their sensitivities, groups of lines beyond it.
 
 Runs go to parallel threads. Sensitivities are taken at rounded speeds, pressures and angles and kept on disk, so that
 the same campaign, recorded again, reads them, and so that they are the same whichever diagnosis computed them. A search
 starts from them and updates those of its best forms.
-
-Localisation of the misfit: groups of lines beyond the noise floor, and response that does not repeat.
 
 A group of lines is flagged by its sum of squared residuals. The mean over blocks, which a diagnosis compares, does not
 show a tone between the lines of a block, which may cancel there; so the scatter between blocks is tested as well,

@@ -1,4 +1,4 @@
-r"""Noise floor per spectral line: repeatability, model tolerance, discretisation error.
+r"""Data vector of a comparison: the groups of its lines, and the noise floor of each of its numbers.
 
 .. math:: \sigma^2(f) = \sigma_\mathrm{repeat}^2 + (t\,|Y(f)|)^2 + (s\,|Y_\mathrm{fine}(f) - Y_\mathrm{coarse}(f)|)^2
 

@@ -1,6 +1,6 @@
-"""Changes that a plan may make from record to record, and those that a machine can do.
+"""Loop of diagnoses and experiments: the changes that its experiments may make, and its steps.
 
-Steps of a loop of diagnoses and experiments, kept in a file so that an interrupted loop resumes.
+The steps are kept in a file, so that an interrupted loop resumes.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Diagnosis of prepared records: locate the misfit, re-calibrate, search for the missing effect, judge.
-
-`diagnose`: find the effects missing from a machine file, by measured records or run-up vectors.
-"""
+"""Diagnosis of a machine file by records: locate the misfit, re-calibrate, search for the missing effect, judge."""
 
 from __future__ import annotations
 
@@ -109,6 +106,98 @@ STRAINED = (
 """Note on a calibration beyond its limits or priors."""
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
 """Note on a search without finite numbers."""
+
+
+def diagnose(
+    machine: Machine | str | Path,
+    records: Iterable[Any],
+    held_out: Iterable[Any] | None = None,
+    untouched: Iterable[Any] | None = None,
+    effects: Iterable[str] | None = None,
+    seed: int = 0,
+    tolerance: float = TOLERANCE,
+    mapping: Any = None,
+    models: CompiledModels | None = None,
+    threads: int = THREADS,
+    progress: Progress = lambda stage: None,
+    resume: str | Path | None = None,
+    plan_next: Iterable[str] | None = None,
+) -> Diagnosis:
+    """Compare a machine file with measured records, and identify the missing effect.
+
+    Parameters
+    ----------
+    machine : Machine, name or path
+        The machine as it is believed to be.
+    records : Datasets or paths
+        Records at constant operating points, tables of run-up vectors, and run-ups or coast-downs over time with an
+        angle, which become such tables; of one kind or of several. Where `held_out` and `untouched` are not given,
+        their attribute `role` states their use; without one records are fitted, and a table has rows for each use.
+    held_out, untouched :
+        Records at other operating points that choose the effect, and that only show the gap.
+    effects : names
+        Candidates: effects or their forms ('runout', 'runout.amplitude_2x'); the whole catalogue when not given.
+    seed : int
+        Kept with the verdict; nothing in the search is drawn, so that it changes nothing.
+    tolerance : float
+        Declared tolerance of the model, as a share of every line.
+    progress : function of a stage's name
+        Called with each stage and step of the work.
+    resume : folder
+        Where to keep what was computed, so that an interrupted diagnosis resumes; yours to delete once it is done.
+    plan_next : names, optional
+        Rank the experiments that may come next. The names, of `decision.ALLOWED`, may differ from the records;
+        all that the machine can do for an empty one. `Diagnosis.planned` has them.
+
+    Returns
+    -------
+    Diagnosis
+
+    Raises
+    ------
+    DataError
+        If the records cannot be used, with one sentence.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.diagnose("dtu_gas_bearing", "puzzle/records")  # doctest: +SKIP
+    >>> found.sentence  # doctest: +SKIP
+    """
+    machine = machine if isinstance(machine, Machine) else load_machine(machine)
+    allow = None if plan_next is None else check_allowed(plan_next)
+    cache = None if resume is None else Cache(Path(resume))
+    parts = {role: with_tables(open_records(given or (), mapping)) for role, given in
+             (("fit", records), ("held_out", held_out), ("untouched", untouched))}  # fmt: skip
+    stated = held_out is None and untouched is None
+    trials = [t for role, part in parts.items() for t in trials_of(machine, part, None if stated else role)]
+    if any(not t.orders for t in trials):
+        trials = [replace(t, alone=False) if isinstance(t, RunupTrial) else t for t in trials]
+    found = diagnose_trials(machine, trials, effects, tolerance, progress, models, threads, cache, allow)
+    every = [one for part in parts.values() for one in part]
+    tables = [(name, record) for name, record in every if is_table(record)]
+    return replace(found, notes=(*record_notes(every), *rate_notes(tables), *found.notes))
+
+
+def trials_of(machine: Machine, opened: Sequence[tuple[str, xr.Dataset]], role: str | None) -> list[Trial]:
+    """Trials of records over time and of tables of vectors, all of one role, or of the roles that they state."""
+    tables = [(name, record) for name, record in opened if is_table(record)]
+    others = [(name, record) for name, record in opened if not is_table(record)]
+    return [*make_trials(machine, others, role), *vector_trials(machine, tables, role)]
+
+
+def vector_trials(machine: Machine, opened: Sequence[tuple[str, xr.Dataset]], role: str | None = None) -> list[Trial]:
+    """Trials of tables of vectors; of six rows one is held out and one untouched, where no role is stated for all."""
+    for name, vectors in opened:
+        check_plane(machine, vectors.attrs.get("disc_position"), name)
+    found = [
+        replace(sweep, changes=known_changes(machine, vectors.attrs.get("changes"), name))
+        for name, vectors in opened
+        for sweep in make_sweeps(vectors, name, machine.film is not None, role or str(vectors.attrs.get("role", "")))
+    ]
+    for sweep in found:
+        check_ring(machine, sweep)
+    return list(found)
 
 
 def diagnose_trials(
@@ -381,95 +470,3 @@ class DiagnosisRun:
 def _row_of(h: Hypothesis) -> dict[str, Any]:
     """Row of a hypothesis that was tried, for the stored result."""
     return {"effects": list(h.keys), "gone": h.gone, "cost": h.fit.cost, "held_out": h.held_out, "failed": h.failed}
-
-
-def diagnose(
-    machine: Machine | str | Path,
-    records: Iterable[Any],
-    held_out: Iterable[Any] | None = None,
-    untouched: Iterable[Any] | None = None,
-    effects: Iterable[str] | None = None,
-    seed: int = 0,
-    tolerance: float = TOLERANCE,
-    mapping: Any = None,
-    models: CompiledModels | None = None,
-    threads: int = THREADS,
-    progress: Progress = lambda stage: None,
-    resume: str | Path | None = None,
-    plan_next: Iterable[str] | None = None,
-) -> Diagnosis:
-    """Compare a machine file with measured records, and identify the missing effect.
-
-    Parameters
-    ----------
-    machine : Machine, name or path
-        The machine as it is believed to be.
-    records : Datasets or paths
-        Records at constant operating points, tables of run-up vectors, and run-ups or coast-downs over time with an
-        angle, which become such tables; of one kind or of several. Where `held_out` and `untouched` are not given,
-        their attribute `role` states their use; without one records are fitted, and a table has rows for each use.
-    held_out, untouched :
-        Records at other operating points that choose the effect, and that only show the gap.
-    effects : names
-        Candidates: effects or their forms ('runout', 'runout.amplitude_2x'); the whole catalogue when not given.
-    seed : int
-        Kept with the verdict; nothing in the search is drawn, so that it changes nothing.
-    tolerance : float
-        Declared tolerance of the model, as a share of every line.
-    progress : function of a stage's name
-        Called with each stage and step of the work.
-    resume : folder
-        Where to keep what was computed, so that an interrupted diagnosis resumes; yours to delete once it is done.
-    plan_next : names, optional
-        Rank the experiments that may come next. The names, of `decision.ALLOWED`, may differ from the records;
-        all that the machine can do for an empty one. `Diagnosis.planned` has them.
-
-    Returns
-    -------
-    Diagnosis
-
-    Raises
-    ------
-    DataError
-        If the records cannot be used, with one sentence.
-
-    Examples
-    --------
-    >>> import rotorsim as rs
-    >>> found = rs.diagnose("dtu_gas_bearing", "puzzle/records")  # doctest: +SKIP
-    >>> found.sentence  # doctest: +SKIP
-    """
-    machine = machine if isinstance(machine, Machine) else load_machine(machine)
-    allow = None if plan_next is None else check_allowed(plan_next)
-    cache = None if resume is None else Cache(Path(resume))
-    parts = {role: with_tables(open_records(given or (), mapping)) for role, given in
-             (("fit", records), ("held_out", held_out), ("untouched", untouched))}  # fmt: skip
-    stated = held_out is None and untouched is None
-    trials = [t for role, part in parts.items() for t in trials_of(machine, part, None if stated else role)]
-    if any(not t.orders for t in trials):
-        trials = [replace(t, alone=False) if isinstance(t, RunupTrial) else t for t in trials]
-    found = diagnose_trials(machine, trials, effects, tolerance, progress, models, threads, cache, allow)
-    every = [one for part in parts.values() for one in part]
-    tables = [(name, record) for name, record in every if is_table(record)]
-    return replace(found, notes=(*record_notes(every), *rate_notes(tables), *found.notes))
-
-
-def trials_of(machine: Machine, opened: Sequence[tuple[str, xr.Dataset]], role: str | None) -> list[Trial]:
-    """Trials of records over time and of tables of vectors, all of one role, or of the roles that they state."""
-    tables = [(name, record) for name, record in opened if is_table(record)]
-    others = [(name, record) for name, record in opened if not is_table(record)]
-    return [*make_trials(machine, others, role), *vector_trials(machine, tables, role)]
-
-
-def vector_trials(machine: Machine, opened: Sequence[tuple[str, xr.Dataset]], role: str | None = None) -> list[Trial]:
-    """Trials of tables of vectors; of six rows one is held out and one untouched, where no role is stated for all."""
-    for name, vectors in opened:
-        check_plane(machine, vectors.attrs.get("disc_position"), name)
-    found = [
-        replace(sweep, changes=known_changes(machine, vectors.attrs.get("changes"), name))
-        for name, vectors in opened
-        for sweep in make_sweeps(vectors, name, machine.film is not None, role or str(vectors.attrs.get("role", "")))
-    ]
-    for sweep in found:
-        check_ring(machine, sweep)
-    return list(found)

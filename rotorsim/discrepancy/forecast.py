@@ -39,7 +39,7 @@ from rotorsim.discrepancy.evidence import ModelForm, model_form, posterior_root,
 from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.run_ups import RunupTrial
 from rotorsim.discrepancy.trial import Trial
-from rotorsim.discrepancy.verdict import SURE, TEMPERATURE
+from rotorsim.discrepancy.verdict import SURE, TEMPERATURE, entropy
 from rotorsim.effects import REGISTRY
 
 DRAWS = 48
@@ -107,11 +107,6 @@ class CurrentOdds:
     def entropy(self) -> float:
         """Entropy [bit]."""
         return float(entropy(np.concatenate([self.odds, self.rest])))
-
-
-def entropy(p: np.ndarray) -> np.ndarray:
-    """Entropy [bit] of probabilities along the last axis."""
-    return np.asarray(-(p * np.log2(np.maximum(p, 1e-300))).sum(axis=-1))
 
 
 def outlook(

@@ -1,10 +1,8 @@
-r"""Gap between simulation and measurement at each stage of a diagnosis: rms, spectra, bands that the model misses.
+r"""Gap between measurement and simulation: rms at each stage, bands missed, the force that would make the rest.
 
 The rms [um] is that by channel and operating point. Of a run-up's vectors an amplitude is missed by more than a tenth
 of the order's largest one, a phase by more than 15 deg. Phases of amplitudes, and orders, that are hardly above their
-floor do not count.
-
-Equivalent force on the disc for the residual that no effect explains.
+floor do not count. A residual that no effect explains is shown as the equivalent force on the disc,
 
 .. math:: f(\omega) = Z(\omega)\, r(\omega), \qquad Z = G^{-1}
 

@@ -1,6 +1,6 @@
 """`decide`: diagnose, plan, make the experiment and diagnose again, until one explanation is settled.
 
-Rigs of a loop: a hidden machine that is simulated, or a folder into which measured records are put.
+Its rig is a hidden machine that is simulated, or a folder into which measured records are put.
 """
 
 from __future__ import annotations

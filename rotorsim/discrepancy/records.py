@@ -1,10 +1,8 @@
-"""Records of a diagnosis: loaded, checked for their sensors, speed, loop and units, and made to trials.
+"""Records of a diagnosis as trials, with the checks before a fit and after it.
 
-Limits of the set of records, the effects that it cannot distinguish, are stated as sentences.
-
-Plausibility of records for a machine: units, channels and clocks before the fit, the unexplained share after it.
-
-A likely mistake is suggested and never assumed: a diagnosis stops with the sentence.
+Sensors, speed, loop and units are checked when a record is loaded; units, channels and clocks against the response of
+the machine file before the fit; the share that stays unexplained after it. A likely mistake is suggested and never
+assumed: a diagnosis stops with the sentence. Effects that a set of records cannot distinguish are stated as sentences.
 """
 
 from __future__ import annotations

@@ -17,12 +17,11 @@ from rotorsim.discrepancy.candidates import Form
 from rotorsim.discrepancy.comparison import Misfit
 from rotorsim.discrepancy.decision import DecisionSteps, check_allowed
 from rotorsim.discrepancy.fit import ParameterFit, sd_of_polar
-from rotorsim.discrepancy.forecast import entropy
 from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.hypotheses import EffectSearch, Hypothesis
 from rotorsim.discrepancy.machine_file import Findings, IdentifiedEffect, extended
 from rotorsim.discrepancy.twin import Twin
-from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, shown_share
+from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, entropy, shown_share
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.effects.base import WHERE
 from rotorsim.machine import Machine

@@ -3,15 +3,13 @@ r"""Run-ups as trials: tables of vectors (1X, 2X, 3X over the speed), and record
 The twin makes a transient run-up over the same speeds and its orders are tracked the same way: least squares over whole
 revolutions about each speed of the table. The phase of vectors belongs to the shaft angle of their mark.
 
-A run-up or coast-down over time is taken as a table of vectors. A record counts as one if it has an angle, its speed
-sweeps and nothing excites the rotor but its own turning.
-
-Run-up vectors of a record over time: 1X, 2X, 3X of window after window of whole revolutions, without overlap.
+A run-up or coast-down over time counts as a table if it has an angle, its speed sweeps and nothing excites the rotor
+but its own turning. Its vectors are those of window after window of whole revolutions, without overlap,
 
 .. math:: d(t) = d_0 + d_1 t + \sum_n \Re\{A_n e^{i n \alpha(t)}\}
 
-by least squares over each window, all samples weighing the same; `diagnose` tracks its twin with the same function.
-Windows that do not continue the sweep (a speed held at the beginning or end, a dip) are left out, which a note states.
+by least squares over each window, all samples weighing the same. Windows that do not continue the sweep (a speed held
+at the beginning or end, a dip) are left out, which a note states.
 
 Cites: bendat_2010.
 """

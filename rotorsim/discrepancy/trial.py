@@ -1,10 +1,7 @@
-r"""Input and output spectra of a record over whole periods, and the index of the data vector that they make.
+r"""Trials: inputs of a record, and spectra over blocks of whole periods of its excitation, or of whole revolutions.
 
-Lines are averages of the DFTs of whole periods of the excitation (of whole revolutions where it has none), in metres,
-0-pk, for both sensors; below them the mean and the drift of the slow part. The twin's response to the same inputs goes
-through the same averages, so a leak would be in both.
-
-Blocks of a record that are compared: whole periods of its excitation, or whole revolutions where it has none.
+Lines are averages of the DFTs of the blocks, in metres, 0-pk, for both sensors; below them the mean and the drift of
+the slow part. The twin's response to the same inputs goes through the same averages, so a leak would be in both.
 
 Orders of the shaft in blocks that do not hold a whole number of turns are analysed on the shaft angle.
 

@@ -1,13 +1,9 @@
-r"""Verdict of a search: named, tie, partial or unknown; named only for at least 95 % of the flagged misfit.
+r"""Verdict of a diagnosis: what its search accepts, the odds of all explanations, and what follows from both.
 
-An explanation is confirmed by records that took no part in the search. The gap there is that of the line groups beyond
-their floor, before or with the effect, the floor's own part subtracted. In the few cases known when the border was
-chosen, halfway, right names took 97 to 100 % of the whole gap (69 % in records resampled by hand) and wrong ones 0 to
-20 %.
-
-Explanation of a disagreement with its probability.
-
-Odds of a diagnosis: probability of every explanation, and the verdict that follows from them.
+The search names an effect for at least 95 % of the flagged misfit only. An explanation is confirmed by records that
+took no part in the search. The gap there is that of the line groups beyond their floor, before or with the effect, the
+floor's own part subtracted. In the few cases known when the border was chosen, halfway, right names took 97 to 100 % of
+the whole gap (69 % in records resampled by hand) and wrong ones 0 to 20 %.
 
 .. math:: P_k \propto p_k\, Z_k
 
@@ -510,3 +506,8 @@ def joined_classes(odds: Sequence[Explanation], verdict: SearchVerdict) -> tuple
 def probability_of(keys: tuple[str, ...], odds: Sequence[Explanation]) -> float:
     """Probability of an explanation by its effects, as one of a class or alone."""
     return next((e.probability for e in odds if not e.beyond and keys in (e.effects, *e.alike)), 0.0)
+
+
+def entropy(p: np.ndarray) -> np.ndarray:
+    """Entropy [bit] of probabilities along the last axis."""
+    return np.asarray(-(p * np.log2(np.maximum(p, 1e-300))).sum(axis=-1))

@@ -14,7 +14,6 @@ import typer
 
 from rotorsim.base.constants import TO_UM
 from rotorsim.base.progress import end_line, line, on_terminal
-from rotorsim.discrepancy.verdict import LEAST_SHOWN, shown_share
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
@@ -65,6 +64,8 @@ def _lines(diagnosis: Diagnosis) -> Iterator[str]:
 
 
 def _odds(diagnosis: Diagnosis) -> Iterator[str]:
+    from rotorsim.discrepancy.verdict import LEAST_SHOWN, shown_share
+
     for one in diagnosis.explanations[:4]:
         if one.probability >= LEAST_SHOWN:
             yield f"  probability {shown_share(one.probability)}: {one.name}"
@@ -144,6 +145,8 @@ class StepPrinter:
 
     def show(self, steps: DecisionSteps) -> None:
         """Print what is new, on standard error where the result is JSON."""
+        from rotorsim.discrepancy.verdict import shown_share
+
         stream = sys.stderr if self.as_json else sys.stdout
         if on_terminal():
             end_line()
