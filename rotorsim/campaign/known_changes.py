@@ -22,7 +22,7 @@ from rotorsim.base.errors import RotorsimError
 from rotorsim.base.input_files import parse_json
 from rotorsim.campaign.axes import change
 from rotorsim.campaign.errors import PlanError
-from rotorsim.discrepancy.data.changes import RING, WEIGHT, known_changes, with_ring
+from rotorsim.discrepancy.changes import RING, WEIGHT, known_changes, with_ring
 from rotorsim.machine import Machine
 
 PLACE = "changes"

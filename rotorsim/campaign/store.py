@@ -34,7 +34,7 @@ from rotorsim.campaign.plan import Plan, differences, text_hash
 from rotorsim.campaign.read_plan import make_plan
 
 PACKAGES = ("numpy", "scipy", "numba", "h5py", "h5netcdf", "distributed")
-KNOWN_CHANGES = ("rotorsim/discrepancy/__init__.py", "rotorsim/discrepancy/data")
+KNOWN_CHANGES = ("rotorsim/discrepancy/__init__.py", "rotorsim/discrepancy/changes.py")
 SOURCES = (*RUNS, *KNOWN_CHANGES, "rotorsim/analysis", "rotorsim/campaign")
 
 

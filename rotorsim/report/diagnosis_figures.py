@@ -12,7 +12,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_RPM, TO_UM
-from rotorsim.discrepancy.explanation import LEAST_SHOWN, Explanation, shown_share
+from rotorsim.discrepancy.verdict import LEAST_SHOWN, Explanation, shown_share
 from rotorsim.report.page.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, phase_axes, style
 
 if TYPE_CHECKING:

@@ -8,12 +8,11 @@ import pytest
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import quantity_of
 from rotorsim.base.units import parse
+from rotorsim.discrepancy.calibration import gas
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import (
     Machine,
-    actuators,
     bearings,
-    gas,
     gas_film,
     load_machine,
     machine_text,
@@ -21,9 +20,10 @@ from rotorsim.machine import (
     probes,
     rotor,
     shipped_machines,
-)  # fmt: skip
+)
 from rotorsim.machine.part import Part
 from rotorsim.machine.plausibility import question, range_of, ranges
+from studies.thesis.experiments.measures_identification import actuators
 
 PARTS = [
     kind for room in (rotor, bearings, gas_film, gas, actuators, numerics, probes) for kind in vars(room).values()

@@ -86,7 +86,7 @@ def _diagnosed(
 ) -> tuple[Diagnosis, dict[str, str]]:  # fmt: skip
     """The diagnosis, with a plan of experiments that change what `allow` names, and its files."""
     from rotorsim.discrepancy import diagnose as diagnose_records, save_diagnosis
-    from rotorsim.discrepancy.outcome.files import RESULTS
+    from rotorsim.discrepancy.files import RESULTS
 
     given = (data.records, data.held_out, data.untouched, data.mapping, data.effect, data.tolerance)
     with results(out, "diagnosis", tuple(RESULTS.values()), force) as folder, unfinished(machine, *given) as kept:
@@ -116,8 +116,8 @@ def run_loop(
 ) -> tuple[Diagnosis, dict[str, str]]:  # fmt: skip
     """The last diagnosis of a loop of experiments, and its files."""
     from rotorsim.discrepancy import decide, save_diagnosis
-    from rotorsim.discrepancy.outcome.files import RESULTS
-    from rotorsim.discrepancy.outcome.steps import FILE
+    from rotorsim.discrepancy.decision import FILE
+    from rotorsim.discrepancy.files import RESULTS
     from rotorsim.machine import load_machine
 
     folder, loaded = out or FOLDER, load_machine(machine)

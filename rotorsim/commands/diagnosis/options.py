@@ -12,10 +12,10 @@ from rotorsim.base.constants import MINUTE
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import parse
 from rotorsim.commands.completion import parameters
-from rotorsim.discrepancy.plan.allowed import ALLOWED, check_allowed
+from rotorsim.discrepancy.decision import ALLOWED, check_allowed
 
 if TYPE_CHECKING:
-    from rotorsim.discrepancy.rigs import ExperimentRig
+    from rotorsim.discrepancy.loop import ExperimentRig
     from rotorsim.machine import Machine
 
 BUDGET, WAIT = "30 min", "8 h"
@@ -112,7 +112,7 @@ class ExperimentOptions:
 
     def open_rig(self, machine: Machine) -> ExperimentRig:
         """The rig, with the longest wait for a record; raises DataError where the text names none."""
-        from rotorsim.discrepancy.rigs import open_rig
+        from rotorsim.discrepancy.loop import open_rig
 
         longest = MINUTE * _minutes("--wait", self.wait or WAIT)
         return open_rig(str(self.rig), machine, longest)

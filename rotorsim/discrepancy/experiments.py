@@ -16,10 +16,10 @@ import numpy as np
 
 from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM
 from rotorsim.base.units import show
-from rotorsim.discrepancy.data.changes import RING, WEIGHT, known_changes, ring_angle
-from rotorsim.discrepancy.data.spectra import Trial, planned_trial
-from rotorsim.discrepancy.data.sweeps import RunupTrial, empty_sweep, planned_sweep
-from rotorsim.discrepancy.plan.allowed import allowed_here
+from rotorsim.discrepancy.changes import RING, WEIGHT, known_changes, ring_angle
+from rotorsim.discrepancy.decision import allowed_here
+from rotorsim.discrepancy.run_ups import RunupTrial, empty_sweep, planned_sweep
+from rotorsim.discrepancy.trial import Trial, planned_trial
 from rotorsim.effects.base import TURN
 from rotorsim.experiments import Coastdown, Experiment, Impact, Multisine, Runup, Staircase, Steady
 from rotorsim.experiments.experiment import parameters, reference_range

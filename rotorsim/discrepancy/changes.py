@@ -30,7 +30,7 @@ NEAR = 1e-6
 
 
 def known_changes(machine: Machine, stated: object, name: str) -> dict[str, float]:
-    """Changes by key of `twin.parameters` that a record's attribute states; raises DataError with one sentence."""
+    """Changes by key of `calibration` that a record's attribute states; raises DataError with one sentence."""
     table = _table(stated, name)
     weights, ring = table.pop(WEIGHT, []), table.pop(RING, None)
     sums = _of_paths(machine, table, name)

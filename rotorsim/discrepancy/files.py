@@ -22,14 +22,14 @@ from rotorsim.base.files import replacing_all, write_bytes, write_text
 from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.base.input_files import ArchiveError, parse_json, read_archive
 from rotorsim.base.plain_data import from_plain, to_plain
-from rotorsim.discrepancy.outcome.machine_file import difference
-from rotorsim.discrepancy.outcome.result import Diagnosis
+from rotorsim.discrepancy.machine_file import difference
+from rotorsim.discrepancy.result import Diagnosis
 from rotorsim.machine import Machine, load_machine, shipped_machines
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from rotorsim.discrepancy.plan.ranking import ExperimentPlan
+    from rotorsim.discrepancy.ranking import ExperimentPlan
 
 RESULTS = {
     "gap": "gap.nc",

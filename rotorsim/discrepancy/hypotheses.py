@@ -15,12 +15,11 @@ from math import log
 
 import numpy as np
 
+from rotorsim.base.rounding import NoAnswerError, answer
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, within
+from rotorsim.discrepancy.candidates import Form, Screening, apart, distinct, screen
+from rotorsim.discrepancy.comparison import TwinComparison, excess, flagged, table
 from rotorsim.discrepancy.fit import ParameterFit, cost_of, covariance, fit_parameters, prior_rows
-from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
-from rotorsim.discrepancy.residuals.comparison import TwinComparison
-from rotorsim.discrepancy.residuals.misfit import excess, flagged, table
-from rotorsim.discrepancy.search.candidates import Form, Screening, apart, distinct, screen
-from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint, within
 
 CLEAR = 100.0
 """Least fall of the sum of squares by a name, besides k ln N: twice that of a detectable effect. Where nothing is

@@ -15,13 +15,12 @@ import tomlkit
 
 from rotorsim.base.constants import MPA, TO_RPM
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.data.spectra import Trial
-from rotorsim.discrepancy.explanation import NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, shown_share
+from rotorsim.base.rounding import NoAnswerError
+from rotorsim.discrepancy.candidates import signature_of
+from rotorsim.discrepancy.comparison import TwinComparison
+from rotorsim.discrepancy.experiments import ExperimentOption, options, written_changes
 from rotorsim.discrepancy.fit import ParameterFit
-from rotorsim.discrepancy.linear_algebra import NoAnswerError
-from rotorsim.discrepancy.odds import TEMPERATURE
-from rotorsim.discrepancy.plan.experiments import ExperimentOption, options, written_changes
-from rotorsim.discrepancy.plan.forecast import (
+from rotorsim.discrepancy.forecast import (
     Columns,
     CurrentOdds,
     Forecast,
@@ -31,8 +30,8 @@ from rotorsim.discrepancy.plan.forecast import (
     outlook,
     separation,
 )
-from rotorsim.discrepancy.residuals.comparison import TwinComparison
-from rotorsim.discrepancy.search.candidates import signature_of
+from rotorsim.discrepancy.trial import Trial
+from rotorsim.discrepancy.verdict import NOT_IN_CATALOGUE, NOTHING, SURE, TEMPERATURE, Explanation, shown_share
 from rotorsim.machine import Machine
 
 LEAST = 1e-3

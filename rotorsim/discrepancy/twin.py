@@ -18,8 +18,7 @@ from scipy.linalg import expm
 
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffError
-from rotorsim.base.rounding import decays
-from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
+from rotorsim.base.rounding import NoAnswerError, answer, decays
 from rotorsim.effects import FILM_PORTS, REGISTRY, Effect, FilmEffect
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly, assemble

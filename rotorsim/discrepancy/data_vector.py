@@ -1,4 +1,4 @@
-r"""Noise floor per spectral line: repeatability, model tolerance, discretisation error.
+r"""Data vector of a comparison: the groups of its lines, and the noise floor of each of its numbers.
 
 .. math:: \sigma^2(f) = \sigma_\mathrm{repeat}^2 + (t\,|Y(f)|)^2 + (s\,|Y_\mathrm{fine}(f) - Y_\mathrm{coarse}(f)|)^2
 
@@ -11,25 +11,89 @@ Cites: bendat_2010.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
-from rotorsim.discrepancy.data.changes import RING_KEY
-from rotorsim.discrepancy.data.spectra import DataLayout, Trial
+from rotorsim.discrepancy.changes import RING_KEY
+from rotorsim.discrepancy.trial import TURNING, Trial
 
+BANDS = ((0.0, 90.0), (90.0, 150.0), (150.0, 1e9))
+"""Bands [Hz] of excited lines: below, about and above the first natural frequencies of a rig of this size."""
+EXCITED = ("low band", "resonance", "high band")
+GROUPS = ("slow", "1X", "2X", "3X", "orders", *EXCITED, "between")
 TOLERANCE = 0.004
 """Declared tolerance of the model: share of a line."""
 SOLVER_SHARE = 0.25
 """Share of the solver's error that remains after its correction."""
 NEIGHBOURS = 12
 """Lines to each side whose scatter is pooled."""
-LEAST = 1e-9
+FAINTEST = 1e-9
 """Smallest floor [m], that of the solver's stopping rule."""
 LN2 = 0.6931471805599453
 """Median of an exponential distribution of mean 1."""
 QUIET, ROWS = "the quiet lines within the records", "neighbouring rows"
 """Sources of the scatter of records and of vectors that do not show it."""
+
+
+@dataclass(frozen=True, eq=False)
+class DataLayout:
+    """Record, channel 0 or 1, frequency [Hz] (0: slow part) and group of every number (n,); `groups` names them."""
+
+    record: np.ndarray
+    channel: np.ndarray
+    frequency: np.ndarray
+    group: np.ndarray
+    drift: np.ndarray
+    groups: tuple[str, ...]
+
+    def of(self, record: int, channel: int, group: str) -> np.ndarray:
+        """Which numbers (n,) are one group's."""
+        return (self.record == record) & (self.channel == channel) & (self.group == self.groups.index(group))
+
+
+def make_layout(trials: list[Trial]) -> DataLayout:
+    """Layout of the concatenated data vectors of the trials."""
+    parts = [_numbers_of_record(t, i) for i, t in enumerate(trials)]
+    joined = [np.concatenate([p[k] for p in parts]) for k in range(5)]
+    return DataLayout(joined[0], joined[1], joined[2], joined[3], joined[4], GROUPS)
+
+
+def _numbers_of_record(trial: Trial, number: int) -> tuple[np.ndarray, ...]:
+    if trial.orders:
+        return _numbers_of_vectors(trial, number)
+    f = trial.frequencies[1:]
+    group = np.full(len(f), GROUPS.index("between"))
+    for band, name in zip(BANDS, EXCITED, strict=True):
+        group[trial.excited[1:] & (f >= band[0]) & (f < band[1])] = GROUPS.index(name)
+    turns = abs(trial.speed) / (2 * np.pi)
+    if abs(trial.speed) > TURNING:
+        resolution = f[0]
+        order = np.round(f / turns)
+        near = (np.abs(f - order * turns) < 0.51 * resolution) & (order >= 1)
+        group[near] = GROUPS.index("orders")
+        for k in (1, 2, 3):
+            group[near & (order == k)] = GROUPS.index(f"{k}X")
+    group = np.concatenate([[0, 0], group, group])
+    frequency = np.concatenate([[0.0, 0.0], f, f])
+    drift = np.zeros(len(group), bool)
+    drift[1] = True
+    n = len(group)
+    channel = np.repeat([0, 1], n)
+    return (np.full(2 * n, number), channel, np.tile(frequency, 2), np.tile(group, 2), np.tile(drift, 2))
+
+
+def _numbers_of_vectors(trial: Trial, number: int) -> tuple[np.ndarray, ...]:
+    """Groups of a run-up's vectors are the orders."""
+    rows = (trial.spectra.shape[2] - 1) // len(trial.orders)
+    names = [GROUPS.index(f"{n}X" if n < 4 else "orders") for n in trial.orders]
+    group, f = np.repeat(names, rows), trial.frequencies[1:]
+    group, frequency = np.concatenate([[0, 0], group, group]), np.concatenate([[0.0, 0.0], f, f])
+    drift = np.zeros(len(group), bool)
+    drift[1] = True
+    channel = np.repeat([0, 1], len(group))
+    return (np.full(2 * len(group), number), channel, np.tile(frequency, 2), np.tile(group, 2), np.tile(drift, 2))
 
 
 def repeat_scatter(trials: list[Trial], residuals: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
@@ -171,7 +235,7 @@ def floor(
     size, error = modulus(layout, response), modulus(layout, solver)
     size[layout.drift] = 0.0
     share = np.array([max(tolerance, t.least_tolerance) for t in trials])[layout.record]
-    total = sigma**2 + (share * size) ** 2 + (SOLVER_SHARE * error) ** 2 + LEAST**2
+    total = sigma**2 + (share * size) ** 2 + (SOLVER_SHARE * error) ** 2 + FAINTEST**2
     return np.asarray(np.sqrt(total))
 
 

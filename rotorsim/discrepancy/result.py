@@ -12,18 +12,16 @@ import numpy as np
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.display import Card, Reported, Shown
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.explanation import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, shown_share
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, lobes, wave
+from rotorsim.discrepancy.candidates import Form
+from rotorsim.discrepancy.comparison import Misfit
+from rotorsim.discrepancy.decision import DecisionSteps, check_allowed
 from rotorsim.discrepancy.fit import ParameterFit, sd_of_polar
-from rotorsim.discrepancy.outcome.gap import reduction
-from rotorsim.discrepancy.outcome.machine_file import Findings, IdentifiedEffect, extended
-from rotorsim.discrepancy.outcome.steps import DecisionSteps
-from rotorsim.discrepancy.plan.allowed import check_allowed
-from rotorsim.discrepancy.plan.forecast import entropy
-from rotorsim.discrepancy.residuals.misfit import Misfit
-from rotorsim.discrepancy.search.candidates import Form
-from rotorsim.discrepancy.search.hypotheses import EffectSearch, Hypothesis
-from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint, lobes, wave
-from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.discrepancy.gap import reduction
+from rotorsim.discrepancy.hypotheses import EffectSearch, Hypothesis
+from rotorsim.discrepancy.machine_file import Findings, IdentifiedEffect, extended
+from rotorsim.discrepancy.twin import Twin
+from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, entropy, shown_share
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.effects.base import WHERE
 from rotorsim.machine import Machine
@@ -32,7 +30,7 @@ from rotorsim.plant.locations import Place, acting_places, force_plane
 if TYPE_CHECKING:
     import xarray as xr
 
-    from rotorsim.discrepancy.plan.ranking import ExperimentPlan
+    from rotorsim.discrepancy.ranking import ExperimentPlan
 
 EXIT_CODES = {"no_disagreement": 0, "named": 10, "tie": 11, "partial": 11, "unknown": 12}
 """Exit code of the command by verdict."""
@@ -172,7 +170,7 @@ class Diagnosis(Shown, Findings, Reported):
         Parameters
         ----------
         allow : names
-            What may differ from the records (`plan.allowed.ALLOWED`); all that the machine can do for none.
+            What may differ from the records (`decision.ALLOWED`); all that the machine can do for none.
         budget : float
             Minutes of rig time that an experiment may take.
         sure : float
@@ -314,7 +312,7 @@ def effect_of(found: IdentifiedEffect) -> Effect:
 def effect_of_key(machine: Machine, key: str) -> Effect | None:
     """A neutral effect at the place that a candidate's key names; None for an effect that is not known.
 
-    A key is 'weak_injector.blocked of injector 3 of front', see `rotorsim.discrepancy.search.candidates`.
+    A key is 'weak_injector.blocked of injector 3 of front', see `rotorsim.discrepancy.candidates`.
     """
     kind = REGISTRY.get(key.partition(".")[0])
     if kind is None:

@@ -21,7 +21,7 @@ from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import quantities
 from rotorsim.base.units import show
-from rotorsim.discrepancy.twin.plant import of_axis, of_bearing, of_each_film, own_tables
+from rotorsim.discrepancy.twin import of_axis, of_bearing, of_each_film, own_tables
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine
 from rotorsim.machine.file_text import comment, inline

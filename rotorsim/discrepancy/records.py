@@ -1,12 +1,14 @@
-"""Records of a diagnosis: loaded, checked for their sensors, speed, loop and units, and made to trials.
+"""Records of a diagnosis as trials, with the checks before a fit and after it.
 
-Limits of the set of records, the effects that it cannot distinguish, are stated as sentences.
+Sensors, speed, loop and units are checked when a record is loaded; units, channels and clocks against the response of
+the machine file before the fit; the share that stays unexplained after it. A likely mistake is suggested and never
+assumed: a diagnosis stops with the sentence. Effects that a set of records cannot distinguish are stated as sentences.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,9 +23,19 @@ from identification.records.schema import measured
 from rotorsim.base.constants import RIG_SAMPLE, TO_RPM
 from rotorsim.base.display import listing
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.data.blocks import TURNING, drift_of, stated_clock, without_drift
-from rotorsim.discrepancy.data.changes import RING_KEY, known_changes, ring_angle
-from rotorsim.discrepancy.data.spectra import Trial, displacement_of, only_probe, trial_of
+from rotorsim.discrepancy.changes import RING_KEY, known_changes, ring_angle
+from rotorsim.discrepancy.comparison import TwinComparison
+from rotorsim.discrepancy.data_vector import EXCITED
+from rotorsim.discrepancy.trial import (
+    TURNING,
+    Trial,
+    displacement_of,
+    drift_of,
+    only_probe,
+    stated_clock,
+    trial_of,
+    without_drift,
+)
 from rotorsim.machine import Machine
 from rotorsim.machine.numerics import FEWEST
 from rotorsim.plant.mesh import Mesh
@@ -31,11 +43,29 @@ from rotorsim.plant.mesh import Mesh
 if TYPE_CHECKING:
     import xarray as xr
 
-
 LARGEST_ACCURACY = 1e-3
 """Accuracy [m] from which a record shows nothing."""
 TURNED = {60 / (2 * np.pi): "rpm taken for rad/s", 2 * np.pi: "Hz taken for rad/s", 60.0: "Hz taken for rpm"}
 """Ratios of a speed to the turning of the angle, or the other way round, that a wrong unit makes."""
+SAME_PLANE = 1e-3
+"""Distance [m] up to which a probe of a record stands at a plane of the machine file."""
+SPEED_CHANNELS = ("speed", "speed_measured", "angle", "angle_measured")
+"""Channels that show the speed."""
+FEWEST_POINTS = 4
+"""Operating points from which a smooth trend differs from a missing effect."""
+Source = Any
+"""A Dataset, or the path of a file of it."""
+FACTORS = {25.4: "mils or inches taken for millimetres", 1e3: "a prefix of a thousand lost (mm, um; mV, V)",
+           1e6: "metres taken for micrometres", 39.37: "inches taken for metres"}  # fmt: skip
+"""Factors between units that are taken for one another, with their causes."""
+ALIKE = 0.7
+"""Cosine between measured and simulated lines from which they count as the same up to a factor."""
+NEAR = 0.35
+"""Relative distance of a ratio to one of FACTORS: the calibration may be off as well."""
+LAGS = np.linspace(-0.02, 0.02, 801)
+"""Time shifts [s] that are tried."""
+UNLIKE, FOREIGN = 0.5, 0.8
+"""Shares of the response that stay unexplained: from the first nothing is named, from the second it is refused."""
 
 
 def stated_accuracy(record: xr.Dataset, name: str) -> float:
@@ -86,12 +116,6 @@ def check_turning(record: xr.Dataset, speed: float, n: int, name: str) -> None:
     raise DataError(f"{name}: the speed is {speed:.5g} rad/s, but the angle turns at {slope:.5g} rad/s; {way}")
 
 
-SAME_PLANE = 1e-3
-"""Distance [m] up to which a probe of a record stands at a plane of the machine file."""
-SPEED_CHANNELS = ("speed", "speed_measured", "angle", "angle_measured")
-"""Channels that show the speed."""
-
-
 def check_sensors(machine: Machine, record: xr.Dataset, name: str) -> None:
     """Raise DataError for a record without a speed, without x and y of the disc, or of another plane."""
     if not any(channel in record for channel in SPEED_CHANNELS):
@@ -128,12 +152,6 @@ def check_ring(machine: Machine, trial: Trial) -> None:
             f"{trial.name}: the sensor ring is turned, but the record has one probe; leave the ring out of [changes] "
             "and of the machine file, and state the angle of the probe"
         )
-
-
-FEWEST_POINTS = 4
-"""Operating points from which a smooth trend differs from a missing effect."""
-Source = Any
-"""A Dataset, or the path of a file of it."""
 
 
 def open_records(sources: Iterable[Source], mapping: Any = None) -> list[tuple[str, xr.Dataset]]:
@@ -175,7 +193,7 @@ def make_trials(machine: Machine, records: Sequence[tuple[str, xr.Dataset]], rol
         changes = known_changes(machine, record.attrs.get("changes"), name)
         trials.append(replace(make_trial(record, own, name), changes=changes))
         check_ring(machine, trials[-1])
-        check_units(machine, trials[-1])
+        check_pressure(machine, trials[-1])
         check_turns(trials[-1])
     return sorted(trials, key=lambda t: (t.role, round(t.speed, 2), round(t.pressure, -2), t.amplitude, _digest(t)))
 
@@ -234,7 +252,7 @@ def check_turns(trial: Trial) -> None:
         )
 
 
-def check_units(machine: Machine, trial: Trial) -> None:
+def check_pressure(machine: Machine, trial: Trial) -> None:
     """Raise DataError for a pressure in other units or a displacement larger than any clearance."""
     if machine.film is None:
         return
@@ -266,3 +284,140 @@ def limits(trials: Sequence[Trial], film: bool) -> list[str]:
     if film and len({round(t.pressure, -4) for t in trials}) < 2:
         notes.append("one pressure only: supply droop, discharge and clearance are indistinguishable")
     return notes
+
+
+def check_before(comparison: TwinComparison, simulated: np.ndarray) -> None:
+    """Raise DataError for records with a likely mistake; simulated (n,) [m] is at the nominal point."""
+    check_exchanged(comparison, simulated)
+    check_units(comparison, simulated)
+    check_clocks(comparison, simulated)
+
+
+def excited(comparison: TwinComparison, vector: np.ndarray, wanted: Callable[[str], bool]) -> np.ndarray:
+    """Values (k,) of the selected line groups."""
+    layout = comparison.layout
+    groups = [i for i, name in enumerate(layout.groups) if wanted(name)]
+    return np.asarray(vector[np.isin(layout.group, groups) & (layout.frequency > 0)])
+
+
+def _ratio(comparison: TwinComparison, simulated: np.ndarray, wanted: Callable[[str], bool]) -> tuple[float, float]:
+    """Ratio of norms measured to simulated, and cosine, over some groups; (nan, 0) where there is nothing."""
+    y, s = (excited(comparison, v, wanted) for v in (comparison.measured, simulated))
+    a, b = float(np.linalg.norm(y)), float(np.linalg.norm(s))
+    return (a / b, float(y @ s) / (a * b)) if a > 0 and b > 0 else (np.nan, 0.0)
+
+
+def _factor(ratio: float) -> tuple[float, str] | None:
+    """The factor of FACTORS that a ratio is near, and what it comes from."""
+    for factor, what in FACTORS.items():
+        for share in (factor, 1 / factor):
+            if abs(ratio / share - 1) < NEAR:
+                return share, what
+    return None
+
+
+def check_units(comparison: TwinComparison, simulated: np.ndarray) -> None:
+    """Check of displacement and excitation for a factor between units."""
+    drive, alike = _ratio(comparison, simulated, lambda g: g.endswith("band") or g == "resonance")
+    turning, turned = _ratio(comparison, simulated, lambda g: g in ("1X", "2X", "3X"))
+    every = [(r, c) for r, c in ((drive, alike), (turning, turned)) if abs(c) > ALIKE]
+    found = [(f, r) for r, _ in every if (f := _factor(r)) is not None]
+    if not found:
+        return
+    (factor, what), ratio = found[0]
+    only = len(every) == 2 and len(found) == 1 and ratio == drive
+    channel = "the reference, or the force," if only else "the displacement"
+    shown = f"{1 / ratio:.3g}" if only else f"{ratio:.3g}"
+    near = 1 / factor if only else factor
+    raise DataError(
+        f"records: {channel} is {shown} times what the machine file makes of it, about {near:.4g}: is it a matter of "
+        f"units, {what}? state the unit in the mapping; nothing was assumed"
+    )
+
+
+def check_exchanged(comparison: TwinComparison, simulated: np.ndarray) -> None:
+    """Check for exchanged channels x and y."""
+    y, s, other = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
+    for i, trial in enumerate(comparison.trials):
+        if trial.probe_angle is None:
+            y += [*comparison.lines_of(i, comparison.measured)]
+            s += [*comparison.lines_of(i, simulated)]
+            other += [*comparison.lines_of(i, simulated)[::-1]]
+    measured, own, exchanged = (np.concatenate(v) for v in (y, s, other))
+    least = min(np.linalg.norm(measured - own), np.linalg.norm(measured))
+    if np.linalg.norm(measured - exchanged) < 0.5 * least or _loud_where_quiet(comparison, simulated):
+        raise DataError("records: channels x and y fit when they are exchanged; check the mapping of the sensors")
+
+
+def _loud_where_quiet(comparison: TwinComparison, simulated: np.ndarray) -> bool:
+    """Whether the power of excited lines in x over y is that in y over x, record by record.
+
+    Resonances that are off spoil a comparison of lines, but not which way an excitation points.
+    """
+    bands = [k for k, name in enumerate(comparison.layout.groups) if name.endswith("band") or name == "resonance"]
+    ratios = []
+    for i, trial in enumerate(comparison.trials):
+        # not the orders: an unbalance is as loud in x as in y
+        at = comparison.lines_of(i, np.isin(comparison.layout.group, bands))[0].real > 0
+        if trial.orders or trial.probe_angle is not None or not at.any():
+            continue
+        power = [
+            [float(np.linalg.norm(lines[at])) for lines in comparison.lines_of(i, v)]
+            for v in (comparison.measured, simulated)
+        ]
+        if np.min(power) > 0:
+            ratios.append([np.log(x / y) for x, y in power])
+    if len(ratios) < 2:
+        return False
+    found, wanted = np.array(ratios).T
+    size = float(np.linalg.norm(found) * np.linalg.norm(wanted))
+    return bool(np.ptp(wanted) > 0.4 and float(found @ wanted) < -0.7 * size)
+
+
+def check_clocks(comparison: TwinComparison, simulated: np.ndarray) -> None:
+    """Check for a time shift of displacement against inputs, common to a record's excited lines."""
+    for i, trial in enumerate(comparison.trials):
+        at = trial.excited[1:]
+        if trial.orders or trial.clock or at.sum() < 4:
+            continue
+        f = trial.frequencies[1:][at]
+        turned = np.exp(-2j * np.pi * f * LAGS[:, None])
+        lags = []
+        for c in range(len(trial.channels)):
+            y, s = (comparison.lines_of(i, v)[c][at] for v in (comparison.measured, simulated))
+            match = np.abs((np.conj(s * turned) @ y).real)
+            best = int(np.argmax(match))
+            if match[best] > 0.85 * np.linalg.norm(y) * np.linalg.norm(s) and match[400] < 0.6 * match[best]:
+                lags.append(float(LAGS[best]))
+        if len(lags) == len(trial.channels) and abs(lags[0] - lags[-1]) < 3e-4:
+            raise DataError(
+                f"{trial.name}: the displacement is shifted by {lags[0] * 1e3:+.2f} ms in time; are the clocks of the "
+                "two recorders aligned? shift one of them, or state clock, how far it may be off; nothing was assumed"
+            )
+
+
+def unexplained(comparison: TwinComparison, fitted: np.ndarray) -> float:
+    """Fraction of the measured response to excitation not explained by a prediction (n,) [m]; 0 if unexcited.
+
+    Orders of the shaft do not count: a missing force may well be larger than what the unbalance does.
+    """
+    layout = comparison.layout
+    excited = np.isin(layout.group, [layout.groups.index(band) for band in EXCITED])
+    y, f = comparison.measured[excited], fitted[excited]
+    return float(np.linalg.norm(y - f)) / max(float(np.linalg.norm(y)), 1e-300)
+
+
+def check_after(comparison: TwinComparison, fitted: np.ndarray) -> list[str]:
+    """Warnings for a poorly matching machine; raises DataError if the records cannot be this machine's."""
+    share = unexplained(comparison, fitted)
+    if share < UNLIKE:
+        return []
+    if share > FOREIGN:
+        raise DataError(
+            f"records: even re-calibrated, the machine file leaves {100 * share:.0f} % of the response unexplained; "
+            "are they of this machine, and are the machine file, speed and pressure right?"
+        )
+    return [
+        f"re-calibrated, the machine file leaves {100 * share:.0f} % of the response unexplained: nothing is named; "
+        "check that the records are of this machine"
+    ]

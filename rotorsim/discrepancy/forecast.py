@@ -30,17 +30,16 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.constants import RIG_SAMPLE
-from rotorsim.discrepancy.data.changes import ring_axes
-from rotorsim.discrepancy.data.spectra import EXCITED, GROUPS, DataLayout, Trial, make_layout
-from rotorsim.discrepancy.data.sweeps import RunupTrial
+from rotorsim.base.rounding import answer
+from rotorsim.discrepancy.calibration import DIRECTIONS, FitParameter, ParameterPoint
+from rotorsim.discrepancy.changes import ring_axes
+from rotorsim.discrepancy.comparison import LOST, TwinComparison, simulate
+from rotorsim.discrepancy.data_vector import EXCITED, GROUPS, DataLayout, floor, make_layout
 from rotorsim.discrepancy.evidence import ModelForm, model_form, posterior_root, whitened_size
-from rotorsim.discrepancy.explanation import SURE
 from rotorsim.discrepancy.fit import ParameterFit
-from rotorsim.discrepancy.linear_algebra import answer
-from rotorsim.discrepancy.odds import TEMPERATURE
-from rotorsim.discrepancy.residuals.comparison import LOST, TwinComparison, simulate
-from rotorsim.discrepancy.residuals.floor import floor
-from rotorsim.discrepancy.twin.parameters import DIRECTIONS, FitParameter, ParameterPoint
+from rotorsim.discrepancy.run_ups import RunupTrial
+from rotorsim.discrepancy.trial import Trial
+from rotorsim.discrepancy.verdict import SURE, TEMPERATURE, entropy
 from rotorsim.effects import REGISTRY
 
 DRAWS = 48
@@ -108,11 +107,6 @@ class CurrentOdds:
     def entropy(self) -> float:
         """Entropy [bit]."""
         return float(entropy(np.concatenate([self.odds, self.rest])))
-
-
-def entropy(p: np.ndarray) -> np.ndarray:
-    """Entropy [bit] of probabilities along the last axis."""
-    return np.asarray(-(p * np.log2(np.maximum(p, 1e-300))).sum(axis=-1))
 
 
 def outlook(
