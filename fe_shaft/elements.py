@@ -47,7 +47,7 @@ from numpy.typing import NDArray
 
 from fe_shaft.masses import DiskElement
 from fe_shaft.shaft import ShaftElement
-from fe_shaft.shapes import WEIGHT, GaussSection, Shapes, section, shapes, shear_coefficient
+from fe_shaft.shapes import WEIGHT, GaussSection, Shapes, section, shapes
 
 Matrix = NDArray[np.float64]
 
@@ -173,17 +173,3 @@ def _gram(values: Matrix, weight: Matrix) -> Matrix:
     """Mean over the element of weight * values_i * values_j; A.T @ A keeps it symmetric to the last bit."""
     root = np.sqrt(WEIGHT * weight)[:, None] * values
     return root.T @ root
-
-
-__all__ = [
-    "circulatory_matrix",
-    "disk_gyroscopic_matrix",
-    "disk_mass_matrix",
-    "elastic_matrix",
-    "gyroscopic_matrix",
-    "mass_matrix",
-    "shear_coefficient",
-    "size",
-    "stiffness_matrix",
-    "torque_matrix",
-]

@@ -413,6 +413,3 @@ def _check(sweep: SweepDefinition) -> None:
     speeds = [parse(f.values[-1], "rad/s") for f in sweep.fields if f.path == "speed"]
     for speed in (sweep.speed, sweep.highest, *speeds):
         ask_rim_speed(sweep.machine, speed, "speed")
-
-
-__all__ = ["ANALYSES", "REASON", "Analysis"]

@@ -9,7 +9,7 @@ import numpy as np
 
 from rotorsim.base import json_text as json
 from rotorsim.base.constants import RIG_SAMPLE
-from rotorsim.base.errors import DataError
+from rotorsim.base.errors import DataError, LawError
 from rotorsim.base.exchange.control_systems import (
     DISC,
     REFERENCES,
@@ -21,7 +21,6 @@ from rotorsim.base.exchange.control_systems import (
     reorder,
 )
 from rotorsim.base.exchange.mat import cells, check_rest, in_si, number, read_mat, texts
-from rotorsim.control.errors import LawError
 from rotorsim.control.plausibility import Plausibility
 from rotorsim.control.systems import System, tustin
 

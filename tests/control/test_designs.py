@@ -11,6 +11,7 @@ from rotorsim.control import DesignError
 from rotorsim.control.catalogue import DESIGNS, make_spec, module_of
 from rotorsim.control.designs import h2_scheduled, hinf, lead, lpv, lqr, mpc, p, placement, weighted_plant, youla
 from rotorsim.control.designs.h2_scheduled import held_out
+from rotorsim.control.law_from_system import biased, without_dc
 from rotorsim.control.plants import sampled_plant
 from rotorsim.control.sampled_loop import (  # fmt: skip
     bode_integral,
@@ -23,7 +24,6 @@ from rotorsim.control.sampled_loop import (  # fmt: skip
     stable_gains,
     sweep,
 )
-from rotorsim.control.variants import biased, without_dc
 
 pytestmark = pytest.mark.numerical
 
