@@ -167,9 +167,9 @@ CONSTANTS = (
 def _plausibility(law: Law) -> dict[str, object]:
     """Definitions of plausibility.h; none of them is used without limits."""
     defines: dict[str, object] = {f"L_{name.upper()}": getattr(law.layout, name) for name in (*LAYOUT, "evidence")}
-    defines |= {f"M_{name}": getattr(plausibility, name) for name in KEPT}
-    defines |= {name: getattr(plausibility, name) for name in CONSTANTS}
-    defines |= {name: getattr(plausibility, name) for name in vars(plausibility) if name.startswith("T_")}
+    defines |= {f"M_{name}": getattr(guard, name) for name in KEPT}
+    defines |= {name: getattr(guard, name) for name in CONSTANTS}
+    defines |= {name: getattr(guard, name) for name in vars(guard) if name.startswith("T_")}
     pauses = (guard.PAUSE, guard.MOST, guard.SETTLED)
     defines |= dict(zip(("PAUSE_FIRST", "PAUSE_MOST", "PAUSE_SETTLED"), pauses, strict=True))
     return defines | {"FIRST_BLOCK": FIRST_BLOCK}

@@ -65,8 +65,8 @@ def test_element_neither_resists_rigid_motion_nor_misses_any_of_its_inertia(L, o
 def test_hollow_shear_coefficient_tends_to_the_solid_and_to_the_thin_tube():
     """Cowper (1966): 6 (1 + nu) / (7 + 6 nu) solid, 2 (1 + nu) / (4 + 3 nu) thin-walled."""
     nu = 0.3
-    assert shapes.shear_coefficient(nu) == pytest.approx(6 * (1 + nu) / (7 + 6 * nu))
-    assert shapes.shear_coefficient(nu, 1.0) == pytest.approx(2 * (1 + nu) / (4 + 3 * nu))
+    assert elements.shear_coefficient(nu) == pytest.approx(6 * (1 + nu) / (7 + 6 * nu))
+    assert elements.shear_coefficient(nu, 1.0) == pytest.approx(2 * (1 + nu) / (4 + 3 * nu))
 
 
 def test_rotor_matrices_have_their_symmetries(full_rotor):

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike, NDArray
 
-from fe_shaft.shapes import shear_coefficient
+from fe_shaft.elements import shear_coefficient
 from fe_shaft.shaft import Material, ShaftElement
 
 
