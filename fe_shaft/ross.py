@@ -18,8 +18,7 @@ import numpy as np
 
 from fe_shaft.bearing import BearingElement
 from fe_shaft.checks import ShaftError
-from fe_shaft.masses import DiskElement, PointMass
-from fe_shaft.shaft import Material, ShaftElement
+from fe_shaft.shaft import DiskElement, Material, PointMass, ShaftElement
 from rotorsim.base.control_systems import Foreign, Leftovers
 
 _COEFFICIENTS = ("kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy")

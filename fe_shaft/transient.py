@@ -107,6 +107,13 @@ def run_time_response(
     ------
     ShaftError
         If the shapes do not fit, times are uneven, something is not finite, or the shaft has hysteretic damping.
+
+    Examples
+    --------
+    >>> import fe_shaft
+    >>> t = np.linspace(0.0, 0.1, 101)
+    >>> rotor.run_time_response(100.0, None, t, unbalance=[fe_shaft.Unbalance(3, 1e-5)]).yout.shape
+    (101, 28)
     """
     if rotor.hysteretic:
         raise ShaftError(

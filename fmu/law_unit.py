@@ -14,11 +14,9 @@ from fmu.linear_model import numbers
 from fmu.model import wrapper_text
 from fmu.tables import MAGIC, array, row, runs
 from fmu.variables import UnitVariable
-from rotorsim.control import Law
-from rotorsim.control.runtime import guard, plausibility
-from rotorsim.control.runtime.alarm import SENTENCES
-from rotorsim.control.runtime.guard import FADE, FARTHEST, HOLD
-from rotorsim.control.runtime.kernels import FIRST_BLOCK
+from rotorsim.control import Law, guard
+from rotorsim.control.guard import FADE, FARTHEST, HOLD, SENTENCES
+from rotorsim.control.law_kernel import FIRST_BLOCK
 
 INPUTS = ("meas.disc_x", "meas.disc_y", "meas.speed", "meas.pressure")
 OUTPUTS = ("piezo.ref_x", "piezo.ref_y")
@@ -169,10 +167,10 @@ CONSTANTS = (
 def _plausibility(law: Law) -> dict[str, object]:
     """Definitions of plausibility.h; none of them is used without limits."""
     defines: dict[str, object] = {f"L_{name.upper()}": getattr(law.layout, name) for name in (*LAYOUT, "evidence")}
-    defines |= {f"M_{name}": getattr(plausibility, name) for name in KEPT}
-    defines |= {name: getattr(plausibility, name) for name in CONSTANTS}
-    defines |= {name: getattr(plausibility, name) for name in vars(plausibility) if name.startswith("T_")}
-    pauses = (plausibility.PAUSE, plausibility.MOST, plausibility.SETTLED)
+    defines |= {f"M_{name}": getattr(guard, name) for name in KEPT}
+    defines |= {name: getattr(guard, name) for name in CONSTANTS}
+    defines |= {name: getattr(guard, name) for name in vars(guard) if name.startswith("T_")}
+    pauses = (guard.PAUSE, guard.MOST, guard.SETTLED)
     defines |= dict(zip(("PAUSE_FIRST", "PAUSE_MOST", "PAUSE_SETTLED"), pauses, strict=True))
     return defines | {"FIRST_BLOCK": FIRST_BLOCK}
 

@@ -15,19 +15,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, lru_cache
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
 from threadpoolctl import threadpool_limits
 
-from rotorsim.analysis.figures import BARE, bare, figures
-from rotorsim.analysis.targets import Parameter, Target, Targets, split, value_at
+from rotorsim.analysis.load_capacity import lift_off
+from rotorsim.analysis.operating_map import operating_point
+from rotorsim.analysis.targets import AXES, BARE, Parameter, Target, Targets, split, value_at
+from rotorsim.analysis.whirl_onset import whirl_onset
 from rotorsim.base.errors import DataError, RotorsimError
+from rotorsim.base.files import write_text
 from rotorsim.base.interrupt import finishing
-from rotorsim.machine.file_text import with_values
+from rotorsim.machine.file_text import remarked, with_value, with_values
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
+from rotorsim.plant.linearise import LinearPlant
 
 WEAK = 2.0
 STEP = 1e-3
@@ -216,6 +222,37 @@ class _Fit:
         return np.stack(columns, axis=1)
 
 
+def axis_modes(model: LinearPlant) -> tuple[int, int]:
+    """Number of the mode that moves x and of the one that moves y; in order of frequency when both are one."""
+    first = model.mode_of_axis(0), model.mode_of_axis(1)
+    return first if first[0] != first[1] else (0, 1)
+
+
+def figures(plant: Plant, speed: float, pressure: float) -> dict[str, float]:
+    """All figures of an operating point; raises NoLiftOffError."""
+    point = operating_point(plant, speed, pressure, (0.0,))
+    model, found = point.model, {}
+    for axis, mode in zip(AXES, axis_modes(model), strict=True):
+        found[f"wn_{axis}"], found[f"zeta_{axis}"] = float(model.wn[mode]), float(model.zeta[mode])
+    for i, a in enumerate(AXES):
+        found[f"delay_{a}"] = float(model.delay[i])
+        found |= {f"gain_{a}{b}": float(model.static_gain[i, j]) for j, b in enumerate(AXES)}
+    rest = point.equilibrium
+    return found | {
+        "eccentricity_ratio": rest.eccentricity_ratio,
+        "h_min": rest.h_min,
+        "mass_flow": float(rest.mass_flow.sum()),
+    }
+
+
+@lru_cache(maxsize=64)
+def bare(plant: Plant, quantity: str, speed: float, pressure: float) -> float:
+    """A figure of no single operating point."""
+    if quantity == "lift_off":
+        return float(lift_off(plant, [speed])[0])
+    return float(whirl_onset(plant, [pressure])["onset_speed"][0])
+
+
 def _read(machine: Machine, targets: Targets, asked: Sequence[Target]) -> list[tuple[float, float]]:
     """Smallest and largest value of each asked target's quantity; every operating point is computed once."""
     plant = Plant(machine)
@@ -266,3 +303,75 @@ def _direction(names: list[str], vector: np.ndarray) -> str:
     order = np.argsort(-np.abs(vector))
     parts = [f"{vector[k]:+.2f} {names[k]}" for k in order if abs(vector[k]) > 0.15]
     return " ".join(parts)
+
+
+def save_calibrated(found: Calibration, name: str, path: str | Path, loaded: Machine) -> None:
+    """Write the machine file with the new values: comments kept where they still hold, a remark at its head.
+
+    Parameters
+    ----------
+    found : Calibration
+        Result of `calibrate`.
+    name : str
+        Name of the targets, for the remark.
+    path : path
+        File to write; raises WriteError.
+    loaded : Machine
+        The machine before; its film grid is kept.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.calibrate(machine, rs.analysis.read_targets("dtu_orifice"))  # doctest: +SKIP
+    >>> rs.analysis.save_calibrated(found, "dtu_orifice", "calibrated.toml", machine)  # doctest: +SKIP
+    """
+    path = Path(path)
+    values = ", ".join(
+        f"{p.name} {v:.5g} {p.unit}".strip() for p, v in zip(found.parameters, found.values, strict=True)
+    )
+    before, after, total = found.met()
+    head = (
+        f"# Calibrated, not predicted: fitted to '{name}': {values}.\n"
+        f"# Targets met: {before} before, {after} after, of {total}{_on(found.machine, loaded)}.\n"
+    )
+    machine = found.machine.replace("grid.n_theta", loaded.grid.n_theta).replace("grid.n_z", loaded.grid.n_z)
+    changed = [f.path for p in found.parameters for f in p.fields]
+    text = remarked(machine._source or machine.text, changed, f"calibrated to '{name}'")
+    write_text(path, head + with_value(text, "name", path.stem))
+
+
+def _on(used: Machine, loaded: Machine) -> str:
+    """The film grid that the figures are of, where it is not that of the file."""
+    grid = (used.grid.n_theta, used.grid.n_z)
+    same = used.film is None or grid == (loaded.grid.n_theta, loaded.grid.n_z)
+    return "" if same else f", on a film grid of {grid[0]} x {grid[1]}"
+
+
+def calibration_numbers(found: Calibration) -> dict[str, Any]:
+    """Calibration result as plain numbers in SI, parameters in their own units.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.calibrate(machine, rs.analysis.read_targets("dtu_orifice"))  # doctest: +SKIP
+    >>> rs.analysis.calibration_numbers(found)["cost"]  # doctest: +SKIP
+    """
+    return {
+        "ended": found.ended,
+        "cost": list(found.cost),
+        "parameters": [
+            {"name": p.name, "unit": p.unit, "start": p.start, "value": v, "sd": s, "at_bound": bool(b)}
+            for p, v, s, b in zip(
+                found.parameters, found.values.tolist(), found.sd.tolist(), found.at_bound, strict=True
+            )
+        ],
+        "correlation": found.correlation.tolist(),
+        "singular_values": found.singular_values.tolist(),
+        "not_identifiable": list(found.unidentifiable),
+        "targets": [
+            {"name": r.target.name, "role": r.target.role, "target": [r.target.low, r.target.high],
+             "before": list(r.before), "after": list(r.after), "verdicts": list(r.verdicts)}
+            for r in found.rows
+        ],
+        "met": dict(zip(("before", "after", "of"), found.met(), strict=True)),
+    }  # fmt: skip

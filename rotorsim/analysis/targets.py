@@ -15,11 +15,21 @@ from typing import Any
 import numpy as np
 
 from rotorsim.analysis.axes import TEXT, checked
-from rotorsim.analysis.figures import UNITS
 from rotorsim.base.errors import DataError
 from rotorsim.base.input_files import instead, parse_toml
 from rotorsim.base.units import parse
 
+AXES = ("x", "y")
+UNITS = (
+    {f"wn_{a}": "rad/s" for a in AXES}
+    | {f"zeta_{a}": "1" for a in AXES}
+    | {f"delay_{a}": "s" for a in AXES}
+    | {f"gain_{a}{b}": "m/V" for a in AXES for b in AXES}
+    | {"eccentricity_ratio": "1", "h_min": "m", "mass_flow": "kg/s", "lift_off": "Pa", "whirl_onset": "rad/s"}
+)
+"""Quantities with their SI units; gain_xy is disc x per volt of reference y."""
+BARE = ("lift_off", "whirl_onset")
+"""Figures of no single operating point: lift-off of the speed, whirl onset of the pressure."""
 ROLES = ("fit", "predict")
 
 

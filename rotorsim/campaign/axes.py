@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.analysis.cases import ANALYSES, Analysis
+from rotorsim.analysis.sweep_definition import ANALYSES, Analysis
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.quantity import Quantity, quantities
 from rotorsim.base.units import Suggest, dimension, parse, show

@@ -18,7 +18,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from identification import make_record
-from rotorsim.analysis.cases import ANALYSES
+from rotorsim.analysis.sweep_definition import ANALYSES
 from rotorsim.base.cache import in_cache
 from rotorsim.base.errors import ConvergenceError, RotorsimError
 from rotorsim.base.files import Lock, WriteError, write_error

@@ -7,9 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from rotorsim.analysis.cases import REASON
-from rotorsim.analysis.sweeps.definition import WHAT, Over, SweepDefinition, make_sweep
-from rotorsim.analysis.sweeps.sweep import SweepResult, result_of
+from rotorsim.analysis.sweep import SweepResult, result_of
+from rotorsim.analysis.sweep_definition import REASON, WHAT, Over, SweepDefinition, make_sweep
 from rotorsim.base.units import show
 from rotorsim.campaign.index import DONE, PENDING
 from rotorsim.campaign.plan import Plan

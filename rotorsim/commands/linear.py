@@ -288,7 +288,7 @@ def modes(
     """Draw the modes of rotor and film at one operating point."""
     at = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
     plant = settings.plant(machine)
-    from rotorsim.analysis.mode_shapes import mode_shapes
+    from rotorsim.analysis.shaft_motion import mode_shapes
     from rotorsim.machine.limits import ask_rim_speed
     from rotorsim.report.pictures import lacking
 

@@ -249,7 +249,7 @@ def strong(found: Calibration) -> list[str]:
 
 
 def _range(low: float, high: float, quantity: str) -> str:
-    from rotorsim.analysis.figures import UNITS
+    from rotorsim.analysis.targets import UNITS
 
     scale, unit = SCALES.get(UNITS[quantity], (1.0, UNITS[quantity].replace("1", "")))
     low, high = (0.0 if abs(v * scale) < 1e-9 else v * scale for v in (low, high))

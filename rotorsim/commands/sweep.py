@@ -67,8 +67,8 @@ def sweep(
     """
     page.check(report)
     plant = settings.plant(machine)
-    from rotorsim.analysis.sweeps.definition import make_sweep
-    from rotorsim.analysis.sweeps.sweep import NETCDF, TABLE
+    from rotorsim.analysis.sweep import NETCDF, TABLE
+    from rotorsim.analysis.sweep_definition import make_sweep
     from rotorsim.campaign.store import MANIFEST
     from rotorsim.campaign.sweep import plan_of, run_sweep
 

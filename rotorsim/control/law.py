@@ -3,7 +3,7 @@ r"""`Law`: common run-time form of all controllers, a discrete state space sched
 .. math:: x_{k+1} = A(q) x_k + B(q) (y_k - y_c), \qquad u_k = C(q) x_k + D(q) (y_k - y_c)
 
 y [m] is the measured disc, y_c the position that asks for nothing, u [V] the reference, which the plant receives one
-sample later. The matrices are a table over (speed, pressure); see `rotorsim.control.runtime.kernels` for a sample.
+sample later. The matrices are a table over (speed, pressure); see `rotorsim.control.law_kernel` for a sample.
 
 Cites: thesis.
 """
@@ -22,16 +22,14 @@ import numpy as np
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.control_systems import state_space
 from rotorsim.base.display import Card, Shown
-from rotorsim.base.errors import OtherMachine
+from rotorsim.base.errors import LawError, OtherMachine
 from rotorsim.base.files import write_json
 from rotorsim.base.input_files import instead, parse_json
 from rotorsim.base.mat import is_mat, write_mat
 from rotorsim.control import law_exchange
-from rotorsim.control.errors import LawError
+from rotorsim.control.guard import LOST, SENTENCES, alarm_code, past_alarms
+from rotorsim.control.law_kernel import LawLayout, make_layout, refresh, step
 from rotorsim.control.plausibility import Plausibility
-from rotorsim.control.runtime import alarm
-from rotorsim.control.runtime.guard import LOST
-from rotorsim.control.runtime.kernels import LawLayout, make_layout, refresh, step
 
 MATRICES = law_exchange.MATRICES
 LIMIT = 5.0
@@ -227,13 +225,13 @@ class Law(Shown):
 
     @property
     def alarm_code(self) -> int:
-        """0 as long as the law acts fully; see `rotorsim.control.runtime.alarm` for the others."""
-        return alarm.code(self.memory, self.layout.guard)
+        """0 as long as the law acts fully; see `rotorsim.control.guard.SENTENCES` for the others."""
+        return alarm_code(self.memory, self.layout.guard)
 
     @property
     def alarm(self) -> str | None:
         """Why the law does not act fully now, as a sentence; None as long as it does."""
-        return alarm.SENTENCES.get(self.alarm_code)
+        return SENTENCES.get(self.alarm_code)
 
     @property
     def bad_samples(self) -> int:
@@ -243,7 +241,7 @@ class Law(Shown):
     @property
     def past_alarms(self) -> str:
         """Bad samples since the last reset, as a sentence; empty if there were none."""
-        return alarm.past(self.memory, self.layout.guard)
+        return past_alarms(self.memory, self.layout.guard)
 
     def at(self, speed: float, pressure: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """A, B, C, D as they run at an operating point."""

@@ -22,10 +22,10 @@ from typing import Any
 import numpy as np
 
 from identification import LinearModel
+from rotorsim.base.errors import DesignError
 from rotorsim.base.rounding import DECAYS, decays
-from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
-from rotorsim.control.plants import MICRO, MILLI, Model, point_text, sampled_plant
+from rotorsim.control.plants import MICRO, Model, point_text, sampled_plant
 from rotorsim.control.systems import System, feedback, largest, response
 
 FREQUENCIES = 1200
@@ -325,6 +325,3 @@ def hit_ratios(law: Law, model: Model, points: Iterable[tuple[float, float]]) ->
         closed, _ = hit_responses(plant, law_system(law, speed, pressure))
         rows.append(closed / hit_responses(plant, None)[0])
     return np.array(rows)
-
-
-__all__ = ["MILLI", "Loop", "Sweep", "bode_integral", "model_loop", "root_locus", "sweep"]

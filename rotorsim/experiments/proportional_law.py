@@ -17,8 +17,7 @@ import numpy as np
 
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import ControllerError
-from rotorsim.control.runtime.alarm import SENTENCES, code
-from rotorsim.control.runtime.guard import FARTHEST, OK, SENSOR, SIZE, guard
+from rotorsim.control.guard import FARTHEST, OK, SENSOR, SENTENCES, SIZE, alarm_code, guard
 from rotorsim.experiments.experiment import attributes, check_parameters, param
 
 
@@ -70,7 +69,7 @@ class ProportionalLaw:
     @property
     def alarm(self) -> str | None:
         """Why the law does not act fully now, as a sentence; None as long as it does."""
-        return SENTENCES.get(code(self.memory, 0))
+        return SENTENCES.get(alarm_code(self.memory, 0))
 
     def attrs(self) -> dict[str, Any]:
         """Parameters for a record's attributes."""

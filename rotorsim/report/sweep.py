@@ -9,8 +9,8 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from rotorsim.analysis.sweeps.definition import SweepQuantity
-from rotorsim.analysis.sweeps.sweep import SweepResult, heading, text_of
+from rotorsim.analysis.sweep import SweepResult, heading, text_of
+from rotorsim.analysis.sweep_definition import SweepQuantity
 from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.input_files import parse_toml
 from rotorsim.report.operating_map import MAP_SCALE

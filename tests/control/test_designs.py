@@ -9,8 +9,9 @@ from rotorsim.base.constants import KRPM, RIG_SAMPLE
 from rotorsim.base.quantity import quantities
 from rotorsim.control import DesignError
 from rotorsim.control.catalogue import DESIGNS, make_spec, module_of
-from rotorsim.control.designs import h2_scheduled, hinf, lead, lpv, lqr, mpc, p, placement, weighted_plant, youla
+from rotorsim.control.designs import h2_scheduled, hinf, hinf_synthesis, lead, lpv, lqr, mpc, p, placement, youla
 from rotorsim.control.designs.h2_scheduled import held_out
+from rotorsim.control.law_from_system import biased, without_dc
 from rotorsim.control.plants import sampled_plant
 from rotorsim.control.sampled_loop import (  # fmt: skip
     bode_integral,
@@ -23,7 +24,6 @@ from rotorsim.control.sampled_loop import (  # fmt: skip
     stable_gains,
     sweep,
 )
-from rotorsim.control.variants import biased, without_dc
 
 pytestmark = pytest.mark.numerical
 
@@ -217,7 +217,7 @@ def test_every_number_of_a_specification_is_declared():
 
 
 def test_the_documentation_of_a_specification_states_the_unit_of_every_number():
-    for spec in (*(module_of(name).Spec for name in DESIGNS), mpc.Spec, weighted_plant.Weights, h2_scheduled.H2Weights):
+    for spec in (*(module_of(name).Spec for name in DESIGNS), mpc.Spec, hinf_synthesis.Weights, h2_scheduled.H2Weights):
         for name, quantity in quantities(spec).items():
             entry = spec.__doc__.partition(f"\n{name} : ")[2].split("\n")
             assert entry[1].startswith("    ") and entry[1].endswith(f"[{quantity.unit}]."), (spec, name)

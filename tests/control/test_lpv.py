@@ -8,18 +8,20 @@ import pytest
 import rotorsim as rs
 from rotorsim.control import DesignError
 from rotorsim.control.designs import lpv
-from rotorsim.control.designs.hinf_synthesis import solve
-from rotorsim.control.designs.lmi import Inequality, LmiProblem, minimise
-from rotorsim.control.designs.lpv_controller import (
+from rotorsim.control.designs.hinf_synthesis import closed, mixed_sensitivity, solve
+from rotorsim.control.designs.lpv import controller_at, exponents
+from rotorsim.control.designs.lpv_problem import (
+    Inequality,
+    LmiProblem,
     Polynomial,
-    controller_at,
+    Sought,
+    SynthesisGrid,
     corners,
     derivatives,
-    exponents,
     functions,
+    minimise,
+    synthesise,
 )
-from rotorsim.control.designs.lpv_problem import Sought, SynthesisGrid, synthesise
-from rotorsim.control.designs.weighted_plant import closed, mixed_sensitivity
 from rotorsim.control.plants import design_plant
 from rotorsim.control.systems import peak_gain
 

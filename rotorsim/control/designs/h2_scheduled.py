@@ -29,6 +29,8 @@ import numpy as np
 from scipy.linalg import solve_continuous_are
 
 from rotorsim.base.constants import KRPM, RIG_SAMPLE
+from rotorsim.base.errors import DesignError
+from rotorsim.control.designs.hinf_synthesis import Generalised, high_pass, notch
 from rotorsim.control.designs.specification import (
     Specification,
     count,
@@ -38,8 +40,6 @@ from rotorsim.control.designs.specification import (
     register,
     sampling_time,
 )
-from rotorsim.control.designs.weighted_plant import Generalised, high_pass, notch
-from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete, make_law, over_grid, table_axes
 from rotorsim.control.plants import Model, design_plant, point_text, sampled_plant
@@ -158,9 +158,6 @@ def held_out(rows: int, columns: int) -> np.ndarray:
     return ((i + 2 * j) % 3 == 1) & ~corner
 
 
-__all__ = ["H2Weights", "Spec", "design", "local"]
-
-
 @dataclass(frozen=True)
 class ScheduledH2Spec(Specification):
     """Weights, grids and the orders of interpolation that are tried, in turn."""
@@ -251,6 +248,3 @@ def imbalance_response(model: Model, K: System | None, speed: float, pressure: f
     z = np.array([np.exp(1j * speed * Ts)])
     So = np.linalg.inv(np.eye(2) - response(sampled, z)[0] @ response(K, z)[0])
     return float(np.linalg.norm(So @ turning))
-
-
-__all__ = ["H2Weights", "Spec", "design", "local"]

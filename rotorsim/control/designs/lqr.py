@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorsim.base.constants import KRPM, MPA
-from rotorsim.control.designs.observers import observer_law
 from rotorsim.control.designs.specification import (
     Specification,
     number,
@@ -29,7 +28,7 @@ from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law
 from rotorsim.control.plants import Model, check_modes, design_plant, sampled_plant
 from rotorsim.control.sampled_loop import check_loop
-from rotorsim.control.systems import System, sampled_riccati
+from rotorsim.control.systems import System, observer_law, sampled_riccati
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.constants import KRPM, MPA
-from rotorsim.base.errors import OtherMachine
+from rotorsim.base.errors import DesignError, OtherMachine
 from rotorsim.control.designs.lqr import Gains, LqrSpec, gains
 from rotorsim.control.designs.specification import (
     Specification,
@@ -32,11 +32,9 @@ from rotorsim.control.designs.specification import (
     shaft_speed,
     supply_pressure,
 )
-from rotorsim.control.errors import DesignError
+from rotorsim.control.guard import FARTHEST, LOST, OK, SENSOR, SENTENCES, SIZE, alarm_code, guard, past_alarms
 from rotorsim.control.law import LIMIT, other_machine
 from rotorsim.control.plants import Model
-from rotorsim.control.runtime import alarm
-from rotorsim.control.runtime.guard import FARTHEST, LOST, OK, SENSOR, SIZE, guard
 from rotorsim.control.systems import System
 
 DIRECTIONS = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, -1.0]]) / np.array([[1], [1], [2**0.5], [2**0.5]])
@@ -191,7 +189,7 @@ class Predictive:
     @property
     def alarm(self) -> str | None:
         """Why the controller does not act fully now, as a sentence; None as long as it does."""
-        return alarm.SENTENCES.get(alarm.code(self.memory, 0))
+        return SENTENCES.get(alarm_code(self.memory, 0))
 
     @property
     def bad_samples(self) -> int:
@@ -201,7 +199,7 @@ class Predictive:
     @property
     def past_alarms(self) -> str:
         """Bad samples since the last reset, as a sentence; empty if there were none."""
-        return alarm.past(self.memory, 0)
+        return past_alarms(self.memory, 0)
 
 
 class Program:
@@ -282,6 +280,3 @@ def solver(H: np.ndarray, q: np.ndarray, A: np.ndarray, low: np.ndarray, high: n
     made = osqp.OSQP()
     made.setup(csc_matrix(triu(csc_matrix(H))), q, csc_matrix(A), low, high, **SETTINGS)
     return made
-
-
-__all__ = ["Predictive", "Program", "Spec", "design"]

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorsim.base.constants import KRPM, MPA
+from rotorsim.base.errors import DesignError
 from rotorsim.base.rounding import ALIKE
-from rotorsim.control.designs.observers import observer_law
 from rotorsim.control.designs.specification import (
     Specification,
     number,
@@ -21,12 +21,11 @@ from rotorsim.control.designs.specification import (
     shaft_speed,
     supply_pressure,
 )
-from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law
 from rotorsim.control.plants import Model, check_modes, design_plant, short_sampled_plant
 from rotorsim.control.sampled_loop import check_loop
-from rotorsim.control.systems import System
+from rotorsim.control.systems import System, observer_law
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rotorsim.base.constants import KRPM, MPA
+from rotorsim.base.errors import DesignError
 from rotorsim.control.designs import h2_scheduled
 from rotorsim.control.designs.h2_scheduled import with_integrator
 from rotorsim.control.designs.specification import (
@@ -27,7 +28,6 @@ from rotorsim.control.designs.specification import (
     shaft_speed,
     supply_pressure,
 )
-from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete, no_antiwindup, table_axes
 from rotorsim.control.plants import Model, sampled_plant

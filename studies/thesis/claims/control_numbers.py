@@ -10,8 +10,7 @@ import numpy as np
 from identification.lpv.model import LpvModel
 from rotorsim.base.constants import KRPM, MPA, TO_HZ
 from rotorsim.control.designs import hinf
-from rotorsim.control.designs.hinf_synthesis import controller, solve
-from rotorsim.control.designs.weighted_plant import closed, mixed_sensitivity
+from rotorsim.control.designs.hinf_synthesis import closed, controller, mixed_sensitivity, solve
 from rotorsim.control.law import Law
 from rotorsim.control.plants import design_plant, sampled_plant
 from rotorsim.control.sampled_loop import closed_poles, law_system, model_loop, stable_gains

@@ -12,9 +12,9 @@ from itertools import product
 from typing import NamedTuple
 
 from rotorsim.base.constants import KRPM
+from rotorsim.base.errors import DesignError
 from rotorsim.control.designs import hinf
-from rotorsim.control.designs.weighted_plant import Weights
-from rotorsim.control.errors import DesignError
+from rotorsim.control.designs.hinf_synthesis import Weights
 from rotorsim.control.plants import Model
 from rotorsim.control.sampled_loop import hit_ratios, model_loop
 

@@ -17,9 +17,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rotorsim.analysis.cases import ANALYSES, REASON, Analysis
-from rotorsim.analysis.sweeps.definition import QUANTITIES, WHAT, Over, SweepDefinition, SweepQuantity, make_sweep
-from rotorsim.analysis.varied import labelled
+from rotorsim.analysis.axes import labelled
+from rotorsim.analysis.sweep_definition import (
+    ANALYSES,
+    QUANTITIES,
+    REASON,
+    WHAT,
+    Analysis,
+    Over,
+    SweepDefinition,
+    SweepQuantity,
+    make_sweep,
+)
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.files import make_folder, write_text
 from rotorsim.base.hdf5 import write_netcdf
@@ -32,7 +41,7 @@ from rotorsim.plant.plant import Plant
 if TYPE_CHECKING:
     import xarray as xr
 
-    from rotorsim.analysis.sweeps.definition import SweepDefinition
+    from rotorsim.analysis.sweep_definition import SweepDefinition
 
 NETCDF, TABLE = "sweep.nc", "sweep.csv"
 PENDING = "not computed"

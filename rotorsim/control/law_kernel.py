@@ -4,7 +4,7 @@ r"""One sample of a scheduled discrete law: interpolation, saturation, anti-wind
 
 The matrices are interpolated bilinearly in the table at every refresh; outside the table its edge holds. f rises from 0
 to 1 while the law fades in. W is the anti-windup gain. A sample that is not a number does not reach the equation, see
-`rotorsim.control.runtime.guard`.
+`rotorsim.control.guard`.
 
 Cites: astrom_1997.
 """
@@ -14,8 +14,25 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from reynolds.jit import inlined, kernel
-from rotorsim.control.runtime.guard import BAD, POINT, SIZE, fault_in, hold, left, overflow, resume
-from rotorsim.control.runtime.plausibility import AT, COUNT, FRESH, KNOWN, LIMITS, REFRESHED, STATE, WAYS, implausible
+from rotorsim.control.guard import (
+    AT,
+    BAD,
+    COUNT,
+    FRESH,
+    KNOWN,
+    LIMITS,
+    POINT,
+    REFRESHED,
+    SIZE,
+    STATE,
+    WAYS,
+    fault_in,
+    hold,
+    implausible,
+    left,
+    overflow,
+    resume,
+)
 
 
 @inlined
