@@ -8,13 +8,13 @@ from typing import Annotated, Any
 import typer
 
 from rotorsim.base.interrupt import interrupted
-from rotorsim.base.version import installed
 from rotorsim.commands import (
     balance,
     campaign,
     compare,
     control,
     data,
+    diagnosis,
     experiment,
     fmu,
     identification,
@@ -22,17 +22,14 @@ from rotorsim.commands import (
     live,
     machine,
     map,
-    report,
     sweep,
-    warm,
 )
-from rotorsim.commands.diagnosis import diagnose, hide
 from rotorsim.commands.experiment import experiment_function
 from rotorsim.commands.registry import COMMANDS, GROUPS, CommandGroup
 
 CHAPTERS = (
-    balance, campaign, compare, control, data, diagnose, experiment, fmu, hide, identification, linear, live, machine,
-    map, report, sweep, warm,
+    balance, campaign, compare, control, data, diagnosis, experiment, fmu, identification, linear, live, machine, map,
+    sweep,
 )  # fmt: skip
 """Modules whose import registers the commands."""
 PANELS = {
@@ -99,6 +96,8 @@ for _name, _kind in GROUPS.items():
 def _version(asked: bool) -> None:
     """Print name and version, and end."""
     if asked:
+        from rotorsim.base.version import installed
+
         typer.echo(f"rotorsim {installed('rotorsim')}")
         raise typer.Exit
 

@@ -22,7 +22,7 @@ from rotorsim.control.designs.weighted_plant import Weights, mixed_sensitivity
 from rotorsim.control.plants import design_plant
 from rotorsim.control.runtime.kernels import refresh, steps
 from rotorsim.control.sampled_loop import sweep
-from rotorsim.live.rig.laws import SHIPPED
+from rotorsim.live.laws import SHIPPED
 from studies.benchmarks.result import Figure
 
 SAMPLES = 20_000

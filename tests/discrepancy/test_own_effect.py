@@ -38,7 +38,7 @@ if "belt" not in REGISTRY:
 from fmu.model import PlantUnit
 from rotorsim.discrepancy.search.candidates import candidates
 from rotorsim.discrepancy.twin.plant import Twin
-from rotorsim.live.rig.settings import equip, sliders
+from rotorsim.live.settings import equip, sliders
 from rotorsim.machine.catalogue import catalogue
 from rotorsim.plant import Plant
 machine = load_machine("plain_rotor").replace("effects.belt.pull", "5 N")

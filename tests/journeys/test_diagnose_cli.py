@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rotorsim.base.errors import DataError
-from rotorsim.commands.diagnosis.diagnose import unfinished
+from rotorsim.commands.diagnosis import unfinished
 from rotorsim.discrepancy.hidden_machine import draw, record_of, write
 from rotorsim.discrepancy.plan.experiments import campaign
 from rotorsim.discrepancy.search.candidates import candidates
