@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rotorsim.base.cache import in_cache, key_of
 from rotorsim.base.constants import MINUTE
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.progress import end_line, line
@@ -255,6 +254,8 @@ def run_loop(
 @contextmanager
 def unfinished(*asked: Any) -> Iterator[Path]:
     """Folder in the cache by which an interrupted diagnosis resumes: until its end, or for a month."""
+    from rotorsim.base.cache import in_cache, key_of
+
     root = in_cache("diagnoses")
     folder = root / key_of(Path.cwd(), asked)
     for old in root.iterdir():

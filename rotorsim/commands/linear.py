@@ -15,7 +15,6 @@ import typer
 from rotorsim.base.constants import TO_HZ, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
-from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.commands.options import (
     AsJson,
     GivenMachine,
@@ -212,6 +211,8 @@ def _unbalance(machine: Machine, me: str | None, disc: int | None) -> tuple[Unba
 
 def _write(found: xr.Dataset, folder: Path, name: str, rows: list[tuple[object, ...]]) -> dict[str, str]:
     """Write NetCDF and CSV; paths by kind."""
+    from rotorsim.base.hdf5 import write_netcdf
+
     write_netcdf(folder / f"{name}.nc", found)
     text = io.StringIO()
     csv.writer(text).writerows(rows)
@@ -289,6 +290,7 @@ def modes(
     at = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
     plant = settings.plant(machine)
     from rotorsim.analysis.mode_shapes import mode_shapes
+    from rotorsim.base.hdf5 import write_netcdf
     from rotorsim.machine.running_limits import ask_rim_speed
     from rotorsim.report.pictures import lacking
 
