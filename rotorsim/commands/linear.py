@@ -292,7 +292,7 @@ def modes(
     from rotorsim.analysis.mode_shapes import mode_shapes
     from rotorsim.base.hdf5 import write_netcdf
     from rotorsim.machine.running_limits import ask_rim_speed
-    from rotorsim.report.pictures import lacking
+    from rotorsim.report.scenes import lacking
 
     ask_rim_speed(plant.machine, at[0], "--speed")
     wanted = pictures is not False or show or bool(film)
@@ -355,7 +355,7 @@ def _draw_modes(found: xr.Dataset, folder: Path, endings: list[str], show: bool)
 
 def _check_film(film: str) -> None:
     """Refuse another kind of film, or one that cannot be written here, before anything is computed."""
-    from rotorsim.report.pictures import ENDINGS, check_program
+    from rotorsim.report.scenes import ENDINGS, check_program
 
     known = [ending[1:] for ending in ENDINGS[1:]]
     if film and film not in known:

@@ -14,9 +14,9 @@ from rotorsim.analysis.unbalance_response import ENDS, peak_of
 from rotorsim.base import toml_text as tomllib
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
-from rotorsim.report.page.page import Block, Page, write_page
-from rotorsim.report.page.theme import INK, PIN_COLOURS, compact, phase_axes, phase_lag, style
-from rotorsim.report.page.units import quantity
+from rotorsim.report.page import Block, Page, write_page
+from rotorsim.report.theme import INK, PIN_COLOURS, compact, phase_axes, phase_lag, style
+from rotorsim.report.units import quantity
 
 SYMBOLS = {"forward": "triangle-up", "backward": "triangle-down", "mixed": "circle", "": "circle"}
 ROWS = 60

@@ -13,7 +13,7 @@ from rotorsim.base.files import write_json
 from studies.thesis.claims.rules import text
 
 if TYPE_CHECKING:
-    from rotorsim.report.page.page import Block
+    from rotorsim.report.page import Block
 
 KEPT = "rules.json"
 """File in a study's folder that holds the rules of its first run."""
@@ -102,7 +102,7 @@ def _words(rule: Any) -> str:
 
 def edited_block(sentences: list[str]) -> list[Block]:
     """The section of a report that states the edits; none without any."""
-    from rotorsim.report.page.page import Block
+    from rotorsim.report.page import Block
 
     if not sentences:
         return []
