@@ -188,10 +188,10 @@ def _print_outcome(
 ) -> None:
     """Write the page of a record and print its results as a table or as JSON."""
     from rotorsim.experiments.summary import summarise_experiment
-    from rotorsim.report.page.page import write_page
-    from rotorsim.report.page.units import unit_system
+    from rotorsim.report.page import write_page
     from rotorsim.report.record import results as swept_rows, run_page
     from rotorsim.report.run import analyse
+    from rotorsim.report.units import unit_system
     from rotorsim.signals.record_blocks import open_record
 
     files = {"record": str(path)}

@@ -250,7 +250,7 @@ def identification_vs_physics(
     page.check()
     refuse_campaign(out)
     plant, layout = plant_of(machine), _layout(quick, speed, pressure)
-    from rotorsim.report.page.page import save_study_page
+    from rotorsim.report.page import save_study_page
     from rotorsim.study.identification_vs_physics import HEADS, rows, study, summary
     from rotorsim.study.identify_records import sources_of
     from rotorsim.study.pages import identification_blocks

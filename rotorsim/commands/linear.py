@@ -15,7 +15,6 @@ import typer
 from rotorsim.base.constants import TO_HZ, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
-from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.commands.options import (
     AsJson,
     GivenMachine,
@@ -212,6 +211,8 @@ def _unbalance(machine: Machine, me: str | None, disc: int | None) -> tuple[Unba
 
 def _write(found: xr.Dataset, folder: Path, name: str, rows: list[tuple[object, ...]]) -> dict[str, str]:
     """Write NetCDF and CSV; paths by kind."""
+    from rotorsim.base.hdf5 import write_netcdf
+
     write_netcdf(folder / f"{name}.nc", found)
     text = io.StringIO()
     csv.writer(text).writerows(rows)
@@ -288,9 +289,16 @@ def modes(
     """Draw the modes of rotor and film at one operating point."""
     at = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
     plant = settings.plant(machine)
+<<<<<<< HEAD
     from rotorsim.analysis.shaft_motion import mode_shapes
     from rotorsim.machine.limits import ask_rim_speed
     from rotorsim.report.pictures import lacking
+=======
+    from rotorsim.analysis.mode_shapes import mode_shapes
+    from rotorsim.base.hdf5 import write_netcdf
+    from rotorsim.machine.running_limits import ask_rim_speed
+    from rotorsim.report.scenes import lacking
+>>>>>>> w/show4
 
     ask_rim_speed(plant.machine, at[0], "--speed")
     wanted = pictures is not False or show or bool(film)
@@ -353,7 +361,7 @@ def _draw_modes(found: xr.Dataset, folder: Path, endings: list[str], show: bool)
 
 def _check_film(film: str) -> None:
     """Refuse another kind of film, or one that cannot be written here, before anything is computed."""
-    from rotorsim.report.pictures import ENDINGS, check_program
+    from rotorsim.report.scenes import ENDINGS, check_program
 
     known = [ending[1:] for ending in ENDINGS[1:]]
     if film and film not in known:

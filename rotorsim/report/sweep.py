@@ -14,9 +14,9 @@ from rotorsim.analysis.sweep_definition import SweepQuantity
 from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.input_files import parse_toml
 from rotorsim.report.operating_map import MAP_SCALE
-from rotorsim.report.page.page import Block, Page, write_page
-from rotorsim.report.page.theme import INK, PIN_COLOURS, compact, style
-from rotorsim.report.page.units import quantity
+from rotorsim.report.page import Block, Page, write_page
+from rotorsim.report.theme import INK, PIN_COLOURS, compact, style
+from rotorsim.report.units import quantity
 
 MOST_AXES = 3
 """Axes of a chart: two of a contour, one of small multiples."""

@@ -9,7 +9,8 @@ import rotorsim as rs
 from rotorsim.control import DesignError
 from rotorsim.control.designs import lpv
 from rotorsim.control.designs.hinf_synthesis import closed, mixed_sensitivity, solve
-from rotorsim.control.designs.lpv import controller_at, exponents
+from rotorsim.control.designs.lpv import controller_at
+from rotorsim.control.designs.lpv_problem import exponents
 from rotorsim.control.designs.lpv_problem import (
     Inequality,
     LmiProblem,

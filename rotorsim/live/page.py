@@ -12,11 +12,11 @@ from nicegui.element import Element
 from nicegui.elements import scene as nicegui_scene
 
 from rotorsim.base.errors import RotorsimError
-from rotorsim.live.rig.controls import BEARING, Control
-from rotorsim.live.rig.desk import Desk
-from rotorsim.live.rig.rig import SCATTER
+from rotorsim.live.desk import Desk
+from rotorsim.live.rig import SCATTER
+from rotorsim.live.settings import BEARING, Control
 
-HERE = Path(__file__).parent
+WEB = Path(__file__).parent / "web"
 SCENE = Path(nicegui_scene.__file__).parent / "dist"
 REFRESH = 0.2
 """Seconds between two readings of the rig."""
@@ -26,7 +26,7 @@ LEVERS = ("drive", "sense", "noise", "controller", BEARING)
 """Switches of the rig."""
 
 
-class PageViews(Element, component="views.js", esm={"rotorsim-live": "web", "nicegui-scene": str(SCENE)}):
+class PageViews(Element, component="web/views.js", esm={"rotorsim-live": "web", "nicegui-scene": str(SCENE)}):
     """Plots and readings of the rig."""
 
     def __init__(self, geometry: dict[str, Any]) -> None:
@@ -62,7 +62,7 @@ class Board:
 
     def _build(self) -> None:
         dark = ui.dark_mode(value=None)
-        ui.add_css(HERE / "live.css")
+        ui.add_css(WEB / "live.css")
         with ui.row().classes("live-head w-full items-center gap-4"):
             ui.label(f"rotorsim live: {self.desk.machine.name}").classes("text-h6")
             self._toggle("pace", "simulation speed")

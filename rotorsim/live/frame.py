@@ -1,7 +1,8 @@
-"""Display frames of the live page: rounded lists in engineering units, computed from the last samples.
+"""Display frames and readings of the live page: rounded numbers in engineering units.
 
 A frame is a pure function of the last samples and the film's pressure, so a replay of a record shows the same frames
-as the run it was recorded from, number for number.
+as the run it was recorded from, number for number. A reading (mode from an impact, eigenvalues) is shown as long as it
+is of the plant as it is set; else the reason why there is none.
 """
 
 from __future__ import annotations
@@ -11,8 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import MPA, TO_RPM, TO_UM
-from rotorsim.live.rig.samples import LENGTH
+from rotorsim.base.constants import MPA, TO_MPA, TO_RPM, TO_UM
+from rotorsim.base.rounding import DAMPED
+from rotorsim.live.modes import DRIFT, RigModes, RingdownReading
+from rotorsim.live.rig import LENGTH, Rig
+from rotorsim.live.settings import OFF
 from rotorsim.machine import Machine
 from rotorsim.machine.probes import reading_unit
 from rotorsim.plant.journal_room import journal_room
@@ -191,3 +195,70 @@ def _pair(rows: np.ndarray, name: str, digits: int) -> list[list[float]]:
 
 def _plain(values: np.ndarray, digits: int) -> list[float]:
     return np.round(np.asarray(values, float), digits).tolist()
+
+
+REPLAY = "not in a replay"
+SAME = 1e-3
+"""Distance of eigenvalues, over the frequency, up to which they are one."""
+
+
+def hit_shown(rig: Rig, kept: tuple[int, float, RingdownReading], replay: bool) -> dict[str, Any]:
+    """Displayed values of the last impact: axis, frequency [Hz], zeta, scatter of both, or the reason for none."""
+    epoch, speed, reading = kept
+    why = _hit_void(rig, epoch, speed, reading, replay)
+    shown: dict[str, Any] = {"axis": reading.axis, "why": why or reading.why}
+    if not shown["why"]:
+        shown |= {
+            "frequency": round(reading.frequency, 1), "frequency_scatter": round(reading.frequency_scatter + 0.05, 1),
+            "zeta": round(reading.zeta, 4), "zeta_scatter": round(reading.zeta_scatter + 0.00005, 4),
+        }  # fmt: skip
+    return shown
+
+
+def _hit_void(rig: Rig, epoch: int, speed: float, reading: RingdownReading, replay: bool) -> str:
+    if replay:
+        return REPLAY
+    if rig.stopped:
+        return "the plant has stopped"
+    if rig.hit is not None:
+        return f"{'xy'[rig.hit.axis]}: ringing"
+    if not reading.axis:
+        return "not yet"
+    if epoch != rig.epoch:
+        return f"{rig.change} since; hit again"
+    if abs(rig.speed - speed) > DRIFT:
+        return "the speed has changed since; hit again"
+    return ""
+
+
+def eigenvalues_shown(rig: Rig, kept: tuple[int, RigModes], replay: bool) -> dict[str, Any]:
+    """Plain values of the open loop's eigenvalues: frequency [Hz] and zeta by axis, the speed [rpm] and pressure [MPa]
+    they are at, why there are none."""
+    epoch, modes = kept
+    why = _eigenvalues_void(rig, epoch, replay) or modes.why
+    if why:
+        return {"why": why}
+    shown: dict[str, Any] = {
+        "why": "", "frequency": [round(f, 1) for f in modes.frequency], "zeta": [round(z, 4) for z in modes.zeta],
+        "growing": another_growing(modes), "all": modes.proven, "speed": round(modes.speed * TO_RPM),
+        "open": rig.settings.positions["controller"] != OFF,
+    }  # fmt: skip
+    return shown | {"pressure": round(modes.pressure * TO_MPA, 3)} if rig.has_film else shown
+
+
+def another_growing(modes: RigModes) -> list[float]:
+    """Frequency [Hz] and damping ratio of a mode that grows and is not among those of the axes; empty without one."""
+    frequency, zeta = modes.least
+    axes = zip(modes.frequency, modes.zeta, strict=True)
+    shown = any(np.hypot(f / frequency - 1, z - zeta) < SAME for f, z in axes)
+    return [] if zeta >= -DAMPED or shown else [round(frequency, 1), round(zeta, 4)]
+
+
+def _eigenvalues_void(rig: Rig, epoch: int, replay: bool) -> str:
+    if replay:
+        return REPLAY
+    if epoch != rig.epoch:
+        return "being computed"
+    if any(rig.settings.numbers.get(f"reference_{axis}", 0.0) for axis in "xy"):
+        return "is for references of 0 V"
+    return ""

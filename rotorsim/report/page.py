@@ -21,9 +21,8 @@ from jinja2 import Environment, StrictUndefined, Template
 from plotly.offline import get_plotlyjs
 
 from rotorsim.base.files import write_text
-from rotorsim.report.page.figure_data import imperial_figure
-from rotorsim.report.page.figure_files import BEGIN, END, check_kind, write_figures
-from rotorsim.report.page.units import (
+from rotorsim.report.figure_files import BEGIN, END, check_kind, imperial_figure, write_figures
+from rotorsim.report.units import (
     check_units,
     in_shown_units,
     is_imperial,

@@ -1,4 +1,12 @@
-r"""Stability check of a law before it is switched on: sampled loop with the plant's own linear model.
+r"""Controllers of the live rig: the proportional law, shipped laws and saved ones, and the check before one acts.
+
+The shipped law `hinf` was designed in the folder `shipped` on the identified Model 2 of the shipped rig:
+
+    rotorsim design hinf rig_model_2.json --preset rig --out hinf.json
+
+It has the limits of plausibility of that design, so sensors that are turned or reversed on the page give an alarm.
+
+A law is checked in a sampled loop with the plant's own linear model before it is switched on:
 
 .. math:: G(z) = z^{-1} Z\{H_0(s)\, G_{plant}(s)\, G_{pins}(s)\}, \qquad S = (I - G K)^{-1}
 
@@ -13,13 +21,16 @@ Cites: astrom_1997.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from rotorsim.base.constants import MPA, RPM, TO_UM
-from rotorsim.base.errors import RotorsimError
+from rotorsim.base.errors import DataError, RotorsimError
+from rotorsim.control.law import load_law
 from rotorsim.control.sampled_loop import closed_poles, law_system, smallest_damping
 from rotorsim.control.systems import (
     System,
@@ -34,12 +45,49 @@ from rotorsim.control.systems import (
     side_by_side,
 )
 from rotorsim.experiments.proportional_law import ProportionalLaw
-from rotorsim.live.rig.modes import ORDERS
+from rotorsim.live.modes import ORDERS
+from rotorsim.live.settings import OFF, P_LAW, driven_axes
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import describe, settle
 from rotorsim.plant.kernels.layout import AT, DISC, DISC_READ, REFERENCE, inputs_of
 from rotorsim.plant.linearise import linearise
+
+SHIPPED = Path(__file__).parent / "shipped"
+LAWS = ("hinf",)
+"""Shipped laws by name; the folder also holds the model that they were designed on."""
+
+
+def read_laws(paths: Sequence[Path], machine: Machine | None = None) -> dict[str, Any]:
+    """Laws by file name, after those of the machine; raises LawError or DataError.
+
+    A machine whose pins are not driven along both axes takes none.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> sorted(rs.live.read_laws([], machine))[:1]
+    ['P']
+    """
+    if machine is not None and driven_axes(machine) != "xy":
+        if paths:
+            raise DataError(f"--law: {machine.name} has no injectors that a controller could move; leave it out")
+        return {OFF: None}
+    laws: dict[str, Any] = {OFF: None, P_LAW: P_LAW}
+    laws |= {path.stem: load_law(path) for path in (SHIPPED / f"{name}.json" for name in LAWS)}
+    for path in paths:
+        if path.stem in laws:
+            raise DataError(f"--law {path}: there is a controller '{path.stem}' already; rename the file")
+        laws[path.stem] = load_law(path)
+    return laws
+
+
+def running(law: Any, centre: tuple[float, float]) -> Any:
+    """Controller at rest, with its centre at `centre` [m] if it has none of its own."""
+    if law == P_LAW:
+        return ProportionalLaw(centre=centre)
+    return law.with_(centre=centre) if law.centre is None else law
+
 
 RESERVE = 0.8
 """Share of the actuators' range that the present motion may ask for."""
@@ -249,6 +297,3 @@ def law_of(law: Any, speed: float, pressure: float, Ts: float) -> System:
     keep = float(np.exp(-2 * np.pi * law.low_pass * Ts))
     own, asked = keep * np.eye(2), (1 - keep) * np.diag([law.gain_x, law.gain_y]) * 1e-6
     return System(own, asked, own, asked)
-
-
-__all__ = ["Motion", "StabilityVerdict", "check", "motion"]

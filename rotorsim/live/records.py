@@ -11,10 +11,9 @@ import numpy as np
 import identification as idn
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.experiments.recording import FEWEST, Recording
-from rotorsim.live.rig.controls import OFF
-from rotorsim.live.rig.frame import Geometry, make_frame
-from rotorsim.live.rig.rig import Rig
-from rotorsim.live.rig.samples import LENGTH
+from rotorsim.live.frame import Geometry, make_frame
+from rotorsim.live.rig import LENGTH, Rig
+from rotorsim.live.settings import OFF
 from rotorsim.machine import Machine
 from rotorsim.plant.kernels.layout import (
     AT,
