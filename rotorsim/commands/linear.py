@@ -289,16 +289,10 @@ def modes(
     """Draw the modes of rotor and film at one operating point."""
     at = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
     plant = settings.plant(machine)
-<<<<<<< HEAD
     from rotorsim.analysis.shaft_motion import mode_shapes
-    from rotorsim.machine.limits import ask_rim_speed
-    from rotorsim.report.pictures import lacking
-=======
-    from rotorsim.analysis.mode_shapes import mode_shapes
     from rotorsim.base.hdf5 import write_netcdf
-    from rotorsim.machine.running_limits import ask_rim_speed
+    from rotorsim.machine.limits import ask_rim_speed
     from rotorsim.report.scenes import lacking
->>>>>>> w/show4
 
     ask_rim_speed(plant.machine, at[0], "--speed")
     wanted = pictures is not False or show or bool(film)

@@ -16,11 +16,6 @@ from rotorsim.base.constants import TO_MPA, TO_UM
 from rotorsim.base.display import end_line, line
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.files import write_text
-<<<<<<< HEAD
-from rotorsim.commands.completion import effects as effect_names, machines, targets as shipped_targets
-from rotorsim.commands.options import AsJson, Console, GivenMachine, GridOptions, plant_of
-=======
-from rotorsim.base.progress import end_line, line
 from rotorsim.commands.completion import (
     effects as effect_names,
     machines,
@@ -28,7 +23,6 @@ from rotorsim.commands.completion import (
     targets as shipped_targets,
 )
 from rotorsim.commands.options import AsJson, Console, GivenMachine, GridOptions, PlantOptions, plant_of
->>>>>>> w/show4
 from rotorsim.commands.registry import CommandGroup, command, group
 from rotorsim.commands.results import files
 

@@ -17,16 +17,7 @@ import numpy as np
 from rotorsim.base.errors import ControllerError, ConvergenceError, RotorsimError
 from rotorsim.effects import REGISTRY
 from rotorsim.experiments.experiment import reference_range
-<<<<<<< HEAD:rotorsim/live/rig/rig.py
 from rotorsim.experiments.running import FeedbackLoop
-from rotorsim.live.rig.controls import BEARING, OFF, PAUSE, START
-from rotorsim.live.rig.laws import running
-from rotorsim.live.rig.modes import own_copy
-from rotorsim.live.rig.samples import Hammer, History, ramp
-from rotorsim.live.rig.settings import RigSettings, equip, update_derived, with_value, write_effect
-from rotorsim.live.rig.stability_check import DECAY, StabilityVerdict, check, motion
-=======
-from rotorsim.experiments.loop import FeedbackLoop
 from rotorsim.live.laws import DECAY, StabilityVerdict, check, motion, running
 from rotorsim.live.modes import own_copy
 from rotorsim.live.settings import (
@@ -40,7 +31,6 @@ from rotorsim.live.settings import (
     with_value,
     write_effect,
 )
->>>>>>> w/show4:rotorsim/live/rig.py
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.equilibrium import describe, settle

@@ -13,16 +13,10 @@ from rotorsim.analysis.campbell import critical_rows, modes_line, searched_line
 from rotorsim.analysis.unbalance_response import ENDS, peak_of
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
-<<<<<<< HEAD
 from rotorsim.base.input_files import parse_toml
-from rotorsim.report.page.page import Block, Page, write_page
-from rotorsim.report.page.theme import INK, PIN_COLOURS, compact, phase_axes, phase_lag, style
-from rotorsim.report.page.units import quantity
-=======
 from rotorsim.report.page import Block, Page, write_page
 from rotorsim.report.theme import INK, PIN_COLOURS, compact, phase_axes, phase_lag, style
 from rotorsim.report.units import quantity
->>>>>>> w/show4
 
 SYMBOLS = {"forward": "triangle-up", "backward": "triangle-down", "mixed": "circle", "": "circle"}
 ROWS = 60

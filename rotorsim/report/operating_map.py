@@ -11,16 +11,10 @@ import xarray as xr
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
-<<<<<<< HEAD
 from rotorsim.base.input_files import parse_toml
-from rotorsim.report.page.page import Block, Page, write_page
-from rotorsim.report.page.theme import INK, PIN_COLOURS, compact, faint, style
-from rotorsim.report.page.units import quantity
-=======
 from rotorsim.report.page import Block, Page, write_page
 from rotorsim.report.theme import INK, PIN_COLOURS, compact, faint, style
 from rotorsim.report.units import quantity
->>>>>>> w/show4
 
 UNSAFE, UNKNOWN = "#7a3b3b", "#5f6b73"
 MAP_SCALE = [[0, "#ffffff"], [0.5, "#cfe2f1"], [1, "#6fa9d6"]]

@@ -21,12 +21,7 @@ from rotorsim.base.units import show, split
 from rotorsim.experiments import EXPERIMENTS, ProportionalLaw
 from rotorsim.experiments.experiment import parameters
 from rotorsim.experiments.limits import BEYOND, sentences
-<<<<<<< HEAD
-from rotorsim.report import film, orbit, orders, responses, spectrum, time_history
-=======
-from rotorsim.experiments.parameters import parameters
 from rotorsim.report import film, orbit, orders, responses, time_history
->>>>>>> w/show4
 from rotorsim.report.film import feed_word
 from rotorsim.report.page import RESULT_PAGES, Block, Page, check_wanted, page_of, write_page
 from rotorsim.report.run import RUNS, SECTIONS, AnalysedRun, RecordSection, analyse, end_of_run

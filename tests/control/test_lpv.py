@@ -10,7 +10,6 @@ from rotorsim.control import DesignError
 from rotorsim.control.designs import lpv
 from rotorsim.control.designs.hinf_synthesis import closed, mixed_sensitivity, solve
 from rotorsim.control.designs.lpv import controller_at
-from rotorsim.control.designs.lpv_problem import exponents
 from rotorsim.control.designs.lpv_problem import (
     Inequality,
     LmiProblem,
@@ -19,6 +18,7 @@ from rotorsim.control.designs.lpv_problem import (
     SynthesisGrid,
     corners,
     derivatives,
+    exponents,
     functions,
     minimise,
     synthesise,

@@ -11,15 +11,9 @@ import xarray as xr
 from fault_injection.checks import SAMPLE
 from fuzzing.disk import largest_file
 from rotorsim.base.files import WriteError
-<<<<<<< HEAD
 from rotorsim.experiments.recording import recover
-from rotorsim.live.rig.records import Recorder
-from rotorsim.live.rig.rig import Rig
-=======
-from rotorsim.experiments.recovery import recover
 from rotorsim.live.records import Recorder
 from rotorsim.live.rig import Rig
->>>>>>> w/show4
 from rotorsim.machine import load_machine
 
 pytestmark = [pytest.mark.slow, pytest.mark.nightly]

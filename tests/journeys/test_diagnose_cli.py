@@ -8,14 +8,10 @@ import numpy as np
 import pytest
 
 from rotorsim.base.errors import DataError
-<<<<<<< HEAD
-from rotorsim.commands.diagnosis.diagnose import unfinished
+from rotorsim.commands.diagnosis import unfinished
 from rotorsim.discrepancy.calibration import GRID
 from rotorsim.discrepancy.candidates import candidates
 from rotorsim.discrepancy.experiments import campaign
-=======
-from rotorsim.commands.diagnosis import unfinished
->>>>>>> w/show4
 from rotorsim.discrepancy.hidden_machine import draw, record_of, write
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.machine import load_machine
