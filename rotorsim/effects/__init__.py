@@ -8,8 +8,17 @@ from pkgutil import walk_packages
 from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.public import refuse
-from rotorsim.effects.base import FILM_PORTS, PORTS, Effect, FilmEffect, SampledEffect, numeric_fields, param, register
-from rotorsim.effects.installed import registry
+from rotorsim.effects.base import (
+    FILM_PORTS,
+    PORTS,
+    Effect,
+    FilmEffect,
+    SampledEffect,
+    numeric_fields,
+    param,
+    register,
+    registry,
+)
 
 for _module in walk_packages(__path__, f"{__name__}."):
     import_module(_module.name)

@@ -16,7 +16,7 @@ from pydantic import BaseModel, ValidationError
 from rotorsim.base.display import closest, did_you_mean, quote
 from rotorsim.base.quantity import quantity_of
 from rotorsim.effects import REGISTRY, Effect
-from rotorsim.effects.installed import LEFT_OUT
+from rotorsim.effects.base import LEFT_OUT
 from rotorsim.machine.checks import decisive, further
 from rotorsim.machine.part import Part, PartError, choices, sentences, unknown_field
 from rotorsim.machine.plausibility import questions

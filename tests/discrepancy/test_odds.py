@@ -12,7 +12,7 @@ from rotorsim.discrepancy.search.candidates import candidates, prior_sizes
 from rotorsim.discrepancy.twin.parameters import STEPS, FitParameter
 from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.effects import REGISTRY
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import CandidateForm
 from rotorsim.machine import load_machine
 
 

@@ -1,7 +1,7 @@
 """Candidates of a diagnosis: the forms in which an effect may be missing, their classes and their linear screening.
 
 A form turns one or a few parameters of an effect and holds others at one of several options (which injector, which
-frequency). Each effect declares its forms and their signatures itself (`rotorsim.effects.diagnosis`).
+frequency). Each effect declares its forms and their signatures itself (`rotorsim.effects.base`).
 
 No campaign of a rig distinguishes forms of equal signature, and a diagnosis names their class. The classes were derived
 from the equations: a bow of the shaft and a runout at 1X both add a constant vector that turns with the shaft; delay
@@ -27,7 +27,7 @@ from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
 from rotorsim.discrepancy.twin.parameters import FitParameter
 from rotorsim.discrepancy.twin.plant import NO_SOLUTION, Twin
 from rotorsim.effects import REGISTRY
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import CandidateForm
 
 
 @dataclass(frozen=True)

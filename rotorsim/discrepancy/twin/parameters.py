@@ -21,7 +21,7 @@ import numpy as np
 
 from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.effects import REGISTRY, Effect
-from rotorsim.effects.diagnosis import INJECTOR_FLOW, CalibrationParameter
+from rotorsim.effects.base import INJECTOR_FLOW, CalibrationParameter
 from rotorsim.machine.bearings import LinearBearing
 
 STEPS = 10.0

@@ -10,8 +10,7 @@ Prabhu (1995); the thesis (E.5.2) sees their resonances at one half and one thir
 import math
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import TURN, Effect, param, register
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import TURN, CandidateForm, Effect, param, register
 
 EARLIER = {"second": "force_2x", "third": "force_3x", "second_phase": "phase_2x", "third_phase": "phase_3x"}
 
