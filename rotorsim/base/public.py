@@ -54,8 +54,11 @@ def named(package: str, names: Iterable[str]) -> tuple[Callable[[str], NoReturn]
 def refuse(package: str, name: str, known: Iterable[str], below: Callable[[], dict[str, str]] = dict) -> NoReturn:
     """Raise AttributeError for a name that a package does not have, with the nearest one that it has.
 
-    `below` gives by name the place of what its packages have: one of the same name is nearer than any other.
+    `below` gives by name the place of what its packages have: one of the same name is nearer than any other. A module
+    gets no suggestion: ``from package import module`` asks for it here, before Python imports it.
     """
+    if not name.startswith("_") and find_spec(f"{package}.{name}") is not None:
+        raise AttributeError(f"{package}.{name} is a module; import it", name=name)
     near = ""
     if not name.startswith("_"):
         places = below()

@@ -10,6 +10,7 @@ from types import ModuleType
 import pytest
 
 import rotorsim as rs
+from rotorsim.base import public as public_names
 from rotorsim.base.public import _listed
 
 PACKAGES = [name for name in dir(rs) if isinstance(getattr(rs, name), ModuleType)]
@@ -78,6 +79,17 @@ def test_a_misspelt_name_gets_the_nearest_in_one_sentence(package, name, near):
 def test_the_hint_knows_the_names_of_every_package_without_its_import():
     for name in PACKAGES:
         assert sorted(_listed(public(name).__name__)) == dir(public(name)), name
+
+
+def test_the_import_of_a_module_from_a_package_looks_for_no_similar_name(monkeypatch):
+    def look(*names):
+        raise AssertionError("looked for a similar name")
+
+    monkeypatch.setattr(public_names, "closest", look)
+    with pytest.raises(AttributeError):
+        public_names.refuse("reynolds", "film", ["GasBearing"])
+    with pytest.raises(AssertionError):
+        public_names.refuse("reynolds", "filn", ["GasBearing"])
 
 
 def test_a_name_like_no_other_points_to_the_list():

@@ -11,9 +11,7 @@ from rotorsim.base.units import parse
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import (
     Machine,
-    actuators,
     bearings,
-    gas,
     gas_film,
     load_machine,
     machine_text,
@@ -26,7 +24,7 @@ from rotorsim.machine.part import Part
 from rotorsim.machine.plausibility import question, range_of, ranges
 
 PARTS = [
-    kind for room in (rotor, bearings, gas_film, gas, actuators, numerics, probes) for kind in vars(room).values()
+    kind for room in (rotor, bearings, gas_film, numerics, probes) for kind in vars(room).values()
     if isinstance(kind, type) and issubclass(kind, Part) and kind is not Part
 ]  # fmt: skip
 HOMES = {
