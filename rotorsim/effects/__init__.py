@@ -1,10 +1,8 @@
-"""Physical effects in families, one file each; importing this package registers the shipped ones.
+"""Physical effects in families, one file each, which is imported when its effect is asked for.
 
 The first use of `REGISTRY` loads the effects of installed packages, which find this package complete.
 """
 
-from importlib import import_module
-from pkgutil import walk_packages
 from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.public import refuse
@@ -19,9 +17,6 @@ from rotorsim.effects.base import (
     register,
     registry,
 )
-
-for _module in walk_packages(__path__, f"{__name__}."):
-    import_module(_module.name)
 
 if TYPE_CHECKING:
     from rotorsim.effects.base import REGISTRY

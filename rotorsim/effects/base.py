@@ -52,11 +52,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from typing import Any, ClassVar, Self, TypeVar, dataclass_transform
 
 import numpy as np
 
 from rotorsim.base.errors import PackageLeftOut
+from rotorsim.base.public import Registry, modules_below
 from rotorsim.base.quantity import UNLIMITED, Quantity, declared, quantities
 
 PORTS = (
@@ -296,7 +298,10 @@ class SampledEffect(Effect):
 
 WHERE = ("position", "bearing")
 """Parameters that place an effect, which its kernel does not see."""
-REGISTRY: dict[str, type[Effect]] = {}
+SHIPPED = modules_below(__package__, Path(__file__).parent)
+"""Modules of the shipped effects by name."""
+del SHIPPED["base"]
+REGISTRY: Registry[type[Effect]] = Registry(SHIPPED)
 """Every known effect by its name; `register` adds one."""
 E = TypeVar("E", bound=Effect)
 
@@ -366,7 +371,7 @@ LEFT_OUT: dict[str, str] = {}
 """Why the package of an effect could not be loaded, by the name of its entry point."""
 
 
-def registry() -> dict[str, type[Effect]]:
+def registry() -> Registry[type[Effect]]:
     """Every effect by name, with those of installed packages."""
     while points := _waiting():
         load_installed(points.pop())
