@@ -48,7 +48,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
@@ -217,10 +217,6 @@ class Effect:
     """Parameters that a diagnosis calibrates."""
     cites: ClassVar[tuple[str, ...]] = ()
     """Keys of its sources in `rotorsim/base/references.bib`; a user's own may write the whole reference."""
-    earlier_name: ClassVar[str] = ""
-    """Name of its table in machine files of earlier versions."""
-    earlier_keys: ClassVar[Mapping[str, str]] = {}
-    """Keys of earlier versions and the parameters that replace them."""
     random_part: ClassVar[str] = ""
     """Parameter that is the size of a random error, if it has one."""
     places: ClassVar[int] = 1

@@ -37,7 +37,6 @@ def gas_heating(t, speed, p):
 class GasHeating(FilmEffect):
     """Warmer gas: higher viscosity."""
 
-    earlier_name = "viscosity"
     port = "gas"
     kernel = gas_heating
     cites = ("sutherland_1893", "white_2011")

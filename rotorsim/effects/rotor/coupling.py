@@ -12,8 +12,6 @@ import math
 from reynolds.jit import inlined
 from rotorsim.effects.base import TURN, CandidateForm, Effect, param, register
 
-EARLIER = {"second": "force_2x", "third": "force_3x", "second_phase": "phase_2x", "third_phase": "phase_3x"}
-
 
 @inlined
 def coupling(t, angle, speed, acceleration, p):
@@ -33,7 +31,6 @@ class Coupling(Effect):
     kernel = coupling
     cites = ("gibbons_1976", "sekhar_1995", "thesis")
     place = "start"
-    earlier_keys = EARLIER
     forms = (
         # a shaft of unequal stiffness that the weight bends makes a force at 2X that turns forward, too
         CandidateForm(
