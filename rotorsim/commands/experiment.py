@@ -67,7 +67,7 @@ class Experiments(CommandGroup):
 
     def names(self) -> Iterable[str]:
         """Names of all experiments."""
-        from rotorsim.experiments.catalogue import EXPERIMENTS
+        from rotorsim.experiments.experiment import EXPERIMENTS
 
         return EXPERIMENTS
 
@@ -82,8 +82,7 @@ class Experiments(CommandGroup):
 def experiment_function(name: str, words: str) -> Callable[..., None]:
     """Function of the command `rotorsim WORDS` of an experiment: an option for each parameter, then the common ones."""
     from rotorsim.commands.closed_loop import FILES, ClosedLoopSetup
-    from rotorsim.experiments.catalogue import EXPERIMENTS
-    from rotorsim.experiments.experiment import parameters
+    from rotorsim.experiments.experiment import EXPERIMENTS, parameters
 
     kind = EXPERIMENTS[name]
     setup: Any = ClosedLoopSetup if name == "controlled" else kind

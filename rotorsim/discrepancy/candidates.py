@@ -1,7 +1,7 @@
 """Candidates of a diagnosis: forms in which an effect may be missing, their classes, screening, and which are alike.
 
 A form turns one or a few parameters of an effect and holds others at one of several options (which injector, which
-frequency). Each effect declares its forms and their signatures itself (`rotorsim.effects.diagnosis`).
+frequency). Each effect declares its forms and their signatures itself (`rotorsim.effects.base`).
 
 No campaign of a rig distinguishes forms of equal signature, and a diagnosis names their class. The classes were derived
 from the equations: a bow of the shaft and a runout at 1X both add a constant vector that turns with the shaft; delay
@@ -37,7 +37,7 @@ from rotorsim.discrepancy.records import make_trial, make_trials, open_records
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import NO_SOLUTION, Twin
 from rotorsim.effects import REGISTRY
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import CandidateForm
 from rotorsim.machine import Machine, load_machine
 
 ALIAS = 0.95

@@ -13,7 +13,7 @@ import xarray as xr
 from identification.records.sampling import nominal_rate
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import MachineFileError
-from rotorsim.experiments.catalogue import EXPERIMENTS
+from rotorsim.experiments.experiment import EXPERIMENTS
 from rotorsim.experiments.limits import beyond_of
 from rotorsim.machine import Gas, Machine
 from rotorsim.signals.orders import after_start, find_resonances, start_transient
