@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 from collections.abc import Iterator
@@ -14,6 +13,7 @@ import typer
 
 from rotorsim.base.constants import TO_UM
 from rotorsim.base.progress import end_line, line, on_terminal
+from rotorsim.commands.options import print_files, print_json
 from rotorsim.discrepancy.explanation import LEAST_SHOWN, shown_share
 
 if TYPE_CHECKING:
@@ -37,13 +37,12 @@ STAGES = {
 def show(diagnosis: Diagnosis, files: dict[str, str], as_json: bool) -> None:
     """Print the diagnosis and the paths of its files by kind."""
     if as_json:
-        typer.echo(json.dumps(diagnosis.as_dict() | {"files": files}, indent=2, default=float))
+        print_json(diagnosis.as_dict() | {"files": files})
         return
     end_line()
     for text in _lines(diagnosis):
         typer.echo(text)
-    for kind, path in files.items():
-        typer.echo(f"{kind}: {path}")
+    print_files(files)
 
 
 def _lines(diagnosis: Diagnosis) -> Iterator[str]:
