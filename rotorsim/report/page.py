@@ -20,6 +20,7 @@ import plotly.io as pio
 from jinja2 import Environment, StrictUndefined, Template
 from plotly.offline import get_plotlyjs
 
+from rotorsim.base import toml_text as tomllib
 from rotorsim.base.files import write_text
 from rotorsim.report.figure_files import BEGIN, END, check_kind, imperial_figure, write_figures
 from rotorsim.report.units import (
@@ -92,6 +93,14 @@ def page_of(kind: type) -> Callable[[Maker], Maker]:
         return make
 
     return register
+
+
+def machine_entry(attrs: Mapping[Any, Any], entry: str = "name", missing: str = "Unnamed machine") -> str:
+    """Name of the machine whose file is in the attributes of a result, or another entry, as far as it can be read."""
+    try:
+        return str(tomllib.loads(str(attrs.get("machine", ""))).get(entry, missing))
+    except tomllib.TOMLDecodeError:
+        return missing
 
 
 def plain_page(page: Page) -> Plain:

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from rotorsim.base import toml_text as tomllib
 from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import Quantity
@@ -22,7 +21,7 @@ from rotorsim.experiments.limits import BEYOND, sentences
 from rotorsim.experiments.parameters import parameters
 from rotorsim.report import film, orbit, orders, responses, time_history
 from rotorsim.report.film import feed_word
-from rotorsim.report.page import RESULT_PAGES, Block, Page, check_wanted, page_of, write_page
+from rotorsim.report.page import RESULT_PAGES, Block, Page, check_wanted, machine_entry, page_of, write_page
 from rotorsim.report.run import RUNS, SECTIONS, AnalysedRun, RecordSection, analyse, end_of_run
 from rotorsim.report.units import number, quantity
 from rotorsim.signals.probes import SHOWN
@@ -138,7 +137,8 @@ def record_page(record: xr.Dataset) -> Page:
 
 def run_page(run: AnalysedRun) -> Page:
     """Page of an analysed run."""
-    name, description = _machine_title(run)
+    name = machine_entry(run.record.attrs)
+    description = machine_entry(run.record.attrs, "description", "")
     made = list(made_sections(run))
     blocks: list[Block | tuple[Block, ...]] = [Block("Results", rows=results(run))]
     blocks += [
@@ -157,15 +157,6 @@ def run_page(run: AnalysedRun) -> Page:
     return Page(
         name, f"{kind.capitalize()}. {description}", blocks, _key_numbers(run), _warnings(run), f"{name}: {kind}"
     )
-
-
-def _machine_title(run: AnalysedRun) -> tuple[str, str]:
-    """Name and description of the machine, as far as its text can be read."""
-    try:
-        machine = tomllib.loads(str(run.record.attrs.get("machine", "")))
-    except tomllib.TOMLDecodeError:
-        machine = {}
-    return str(machine.get("name", "Unnamed machine")), str(machine.get("description", ""))
 
 
 def _warnings(run: AnalysedRun) -> list[str]:
