@@ -22,7 +22,7 @@ from rotorsim.experiments.experiment import EXPERIMENTS, parameters
 from rotorsim.experiments.limits import BEYOND, sentences
 from rotorsim.report import film, orbit, orders, responses, time_history
 from rotorsim.report.film import feed_word
-from rotorsim.report.page import RESULT_PAGES, Block, Page, check_wanted, page_of, write_page
+from rotorsim.report.page import RESULT_PAGES, Block, Page, check_wanted, machine_entry, page_of, write_page
 from rotorsim.report.run import RUNS, SECTIONS, AnalysedRun, RecordSection, analyse, end_of_run
 from rotorsim.report.units import number, quantity
 from rotorsim.signals.probes import SHOWN
@@ -136,7 +136,8 @@ def record_page(record: xr.Dataset) -> Page:
 
 def run_page(run: AnalysedRun) -> Page:
     """Page of an analysed run."""
-    name, description = _machine_title(run)
+    name = machine_entry(run.record.attrs)
+    description = machine_entry(run.record.attrs, "description", "")
     made = list(made_sections(run))
     blocks: list[Block | tuple[Block, ...]] = [Block("Results", rows=results(run))]
     blocks += [
