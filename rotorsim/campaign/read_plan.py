@@ -14,34 +14,31 @@ from rotorsim.base.sentences import quote
 from rotorsim.base.units import parse
 from rotorsim.campaign.axes import (
     KINDS,
+    NAME,
     Axis,
+    AxisTable,
     AxisTarget,
     LatinLimits,
+    LatinTable,
+    PlanError,
+    PlanTable,
+    Value,
     change,
     draw,
     find_experiment,
     find_target,
     is_analysis,
     make,
+    parse_plan,
     quantity_at,
     read_axis,
     read_parameters,
-)
-from rotorsim.campaign.errors import PlanError
-from rotorsim.campaign.known_changes import changed_paths, changes_text, with_changes
-from rotorsim.campaign.plan import Plan, PlannedExperiment
-from rotorsim.campaign.plan_file import (
-    NAME,
-    AxisTable,
-    LatinTable,
-    PlanTable,
-    Value,
-    parse_plan,
     read_plan,
+    read_seed,
     read_table,
     unknown,
 )
-from rotorsim.experiments.experiment import check_seed
+from rotorsim.campaign.plan import Plan, PlannedExperiment, changed_paths, changes_text, with_changes
 from rotorsim.experiments.parameters import ask_speeds, fastest
 from rotorsim.machine import Machine, machine_text, shipped_machines
 from rotorsim.machine.numerics import check_speed
@@ -174,7 +171,7 @@ def _entry(name: str, table: Mapping[str, Any], alone: bool, seed: int) -> Plann
         raise PlanError(f"{where}: {quote(table)} is not a table; write kind and parameters below [{where}]")
     rest = dict(table)
     kind = find_experiment(rest.pop("kind", ""), where)
-    own = _seed(rest.pop("seed", seed), f"{where}.seed")
+    own = read_seed(rest.pop("seed", seed), f"{where}.seed")
     given = read_parameters(kind, rest, where)
     return PlannedExperiment(_name(name, where), kind.name, given, own)
 
@@ -210,13 +207,6 @@ def _name(text: str, where: str) -> str:
             f"{where}: {quote(text)} is not a valid name; use up to 64 letters, digits, spaces, '_', '-', '.'"
         )
     return text
-
-
-def _seed(value: Any, where: str) -> int:
-    try:
-        return check_seed(value)
-    except RotorsimError as error:
-        raise PlanError(f"{where}: {error}") from error
 
 
 def _repeats(repeats: int) -> int:

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from identification import LinearModel, LpvModel, Prefilter, Source, UnfitError, files_of, pair, survey
 from identification.campaign import NO_EXCITATION, SourceResult, identify_sources
 from rotorsim.campaign import open_store
-from rotorsim.campaign.index import DONE
-from rotorsim.campaign.store import record_path
+from rotorsim.campaign.store import DONE, record_path
 from rotorsim.study.plans import HELD
 
 if TYPE_CHECKING:
-    from rotorsim.campaign.index import IndexRow
-    from rotorsim.campaign.store import Store
+    from rotorsim.campaign.store import IndexRow, Store
 
 EXCITING = ("prbs", "chirp", "multisine")
 """Kinds of experiments that move both references and are at one operating point."""
@@ -61,11 +60,8 @@ def campaign_sources(folder: Path) -> list[Source]:
     >>> sources = rs.study.campaign_sources(Path("mine"))  # doctest: +SKIP
     """
     store = open_store(folder)
-    index = store.index()
-    try:
+    with closing(store.index()) as index:
         rows = list(index.rows(DONE))
-    finally:
-        index.close()
     known = [source for row in rows if (source := _source(store, row)) is not None]
     found = pair(known)
     if not found:
