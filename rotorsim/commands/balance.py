@@ -40,7 +40,7 @@ def balance(
 
     model = load_machine(machine)
     from rotorsim.balance import assess, read_conditions
-    from rotorsim.balance.results import result_rows, summary, unbalance_csv
+    from rotorsim.balance.unbalance import result_rows, summary, unbalance_csv
 
     found = assess(model, read_conditions(records, mapping), correct)
     names = ["balance.json", "unbalance.csv", *(["report.html"] if report else [])]

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from rotorsim.control.designs.weight_search import POINTS as CHOSEN_AT
-from rotorsim.study.plans import StudyGrid
+from rotorsim.study.identify_records import StudyGrid
 from rotorsim.verify.transients import POINTS as TWENTY
 from studies.thesis.claims.judge import (
     MET,
