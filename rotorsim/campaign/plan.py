@@ -19,6 +19,7 @@ import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -138,7 +139,9 @@ class Plan(Shown):
 
     @cached_property
     def _sizes(self) -> tuple[int, ...]:
-        return tuple(self._points(entry) * self.repeats for entry in self.entries)
+        return tuple(
+            prod(len(steps[0].values) for steps in self._steps[entry.name]) * self.repeats for entry in self.entries
+        )
 
     def axes_of(self, entry: PlannedExperiment) -> tuple[Axis, ...]:
         """The axes that change an experiment."""
@@ -147,12 +150,6 @@ class Plan(Shown):
     @cached_property
     def _taken(self) -> dict[str, tuple[Axis, ...]]:
         return {entry.name: tuple(axis for axis in self.axes if entry.takes(axis)) for entry in self.entries}
-
-    def _points(self, entry: PlannedExperiment) -> int:
-        points = 1
-        for steps in self._steps[entry.name]:
-            points *= len(steps[0].values)
-        return points
 
     @cached_property
     def _steps(self) -> dict[str, list[tuple[Axis, ...]]]:

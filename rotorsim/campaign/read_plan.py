@@ -96,29 +96,31 @@ Look = Callable[[str], str]
 def make_plan(text: str, folder: Path = Path(), machines: Mapping[str, str] | None = None) -> Plan:
     """Plan from its text; machine files are read relative to `folder`, or taken from `machines` by name."""
     table = parse_plan(text)
-    look = _files(folder) if machines is None else machines.__getitem__
+
+    def look(name: str) -> str:
+        if machines is not None:
+            return machines[name]
+        return machine_text(name if name in shipped_machines() else folder / name)
+
     names = _machine_names(table)
     loaded = {name: _machine(name, look, table.set) for name in names}
     first = next(iter(loaded.values()))
     entries = tuple(_entries(table))
-    _check_records(table, entries)
+    for entry in entries:
+        if is_analysis(entry.kind) and table.keep:
+            raise PlanError(f"keep: {entry.name} is an analysis without a record; write keep = []")
+    if not 1 <= table.repeats <= MOST_CASES:
+        raise PlanError(f"repeats: {table.repeats} is not from 1 to {MOST_CASES}; give e.g. 3")
     axes = tuple(_axes(table, first, entries))
     plan = Plan(
         _name(table.name, "name"), table.description, text, {name: m.text for name, m in loaded.items()},
-        tuple(table.set.items()), entries, axes, _repeats(table.repeats), table.seeds == "different",
+        tuple(table.set.items()), entries, axes, table.repeats, table.seeds == "different",
         _keep(table), _summary(table.summary), _time_limit(table.time_limit), changes_text(table.changes),
     )  # fmt: skip
     if len(plan) > MOST_CASES:
         raise PlanError(f"axes: {len(plan)} cases are above the limit of {MOST_CASES}; make the grid coarser")
     check_corners(plan, loaded)
     return plan
-
-
-def _files(folder: Path) -> Look:
-    def look(name: str) -> str:
-        return machine_text(name if name in shipped_machines() else folder / name)
-
-    return look
 
 
 def _machine_names(table: PlanTable) -> tuple[str, ...]:
@@ -156,13 +158,6 @@ def _entries(table: PlanTable) -> list[PlannedExperiment]:
         )
     tables = {str(table.experiment.get("kind", "")): table.experiment} if table.experiment else table.experiments
     return [_entry(name, rest, bool(table.experiment), table.seed) for name, rest in tables.items()]
-
-
-def _check_records(table: PlanTable, entries: tuple[PlannedExperiment, ...]) -> None:
-    """Refuse to keep what analyses do not give."""
-    for entry in entries:
-        if is_analysis(entry.kind) and table.keep:
-            raise PlanError(f"keep: {entry.name} is an analysis without a record; write keep = []")
 
 
 def _entry(name: str, table: Mapping[str, Any], alone: bool, seed: int) -> PlannedExperiment:
@@ -209,12 +204,6 @@ def _name(text: str, where: str) -> str:
     return text
 
 
-def _repeats(repeats: int) -> int:
-    if not 1 <= repeats <= MOST_CASES:
-        raise PlanError(f"repeats: {repeats} is not from 1 to {MOST_CASES}; give e.g. 3")
-    return repeats
-
-
 def _keep(table: PlanTable) -> tuple[str, ...] | None:
     if table.keep == "all":
         return None
@@ -251,7 +240,7 @@ MOST_WORDS = 50
 
 def check_corners(plan: Plan, machines: Mapping[str, Machine]) -> None:
     """Raise PlanError for an extreme value that the machine or an experiment does not accept."""
-    changed = {name: _changed(plan, machine) for name, machine in machines.items()}
+    changed = {name: _changed(plan, machine, {}, "set") for name, machine in machines.items()}
     for entry in plan.entries:
         for where, values in _corners(plan, entry):
             _check_experiment(entry, changed, values, where)
@@ -288,15 +277,13 @@ def _check_experiment(
         ask_speeds(machine, experiment)
 
 
-def _changed(plan: Plan, machine: Machine) -> Machine:
-    """A machine as the plan sets and changes it."""
-    for path, value in plan.set:
-        machine = change(machine, path, value, f"set.{path}")
+def _changed(plan: Plan, machine: Machine, values: Mapping[str, Value], where: str) -> Machine:
+    """A machine as the plan sets and changes it, with further values by their path."""
+    for path, value in (*plan.set, *values.items()):
+        machine = change(machine, path, value, where)
     return with_changes(machine, plan.changes)
 
 
 def _check_machines(plan: Plan, machines: Mapping[str, Machine], values: Mapping[str, Value], where: str) -> None:
     for machine in machines.values():
-        for path, value in (*plan.set, *values.items()):
-            machine = change(machine, path, value, where)
-        ask_machine(with_changes(machine, plan.changes))
+        ask_machine(_changed(plan, machine, values, where))

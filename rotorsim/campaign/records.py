@@ -253,7 +253,8 @@ def write_record(path: Path, data: xr.Dataset, attrs: Mapping[str, Any], keep: t
 
 
 def _write(file: h5py.File, data: xr.Dataset, attrs: Mapping[str, Any], keep: tuple[str, ...] | None) -> None:
-    names = sorted(str(name) for name in data.data_vars if _kept(str(name), keep))
+    known = {str(name): "film_pressure" if name in SNAPSHOTS else str(name) for name in data.data_vars}
+    names = sorted(name for name, kept_as in known.items() if keep is None or kept_as in keep)
     file.attrs["_NCProperties"] = np.bytes_(PROPERTIES)
     for name, value in sorted(attrs.items()):
         file.attrs[name] = value
@@ -265,10 +266,6 @@ def _write(file: h5py.File, data: xr.Dataset, attrs: Mapping[str, Any], keep: tu
         if own:
             file[name].attrs["coordinates"] = " ".join(own)
     _fill(file, data, [name for name in names if data[name].dims[0] == "time"])
-
-
-def _kept(name: str, keep: tuple[str, ...] | None) -> bool:
-    return keep is None or ("film_pressure" if name in SNAPSHOTS else name) in keep
 
 
 def _dimensions(file: h5py.File, data: xr.Dataset, names: Iterable[str]) -> dict[str, h5py.Dataset]:

@@ -144,7 +144,7 @@ class Settings:
     tls: Tls | None = None
     time_limit: float | None = None
     mixed: bool = False
-    show_progress: bool = False
+    show: bool = False
     physics: str = "rotorsim"
 
 
@@ -245,7 +245,7 @@ class CampaignRun:
             try:
                 workers.admit(self.store.folder, token)
                 total, done = len(self.store.plan), self.counts[DONE]
-                with bar(COLUMNS, show_progress=chosen.show, total=total, completed=done, **FIRST) as update:
+                with bar(COLUMNS, show=chosen.show, total=total, completed=done, **FIRST) as update:
                     self._loop(Pump(workers, self._id), iter(numbers), stop, update)
             finally:
                 workers.free(self._id)
@@ -256,7 +256,8 @@ class CampaignRun:
         while (more or len(pump)) and not stop.asked:
             while more and pump.room > 0:
                 more = self._give(pump, waiting, pump.size(self.counts[PENDING]))
-            self._take(pump)
+            for row in pump.rows():
+                self._note(row)
             rate.note(self.ran)
             left = self.counts[PENDING]
             show_progress(update, len(self.store.plan) - left, rate.value, left, self.counts[FAILED])
@@ -284,10 +285,6 @@ class CampaignRun:
             "time_limit": self._limit, "versions": self._versions, "physics": self.settings.physics,
         }  # fmt: skip
 
-    def _take(self, pump: Pump) -> None:
-        for row in pump.rows():
-            self._note(row)
-
     def _note(self, row: dict[str, Any]) -> None:
         if row["status"] == "storage":
             raise StoreError(row["error"])
@@ -309,7 +306,7 @@ log = logging.getLogger("rotorsim.campaign")
 
 @contextmanager
 def _token(path: Path) -> Iterator[str]:
-    """A file by which workers show_progress that they see the store; its name."""
+    """A file by which workers show that they see the store; its name."""
     write_text(path, path.name)
     try:
         yield path.name
@@ -371,7 +368,11 @@ def collect_sweep(sweep: SweepDefinition, folder: Path) -> SweepResult:
     store = open_store(folder)
     with closing(store.index()) as index:
         rows = [
-            (row.experiment, _place(sweep, store.plan, row.number), _values(row.status, row.summary, row.error))
+            (
+                row.experiment,
+                _place(sweep, store.plan, row.number),
+                row.summary if row.status == DONE else {REASON: row.error or row.status},
+            )
             for row in index.rows()
             if row.status != PENDING
         ]
@@ -384,10 +385,6 @@ def _place(sweep: SweepDefinition, plan: Plan, number: int) -> tuple[int, ...]:
     kind = next(kind for kind in sweep.kinds if kind.name == one.experiment)
     known = {axis.name: axis.values for axis in plan.axes}
     return tuple(known[field.path].index(one.values[field.path]) for field in sweep.axes_of(kind))
-
-
-def _values(status: str, summary: dict[str, Any], error: str | None) -> dict[str, Any]:
-    return summary if status == DONE else {REASON: error or status}
 
 
 def sweep_in_folder(

@@ -46,6 +46,7 @@ SOURCES = (*RUNS, *KNOWN_CHANGES, "rotorsim/analysis", "rotorsim/campaign")
 FORMAT = 1
 MANIFEST = "store.json"
 _OWN = ("cases", "parts", "lock", "plan.toml", "index.sqlite", "index.sqlite-journal")
+"""Names in a folder that an interrupted start of a campaign leaves."""
 PENDING, DONE, FAILED = "pending", "done", "failed"
 BATCH = 5000
 _SCHEMA = """
@@ -191,7 +192,9 @@ def make_store(plan: Plan, folder: Path) -> Store:
                 f"{folder}: holds a campaign of another plan ({'; '.join(found[:3])}{more}); choose another --out"
             )
         return Store(folder, plan, store.versions)
-    if folder.exists() and (not folder.is_dir() or _strange(folder)):
+    if folder.exists() and not (
+        folder.is_dir() and all(entry.name in _OWN or is_temporary(entry) for entry in folder.iterdir())
+    ):
         raise StoreError(f"{folder}: is there already and is not a campaign; choose another --out")
     for name in ("cases", "parts"):
         make_folder(folder / name)
@@ -201,20 +204,11 @@ def make_store(plan: Plan, folder: Path) -> Store:
             return open_store(folder)
         Index.create(store.index_path, plan.cases())
         write_text(folder / "plan.toml", plan.text)
-        write_json(folder / MANIFEST, _manifest(plan, store.versions))
+        write_json(folder / MANIFEST, {
+            "format": FORMAT, "name": plan.name, "digest": plan.digest, "plan": plan.text, "machines": plan.machines,
+            "versions": store.versions,
+        })  # fmt: skip
     return store
-
-
-def _manifest(plan: Plan, known: dict[str, str]) -> dict[str, Any]:
-    return {
-        "format": FORMAT, "name": plan.name, "digest": plan.digest, "plan": plan.text, "machines": plan.machines,
-        "versions": known,
-    }  # fmt: skip
-
-
-def _strange(folder: Path) -> bool:
-    """Whether a folder holds what no interrupted start of a campaign leaves."""
-    return any(entry.name not in _OWN and not is_temporary(entry) for entry in folder.iterdir())
 
 
 def _files(folder: Path) -> Iterator[tuple[str, int]]:

@@ -290,7 +290,11 @@ def with_tables(opened: Sequence[tuple[str, xr.Dataset]]) -> list[tuple[str, xr.
 def sweeps(record: xr.Dataset) -> bool:
     """Whether a record over time is a run-up or coast-down of which vectors can be made."""
     angle, speed = (None if is_table(record) else measured(record, name) for name in ("angle", "speed"))
-    if angle is None or angle.ndim == 0 or any(_moves(record, name) for name in ("reference", "disc_force")):
+    if (
+        angle is None
+        or angle.ndim == 0
+        or any(name in record and np.ptp(record[name].values, axis=0).any() for name in ("reference", "disc_force"))
+    ):
         return False
     time = np.asarray(record["time"].values, float)
     if speed is None or speed.ndim == 0:
@@ -298,10 +302,6 @@ def sweeps(record: xr.Dataset) -> bool:
     block = max(round(BLOCK * len(time) / max(float(np.ptp(time)), 1e-300)), 1)
     slow = speed[: len(speed) // block * block].reshape(-1, block).mean(axis=1)[1:]
     return bool(len(slow) and np.ptp(slow) > max(LEAST_SWEEP, SWEEP * np.abs(slow).max()))
-
-
-def _moves(record: xr.Dataset, name: str) -> bool:
-    return name in record and bool(np.ptp(record[name].values, axis=0).any())
 
 
 def _table(record: xr.Dataset, name: str) -> xr.Dataset:

@@ -252,16 +252,12 @@ class Study:
         return np.array([(r.speed, r.pressure) for r in self.results])
 
 
-def _no_progress() -> None:
-    pass
-
-
 def study(
     plant: Plant,
     sources: Sequence[idn.Source],
     workers: int = 1,
     order: int = 2,
-    progress: Progress = _no_progress,
+    progress: Progress = lambda: None,
     compared: Sequence[tuple[float, float]] | None = None,
 ) -> Study:
     """The study of records with the roles ROLES: of the grid, between its points, and at extra points.
@@ -307,18 +303,14 @@ def _study(
     extra, missed = make_locals(by_role["extra"], by_role["extra_second"], each, progress)
     results, held = ([point.found["3"] for point in some] for some in (points, centres))
     lpv, refined = (idn.fit_lpv(results, order, held, refine=name) for name in ("none", "frequency"))
-    chosen = _some(points) if compared is None else at_points([*points, *extra], compared)
+    few = [points[k] for k in sorted({0, len(points) // 2, len(points) - 1})]
+    chosen = few if compared is None else at_points([*points, *extra], compared)
     sweep, actuators = compare_models(chosen, each)
     return Study(
         points, [physics(plant, r.speed, r.pressure) for r in results], centres, extra, lpv, refined,
         idn.fit_lpv([point.found["2"] for point in points], order), _distances(lpv, refined, results, held),
         sweep, actuators, coherent(points, each), [*failed, *lost, *missed],
     )  # fmt: skip
-
-
-def _some(points: Sequence[LocalModels]) -> list[LocalModels]:
-    """The first, the middle and the last point."""
-    return [points[k] for k in sorted({0, len(points) // 2, len(points) - 1})]
 
 
 def compare_models(
