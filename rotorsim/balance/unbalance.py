@@ -469,10 +469,6 @@ def _correction(conditions: Conditions, found: Influence, wanted: str) -> tuple[
     return label, correction(found, vectors, conditions.planes)
 
 
-def _polar_text(value: complex) -> str:
-    return f"{abs(value) * G_MM:.2f} g mm at {np.rad2deg(np.angle(value)) % 360:.0f} deg"
-
-
 def result_rows(found: Assessment) -> list[tuple[str, str]]:
     """Rows (what, result) of a table for people."""
     conditions, tests, fix = found.conditions, found.tests, found.correction
@@ -494,9 +490,8 @@ def result_rows(found: Assessment) -> list[tuple[str, str]]:
     if fix is not None:
         for plane, wanted, parts in zip(conditions.planes, fix.wanted, fix.weights, strict=True):
             holes = ", ".join(f"{m * 1e3:.2f} g at {np.rad2deg(a):.0f} deg" for a, m in parts)
-            rows.append(
-                (f"Against {found.corrected}, {plane.name}", _polar_text(wanted) + (f": {holes}" if holes else ""))
-            )
+            against = f"{abs(wanted) * G_MM:.2f} g mm at {np.rad2deg(np.angle(wanted)) % 360:.0f} deg"
+            rows.append((f"Against {found.corrected}, {plane.name}", against + (f": {holes}" if holes else "")))
         before, after = (float(np.nanmax(np.abs(v))) * TO_UM for v in (fix.before, fix.after))
         rows.append(("Largest 1X vector", f"{before:.2f} µm 0-pk, {after:.2f} µm 0-pk predicted after"))
     return rows

@@ -27,7 +27,7 @@ from rotorsim.base.sentences import visible
 from rotorsim.base.units import show
 from rotorsim.campaign.plan import Plan
 from rotorsim.campaign.read_plan import make_plan
-from rotorsim.campaign.scheduler import ClusterError, Pump, Tls, begun
+from rotorsim.campaign.scheduler import ClusterError, Pump, Tls, cluster, local_workers
 from rotorsim.campaign.store import (
     DONE,
     FAILED,
@@ -240,7 +240,11 @@ class CampaignRun:
         chosen = self.settings
         with (
             _token(parts_folder(self.store.folder) / self._id) as token,
-            begun(chosen.scheduler, chosen.workers, len(numbers), chosen.tls) as workers,
+            (
+                local_workers(chosen.workers, len(numbers))
+                if chosen.scheduler is None
+                else cluster(chosen.scheduler, chosen.tls)
+            ) as workers,
         ):
             try:
                 workers.admit(self.store.folder, token)

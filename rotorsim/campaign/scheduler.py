@@ -14,7 +14,7 @@ import warnings
 from asyncio import CancelledError
 from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError as Cancelled, Future, ThreadPoolExecutor
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from queue import Empty, SimpleQueue
@@ -74,11 +74,6 @@ class Workers(Protocol):
 
     def free(self, run: str) -> None:
         """End the cases of a run that are under way."""
-
-
-def begun(scheduler: str | None, workers: int | None, most: int, tls: Tls | None) -> AbstractContextManager[Workers]:
-    """Context of the workers of a scheduler, or of this computer (at most `most`) where none is named."""
-    return local_workers(workers, most) if scheduler is None else cluster(scheduler, tls)
 
 
 class Pump:

@@ -300,7 +300,7 @@ class Index:
                 db.executescript("PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF;" + _SCHEMA)
                 db.executemany(
                     "INSERT INTO cases (number, key, experiment, repeat, seed, parameters) VALUES (?, ?, ?, ?, ?, ?)",
-                    map(_new, cases),
+                    ((c.number, c.case.key, c.experiment, c.repeat, c.case.seed, json.dumps(c.values)) for c in cases),
                 )
                 db.commit()
             except sqlite3.IntegrityError as error:
@@ -374,10 +374,6 @@ class Index:
     def close(self) -> None:
         """Let go of the file; what was noted since the last commit is lost."""
         self._db.close()
-
-
-def _new(one: NumberedCase) -> tuple[Any, ...]:
-    return one.number, one.case.key, one.experiment, one.repeat, one.case.seed, json.dumps(one.values)
 
 
 def _connect(path: Path, writable: bool) -> sqlite3.Connection:

@@ -116,17 +116,18 @@ def judge(search: EffectSearch) -> SearchVerdict:
     for size in range(1, (MOST_EFFECTS if search.base_excess > 0 else 1) + 1):
         found = search.best_singles() if size == 1 else search.sets(size)
         tried += found
-        good = [h for h in found if passes(h, search) and not _needless(h, tried)]
+        # not where some of its effects alone fit the records as well
+        good = [
+            h
+            for h in found
+            if passes(h, search)
+            and not any(set(s.keys) < set(h.keys) and s.fit.cost < h.fit.cost + CLEAR for s in tried)
+        ]
         if good:
             return _accepted(search, good[0], found, known, tried)
         if size > 1 and not _worth_more(tried, size):
             break
     return _short_of_a_name(search, tried, known)
-
-
-def _needless(h: Hypothesis, tried: list[Hypothesis]) -> bool:
-    """Whether some of its effects alone fit the records as well as all of a hypothesis' do."""
-    return any(set(s.keys) < set(h.keys) and s.fit.cost < h.fit.cost + CLEAR for s in tried)
 
 
 def _worth_more(tried: list[Hypothesis], size: int) -> bool:

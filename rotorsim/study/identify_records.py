@@ -22,7 +22,6 @@ from rotorsim.campaign.read_plan import make_plan
 from rotorsim.campaign.store import DONE, record_path
 
 if TYPE_CHECKING:
-    from rotorsim.campaign import Plan
     from rotorsim.campaign.store import IndexRow, Store
     from rotorsim.machine import Machine
 
@@ -249,11 +248,6 @@ def _middles(values: tuple[float, ...]) -> tuple[float, ...]:
     return tuple((a + b) / 2 for a, b in pairwise(values))
 
 
-def plans(machine: Machine, layout: StudyGrid) -> dict[str, Plan]:
-    """Plans by name, of any machine."""
-    return {name: make_plan(text, machines={"machine": machine.text}) for name, text in layout.texts()}
-
-
 def run(machine: Machine, layout: StudyGrid, out: Path, workers: int) -> list[Path]:
     """Folders of the campaigns below `out`, run now or gone on with.
 
@@ -277,7 +271,8 @@ def run(machine: Machine, layout: StudyGrid, out: Path, workers: int) -> list[Pa
             f"study: {machine.name} has no pins in a gas film that a reference could move; take one that has"
         )
     folders = []
-    for name, plan in plans(machine, layout).items():
+    plans = {name: make_plan(text, machines={"machine": machine.text}) for name, text in layout.texts()}
+    for name, plan in plans.items():
         folder = out / name
         outcome = run_campaign(plan, folder, Settings(workers=workers, show=True))
         if outcome.stopped == SIGINT:
