@@ -66,8 +66,8 @@ class RunOptions:
 
     def settings(self) -> Settings:
         """Settings of a run; raises DataError for incompatible options."""
-        from rotorsim.campaign.cluster import Tls
         from rotorsim.campaign.run import Settings
+        from rotorsim.campaign.scheduler import Tls
 
         tls = self.tls_ca, self.tls_cert, self.tls_key
         if self.workers is not None and self.scheduler is not None:
@@ -206,9 +206,8 @@ def print_outcome(outcome: CampaignOutcome, folder: Path, as_json: bool) -> None
 
 def print_status(folder: Path, most: int, as_json: bool) -> None:
     """Print the state of a campaign."""
-    from rotorsim.campaign.index import DONE, FAILED, PENDING
     from rotorsim.campaign.run import spell
-    from rotorsim.campaign.store import open_store, status
+    from rotorsim.campaign.store import DONE, FAILED, PENDING, open_store, status
 
     found, plan = status(folder, most), open_store(folder).plan
     if as_json:
@@ -233,7 +232,7 @@ def collect_into(
 ) -> None:
     """Write the table or the records of a campaign into a file."""
     from rotorsim.base.hdf5 import write_netcdf
-    from rotorsim.campaign.collection import collect, write_table
+    from rotorsim.campaign.records import collect, write_table
 
     if out is not None and out.suffix not in (".csv", ".nc"):
         raise DataError(f"{out}: is neither .csv nor .nc; give a name with one of these endings")

@@ -195,7 +195,7 @@ def _first(path: Path) -> dict[str, float | None] | None:
 
 
 def _plain(result: Verification) -> dict[str, object]:
-    from rotorsim.verify.safe_speed import comparison
+    from rotorsim.verify.transients import comparison
 
     numbers: dict[str, object] = {"law": result.law.name, "machine": result.machine, "passed": result.passed}
     numbers |= {"criteria": result.settings["criteria"], "first_criteria": result.settings["first"]}
@@ -226,7 +226,7 @@ def _print_verification(result: Verification, files: dict[str, str], as_json: bo
     for bound in result.settings["edited"]:
         console.print(f"edited bound: {escape(bound)}")
     if "safe_speed" in result.runs:
-        from rotorsim.verify.safe_speed import sentence
+        from rotorsim.verify.transients import sentence
 
         console.print(escape(f"safe speed: {sentence(*result.runs['safe_speed'])}"), soft_wrap=True)
     console.print(f"{result.law.name} on {result.machine}: {'passed' if result.passed else 'FAILED'}")

@@ -37,7 +37,7 @@ from rotorsim.commands.results import files, refuse_campaign, study as study_fol
 if TYPE_CHECKING:
     from identification import Prefilter
     from identification.campaign import SourceResult
-    from rotorsim.study.plans import StudyGrid
+    from rotorsim.study.identify_records import StudyGrid
 
 RESULTS = ("model.json", "model_2.json", "report.html", "study.json")
 """Files in the folder; where the last is, the others are complete."""
@@ -248,10 +248,8 @@ def identification_vs_physics(
     refuse_campaign(out)
     plant, layout = plant_of(machine), _layout(quick, speed, pressure)
     from rotorsim.report.page import save_study_page
-    from rotorsim.study.identification_vs_physics import HEADS, rows, study, summary
-    from rotorsim.study.identify_records import sources_of
-    from rotorsim.study.pages import identification_blocks
-    from rotorsim.study.plans import COUNTED, run
+    from rotorsim.study.identification_vs_physics import HEADS, identification_blocks, rows, study, summary
+    from rotorsim.study.identify_records import COUNTED, run, sources_of
 
     records = [str(folder.absolute()) for folder in campaign or []]
     inputs = {"kind": "identification", "machine": plant.machine.hash, "records": records, "surfaces": surfaces}
@@ -282,7 +280,7 @@ def identification_vs_physics(
 def _layout(quick: bool, speed: str | None, pressure: str | None) -> StudyGrid:
     """Grid of operating points, with the speeds and pressures that are given instead of the usual ones."""
     from rotorsim.analysis.axes import read_axis
-    from rotorsim.study.plans import QUICK, StudyGrid
+    from rotorsim.study.identify_records import QUICK, StudyGrid
 
     usual = QUICK if quick else StudyGrid()
     speeds = usual.speeds if speed is None else tuple(float(v) for v in read_axis("speed", speed, "rad/s"))

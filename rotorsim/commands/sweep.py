@@ -69,8 +69,8 @@ def sweep(
     plant = settings.plant(machine)
     from rotorsim.analysis.sweep import NETCDF, TABLE
     from rotorsim.analysis.sweep_definition import make_sweep
+    from rotorsim.campaign.run import plan_of, run_sweep
     from rotorsim.campaign.store import MANIFEST
-    from rotorsim.campaign.sweep import plan_of, run_sweep
 
     chosen = run.settings()
     point = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
