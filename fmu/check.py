@@ -25,12 +25,23 @@ from typing import Any
 import numpy as np
 
 from fmu.archive import workspace
-from fmu.importer import ImportedUnit, Instance, fmi2_callbacks, fmpy, holds, machine_text, opened, start, stored, xml
-from fmu.kinds import law_unit, linear_unit, plant_unit
+from fmu.export import law_unit, linear_unit, plant_unit
+from fmu.importer import (
+    ImportedUnit,
+    Instance,
+    fmi2_callbacks,
+    fmpy,
+    holds,
+    machine_text,
+    opened,
+    reference_inputs,
+    start,
+    stored,
+    xml,
+)
 from fmu.law_unit import INPUTS, OUTPUTS, LawUnit, answered
 from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit, Unit
-from fmu.reference import reference_inputs
 from fmu.variables import ROW
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.exchange.archive import ArchiveError, read_archive

@@ -18,9 +18,8 @@ from xml.etree.ElementTree import Element, SubElement, register_namespace
 import numpy as np
 
 from fmu.archive import check_place, workspace, write_archive
-from fmu.binaries import Platform
 from fmu.description import number, text
-from fmu.export import export
+from fmu.export import Platform, export
 from fmu.importer import ImportedUnit
 from fmu.law_unit import INPUTS, OUTPUTS, LawUnit
 from fmu.model import PlantUnit, Unit, software

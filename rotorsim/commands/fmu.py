@@ -75,9 +75,7 @@ def export(
             "--grid, --time-step and --set: change the plant, not a law or an identified model; leave them out"
         )
     plant = settings.plant(machine) if law is None and model == "plant" else None
-    from fmu.binaries import choose
-    from fmu.export import export as write, file_names, versions
-    from fmu.kinds import law_unit, linear_unit, named, plant_unit
+    from fmu.export import choose, export as write, file_names, law_unit, linear_unit, named, plant_unit, versions
 
     chosen, platforms = versions(fmi), choose(targets)
     start = (
@@ -125,9 +123,7 @@ def system(
     as_json: AsJson = False,
 ) -> None:
     """Write plant and control law, wired, as one .ssp file."""
-    from fmu.binaries import choose
-    from fmu.export import versions
-    from fmu.kinds import law_unit, plant_unit
+    from fmu.export import choose, law_unit, plant_unit, versions
     from fmu.ssp import export_system
 
     if len(versions(fmi)) > 1:
