@@ -274,14 +274,19 @@ def assemble(rotor: AssembledRotor, layout: DofLayout) -> Parts:
         M[first, first] += point.mx
         M[first + 1, first + 1] += point.my
     damped = _mass_damping(rotor, layout)
-    N = shaft(_turning) if any(e.eta_v for e in rotor.shaft_elements) else np.zeros_like(M)
+    N = (
+        shaft(lambda e: e.eta_v * elements.circulatory_matrix(e))
+        if any(e.eta_v for e in rotor.shaft_elements)
+        else np.zeros_like(M)
+    )
     C = (
         shaft(_material_damping)
         if any(e.alpha or e.beta or e.eta_v for e in rotor.shaft_elements)
         else np.zeros_like(M)
     )
     C = C if damped is None else C + damped
-    H, N_h = (shaft(m) if rotor.hysteretic else np.zeros_like(M) for m in (_loss, _driving))
+    hysteretic = elements.elastic_matrix, elements.circulatory_matrix
+    H, N_h = (shaft(lambda e, m=m: e.eta_h * m(e)) if rotor.hysteretic else np.zeros_like(M) for m in hysteretic)
     constant = [b for b in rotor.bearing_elements if b.constant]
     K_b, C_b = np.zeros_like(M), np.zeros_like(M)
     for bearing in constant:
@@ -322,18 +327,6 @@ def _stiffness(element: ShaftElement) -> Matrix:
     if element.torque:
         K = K + element.torque * elements.torque_matrix(element)
     return K
-
-
-def _turning(element: ShaftElement) -> Matrix:
-    return element.eta_v * elements.circulatory_matrix(element)
-
-
-def _loss(element: ShaftElement) -> Matrix:
-    return element.eta_h * elements.elastic_matrix(element)
-
-
-def _driving(element: ShaftElement) -> Matrix:
-    return element.eta_h * elements.circulatory_matrix(element)
 
 
 def _material_damping(element: ShaftElement) -> Matrix:

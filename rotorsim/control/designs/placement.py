@@ -22,9 +22,8 @@ from rotorsim.control.designs.specification import (
     supply_pressure,
 )
 from rotorsim.control.law import Law
-from rotorsim.control.law_from_system import constant_law
+from rotorsim.control.law_from_system import proved_law
 from rotorsim.control.plants import Model, check_modes, design_plant, short_sampled_plant
-from rotorsim.control.sampled_loop import check_loop
 from rotorsim.control.systems import System, observer_law
 
 
@@ -65,9 +64,7 @@ def design(model: Model, spec: PlacementSpec | None = None) -> Law:
         L = _observer(plant, spec.observer)
     except ValueError as error:
         raise DesignError(f"placement: the poles cannot be placed ({error}); take another share or observer") from error
-    law = constant_law("placement", model, observer_law(plant, F, L), spec)
-    check_loop(law, model, [(spec.speed, spec.pressure)])
-    return law
+    return proved_law("placement", model, observer_law(plant, F, L), spec)
 
 
 def _observer(plant: System, faster: float) -> np.ndarray:
