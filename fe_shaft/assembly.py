@@ -257,9 +257,9 @@ def lay_out(rotor: RotorElements) -> DofLayout:
 def assemble(rotor: AssembledRotor, layout: DofLayout) -> Parts:
     """The matrices that do not change with speed."""
 
-    def shaft(matrix: Callable[[ShaftElement], Matrix]) -> Matrix:
+    def shaft(matrix: Callable[[ShaftElement], Matrix], used: bool = True) -> Matrix:
         full = np.zeros((layout.ndof, layout.ndof))
-        for number, element in enumerate(rotor.shaft_elements):
+        for number, element in enumerate(rotor.shaft_elements if used else ()):
             dofs = layout.element(number)
             full[np.ix_(dofs, dofs)] += matrix(element)
         return full
@@ -274,19 +274,12 @@ def assemble(rotor: AssembledRotor, layout: DofLayout) -> Parts:
         M[first, first] += point.mx
         M[first + 1, first + 1] += point.my
     damped = _mass_damping(rotor, layout)
-    N = (
-        shaft(lambda e: e.eta_v * elements.circulatory_matrix(e))
-        if any(e.eta_v for e in rotor.shaft_elements)
-        else np.zeros_like(M)
-    )
-    C = (
-        shaft(_material_damping)
-        if any(e.alpha or e.beta or e.eta_v for e in rotor.shaft_elements)
-        else np.zeros_like(M)
-    )
+    every = rotor.shaft_elements
+    N = shaft(lambda e: e.eta_v * elements.circulatory_matrix(e), any(e.eta_v for e in every))
+    C = shaft(_material_damping, any(e.alpha or e.beta or e.eta_v for e in every))
     C = C if damped is None else C + damped
-    hysteretic = elements.elastic_matrix, elements.circulatory_matrix
-    H, N_h = (shaft(lambda e, m=m: e.eta_h * m(e)) if rotor.hysteretic else np.zeros_like(M) for m in hysteretic)
+    H = shaft(lambda e: e.eta_h * elements.elastic_matrix(e), rotor.hysteretic)
+    N_h = shaft(lambda e: e.eta_h * elements.circulatory_matrix(e), rotor.hysteretic)
     constant = [b for b in rotor.bearing_elements if b.constant]
     K_b, C_b = np.zeros_like(M), np.zeros_like(M)
     for bearing in constant:

@@ -69,7 +69,7 @@ def mode_shapes(plant: Plant, speed: float, pressure: float) -> xr.Dataset:
 
 
 def outline(plant: Plant) -> dict[str, Any]:
-    """Radius [m] of the element to the right of each node (the last node: to the left); node and radius of the discs."""
+    """Radius [m] of the element to the right of each node, at the last one left; node and radius of the discs."""
     mesh, discs = plant.assembly.mesh, [d for d in plant.machine.discs if d.mass > 0]
     radii = [0.5 * e.odl for e in mesh.rotor.shaft_elements]
     return {

@@ -396,7 +396,11 @@ class Guarded:
     """Base of laws whose `memory` holds the guard's at `guard_at`: their alarms."""
 
     memory: np.ndarray
-    guard_at = 0
+
+    @property
+    def guard_at(self) -> int:
+        """Place of the guard's memory in the law's."""
+        return 0
 
     @property
     def alarm_code(self) -> int:

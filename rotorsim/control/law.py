@@ -168,7 +168,7 @@ class Law(Guarded, Shown):
         return LawSettings(*map(float, values), *map(float, self.bias))
 
     @cached_property
-    def memory(self) -> np.ndarray:
+    def memory(self) -> np.ndarray:  # type: ignore[override]
         """The running law's one flat memory; copy it to save, write it back to restore."""
         w = np.zeros(self.layout.size)
         w[self.layout.centre : self.layout.centre + 2] = self.centre or (0.0, 0.0)
@@ -225,8 +225,8 @@ class Law(Guarded, Shown):
             self.memory[at : at + 3] = 1.0, float(reference[0]), float(reference[1])
 
     @property
-    def guard_at(self) -> int:  # type: ignore[override]
-        """Place of the guard's memory."""
+    def guard_at(self) -> int:
+        """Place of the guard's memory in the law's."""
         return self.layout.guard
 
     def at(self, speed: float, pressure: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

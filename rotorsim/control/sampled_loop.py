@@ -8,7 +8,9 @@ loop and all frequencies up to Nyquist.
 
 Every design is checked with the model at its operating points, and looked over in the model's whole range. A hit is a
 jump of the rotor's velocity: the first states of every grey-box structure are positions and velocities. Ratios of
-closed to open loop need no mass. Bode's integral holds for these loops (Sung and Hara 1988). Weights can so be chosen without seeing the plant they are verified on.
+closed to open loop need no mass. Weights can so be chosen without seeing the plant they are verified on.
+
+Bode's integral holds for these loops (Sung and Hara 1988).
 
 Cites: seiler_2020, sung_1988, thesis.
 """

@@ -9,15 +9,20 @@ import rotorsim as rs
 from rotorsim.control import DesignError
 from rotorsim.control.designs import lpv
 from rotorsim.control.designs.hinf_synthesis import closed, mixed_sensitivity, solve
-from rotorsim.control.designs.lpv import (
+from rotorsim.control.designs.lpv import controller_at
+from rotorsim.control.designs.lpv_problem import (
+    Inequality,
+    LmiProblem,
     Polynomial,
-    controller_at,
+    Sought,
+    SynthesisGrid,
     corners,
     derivatives,
     exponents,
     functions,
+    minimise,
+    synthesise,
 )
-from rotorsim.control.designs.lpv_problem import Inequality, LmiProblem, Sought, SynthesisGrid, minimise, synthesise
 from rotorsim.control.plants import design_plant
 from rotorsim.control.systems import peak_gain
 
