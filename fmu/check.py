@@ -44,7 +44,7 @@ from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit, Unit
 from fmu.variables import ROW
 from rotorsim.base.errors import DataError, RotorsimError
-from rotorsim.base.exchange.archive import ArchiveError, read_archive
+from rotorsim.base.input_files import ArchiveError, read_archive
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.simulation import Simulation

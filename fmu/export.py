@@ -32,8 +32,8 @@ from identification.model_file import load_model
 from rotorsim.base.constants import MPA, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.control import Law, load_law
+from rotorsim.machine.limits import speed_limit
 from rotorsim.machine.numerics import check_speed
-from rotorsim.machine.running_limits import speed_limit
 from rotorsim.plant import Plant
 
 AnyUnit = TypeVar("AnyUnit", bound=PlantUnit | LinearUnit | LawUnit)

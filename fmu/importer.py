@@ -27,9 +27,8 @@ from fmu.description import ROWS
 from fmu.law_unit import LawUnit
 from fmu.model import PlantUnit, Unit
 from fmu.variables import UnitVariable
-from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange.archive import read_archive, unpack
+from rotorsim.base.input_files import parse_json, read_archive, unpack
 
 Log = Callable[[str], None]
 DAMAGED = (ElementTree.ParseError, KeyError, IndexError, ValueError, TypeError, AttributeError)
@@ -253,7 +252,7 @@ def xml(content: bytes) -> ElementTree.Element:
 
 def _facts(files: Mapping[str, bytes]) -> dict[str, Any]:
     root = xml(files["modelDescription.xml"])
-    data = json.loads(files["resources/model.json"])
+    data = parse_json(files["resources/model.json"])
     listed = root.find("ModelVariables")
     if listed is None:
         raise KeyError("it has no ModelVariables")
@@ -289,7 +288,7 @@ def holds(path: Path) -> str:
 def start(path: Path) -> tuple[float, float]:
     """Speed [rad/s] and gauge pressure [Pa] at which the unit starts."""
     with opened(path) as files:
-        values = json.loads(files["resources/model.json"])["start"]
+        values = parse_json(files["resources/model.json"])["start"]
         return float(values["speed"]), float(values["pressure"])
 
 

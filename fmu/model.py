@@ -25,10 +25,10 @@ from reynolds.grid import cells
 from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import UNLIMITED
 from rotorsim.effects.film.gas_heating import NOMINAL
-from rotorsim.machine.running_limits import friction_heat, hottest
+from rotorsim.machine.limits import friction_heat, hottest
 from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.kernels.columns import COLUMNS, HEAT_COLUMNS
+from rotorsim.plant.kernels.layout import COLUMNS, HEAT_COLUMNS
 
 LONGEST_NAME = 60
 """Characters of an identifier that compilers and file systems take besides the suffix."""

@@ -25,7 +25,7 @@ from fmu.law_unit import INPUTS, OUTPUTS, LawUnit
 from fmu.model import PlantUnit, Unit, software
 from fmu.variables import UnitVariable, exponents, fmi_name
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange.archive import ArchiveError, read_archive
+from rotorsim.base.input_files import ArchiveError, read_archive
 
 SPACES = {
     "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",

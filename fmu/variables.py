@@ -27,15 +27,14 @@ from rotorsim.base.quantity import UNLIMITED, Quantity, quantities, quantity_of
 from rotorsim.base.units import TABLE, dimension
 from rotorsim.effects import Effect
 from rotorsim.effects.base import WHERE
-from rotorsim.machine.actuators import Actuators, Drive
-from rotorsim.machine.gas import Gas
-from rotorsim.machine.gas_film import Injector
+from rotorsim.machine.gas_film import Actuators, Gas, Injector
+from rotorsim.machine.limits import speed_limit
 from rotorsim.machine.part import Part
 from rotorsim.machine.probes import reading_unit
-from rotorsim.machine.running_limits import speed_limit
+from rotorsim.machine.rotor import Drive
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.kernels.columns import COLUMNS, FILM_COLUMNS
+from rotorsim.plant.kernels.layout import COLUMNS, FILM_COLUMNS
 from rotorsim.plant.validity import known_speed
 
 NOMINAL = {"m": 1e-5, "N": 10.0, "rad/s": 600.0, "rad": 1.0, "Pa": 1e5, "V": 1.0, "kg/s": 1e-4, "N*m": 1e-2}

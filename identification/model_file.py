@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 from identification.errors import ModelError
 from identification.local.models import LinearModel
 from identification.lpv.model import LpvModel
-from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange.mat import is_mat, read_mat
-from rotorsim.base.file_kinds import instead
+from rotorsim.base.input_files import instead, parse_json
+from rotorsim.base.mat import is_mat, read_mat
 
 
 def load_model(path: str | Path) -> LinearModel | LpvModel:
@@ -31,7 +31,7 @@ def load_model(path: str | Path) -> LinearModel | LpvModel:
     if is_mat(path) and path.is_file():
         return _of_mat(path)
     try:
-        data = json.loads(path.read_text(encoding="utf-8-sig"))
+        data = parse_json(path.read_text(encoding="utf-8-sig"))
         kind = data["kind"]
         return LpvModel.from_dict(data) if kind == "lpv" else LinearModel.from_dict(data)
     except FileNotFoundError as error:

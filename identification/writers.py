@@ -21,9 +21,9 @@ from identification.readers.mat import HEADER, MAX_WIDTH
 from identification.records.sampling import sampling_time
 from identification.records.schema import PROBE_COORDINATES, VECTORS, known_variable, named_axes, validate, with_notes
 from identification.records.table import MARK
-from rotorsim.base.exchange.mat import cells, write_mat
 from rotorsim.base.files import replacing
 from rotorsim.base.hdf5 import write_netcdf
+from rotorsim.base.mat import cells, write_mat
 
 if TYPE_CHECKING:
     import pandas as pd

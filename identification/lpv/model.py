@@ -24,10 +24,10 @@ from identification.local.models import LinearModel, plain
 from identification.local.simulation import respond
 from identification.lpv.surfaces import Basis, fit_surfaces, make_basis, rms
 from rotorsim.base.constants import RIG_SAMPLE, TO_MPA, TO_RPM
+from rotorsim.base.control_systems import sampling_call
 from rotorsim.base.display import Card, Shown
-from rotorsim.base.exchange.control_systems import sampling_call
-from rotorsim.base.exchange.mat import cells, is_mat, name_rest, write_mat
 from rotorsim.base.files import write_json
+from rotorsim.base.mat import cells, is_mat, name_rest, write_mat
 
 
 class ExtrapolationWarning(UserWarning):

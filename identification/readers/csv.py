@@ -26,7 +26,7 @@ from identification.errors import ReadError
 from identification.readers.registry import reader
 from identification.records.table import MARK, MAX_NAME, MAX_VALUES, Column, DataTable, parse_header, split_name
 from identification.records.units import is_unit
-from rotorsim.base.sentences import quote
+from rotorsim.base.display import quote
 
 MAX_COLUMNS, MAX_PREAMBLE = 1000, 500
 _DELIMITERS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": None}

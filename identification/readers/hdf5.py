@@ -25,9 +25,9 @@ from identification.errors import ReadError
 from identification.readers.registry import reader
 from identification.records.schema import VARIABLES, named_axes
 from identification.records.table import MAX_VALUES, Column, DataTable, not_read
-from rotorsim.base.file_kinds import NETCDF
+from rotorsim.base.display import listing, quote
 from rotorsim.base.hdf5 import check_hdf5
-from rotorsim.base.sentences import listing, quote
+from rotorsim.base.input_files import NETCDF
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -24,7 +24,7 @@ from identification.readers.hdf5 import HDF5, opened
 from identification.readers.registry import reader
 from identification.records.schema import AXES, VARIABLES
 from identification.records.table import MAX_VALUES, Column, DataTable, parse_header
-from rotorsim.base.sentences import quote
+from rotorsim.base.display import quote
 
 Order = Literal["little", "big"]
 CLASSES = (

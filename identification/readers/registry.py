@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from identification.errors import ReadError
-from rotorsim.base.file_kinds import instead
+from rotorsim.base.input_files import instead
 
 if TYPE_CHECKING:
     import xarray as xr

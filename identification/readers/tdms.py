@@ -19,7 +19,7 @@ from identification.errors import ReadError
 from identification.readers.registry import reader
 from identification.records.table import MAX_VALUES, Column, DataTable, not_read
 from identification.records.units import factor, is_unit_of
-from rotorsim.base.sentences import quote
+from rotorsim.base.display import quote
 
 _READ = {"wf_increment", "wf_start_offset", "wf_start_time", "unit_string", "NI_UnitDescription", "wf_xunit_string"}
 _IGNORED = ("wf_samples", "wf_xname", "wf_time_pref", "name", "NI_ChannelName", "NI_ChannelLength", "NI_DataType",

@@ -23,7 +23,7 @@ from identification.errors import ReadError
 from identification.readers.registry import reader
 from identification.records.table import MAX_VALUES, Column, DataTable
 from identification.records.units import factor, is_unit_of
-from rotorsim.base.sentences import quote
+from rotorsim.base.display import quote
 
 _END = b"-1"
 _DIRECTIONS = {0: "", 1: "+X", 2: "+Y", 3: "+Z", 4: "+RX", 5: "+RY", 6: "+RZ"}

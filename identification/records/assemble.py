@@ -30,7 +30,7 @@ from identification.records.units import (
     quantity,
     sensitivity,
 )
-from rotorsim.base.sentences import listing, quote
+from rotorsim.base.display import listing, quote
 
 if TYPE_CHECKING:
     import xarray as xr

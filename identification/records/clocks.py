@@ -17,7 +17,7 @@ from identification.errors import ReadError
 from identification.records.mapping import ColumnEntry, Mapping
 from identification.records.table import Column, DataTable
 from identification.records.units import factor, is_unit_of
-from rotorsim.base.sentences import listing, quote
+from rotorsim.base.display import listing, quote
 
 WHOLE = 0.1
 """Largest distance from a whole number of samples, in samples, at which a start is shifted."""

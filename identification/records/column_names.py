@@ -12,7 +12,7 @@ from identification.errors import ReadError
 from identification.records.mapping import ColumnEntry, Mapping
 from identification.records.schema import AXES, VARIABLES, VECTORS
 from identification.records.table import Column, DataTable
-from rotorsim.base.sentences import closest, listing
+from rotorsim.base.display import closest, listing
 
 _VECTOR = re.compile(rf"({'|'.join(VECTORS)})_([1-9]\d{{0,2}})X_({'|'.join(AXES)})", re.ASCII)
 _PROBE = re.compile(r"(probe_measured)_([A-Za-z]\w{0,39})", re.ASCII)

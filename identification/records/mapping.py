@@ -46,6 +46,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import tomllib
 from collections.abc import Mapping as Tables
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -56,9 +57,8 @@ from identification.records.runout import SlowRollSource, parse_slow_roll
 from identification.records.schema import AXES, VARIABLES, VECTORS
 from identification.records.sensors import OWN, Keyphasor, LabProbe, split_probe
 from identification.records.units import quantity_at
-from rotorsim.base import toml_text as tomllib
-from rotorsim.base.file_kinds import instead
-from rotorsim.base.sentences import did_you_mean, quote
+from rotorsim.base.display import did_you_mean, quote
+from rotorsim.base.input_files import instead, parse_toml
 
 MAX_BYTES = 1_000_000
 MOST_PULSES = 10_000
@@ -139,7 +139,7 @@ def load_mapping(mapping: str | Path | Tables[str, Any] | Mapping) -> Mapping:
     path = Path(mapping)
     try:
         text = _text(path)
-        return parse(tomllib.loads(text), text, path.parent)
+        return parse(parse_toml(text), text, path.parent)
     except tomllib.TOMLDecodeError as error:
         reason = instead(path, "a mapping", "") or f"not a TOML file: {str(error)[:200]}; correct that line"
         raise ReadError(f"{path}: {reason}") from error

@@ -31,7 +31,7 @@ from identification.errors import ReadError, SchemaError, UnfitError
 from identification.records.schema import AXES, measured, with_notes
 from identification.records.units import amplitude_at, quantity_at
 from rotorsim.base.constants import TO_RPM
-from rotorsim.base.sentences import quote
+from rotorsim.base.display import quote
 
 if TYPE_CHECKING:
     import xarray as xr

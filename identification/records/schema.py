@@ -17,6 +17,7 @@ it stands elsewhere than there.
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -25,8 +26,8 @@ import numpy as np
 
 from identification.errors import SchemaError
 from identification.records.sampling import WAY_OUT, sampling_time
-from rotorsim.base import toml_text as tomllib
-from rotorsim.base.sentences import did_you_mean
+from rotorsim.base.display import did_you_mean
+from rotorsim.base.input_files import parse_toml
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -386,7 +387,7 @@ def validate(record: xr.Dataset) -> xr.Dataset:
 def machine_of(record: xr.Dataset) -> str:
     """Name and fingerprint of a record's machine, a space between; empty for a record that states none."""
     try:
-        name = str(tomllib.loads(str(record.attrs.get("machine", ""))).get("name", ""))
+        name = str(parse_toml(str(record.attrs.get("machine", ""))).get("name", ""))
     except tomllib.TOMLDecodeError:
         name = ""
     mark = str(record.attrs.get("machine_hash", ""))

@@ -20,7 +20,7 @@ from identification.errors import ReadError, SchemaError
 from identification.records.schema import require
 from identification.records.stretches import whole_slices
 from identification.records.units import quantity_at
-from rotorsim.base.sentences import did_you_mean, quote
+from rotorsim.base.display import did_you_mean, quote
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,8 +16,8 @@ import numpy as np
 
 from identification.errors import ReadError
 from identification.records.units import is_unit
-from rotorsim.base import json_text as json
-from rotorsim.base.sentences import listing, quote
+from rotorsim.base.display import listing, quote
+from rotorsim.base.input_files import parse_json
 
 MARK = "rotorsim record"
 """First words of the header of a file that rotorsim wrote."""
@@ -123,7 +123,7 @@ def split_name(text: str) -> tuple[str, str | None]:
 def parse_header(text: str) -> Header:
     """Header from its JSON text; raises ReadError if it is none."""
     try:
-        found = json.loads(text)
+        found = parse_json(text)
         header = Header(found["attrs"], found["variables"], found["samples"], found.get("probes", {}))
     except (ValueError, KeyError, TypeError) as error:
         raise ReadError("the header of the record is damaged; take the original file") from error

@@ -12,7 +12,7 @@ from math import inf, isfinite, sqrt
 from typing import Any
 
 from identification.errors import ReadError
-from rotorsim.base.sentences import quote
+from rotorsim.base.display import quote
 from rotorsim.base.units import CHARACTERS, NUMBER, SPELLINGS, TABLE
 
 KINDS = ("m", "V", "rad/s", "rad", "Pa", "N", "s", "kg/s", "Hz", "m/s", "m/s^2", "kg*m", "1")

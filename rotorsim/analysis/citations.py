@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import identification as idn
-from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange.mat import is_mat, read_mat
+from rotorsim.base.input_files import parse_json
+from rotorsim.base.mat import is_mat, read_mat
 from rotorsim.base.references import cited_by, sorted_keys
 from rotorsim.control import load_law
 from rotorsim.machine import Machine, load_machine
@@ -71,7 +71,7 @@ def _of_folder(folder: Path) -> dict[str, list[str]]:
 def _kind(path: Path) -> str:
     """Return the kind that a .json or .mat file states, empty for none."""
     try:
-        data: Any = read_mat(path) if is_mat(path) else json.loads(path.read_text(encoding="utf-8-sig"))
+        data: Any = read_mat(path) if is_mat(path) else parse_json(path.read_text(encoding="utf-8-sig"))
     except (ValueError, DataError):
         return ""
     return str(data.get("kind", "")) if isinstance(data, dict) else ""

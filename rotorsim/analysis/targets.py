@@ -7,6 +7,7 @@ Targets with role = "predict" are reported and not fitted.
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,9 +15,8 @@ from typing import Any
 import numpy as np
 
 from rotorsim.analysis.axes import TEXT, checked
-from rotorsim.base import toml_text as tomllib
 from rotorsim.base.errors import DataError
-from rotorsim.base.file_kinds import instead
+from rotorsim.base.input_files import instead, parse_toml
 from rotorsim.base.units import parse
 
 AXES = ("x", "y")
@@ -97,7 +97,7 @@ def read_targets(path: str | Path) -> Targets:
     if not file.is_file():
         raise DataError(f"{path}: no such targets file; shipped targets: {', '.join(known)}")
     try:
-        document = tomllib.loads(file.read_text(encoding="utf-8-sig"))
+        document = parse_toml(file.read_text(encoding="utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         reason = instead(file, "targets", "") or f"is not a TOML file ({error})"
         raise DataError(f"{path}: {reason}; correct it") from error
@@ -220,7 +220,7 @@ def _target(entry: dict[str, Any], number: int) -> Target:
 
 def value_at(text: str, path: str) -> Any:
     """The value at a dotted path of a machine file's text; raises DataError where there is none."""
-    value: Any = tomllib.loads(text)
+    value: Any = parse_toml(text)
     for key in path.split("."):
         try:
             value = value[int(key)] if isinstance(value, list) else value[key]

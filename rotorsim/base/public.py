@@ -14,7 +14,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn
 
-from rotorsim.base.sentences import closest
+from rotorsim.base.display import closest
 
 Access = tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]
 

@@ -8,6 +8,7 @@ them is taken from the records themselves when the campaign is resumed.
 
 from __future__ import annotations
 
+import json
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing
@@ -15,8 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rotorsim.base import json_text as json
 from rotorsim.base.files import replacing
+from rotorsim.base.input_files import parse_json
 from rotorsim.campaign.errors import PlanError, StoreError
 from rotorsim.campaign.plan import NumberedCase
 
@@ -106,7 +107,7 @@ class Index:
         query += "AND (?2 IS NULL OR experiment = ?2) ORDER BY number LIMIT ?3"
         for values in self._db.execute(query, (status, experiment, limit)):
             row = dict(zip(COLUMNS, values, strict=True))
-            row["parameters"], row["summary"] = json.loads(row["parameters"]), json.loads(row["summary"] or "{}")
+            row["parameters"], row["summary"] = parse_json(row["parameters"]), parse_json(row["summary"] or "{}")
             yield IndexRow(**row)
 
     def sizes(self) -> Iterator[tuple[int, str, int | None]]:

@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 
 from identification.records.mapping import stated_changes
-from rotorsim.base import json_text as json
 from rotorsim.base.errors import RotorsimError
+from rotorsim.base.input_files import parse_json
 from rotorsim.campaign.axes import change
 from rotorsim.campaign.errors import PlanError
-from rotorsim.discrepancy.data.changes import RING, WEIGHT, known_changes, with_ring
+from rotorsim.discrepancy.changes import RING, WEIGHT, known_changes, with_ring
 from rotorsim.machine import Machine
 
 PLACE = "changes"
@@ -46,7 +46,7 @@ def with_changes(machine: Machine, text: str) -> Machine:
     """The machine as it is changed for a record; trial weights add to its unbalance as vectors; raises PlanError."""
     if not text:
         return machine
-    table = json.loads(text)
+    table = parse_json(text)
     try:
         known_changes(machine, table, PLACE)
     except RotorsimError as error:

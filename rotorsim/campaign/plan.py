@@ -6,18 +6,18 @@ A case is a machine, its changes, an experiment and a seed, with a hash of all i
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from rotorsim.base import json_text as json
-from rotorsim.base.display import Card, Shown
-from rotorsim.base.sentences import quote
+from rotorsim.base.display import Card, Shown, quote
+from rotorsim.base.input_files import parse_json
 from rotorsim.campaign.axes import KINDS, Axis, make
 from rotorsim.campaign.known_changes import with_changes
 from rotorsim.campaign.plan_file import Value
-from rotorsim.experiments.parameters import parameters
+from rotorsim.experiments.experiment import parameters
 from rotorsim.machine import Machine
 
 FORMAT = 1
@@ -53,7 +53,7 @@ class Case:
     @classmethod
     def from_text(cls, text: str) -> Case:
         """The case of its JSON."""
-        content: dict[str, Any] = json.loads(text)
+        content: dict[str, Any] = parse_json(text)
         pairs = {name: tuple((key, value) for key, value in content[name]) for name in ("set", "parameters")}
         keep = None if content["keep"] is None else tuple(content["keep"])
         return cls(**{**content, **pairs, "keep": keep})

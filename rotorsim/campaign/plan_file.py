@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Strict, ValidationError
 
-from rotorsim.base import toml_text as tomllib
-from rotorsim.base.sentences import did_you_mean, quote
+from rotorsim.base.display import did_you_mean, quote
+from rotorsim.base.input_files import parse_toml
 from rotorsim.campaign.errors import PlanError
 
 MAX_BYTES = 10_000_000
@@ -81,7 +81,7 @@ def read_plan(path: Path) -> str:
 def parse_plan(text: str) -> PlanTable:
     """Tables of a plan; raises PlanError with the first problem."""
     try:
-        tables = tomllib.loads(text)
+        tables = parse_toml(text)
     except ValueError as error:
         raise PlanError(f"not a TOML file: {str(error)[:200]}; correct that line") from error
     return read_table(PlanTable, tables, "")

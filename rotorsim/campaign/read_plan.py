@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from identification import VARIABLES
+from rotorsim.base.display import quote
 from rotorsim.base.errors import RotorsimError
-from rotorsim.base.file_kinds import instead
-from rotorsim.base.sentences import quote
+from rotorsim.base.input_files import instead
 from rotorsim.base.units import parse
 from rotorsim.campaign.axes import (
     KINDS,
@@ -41,8 +41,7 @@ from rotorsim.campaign.plan_file import (
     read_table,
     unknown,
 )
-from rotorsim.experiments.experiment import check_seed
-from rotorsim.experiments.parameters import ask_speeds, fastest
+from rotorsim.experiments.experiment import ask_speeds, check_seed, fastest
 from rotorsim.machine import Machine, machine_text, shipped_machines
 from rotorsim.machine.numerics import check_speed
 from rotorsim.machine.plausibility import ask_machine

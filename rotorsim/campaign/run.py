@@ -13,10 +13,9 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from rotorsim.base.display import BAR, Update, bar, visible
 from rotorsim.base.files import write_text
 from rotorsim.base.interrupt import Interrupt
-from rotorsim.base.progress import BAR, Update, bar
-from rotorsim.base.sentences import visible
 from rotorsim.campaign.cluster import Tls
 from rotorsim.campaign.errors import ClusterError, StoreError
 from rotorsim.campaign.index import DONE, FAILED, PENDING, Index

@@ -6,6 +6,7 @@ The record's bytes depend on the case alone: no time, no host, nothing of the ot
 
 from __future__ import annotations
 
+import json
 import os
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,12 +19,11 @@ from threadpoolctl import threadpool_limits
 
 from identification import make_record
 from rotorsim.analysis.sweep_definition import ANALYSES
-from rotorsim.base import json_text as json
 from rotorsim.base.cache import in_cache
 from rotorsim.base.errors import ConvergenceError, RotorsimError
-from rotorsim.base.files import WriteError, write_error
+from rotorsim.base.files import Lock, WriteError, write_error
 from rotorsim.base.hdf5 import check_hdf5
-from rotorsim.base.lock import Lock
+from rotorsim.base.input_files import parse_json
 from rotorsim.campaign.axes import is_analysis
 from rotorsim.campaign.errors import StorageError
 from rotorsim.campaign.known_changes import with_changes
@@ -37,7 +37,7 @@ from rotorsim.experiments.running import begin, record, stream
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.compose import is_compiled
-from rotorsim.plant.probes import probe_coordinates
+from rotorsim.plant.locations import probe_coordinates
 from rotorsim.signals.record_blocks import open_record
 
 if TYPE_CHECKING:
@@ -184,7 +184,7 @@ def adopt(path: Path, key: str) -> dict[str, Any] | None:
         return None
     with suppress(OSError, KeyError, ValueError), h5py.File(path, "r") as file:
         if file.attrs["campaign_key"] == key:
-            return {"summary": json.loads(file.attrs["campaign_row"]), "bytes": path.stat().st_size, "adopted": True}
+            return {"summary": parse_json(file.attrs["campaign_row"]), "bytes": path.stat().st_size, "adopted": True}
     return None
 
 

@@ -24,10 +24,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from rotorsim.base import json_text as json
 from rotorsim.base.cache import RUNS, sources_hash
-from rotorsim.base.files import is_temporary, make_folder, write_json, write_text
-from rotorsim.base.lock import BusyError, Lock, about_us
+from rotorsim.base.files import BusyError, Lock, about_us, is_temporary, make_folder, write_json, write_text
+from rotorsim.base.input_files import parse_json
 from rotorsim.base.version import installed
 from rotorsim.campaign.errors import StoreError
 from rotorsim.campaign.index import FAILED, Index
@@ -35,7 +34,7 @@ from rotorsim.campaign.plan import Plan, differences, text_hash
 from rotorsim.campaign.read_plan import make_plan
 
 PACKAGES = ("numpy", "scipy", "numba", "h5py", "h5netcdf", "distributed")
-KNOWN_CHANGES = ("rotorsim/discrepancy/__init__.py", "rotorsim/discrepancy/data")
+KNOWN_CHANGES = ("rotorsim/discrepancy/__init__.py", "rotorsim/discrepancy/changes.py")
 SOURCES = (*RUNS, *KNOWN_CHANGES, "rotorsim/analysis", "rotorsim/campaign")
 
 
@@ -130,7 +129,7 @@ def open_store(folder: str | Path) -> Store:
     if not path.is_file():
         raise StoreError(f"{folder}: holds no campaign; give the folder that was its --out")
     try:
-        manifest = json.loads(path.read_text(encoding="utf-8-sig"))
+        manifest = parse_json(path.read_text(encoding="utf-8-sig"))
         if manifest["format"] != FORMAT:
             raise StoreError(
                 f"{path}: has format {manifest['format']!r}, this version reads {FORMAT}; use the one it is of"
@@ -149,7 +148,7 @@ def open_store(folder: str | Path) -> Store:
 
 def machines(folder: Path) -> dict[str, str]:
     """Texts of a store's machines by their hash."""
-    manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8-sig"))
+    manifest = parse_json((folder / MANIFEST).read_text(encoding="utf-8-sig"))
     return {text_hash(text): text for text in manifest["machines"].values()}
 
 

@@ -171,7 +171,7 @@ def check(
 
 def note_compiling_of_plan(plan: Plan) -> None:
     """Print one line in a pipe, which shows no progress bar, if the first case compiles its machine."""
-    from rotorsim.base.progress import on_terminal
+    from rotorsim.base.display import on_terminal
     from rotorsim.machine import Machine
     from rotorsim.plant import Plant
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
@@ -13,10 +14,10 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from rotorsim.base import json_text as json
+from rotorsim.base.display import line, on_terminal
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_json
-from rotorsim.base.progress import line, on_terminal
+from rotorsim.base.input_files import parse_json
 from rotorsim.base.units import parse
 from rotorsim.commands.completion import LAWS, designs
 from rotorsim.commands.options import (
@@ -189,7 +190,7 @@ def _progress() -> Callable[[str], None] | None:
 def _first(path: Path) -> dict[str, float | None] | None:
     """Bounds of the first verification in the folder, from the table that is replaced; None where it states none."""
     try:
-        before = json.loads(path.read_text(encoding="utf-8-sig"))
+        before = parse_json(path.read_text(encoding="utf-8-sig"))
         found = before.get("first_criteria", before["criteria"])
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import DataError
-from rotorsim.base.sentences import did_you_mean
 from rotorsim.base.units import parse, show
 from rotorsim.commands.options import (
     AsJson,
@@ -83,7 +83,7 @@ def experiment_function(name: str, words: str) -> Callable[..., None]:
     """Function of the command `rotorsim WORDS` of an experiment: an option for each parameter, then the common ones."""
     from rotorsim.commands.closed_loop import FILES, ClosedLoopSetup
     from rotorsim.experiments.catalogue import EXPERIMENTS
-    from rotorsim.experiments.parameters import parameters
+    from rotorsim.experiments.experiment import parameters
 
     kind = EXPERIMENTS[name]
     setup: Any = ClosedLoopSetup if name == "controlled" else kind
@@ -150,7 +150,7 @@ def run_experiment(
     plant = settings.plant(machine)
     if not kind.drives_reference:  # those that do are refused as a whole without a film
         _check_film(plant, given.get(OF_FILM), settings.grid)
-    from rotorsim.experiments.parameters import ask_speeds
+    from rotorsim.experiments.experiment import ask_speeds
     from rotorsim.experiments.running import record
 
     chosen = setup(**given, Ts=plant.machine.sampling_time)
@@ -188,10 +188,10 @@ def _print_outcome(
 ) -> None:
     """Write the page of a record and print its results as a table or as JSON."""
     from rotorsim.experiments.summary import summarise_experiment
-    from rotorsim.report.page.page import write_page
-    from rotorsim.report.page.units import unit_system
+    from rotorsim.report.page import write_page
     from rotorsim.report.record import results as swept_rows, run_page
     from rotorsim.report.run import analyse
+    from rotorsim.report.units import unit_system
     from rotorsim.signals.record_blocks import open_record
 
     files = {"record": str(path)}

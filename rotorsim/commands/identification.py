@@ -16,10 +16,9 @@ import typer
 from rich.markup import escape
 from rich.table import Column, Table
 
+from rotorsim.base.display import counter, told_apart
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import replacing_all, write_json
-from rotorsim.base.progress import counter
-from rotorsim.base.sentences import told_apart
 from rotorsim.commands.options import (
     AsJson,
     Console,
@@ -251,7 +250,7 @@ def identification_vs_physics(
     page.check()
     refuse_campaign(out)
     plant, layout = plant_of(machine), _layout(quick, speed, pressure)
-    from rotorsim.report.page.page import save_study_page
+    from rotorsim.report.page import save_study_page
     from rotorsim.study.identification_vs_physics import HEADS, rows, study, summary
     from rotorsim.study.identify_records import sources_of
     from rotorsim.study.pages import identification_blocks

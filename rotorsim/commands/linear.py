@@ -15,7 +15,6 @@ import typer
 from rotorsim.base.constants import TO_HZ, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
-from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.commands.options import (
     AsJson,
     GivenMachine,
@@ -83,7 +82,7 @@ def response(
     import numpy as np
 
     from rotorsim.analysis.unbalance_response import peak_of, unbalance_response
-    from rotorsim.machine.running_limits import ask_rim_speed
+    from rotorsim.machine.limits import ask_rim_speed
 
     ask_rim_speed(plant.machine, max(grid, key=abs), "--speeds")
     given = _unbalance(plant.machine, unbalance, disc)
@@ -152,7 +151,7 @@ def campbell(
         modes_line,
         searched_line,
     )
-    from rotorsim.machine.running_limits import ask_rim_speed
+    from rotorsim.machine.limits import ask_rim_speed
 
     ask_rim_speed(plant.machine, max(grid, key=abs), "--speeds")
     names = ("campbell.nc", "campbell.csv", *(["report.html"] if report else []))
@@ -212,6 +211,8 @@ def _unbalance(machine: Machine, me: str | None, disc: int | None) -> tuple[Unba
 
 def _write(found: xr.Dataset, folder: Path, name: str, rows: list[tuple[object, ...]]) -> dict[str, str]:
     """Write NetCDF and CSV; paths by kind."""
+    from rotorsim.base.hdf5 import write_netcdf
+
     write_netcdf(folder / f"{name}.nc", found)
     text = io.StringIO()
     csv.writer(text).writerows(rows)
@@ -289,8 +290,9 @@ def modes(
     at = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
     plant = settings.plant(machine)
     from rotorsim.analysis.shaft_motion import mode_shapes
-    from rotorsim.machine.running_limits import ask_rim_speed
-    from rotorsim.report.pictures import lacking
+    from rotorsim.base.hdf5 import write_netcdf
+    from rotorsim.machine.limits import ask_rim_speed
+    from rotorsim.report.scenes import lacking
 
     ask_rim_speed(plant.machine, at[0], "--speed")
     wanted = pictures is not False or show or bool(film)
@@ -353,7 +355,7 @@ def _draw_modes(found: xr.Dataset, folder: Path, endings: list[str], show: bool)
 
 def _check_film(film: str) -> None:
     """Refuse another kind of film, or one that cannot be written here, before anything is computed."""
-    from rotorsim.report.pictures import ENDINGS, check_program
+    from rotorsim.report.scenes import ENDINGS, check_program
 
     known = [ending[1:] for ending in ENDINGS[1:]]
     if film and film not in known:

@@ -1,9 +1,10 @@
-"""`rotorsim machine new | check | show | effects | calibrate` and `rotorsim cite`: machine files and their sources."""
+"""`rotorsim machine new | check | show | effects | calibrate`, `cite` and `warm`: machine files, sources, kernels."""
 
 from __future__ import annotations
 
 import json
 import sys
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,11 +13,16 @@ from rich.markup import escape
 from rich.table import Table
 
 from rotorsim.base.constants import TO_MPA, TO_UM
+from rotorsim.base.display import end_line, line
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.files import write_text
-from rotorsim.base.progress import end_line, line
-from rotorsim.commands.completion import effects as effect_names, machines, targets as shipped_targets
-from rotorsim.commands.options import AsJson, Console, GivenMachine, GridOptions, plant_of
+from rotorsim.commands.completion import (
+    effects as effect_names,
+    machines,
+    machines as shipped_or_files,
+    targets as shipped_targets,
+)
+from rotorsim.commands.options import AsJson, Console, GivenMachine, GridOptions, PlantOptions, plant_of
 from rotorsim.commands.registry import CommandGroup, command, group
 from rotorsim.commands.results import files
 
@@ -135,7 +141,7 @@ def _entry(name: str) -> dict[str, Any]:
     """An effect of the catalogue by its name."""
     from rotorsim.effects import REGISTRY
     from rotorsim.machine.catalogue import describe
-    from rotorsim.machine.effect_tables import unknown_effect
+    from rotorsim.machine.reading import unknown_effect
 
     if name in REGISTRY:
         return describe(REGISTRY[name])
@@ -284,3 +290,43 @@ def cite(
         for part, own in parts.items():
             typer.echo(f"{part}: {', '.join(own)}")
         typer.echo("\n" + "\n".join(f"[{key}] {references().get(key, key)}" for key in keys))
+
+
+@command(
+    "warm",
+    "rotorsim warm dtu_gas_bearing --grid 64x16",
+    "rs.compile_kernels(plant)",
+)
+def warm(
+    machines: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[MACHINE]...",
+            help="Shipped machines or files; default all shipped.",
+            autocompletion=shipped_or_files,
+        ),
+    ] = None,
+    *,
+    settings: PlantOptions,
+    as_json: AsJson = False,
+) -> None:
+    """Compile machines now, so that their first run starts at once."""
+    from rotorsim.machine import shipped_machines
+
+    plants = {name: settings.plant(name) for name in machines or shipped_machines()}
+    from rotorsim.plant import compile_kernels
+
+    took = {}
+    for name, plant in plants.items():
+        note = plant.assembly.compile_note("settle", "run")
+        if not note:
+            typer.echo(f"{name}: compiled already", err=True)
+            took[name] = 0.0
+            continue
+        typer.echo(note, err=True)
+        start = time.monotonic()
+        compile_kernels(plant)
+        took[name] = round(time.monotonic() - start, 1)
+        typer.echo(f"{name}: compiled in {took[name]:.0f} s", err=True)
+    if as_json:
+        typer.echo(json.dumps({"seconds": took}, indent=2))

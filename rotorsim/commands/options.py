@@ -18,14 +18,14 @@ from rich.errors import MarkupError
 from rich.table import Table
 from rich.text import Text
 
+from rotorsim.base.display import visible
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.files import WriteError
-from rotorsim.base.sentences import visible
 from rotorsim.base.units import Suggest, parse
 from rotorsim.commands.completion import machines
 from rotorsim.commands.results import refuse_replacing
-from rotorsim.report.page.browser import open_page
-from rotorsim.report.page.units import check_units, use_units
+from rotorsim.report.browser import open_page
+from rotorsim.report.units import check_units, use_units
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -113,7 +113,7 @@ class PageOptions:
         check_units(self.units)
         use_units("metric")
         if self.figures is not None:
-            from rotorsim.report.page.figure_files import check_kind
+            from rotorsim.report.figure_files import check_kind
 
             check_kind(self.figures)
 
@@ -126,7 +126,7 @@ class PageOptions:
         use_units(self.units)
         if self.figures is None:
             return
-        from rotorsim.report.page.figure_files import figure_paths
+        from rotorsim.report.figure_files import figure_paths
 
         refuse_replacing(sorted(page.parent.glob(f"{escape(page.stem)}_*.{self.figures}")), force)
         if page.is_file():
@@ -145,7 +145,7 @@ class PageOptions:
         page = Path(page)
         use_units("metric")
         if self.figures is not None:
-            from rotorsim.report.page.figure_files import save_figures
+            from rotorsim.report.figure_files import save_figures
 
             try:
                 save_figures(page, self.figures)

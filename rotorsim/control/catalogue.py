@@ -7,10 +7,9 @@ from dataclasses import Field, fields, is_dataclass, replace
 from inspect import signature
 from typing import Any
 
+from rotorsim.base.display import Report, did_you_mean, quote, silent
 from rotorsim.base.errors import DesignError
-from rotorsim.base.progress import Report, silent
 from rotorsim.base.quantity import quantity_of
-from rotorsim.base.sentences import did_you_mean, quote
 from rotorsim.base.units import show
 from rotorsim.control import designs
 from rotorsim.control.designs.specification import DESIGNS as DESIGNS, explained

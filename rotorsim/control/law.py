@@ -19,14 +19,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rotorsim.base import json_text as json
 from rotorsim.base.constants import RIG_SAMPLE
+from rotorsim.base.control_systems import state_space
 from rotorsim.base.display import Card, Shown
 from rotorsim.base.errors import LawError, OtherMachine
-from rotorsim.base.exchange.control_systems import state_space
-from rotorsim.base.exchange.mat import is_mat, write_mat
-from rotorsim.base.file_kinds import instead
 from rotorsim.base.files import write_json
+from rotorsim.base.input_files import instead, parse_json
+from rotorsim.base.mat import is_mat, write_mat
 from rotorsim.control import law_exchange
 from rotorsim.control.guard import Guarded
 from rotorsim.control.law_kernel import LawLayout, make_layout, refresh, step
@@ -339,7 +338,7 @@ def load_law(path: str | Path) -> Law:
     if is_mat(path) and path.is_file():
         return law_exchange.from_mat(Law, path)
     try:
-        data = json.loads(path.read_text(encoding="utf-8-sig"))
+        data = parse_json(path.read_text(encoding="utf-8-sig"))
         if (kind := data.pop("kind", None)) != "law":
             raise ValueError(f"its kind is '{kind}'" if kind else "it does not state its kind")
         for name in ("bias", "centre"):

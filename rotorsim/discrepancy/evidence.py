@@ -37,11 +37,11 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from rotorsim.base.constants import MPA
-from rotorsim.discrepancy.data.spectra import DataLayout, Trial
+from rotorsim.base.rounding import answer
+from rotorsim.discrepancy.calibration import FitParameter
+from rotorsim.discrepancy.data_vector import DataLayout, modulus
 from rotorsim.discrepancy.fit import ParameterFit
-from rotorsim.discrepancy.linear_algebra import answer
-from rotorsim.discrepancy.residuals.floor import modulus
-from rotorsim.discrepancy.twin.parameters import FitParameter
+from rotorsim.discrepancy.trial import Trial
 
 BAND = 25.0
 """Distance [Hz] over which the relative error of a response changes."""

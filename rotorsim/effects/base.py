@@ -134,7 +134,7 @@ class Effect:
     calibration: ClassVar[tuple[CalibrationParameter, ...]] = ()
     """Parameters that a diagnosis calibrates."""
     cites: ClassVar[tuple[str, ...]] = ()
-    """Keys of its sources in `rotorsim/base/references/references.bib`; a user's own may write the whole reference."""
+    """Keys of its sources in `rotorsim/base/references.bib`; a user's own may write the whole reference."""
     earlier_name: ClassVar[str] = ""
     """Name of its table in machine files of earlier versions."""
     earlier_keys: ClassVar[Mapping[str, str]] = {}

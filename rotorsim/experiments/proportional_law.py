@@ -18,7 +18,7 @@ import numpy as np
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import ControllerError
 from rotorsim.control.guard import FARTHEST, OK, SENSOR, SIZE, Guarded, guard
-from rotorsim.experiments.parameters import attributes, check_parameters, param
+from rotorsim.experiments.experiment import attributes, check_parameters, param
 
 
 @dataclass

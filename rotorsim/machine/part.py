@@ -14,8 +14,8 @@ from typing import Annotated, Any, ClassVar, Self, Union, cast, get_args, get_or
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator, model_validator
 
+from rotorsim.base.display import closest, did_you_mean, quote
 from rotorsim.base.quantity import Quantity, quantity_of
-from rotorsim.base.sentences import closest, did_you_mean, quote
 from rotorsim.base.units import quoted
 
 SI = {"values": "SI"}

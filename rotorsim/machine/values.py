@@ -8,12 +8,12 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import quantity_of
-from rotorsim.base.sentences import did_you_mean
 from rotorsim.effects import REGISTRY, Effect
-from rotorsim.machine.effect_tables import unknown_effect
 from rotorsim.machine.part import SI, Part, sentences, unknown_field
+from rotorsim.machine.reading import unknown_effect
 
 
 class ChangeTree(dict[str, Any]):

@@ -12,8 +12,8 @@ from plotly.subplots import make_subplots
 from rotorsim.balance import Assessment, Conditions, Correction, LeftOut
 from rotorsim.balance.results import estimate_table, result_rows
 from rotorsim.base.constants import TO_UM
-from rotorsim.report.page.page import Block, Page, write_page
-from rotorsim.report.page.theme import INK, NEUTRAL, PIN_COLOURS, compact, style
+from rotorsim.report.page import Block, Page, write_page
+from rotorsim.report.theme import INK, NEUTRAL, PIN_COLOURS, compact, style
 
 G_MM = 1e6
 """g mm in a kg m."""

@@ -15,9 +15,9 @@ from rotorsim.analysis.campbell import critical_rows
 from rotorsim.analysis.unbalance_response import peak_of
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
-from rotorsim.report.page.page import Block, Page, write_page
-from rotorsim.report.page.theme import FAINTEST, INK, PIN_COLOURS, compact, next_to, phase_axes, phase_lag, style
-from rotorsim.report.page.units import quantity
+from rotorsim.report.page import Block, Page, write_page
+from rotorsim.report.theme import FAINTEST, INK, PIN_COLOURS, compact, next_to, phase_axes, phase_lag, style
+from rotorsim.report.units import quantity
 from rotorsim.signals.orders import RunComparison
 
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")

@@ -11,12 +11,12 @@ from plotly.subplots import make_subplots
 
 from rotorsim.analysis.campbell import critical_rows, modes_line, searched_line
 from rotorsim.analysis.unbalance_response import ENDS, peak_of
-from rotorsim.base import toml_text as tomllib
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
-from rotorsim.report.page.page import Block, Page, write_page
-from rotorsim.report.page.theme import INK, PIN_COLOURS, compact, phase_axes, phase_lag, style
-from rotorsim.report.page.units import quantity
+from rotorsim.base.input_files import parse_toml
+from rotorsim.report.page import Block, Page, write_page
+from rotorsim.report.theme import INK, PIN_COLOURS, compact, phase_axes, phase_lag, style
+from rotorsim.report.units import quantity
 
 SYMBOLS = {"forward": "triangle-up", "backward": "triangle-down", "mixed": "circle", "": "circle"}
 ROWS = 60
@@ -270,7 +270,7 @@ def warned(found: xr.Dataset) -> str:
 
 def name(found: xr.Dataset) -> str:
     """Name of the machine of a result."""
-    return str(tomllib.loads(str(found.attrs["machine"])).get("name", "Unnamed machine"))
+    return str(parse_toml(str(found.attrs["machine"])).get("name", "Unnamed machine"))
 
 
 def at(found: xr.Dataset) -> str:

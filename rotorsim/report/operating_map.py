@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +10,11 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from rotorsim.base import toml_text as tomllib
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
-from rotorsim.report.page.page import Block, Page, write_page
-from rotorsim.report.page.theme import INK, PIN_COLOURS, compact, faint, style
-from rotorsim.report.page.units import quantity
+from rotorsim.base.input_files import parse_toml
+from rotorsim.report.page import Block, Page, write_page
+from rotorsim.report.theme import INK, PIN_COLOURS, compact, faint, style
+from rotorsim.report.units import quantity
 
 UNSAFE, UNKNOWN = "#7a3b3b", "#5f6b73"
 MAP_SCALE = [[0, "#ffffff"], [0.5, "#cfe2f1"], [1, "#6fa9d6"]]
@@ -63,7 +64,7 @@ def map_page(found: xr.Dataset) -> Page:
 
 def _name(found: xr.Dataset) -> str:
     try:
-        return str(tomllib.loads(str(found.attrs.get("machine", ""))).get("name", "Unnamed machine"))
+        return str(parse_toml(str(found.attrs.get("machine", ""))).get("name", "Unnamed machine"))
     except tomllib.TOMLDecodeError:
         return "Unnamed machine"
 

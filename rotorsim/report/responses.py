@@ -8,9 +8,9 @@ import xarray as xr
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_UM
-from rotorsim.report.page.theme import AXIS_COLOURS, INK, PIN_COLOURS, compact, faint, style
-from rotorsim.report.page.units import displacement, quantity
 from rotorsim.report.run import AnalysedRun, analyse, record_section, sensed
+from rotorsim.report.theme import AXIS_COLOURS, INK, PIN_COLOURS, compact, faint, style
+from rotorsim.report.units import displacement, quantity
 from rotorsim.signals import impact
 from rotorsim.signals.frequency_response import Transfer, peak_of, welch_transfer
 from rotorsim.signals.impact import RingDown

@@ -11,12 +11,12 @@ from plotly.subplots import make_subplots
 
 from rotorsim.analysis.sweep import SweepResult, heading, text_of
 from rotorsim.analysis.sweep_definition import SweepQuantity
-from rotorsim.base import toml_text as tomllib
 from rotorsim.base.constants import TO_MPA, TO_RPM
+from rotorsim.base.input_files import parse_toml
 from rotorsim.report.operating_map import MAP_SCALE
-from rotorsim.report.page.page import Block, Page, write_page
-from rotorsim.report.page.theme import INK, PIN_COLOURS, compact, style
-from rotorsim.report.page.units import quantity
+from rotorsim.report.page import Block, Page, write_page
+from rotorsim.report.theme import INK, PIN_COLOURS, compact, style
+from rotorsim.report.units import quantity
 
 MOST_AXES = 3
 """Axes of a chart: two of a contour, one of small multiples."""
@@ -50,7 +50,7 @@ def write_sweep(result: SweepResult, path: str | Path, units: str = "metric", fi
 
 def sweep_page(result: SweepResult) -> Page:
     """Page of a sweep: best points, cells without a result, a chart of each quantity, a table of the cells."""
-    name = str(tomllib.loads(str(result.data.attrs["machine"])).get("name", "Unnamed machine"))
+    name = str(parse_toml(str(result.data.attrs["machine"])).get("name", "Unnamed machine"))
     return Page(f"{name}: sweep", _about(result), _blocks(result))
 
 

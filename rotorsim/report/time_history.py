@@ -11,9 +11,9 @@ from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.report.film import feed_word
-from rotorsim.report.page.theme import AXIS_COLOURS, NEUTRAL, PIN_COLOURS, compact, faint, style
-from rotorsim.report.page.units import quantity
 from rotorsim.report.run import AnalysedRun, end_of_run, record_section
+from rotorsim.report.theme import AXIS_COLOURS, NEUTRAL, PIN_COLOURS, compact, faint, style
+from rotorsim.report.units import quantity
 from rotorsim.signals.orders import Deceleration, deceleration_of
 from rotorsim.signals.probes import READINGS, SHOWN, names, units
 from rotorsim.signals.record_blocks import Envelope, displacement_name, envelopes, eventful_stretch, need

@@ -15,8 +15,8 @@ import numpy as np
 
 from rotorsim.base.cache import key_of, sources_hash
 from rotorsim.base.constants import RIG_SAMPLE
+from rotorsim.base.control_systems import is_linear
 from rotorsim.base.errors import ConvergenceError
-from rotorsim.base.exchange.control_systems import is_linear
 from rotorsim.control.law import LIMIT, Law
 from rotorsim.experiments.experiment import reference_range
 from rotorsim.experiments.limits import choked, passed
@@ -32,7 +32,7 @@ from rotorsim.plant.controller import (
     check_any_controller,
     name_of,
 )
-from rotorsim.plant.kernels.columns import COLUMNS, READ
+from rotorsim.plant.kernels.layout import COLUMNS, READ
 from rotorsim.plant.simulation import Simulation
 
 NEVER = 10**15

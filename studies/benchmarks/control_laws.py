@@ -21,7 +21,7 @@ from rotorsim.control.designs.hinf_synthesis import Weights, mixed_sensitivity, 
 from rotorsim.control.law_kernel import refresh, steps
 from rotorsim.control.plants import design_plant
 from rotorsim.control.sampled_loop import sweep
-from rotorsim.live.rig.laws import SHIPPED
+from rotorsim.live.laws import SHIPPED
 from studies.benchmarks.result import Figure
 
 SAMPLES = 20_000

@@ -15,7 +15,7 @@ from rotorsim.campaign.read_plan import make_plan
 from rotorsim.campaign.simulate_case import solve
 from rotorsim.campaign.store import make_store, record_path
 from rotorsim.cli import main
-from rotorsim.discrepancy.data.changes import known_changes
+from rotorsim.discrepancy.changes import known_changes
 from rotorsim.experiments import EXPERIMENTS, run
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant

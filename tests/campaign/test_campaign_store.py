@@ -14,7 +14,7 @@ import pytest
 import xarray as xr
 
 from identification import validate
-from rotorsim.base.lock import BusyError, Lock
+from rotorsim.base.files import BusyError, Lock
 from rotorsim.campaign import collect, open_store, write_table
 from rotorsim.campaign.errors import StoreError
 from rotorsim.campaign.index import DONE, FAILED, PENDING

@@ -8,7 +8,7 @@ import pytest
 from rotorsim.effects.sensors.sensor_delay import LENGTH, sensor_delay
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
-from rotorsim.plant.kernels.columns import READ
+from rotorsim.plant.kernels.layout import READ
 
 SAMPLE = 2e-4
 HZ = 2 * np.pi

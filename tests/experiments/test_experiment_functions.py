@@ -7,7 +7,7 @@ import pytest
 
 from rotorsim import experiments as ex
 from rotorsim.experiments import catalogue
-from rotorsim.experiments.parameters import parameters
+from rotorsim.experiments.experiment import parameters
 
 MADE = [name for name in ex.EXPERIMENTS if name not in ("runup", "controlled")]
 """The others are written by hand."""

@@ -12,9 +12,9 @@ from rotorsim.cli import main
 from rotorsim.experiments.catalogue.steady import Steady
 from rotorsim.experiments.running import record, run
 from rotorsim.experiments.summary import summarise_experiment
-from rotorsim.live.rig.records import Replay
-from rotorsim.live.rig.rig import Rig
-from rotorsim.live.rig.runner import Runner
+from rotorsim.live.records import Replay
+from rotorsim.live.rig import Rig
+from rotorsim.live.runner import Runner
 from rotorsim.machine import Machine, machine_text
 from rotorsim.plant import Plant
 from rotorsim.report.record import made_sections

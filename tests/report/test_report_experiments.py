@@ -20,7 +20,7 @@ from xarray.core import indexing
 import rotorsim.report as report
 from identification import make_record
 from rotorsim.base.errors import DataError
-from rotorsim.report.page.page import html
+from rotorsim.report.page import html
 from rotorsim.report.record import EXPECTED, made_sections, provenance, record_page, write_report
 from rotorsim.report.run import SECTIONS, analyse
 from rotorsim.signals.record_blocks import MissingError

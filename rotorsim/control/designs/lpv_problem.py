@@ -36,8 +36,8 @@ import numpy as np
 from scipy import sparse
 from scipy.linalg import null_space
 
+from rotorsim.base.display import Report, silent
 from rotorsim.base.errors import DesignError
-from rotorsim.base.progress import Report, silent
 from rotorsim.control.designs.hinf_synthesis import Generalised
 
 GAMMA_SLACK, TOLERANCE = 3e-3, 2e-3
