@@ -12,7 +12,6 @@ attributes are checked, by FMI 3.0's own schema of manifests.
 
 from __future__ import annotations
 
-import importlib.util
 import io
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -76,9 +75,12 @@ def check(path: Path, duration: float = 1.0) -> Iterator[Check]:
             raise DataError(f"{path}: {duration:g} s take over {MOST_STEPS} steps of {model.sample:g} s; check less")
         jobs: list[Callable[[], Iterator[Check]]] = []
         if isinstance(model, PlantUnit):
-            jobs += [partial(job, unit, model, n) for job in (_trajectory, _long_steps)]
+            step, name = 5 * model.sample, f"{n * model.sample:g} s against the Python plant"
+            jobs.append(lambda: iter([compare(unit, model, n, model.sample, name)]))
+            text = f"the same in steps of {1e3 * step:g} ms"
+            jobs.append(lambda: iter([compare(unit, model, max(n // 10, 20), step, text)]))
         elif isinstance(model, LinearUnit):
-            jobs.append(lambda: (Check(*found) for found in linear_checks(unit, model, n)))
+            jobs.append(lambda: linear_checks(unit, model, n))
         elif isinstance(model, LawUnit):
             jobs.append(lambda: iter([_law(unit, model, n)]))
         jobs += [partial(job, unit, model, path) for job in (_reference, _replay, _second, _steps, _pace)]
@@ -123,15 +125,6 @@ def _standard(path: Path, unit: ImportedUnit) -> Iterator[Check]:
         problems = validate_fmu(unit.folder)
     for name, found in (("fmpy validate", problems), ("official schemas", findings(path))):
         yield Check(name, f"{len(found)} problems{'' if not found else ': ' + found[0][:80]}", not found)
-
-
-def _trajectory(unit: ImportedUnit, model: PlantUnit, n: int) -> Iterator[Check]:
-    yield compare(unit, model, n, model.sample, f"{n * model.sample:g} s against the Python plant")
-
-
-def _long_steps(unit: ImportedUnit, model: PlantUnit, n: int) -> Iterator[Check]:
-    step = 5 * model.sample
-    yield compare(unit, model, max(n // 10, 20), step, f"the same in steps of {1e3 * step:g} ms")
 
 
 def compare(unit: ImportedUnit, model: PlantUnit, n: int, step: float, name: str) -> Check:
@@ -351,19 +344,19 @@ def derivative_error(unit: ImportedUnit, model: LinearUnit) -> float:
     return worst
 
 
-def linear_checks(unit: ImportedUnit, model: LinearUnit, n: int) -> Iterator[tuple[str, str, bool]]:
-    """Name, value, passed of each check."""
+def linear_checks(unit: ImportedUnit, model: LinearUnit, n: int) -> Iterator[Check]:
+    """A run over the range against the model in Python, and derivatives where it is continuous."""
     inputs = moving_inputs(model, n)
     truth = simulated(model, inputs, model.sample)
     instance = unit.instance()
     instance.initialise({name: float(values[0]) for name, values in inputs.items()})
     rows = instance.run(inputs, model.sample, ["disc.x", "disc.y"])
     instance.close()
-    worst = float(np.abs(rows - truth).max() / np.abs(truth).max())
-    yield f"{n * model.sample:g} s against the Python model", f"relative deviation {worst:.2g}", worst < 1e-9
+    worst = deviation(truth, rows)
+    yield Check(f"{n * model.sample:g} s against the Python model", f"relative deviation {worst:.2g}", worst < 1e-9)
     if model.continuous:
         error = derivative_error(unit, model)
-        yield "directional derivatives against A, B, C, D", f"relative deviation {error:.2g}", error < 1e-12
+        yield Check("directional derivatives against A, B, C, D", f"relative deviation {error:.2g}", error < 1e-12)
 
 
 AT_ONCE = {
@@ -468,7 +461,7 @@ def _schema(name: str, content: bytes) -> str | None:
 
 
 def _violations(content: bytes, schema: str, name: str) -> Iterator[str]:
-    fmpy()
+    folder = Path(fmpy().__file__).parent
     from lxml import etree
 
     try:
@@ -480,12 +473,6 @@ def _violations(content: bytes, schema: str, name: str) -> Iterator[str]:
     if name.endswith(MANIFEST):  # a layered standard may name its root as it likes
         root.tag = LS_ROOT
     for part, rules in [(root, schema), *((values, VALUES) for values in root.iter(VALUES_ROOT))]:
-        checker = etree.XMLSchema(file=str(_folder() / rules))
+        checker = etree.XMLSchema(file=str(folder / rules))
         if not checker.validate(part):
             yield from (f"{name}, line {entry.line}: {entry.message}" for entry in checker.error_log)
-
-
-def _folder() -> Path:
-    spec = importlib.util.find_spec("fmpy")
-    assert spec is not None and spec.origin is not None
-    return Path(spec.origin).parent

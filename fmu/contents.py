@@ -67,18 +67,15 @@ def contents(model: Unit, version: int, reference: Reference | None, targets: li
     icons = "terminalsAndIcons"
     if isinstance(model, PlantUnit):
         own = {"resources/machine.toml": model.plant.machine.text, "documentation/index.html": page(model)}
-        facts = data(model, targets, cpu)
     elif isinstance(model, LawUnit):
         law = json.dumps(model.law.to_dict())
         own = {"resources/law.json": law + "\n", "documentation/index.html": law_page(model)}
-        facts = linear_data(model, targets, cpu)
     else:
         assert isinstance(model, LinearUnit)
         lpv = json.dumps(model.lpv.to_dict(), indent=1)
         own = {"resources/lpv.json": lpv + "\n", "documentation/index.html": linear_page(model)}
-        facts = linear_data(model, targets, cpu)
     found = own | {
-        "resources/model.json": json.dumps(facts, indent=1, sort_keys=True) + "\n",
+        "resources/model.json": json.dumps(data(model, targets, cpu), indent=1, sort_keys=True) + "\n",
         "documentation/licenses/license.txt": licence(),
         f"{icons}/icon.svg": (templates / "icon.svg").read_text(encoding="utf-8"),
         "terminalsAndIcons/terminalsAndIcons.xml": text(terminals(model)),
@@ -98,31 +95,23 @@ def contents(model: Unit, version: int, reference: Reference | None, targets: li
     return {name: body.encode() for name, body in found.items()} | pictures
 
 
-def data(model: PlantUnit, targets: list[str], cpu: str) -> dict[str, object]:
-    """Origin of the unit and the start value of every parameter, in SI units."""
-    return {
+def data(model: PlantUnit | LinearUnit | LawUnit, targets: list[str], cpu: str) -> dict[str, object]:
+    """Origin of the unit; of a plant the start value of every parameter, in SI units."""
+    facts: dict[str, object] = {
         "software": software(),
+        "model_hash": model.hash,
+        "targets": targets,
+        "cpu": cpu,
+        "start": {"speed": model.speed, "pressure": model.pressure},
+    }
+    if not isinstance(model, PlantUnit):
+        return facts | {"model": model.name}
+    return facts | {
         "numba": version_of("numba"),
         "llvmlite": version_of("llvmlite"),
         "machine_hash": model.plant.machine.hash,
-        "model_hash": model.hash,
         "kernels": model.assembly.module.__name__,
-        "targets": targets,
-        "cpu": cpu,
-        "start": {"speed": model.speed, "pressure": model.pressure},
         "parameters": {v.name: v.start for v in model.variables if v.causality == "parameter"},
-    }
-
-
-def linear_data(model: LinearUnit | LawUnit, targets: list[str], cpu: str) -> dict[str, object]:
-    """Origin of the unit of a linear model or a law."""
-    return {
-        "software": software(),
-        "model": model.name,
-        "model_hash": model.hash,
-        "targets": targets,
-        "cpu": cpu,
-        "start": {"speed": model.speed, "pressure": model.pressure},
     }
 
 
@@ -177,6 +166,10 @@ def page(model: PlantUnit) -> str:
     film = machine.film
     fed, pressure = bool(model.assembly.film.n_inj), f"{model.pressure / MPA:.6g} MPa"
     grid = f"{machine.grid.n_theta} x {machine.grid.n_z}" if film else "none"
+    effects = []
+    for name, entries in machine.effects.items():
+        words = (sys.modules[type(entries[0]).__module__].__doc__ or type(entries[0]).__doc__ or "").strip()
+        effects.append(f"<h3>{html.escape(name)}</h3>\n{prose(words)}")
     values = {
         "equations": block(FILM),
         "grid": grid,
@@ -186,18 +179,9 @@ def page(model: PlantUnit) -> str:
         "start": f"shaft.speed_ref ({model.speed * TO_RPM:.6g} rpm)" + (f" and injection.pressure ({pressure})" * fed),
         "injectors": "; injectors: pin seat, plenum, orifice" * fed,
         "held": HELD * fed,
-        "effects": "\n".join(_effects(model)),
+        "effects": "\n".join(effects),
     }
     return _page("plant", model, machine.name, machine.description, values)
-
-
-def _effects(model: PlantUnit) -> list[str]:
-    """Equation and source of every effect, from its own docstring."""
-    rows = []
-    for name, effects in model.plant.machine.effects.items():
-        words = (sys.modules[type(effects[0]).__module__].__doc__ or type(effects[0]).__doc__ or "").strip()
-        rows.append(f"<h3>{html.escape(name)}</h3>\n{prose(words)}")
-    return rows
 
 
 def _variable_row(v: UnitVariable) -> str:

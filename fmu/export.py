@@ -177,14 +177,14 @@ def compiles(model: Unit, targets: Sequence[Platform], cpu: str) -> bool:
 
 
 def _jobs(targets: Sequence[Platform], cpu: str) -> dict[str, ObjectTarget]:
-    return {target.name: _object_target(target, cpu) for target in targets}
-
-
-def _object_target(target: Platform, cpu: str) -> ObjectTarget:
-    if cpu == "native" and target == host():
-        native = host_target("native")
-        return ObjectTarget(target.triple, native.cpu, native.features)
-    return ObjectTarget(target.triple, "generic" if target.name.startswith("aarch64") else "x86-64")
+    """Processor of each target by its name: this computer's own where `cpu` is native, else the oldest of its kind."""
+    found = {}
+    for target in targets:
+        oldest = "generic" if target.name.startswith("aarch64") else "x86-64"
+        found[target.name] = ObjectTarget(target.triple, oldest)
+        if cpu == "native" and target == host():
+            found[target.name] = replace(host_target("native"), triple=target.triple)
+    return found
 
 
 def fmi_headers() -> Path:
