@@ -91,7 +91,10 @@ def _check(rotor: RotorElements) -> None:
     _check_nodes("point mass", (point.n for point in rotor.point_mass_elements), last, links)
     _check_nodes("clamp", rotor.clamped, last)
     _check_nodes("pin", rotor.pinned, last)
-    _check_one_bearing_a_node(rotor.bearing_elements)
+    nodes = [bearing.n for bearing in rotor.bearing_elements]
+    for node in nodes:
+        if nodes.count(node) > 1:
+            raise ShaftError(f"rotor: {nodes.count(node)} bearings at node {node}; add their coefficients in one.")
     for node in links:
         if not any(p.n == node and min(p.mx, p.my) > 0 for p in rotor.point_mass_elements):
             raise ShaftError(f"rotor: the pedestal at node {node} has no mass; add PointMass({node}, m).")
@@ -101,13 +104,6 @@ def _check_nodes(what: str, nodes: Iterable[int], last: int, more: Sequence[int]
     for node in nodes:
         if not 0 <= node <= last and node not in more:
             raise ShaftError(f"rotor: {what} at node {node}, but the shaft has nodes 0 to {last}; move the {what}.")
-
-
-def _check_one_bearing_a_node(bearings: Sequence[BearingElement]) -> None:
-    nodes = [bearing.n for bearing in bearings]
-    for node in nodes:
-        if nodes.count(node) > 1:
-            raise ShaftError(f"rotor: {nodes.count(node)} bearings at node {node}; add their coefficients in one.")
 
 
 @dataclass(frozen=True, eq=False)

@@ -411,13 +411,10 @@ def _comparable(model: PlantUnit, name: str, inputs: Mapping[str, np.ndarray]) -
                 changes = np.flatnonzero(np.diff(inputs[cause]) != 0) + 1
                 good[changes] = False
     # what the first row of the plant holds of the first inputs, the unit has only after its first step
-    first = any(inputs[c][0] != start for c, start in _starts(model).items())
+    reals = [v for v in model.variables if v.store == "input" and v.kind == "real"]
+    first = any(inputs[v.name][0] != float(v.start or 0.0) for v in reals)
     good[0] = good[0] and not (first and any(name.startswith(s) for s in AT_ONCE))
     return good
-
-
-def _starts(model: PlantUnit) -> dict[str, float]:
-    return {v.name: float(v.start or 0.0) for v in model.variables if v.store == "input" and v.kind == "real"}
 
 
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"

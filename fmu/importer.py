@@ -31,6 +31,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.input_files import parse_json, read_archive, unpack
 
 Log = Callable[[str], None]
+CASTS: dict[str, Callable[[float], Any]] = {"Boolean": bool, "Integer": int, "Int32": int}
 DAMAGED = (ElementTree.ParseError, KeyError, IndexError, ValueError, TypeError, AttributeError)
 """Exceptions from reading another program's file, or a damaged one."""
 
@@ -157,7 +158,7 @@ class Instance:
         """Set variables of any type by name."""
         for name, value in values.items():
             v = self.unit.variables[name]
-            getattr(self.slave, f"set{v.type}")([v.valueReference], [_cast(v.type)(value)])
+            getattr(self.slave, f"set{v.type}")([v.valueReference], [CASTS.get(v.type, float)(value)])
 
     def get(self, names: Sequence[str]) -> np.ndarray:
         """Values of variables of any type by name."""
@@ -218,10 +219,6 @@ class Instance:
         """Terminate and free."""
         self.slave.terminate()
         self.slave.freeInstance()
-
-
-def _cast(name: str) -> Callable[[float], Any]:
-    return {"Boolean": bool, "Integer": int, "Int32": int}.get(name, float)
 
 
 @contextmanager
@@ -337,13 +334,9 @@ def reference_inputs(model: Unit, n: int, step: float) -> dict[str, np.ndarray]:
         rows["piezo.ref_x"][n // 2 :] = VOLTS
         rows["piezo.ref_y"][2 * n // 3 :] = -VOLTS
     if "disc.force_x" in rows:
-        rows["disc.force_x"][3 * n // 4 : 3 * n // 4 + 1] = _hit(model)
+        hit = min(FORCE, LIGHT * model.plant.machine.mass) if isinstance(model, PlantUnit) else FORCE
+        rows["disc.force_x"][3 * n // 4 : 3 * n // 4 + 1] = hit
     return {v.name: np.clip(rows[v.name], v.low, v.high) for v in input_variables(model)}
-
-
-def _hit(model: Unit) -> float:
-    """Force [N] that the disc of a heavy and of a light rotor survives."""
-    return min(FORCE, LIGHT * model.plant.machine.mass) if isinstance(model, PlantUnit) else FORCE
 
 
 def make_reference(model: Unit, path: Path) -> Reference:

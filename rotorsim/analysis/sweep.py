@@ -94,7 +94,9 @@ class SweepResult:
         for place in product(*(range(self.data.sizes[name]) for name in axes)):
             at = dict(zip(axes, place, strict=True))
             values = (self.data[name].values[k].item() for name, k in at.items())
-            rows.append((*values, *(_number(self.data[q.name], at, q) for q in self.quantities)))
+            here = ((q, self.data[q.name]) for q in self.quantities)
+            found = [float(v.isel({str(dim): at[str(dim)] for dim in v.dims})) * q.factor for q, v in here]
+            rows.append((*values, *(number if np.isfinite(number) else None for number in found)))
         return head, rows
 
     def numbers(self) -> dict[str, Any]:
@@ -140,11 +142,6 @@ def _best(values: xr.DataArray, quantity: SweepQuantity) -> dict[str, Any]:
         at[str(values[dim].attrs.get("long_name", dim))] = text_of(values[dim], float(values[dim].values[k]))
     number = float(values.values[place]) * quantity.factor
     return {"value": number, "unit": quantity.shown, "best": quantity.best, "at": at}
-
-
-def _number(values: xr.DataArray, at: dict[str, int], quantity: SweepQuantity) -> float | None:
-    number = float(values.isel({str(dim): at[str(dim)] for dim in values.dims})) * quantity.factor
-    return number if np.isfinite(number) else None
 
 
 def result_of(sweep: SweepDefinition, rows: Iterable[tuple[str, tuple[int, ...], dict[str, Any]]]) -> SweepResult:
