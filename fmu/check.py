@@ -28,7 +28,6 @@ from fmu.export import law_unit, linear_unit, plant_unit
 from fmu.importer import (
     ImportedUnit,
     Instance,
-    fmi2_callbacks,
     fmpy,
     holds,
     machine_text,
@@ -285,30 +284,11 @@ def moving_inputs(model: LinearUnit, n: int) -> dict[str, np.ndarray]:
 
 def model_exchange(unit: ImportedUnit, stop: float | None = None) -> Any:
     """An instance for model exchange, in continuous-time mode at t = 0; `stop` [s] is the end of the run."""
-    d = unit.description
-    common = {
-        "guid": d.guid, "unzipDirectory": unit.folder, "modelIdentifier": d.modelExchange.modelIdentifier,
-        "instanceName": "exchange",
-    }  # fmt: skip
-    if unit.is_3:
-        from fmpy.fmi3 import FMU3Model
-
-        instance: Any = FMU3Model(**common)
-        instance.instantiate()
-    else:
-        from fmpy.fmi2 import FMU2Model
-
-        instance = FMU2Model(**common)
-        instance.instantiate(callbacks=fmi2_callbacks(print))
-        instance.setupExperiment(stopTime=stop)
-    instance.enterInitializationMode(**({"stopTime": stop} if unit.is_3 else {}))
-    instance.exitInitializationMode()
-    if not unit.is_3:
-        instance.newDiscreteStates()
-    else:
-        instance.updateDiscreteStates()
-    instance.enterContinuousTimeMode()
-    return instance
+    instance = Instance(unit, "exchange", None, {}, "Model")
+    instance.initialise(stop=stop)
+    (instance.slave.updateDiscreteStates if unit.is_3 else instance.slave.newDiscreteStates)()
+    instance.slave.enterContinuousTimeMode()
+    return instance.slave
 
 
 def jacobian(unit: ImportedUnit, instance: Any, unknowns: list[str], knowns: list[str]) -> np.ndarray:

@@ -108,9 +108,11 @@ def fmi2_callbacks(log: Log) -> Any:
 
 
 class Instance:
-    """One instance of a unit. `messages` collects what it logs."""
+    """One instance of a unit for co-simulation, or (`kind` "Model") for model exchange; `messages` collects its log."""
 
-    def __init__(self, unit: ImportedUnit, name: str, log: Log | None, options: dict[str, bool]) -> None:
+    def __init__(
+        self, unit: ImportedUnit, name: str, log: Log | None, options: dict[str, bool], kind: str = "Slave"
+    ) -> None:
         self.unit, self.messages = unit, []  # type: ImportedUnit, list[str]
         self.log = log or self.messages.append
         d = unit.description
@@ -120,22 +122,22 @@ class Instance:
         }  # fmt: skip
         here = os.getcwd()
         try:
-            self._load(common, options)
+            self._load(common, options, kind)
         except Exception as error:  # FMPy has no class of its own for this
             os.chdir(here)  # it goes to the library's folder, and stays there after a failure
             why = self.messages[-1] if self.messages else str(error)
             raise DataError(f"{unit.path}: cannot be loaded here ({why[:200]}); export it for this computer") from error
 
-    def _load(self, common: dict[str, Any], options: dict[str, bool]) -> None:
+    def _load(self, common: dict[str, Any], options: dict[str, bool], kind: str) -> None:
         if self.unit.is_3:
-            from fmpy.fmi3 import FMU3Slave
+            from fmpy import fmi3
 
-            self.slave: Any = FMU3Slave(**common)
+            self.slave: Any = getattr(fmi3, f"FMU3{kind}")(**common)
             self.slave.instantiate(loggingOn=True, logMessage=self._log3, **options)
         else:
-            from fmpy.fmi2 import FMU2Slave
+            from fmpy import fmi2
 
-            self.slave = FMU2Slave(**common)
+            self.slave = getattr(fmi2, f"FMU2{kind}")(**common)
             self.slave.instantiate(callbacks=fmi2_callbacks(self.log), loggingOn=True)
 
     def _log3(self, environment: Any, status: int, category: bytes, message: bytes) -> None:
