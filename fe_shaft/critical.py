@@ -116,7 +116,12 @@ def run_critical_speed(rotor: AssembledRotor, limit: float | None = None, count:
         )
     found: list[Crossing] = []
     searched, proven = (low, low), True
-    for top in [min(high, limit)] if limit is not None else _tops(rotor, count, high):
+    tops = [high if limit is None else min(high, limit)]
+    if limit is None:  # one after the other until there are enough
+        guesses = _guesses(rotor)
+        chosen = (guesses[min(k, len(guesses)) - 1] for k in (count, 2 * count, len(guesses)) if len(guesses))
+        tops = sorted({float(min(high, 1.2 * guess)) for guess in chosen})
+    for top in tops:
         if top <= low:
             continue
         found, proven = _up_to(rotor, low, top)
@@ -150,15 +155,6 @@ def _up_to(rotor: AssembledRotor, low: float, high: float) -> tuple[list[Crossin
     followed = follow(family, sorted({low, high, *kinks}), region)
     every, uncertain = crossings(family, followed, (1.0,))
     return every, not uncertain and all(node.modes.proven for node in followed.nodes)
-
-
-def _tops(rotor: AssembledRotor, count: int, high: float) -> list[float]:
-    """Speeds [rad/s] up to which to follow, one after the other until there are `count` critical speeds."""
-    guesses = _guesses(rotor)
-    if not len(guesses):
-        return []
-    chosen = [guesses[min(k, len(guesses)) - 1] for k in (count, 2 * count, len(guesses))]
-    return sorted({float(min(high, 1.2 * g)) for g in chosen})
 
 
 def _result(

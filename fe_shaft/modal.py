@@ -243,7 +243,9 @@ def named(
 
 def _matched(rotor: AssembledRotor, speed: float) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
     """The lowest modes, each with the bearings at its own frequency."""
-    values, _ = oscillations(*free_matrices(rotor, speed, _start(rotor)))
+    tables = [b.whirl_frequency for b in rotor.bearing_elements if b.whirl_frequency is not None]
+    start = float(max((np.asarray(table)[0] for table in tables), default=0.0))  # inside every table
+    values, _ = oscillations(*free_matrices(rotor, speed, start))
     count = min(_MATCHED, len(values))
     found, shapes = [], []
     ends = [np.asarray(b.whirl_frequency)[-1] for b in rotor.bearing_elements
@@ -267,9 +269,3 @@ def _matched(rotor: AssembledRotor, speed: float) -> tuple[NDArray[np.complex128
         )
     order = np.argsort(np.abs(found))
     return np.array(found)[order], np.stack(shapes, axis=1)[:, order]
-
-
-def _start(rotor: AssembledRotor) -> float:
-    """A whirl frequency [rad/s] inside every table."""
-    tables = [b.whirl_frequency for b in rotor.bearing_elements if b.whirl_frequency is not None]
-    return float(max((np.asarray(table)[0] for table in tables), default=0.0))

@@ -79,9 +79,12 @@ class Calibration:
     @property
     def unidentifiable(self) -> tuple[str, ...]:
         """Directions that the targets do not determine, as text."""
-        names = [p.name for p in self.parameters]
-        weak = (v for s, v in zip(self.singular_values, self.directions, strict=True) if s < WEAK)
-        return tuple(_direction(names, v) for v in weak)
+        texts = []
+        for size, v in zip(self.singular_values, self.directions, strict=True):
+            if size < WEAK:
+                order = np.argsort(-np.abs(v))
+                texts.append(" ".join(f"{v[k]:+.2f} {self.parameters[k].name}" for k in order if abs(v[k]) > 0.15))
+        return tuple(texts)
 
     def met(self, role: str | None = None) -> tuple[int, int, int]:
         """Targets met before, met after, and in all."""
@@ -203,7 +206,8 @@ class _Fit:
             if strict:
                 raise DataError(f"calibrate: at the start values {error}; correct start or fields") from error
             return np.full(sum(1 if t.at else 2 for t in self.fitted), LOST)
-        r = np.concatenate([_deviation(t, e) for t, e in zip(self.fitted, ends, strict=True)])
+        off = [(e - (t.low, t.high)) / t.tolerance for t, e in zip(self.fitted, np.array(ends), strict=True)]
+        r = np.concatenate([two[:1] if t.at else two for t, two in zip(self.fitted, off, strict=True)])
         self.count += 1
         if r @ r < self.cost:
             self.cost, self.best = float(r @ r), x.copy()
@@ -276,11 +280,6 @@ def _ends(
     return min(values), max(values)
 
 
-def _deviation(target: Target, ends: tuple[float, float]) -> np.ndarray:
-    low, high = ((e - t) / target.tolerance for e, t in zip(ends, (target.low, target.high), strict=True))
-    return np.array([low]) if target.at else np.array([low, high])
-
-
 def _outcome(
     state: _Fit, targets: Targets, before: list[tuple[float, float]], first: np.ndarray, x: np.ndarray, ended: str
 ) -> Calibration:
@@ -297,12 +296,6 @@ def _outcome(
         machine, targets.parameters, state.values(x), spread * width, covariance / np.outer(spread, spread), s, V,
         (x < 1e-3) | (x > 1 - 1e-3), rows, (float(first @ first), float(last @ last)), ended,
     )  # fmt: skip
-
-
-def _direction(names: list[str], vector: np.ndarray) -> str:
-    order = np.argsort(-np.abs(vector))
-    parts = [f"{vector[k]:+.2f} {names[k]}" for k in order if abs(vector[k]) > 0.15]
-    return " ".join(parts)
 
 
 def save_calibrated(found: Calibration, name: str, path: str | Path, loaded: Machine) -> None:
@@ -330,21 +323,17 @@ def save_calibrated(found: Calibration, name: str, path: str | Path, loaded: Mac
         f"{p.name} {v:.5g} {p.unit}".strip() for p, v in zip(found.parameters, found.values, strict=True)
     )
     before, after, total = found.met()
+    used, grid = found.machine, (found.machine.grid.n_theta, found.machine.grid.n_z)
+    same = used.film is None or grid == (loaded.grid.n_theta, loaded.grid.n_z)
+    on = "" if same else f", on a film grid of {grid[0]} x {grid[1]}"
     head = (
         f"# Calibrated, not predicted: fitted to '{name}': {values}.\n"
-        f"# Targets met: {before} before, {after} after, of {total}{_on(found.machine, loaded)}.\n"
+        f"# Targets met: {before} before, {after} after, of {total}{on}.\n"
     )
     machine = found.machine.replace("grid.n_theta", loaded.grid.n_theta).replace("grid.n_z", loaded.grid.n_z)
     changed = [f.path for p in found.parameters for f in p.fields]
     text = remarked(machine._source or machine.text, changed, f"calibrated to '{name}'")
     write_text(path, head + with_value(text, "name", path.stem))
-
-
-def _on(used: Machine, loaded: Machine) -> str:
-    """The film grid that the figures are of, where it is not that of the file."""
-    grid = (used.grid.n_theta, used.grid.n_z)
-    same = used.film is None or grid == (loaded.grid.n_theta, loaded.grid.n_z)
-    return "" if same else f", on a film grid of {grid[0]} x {grid[1]}"
 
 
 def calibration_numbers(found: Calibration) -> dict[str, Any]:

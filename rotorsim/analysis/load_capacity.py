@@ -70,18 +70,13 @@ def lowest(carried: Callable[[float], bool], highest: float) -> float:
         if low >= highest:
             return float("nan")
     while True:
-        low, high = _narrowed(carried, low, high)
+        while high - low > EXACT:
+            middle = 0.5 * (low + high)
+            low, high = (low, middle) if carried(middle) else (middle, high)
         below = next((low * share for share in BELOW if low * share > EXACT and carried(low * share)), None)
         if below is None:
             return high
         low, high = 0.0, below
-
-
-def _narrowed(carried: Callable[[float], bool], low: float, high: float) -> tuple[float, float]:
-    while high - low > EXACT:
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if carried(middle) else (middle, high)
-    return low, high
 
 
 def carries(plant: Plant, speed: float, pressure: float, least_film: float = 0.0) -> bool:
@@ -120,7 +115,9 @@ def load_capacity(plant: Plant, speed: float = 0.0, pressure: float = 0.0, ratio
         raise DataError("load capacity: the machine has no gas film; its bearings are linear and carry any load")
     if not 0 < ratio < 1:
         raise DataError(f"load capacity: an eccentricity ratio of {ratio:g} is not between 0 and 1; give e.g. 0.5")
-    plant = _loaded(plant)
+    if "gravity" not in plant.machine.effects:  # a weight that can be scaled
+        effects = plant.machine.effects | {"gravity": (Gravity(acceleration=EARTH),)}
+        plant = Plant(plant.machine.with_({"effects": effects}))
 
     def excess(acceleration: float) -> float:
         return _eccentricity(plant.assembly, speed, pressure, acceleration) - ratio
@@ -139,13 +136,6 @@ def load_capacity(plant: Plant, speed: float = 0.0, pressure: float = 0.0, ratio
                 f"clearance{others}; ask for a smaller ratio"
             )
     return plant.machine.mass * float(brentq(excess, low, high, rtol=1e-4))
-
-
-def _loaded(plant: Plant) -> Plant:
-    """The plant with a weight that can be scaled."""
-    if "gravity" in plant.machine.effects:
-        return plant
-    return Plant(plant.machine.with_({"effects": plant.machine.effects | {"gravity": (Gravity(acceleration=EARTH),)}}))
 
 
 def _eccentricity(a: Assembly, speed: float, pressure: float, acceleration: float) -> float:

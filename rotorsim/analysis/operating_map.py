@@ -169,7 +169,9 @@ def operating_map(
     2
     """
     speeds, pressures = checked("map: speeds [rad/s]", speeds), checked("map: pressures [Pa]", pressures)
-    _check(plant, pressures, frequencies)
+    plant.machine.gas.absolute(float(pressures[0]))
+    if frequencies is not None and (not len(frequencies) or not np.all(np.isfinite(frequencies))):
+        raise DataError("map: the whirl frequencies are empty or not finite; give numbers in rad/s")
     shape = (*(len(f.values) for f in fields), len(pressures), len(speeds))
     if np.prod(shape) > MOST:
         raise DataError(f"map: {np.prod(shape)} points; at most {MOST} are computed, take a coarser grid")
@@ -192,7 +194,7 @@ def operating_map(
     every = [rows.get(number) for number in range(len(jobs))]
     critical = _padded([None if row is None else row[1] for row in every], shape)
     branches = _padded([None if row is None else row[2] for row in every], shape)
-    at = AT if frequencies is None else _names(frequencies)
+    at = AT if frequencies is None else [f"{f / (2 * np.pi):.6g} Hz" for f in frequencies]
     coords = coordinates(fields, speeds, pressures, at, plant.machine.film_names)
     return label(tables, critical, branches, coords, fields, plant.provenance() | {"kind": "map", "ended": ended})
 
@@ -201,12 +203,6 @@ def useful(workers: int | None, points: int) -> int:
     """Processes for a number of points: all cores when None, but none that would not pay for its start."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return max(1, min(workers or cores, points // WORTH))
-
-
-def _check(plant: Plant, pressures: np.ndarray, frequencies: Sequence[float] | None) -> None:
-    plant.machine.gas.absolute(float(pressures[0]))
-    if frequencies is not None and (not len(frequencies) or not np.all(np.isfinite(frequencies))):
-        raise DataError("map: the whirl frequencies are empty or not finite; give numbers in rad/s")
 
 
 @lru_cache(maxsize=2)
@@ -271,10 +267,6 @@ def padded(values: np.ndarray) -> np.ndarray:
     out = np.full(MODES, np.nan)
     out[: min(len(values), MODES)] = values[:MODES]
     return out
-
-
-def _names(frequencies: Sequence[float]) -> tuple[str, ...]:
-    return tuple(f"{f / (2 * np.pi):.6g} Hz" for f in frequencies)
 
 
 def _tables(rows: dict[int, Row], n_jobs: int, shape: tuple[int, ...]) -> dict[str, np.ndarray]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import io
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
@@ -23,7 +23,6 @@ from rotorsim.analysis.sweep_definition import (
     QUANTITIES,
     REASON,
     WHAT,
-    Analysis,
     Over,
     SweepDefinition,
     SweepQuantity,
@@ -95,7 +94,9 @@ class SweepResult:
         for place in product(*(range(self.data.sizes[name]) for name in axes)):
             at = dict(zip(axes, place, strict=True))
             values = (self.data[name].values[k].item() for name, k in at.items())
-            rows.append((*values, *(_number(self.data[q.name], at, q) for q in self.quantities)))
+            here = ((q, self.data[q.name]) for q in self.quantities)
+            found = [float(v.isel({str(dim): at[str(dim)] for dim in v.dims})) * q.factor for q, v in here]
+            rows.append((*values, *(number if np.isfinite(number) else None for number in found)))
         return head, rows
 
     def numbers(self) -> dict[str, Any]:
@@ -143,11 +144,6 @@ def _best(values: xr.DataArray, quantity: SweepQuantity) -> dict[str, Any]:
     return {"value": number, "unit": quantity.shown, "best": quantity.best, "at": at}
 
 
-def _number(values: xr.DataArray, at: dict[str, int], quantity: SweepQuantity) -> float | None:
-    number = float(values.isel({str(dim): at[str(dim)] for dim in values.dims})) * quantity.factor
-    return number if np.isfinite(number) else None
-
-
 def result_of(sweep: SweepDefinition, rows: Iterable[tuple[str, tuple[int, ...], dict[str, Any]]]) -> SweepResult:
     """Result of rows (analysis, place among its axes, quantities); cells without a row are not computed."""
     import xarray as xr
@@ -168,16 +164,9 @@ def result_of(sweep: SweepDefinition, rows: Iterable[tuple[str, tuple[int, ...],
         variables[quantity.name] = (dims, values, label)
         variables[f"{quantity.name}_reason"] = (dims, reasons.astype(str), {"long_name": f"why {quantity.name} is NaN"})
     coords = {f.name: (f.name, list(f.numbers), labelled(f)) for f in sweep.fields}
-    return SweepResult(xr.Dataset(variables, coords, dict(_attrs(sweep))))
-
-
-def _attrs(sweep: SweepDefinition) -> Iterator[tuple[str, Any]]:
-    yield "kind", "sweep"
-    yield "machine", sweep.machine.text
-    yield "machine_hash", sweep.machine.hash
-    yield "speed", sweep.speed
-    yield "pressure", sweep.pressure
-    yield "highest_speed", sweep.highest
+    attrs = {"kind": "sweep", "machine": sweep.machine.text, "machine_hash": sweep.machine.hash, "speed": sweep.speed,
+             "pressure": sweep.pressure, "highest_speed": sweep.highest}  # fmt: skip
+    return SweepResult(xr.Dataset(variables, coords, attrs))
 
 
 def sweep(
@@ -234,9 +223,11 @@ def sweep(
     if workers < 1:
         raise DataError(f"workers = {workers}: give the number of processes, 1 or more")
     cells = list(defined.cells())
+    cases = ((kind, *defined.case(kind, place)) for kind, place in cells)
+    jobs = [(defined.machine.text, tuple(values), kind.name, vars(case)) for kind, case, values in cases]
     rows: list[tuple[str, tuple[int, ...], dict[str, Any]]] = []
     try:
-        for number, row in spread(_cell, [_job(defined, *cell) for cell in cells], workers):
+        for number, row in spread(_cell, jobs, workers):
             rows.append((cells[number][0].name, cells[number][1], row))
             if progress:
                 progress(len(rows), len(cells))
@@ -245,11 +236,6 @@ def sweep(
             raise
         finishing()
     return result_of(defined, rows)
-
-
-def _job(defined: SweepDefinition, kind: type[Analysis], place: tuple[int, ...]) -> tuple[Any, ...]:
-    case, values = defined.case(kind, place)
-    return defined.machine.text, tuple(values), kind.name, vars(case)
 
 
 def _cell(text: str, values: tuple[tuple[str, Any], ...], kind: str, parameters: dict[str, float]) -> dict[str, Any]:

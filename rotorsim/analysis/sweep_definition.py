@@ -255,7 +255,9 @@ def read_over(over: Over, machine: Machine) -> tuple[Field, ...]:
     """Axes of texts 'PATH=VALUES', or of values by path; raises DataError or MachineFileError."""
     if not over:
         raise DataError("--over: no axis is given; write e.g. --over 'bearings.0.clearance=15 um:25 um:5'")
-    texts = [f"{path}={_values(values)}" for path, values in over.items()] if isinstance(over, Mapping) else over
+    texts = over
+    if isinstance(over, Mapping):
+        texts = [f"{path}={v if isinstance(v, str) else ', '.join(map(str, v))}" for path, v in over.items()]
     fields = tuple(_axis(text, machine) for text in texts)
     names = [field.path for field in fields]
     for name in names:
@@ -265,10 +267,6 @@ def read_over(over: Over, machine: Machine) -> tuple[Field, ...]:
     if cells > MOST:
         raise DataError(f"--over: {cells} cells are above the limit of {MOST}; take fewer points per axis")
     return fields
-
-
-def _values(values: Any) -> str:
-    return values if isinstance(values, str) else ", ".join(map(str, values))
 
 
 def _axis(text: str, machine: Machine) -> Field:
@@ -299,19 +297,14 @@ def _percent(path: str, values: str, machine: Machine) -> Field:
         raise DataError(f"--over: '{values}' mixes percent with other numbers; write e.g. '-10%:+10%:5'")
     shares = [float(match[1]) / 100 for match in found if match]
     shares = np.linspace(shares[0], shares[1], count).tolist() if count else shares
-    number, unit = _own(path, machine)
+    own = {split(path, value_at(machine.text, one)) for one in expanded(machine.text, path)}
+    if len(own) != 1:
+        raise DataError(f"--over: {path} has different values in this machine; give values with units, not percent")
+    number, unit = own.pop()
     grid = checked(f"--over {path}", [number * (1 + share) for share in shares])
     field = Field(path, tuple(f"{v:.12g} {unit}" if unit else float(v) for v in grid), tuple(map(float, grid)), unit)
     _check_axis(field, machine)
     return field
-
-
-def _own(path: str, machine: Machine) -> tuple[float, str]:
-    """Number and unit of a value of the machine; of several, all must be alike."""
-    found = {split(path, value_at(machine.text, one)) for one in expanded(machine.text, path)}
-    if len(found) != 1:
-        raise DataError(f"--over: {path} has different values in this machine; give values with units, not percent")
-    return found.pop()
 
 
 def _check_axis(field: Field, machine: Machine) -> None:

@@ -92,7 +92,10 @@ def read_targets(path: str | Path) -> Targets:
     >>> rs.analysis.read_targets("dtu_orifice").name
     'DTU thesis, Table E.2, orifice form'
     """
-    file = _found(path)
+    known = shipped()
+    file = known.get(str(path), Path(path))
+    if not file.is_file():
+        raise DataError(f"{path}: no such targets file; shipped targets: {', '.join(known)}")
     try:
         document = parse_toml(file.read_text(encoding="utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
@@ -109,15 +112,6 @@ def shipped() -> dict[str, Path]:
     """Targets that come along, by name."""
     folder = Path(__file__).parent / "shipped"
     return {file.stem: file for file in sorted(folder.glob("*.toml"))}
-
-
-def _found(path: str | Path) -> Path:
-    known = shipped()
-    if str(path) in known:
-        return known[str(path)]
-    if not Path(path).is_file():
-        raise DataError(f"{path}: no such targets file; shipped targets: {', '.join(known)}")
-    return Path(path)
 
 
 def _targets(document: dict[str, Any], name: str) -> Targets:
@@ -217,14 +211,11 @@ def _target(entry: dict[str, Any], number: int) -> Target:
     tolerance = _quantity(f"{where}.tolerance", entry.get("tolerance"), unit)
     if not tolerance > 0:
         raise DataError(f"{where}.tolerance: must be positive; it is the deviation that counts as one")
-    at = _at(where, entry, quantity) if single else None
+    at = None
+    if single:
+        speed = 0.0 if quantity == "whirl_onset" else _quantity(f"{where}.speed", entry.get("speed"), "rad/s")
+        at = speed, 0.0 if quantity == "lift_off" else _quantity(f"{where}.pressure", entry.get("pressure"), "Pa")
     return Target(name, quantity, low, high, tolerance, role, at, str(entry.get("source", "")))
-
-
-def _at(where: str, entry: dict[str, Any], quantity: str) -> tuple[float, float]:
-    pressure = _quantity(f"{where}.pressure", entry.get("pressure"), "Pa") if quantity != "lift_off" else 0.0
-    speed = 0.0 if quantity == "whirl_onset" else _quantity(f"{where}.speed", entry.get("speed"), "rad/s")
-    return speed, pressure
 
 
 def value_at(text: str, path: str) -> Any:

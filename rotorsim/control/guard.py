@@ -85,17 +85,6 @@ SENTENCES = {
 """Sentence of each alarm code; code 0 is no alarm."""
 
 
-def alarm_code(memory: np.ndarray, at: int) -> int:
-    """Alarm code of a law now; `at` is where its memory holds what the guard keeps."""
-    return int(memory[at + ALARM])
-
-
-def past_alarms(memory: np.ndarray, at: int) -> str:
-    """A sentence about all bad samples since the start; empty if there were none."""
-    lost = int(memory[at + LOST])
-    return f"{lost} bad samples; the last: {SENTENCES[memory[at + LAST]]}" if lost else ""
-
-
 OUT, BEGIN, BAD, BACK, SPAN, ALARM, LAST, LOST, STEP, SIZE = 0, 2, 4, 5, 6, 7, 8, 9, 10, 11
 """Offsets: last output (2), output from which it fades or returns (2), bad samples in a row, samples until the law acts
 fully again (negative while the output still follows it), of how many (0: it does); alarm code now, last alarm code,
@@ -401,3 +390,35 @@ def unsteady(w, L, m):
             w[m + RETURNS] = 0.0
             return suspend(w, m, UNSTEADY)
     return OK
+
+
+class Guarded:
+    """Base of laws whose `memory` holds the guard's at `guard_at`: their alarms."""
+
+    memory: np.ndarray
+
+    @property
+    def guard_at(self) -> int:
+        """Place of the guard's memory in the law's."""
+        return 0
+
+    @property
+    def alarm_code(self) -> int:
+        """0 as long as the law acts fully; see `SENTENCES` for the others."""
+        return int(self.memory[self.guard_at + ALARM])
+
+    @property
+    def alarm(self) -> str | None:
+        """Why the law does not act fully now, as a sentence; None as long as it does."""
+        return SENTENCES.get(self.alarm_code)
+
+    @property
+    def bad_samples(self) -> int:
+        """Number of bad samples since the last reset."""
+        return int(self.memory[self.guard_at + LOST])
+
+    @property
+    def past_alarms(self) -> str:
+        """Bad samples since the last reset, as a sentence; empty if there were none."""
+        last = SENTENCES.get(self.memory[self.guard_at + LAST])
+        return f"{self.bad_samples} bad samples; the last: {last}" if self.bad_samples else ""

@@ -22,6 +22,7 @@ from rotorsim.control.law import LIMIT, Law
 from rotorsim.control.law_exchange import DEFAULTS
 from rotorsim.control.plants import MICRO, MILLI, Model
 from rotorsim.control.plausibility import plausibility_of
+from rotorsim.control.sampled_loop import check_loop
 from rotorsim.control.systems import System, sampled_riccati, tustin
 
 
@@ -90,6 +91,13 @@ def constant_law(
 ) -> Law:
     """Law of one discrete controller in um and V."""
     return make_law(name, model, [[system]], 0.0, 0.0, spec, gamma, **settings)
+
+
+def proved_law(name: str, model: Model, system: System, spec: Any, gamma: float | None = None, **settings: Any) -> Law:
+    """The same, whose loop with the model decays at the specification's point; raises DesignError if it does not."""
+    law = constant_law(name, model, system, spec, gamma, **settings)
+    check_loop(law, model, [(spec.speed, spec.pressure)])
+    return law
 
 
 def plain_spec(spec: Any) -> dict[str, Any]:

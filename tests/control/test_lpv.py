@@ -68,7 +68,7 @@ def test_naming_its_steps_changes_no_bit_of_a_design(rig, designed):
 
 def plants_of(rig, made, n):
     points = [(w, p) for w in lpv.made_axis(made, 0, n) for p in lpv.made_axis(made, 1, n)]
-    return [(lpv.scaled_point(made, *q), lpv.scaled_plant(rig, SPEC, *q, made.scale)) for q in points]
+    return [(lpv.scaled(made.low, made.high, np.array(q)), lpv.scaled_plant(rig, SPEC, *q, made.scale)) for q in points]
 
 
 def grid_of(rig, made):

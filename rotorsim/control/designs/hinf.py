@@ -65,9 +65,9 @@ from rotorsim.control.designs.specification import (
     supply_pressure,
 )
 from rotorsim.control.law import Law
-from rotorsim.control.law_from_system import constant_law, discrete
+from rotorsim.control.law_from_system import discrete, proved_law
 from rotorsim.control.plants import Model, axis_modes, check_modes, design_plant, point_text, sampled_plant
-from rotorsim.control.sampled_loop import FREQUENCIES, Loop, check_loop, closed_poles, frequency_axis, loop_of
+from rotorsim.control.sampled_loop import FREQUENCIES, Loop, closed_poles, frequency_axis, loop_of
 from rotorsim.control.systems import (
     System,
     balanced_states,
@@ -145,9 +145,7 @@ def design(model: Model, spec: HinfSpec | None = None) -> Law:
             lambda k: isfinite(peak_gain(closed(P, k))),
         )  # fmt: skip
         about |= {"order": K.order, "change_of_S": change, "reached": peak_gain(closed(P, K))}
-    law = constant_law("hinf", model, discrete(K, spec.Ts), spec, gamma, about=about)
-    check_loop(law, model, [(spec.speed, spec.pressure)])
-    return law
+    return proved_law("hinf", model, discrete(K, spec.Ts), spec, gamma, about=about)
 
 
 def uncertain(P: Generalised, plant: System, error: float, scale: float) -> Generalised:

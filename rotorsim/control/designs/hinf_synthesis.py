@@ -419,12 +419,11 @@ def _assemble(P: Generalised, gamma: float, X: np.ndarray, F: np.ndarray, Y: np.
 
 def balance(plants: list[Generalised]) -> np.ndarray:
     """One diagonal scaling (n,) that equalises rows and columns of the largest entries over all plants."""
-    return equalising(np.max([np.abs(_whole(P)) for P in plants], axis=0), plants[0].order)
-
-
-def _whole(P: Generalised) -> np.ndarray:
-    inputs, outputs = np.hstack([P.B1, P.B2]), np.vstack([P.C1, P.C2])
-    return np.block([[P.A, inputs], [outputs, np.zeros((outputs.shape[0], inputs.shape[1]))]])
+    whole = []
+    for P in plants:
+        inputs, outputs = np.hstack([P.B1, P.B2]), np.vstack([P.C1, P.C2])
+        whole.append(np.abs(np.block([[P.A, inputs], [outputs, np.zeros((outputs.shape[0], inputs.shape[1]))]])))
+    return equalising(np.max(whole, axis=0), plants[0].order)
 
 
 def rescaled(P: Generalised, T: np.ndarray) -> Generalised:

@@ -44,7 +44,7 @@ from rotorsim.control.designs.hinf_synthesis import (
     mixed_sensitivity,
     rescaled,
 )
-from rotorsim.control.designs.lpv_problem import Solution, Sought, SynthesisGrid, synthesise
+from rotorsim.control.designs.lpv_problem import Solution, Sought, SynthesisGrid, scaled, synthesise
 from rotorsim.control.designs.specification import (
     Specification,
     count,
@@ -128,7 +128,7 @@ def design(model: Model, spec: LpvSpec | None = None, progress: Report = silent)
 
     progress("table")
     grid = over_grid(speeds, pressures, lambda w, p: discrete(
-        controller_at(at(w, p), made.solution, scaled_point(made, w, p)), spec.Ts))  # fmt: skip
+        controller_at(at(w, p), made.solution, scaled(made.low, made.high, np.array([w, p]))), spec.Ts))  # fmt: skip
     about = {"optimal_gamma": made.optimal, "eps": spec.eps, "bound": spec.bound, "inside": made.solution.inside,
              "speed_rate": spec.speed_rate, "pressure_rate": spec.pressure_rate}  # fmt: skip
     law = make_law(
@@ -147,8 +147,8 @@ def synthesis(model: Model, spec: LpvSpec, progress: Report = silent) -> Designe
     plants = [generalised(model, spec, w, p) for w, p in points]
     scale = balance(plants)
     low, high = np.array([speeds[0], pressures[0]]), np.array([speeds[-1], pressures[-1]])
-    scaled = np.array([_scaled(low, high, w, p) for w, p in points])
-    grid = SynthesisGrid(scaled, tuple(rescaled(P, scale) for P in plants), scaled_rates(spec, low, high))
+    scaled_points = scaled(low, high, np.array(points))
+    grid = SynthesisGrid(scaled_points, tuple(rescaled(P, scale) for P in plants), scaled_rates(spec, low, high))
     sought = Sought(spec.order_X, spec.order_Y, spec.eps, spec.bound)
     made = None
     if plants[0].D21.shape[0] == plants[0].D21.shape[1]:  # y shows all disturbances: Y's inequality binds alone
@@ -190,18 +190,16 @@ def validated(model: Model, spec: LpvSpec, made: Designed, size: tuple[int, int]
     """
     speeds, pressures = made_axis(made, 0, size[0]), made_axis(made, 1, size[1])
     points = np.array([(w, p) for w in speeds for p in pressures])
-    scaled = np.array([scaled_point(made, *q) for q in points])
+    at = scaled(made.low, made.high, points)
     plants = [scaled_plant(model, spec, float(w), float(p), made.scale) for w, p in points]
     stacked = Generalised(*(np.array([getattr(P, name) for P in plants]) for name in Generalised._fields))
-    T1 = separation(made.solution, scaled)
+    T1 = separation(made.solution, at)
     if np.all(definite(T1)):
         for factor in (1.0, 1.001, 1.005, 1.02, 1.05):
             solution = replace(made.solution, gamma=made.solution.gamma * factor)
-            if all(np.all(definite(-performance(stacked, solution, scaled, rate))) for rate in solution.corners):
+            if all(np.all(definite(-performance(stacked, solution, at, rate))) for rate in solution.corners):
                 return solution.gamma
-    T2 = [
-        np.linalg.eigvalsh(performance(stacked, made.solution, scaled, rate))[:, -1] for rate in made.solution.corners
-    ]
+    T2 = [np.linalg.eigvalsh(performance(stacked, made.solution, at, rate))[:, -1] for rate in made.solution.corners]
     low, high = np.linalg.eigvalsh(T1)[:, 0], np.max(T2, axis=0)
     k = int(np.argmax(np.maximum(-low, high)))
     raise DesignError(
@@ -220,19 +218,9 @@ def scaled_plant(model: Model, spec: LpvSpec, speed: float, pressure: float, sca
     return rescaled(generalised(model, spec, speed, pressure), scale)
 
 
-def scaled_point(made: Designed, speed: float, pressure: float) -> np.ndarray:
-    """q in [-1, 1]^2."""
-    return _scaled(made.low, made.high, speed, pressure)
-
-
 def made_axis(made: Designed, index: int, count: int) -> np.ndarray:
     """Speeds (0) or pressures (1) over the range of the design."""
     return np.linspace(made.low[index], made.high[index], count)
-
-
-def _scaled(low: np.ndarray, high: np.ndarray, speed: float, pressure: float) -> np.ndarray:
-    half = np.where(high > low, (high - low) / 2, 1.0)
-    return (np.array([speed, pressure]) - (low + high) / 2) / half
 
 
 class Hats(NamedTuple):

@@ -63,6 +63,11 @@ def exponents(order: int, moves: tuple[bool, bool] = (True, True)) -> Exponents:
     return tuple(sorted(kept, key=lambda pair: (sum(pair), pair[0] * pair[1], -pair[0])))
 
 
+def scaled(low: np.ndarray, high: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Operating points (..., 2) of the range `low` to `high` (2,) scaled to [-1, 1]."""
+    return np.asarray((points - (low + high) / 2) / np.where(high > low, (high - low) / 2, 1.0))
+
+
 def functions(powers: Exponents, points: np.ndarray) -> np.ndarray:
     """Monomials (..., t) at scaled points (..., 2)."""
     return np.stack([points[..., 0] ** i * points[..., 1] ** j for i, j in powers], axis=-1)

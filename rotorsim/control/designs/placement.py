@@ -22,9 +22,8 @@ from rotorsim.control.designs.specification import (
     supply_pressure,
 )
 from rotorsim.control.law import Law
-from rotorsim.control.law_from_system import constant_law
+from rotorsim.control.law_from_system import proved_law
 from rotorsim.control.plants import Model, check_modes, design_plant, short_sampled_plant
-from rotorsim.control.sampled_loop import check_loop
 from rotorsim.control.systems import System, observer_law
 
 
@@ -65,9 +64,7 @@ def design(model: Model, spec: PlacementSpec | None = None) -> Law:
         L = _observer(plant, spec.observer)
     except ValueError as error:
         raise DesignError(f"placement: the poles cannot be placed ({error}); take another share or observer") from error
-    law = constant_law("placement", model, observer_law(plant, F, L), spec)
-    check_loop(law, model, [(spec.speed, spec.pressure)])
-    return law
+    return proved_law("placement", model, observer_law(plant, F, L), spec)
 
 
 def _observer(plant: System, faster: float) -> np.ndarray:
@@ -77,12 +74,8 @@ def _observer(plant: System, faster: float) -> np.ndarray:
     n = plant.order - 2
     A, C = plant.A[:n, :n], plant.C[:, :n]
     poles = np.linalg.eigvals(A)
-    wanted = _distinct(np.abs(poles) ** faster * np.exp(1j * np.angle(poles)))
+    wanted = np.abs(poles) ** faster * np.exp(1j * np.angle(poles))
+    real = np.abs(wanted.imag) <= ALIKE * np.abs(wanted)  # moved apart: no more than two may coincide
+    apart = np.sort(wanted.real[real]) + 1e-3 * np.arange(np.count_nonzero(real))
+    wanted = np.concatenate([wanted[~real], apart])
     return np.vstack([place_poles(A.T, A.T @ C.T, wanted).gain_matrix.T, np.zeros((2, 2))])
-
-
-def _distinct(poles: np.ndarray) -> np.ndarray:
-    """Real poles, ascending, moved apart a little: no more than two may coincide, in whatever order they are found."""
-    real = np.abs(poles.imag) <= ALIKE * np.abs(poles)
-    apart = np.sort(poles.real[real]) + 1e-3 * np.arange(np.count_nonzero(real))
-    return np.concatenate([poles[~real], apart])

@@ -29,9 +29,8 @@ from rotorsim.control.designs.specification import (
     supply_pressure,
 )
 from rotorsim.control.law import Law
-from rotorsim.control.law_from_system import constant_law, discrete, no_antiwindup, table_axes
+from rotorsim.control.law_from_system import discrete, no_antiwindup, proved_law, table_axes
 from rotorsim.control.plants import Model, sampled_plant
-from rotorsim.control.sampled_loop import check_loop
 from rotorsim.control.systems import System, added, feedback, gain
 
 
@@ -63,9 +62,7 @@ def design(model: Model, spec: YoulaSpec | None = None) -> Law:
                 )
                 blend = added(blend, feedback(K, plant), a * b)
     K = feedback(blend, System(plant.A, plant.B, -plant.C, -plant.D))
-    law = constant_law("youla", model, K, spec, antiwindup=no_antiwindup)
-    check_loop(law, model, [(spec.speed, spec.pressure)])
-    return law
+    return proved_law("youla", model, K, spec, antiwindup=no_antiwindup)
 
 
 def _corners(axis: np.ndarray, value: float, name: str) -> list[tuple[float, float]]:
