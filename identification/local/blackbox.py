@@ -102,7 +102,7 @@ def observable(u: np.ndarray, y: np.ndarray, rows: int = ROWS) -> tuple[np.ndarr
             f"blackbox: {len(u)} samples; {2 * rows + 4 * rows * (m + p)} or more are needed, record longer"
         )
     past, future = slice(0, rows), slice(rows, 2 * rows)
-    U, Y = (_hankel(v, 2 * rows, k) for v in (u / np.std(u), y / np.std(y)))
+    U, Y = (np.stack([v[i : i + k].T for i in range(2 * rows)]) for v in (u / np.std(u), y / np.std(y)))
     Z = np.vstack([U[future].reshape(-1, k), U[past].reshape(-1, k), Y[past].reshape(-1, k), Y[future].reshape(-1, k)])
     R = np.asarray(np.linalg.qr(Z.T, mode="r")).T
     first, second = rows * m, rows * (2 * m + p)
@@ -119,11 +119,6 @@ def realised(
     A = stable(np.linalg.lstsq(seen[:-p], seen[p:], rcond=None)[0])
     C = seen[:p] * np.std(y)
     return A, _inputs(A, C, u, y), C
-
-
-def _hankel(values: np.ndarray, rows: int, k: int) -> np.ndarray:
-    """(rows, channels, k)"""
-    return np.stack([values[i : i + k].T for i in range(rows)])
 
 
 def _inputs(A: np.ndarray, C: np.ndarray, u: np.ndarray, y: np.ndarray) -> np.ndarray:

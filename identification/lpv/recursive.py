@@ -25,11 +25,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import ModelError, UnfitError
-from identification.local.discretise import sampled
 from identification.local.models import LinearModel
+from identification.local.simulation import sampled
 from identification.lpv import recursive_kernel as kernel
-from identification.lpv.model import LpvModel
-from identification.lpv.surfaces import SAME, Basis, fit_surfaces, make_basis
+from identification.lpv.model import SAME, Basis, LpvModel, fit_surfaces, make_basis
 from identification.records.checks import WAY_OUT, controller_of
 from identification.records.sampling import sampling_time
 from identification.records.schema import measured, require

@@ -24,7 +24,7 @@ import math
 
 import numpy as np
 
-from identification.kernel import kernel
+from identification.local.simulation import kernel
 
 UPDATED, BETWEEN, SETTLING, SKIPPED, IDLE, REFUSED = range(6)
 """Outcomes of a sample: update, between two updates, filters settle, skipped, no excitation, update refused."""

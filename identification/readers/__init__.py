@@ -1,14 +1,23 @@
-"""Readers of measured data, one per file format; importing this package registers them all.
+r"""Readers of measured data, one per file format, and their registry; importing this package registers them all.
 
 Nothing in a file is ever evaluated or unpickled. A reader gives a `DataTable` of columns; mapping and units come after.
-A new format is one file of this folder with a function under `registry.reader`.
+A new format is one file of this folder, with a function under its suffixes and first bytes::
+
+    @reader(".wav", magic=rb"RIFF.{4}WAVE")
+    def read_wav(path: Path) -> DataTable: ...
+
+A file belongs to the reader whose `magic` its beginning matches, whatever it is called; where several match, to the one
+of its suffix, else to the first of them. A reader without `magic` takes the files of its suffixes that no other
+reader takes.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping as Tables
-from dataclasses import replace
+import re
+from codecs import BOM_UTF8
+from collections.abc import Callable, Mapping as Tables
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
@@ -17,22 +26,105 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import ReadError, SchemaError
-from identification.readers.registry import Reader, reader_of
-from identification.records.assemble import CLIPPED, assemble, left_out, provenance, used
-from identification.records.clocks import on_one_clock
-from identification.records.column_names import recognise
+from identification.records.assemble import CLIPPED, assemble, left_out, on_one_clock, provenance, used
 from identification.records.mapping import load_mapping
-from identification.records.runout import without_slow_roll
+from identification.records.proposal import recognise
 from identification.records.schema import validate, with_notes
+from identification.records.sensors import without_slow_roll
+from rotorsim.base.file_kinds import instead
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from identification.records.columns import DataTable
     from identification.records.mapping import Mapping
-    from identification.records.table import DataTable
 
-for _module in iter_modules(__path__, f"{__name__}."):
-    import_module(_module.name)
+
+START = 1024
+"""Bytes of a file's beginning that are matched."""
+REFUSED = {
+    b"PK\x03\x04": "is a spreadsheet or another zip archive; export it as CSV",
+    b"CDF": "is classic netCDF; convert it with 'nccopy -k nc4'",
+    b"\x93NUMPY": "is a NumPy array without names and units; use identification.from_arrays and save",
+    b"\x80": "looks like a Python pickle, which is never opened; export it as CSV",
+    b"\x1f\x8b": "is compressed; unpack it first",
+}
+"""First bytes of files that are not read, and why."""
+
+
+@dataclass(frozen=True)
+class Reader:
+    """Function that reads files of some suffixes, or files that begin like `magic`.
+
+    `takes_layout`: the function also takes the section [file] of a mapping. `describes_itself`: it makes a whole record
+    and no table, so that no mapping applies.
+    """
+
+    function: Callable[..., Any]
+    suffixes: tuple[str, ...]
+    magic: re.Pattern[bytes] | None
+    takes_layout: bool
+    describes_itself: bool
+
+    def table(self, path: Path, layout: dict[str, str]) -> DataTable:
+        """Columns of a file; raises ReadError for a file that has none, or that describes itself."""
+        if self.describes_itself:
+            raise ReadError("is netCDF; a record of rotorsim needs no mapping, another file must come as CSV or .mat")
+        found: DataTable = self.function(path, layout) if self.takes_layout else self.function(path)
+        return found
+
+    def record(self, path: Path) -> xr.Dataset:
+        """Record of a file that describes itself."""
+        found: xr.Dataset = self.function(path)
+        return found
+
+
+READERS: list[Reader] = []
+"""Readers in the order in which they were registered."""
+
+
+def reader(
+    *suffixes: str, magic: bytes | None = None, takes_layout: bool = False, describes_itself: bool = False
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Decorator that registers a function of a path as the reader of a format.
+
+    Parameters
+    ----------
+    suffixes : str
+        Suffixes of the format's files, in small letters with their dot.
+    magic : bytes or None
+        Regular expression of a file's first bytes.
+    takes_layout, describes_itself : bool
+        See `Reader`.
+    """
+
+    def registered(function: Callable[..., Any]) -> Callable[..., Any]:
+        pattern = None if magic is None else re.compile(magic, re.DOTALL)
+        READERS.append(Reader(function, suffixes, pattern, takes_layout, describes_itself))
+        return function
+
+    return registered
+
+
+def reader_of(path: Path) -> Reader:
+    """Reader of a file; raises ReadError for a file of another kind."""
+    with path.open("rb") as file:
+        start = file.read(START).removeprefix(BOM_UTF8)
+    suffix = path.suffix.lower()
+    for magic, reason in REFUSED.items():
+        if start.startswith(b"PK") and (ours := instead(path, "a record", "")):
+            raise ReadError(f"{path}: {ours}; give .csv, .mat, .uff, .tdms or .nc")
+        if start.startswith(magic):
+            raise ReadError(f"{path}: {reason}")
+    alike = [one for one in READERS if one.magic and one.magic.match(start)]
+    named = [one for one in READERS if suffix in one.suffixes]
+    plain = [one for one in named if one.magic is None]
+    if found := [one for one in alike if one in named] or alike or plain:
+        return found[0]
+    if named:
+        raise ReadError(f"{path}: does not begin like a {path.suffix} file; it is damaged or of another kind")
+    reason = instead(path, "a record", "") or "unknown kind of file"
+    raise ReadError(f"{path}: {reason}; give .csv, .mat, .uff, .tdms or a record .nc")
 
 
 def read(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | None = None) -> xr.Dataset:
@@ -108,7 +200,9 @@ def _from_columns(path: Path, mapped: Mapping | None) -> xr.Dataset:
         mapped = replace(recognise(table), conditions=mapped.conditions if mapped else {})
     table, notes = on_one_clock(table, mapped, used(mapped))
     record = with_notes(assemble(table, mapped), [*notes, *left_out(table, mapped)])
-    return record.assign_attrs(provenance(table, mapped, path.name, _digest(path)))
+    with path.open("rb") as file:
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+    return record.assign_attrs(provenance(table, mapped, path.name, digest))
 
 
 def columns(path: str | Path, mapping: Mapping | None = None) -> DataTable:
@@ -154,6 +248,5 @@ def _named(path: str | Path, error: Exception) -> str:
     return text if text.startswith(f"{path}: ") else f"{path}: {text}"
 
 
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+for _module in iter_modules(__path__, f"{__name__}."):
+    import_module(_module.name)

@@ -22,9 +22,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import ReadError
-from identification.readers.registry import reader
+from identification.readers import reader
+from identification.records.columns import MAX_VALUES, Column, DataTable, not_read
 from identification.records.schema import VARIABLES, named_axes
-from identification.records.table import MAX_VALUES, Column, DataTable, not_read
 from rotorsim.base.file_kinds import NETCDF
 from rotorsim.base.hdf5 import check_hdf5
 from rotorsim.base.sentences import listing, quote

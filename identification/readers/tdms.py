@@ -16,9 +16,8 @@ from typing import Any
 import numpy as np
 
 from identification.errors import ReadError
-from identification.readers.registry import reader
-from identification.records.table import MAX_VALUES, Column, DataTable, not_read
-from identification.records.units import factor, is_unit_of
+from identification.readers import reader
+from identification.records.columns import MAX_VALUES, Column, DataTable, factor, is_unit_of, not_read
 from rotorsim.base.sentences import quote
 
 _READ = {"wf_increment", "wf_start_offset", "wf_start_time", "unit_string", "NI_UnitDescription", "wf_xunit_string"}

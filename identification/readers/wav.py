@@ -12,9 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from identification.errors import ReadError
-from identification.readers.registry import reader
-from identification.records.table import MAX_VALUES, Column, DataTable
-from identification.records.units import FULL_SCALE
+from identification.readers import reader
+from identification.records.columns import FULL_SCALE, MAX_VALUES, Column, DataTable
 
 _UNSIGNED = 128.0
 """Middle of the codes of 8 bits, which WAV stores without sign."""

@@ -12,8 +12,7 @@ from rotorsim.base.errors import MachineFileError
 from rotorsim.experiments.limits import beyond_of
 from rotorsim.machine import Gas, Machine
 from rotorsim.signals.orders import find_resonances, start_transient
-from rotorsim.signals.probes import probe_numbers
-from rotorsim.signals.record_blocks import blocks, displacement_name
+from rotorsim.signals.record_blocks import blocks, displacement_name, probe_numbers
 from rotorsim.signals.spectra import largest_sub_synchronous, waterfall
 
 
@@ -37,9 +36,9 @@ def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | Non
         A peak with ``local_maximum = False`` is a largest amplitude that is no resonance, with ``at_end`` "start" or
         "end" in the first or last window. The start transient, see `start_transient`, is left out of peaks, of the
         largest orbit and of sub_synchronous; it is in smallest_film and contact. The largest orbit is measured from the
-        slowly moving mean; it and the smallest film have ``at_end`` too. A record with probes also has `probes`, see
-        `rotorsim.signals.probes.probe_numbers`; one with several films `films`: by bearing smallest_um and flow_kg_s;
-        one beyond the range in which the model was checked `beyond_checked_range`, sentences.
+        slowly moving mean; it and the smallest film have ``at_end`` too. A record with probes also has `probes`,
+        see `rotorsim.signals.record_blocks.probe_numbers`; one with several films `films`: by bearing smallest_um and
+        flow_kg_s; one beyond the range in which the model was checked `beyond_checked_range`, sentences.
     """
     spectra = waterfall(record) if spectra is None else spectra
     begin = start_transient(record)

@@ -25,8 +25,7 @@ from rotorsim.report.film import feed_word
 from rotorsim.report.page.page import Block, Page, check_wanted, page_of, write_page
 from rotorsim.report.page.units import number, quantity
 from rotorsim.report.run import RUNS, SECTIONS, AnalysedRun, RecordSection, analyse, end_of_run
-from rotorsim.signals.probes import SHOWN
-from rotorsim.signals.record_blocks import MissingError, open_record
+from rotorsim.signals.record_blocks import SHOWN, MissingError, open_record
 
 CHAPTERS = (orders, orbit, spectrum, responses, time_history, film)
 """Modules that register sections."""

@@ -12,8 +12,7 @@ from rotorsim.base.constants import TO_UM
 from rotorsim.report.page.theme import AXIS_COLOURS, INK, NEUTRAL, compact, faint, style
 from rotorsim.report.page.units import displacement
 from rotorsim.report.run import AnalysedRun, need_motion, record_section, sensed
-from rotorsim.signals.probes import RunoutProfile, runout_of
-from rotorsim.signals.record_blocks import need
+from rotorsim.signals.record_blocks import RunoutProfile, need, runout_of
 from rotorsim.signals.spectra import SensorError, Spectrum, difference_of, spectrum_of
 
 ORDERS = (1, 2, 3)

@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 import identification as idn
 from identification.errors import UnfitError
 from identification.local.closed_loop import _regressors, _response, acted_of, orbit_remark, two_stage
-from identification.local.goodness import project, simulated
+from identification.local.confidence import project, simulated
 from identification.local.greybox import modes
 from identification.records.checks import SATURATED, saturated_share
 

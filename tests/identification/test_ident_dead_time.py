@@ -103,7 +103,7 @@ def test_dead_times_out_of_reason_end_in_a_sentence(options, words):
 
 def test_a_record_too_short_for_a_given_dead_time_is_refused():
     with pytest.raises(idn.UnfitError, match=r"a dead time of 0\.005 s needs 0\.5 s"):
-        from identification.local.dead_time import check_length
+        from identification.local.fits import check_length
 
         check_length(5e-3, 0.4)
 

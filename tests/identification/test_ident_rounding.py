@@ -9,9 +9,9 @@ from hypothesis import given, settings, strategies as st
 from model3 import TS, model, prbs
 
 from identification.errors import UnfitError
+from identification.local.confidence import simulated
 from identification.local.fits import schur
-from identification.local.goodness import simulated
-from identification.lpv.surfaces import fit_surfaces, make_basis
+from identification.lpv.model import fit_surfaces, make_basis
 
 pytestmark = pytest.mark.numerical
 SEEDS = st.integers(0, 2**32 - 1)

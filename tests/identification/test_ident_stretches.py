@@ -6,8 +6,9 @@ from model3 import TRUTH, TS, record
 
 import identification as idn
 from identification.local.greybox import STRUCTURES
-from identification.local.least_squares import FitProblem, GreyBox, JointProblem, covariance_of, solve
-from identification.records.stretches import offsets, regressors_of, without_gaps
+from identification.local.least_squares import FitProblem, GreyBox
+from identification.local.simulation import respond
+from identification.records.prefilter import offsets, regressors_of, without_gaps
 
 pytestmark = pytest.mark.numerical
 
@@ -117,7 +118,8 @@ def test_the_joint_estimate_is_the_weighted_mean_of_the_single_ones():
 def test_derivatives_of_several_stretches_are_those_of_differences():
     rng, theta = np.random.default_rng(0), TRUTH
     w, y = rng.normal(size=(300, 2)), 1e-6 * rng.normal(size=(300, 2))
-    problem = JointProblem(GreyBox(STRUCTURES["3"], TS), w, y, np.linalg.qr(rng.normal(size=(300, 3)))[0], (100, 220))
+    Q = np.linalg.qr(rng.normal(size=(300, 3)))[0]
+    problem = FitProblem(GreyBox(STRUCTURES["3"], TS), w, y, Q, breaks=(100, 220))
     x0 = 1e-6 * rng.normal(size=18)
     _, g, cost = problem.normal_equations(theta, x0)
     for i in (0, 5, 12):
@@ -134,13 +136,18 @@ def test_derivatives_of_several_stretches_are_those_of_differences():
         np.testing.assert_allclose(-2 * g[len(theta) + i], slope, rtol=1e-4)
 
 
-def test_one_stretch_of_a_joint_problem_is_the_plain_problem():
+def test_stretches_whose_states_follow_each_other_leave_the_residual_of_one():
+    """Each later stretch begins at the state that the one before ends with: the sums are those without a break."""
     data = idn.filtered(record(0, seconds=2.0))
-    grey = GreyBox(STRUCTURES["3"], TS)
-    plain, joint = FitProblem(grey, data.u, data.y, data.Q), JointProblem(grey, data.u, data.y, data.Q)
-    one, other = solve(plain, TRUTH * 1.05), solve(joint, TRUTH * 1.05)
-    np.testing.assert_allclose(one.theta, other.theta, rtol=1e-9)
-    np.testing.assert_allclose(covariance_of(plain, one, 14, TS), covariance_of(joint, other, 14, TS), rtol=1e-5)
+    grey, x0 = GreyBox(STRUCTURES["3"], TS), 1e-7 * np.arange(6.0)
+    F, G, *_ = grey.sampled(TRUTH)
+    states = respond(F, G, np.eye(6), np.zeros((6, 2)), x0, data.u)
+    breaks = (1000, 4000)
+    cut = FitProblem(grey, data.u, data.y, data.Q, breaks=breaks)
+    q, whole = len(TRUTH), FitProblem(grey, data.u, data.y, data.Q).normal_equations(TRUTH, x0)
+    _, _, cost = cut.normal_equations(TRUTH, np.concatenate([x0, *states[list(breaks)]]))
+    assert cost == pytest.approx(whole[2], rel=1e-9)
+    assert cut.states(TRUTH) == 18 and len(cut.residual(TRUTH, np.zeros(18))[1][0, 0]) == q
 
 
 def test_each_record_has_a_steady_one_of_its_own():

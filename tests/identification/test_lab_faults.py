@@ -5,7 +5,7 @@ import pytest
 
 import identification as idn
 from identification.errors import ReadError, SchemaError
-from identification.records.table import clipped, dead
+from identification.records.columns import clipped, dead
 
 RATE = 5000
 T = np.arange(4 * RATE) / RATE

@@ -9,8 +9,8 @@ import pytest
 
 import identification as idn
 from identification import readers
-from identification.readers.registry import READERS, reader, reader_of
-from identification.records.table import Column, DataTable
+from identification.readers import READERS, reader, reader_of
+from identification.records.columns import Column, DataTable
 
 OWN = b"TWO1"
 

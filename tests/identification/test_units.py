@@ -5,8 +5,8 @@ import math
 import pytest
 
 from identification import ReadError
-from identification.records.column_names import likely
-from identification.records.units import FACTORS, amplitude_factor, factor, quantity, sensitivity
+from identification.records.columns import FACTORS, amplitude_factor, factor, quantity, sensitivity
+from identification.records.proposal import likely
 from rotorsim.base.units import SPELLINGS, parse
 
 

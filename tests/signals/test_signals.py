@@ -10,12 +10,10 @@ import xarray as xr
 from scipy.signal import lfilter
 
 from identification import make_record
-from rotorsim.signals.frequency_response import welch_transfer
 from rotorsim.signals.impact import decay_of, find_pulses, impact_transfer, ring_downs, steady_motion
 from rotorsim.signals.orders import deceleration_of
-from rotorsim.signals.probes import runout_of
-from rotorsim.signals.record_blocks import MissingError, blocks, eventful_stretch, prepared
-from rotorsim.signals.spectra import difference_of, spectrum_of
+from rotorsim.signals.record_blocks import MissingError, blocks, eventful_stretch, prepared, runout_of
+from rotorsim.signals.spectra import difference_of, spectrum_of, welch_transfer
 from rotorsim.signals.static_gain import branch_distance, directions, find_holds, loops, rest, static_gain
 
 FS = 1000.0
