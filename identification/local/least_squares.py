@@ -200,8 +200,8 @@ class Predictor:
 class FitProblem:
     """Inputs w (n, m), outputs y (n, p), orthonormal regressors Q (n, h) that are projected out.
 
-    box: lowest and highest parameters (q,), where they have bounds. breaks: samples at which later stretches begin, each
-    with an initial state; the states stand behind each other in x0. judge: the same model with the inputs and outputs
+    box: lowest and highest parameters (q,), where they have bounds. breaks: samples at which later stretches begin,
+    each with an initial state; these stand behind each other in x0. judge: the same model with the inputs and outputs
     whose residual is the error that the covariance is made of, where these are not the problem's own.
     """
 
