@@ -76,10 +76,7 @@ class FullStateSpace:
 def subspace(u: np.ndarray, y: np.ndarray, order: int, rows: int = ROWS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A (n, n), B (n, m), C (p, n) of the sampled model from inputs u (k, m) and outputs y (k, p).
 
-    Raises
-    ------
-    UnfitError
-        If the order is not possible or the record too short for it.
+    Raises UnfitError if the order is not possible or the record too short for it.
     """
     p = y.shape[1]
     if not ORDERS[0] <= order <= min(ORDERS[1], p * (rows - 1)):
@@ -90,10 +87,7 @@ def subspace(u: np.ndarray, y: np.ndarray, order: int, rows: int = ROWS) -> tupl
 def observable(u: np.ndarray, y: np.ndarray, rows: int = ROWS) -> tuple[np.ndarray, np.ndarray]:
     """Directions (rows p, rows p) of the observability matrix and their singular values, descending.
 
-    Raises
-    ------
-    UnfitError
-        If the record is too short.
+    Raises UnfitError if the record is too short.
     """
     m, p = u.shape[1], y.shape[1]
     k = len(u) - 2 * rows + 1

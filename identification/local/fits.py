@@ -54,9 +54,8 @@ from identification.local.least_squares import (
     FitProblem,
     GreyBox,
     Minimum,
-    Predictor,
-    ahead_of,
     covariance_of,
+    predicted,
     scores_of,
     solve,
 )
@@ -90,10 +89,7 @@ COARSE = 1.1
 def kind_for(model: str, dead_time: float | str) -> str:
     """Structure for `identify(model=, dead_time=)`.
 
-    Raises
-    ------
-    UnfitError
-        For a dead time that is negative, no number, too short or too long, or of another model than 3.
+    Raises UnfitError for a dead time that is negative, no number, too short or too long, or of another model than 3.
     """
     if isinstance(dead_time, str) and dead_time == FREE:
         return DELAYED if model == "3" else model
@@ -230,11 +226,7 @@ def _fitted(
             raise UnfitError(f"identify.start: {STRUCTURES[kind].name} is unstable there; start from a stable model")
         first = first if kind == "actuator" else _best_start(problem, signals, [first, broadened(first)])
     fitted = solve(problem, first)
-    if method == "pem":
-        n = len(grey.sampled(first)[0])
-        problem = ahead_of(problem, Predictor(grey, n, 2))
-        fitted = solve(problem, np.concatenate([fitted.theta, np.zeros(2 * n)]))
-    return problem, fitted
+    return predicted(problem, fitted) if method == "pem" else (problem, fitted)
 
 
 def _judged(kind: str, method: str, signals: Signals, problem: FitProblem, fitted: Minimum) -> tuple[Spread, AtRest]:
@@ -339,12 +331,10 @@ def own_structure(structure: Structure, signals: Signals, method: str, start: An
     problem = _with_judge(problem, "own", signals, "zero")
     fitted = solve(problem, _best_start(problem, signals, [first]))
     if method == "pem":
-        n = len(grey.sampled(first)[0])
-        problem = replace(ahead_of(problem, Predictor(grey, n, 2)), box=box(made, 2 * n))
-        fitted = solve(problem, np.concatenate([fitted.theta, np.zeros(2 * n)]))
+        problem, fitted = predicted(problem, fitted)
     theta = fitted.theta[:q]
     covariance = own_covariance(made, problem, fitted, signals.Ts)
-    wn, zeta, wn_sd, zeta_sd, *gains = properties(made, theta, covariance)
+    wn, zeta, wn_sd, zeta_sd, *gains = properties(lambda values: LinearModel(*made.matrices(values)), theta, covariance)
     check_modes(wn, signals.Ts)
     model = LinearModel(*made.matrices(theta), speed=signals.speed, pressure=signals.pressure)
     found = result_of(
@@ -394,29 +384,18 @@ def black_box(signals: Signals, order: int, method: str) -> Identification:
         problem = replace(problem, judge=replace(problem, w=acted.u))
     fitted = solve(problem, full.pack(A, B, C), tolerance=REDUNDANT)
     if method == "pem":
-        problem = ahead_of(problem, Predictor(full, order, 2))
-        fitted = solve(problem, np.concatenate([fitted.theta, np.zeros(2 * order)]), tolerance=REDUNDANT)
+        problem, fitted = predicted(problem, fitted, REDUNDANT)
     q = order * (order + 4)
     theta = fitted.theta[:q]
     covariance = covariance_of(problem, fitted, q, signals.Ts)
-    model = _black_model(full, theta, scale, signals)
-    wn, zeta = model.wn, model.zeta
 
-    def properties(values: np.ndarray) -> np.ndarray:
-        other = _black_model(full, values, scale, signals)
-        same = len(other.wn) == len(wn)
-        return np.concatenate([other.wn if same else wn, other.zeta if same else zeta, other.static_gain.ravel()])
+    def model_of(values: np.ndarray) -> LinearModel:
+        A, B, C, D = full.sampled(values)
+        return LinearModel(A, B, C * scale, D, signals.Ts, speed=signals.speed, pressure=signals.pressure)
 
-    sds = propagate(properties, theta, covariance)
-    n = len(wn)
+    *modes_found, gain, gain_sd = properties(model_of, theta, covariance)
     return result_of(
-        "blackbox", method, model, {}, theta, covariance, signals, fitted,
-        modes_found=(wn, zeta, sds[:n], sds[n : 2 * n]),
-        gains=(model.static_gain, sds[2 * n :].reshape(2, 2)), lags=(np.full(2, np.nan), np.full(2, np.nan)),
-        information=np.zeros((0, 0)), warnings=suspicious_gains(model.static_gain),
+        "blackbox", method, model_of(theta), {}, theta, covariance, signals, fitted, modes_found=tuple(modes_found),
+        gains=(gain, gain_sd), lags=(np.full(2, np.nan), np.full(2, np.nan)), information=np.zeros((0, 0)),
+        warnings=suspicious_gains(gain),
     )  # fmt: skip
-
-
-def _black_model(full: FullStateSpace, theta: np.ndarray, scale: float, signals: Signals) -> LinearModel:
-    A, B, C, D = full.sampled(theta)
-    return LinearModel(A, B, C * scale, D, signals.Ts, speed=signals.speed, pressure=signals.pressure)

@@ -368,9 +368,14 @@ def solve(problem: Minimised, theta: np.ndarray, iterations: int = ITERATIONS, t
     return Minimum(theta, x0, N, cost, number, converged or damping >= MOST_DAMPING)
 
 
-def ahead_of(problem: FitProblem, predictor: Parametrised) -> FitProblem:
-    """The problem of one-step prediction: the measured outputs are inputs too."""
-    return replace(problem, model=predictor, w=np.ascontiguousarray(np.hstack([problem.w, problem.y])))
+def predicted(problem: FitProblem, fitted: Minimum, tolerance: float = TOLERANCE) -> tuple[FitProblem, Minimum]:
+    """The problem of one-step prediction, whose inputs are the measured outputs too, and its fit from another's end."""
+    n, p = len(problem.model.sampled(fitted.theta)[0]), problem.y.shape[1]
+    free = np.full(n * p, np.inf)
+    box = problem.box and (np.concatenate([problem.box[0], -free]), np.concatenate([problem.box[1], free]))
+    w = np.ascontiguousarray(np.hstack([problem.w, problem.y]))
+    ahead = replace(problem, model=Predictor(problem.model, n, p), w=w, box=box)
+    return ahead, solve(ahead, np.concatenate([fitted.theta, np.zeros(n * p)]), tolerance=tolerance)
 
 
 def covariance_of(problem: FitProblem, fitted: Minimum, q: int, Ts: float) -> np.ndarray:

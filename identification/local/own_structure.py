@@ -106,21 +106,15 @@ def _real(value: Any) -> np.ndarray:
     return np.array(value, float)
 
 
-def box(structure: Structure, more: int = 0) -> tuple[np.ndarray, np.ndarray] | None:
-    """Bounds of the parameters and of so many more without any; None where there are none at all."""
-    if not structure.bounds:
-        return None
-    free = np.full(more, np.inf)
-    return np.concatenate([structure.low, -free]), np.concatenate([structure.high, free])
+def box(structure: Structure) -> tuple[np.ndarray, np.ndarray] | None:
+    """Bounds of the parameters; None where there are none at all."""
+    return (structure.low, structure.high) if structure.bounds else None
 
 
 def covariance_of(structure: Structure, problem: FitProblem, fitted: Minimum, Ts: float) -> np.ndarray:
     """Covariance (q, q) of the parameters; of those at a bound zero, for the others as if these were known.
 
-    Raises
-    ------
-    UnfitError
-        If the record does not show some parameters apart; the sentence names them.
+    Raises UnfitError if the record does not show some parameters apart; the sentence names them.
     """
     q = len(structure.parameters)
     free = ~np.any(structure.at_bounds(fitted.theta[:q]), axis=0)
@@ -168,14 +162,14 @@ def valued(structure: Structure, theta: np.ndarray, covariance: np.ndarray) -> d
 
 
 def properties(
-    structure: Structure, theta: np.ndarray, covariance: np.ndarray
+    model_of: Callable[[np.ndarray], LinearModel], theta: np.ndarray, covariance: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """wn [rad/s], zeta (k,), their standard deviations, static gain (2, 2) and its standard deviations."""
-    first = LinearModel(*structure.matrices(theta))
+    first = model_of(theta)
     k = len(first.wn)
 
     def all_of(values: np.ndarray) -> np.ndarray:
-        model = LinearModel(*structure.matrices(values))
+        model = model_of(values)
         same = model if len(model.wn) == k else first
         return np.concatenate([same.wn, same.zeta, gain_of(model).ravel()])
 

@@ -217,12 +217,12 @@ def fit_frequency_response(
     problem, theta, steps, converged = _best(structure, used, start)
     units = structure.units if isinstance(model, Structure) else ()
     structure, covariance = problem.model.structure, _covariance(problem, theta)
-    wn, zeta, wn_sd, zeta_sd, gain, gain_sd = properties(structure, theta, covariance)
+    found = properties(lambda values: LinearModel(*structure.matrices(values)), theta, covariance)
     fit, misfit = _goodness(problem, used, theta)
     unfinished = () if converged else (f"the fit did not converge in {steps} iterations",)
     return ResponseFit(
         kind, LinearModel(*structure.matrices(theta), speed=speed, pressure=pressure),
-        valued(structure, theta, covariance), theta, covariance, wn, zeta, wn_sd, zeta_sd, gain, gain_sd, fit, misfit,
+        valued(structure, theta, covariance), theta, covariance, *found, fit, misfit,
         len(used.omega), speed, pressure, steps, converged, perf_counter() - began,
         (*unfinished, *_missed(misfit), *bound_remarks(structure, theta)), units,
     )  # fmt: skip

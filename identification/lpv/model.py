@@ -57,10 +57,8 @@ class Basis:
 def make_basis(points: np.ndarray, order: int) -> Basis:
     """Basis of total degree `order` for operating points (k, 2); a variable that never changes gets no terms.
 
-    Raises
-    ------
-    UnfitError
-        If points or grid lines are too few for the order, or the points lie on a curve that leaves it open.
+    Raises UnfitError if points or grid lines are too few for the order, or the points lie on a curve that leaves it
+    open.
     """
     points = np.atleast_2d(np.asarray(points, float))
     if not np.all(np.isfinite(points)):

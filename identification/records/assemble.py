@@ -420,10 +420,7 @@ _TIME = re.compile(r"(?:^|(?<=[\W_]))(?:t|time|times|timestamp|zeit|temps)(?:$|(
 def on_one_clock(table: DataTable, mapping: Mapping, entries: Sequence[ColumnEntry]) -> tuple[DataTable, list[str]]:
     """The table with the mapped columns on one clock, and sentences about what was shifted.
 
-    Raises
-    ------
-    ReadError
-        If the columns run at several rates, start a part of a sample apart or cover no common time.
+    Raises ReadError if the columns run at several rates, start a part of a sample apart or cover no common time.
     """
     places = {id(column): i for i, column in enumerate(table.columns)}
     paths = {places[id(table.find(entry.column))]: entry.path for entry in entries if table.has(entry.column)}

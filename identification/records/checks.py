@@ -222,10 +222,7 @@ def check_loop(record: xr.Dataset, method: str, refuse: bool = True) -> tuple[st
 def method_for(record: xr.Dataset, method: str) -> str:
     """'two-stage' for a closed loop with its external reference and 'oe' otherwise, where the method is 'auto'.
 
-    Raises
-    ------
-    UnfitError
-        If two-stage is asked for and there is no external reference.
+    Raises UnfitError if two-stage is asked for and there is no external reference.
     """
     if method == "two-stage" and EXTERNAL not in record:
         raise UnfitError(f"record: no {EXTERNAL}, which two-stage needs; {WAY_OUT} and take method 'auto'")

@@ -407,10 +407,7 @@ def _stated_vectors(name: str, axes: Any, order: int) -> SlowVectors:
 def without_slow_roll(record: xr.Dataset, how: SlowRollSource, slow: xr.Dataset | None = None) -> xr.Dataset:
     """The record less its slow roll; `slow` is what `how.file` holds.
 
-    Raises
-    ------
-    SchemaError
-        If it is subtracted already, if the slow roll is none, or if a record lacks the angle.
+    Raises SchemaError if it is subtracted already, if the slow roll is none, or if a record lacks the angle.
     """
     if done := record.attrs.get(ATTRIBUTE):
         raise SchemaError(f"slow roll: was {done}; leave [slow_roll] out, it is subtracted once")
