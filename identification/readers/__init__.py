@@ -1,7 +1,8 @@
 r"""Readers of measured data, one per file format, and their registry; importing this package registers them all.
 
 Nothing in a file is ever evaluated or unpickled. A reader gives a `DataTable` of columns; mapping and units come after.
-A new format is one file of this folder, with a function under its suffixes and first bytes::
+A new format is one file of this folder, with a function under its suffixes and first bytes; what it raises on a damaged
+file becomes one sentence here::
 
     @reader(".wav", magic=rb"RIFF.{4}WAVE")
     def read_wav(path: Path) -> DataTable: ...
@@ -31,6 +32,7 @@ from identification.records.mapping import load_mapping
 from identification.records.proposal import recognise
 from identification.records.schema import validate, with_notes
 from identification.records.sensors import without_slow_roll
+from rotorsim.base.errors import RotorsimError
 from rotorsim.base.file_kinds import instead
 
 if TYPE_CHECKING:
@@ -66,17 +68,17 @@ class Reader:
     takes_layout: bool
     describes_itself: bool
 
-    def table(self, path: Path, layout: dict[str, str]) -> DataTable:
-        """Columns of a file; raises ReadError for a file that has none, or that describes itself."""
-        if self.describes_itself:
-            raise ReadError("is netCDF; a record of rotorsim needs no mapping, another file must come as CSV or .mat")
-        found: DataTable = self.function(path, layout) if self.takes_layout else self.function(path)
-        return found
-
-    def record(self, path: Path) -> xr.Dataset:
-        """Record of a file that describes itself."""
-        found: xr.Dataset = self.function(path)
-        return found
+    def __call__(self, path: Path, layout: dict[str, str]) -> Any:
+        """Table or record of a file; whatever else than an error of ours the function raises means a damaged file."""
+        try:
+            return self.function(path, layout) if self.takes_layout else self.function(path)
+        except (RotorsimError, MemoryError):
+            raise
+        except Exception as error:  # libraries answer damage with anything from KeyError to struct.error
+            kind = path.suffix.lower() or "data"
+            raise ReadError(
+                f"is a damaged or cut off {kind} file, or of a coding that is not read; copy or save it again"
+            ) from error
 
 
 READERS: list[Reader] = []
@@ -216,8 +218,13 @@ def columns(path: str | Path, mapping: Mapping | None = None) -> DataTable:
     """
     path = _regular(path)
     chosen = reader_of(path)
+    if chosen.describes_itself:
+        raise ReadError(
+            f"{path}: is netCDF; a record of rotorsim needs no mapping, another file must come as CSV or .mat"
+        )
     try:
-        return chosen.table(path, mapping.file if mapping else {})
+        found: DataTable = chosen(path, mapping.file if mapping else {})
+        return found
     except ReadError as error:
         raise ReadError(_named(path, error)) from error
     except MemoryError as error:
@@ -227,7 +234,8 @@ def columns(path: str | Path, mapping: Mapping | None = None) -> DataTable:
 def _itself(chosen: Reader, path: Path, mapping: Mapping | None) -> xr.Dataset:
     if mapping is not None and mapping.maps_columns:
         raise ReadError("a netCDF record describes itself; leave the mapping out, or all of it but [conditions]")
-    return chosen.record(path).assign_attrs(mapping.conditions if mapping else {})
+    record: xr.Dataset = chosen(path, {})
+    return record.assign_attrs(mapping.conditions if mapping else {})
 
 
 def _regular(path: str | Path) -> Path:

@@ -164,19 +164,11 @@ _WAYS_OUT = {
 @reader(".mat")
 @reader(magic=rb"(?!.{512}\x89HDF).{126}(IM|MI)")
 def read_mat(path: Path) -> DataTable:
-    """Table of a v5 file; raises ReadError if it is damaged or holds no numbers."""
+    """Table of a v5 file; raises ReadError if it is cut off or holds no numbers."""
     with path.open("rb") as file:
         if file.read(_HEADER)[126:] not in (b"IM", b"MI"):
             raise ReadError("does not begin like a .mat file of version 5 to 7.3; save it with save(..., '-v7')")
-    try:
-        return _table(path, variables(path))
-    except ReadError:
-        raise
-    except Exception as error:  # damage ends in anything from IndexError to zlib.error
-        raise ReadError("is a damaged or cut off .mat file; save it again") from error
-
-
-def _table(path: Path, found: list[MatlabVariable]) -> DataTable:
+    found = variables(path)
     names = [variable.name for variable in found]
     twice = [name for name in names if names.count(name) > 1] if len(names) <= MAX_NAMES else names[:1]
     if twice:

@@ -32,6 +32,7 @@ from identification.records.columns import (
     is_unit,
     is_unit_of,
     measured_by,
+    named,
     quantity,
     sensitivity,
 )
@@ -47,13 +48,11 @@ if TYPE_CHECKING:
 
 def values(table: DataTable, entry: ColumnEntry, si: str) -> np.ndarray:
     """Values of a channel (n,) in SI units; raises ReadError that begins with the entry's path."""
-    try:
+    with named(entry.path):
         column = table.find(entry.column)
         scale = scale_of(table, entry, si)
         result = column.values if scale == 1 else column.values * scale
         return result + quantity(entry.offset, si) if entry.offset is not None else result
-    except ReadError as error:
-        raise ReadError(f"{entry.path}: {error}") from error
 
 
 def unit_of(column: Column, entry: ColumnEntry) -> tuple[str, float]:
@@ -284,10 +283,8 @@ def _clipped(table: DataTable, mapping: Mapping) -> list[str]:
 def _probe_unit(table: DataTable, entry: ColumnEntry) -> str:
     """SI unit of a probe's readings, by the unit of its column, or by what its sensitivity leads to."""
     if entry.sensitivity is not None:
-        try:
+        with named(entry.path):
             return measured_by(entry.sensitivity, unit_of(table.find(entry.column), entry)[0])
-        except ReadError as error:
-            raise ReadError(f"{entry.path}: {error}") from error
     unit = full_scale(entry.full_scale)[1] if entry.full_scale else entry.unit or table.find(entry.column).unit or ""
     found = [si for si in PROBE_UNITS if si in FACTORS and is_unit_of(unit, si)]
     if not found:
@@ -302,10 +299,8 @@ def _turning(table: DataTable, mapping: Mapping, time: np.ndarray) -> dict[str, 
     signal = values(table, entry, "V")
     if signal.size != time.size:
         raise ReadError(f"keyphasor: {signal.size} samples but {time.size} times; take columns of one length")
-    try:
+    with named("keyphasor"):
         angle, speed = angle_by_stretches(time, signal, how)
-    except ReadError as error:
-        raise ReadError(f"keyphasor: {error}") from error
     return {"angle": angle, "speed": speed}
 
 

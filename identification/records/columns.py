@@ -12,7 +12,8 @@ another quantity. `Hz` of a shaft speed is revolutions per second.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from math import inf, isfinite, sqrt
 from typing import Any
@@ -240,23 +241,28 @@ def quantity(value: Any, si: str) -> float:
     return number
 
 
-def quantity_at(path: str, value: Any, si: str) -> float:
-    """`quantity` of an entry of a mapping; raises ReadError that begins with its path."""
+@contextmanager
+def named(path: str) -> Iterator[None]:
+    """Context of an entry of a mapping: a ReadError in it begins with the entry's path."""
     try:
-        return quantity(value, si)
+        yield
     except ReadError as error:
         raise ReadError(f"{path}: {error}") from error
+
+
+def quantity_at(path: str, value: Any, si: str) -> float:
+    """`quantity` of an entry of a mapping; raises ReadError that begins with its path."""
+    with named(path):
+        return quantity(value, si)
 
 
 def amplitude_at(path: str, value: Any) -> float:
     """Amplitude [m, 0-pk] of an entry such as '8 um pp'; raises ReadError that begins with its path."""
     match = _TEXT.fullmatch(value) if isinstance(value, str) else None
-    if not match or not match[2]:
-        raise ReadError(f"{path}: {quote(value)} is not an amplitude with its unit; write e.g. '8 um pp'")
-    try:
+    with named(path):
+        if not match or not match[2]:
+            raise ReadError(f"{quote(value)} is not an amplitude with its unit; write e.g. '8 um pp'")
         return float(match[1]) * amplitude_factor(match[2])
-    except ReadError as error:
-        raise ReadError(f"{path}: {error}") from error
 
 
 def full_scale(value: Any) -> tuple[float, str]:

@@ -205,7 +205,7 @@ def test_a_file_that_was_cut_off_is_refused(tmp_path, write, cut):
     path = write(tmp_path / "a.mat", time=T, disc_measured=XY, angle=T)
     content = path.read_bytes()
     path.write_bytes(content[: cut if cut > 1 else int(len(content) * cut)])
-    with pytest.raises(idn.ReadError, match=r"damaged or cut off|does not begin like a .mat"):
+    with pytest.raises(idn.ReadError, match=r"\.mat"):
         idn.read(path)
 
 

@@ -65,5 +65,5 @@ def test_a_record_that_was_cut_off_is_refused(record, tmp_path, cut):
     path = idn.save(record, tmp_path / "a.nc")
     content = path.read_bytes()
     path.write_bytes(content[: cut if cut > 1 else int(len(content) * cut)])
-    with pytest.raises(idn.ReadError, match="damaged or cut off"):
+    with pytest.raises(idn.ReadError, match=r"\.nc"):
         idn.read(path)

@@ -49,7 +49,7 @@ def test_a_file_that_was_cut_off_is_refused(tmp_path, cut):
     path = good(tmp_path / "a.tdms")
     content = path.read_bytes()
     path.write_bytes(content[: cut if cut > 1 else int(len(content) * cut)])
-    with pytest.raises(idn.ReadError, match=r"cut off TDMS file|holds no channel of numbers"):
+    with pytest.raises(idn.ReadError, match=r"\.tdms"):
         idn.read(path)
 
 
