@@ -13,11 +13,11 @@ from .errors import (
 )
 from .local.bias import Interval as Interval
 from .local.confidence import ceiling as ceiling, fit_of as fit_of, noise_free_fit as noise_free_fit, nrmse as nrmse
-from .local.greybox import Structure as Structure
 from .local.identify import identify as identify
 from .local.models import LinearModel as LinearModel
 from .local.response_fit import ResponseFit as ResponseFit, fit_frequency_response as fit_frequency_response
 from .local.result import Identification as Identification
+from .local.structures import Structure as Structure
 from .lpv.fit import coherent_basis as coherent_basis, distance as distance, fit_lpv as fit_lpv
 from .lpv.model import ExtrapolationWarning as ExtrapolationWarning, LpvModel as LpvModel, load_model as load_model
 from .lpv.recursive import Recursion as Recursion, RecursiveLpv as RecursiveLpv, Track as Track

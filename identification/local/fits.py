@@ -35,15 +35,16 @@ from identification.local.confidence import (
     project,
     propagate,
     residual_tests,
+    sandwich,
     simulated,
     spread,
+    without_nuisance,
 )
 from identification.local.greybox import (
     DEAD_TIME,
     DELAYED,
     SHORTEST_DEAD,
     STRUCTURES,
-    Structure,
     broadened,
     delays,
     modes,
@@ -60,15 +61,17 @@ from identification.local.least_squares import (
     solve,
 )
 from identification.local.models import LinearModel
-from identification.local.own_structure import (
+from identification.local.result import Identification, noted
+from identification.local.structures import (
+    Structure,
     bound_remarks,
     box,
-    covariance_of as own_covariance,
     prepared,
     properties,
+    refuse_indistinguishable,
+    sizes,
     valued,
 )
-from identification.local.result import Identification, noted
 from identification.records.checks import check_modes, suspicious_gains
 from identification.records.prefilter import Signals, longest_part, offsets, pin_pairs, regressors_of
 from rotorsim.base.rounding import normal_root
@@ -322,6 +325,22 @@ def _grey_result(
     return replace(result, bias=bias(kind, theta, found, calm, model, signals, left, result.residuals.independent))
 
 
+def _own_covariance(structure: Structure, problem: FitProblem, fitted: Minimum, Ts: float) -> np.ndarray:
+    """Covariance (q, q) of the parameters; of those at a bound zero, for the others as if these were known.
+
+    Raises UnfitError if the record does not show some parameters apart; the sentence names them.
+    """
+    q = len(structure.parameters)
+    free = ~np.any(structure.at_bounds(fitted.theta[:q]), axis=0)
+    forced = scores_of(problem, fitted.theta, np.zeros_like(fitted.x0))[1]  # noise in the initial state shows nothing
+    refuse_indistinguishable(structure, without_nuisance(forced, sizes(structure, fitted.theta[:q]))[:, free], free)
+    left, J = scores_of(problem, fitted.theta, fitted.x0)
+    kept = np.concatenate([free, np.ones(J.shape[2] - q, bool)])
+    covariance, count = np.zeros((q, q)), int(free.sum())
+    covariance[np.ix_(free, free)] = sandwich(left, np.ascontiguousarray(J[..., kept]), Ts)[:count, :count]
+    return covariance
+
+
 def own_structure(structure: Structure, signals: Signals, method: str, start: Any) -> Identification:
     """Fit of a user's own structure."""
     made, first = prepared(structure, start)
@@ -333,7 +352,7 @@ def own_structure(structure: Structure, signals: Signals, method: str, start: An
     if method == "pem":
         problem, fitted = predicted(problem, fitted)
     theta = fitted.theta[:q]
-    covariance = own_covariance(made, problem, fitted, signals.Ts)
+    covariance = _own_covariance(made, problem, fitted, signals.Ts)
     wn, zeta, wn_sd, zeta_sd, *gains = properties(lambda values: LinearModel(*made.matrices(values)), theta, covariance)
     check_modes(wn, signals.Ts)
     model = LinearModel(*made.matrices(theta), speed=signals.speed, pressure=signals.pressure)

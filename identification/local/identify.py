@@ -25,8 +25,9 @@ from identification.local.fits import (
     own_structure,
     two_steps,
 )
-from identification.local.greybox import DELAYED, RATED, STRUCTURES, Structure
+from identification.local.greybox import DELAYED, RATED, STRUCTURES
 from identification.local.result import Identification
+from identification.local.structures import Structure
 from identification.records.checks import (
     check_loop,
     check_record,

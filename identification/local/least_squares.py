@@ -28,13 +28,13 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from identification.local.confidence import sandwich
-from identification.local.greybox import Structure
 from identification.local.simulation import (
     normal_matrices,
     respond_with_sensitivities,
     sampled,
     sampled_with_derivatives,
 )
+from identification.local.structures import Structure
 from identification.records.prefilter import parts_of, regressors_of
 from rotorsim.base.rounding import normal_root
 

@@ -26,10 +26,13 @@ import numpy as np
 
 from identification.errors import ModelError, UnfitError
 from identification.local.confidence import without_nuisance
-from identification.local.greybox import RATED, STRUCTURES, Matrices, Structure, response_starts
+from identification.local.greybox import RATED, STRUCTURES, response_starts
 from identification.local.least_squares import Box, GreyBox, solve
 from identification.local.models import LinearModel
-from identification.local.own_structure import (
+from identification.local.result import insignificant, mode_lines, model_name, parameter_lines
+from identification.local.structures import (
+    Matrices,
+    Structure,
     bound_remarks,
     box,
     prepared,
@@ -38,7 +41,6 @@ from identification.local.own_structure import (
     sizes,
     valued,
 )
-from identification.local.result import insignificant, mode_lines, model_name, parameter_lines
 from identification.records.frequency_response import FrequencyResponse
 from rotorsim.base.rounding import unstable_poles
 

@@ -32,11 +32,12 @@ import numpy as np
 from identification.errors import UnfitError
 from identification.local.blackbox import FullStateSpace
 from identification.local.confidence import project
-from identification.local.greybox import DELAYED, RATED, STRUCTURES, Structure, modes
+from identification.local.greybox import DELAYED, RATED, STRUCTURES, modes
 from identification.local.least_squares import FitProblem, GreyBox, damped_step
 from identification.local.models import LinearModel
 from identification.local.response_fit import response_with_derivatives
 from identification.local.result import Identification
+from identification.local.structures import Structure
 from identification.lpv.model import ORDERS, SAME, LpvModel, fit_surfaces, make_basis, rms
 from identification.records.prefilter import Signals
 from identification.records.schema import common
