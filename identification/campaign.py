@@ -102,7 +102,7 @@ def pair(sources: Sequence[Source]) -> list[Source]:
 
 
 def _read(path: Path, mapping: Any) -> xr.Dataset:
-    """As `read`, but a record with gaps comes as it is."""
+    """Record of `read`, or of `load` where its only fault are gaps."""
     try:
         return read(path, mapping)
     except SchemaError:

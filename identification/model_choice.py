@@ -82,7 +82,7 @@ class Advice:
         return self.dead_time + self.lag
 
     def report(self) -> str:
-        """The proposals as a text that a person can read."""
+        """Human-readable text of the proposals."""
         lines = ["order  singular value  fit of the second part"]
         lines += [
             f"{n:5d}  {self.singular_values[n - 1]:14.2e}  {100 * fit[0]:.1f}, {100 * fit[1]:.1f} %"
@@ -230,7 +230,7 @@ class Comparison:
     ceiling: np.ndarray
 
     def report(self) -> str:
-        """The table as a text that a person can read."""
+        """Human-readable text of the table."""
         table = [("model", "states", "fit x, y %", "modes Hz", "damping ratios", "gain xx, yy um/V")]
         for row in self.rows:
             first = slice(0, SHOWN)

@@ -42,7 +42,7 @@ class FullStateSpace:
         return A.reshape(n, n).copy(), B.reshape(n, m).copy(), C.reshape(p, n).copy(), np.zeros((p, m))
 
     def derivatives(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Ones, each at the place of its parameter."""
+        """Derivatives: a one at the place of each parameter."""
         n, m, p = self.n, self.m, self.p
         dF, dH = np.zeros((n, n + m, len(theta))), np.zeros((p, n + m, len(theta)))
         i = np.arange(n * n)
@@ -54,7 +54,7 @@ class FullStateSpace:
         return dF, dH
 
     def admissible(self, theta: np.ndarray) -> bool:
-        """Any numbers will do."""
+        """Whether the parameters are finite."""
         return bool(np.all(np.isfinite(theta)))
 
     def directions(self, theta: np.ndarray) -> np.ndarray:
@@ -69,7 +69,7 @@ class FullStateSpace:
         return np.ascontiguousarray(left[:, self.n**2 :])
 
     def share(self, theta: np.ndarray, step: np.ndarray) -> float:
-        """All of any step."""
+        """Share of a step that is taken: all of it."""
         return 1.0
 
 

@@ -112,7 +112,7 @@ def kind_for(model: str, dead_time: float | str) -> str:
 
 
 def check_dead_time(dead_time: float | str, lasting: float) -> None:
-    """Raise UnfitError for a given dead time that is more than a hundredth of the excited record [s]."""
+    """Raise UnfitError for a stated dead time that is more than a hundredth of the excited record [s]."""
     if not isinstance(dead_time, str) and dead_time > SHARE * lasting:
         raise UnfitError(
             f"record: {lasting:.3g} s with excitation, a dead time of {dead_time:g} s needs {dead_time / SHARE:.3g} s "
@@ -121,7 +121,7 @@ def check_dead_time(dead_time: float | str, lasting: float) -> None:
 
 
 def _with_dead_time(dead_time: float) -> Structure:
-    """Model 3 behind a given dead time [s] on both axes: the parameters of Model 3."""
+    """Model 3 behind a known dead time [s] on both axes: the parameters of Model 3."""
     full, known = STRUCTURES[DELAYED], np.full(2, 2 / dead_time)
     return replace(
         STRUCTURES["3"], name=full.name, matrices=lambda theta: full.matrices(np.concatenate([theta[:14], known]))
@@ -174,7 +174,7 @@ def actuator_signals(signals: Signals) -> Signals:
 
 
 def grey_box(kind: str, signals: Signals, method: str, start: Any) -> Identification:
-    """A grey-box model whose parameters are found in one fit."""
+    """Grey-box model whose parameters come from one fit."""
     chosen = actuator_signals(signals) if kind == "actuator" else signals
     fitted, found, calm = _solved(kind, chosen, chosen.u, "zero", method, start)
     theta = fitted.theta[: len(STRUCTURES[kind].parameters)]
@@ -182,7 +182,7 @@ def grey_box(kind: str, signals: Signals, method: str, start: Any) -> Identifica
 
 
 def delayed(signals: Signals, method: str, start: Any, dead_time: float | str) -> Identification:
-    """Model 3 with dead times that are found or given; without where they are to be found and the record has none."""
+    """Model 3 with dead times, estimated or stated; without where the record shows none."""
     begin = None if start is None else list(start)[:14]
     if isinstance(dead_time, str):
         problem, plain = _fitted("3", signals, signals.u, "zero", method, begin)
@@ -342,7 +342,7 @@ def _own_covariance(structure: Structure, problem: FitProblem, fitted: Minimum, 
 
 
 def own_structure(structure: Structure, signals: Signals, method: str, start: Any) -> Identification:
-    """Fit of a user's own structure."""
+    """Fit of a structure that the user has written."""
     made, first = prepared(structure, start)
     grey, q = GreyBox(made, signals.Ts), len(first)
     y = project(signals.y, signals.Q)

@@ -139,7 +139,7 @@ class GreyBox:
         """None: no parameter is redundant."""
 
     def share(self, theta: np.ndarray, step: np.ndarray) -> float:
-        """So much that no positive parameter changes by more than REACH: their effect fades as they grow."""
+        """Share of a step that changes no positive parameter by more than REACH: their effect fades as they grow."""
         at = self.structure.positive_places
         return float(min(1.0, REACH / max(np.abs(step[at] / theta[at]).max(initial=0.0), 1e-300)))
 
@@ -182,17 +182,17 @@ class Predictor:
         return out, outputs
 
     def admissible(self, theta: np.ndarray) -> bool:
-        """As the model's own parameters."""
+        """Whether the model's parameters make sense."""
         return self.inner.admissible(self._split(theta)[0])
 
     def directions(self, theta: np.ndarray) -> np.ndarray | None:
-        """The model's own, and every element of K."""
+        """Directions of the model, and every element of K."""
         own, K = self._split(theta)
         V = self.inner.directions(own)
         return None if V is None else np.asarray(block_diag(V, np.eye(K.size)))
 
     def share(self, theta: np.ndarray, step: np.ndarray) -> float:
-        """As the model's own parameters."""
+        """Share of a step that the model's parameters allow."""
         return self.inner.share(self._split(theta)[0], self._split(step)[0])
 
 
@@ -297,7 +297,7 @@ class Minimised(Protocol):
         """Lowest and highest parameters, where they have bounds."""
 
     def states(self, theta: np.ndarray) -> int:
-        """Number of states that are found as well."""
+        """Number of states that the fit finds beside the parameters."""
 
     def normal_equations(
         self, theta: np.ndarray, x0: np.ndarray, V: np.ndarray | None = None

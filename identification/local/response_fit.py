@@ -83,7 +83,7 @@ class ResponseFit:
         return insignificant(self.parameters)
 
     def report(self) -> str:
-        """The findings as a text that a person can read."""
+        """Human-readable text of the result."""
         name = model_name(self.kind, self.model)
         fits, misfits = (", ".join(f"{v:.{d}f}" for v in row) for row, d in ((100 * self.fit, 2), (self.misfit, 2)))
         lines = [f"{name}, frequency response, {self.lines} lines, {self.iterations} iterations, {self.seconds:.2f} s"]

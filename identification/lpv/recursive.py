@@ -341,7 +341,7 @@ class RecursiveLpv:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Number of samples by what became of them."""
+        """Number of samples by their outcome."""
         return {name: int(count) for name, count in zip(OUTCOMES, self._tally, strict=True)}
 
     @property

@@ -174,7 +174,7 @@ def checked(record: xr.Dataset) -> xr.Dataset:
 
 @np.errstate(over="ignore", invalid="ignore")  # what is too large becomes infinite and is refused as that
 def load(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | None = None) -> xr.Dataset:
-    """As `read`, but time series come as they are, with their gaps and NaN.
+    """Record, or run-up vectors, of `read`; time series come as they are, with their gaps and NaN.
 
     Examples
     --------

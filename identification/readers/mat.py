@@ -50,7 +50,7 @@ class MatlabVariable:
 
 
 def variables(path: Path) -> list[MatlabVariable]:
-    """All variables of a v5 file; raises ReadError or another exception where it is damaged."""
+    """Variables of a v5 file; raises ReadError or another exception where it is damaged."""
     size, at, found = path.stat().st_size, _HEADER, []
     with path.open("rb") as file:
         order = _order(file)

@@ -356,7 +356,7 @@ def assemble(table: DataTable, mapping: Mapping) -> xr.Dataset:
 
 
 def used(mapping: Mapping) -> list[ColumnEntry]:
-    """All entries of a mapping."""
+    """Entries of a mapping."""
     single = [entry for entry in (mapping.time, mapping.speed) if entry]
     single += [entry for entry, _ in (*mapping.probes.values(), *filter(None, [mapping.keyphasor]))]
     return [*single, *mapping.channels.values(), *mapping.vectors.values()]

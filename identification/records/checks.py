@@ -232,7 +232,7 @@ def method_for(record: xr.Dataset, method: str) -> str:
 
 
 def saturated_share(reference: np.ndarray) -> float:
-    """Share of samples (n, 2) at which an axis that moves stands at its own extreme, 0 where none recurs."""
+    """Share of samples (n, 2) at which an axis that moves stands at its extreme, 0 where none recurs."""
     at = np.zeros(len(reference), bool)
     for values in reference.T[np.ptp(reference, axis=0) > 0]:
         for extreme in (values.min(), values.max()):

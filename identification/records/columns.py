@@ -66,7 +66,7 @@ class Header:
 
 @dataclass(frozen=True)
 class DataTable:
-    """Columns of a file, what else is in it (name and reason why it is not a column) and the file's own clock [s]."""
+    """Columns of a file, what else is in it (name and reason why it is no column) and the file's clock [s]."""
 
     format: str
     columns: tuple[Column, ...]

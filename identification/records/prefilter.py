@@ -206,7 +206,7 @@ class Signals:
 
 
 def cut(signals: Signals, at: slice) -> Signals:
-    """The samples of a slice, without a rest of their own; regressors are made orthonormal again."""
+    """The samples of a slice, without a rest; regressors are made orthonormal again."""
     return replace(
         signals, u=signals.u[at], y=signals.y[at], Q=np.linalg.qr(signals.Q[at])[0], rest=0,
         truth=None if signals.truth is None else signals.truth[at],

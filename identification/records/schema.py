@@ -478,7 +478,7 @@ def _shaped(name: str, value: Any, n: int) -> np.ndarray:
 
 
 def _check_own_time(name: str, value: Any, time: np.ndarray) -> None:
-    """Raise SchemaError for an array of xarray or pandas whose own times are not `time` (n,)."""
+    """Raise SchemaError for an array of xarray or pandas whose times are not `time` (n,)."""
     coordinates, index = getattr(value, "coords", {}), getattr(value, "index", None)
     own = coordinates.get("time", index)
     own = np.asarray(own) if own is not None and not callable(own) else np.zeros(0)

@@ -121,7 +121,7 @@ def split_probe(path: str, table: dict[str, Any]) -> tuple[dict[str, Any], LabPr
 
 
 def disc_plane(probes: dict[str, LabProbe], wanted: float | None) -> tuple[str, ...]:
-    """Names of the probes at the disc's plane, the position `wanted` [m] or the only one there is."""
+    """Names of the probes at the disc's plane, the position `wanted` [m] or the only one."""
     places = {name: probe.position for name, probe in probes.items()}
     if wanted is not None:
         found = tuple(name for name, z in places.items() if z is not None and abs(z - wanted) <= SAME_PLACE)
@@ -316,7 +316,7 @@ def fit_harmonics(angle: np.ndarray, y: np.ndarray, count: int) -> np.ndarray:
 
 
 def fitting_count(angle: np.ndarray, count: int) -> int:
-    """As many harmonics as stay below the Nyquist frequency."""
+    """Number of harmonics, at most `count`, that stay below the Nyquist frequency."""
     step = abs(angle[-1] - angle[0]) / (len(angle) - 1)
     return max(1, min(count, int(0.95 * np.pi / step)))
 

@@ -55,7 +55,7 @@ class Pulse:
 
 
 def find_pulses(record: xr.Dataset, name: str = "disc_force") -> list[Pulse]:
-    """All impacts of a record; raises MissingError where the force does not act in short pulses.
+    """Impacts of a record; raises MissingError where the force does not act in short pulses.
 
     Examples
     --------

@@ -299,8 +299,8 @@ BINS, HARMONICS = 180, 8
 
 @dataclass(frozen=True)
 class RunoutProfile:
-    """Over `angle` (bin,) [rad]: `mean` (bin, axis) [m] about its own mean and standard deviation `scatter` (bin,
-    axis) [m]; `harmonic` (order, axis) complex 0-pk [m] of 1X, 2X ...; number of `revolutions`."""
+    """Runout over `angle` (bin,) [rad]: `mean` (bin, axis) [m], less its average, and its standard deviation `scatter`
+    (bin, axis) [m]; `harmonic` (order, axis) complex 0-pk [m] of 1X, 2X ...; number of `revolutions`."""
 
     angle: np.ndarray
     mean: np.ndarray

@@ -48,7 +48,7 @@ class Spectrum:
 
 
 def spectrum_of(record: xr.Dataset, name: str, most: float, less: str = "") -> Spectrum:
-    """Root mean square of Hann-weighted amplitude spectra of a variable (time, axis), less another if given.
+    """Root mean square of Hann-weighted amplitude spectra of a variable (time, axis), less another if one is named.
 
     A sine of amplitude a shows a, a circular orbit of radius a shows a at its signed frequency, positive where it turns
     as the shaft does in the middle of the record. Frequencies reach `most` [Hz].
