@@ -286,10 +286,7 @@ def _modulated(problem: FitProblem, theta: np.ndarray, x0: np.ndarray) -> np.nda
     parts = list(parts_of(problem.breaks, len(problem.w)))
     through, begin = np.zeros((n, problem.w.shape[1])), x0.reshape(-1, n)
     states = np.vstack([respond(F, G, np.eye(n), through, begin[k], problem.w[at]) for k, at in enumerate(parts)])
-    assert isinstance(problem.model, GreyBox)
-    B = problem.model.structure.matrices(theta)[1]
-    # the velocity is the states v, and what the inputs add to them at once as the rates of the pins do
-    x, v = states[:, :2], states[:, 2:4] + problem.w[:, : B.shape[1]] @ B[:2].T
+    x, v = states[:, :2], _velocity(problem, theta, states)
     frequency = np.linalg.norm(v) / max(float(np.linalg.norm(x)), 1e-300)
     square = np.sum(x**2 + (v / frequency) ** 2, axis=1)
     square = square / max(float(square.mean()), 1e-300)
@@ -300,6 +297,13 @@ def _modulated(problem: FitProblem, theta: np.ndarray, x0: np.ndarray) -> np.nda
         moved = [respond(F, np.eye(n), H, none, zero, push[at]) for at in parts]
         found.append(problem.project(np.vstack(moved)))
     return np.stack(found, axis=-1)
+
+
+def _velocity(problem: FitProblem, theta: np.ndarray, states: np.ndarray) -> np.ndarray:
+    """Velocity x' (n, 2): the states v, and what the inputs add to them at once as the rates of the pins do."""
+    assert isinstance(problem.model, GreyBox)
+    B = problem.model.structure.matrices(theta)[1]
+    return np.asarray(states[:, 2:4] + problem.w[:, : B.shape[1]] @ B[:2].T)
 
 
 LEVEL = 0.9
@@ -384,8 +388,7 @@ def bias(
         lines = len(excited) * signals.Ts * float(np.mean(2 * zeta * wn)) / (2 * np.pi)
         rest = lines * (1 - error.share) * (1 - follows) * TRIANGULAR
         third = rest * propagate(properties, theta, spread.distortion) ** 2
-        power = static_gain(kind, theta) ** 2  # of which each input has a part in each output's motion
-        third[4:] *= (power / np.maximum(power.sum(axis=1, keepdims=True), 1e-300)).ravel()
+        third[4:] *= _part_of_the_input(static_gain(kind, theta)).ravel()
     most = np.abs(properties(theta))
     change = np.clip(properties(theta + calm.change) - properties(theta), -most, most)
     scatter = propagate(properties, theta, calm.covariance) ** 2
@@ -406,6 +409,12 @@ def _of_linear_error(error: ModelRemainder, wn: np.ndarray, zeta: np.ndarray) ->
     part = np.where(far, 0.0, (1 + error.share) / 2)
     near = REACH**2 * np.maximum(error.change**2 - error.variance, 0) + part**2 * error.variance
     return part * error.change, np.where(far, error.change**2, near)
+
+
+def _part_of_the_input(gain: np.ndarray) -> np.ndarray:
+    """Part (2, 2) that each input has in the power of each output's motion, of equal inputs."""
+    power = gain**2
+    return np.asarray(power / np.maximum(power.sum(axis=1, keepdims=True), 1e-300))
 
 
 def of_any_phase(variance: np.ndarray, wn: np.ndarray, zeta: np.ndarray) -> np.ndarray:

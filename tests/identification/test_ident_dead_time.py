@@ -103,9 +103,9 @@ def test_dead_times_out_of_reason_end_in_a_sentence(options, words):
 
 def test_a_record_too_short_for_a_given_dead_time_is_refused():
     with pytest.raises(idn.UnfitError, match=r"0\.005 s .* 0\.5 s"):
-        from identification.local.fits import check_length
+        from identification.local.fits import check_dead_time
 
-        check_length(5e-3, 0.4)
+        check_dead_time(5e-3, 0.4)
 
 
 def test_a_dead_time_long_for_the_modes_is_remarked():
