@@ -39,7 +39,7 @@ from typing import Any
 import numpy as np
 
 from identification.readers.csv import encodings_of, opened
-from identification.records.units import amplitude_factor, factor
+from identification.records.columns import amplitude_factor, factor
 from rotorsim.base.display import did_you_mean, listing, quote
 from rotorsim.base.errors import DataError
 from rotorsim.base.input_files import parse_toml

@@ -194,7 +194,7 @@ def _report(path: Path, folder: ResultFolder, experiment: Experiment, outcome: O
 def result_rows(summary: dict[str, Any]) -> Rows:
     """Labels and values of the results that every experiment has; `summary` as from `summarise_experiment`."""
     from rotorsim.experiments.experiment import pair
-    from rotorsim.signals.probes import shown
+    from rotorsim.signals.record_blocks import shown_reading
 
     speed, disc = summary["speed_rpm"], summary["disc"]
     rows = [
@@ -212,7 +212,7 @@ def result_rows(summary: dict[str, Any]) -> Rows:
         if summary[key] and any(summary[key]):
             rows.append((label, pair(summary[key], unit)))
     for name, p in summary.get("probes", {}).items():
-        text = f"{shown(p['peak'], p['unit'])}, {shown(p['rms'], p['unit'])}"
+        text = f"{shown_reading(p['peak'], p['unit'])}, {shown_reading(p['rms'], p['unit'])}"
         rows.append((f"Probe {name}: peak, rms about the mean", text))
     return rows
 

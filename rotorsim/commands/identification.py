@@ -75,7 +75,7 @@ def identify(
     Records at several operating points give an LPV model.
     """
     from identification import Prefilter
-    from identification.local.dead_time import FREE
+    from identification.local.fits import FREE
 
     _check(surfaces, refine, runout, median)
     corner = quantity("lowpass", lowpass, "Hz") if lowpass else None
@@ -105,8 +105,8 @@ def identify(
 def _check(surfaces: str, refine: str, runout: str, median: int) -> None:
     """Refuse what would be refused after minutes of work."""
     from identification.lpv.fit import REFINEMENTS
-    from identification.lpv.surfaces import ORDERS
-    from identification.records.runout import KINDS
+    from identification.lpv.model import ORDERS
+    from identification.records.sensors import KINDS
 
     degrees = (*map(str, ORDERS), "hold-out")
     for option, value, known in (

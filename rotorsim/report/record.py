@@ -25,8 +25,7 @@ from rotorsim.report.film import feed_word
 from rotorsim.report.page import RESULT_PAGES, Block, Page, check_wanted, machine_entry, page_of, write_page
 from rotorsim.report.run import RUNS, SECTIONS, AnalysedRun, RecordSection, analyse, end_of_run
 from rotorsim.report.units import number, quantity
-from rotorsim.signals.probes import SHOWN
-from rotorsim.signals.record_blocks import MissingError, open_record
+from rotorsim.signals.record_blocks import SHOWN, MissingError, open_record
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
