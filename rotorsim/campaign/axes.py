@@ -15,11 +15,11 @@ from typing import Annotated, Any, Literal, TypeVar
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Strict, ValidationError
 
-from rotorsim.analysis.cases import ANALYSES, Analysis
-from rotorsim.base import toml_text as tomllib
+from rotorsim.analysis.sweep_definition import ANALYSES, Analysis
+from rotorsim.base.display import did_you_mean, quote
 from rotorsim.base.errors import DataError, MachineFileError, RotorsimError
+from rotorsim.base.input_files import parse_toml
 from rotorsim.base.quantity import Quantity, quantities
-from rotorsim.base.sentences import did_you_mean, quote
 from rotorsim.base.units import Suggest, dimension, parse, show
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.experiments import EXPERIMENTS, Experiment
@@ -121,7 +121,7 @@ def read_plan(path: Path) -> str:
 def parse_plan(text: str) -> PlanTable:
     """Tables of a plan; raises PlanError with the first problem."""
     try:
-        tables = tomllib.loads(text)
+        tables = parse_toml(text)
     except ValueError as error:
         raise PlanError(f"not a TOML file: {str(error)[:200]}; correct that line") from error
     return read_table(PlanTable, tables, "")

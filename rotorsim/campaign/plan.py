@@ -16,6 +16,7 @@ Each record states it in its attribute `changes`, so that `rotorsim diagnose` ta
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,13 +26,12 @@ from typing import Any
 import numpy as np
 
 from identification.records.mapping import stated_changes
-from rotorsim.base import json_text as json
-from rotorsim.base.display import Card, Shown
+from rotorsim.base.display import Card, Shown, quote
 from rotorsim.base.errors import RotorsimError
-from rotorsim.base.sentences import quote
+from rotorsim.base.input_files import parse_json
 from rotorsim.campaign.axes import KINDS, Axis, PlanError, Value, change, make
 from rotorsim.discrepancy.changes import RING, WEIGHT, known_changes, with_ring
-from rotorsim.experiments.parameters import parameters
+from rotorsim.experiments.experiment import parameters
 from rotorsim.machine import Machine
 
 FORMAT = 1
@@ -68,7 +68,7 @@ class Case:
     @classmethod
     def from_text(cls, text: str) -> Case:
         """The case of its JSON."""
-        content: dict[str, Any] = json.loads(text)
+        content: dict[str, Any] = parse_json(text)
         pairs = {name: tuple((key, value) for key, value in content[name]) for name in ("set", "parameters")}
         keep = None if content["keep"] is None else tuple(content["keep"])
         return cls(**{**content, **pairs, "keep": keep})
@@ -292,7 +292,7 @@ def with_changes(machine: Machine, text: str) -> Machine:
     """The machine as it is changed for a record; trial weights add to its unbalance as vectors; raises PlanError."""
     if not text:
         return machine
-    table = json.loads(text)
+    table = parse_json(text)
     try:
         known_changes(machine, table, CHANGES)
     except RotorsimError as error:

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from identification import VARIABLES
+from rotorsim.base.display import quote
 from rotorsim.base.errors import RotorsimError
-from rotorsim.base.file_kinds import instead
-from rotorsim.base.sentences import quote
+from rotorsim.base.input_files import instead
 from rotorsim.base.units import parse
 from rotorsim.campaign.axes import (
     KINDS,
@@ -39,7 +39,7 @@ from rotorsim.campaign.axes import (
     unknown,
 )
 from rotorsim.campaign.plan import Plan, PlannedExperiment, changed_paths, changes_text, with_changes
-from rotorsim.experiments.parameters import ask_speeds, fastest
+from rotorsim.experiments.experiment import ask_speeds, fastest
 from rotorsim.machine import Machine, machine_text, shipped_machines
 from rotorsim.machine.numerics import check_speed
 from rotorsim.machine.plausibility import ask_machine

@@ -17,13 +17,11 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from rotorsim.analysis.cases import REASON
-from rotorsim.analysis.sweeps.definition import WHAT, Over, SweepDefinition, make_sweep
-from rotorsim.analysis.sweeps.sweep import SweepResult, result_of
+from rotorsim.analysis.sweep import SweepResult, result_of
+from rotorsim.analysis.sweep_definition import REASON, WHAT, Over, SweepDefinition, make_sweep
+from rotorsim.base.display import BAR, Update, bar, visible
 from rotorsim.base.files import write_text
 from rotorsim.base.interrupt import Interrupt
-from rotorsim.base.progress import BAR, Update, bar
-from rotorsim.base.sentences import visible
 from rotorsim.base.units import show
 from rotorsim.campaign.plan import Plan
 from rotorsim.campaign.read_plan import make_plan

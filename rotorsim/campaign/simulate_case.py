@@ -7,6 +7,7 @@ without physics, for benchmarks and tests of workers and store, sleeps and draws
 
 from __future__ import annotations
 
+import json
 import os
 import time
 from collections import OrderedDict
@@ -19,13 +20,12 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from identification import make_record
-from rotorsim.analysis.cases import ANALYSES
-from rotorsim.base import json_text as json
+from rotorsim.analysis.sweep_definition import ANALYSES
 from rotorsim.base.cache import in_cache
 from rotorsim.base.errors import ConvergenceError, RotorsimError
-from rotorsim.base.files import WriteError, write_error
+from rotorsim.base.files import Lock, WriteError, write_error
 from rotorsim.base.hdf5 import check_hdf5
-from rotorsim.base.lock import Lock
+from rotorsim.base.input_files import parse_json
 from rotorsim.campaign.axes import is_analysis
 from rotorsim.campaign.plan import Case, with_changes
 from rotorsim.campaign.records import write_record
@@ -37,7 +37,7 @@ from rotorsim.experiments.running import begin, record, stream
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.compose import is_compiled
-from rotorsim.plant.probes import probe_coordinates
+from rotorsim.plant.locations import probe_coordinates
 from rotorsim.signals.record_blocks import open_record
 
 if TYPE_CHECKING:
@@ -185,7 +185,7 @@ def adopt(path: Path, key: str) -> dict[str, Any] | None:
         return None
     with suppress(OSError, KeyError, ValueError), h5py.File(path, "r") as file:
         if file.attrs["campaign_key"] == key:
-            return {"summary": json.loads(file.attrs["campaign_row"]), "bytes": path.stat().st_size, "adopted": True}
+            return {"summary": parse_json(file.attrs["campaign_row"]), "bytes": path.stat().st_size, "adopted": True}
     return None
 
 

@@ -19,6 +19,7 @@ of them is taken from the records themselves when the campaign is resumed.
 
 from __future__ import annotations
 
+import json
 import os
 import platform
 import socket
@@ -30,11 +31,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from rotorsim.base import json_text as json
 from rotorsim.base.cache import RUNS, sources_hash
 from rotorsim.base.errors import RotorsimError
-from rotorsim.base.files import is_temporary, make_folder, replacing, write_json, write_text
-from rotorsim.base.lock import BusyError, Lock, about_us
+from rotorsim.base.files import BusyError, Lock, about_us, is_temporary, make_folder, replacing, write_json, write_text
+from rotorsim.base.input_files import parse_json
 from rotorsim.base.version import installed
 from rotorsim.campaign.axes import PlanError
 from rotorsim.campaign.plan import NumberedCase, Plan, differences, text_hash
@@ -158,7 +158,7 @@ def open_store(folder: str | Path) -> Store:
     if not path.is_file():
         raise StoreError(f"{folder}: holds no campaign; give the folder that was its --out")
     try:
-        manifest = json.loads(path.read_text(encoding="utf-8-sig"))
+        manifest = parse_json(path.read_text(encoding="utf-8-sig"))
         if manifest["format"] != FORMAT:
             raise StoreError(
                 f"{path}: has format {manifest['format']!r}, this version reads {FORMAT}; use the one it is of"
@@ -177,7 +177,7 @@ def open_store(folder: str | Path) -> Store:
 
 def machines(folder: Path) -> dict[str, str]:
     """Texts of a store's machines by their hash."""
-    manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8-sig"))
+    manifest = parse_json((folder / MANIFEST).read_text(encoding="utf-8-sig"))
     return {text_hash(text): text for text in manifest["machines"].values()}
 
 
@@ -332,7 +332,7 @@ class Index:
         query += "AND (?2 IS NULL OR experiment = ?2) ORDER BY number LIMIT ?3"
         for values in self._db.execute(query, (status, experiment, limit)):
             row = dict(zip(COLUMNS, values, strict=True))
-            row["parameters"], row["summary"] = json.loads(row["parameters"]), json.loads(row["summary"] or "{}")
+            row["parameters"], row["summary"] = parse_json(row["parameters"]), parse_json(row["summary"] or "{}")
             yield IndexRow(**row)
 
     def sizes(self) -> Iterator[tuple[int, str, int | None]]:

@@ -6,7 +6,6 @@ Exit code 0: all cases are done. 2: cannot be run; one sentence gives the reason
 
 from __future__ import annotations
 
-import json
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +17,7 @@ from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import show
 from rotorsim.commands.completion import plans
-from rotorsim.commands.options import AsJson, note_compiling, quantity
+from rotorsim.commands.options import AsJson, note_compiling, print_json, quantity
 from rotorsim.commands.registry import CommandGroup, command, group
 from rotorsim.commands.results import files
 
@@ -171,7 +170,7 @@ def check(
 
 def note_compiling_of_plan(plan: Plan) -> None:
     """Print one line in a pipe, which shows no progress bar, if the first case compiles its machine."""
-    from rotorsim.base.progress import on_terminal
+    from rotorsim.base.display import on_terminal
     from rotorsim.machine import Machine
     from rotorsim.plant import Plant
 
@@ -187,7 +186,7 @@ def print_outcome(outcome: CampaignOutcome, folder: Path, as_json: bool) -> None
     """Print the outcome of a run and exit with its code."""
     numbers = {"done": outcome.done, "failed": outcome.failed, "pending": outcome.pending, "run": outcome.run}
     if as_json:
-        typer.echo(json.dumps(numbers | {"seconds": outcome.seconds, "folder": str(folder)}, indent=2))
+        print_json(numbers | {"seconds": outcome.seconds, "folder": str(folder)})
     else:
         typer.echo(
             f"{folder}: {outcome.done} done, {outcome.failed} failed, {outcome.pending} left; "
@@ -212,7 +211,7 @@ def print_status(folder: Path, most: int, as_json: bool) -> None:
 
     found, plan = status(folder, most), open_store(folder).plan
     if as_json:
-        typer.echo(json.dumps(found, indent=2))
+        print_json(found)
         return
     typer.echo(f"{plan.name}: {found[DONE]} done, {found[FAILED]} failed, {found[PENDING]} left")
     typer.echo(f"computing time {spell(found['computing_s'])}, records {found['bytes'] / 1e6:.4g} MB")

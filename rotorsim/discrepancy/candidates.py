@@ -1,7 +1,7 @@
 """Candidates of a diagnosis: forms in which an effect may be missing, their classes, screening, and which are alike.
 
 A form turns one or a few parameters of an effect and holds others at one of several options (which injector, which
-frequency). Each effect declares its forms and their signatures itself (`rotorsim.effects.diagnosis`).
+frequency). Each effect declares its forms and their signatures itself (`rotorsim.effects.base`).
 
 No campaign of a rig distinguishes forms of equal signature, and a diagnosis names their class. The classes were derived
 from the equations: a bow of the shaft and a runout at 1X both add a constant vector that turns with the shaft; delay
@@ -25,10 +25,10 @@ from typing import Any
 import numpy as np
 
 from identification import make_record
+from rotorsim.base.display import closest
 from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import quantities
 from rotorsim.base.rounding import NoAnswerError, answer
-from rotorsim.base.sentences import closest
 from rotorsim.base.units import show
 from rotorsim.discrepancy.calibration import GRID, STEP, FitParameter, ParameterPoint, calibration
 from rotorsim.discrepancy.comparison import SensitivityColumns, TwinComparison
@@ -37,7 +37,7 @@ from rotorsim.discrepancy.records import make_trial, make_trials, open_records
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import NO_SOLUTION, Twin
 from rotorsim.effects import REGISTRY
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import CandidateForm
 from rotorsim.machine import Machine, load_machine
 
 ALIAS = 0.95

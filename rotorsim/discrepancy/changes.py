@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError, MachineFileError
+from rotorsim.base.input_files import parse_json
 from rotorsim.effects import REGISTRY
 from rotorsim.effects.base import TURN
 from rotorsim.machine import Machine
@@ -48,7 +48,7 @@ def _table(stated: object, name: str) -> dict[str, Any]:
     if stated is None or stated == "":
         return {}
     try:
-        table = json.loads(stated) if isinstance(stated, (str, bytes)) else stated
+        table = parse_json(stated) if isinstance(stated, (str, bytes)) else stated
     except ValueError as error:
         raise DataError(f"{name}: the attribute 'changes' is not JSON; give it as [changes] of a mapping") from error
     if not isinstance(table, Mapping):

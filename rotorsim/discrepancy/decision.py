@@ -10,10 +10,10 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rotorsim.base import json_text as json
+from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_json
-from rotorsim.base.sentences import did_you_mean
+from rotorsim.base.input_files import parse_json
 
 if TYPE_CHECKING:
     from rotorsim.machine import Machine
@@ -193,7 +193,7 @@ def read_steps(folder: Path, asked: Mapping[str, Any]) -> DecisionSteps:
     if not path.exists():
         return DecisionSteps(dict(asked))
     try:
-        table = json.loads(path.read_text(encoding="utf-8-sig"))
+        table = parse_json(path.read_text(encoding="utf-8-sig"))
         if table.pop("version") != VERSION:
             raise ValueError("version")
         steps = tuple(DecisionStep(**(row | {"records": tuple(row["records"])})) for row in table.pop("steps"))

@@ -22,8 +22,7 @@ from rotorsim.discrepancy.run_ups import RunupTrial, empty_sweep, planned_sweep
 from rotorsim.discrepancy.trial import Trial, planned_trial
 from rotorsim.effects.base import TURN
 from rotorsim.experiments import Coastdown, Experiment, Impact, Multisine, Runup, Staircase, Steady
-from rotorsim.experiments.experiment import reference_range
-from rotorsim.experiments.parameters import parameters
+from rotorsim.experiments.experiment import parameters, reference_range
 from rotorsim.machine import Machine
 
 PERIOD, PERIODS, SPACING, LOW, HIGH = 0.8, 3, 4, 2.5, 250.0

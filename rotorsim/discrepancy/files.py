@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import json
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
@@ -16,12 +17,11 @@ from typing import TYPE_CHECKING, Any, cast, get_type_hints
 
 import numpy as np
 
-from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError, MachineFileError
-from rotorsim.base.exchange.archive import ArchiveError, read_archive
-from rotorsim.base.exchange.plain_data import from_plain, to_plain
 from rotorsim.base.files import replacing_all, write_bytes, write_text
 from rotorsim.base.hdf5 import write_netcdf
+from rotorsim.base.input_files import ArchiveError, parse_json, read_archive
+from rotorsim.base.plain_data import from_plain, to_plain
 from rotorsim.discrepancy.machine_file import difference
 from rotorsim.discrepancy.result import Diagnosis
 from rotorsim.machine import Machine, load_machine, shipped_machines
@@ -116,7 +116,7 @@ def from_bytes(data: bytes, verdict: str) -> Diagnosis:
 def digest(verdict: str) -> str:
     """SHA-256 of a verdict's JSON, whatever its spaces and line ends; raises DataError for other text."""
     try:
-        content = json.loads(verdict)
+        content = parse_json(verdict)
     except ValueError as error:
         raise DataError(f"stands next to a verdict that is not JSON; {AGAIN}") from error
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
@@ -147,7 +147,7 @@ def _array(content: bytes) -> np.ndarray:
 
 def _content(arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
     try:
-        content = json.loads(arrays["content"].tobytes())
+        content = parse_json(arrays["content"].tobytes())
     except (KeyError, ValueError) as error:
         raise DataError(f"has no content that can be read; {AGAIN}") from error
     if not isinstance(content, dict):

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification import make_record
-from rotorsim.base import json_text as json
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.files import make_folder, replacing_all, write_json
 from rotorsim.base.hdf5 import write_netcdf
+from rotorsim.base.input_files import parse_json
 from rotorsim.discrepancy.calibration import (
     DIRECTIONS,
     MESH,
@@ -32,7 +32,7 @@ from rotorsim.discrepancy.twin import Twin, in_motion
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine, load_machine
 from rotorsim.plant.equilibrium import settle
-from rotorsim.plant.kernels.columns import COLUMNS
+from rotorsim.plant.kernels.layout import COLUMNS
 from rotorsim.plant.simulation import Simulation, split_columns
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ class SealedTruth:
 def read_truth(path: Path) -> SealedTruth:
     """Machine of a sealed truth; raises DataError where it cannot be read."""
     try:
-        table = json.loads(path.read_text(encoding="utf-8-sig"))
+        table = parse_json(path.read_text(encoding="utf-8-sig"))
         values = {FitParameter(str(name), 1.0): float(v) for name, v in table["fit_parameters"].items()}
         fixed = {str(name): float(v) for name, v in table["fixed"].items()}
         return SealedTruth(ParameterPoint(values, fixed), int(table["seed"]))

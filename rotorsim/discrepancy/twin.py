@@ -23,7 +23,7 @@ from rotorsim.effects import FILM_PORTS, REGISTRY, Effect, FilmEffect
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly, assemble
 from rotorsim.plant.equilibrium import settle
-from rotorsim.plant.kernels.columns import READ
+from rotorsim.plant.kernels.layout import READ
 from rotorsim.plant.linearise import linearise
 from rotorsim.plant.simulation import Simulation
 

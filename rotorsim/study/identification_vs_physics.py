@@ -17,9 +17,9 @@ import numpy as np
 
 import identification as idn
 from identification.campaign import identify_source
+from identification.local.confidence import project
 from identification.local.fits import actuator_signals
-from identification.local.goodness import project
-from identification.local.start import levy
+from identification.local.greybox import levy
 from identification.records.frequency_response import FrequencyResponse
 from rotorsim.analysis.supply import regulator_pressure
 from rotorsim.base.constants import TO_MPA, TO_RPM, TO_UM

@@ -31,7 +31,7 @@ from rotorsim.base.errors import LimitError
 from rotorsim.control.law import Law
 from rotorsim.experiments.catalogue.impact import Impact
 from rotorsim.experiments.limits import choked
-from rotorsim.machine.running_limits import limits_of
+from rotorsim.machine.limits import limits_of
 from rotorsim.plant import Plant
 from rotorsim.plant.simulation import Simulation
 from rotorsim.plant.validity import beyond

@@ -15,7 +15,7 @@ from rotorsim.base.cache import Cache
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
 from rotorsim.plant import Plant
-from rotorsim.report.page.page import Block, blocks_of, plain_blocks, save_study_page
+from rotorsim.report.page import Block, blocks_of, plain_blocks, save_study_page
 from rotorsim.study.identification_vs_physics import study
 from rotorsim.study.identify_records import COUNTED, QUICK, StudyGrid, run, sources_of
 from rotorsim.study.pages import identification_blocks

@@ -14,7 +14,7 @@ import pytest
 import xarray as xr
 
 from identification import validate
-from rotorsim.base.lock import BusyError, Lock
+from rotorsim.base.files import BusyError, Lock
 from rotorsim.campaign import collect, open_store, write_table
 from rotorsim.campaign.read_plan import make_plan
 from rotorsim.campaign.simulate_case import StorageError, solve

@@ -39,6 +39,9 @@ from fmu.model import PlantUnit
 from rotorsim.discrepancy.candidates import candidates
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.live.rig.settings import equip, sliders
+from rotorsim.discrepancy.search.candidates import candidates
+from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.live.settings import equip, sliders
 from rotorsim.machine.catalogue import catalogue
 from rotorsim.plant import Plant
 machine = load_machine("plain_rotor").replace("effects.belt.pull", "5 N")

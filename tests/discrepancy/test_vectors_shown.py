@@ -12,7 +12,7 @@ from rotorsim.discrepancy.twin import Twin
 from rotorsim.machine import load_machine
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise
-from rotorsim.report.diagnosis_figures import bode
+from rotorsim.report.diagnosis import bode
 
 SPEEDS = 2 * np.pi * np.arange(8.0, 38.0, 1.0)
 

@@ -49,8 +49,8 @@ def converted_from_csv(plant: rs.Plant, folder: Path) -> Path:
 
 
 def recorded_live(plant: rs.Plant, folder: Path) -> Path:
-    from rotorsim.live.rig.records import Recorder
-    from rotorsim.live.rig.rig import Rig
+    from rotorsim.live.records import Recorder
+    from rotorsim.live.rig import Rig
 
     rig = Rig(plant.machine, {})
     recorder = Recorder(rig, folder / "live.nc")

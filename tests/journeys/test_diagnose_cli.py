@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rotorsim.base.errors import DataError
-from rotorsim.commands.diagnosis.diagnose import unfinished
+from rotorsim.commands.diagnosis import unfinished
 from rotorsim.discrepancy.calibration import GRID
 from rotorsim.discrepancy.candidates import candidates
 from rotorsim.discrepancy.experiments import campaign

@@ -5,7 +5,7 @@ import json
 import pytest
 import xarray as xr
 
-from rotorsim.base.file_kinds import READ_BY
+from rotorsim.base.input_files import READ_BY
 from rotorsim.machine import machine_text
 from rotorsim.plant import Plant
 

@@ -26,6 +26,8 @@ BY_NAME = {
     "fmu/kernel_object.py",
     "identification/readers/__init__.py",
     "rotorsim/base/public.py",
+    "rotorsim/campaign/worker.py",
+    "rotorsim/commands/app.py",
     "rotorsim/effects/__init__.py",
     "rotorsim/experiments/catalogue/__init__.py",
 }

@@ -14,7 +14,7 @@ from rotorsim.machine import load_machine
 from rotorsim.plant.locations import acting_places, nozzles
 from rotorsim.report.diagnosis import diagnosis_page, next_step
 from rotorsim.report.machine_sketch import MARKS, machine_sketch
-from rotorsim.report.page.page import html
+from rotorsim.report.page import html
 from small_diagnosis import blocked, runout, small_diagnosis
 
 
