@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
@@ -71,7 +71,9 @@ def design(
     The loop is checked over the model's range.
     """
     if fields:
-        _print_fields(name, preset)
+        from rotorsim.control import field_rows, make_spec
+
+        print_rows(("field", "unit", "default", "limits", "meaning"), field_rows(make_spec(name, (), preset)))
         return
     page.check(report)
     if model is None:
@@ -109,12 +111,6 @@ def _made(name: str, model: Any, spec: Sequence[str], preset: str) -> Law:
         return make(name, model, spec, preset, lambda step: line(f"design {name}: {step} ..."))
     finally:
         line("")
-
-
-def _print_fields(name: str, preset: str) -> None:
-    from rotorsim.control import field_rows, make_spec
-
-    print_rows(("field", "unit", "default", "limits", "meaning"), field_rows(make_spec(name, (), preset)))
 
 
 def _pair(text: str) -> tuple[float, float]:
@@ -166,7 +162,8 @@ def verify(
     with results(out, "verification", ("table.json", "report.html"), force) as folder:
         page.begin(folder / "report.html", force)
         note_compiling(plant.assembly, "settle", "run")
-        result = closed_loop(loaded, plant, quick=quick, progress=_progress())
+        steps = (lambda step: print(f"{step} ...", file=sys.stderr)) if on_terminal() else None
+        result = closed_loop(loaded, plant, quick=quick, progress=steps)
         if safe:
             pair = [safe_speed(plant, one) for one in (None, loaded)]
             result.runs["safe_speed"] = pair
@@ -177,11 +174,6 @@ def verify(
         written |= page.finish(written["report"])
     _print_verification(result, written, as_json)
     raise typer.Exit(0 if result.passed else FAILED)
-
-
-def _progress() -> Callable[[str], None] | None:
-    """Steps on a terminal, silence in a pipe."""
-    return (lambda step: print(f"{step} ...", file=sys.stderr)) if on_terminal() else None
 
 
 def _first(path: Path) -> dict[str, float | None] | None:

@@ -82,16 +82,14 @@ class ExperimentOptions:
     """Next experiments: planned or made, on which rig, with which changes and rig time."""
 
     plan_next: Annotated[
-        bool,
-        typer.Option("--plan-next", help="Rank the experiments that may come next; write the best as a plan."),
+        bool, typer.Option("--plan-next", help="Rank the experiments that may come next; write the best as a plan.")
     ] = False
     allow: Annotated[
         str | None,
         typer.Option("--allow", help=f"What experiments may change: {', '.join(ALLOWED)}; all if not given."),
     ] = None
     until_decided: Annotated[
-        bool,
-        typer.Option("--until-decided", help="Make experiments on --rig until one explanation has 95 %."),
+        bool, typer.Option("--until-decided", help="Make experiments on --rig until one explanation has 95 %.")
     ] = False
     rig: Annotated[
         str | None,
@@ -209,10 +207,7 @@ def _diagnosed(
 
     names = [name for kind, name in RESULTS.items() if kind != "report"]
     given = (data.records, data.held_out, data.untouched, data.mapping, data.effect, data.tolerance)
-    with (
-        result.folder("diagnosis", *names, page=RESULTS["report"]) as folder,
-        unfinished(machine, *given) as kept,
-    ):
+    with result.folder("diagnosis", *names, page=RESULTS["report"]) as folder, unfinished(machine, *given) as kept:
         found = diagnose_records(
             machine, data.records or (), data.held_out, data.untouched, data.effect, seed, data.tolerance,
             data.mapping, progress=Stages().show, resume=kept, plan_next=allow,

@@ -158,11 +158,7 @@ def system(
     typer.echo(f"{path}: written, {path.stat().st_size / 1000:.0f} kB")
 
 
-@command(
-    "fmu check",
-    "rotorsim fmu check rotor.fmu --duration '10 s'",
-    "rs.fmu.check('rotor.fmu')",
-)
+@command("fmu check", "rotorsim fmu check rotor.fmu --duration '10 s'", "rs.fmu.check('rotor.fmu')")
 def check(
     file: UnitFile,
     duration: Annotated[str, typer.Option(help="Length of the comparison with the Python plant.")] = "1 s",
@@ -188,11 +184,7 @@ def check(
         raise typer.Exit(1)
 
 
-@command(
-    "fmu info",
-    "rotorsim fmu info rotor.fmu",
-    "rs.fmu.info('rotor.fmu')",
-)
+@command("fmu info", "rotorsim fmu info rotor.fmu", "rs.fmu.info('rotor.fmu')")
 def info(file: UnitFile, as_json: AsJson = False) -> None:
     """Show what a unit is."""
     from fmu.importer import info as facts

@@ -45,9 +45,7 @@ RESULTS = ("model.json", "model_2.json", "report.html", "study.json")
 
 
 @command(
-    "identify",
-    "rotorsim identify records --model 3 --out model.json",
-    "rs.identify_records(['records'], model=3)",
+    "identify", "rotorsim identify records --model 3 --out model.json", "rs.identify_records(['records'], model=3)"
 )
 def identify(
     paths: Annotated[list[Path], typer.Argument(metavar="PATHS", help="Folder of records, or files.")],

@@ -184,7 +184,7 @@ class Runner:
 
     def restore_effects(self) -> bool:
         """Order the effects of the machine file."""
-        return self.order(self._restore_effects)
+        return self.order(lambda: self.arrange(self.rig.settings.file))
 
     def reset(self) -> bool:
         """Order the equilibrium."""
@@ -358,9 +358,6 @@ class Runner:
             for key, kept in self.rig.settings.everything().items():
                 if kept != before[key]:
                     self.recorder.note(key, kept)
-
-    def _restore_effects(self) -> None:
-        self.arrange(self.rig.settings.file)
 
     def _reset(self) -> None:
         if self.recorder is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -197,7 +198,7 @@ def response_figure(found: xr.Dataset, places: tuple[str, ...] | None = None) ->
         x = one["response_re"].sel(axis="x").values + 1j * one["response_im"].sel(axis="x").values
         lag = -np.degrees(np.unwrap(np.angle(x)))
         lag -= 360 * np.round(np.nanmin(lag) / 360) if np.isfinite(lag).any() else 0.0
-        look = {"colour": PIN_COLOURS[k % len(PIN_COLOURS)], "name": place, "width": 2, "digits": 6}
+        look: dict[str, Any] = {"colour": PIN_COLOURS[k % len(PIN_COLOURS)], "name": place, "width": 2, "digits": 6}
         figure.add_trace(curve(speed, one["major"].values * TO_UM, legendgroup=place, **look), 1, 1)
         figure.add_trace(curve(speed, lag, legendgroup=place, showlegend=False, **look), 2, 1)
     figure.update_yaxes(title_text="major half axis [µm 0-pk]", rangemode="tozero", row=1, col=1)

@@ -327,10 +327,6 @@ def spectra(run: AnalysedRun, spectrum: Spectrum) -> go.Figure:
     return style(figure, 640)
 
 
-def _difference(run: AnalysedRun) -> SensorError:
-    return difference_of(run.record, run.highest_frequency)
-
-
 def difference_caption(run: AnalysedRun, difference: SensorError) -> str:
     """Noise levels."""
     parts = [
@@ -342,7 +338,10 @@ def difference_caption(run: AnalysedRun, difference: SensorError) -> str:
     return text + (" Lines at multiples of the shaft speed are runout." if run.revolutions >= 1 else "")
 
 
-@record_section("Measured against true displacement", _difference, difference_caption)
+@record_section(
+    "Measured against true displacement", lambda run: difference_of(run.record, run.highest_frequency),
+    difference_caption,
+)  # fmt: skip
 def sensor_noise(run: AnalysedRun, difference: SensorError) -> go.Figure:
     """Spectrum [um 0-pk] of measured less true displacement.
 
