@@ -93,7 +93,7 @@ def run_plan(
     plan: Annotated[
         str, typer.Argument(metavar="PLAN", help="Plan file, or a shipped plan: thesis.", autocompletion=plans)
     ],
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder of the campaign; resumed if it is one.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the campaign; resumed if it is one.")],
     options: RunOptions,
 ) -> None:
     """Run a plan, or what is left of it; the word `run` may be left out."""
@@ -121,7 +121,7 @@ def retry(folder: Folder, options: RunOptions) -> None:
 @command("campaign status", "rotorsim campaign status my_campaign --failed 10", "rs.campaign.status('my_campaign')")
 def status(
     folder: Folder,
-    failed: Annotated[int, typer.Option("--failed", help="How many failed cases to name.")] = 5,
+    failed: Annotated[int, typer.Option(help="How many failed cases to name.")] = 5,
     as_json: AsJson = False,
 ) -> None:
     """List numbers of finished, failed and remaining cases; also while the campaign runs."""
@@ -149,12 +149,10 @@ def status(
 def collect(
     folder: Folder,
     out: Annotated[
-        Path | None, typer.Option("--out", help="File to write: .csv for a row per case, .nc for the records in one.")
+        Path | None, typer.Option(help="File to write: .csv for a row per case, .nc for the records in one.")
     ] = None,
-    experiment: Annotated[str | None, typer.Option("--experiment", help="Experiment of the plan, for .nc.")] = None,
-    variables: Annotated[
-        str | None, typer.Option("--variables", help="Variables with commas between, for .nc.")
-    ] = None,
+    experiment: Annotated[str | None, typer.Option(help="Experiment of the plan, for .nc.")] = None,
+    variables: Annotated[str | None, typer.Option(help="Variables with commas between, for .nc.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the file.")] = False,
 ) -> None:
     """Put what is done into one table or one file; without --out, print what that would hold."""

@@ -50,15 +50,13 @@ FAILED = 1
 def design(
     name: Annotated[str, typer.Argument(help=f"{', '.join(LAWS[:-1])} or {LAWS[-1]}.", autocompletion=designs)],
     model: Annotated[Path | None, typer.Argument(help="Model that 'rotorsim identify' wrote.")] = None,
-    spec: Annotated[
-        list[str] | None, typer.Option("--spec", help="FIELD=VALUE; may be repeated; see --fields.")
-    ] = None,
-    preset: Annotated[str, typer.Option("--preset", help="Named specification, e.g. 'hardening' of lead.")] = "",
-    bias: Annotated[str, typer.Option("--bias", help="Constant references x,y, e.g. '0.5 V,0 V'.")] = "",
+    spec: Annotated[list[str] | None, typer.Option(help="FIELD=VALUE; may be repeated; see --fields.")] = None,
+    preset: Annotated[str, typer.Option(help="Named specification, e.g. 'hardening' of lead.")] = "",
+    bias: Annotated[str, typer.Option(help="Constant references x,y, e.g. '0.5 V,0 V'.")] = "",
     zero_dc: Annotated[
-        str, typer.Option("--zero-dc", help="Corner of a high-pass in front of the law, e.g. '5 Hz'; below 1250 Hz.")
+        str, typer.Option(help="Corner of a high-pass in front of the law, e.g. '5 Hz'; below 1250 Hz.")
     ] = "",
-    out: Annotated[Path | None, typer.Option("--out", help="Law file (JSON) to write; NAME.json by default.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Law file (JSON) to write; NAME.json by default.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the law file if it is there.")] = False,
     report: Annotated[bool, typer.Option("--report", help="Write an HTML report of the loop next to the law.")] = False,
     *,
@@ -141,7 +139,7 @@ def verify(
     machine: MachineName = "dtu_gas_bearing",
     quick: Annotated[bool, typer.Option("--quick", help="Five impact points, this machine alone.")] = False,
     safe: Annotated[bool, typer.Option("--safe-speed", help="Also run up until the safety circle is left.")] = False,
-    out: Annotated[Path | None, typer.Option("--out", callback=a_folder, help="Folder for report and table.")] = None,
+    out: Annotated[Path | None, typer.Option(callback=a_folder, help="Folder for report and table.")] = None,
     *,
     settings: PlantOptions,
     page: PageOptions,

@@ -70,9 +70,9 @@ class UnitOptions:
 def export(
     machine: MachineName = "dtu_gas_bearing",
     model: Annotated[str, typer.Option(help="'plant', or a JSON file of an identified LPV model.")] = "plant",
-    law: Annotated[Path | None, typer.Option("--law", help="A control law that 'rotorsim design' wrote.")] = None,
+    law: Annotated[Path | None, typer.Option(help="A control law that 'rotorsim design' wrote.")] = None,
     fmi: Annotated[str, typer.Option(help="FMI versions: 2, 3, or 2,3 for a file of each.")] = "3",
-    out: Annotated[Path, typer.Option("--out", help="File to write.")] = Path("rotor.fmu"),
+    out: Annotated[Path, typer.Option(help="File to write.")] = Path("rotor.fmu"),
     *,
     unit: UnitOptions,
     name: Annotated[
@@ -132,7 +132,7 @@ def system(
     law: Annotated[Path, typer.Argument(help="Control law that 'rotorsim design' wrote.")],
     machine: MachineName = "dtu_gas_bearing",
     fmi: Annotated[str, typer.Option(help="FMI version of the units: 2 or 3.")] = "2",
-    out: Annotated[Path, typer.Option("--out", help="File to write.")] = Path("loop.ssp"),
+    out: Annotated[Path, typer.Option(help="File to write.")] = Path("loop.ssp"),
     *,
     unit: UnitOptions,
     settings: PlantOptions,
