@@ -121,7 +121,7 @@ def study(folder: Path, inputs: Mapping[str, Any]) -> Iterator[None]:
 
 
 def _has_something(folder: Path, but: str = "") -> bool:
-    """Whether there is more in a folder than one file, temporary files and locks."""
+    """True if there is more in a folder than one file, temporary files and locks."""
     return folder.exists() and any(not one.name.startswith(".") and one.name != but for one in folder.iterdir())
 
 

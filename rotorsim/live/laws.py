@@ -101,7 +101,7 @@ FEWEST = 500
 DECAY = 1000
 """Samples after a change that are left out: free vibration of what was changed, .2 s at 5 kHz."""
 FIRST = 2.0
-"""Damping is that of modes up to so many times the plant's lowest."""
+"""Highest mode whose damping is stated, as a multiple of the plant's lowest."""
 
 
 @dataclass(frozen=True)

@@ -78,7 +78,7 @@ class Control:
 
 
 def control_of(key: str, quantity: Quantity, neutral: float = 0.0, shown: str = "", power: int = 3) -> Control:
-    """Control of a quantity with both limits, displayed in the unit `shown`, by default people's largest."""
+    """Control of a quantity with both limits, displayed in the unit `shown`, by default the largest in use."""
     kind, (low, high) = dimension(quantity.unit), quantity.bounds
     unit = shown or (kind.people[-1] if kind.people else "")
     scale = float(kind.factors[unit]) if unit else 1.0
@@ -150,7 +150,7 @@ def equip(machine: Machine) -> Machine:
 
 
 def _acts(effect: type[Effect], machine: Machine) -> bool:
-    """Whether an effect has something to act on, as far as the checks of a machine file leave that open."""
+    """True if an effect has something to act on, as far as the checks of a machine file leave that open."""
     if machine.film is None and effect.port in FILM_PORTS:
         return False
     return bool(machine.injectors) or effect.port not in ("injector", "plenum", "supply", "actuator")

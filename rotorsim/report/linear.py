@@ -119,7 +119,7 @@ def campbell_page(found: xr.Dataset, stiffness: xr.Dataset | None) -> Page:
     """Page of a Campbell diagram with critical speeds, and a critical speed map where `stiffness` is given."""
     text = (
         "Triangles up whirl forward at the measuring plane, down backward. Rings mark critical speeds. Lines end where "
-        "a mode leaves the region that is looked at or the film does not carry."
+        "a mode leaves the region that is searched or the film does not carry."
     )
     orders = ("order", "speed [rpm]", "natural frequency", "damping ratio", "amplification", "whirl", "mode")
     sure = f"Modes: {modes_line(found)}. Critical speeds are searched from {searched_line(found)}."

@@ -85,9 +85,9 @@ def blocks(one: xr.Dataset) -> list[Block]:
     if one.sizes["speed"] > 1 and one.sizes["pressure"] > 1 and varying(one):
         shaded = (
             f"Shaded red: not carried by the film, a mode grows, or within {margin:g} % of a critical speed, where the "
-            f"speed equals the natural frequency of a mode that amplifies {least:.3g} times or more (looked for beyond "
+            f"speed equals the natural frequency of a mode that amplifies {least:.3g} times or more (searched beyond "
             "the ends of the map as far as it matters). "
-            + ("Shaded grey: not known, because not all modes could be looked for. " if unknown else "")
+            + ("Shaded grey: not known, because not every mode could be searched. " if unknown else "")
             + "Whirl ratio: 1 a forward circle, 0 a line, -1 a backward circle. "
             + "".join(f"All over the map: {title} {value:.4g}. " for title, value in constants(one))
         ).strip()

@@ -265,7 +265,7 @@ def _of(kind: Any) -> dict[str, Quantity]:
 
 
 def with_unit(value: float, unit: str) -> str:
-    """A number in SI as a text of six digits in a unit that people use."""
+    """A number in SI as a text of six digits in a unit of engineers."""
     text, shown = split(show(float(value), unit))
     return quantity(float(text), shown, ".6g").strip()
 
