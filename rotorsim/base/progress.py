@@ -10,7 +10,7 @@ from functools import partial
 from itertools import count
 from typing import Any, TypeVar
 
-from rotorsim.base.sentences import direct, visible
+from rotorsim.base.display import direct, visible
 
 Block = TypeVar("Block", bound=tuple)
 Update = Callable[..., None]

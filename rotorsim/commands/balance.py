@@ -34,7 +34,7 @@ def balance(
 
     model = load_machine(machine)
     from rotorsim.balance import assess, read_conditions
-    from rotorsim.balance.results import result_rows, summary, unbalance_csv
+    from rotorsim.balance.unbalance import result_rows, summary, unbalance_csv
 
     found = assess(model, read_conditions(records, mapping), correct)
     with result.folder("balance", "balance.json", "unbalance.csv") as folder:

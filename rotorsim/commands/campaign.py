@@ -66,8 +66,8 @@ class RunOptions:
 
     def settings(self) -> Settings:
         """Settings of a run; raises DataError for incompatible options."""
-        from rotorsim.campaign.cluster import Tls
         from rotorsim.campaign.run import Settings
+        from rotorsim.campaign.scheduler import Tls
 
         tls = self.tls_ca, self.tls_cert, self.tls_key
         if self.workers is not None and self.scheduler is not None:
@@ -125,9 +125,8 @@ def status(
     as_json: AsJson = False,
 ) -> None:
     """List numbers of finished, failed and remaining cases; also while the campaign runs."""
-    from rotorsim.campaign.index import DONE, FAILED, PENDING
     from rotorsim.campaign.run import spell
-    from rotorsim.campaign.store import open_store, status as state_of
+    from rotorsim.campaign.store import DONE, FAILED, PENDING, open_store, status as state_of
 
     found, plan = state_of(folder, failed), open_store(folder).plan
     if as_json:
@@ -157,7 +156,7 @@ def collect(
 ) -> None:
     """Put what is done into one table or one file; without --out, print what that would hold."""
     from rotorsim.base.hdf5 import write_netcdf
-    from rotorsim.campaign.collection import collect as collected, write_table
+    from rotorsim.campaign.records import collect as collected, write_table
 
     names = None if variables is None else [name.strip() for name in variables.split(",")]
     if out is not None and out.suffix not in (".csv", ".nc"):
@@ -199,7 +198,7 @@ def check(
 
 def note_compiling_of_plan(plan: Plan) -> None:
     """Print one line in a pipe, which shows no progress bar, if the first case compiles its machine."""
-    from rotorsim.base.progress import on_terminal
+    from rotorsim.base.display import on_terminal
     from rotorsim.machine import Machine
     from rotorsim.plant import Plant
 

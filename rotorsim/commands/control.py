@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 
-from rotorsim.base import json_text as json
+from rotorsim.base.display import line, on_terminal
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_json
-from rotorsim.base.progress import line, on_terminal
+from rotorsim.base.input_files import parse_json
 from rotorsim.base.units import parse
 from rotorsim.commands.completion import LAWS, designs
 from rotorsim.commands.options import (
@@ -177,7 +177,7 @@ def verify(
 def _first(path: Path) -> dict[str, float | None] | None:
     """Bounds of the first verification in the folder, from the table that is replaced; None where it states none."""
     try:
-        before = json.loads(path.read_text(encoding="utf-8-sig"))
+        before = parse_json(path.read_text(encoding="utf-8-sig"))
         found = before.get("first_criteria", before["criteria"])
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
@@ -185,7 +185,7 @@ def _first(path: Path) -> dict[str, float | None] | None:
 
 
 def _plain(result: Verification) -> dict[str, object]:
-    from rotorsim.verify.safe_speed import comparison
+    from rotorsim.verify.transients import comparison
 
     numbers: dict[str, object] = {"law": result.law.name, "machine": result.machine, "passed": result.passed}
     numbers |= {"criteria": result.settings["criteria"], "first_criteria": result.settings["first"]}
@@ -216,7 +216,7 @@ def _print_verification(result: Verification, files: dict[str, str], as_json: bo
     for bound in result.settings["edited"]:
         console.print(f"edited bound: {escape(bound)}")
     if "safe_speed" in result.runs:
-        from rotorsim.verify.safe_speed import sentence
+        from rotorsim.verify.transients import sentence
 
         console.print(escape(f"safe speed: {sentence(*result.runs['safe_speed'])}"), soft_wrap=True)
     console.print(f"{result.law.name} on {result.machine}: {'passed' if result.passed else 'FAILED'}")

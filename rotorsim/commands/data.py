@@ -251,7 +251,7 @@ def _unused(record: xr.Dataset) -> list[str]:
 
 def _with_likely(column: str) -> str:
     """A column's name, and the channel that was probably meant."""
-    from identification.records.column_names import likely
+    from identification.records.proposal import likely
 
     meant = likely(column)
     return f"{column!r} (did you mean '{meant}'?)" if meant else repr(column)

@@ -33,11 +33,11 @@ from rotorsim.commands.options import (
 )
 from rotorsim.commands.registry import CommandGroup, command, group
 from rotorsim.commands.results import files, results
-from rotorsim.discrepancy.plan.allowed import ALLOWED, check_allowed
+from rotorsim.discrepancy.decision import ALLOWED, check_allowed
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
-    from rotorsim.discrepancy.rigs import ExperimentRig
+    from rotorsim.discrepancy.loop import ExperimentRig
     from rotorsim.machine import Machine
 
 BUDGET, WAIT = "30 min", "8 h"
@@ -123,7 +123,7 @@ class ExperimentOptions:
 
     def open_rig(self, machine: Machine) -> ExperimentRig:
         """The rig, with the longest wait for a record; raises DataError where the text names none."""
-        from rotorsim.discrepancy.rigs import open_rig
+        from rotorsim.discrepancy.loop import open_rig
 
         longest = MINUTE * _minutes("--wait", self.wait or WAIT)
         return open_rig(str(self.rig), machine, longest)
@@ -194,7 +194,7 @@ def _diagnosed(
 ) -> tuple[Diagnosis, dict[str, str]]:
     """The diagnosis, with a plan of experiments that change what `allow` names, and its files."""
     from rotorsim.discrepancy import diagnose as diagnose_records
-    from rotorsim.discrepancy.outcome.files import RESULTS
+    from rotorsim.discrepancy.files import RESULTS
 
     names = [name for kind, name in RESULTS.items() if kind != "report"]
     given = (data.records, data.held_out, data.untouched, data.mapping, data.effect, data.tolerance)
@@ -229,8 +229,8 @@ def run_loop(
 ) -> tuple[Diagnosis, dict[str, str]]:  # fmt: skip
     """The last diagnosis of a loop of experiments, and its files."""
     from rotorsim.discrepancy import decide
-    from rotorsim.discrepancy.outcome.files import RESULTS
-    from rotorsim.discrepancy.outcome.steps import FILE
+    from rotorsim.discrepancy.decision import FILE
+    from rotorsim.discrepancy.files import RESULTS
     from rotorsim.machine import load_machine
 
     out, loaded = result.out or FOLDER, load_machine(machine)
@@ -334,7 +334,7 @@ def diagnosis(
     Nothing is computed: the numbers are those in the folder.
     """
     from rotorsim.discrepancy import load_diagnosis
-    from rotorsim.discrepancy.outcome.files import RESULTS
+    from rotorsim.discrepancy.files import RESULTS
 
     page.check()
     found = load_diagnosis(folder)

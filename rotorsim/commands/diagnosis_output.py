@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING
 import typer
 
 from rotorsim.base.constants import TO_UM
-from rotorsim.base.progress import end_line, line, on_terminal
+from rotorsim.base.display import end_line, line, on_terminal
 from rotorsim.commands.options import print_files, print_json
-from rotorsim.discrepancy.explanation import LEAST_SHOWN, shown_share
+from rotorsim.discrepancy.verdict import LEAST_SHOWN, shown_share
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
-    from rotorsim.discrepancy.outcome.steps import DecisionSteps
-    from rotorsim.discrepancy.plan.ranking import ExperimentPlan
+    from rotorsim.discrepancy.decision import DecisionSteps
+    from rotorsim.discrepancy.ranking import ExperimentPlan
 
 STAGES = {
     "compile": "compiling the machine with all candidate effects, on three grids and laws: about 50 s, once",
@@ -46,7 +46,7 @@ def show(diagnosis: Diagnosis, files: dict[str, str], as_json: bool) -> None:
 
 
 def _lines(diagnosis: Diagnosis) -> Iterator[str]:
-    from rotorsim.discrepancy.outcome.result import PLAN_NEXT
+    from rotorsim.discrepancy.result import PLAN_NEXT
 
     if diagnosis.steps is not None:
         yield diagnosis.steps.table()
@@ -64,6 +64,7 @@ def _lines(diagnosis: Diagnosis) -> Iterator[str]:
 
 
 def _odds(diagnosis: Diagnosis) -> Iterator[str]:
+
     for one in diagnosis.explanations[:4]:
         if one.probability >= LEAST_SHOWN:
             yield f"  probability {shown_share(one.probability)}: {one.name}"
@@ -83,7 +84,7 @@ def _effects(diagnosis: Diagnosis) -> Iterator[str]:
 
 def _disagreement(diagnosis: Diagnosis) -> Iterator[str]:
     """Groups of lines beyond the floor, the gap that is gone, the equivalent force of what is left."""
-    from rotorsim.discrepancy.outcome.gap import reduction
+    from rotorsim.discrepancy.gap import reduction
 
     for flag in diagnosis.localisation[:6]:
         yield (
@@ -143,6 +144,7 @@ class StepPrinter:
 
     def show(self, steps: DecisionSteps) -> None:
         """Print what is new, on standard error where the result is JSON."""
+
         stream = sys.stderr if self.as_json else sys.stdout
         if on_terminal():
             end_line()

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import DataError
-from rotorsim.base.sentences import did_you_mean
 from rotorsim.base.units import parse, show
 from rotorsim.commands.options import (
     MachineName,
@@ -55,7 +55,7 @@ class Experiments(CommandGroup):
 
     def names(self) -> Iterable[str]:
         """Names of all experiments."""
-        from rotorsim.experiments.catalogue import EXPERIMENTS
+        from rotorsim.experiments.experiment import EXPERIMENTS
 
         return EXPERIMENTS
 
@@ -70,8 +70,7 @@ class Experiments(CommandGroup):
 def experiment_function(name: str, words: str) -> Callable[..., None]:
     """Function of the command `rotorsim WORDS` of an experiment: an option for each parameter, then the common ones."""
     from rotorsim.commands.closed_loop import FILES, ClosedLoopSetup
-    from rotorsim.experiments.catalogue import EXPERIMENTS
-    from rotorsim.experiments.parameters import parameters
+    from rotorsim.experiments.experiment import EXPERIMENTS, parameters
 
     kind = EXPERIMENTS[name]
     setup: Any = ClosedLoopSetup if name == "controlled" else kind
@@ -138,7 +137,7 @@ def run_experiment(
     plant = settings.plant(machine)
     if not kind.drives_reference:  # those that do are refused as a whole without a film
         _check_film(plant, given.get(OF_FILM), settings.grid)
-    from rotorsim.experiments.parameters import ask_speeds
+    from rotorsim.experiments.experiment import ask_speeds
     from rotorsim.experiments.running import record
 
     chosen = setup(**given, Ts=plant.machine.sampling_time)
@@ -195,7 +194,7 @@ def _report(path: Path, folder: ResultFolder, experiment: Experiment, outcome: O
 def result_rows(summary: dict[str, Any]) -> Rows:
     """Labels and values of the results that every experiment has; `summary` as from `summarise_experiment`."""
     from rotorsim.experiments.experiment import pair
-    from rotorsim.signals.probes import shown
+    from rotorsim.signals.record_blocks import shown_reading
 
     speed, disc = summary["speed_rpm"], summary["disc"]
     rows = [
@@ -213,7 +212,7 @@ def result_rows(summary: dict[str, Any]) -> Rows:
         if summary[key] and any(summary[key]):
             rows.append((label, pair(summary[key], unit)))
     for name, p in summary.get("probes", {}).items():
-        text = f"{shown(p['peak'], p['unit'])}, {shown(p['rms'], p['unit'])}"
+        text = f"{shown_reading(p['peak'], p['unit'])}, {shown_reading(p['rms'], p['unit'])}"
         rows.append((f"Probe {name}: peak, rms about the mean", text))
     return rows
 

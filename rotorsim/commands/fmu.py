@@ -92,9 +92,7 @@ def export(
             "--grid, --time-step and --set: change the plant, not a law or an identified model; leave them out"
         )
     plant = settings.plant(machine) if of_plant else None
-    from fmu.binaries import choose
-    from fmu.export import export as write, file_names, versions
-    from fmu.kinds import named
+    from fmu.export import choose, export as write, file_names, named, versions
 
     chosen, platforms, start = versions(fmi), choose(unit.targets), unit.start
     with files(*file_names(out, chosen).values(), force=force):
@@ -111,7 +109,7 @@ def _unit_of(
     plant: Plant | None, law: Path | None, model: Path, start: tuple[float | None, float | None]
 ) -> PlantUnit | LinearUnit | LawUnit:
     """Unit of a law, else of a plant, else of an identified model; whether it extrapolates is printed."""
-    from fmu.kinds import law_unit, linear_unit, plant_unit
+    from fmu.export import law_unit, linear_unit, plant_unit
 
     if law is not None:
         return law_unit(law, *start)
@@ -140,9 +138,7 @@ def system(
     as_json: AsJson = False,
 ) -> None:
     """Write plant and control law, wired, as one .ssp file."""
-    from fmu.binaries import choose
-    from fmu.export import versions
-    from fmu.kinds import law_unit, plant_unit
+    from fmu.export import choose, law_unit, plant_unit, versions
     from fmu.ssp import export_system
 
     if len(versions(fmi)) > 1:

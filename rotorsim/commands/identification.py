@@ -15,10 +15,9 @@ import typer
 from rich.markup import escape
 from rich.table import Column
 
+from rotorsim.base.display import counter, told_apart
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import replacing_all, write_json
-from rotorsim.base.progress import counter
-from rotorsim.base.sentences import told_apart
 from rotorsim.commands.options import (
     AsJson,
     Console,
@@ -38,7 +37,7 @@ from rotorsim.commands.results import files, refuse_campaign, study as study_fol
 if TYPE_CHECKING:
     from identification import Prefilter
     from identification.campaign import SourceResult
-    from rotorsim.study.plans import StudyGrid
+    from rotorsim.study.identify_records import StudyGrid
 
 RESULTS = ("model.json", "model_2.json", "report.html", "study.json")
 """Files in the folder; where the last is, the others are complete."""
@@ -74,7 +73,7 @@ def identify(
     Records at several operating points give an LPV model.
     """
     from identification import Prefilter
-    from identification.local.dead_time import FREE
+    from identification.local.fits import FREE
 
     _check(surfaces, refine, runout, median)
     corner = quantity("lowpass", lowpass, "Hz") if lowpass else None
@@ -104,8 +103,8 @@ def identify(
 def _check(surfaces: str, refine: str, runout: str, median: int) -> None:
     """Refuse what would be refused after minutes of work."""
     from identification.lpv.fit import REFINEMENTS
-    from identification.lpv.surfaces import ORDERS
-    from identification.records.runout import KINDS
+    from identification.lpv.model import ORDERS
+    from identification.records.sensors import KINDS
 
     degrees = (*map(str, ORDERS), "hold-out")
     for option, value, known in (
@@ -246,10 +245,8 @@ def identification_vs_physics(
     refuse_campaign(out)
     plant, layout = plant_of(machine), _layout(quick, speed, pressure)
     from rotorsim.report.page import save_study_page
-    from rotorsim.study.identification_vs_physics import HEADS, rows, study, summary
-    from rotorsim.study.identify_records import sources_of
-    from rotorsim.study.pages import identification_blocks
-    from rotorsim.study.plans import COUNTED, run
+    from rotorsim.study.identification_vs_physics import HEADS, identification_blocks, rows, study, summary
+    from rotorsim.study.identify_records import COUNTED, run, sources_of
 
     records = [str(folder.absolute()) for folder in campaign or []]
     inputs = {"kind": "identification", "machine": plant.machine.hash, "records": records, "surfaces": surfaces}
@@ -280,7 +277,7 @@ def identification_vs_physics(
 def _layout(quick: bool, speed: str | None, pressure: str | None) -> StudyGrid:
     """Grid of operating points, with the speeds and pressures that are given instead of the usual ones."""
     from rotorsim.analysis.axes import read_axis
-    from rotorsim.study.plans import QUICK, StudyGrid
+    from rotorsim.study.identify_records import QUICK, StudyGrid
 
     usual = QUICK if quick else StudyGrid()
     speeds = usual.speeds if speed is None else tuple(float(v) for v in read_axis("speed", speed, "rad/s"))

@@ -141,7 +141,7 @@ def _operating_line(machine: str, settings: GridOptions, speeds: str, pressure: 
 
     grid, supply = read_axis("speeds", speeds, "rad/s"), quantity("pressure", pressure, "Pa")
     plant = settings.plant(machine)
-    from rotorsim.machine.running_limits import ask_rim_speed
+    from rotorsim.machine.limits import ask_rim_speed
 
     ask_rim_speed(plant.machine, max(grid, key=abs), "--speeds")
     return plant, grid, supply
@@ -264,9 +264,9 @@ def modes(
     """Draw the modes of rotor and film at one operating point."""
     at = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
     plant = settings.plant(machine)
-    from rotorsim.analysis.mode_shapes import mode_shapes
+    from rotorsim.analysis.shaft_motion import mode_shapes
     from rotorsim.base.hdf5 import write_netcdf
-    from rotorsim.machine.running_limits import ask_rim_speed
+    from rotorsim.machine.limits import ask_rim_speed
     from rotorsim.report.scenes import lacking
 
     ask_rim_speed(plant.machine, at[0], "--speed")

@@ -12,9 +12,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from rotorsim.base.constants import TO_MPA, TO_UM
+from rotorsim.base.display import end_line, line
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.files import write_text
-from rotorsim.base.progress import end_line, line
 from rotorsim.commands.completion import (
     effects as effect_names,
     machines,
@@ -135,7 +135,7 @@ def _entry(name: str) -> dict[str, Any]:
     """An effect of the catalogue by its name."""
     from rotorsim.effects import REGISTRY
     from rotorsim.machine.catalogue import describe
-    from rotorsim.machine.effect_tables import unknown_effect
+    from rotorsim.machine.reading import unknown_effect
 
     if name in REGISTRY:
         return describe(REGISTRY[name])
@@ -236,7 +236,7 @@ def strong(found: Calibration) -> list[str]:
 
 
 def _range(low: float, high: float, quantity: str) -> str:
-    from rotorsim.analysis.figures import UNITS
+    from rotorsim.analysis.targets import UNITS
 
     scale, unit = SCALES.get(UNITS[quantity], (1.0, UNITS[quantity].replace("1", "")))
     low, high = (0.0 if abs(v * scale) < 1e-9 else v * scale for v in (low, high))

@@ -14,7 +14,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from rotorsim.base.constants import TO_RPM, TO_UM
-from rotorsim.base.progress import bar
+from rotorsim.base.display import bar
 from rotorsim.base.units import show
 from rotorsim.commands.options import Console, GridOptions, MachineName, ResultOptions, note_compiling, quantity
 from rotorsim.commands.registry import command
@@ -149,8 +149,8 @@ def _check(plant: Plant, grid: MapGrid, wanted: MapOptions) -> bool:
 
     from rotorsim.analysis.machine_map import check_quantities, machines_at_ends
     from rotorsim.analysis.supply import felt
+    from rotorsim.machine.limits import ask_rim_speed
     from rotorsim.machine.plausibility import ask_machine
-    from rotorsim.machine.running_limits import ask_rim_speed
 
     check_quantities(plant, wanted.with_lift_off, wanted.with_onset)
     ask_rim_speed(plant.machine, max(grid.speeds, key=abs), "--speed")

@@ -19,9 +19,9 @@ from rich.errors import MarkupError
 from rich.table import Column, Table
 from rich.text import Text
 
+from rotorsim.base.display import visible
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.files import WriteError
-from rotorsim.base.sentences import visible
 from rotorsim.base.units import Suggest, parse
 from rotorsim.commands.completion import machines
 from rotorsim.commands.results import refuse_replacing, results

@@ -67,10 +67,10 @@ def sweep(
     """
     page.check(report)
     plant = settings.plant(machine)
-    from rotorsim.analysis.sweeps.definition import make_sweep
-    from rotorsim.analysis.sweeps.sweep import NETCDF, TABLE
+    from rotorsim.analysis.sweep import NETCDF, TABLE
+    from rotorsim.analysis.sweep_definition import make_sweep
+    from rotorsim.campaign.run import plan_of, run_sweep
     from rotorsim.campaign.store import MANIFEST
-    from rotorsim.campaign.sweep import plan_of, run_sweep
 
     chosen = run.settings()
     point = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")

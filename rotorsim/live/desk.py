@@ -16,11 +16,10 @@ import numpy as np
 from rotorsim.analysis.modes_over_speed import least_damped, modes_over_speed
 from rotorsim.analysis.unbalance_response import half_axis, unbalances_of, whirl
 from rotorsim.analysis.whirl_onset import LeastDamped, stability_limit
-from rotorsim.base import json_text as json
 from rotorsim.base.constants import RPM
 from rotorsim.base.errors import DataError, RotorsimError
-from rotorsim.base.file_kinds import instead
 from rotorsim.base.files import make_folder, write_json
+from rotorsim.base.input_files import instead, parse_json
 from rotorsim.base.rounding import DAMPED
 from rotorsim.live.records import Replay
 from rotorsim.live.rig import Rig
@@ -172,7 +171,7 @@ def load_scene(path: Path) -> Scene:
     if path.stat().st_size > MOST:
         raise DataError(f"{path}: is larger than {MOST / 1e6:g} MB; that is not a scene")
     try:
-        content: Any = json.loads(path.read_text(encoding="utf-8"))
+        content: Any = parse_json(path.read_text(encoding="utf-8"))
     except ValueError as error:
         raise DataError(f"{path}: is not a scene, because it is not JSON; save one on a live rig") from error
     if not isinstance(content, dict) or content.get("kind") != KIND:

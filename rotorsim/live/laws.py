@@ -50,7 +50,7 @@ from rotorsim.live.settings import OFF, P_LAW, driven_axes
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import describe, settle
-from rotorsim.plant.kernels.columns import AT, DISC, DISC_READ, REFERENCE, inputs_of
+from rotorsim.plant.kernels.layout import AT, DISC, DISC_READ, REFERENCE, inputs_of
 from rotorsim.plant.linearise import linearise
 
 SHIPPED = Path(__file__).parent / "shipped"
@@ -264,7 +264,7 @@ def pins(machine: Machine, P: Any) -> System:
 
 
 def _pin(actuators: Any, per_volt: float, P: Any, k: int) -> System:
-    """Transfer from the reference to pin k over that of an ideal pin (see `rotorsim.plant.kernels.piezo`)."""
+    """Transfer from the reference to pin k over that of an ideal pin (see `rotorsim.plant.kernels.injectors`)."""
     stroke = series(
         _lag(P.amplifier_lag[k]), _lag(P.stack_lag[k], actuators.sensitivity / actuators.sensor_sensitivity)
     )

@@ -28,7 +28,7 @@ from rotorsim.base.errors import RotorsimError
 from rotorsim.base.processes import one_thread
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import settle
-from rotorsim.plant.kernels.columns import AT, FORCE, REFERENCE, SUPPLY, inputs_of
+from rotorsim.plant.kernels.layout import AT, FORCE, REFERENCE, SUPPLY, inputs_of
 from rotorsim.plant.linearise import LinearPlant, linearise
 
 BEFORE = 2000

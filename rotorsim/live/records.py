@@ -15,7 +15,7 @@ from rotorsim.live.frame import Geometry, make_frame
 from rotorsim.live.rig import LENGTH, Rig
 from rotorsim.live.settings import OFF
 from rotorsim.machine import Machine
-from rotorsim.plant.kernels.columns import (
+from rotorsim.plant.kernels.layout import (
     AT,
     COLUMNS,
     FILM_COLUMNS,
@@ -25,7 +25,7 @@ from rotorsim.plant.kernels.columns import (
     film_columns,
     inputs_of,
 )
-from rotorsim.plant.probes import probe_coordinates
+from rotorsim.plant.locations import probe_coordinates
 from rotorsim.plant.simulation import split_columns
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from rotorsim.base.errors import ControllerError, ConvergenceError, RotorsimError
 from rotorsim.effects import REGISTRY
 from rotorsim.experiments.experiment import reference_range
-from rotorsim.experiments.loop import FeedbackLoop
+from rotorsim.experiments.running import FeedbackLoop
 from rotorsim.live.laws import DECAY, StabilityVerdict, check, motion, running
 from rotorsim.live.modes import own_copy
 from rotorsim.live.settings import (
@@ -34,7 +34,7 @@ from rotorsim.live.settings import (
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.equilibrium import describe, settle
-from rotorsim.plant.kernels.columns import FORCE, N_INPUTS, REFERENCE, SPEED, SUPPLY, inputs_of
+from rotorsim.plant.kernels.layout import FORCE, N_INPUTS, REFERENCE, SPEED, SUPPLY, inputs_of
 from rotorsim.plant.simulation import Simulation
 
 SCATTER = tuple(f"{name}.{effect.random_part}" for name, effect in sorted(REGISTRY.items()) if effect.random_part)

@@ -30,7 +30,7 @@ from rotorsim.report.theme import AXIS_COLOURS, INK, NEUTRAL, PIN_COLOURS, SPECT
 from rotorsim.report.units import quantity
 from rotorsim.verify import Verification
 from rotorsim.verify.runs import Run
-from rotorsim.verify.safe_speed import sentence
+from rotorsim.verify.transients import sentence
 
 LOUD = 10.0
 """End [um] of a waterfall's colour scale: what is far into the whirl would hide all else."""

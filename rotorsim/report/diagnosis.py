@@ -12,11 +12,11 @@ from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.discrepancy import Diagnosis
-from rotorsim.discrepancy.explanation import LEAST_SHOWN, NOTHING, Explanation, shown_share
-from rotorsim.discrepancy.outcome.gap import reduction
-from rotorsim.discrepancy.outcome.machine_file import difference
-from rotorsim.discrepancy.outcome.result import FORCE, NO_ACCURACY, NOTHING_BEYOND, PLAN_NEXT, LocatedEffect, located
-from rotorsim.discrepancy.outcome.steps import DecisionSteps
+from rotorsim.discrepancy.decision import DecisionSteps
+from rotorsim.discrepancy.gap import reduction
+from rotorsim.discrepancy.machine_file import difference
+from rotorsim.discrepancy.result import FORCE, NO_ACCURACY, NOTHING_BEYOND, PLAN_NEXT, LocatedEffect, located
+from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOTHING, Explanation, shown_share
 from rotorsim.report.machine_sketch import MARKS, machine_sketch
 from rotorsim.report.page import Block, Page, page_of
 from rotorsim.report.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, phase_axes, style

@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
+from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_bytes, write_text
-from rotorsim.base.sentences import did_you_mean
 from rotorsim.report.browser import NO_CHROME, chrome, images
 from rotorsim.report.units import LEADING, NUMBER, PLACED, imperial, imperial_label, scaled, unit_in
 

@@ -12,9 +12,9 @@ from rotorsim.report.run import AnalysedRun, analyse, record_section, sensed
 from rotorsim.report.theme import AXIS_COLOURS, INK, PIN_COLOURS, compact, curve, faint, style
 from rotorsim.report.units import displacement, quantity
 from rotorsim.signals import impact
-from rotorsim.signals.frequency_response import Transfer, peak_of, welch_transfer
 from rotorsim.signals.impact import RingDown
 from rotorsim.signals.record_blocks import need, sampling_time
+from rotorsim.signals.spectra import Transfer, peak_of, welch_transfer
 from rotorsim.signals.static_gain import Branches, HysteresisLoop, loops as loops_of, static_gain as gains_of
 
 UNITS = {"reference": "µm/V", "disc_force": "µm/N"}

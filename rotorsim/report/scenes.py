@@ -44,7 +44,7 @@ def mode_turntable(found: xr.Dataset, path: str | Path, mode: int = 0, frames: i
     Parameters
     ----------
     found : Dataset
-        Of `rotorsim.analysis.mode_shapes`.
+        Of `rotorsim.analysis.shaft_motion`.
     path : path
         File to write.
     mode : int

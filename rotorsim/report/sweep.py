@@ -9,9 +9,10 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from rotorsim.analysis.sweeps.definition import SweepQuantity
-from rotorsim.analysis.sweeps.sweep import SweepResult, heading, text_of
+from rotorsim.analysis.sweep import SweepResult, heading, text_of
+from rotorsim.analysis.sweep_definition import SweepQuantity
 from rotorsim.base.constants import TO_MPA, TO_RPM
+from rotorsim.base.input_files import parse_toml
 from rotorsim.report.operating_map import MAP_SCALE
 from rotorsim.report.page import Block, Page, machine_entry, write_page
 from rotorsim.report.theme import INK, PIN_COLOURS, compact, curve, style
@@ -49,6 +50,8 @@ def write_sweep(result: SweepResult, path: str | Path, units: str = "metric", fi
 
 def sweep_page(result: SweepResult) -> Page:
     """Page of a sweep: best points, cells without a result, a chart of each quantity, a table of the cells."""
+    name = str(parse_toml(str(result.data.attrs["machine"])).get("name", "Unnamed machine"))
+    return Page(f"{name}: sweep", _about(result), _blocks(result))
     return Page(f"{machine_entry(result.data.attrs)}: sweep", _about(result), _blocks(result))
 
 

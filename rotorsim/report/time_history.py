@@ -15,8 +15,17 @@ from rotorsim.report.run import AnalysedRun, end_of_run, record_section
 from rotorsim.report.theme import AXIS_COLOURS, NEUTRAL, PIN_COLOURS, compact, curve, faint, style
 from rotorsim.report.units import quantity
 from rotorsim.signals.orders import Deceleration, deceleration_of
-from rotorsim.signals.probes import READINGS, SHOWN, names, units
-from rotorsim.signals.record_blocks import Envelope, displacement_name, envelopes, eventful_stretch, need
+from rotorsim.signals.record_blocks import (
+    READINGS,
+    SHOWN,
+    Envelope,
+    displacement_name,
+    envelopes,
+    eventful_stretch,
+    need,
+    probe_names,
+    probe_units,
+)
 
 FILM_COLOURS = (NEUTRAL, "#CC79A7", "#E69F00", "#56B4E9")
 CONTACT_COLOUR = "#CC3311"
@@ -251,7 +260,7 @@ def probe_readings(run: AnalysedRun, _: None) -> go.Figure:
     >>> record = rs.experiments.runup("probes.toml", stop=300.0)  # doctest: +SKIP
     >>> figure = rs.report.probe_readings(record)  # doctest: +SKIP
     """
-    known, scales = names(run.record), [SHOWN[unit] for unit in units(run.record)]
+    known, scales = probe_names(run.record), [SHOWN[unit] for unit in probe_units(run.record)]
     data = envelopes(run.record, [READINGS])[READINGS]
     figure = make_subplots(len(known), 1, shared_xaxes=True, vertical_spacing=0.12 / (len(known) + 2))
     for k, (name, (unit, scale)) in enumerate(zip(known, scales, strict=True)):

@@ -11,9 +11,9 @@ import typer
 from identification import load_model
 from identification.lpv.model import LpvModel
 from rotorsim.base.cache import key_of
+from rotorsim.base.display import line
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import replacing_all, write_json, write_text
-from rotorsim.base.progress import line
 from rotorsim.commands.options import AsJson, Jobs, MachineName, PageOptions, StudyFolder, plant_of, resumable
 from rotorsim.commands.registry import example
 from rotorsim.commands.results import refuse_campaign, study as study_folder

@@ -36,6 +36,9 @@ if "belt" not in REGISTRY:
     print(json.dumps({}))
     raise SystemExit
 from fmu.model import PlantUnit
+from rotorsim.discrepancy.candidates import candidates
+from rotorsim.discrepancy.twin import Twin
+from rotorsim.live.rig.settings import equip, sliders
 from rotorsim.discrepancy.search.candidates import candidates
 from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.live.settings import equip, sliders

@@ -11,7 +11,7 @@ import xarray as xr
 from fault_injection.checks import SAMPLE
 from fuzzing.disk import largest_file
 from rotorsim.base.files import WriteError
-from rotorsim.experiments.recovery import recover
+from rotorsim.experiments.recording import recover
 from rotorsim.live.records import Recorder
 from rotorsim.live.rig import Rig
 from rotorsim.machine import load_machine

@@ -28,7 +28,7 @@ from rotorsim.live.serving import application, serve
 from rotorsim.live.settings import OFF
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
-from rotorsim.plant.kernels.columns import AT, READ
+from rotorsim.plant.kernels.layout import AT, READ
 
 KEPT = 60_000
 """Samples of a run that are kept: 12 s."""

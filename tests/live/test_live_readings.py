@@ -8,7 +8,7 @@ from coarse_rig import RPM, make_rig, ran, shown
 from rotorsim.live.frame import another_growing
 from rotorsim.live.modes import RigModes, modes_at
 from rotorsim.live.runner import Runner
-from rotorsim.plant.kernels.columns import READ
+from rotorsim.plant.kernels.layout import READ
 from waiting import until
 
 

@@ -12,7 +12,7 @@ from rotorsim.live.laws import read_laws
 from rotorsim.live.rig import SCATTER, Rig
 from rotorsim.live.settings import equip, with_value
 from rotorsim.plant import Plant
-from rotorsim.plant.kernels.columns import AT
+from rotorsim.plant.kernels.layout import AT
 
 
 def fresh(changes=()):

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import pytest
 
-from rotorsim.discrepancy.outcome.files import StoredPlan
-from rotorsim.discrepancy.outcome.machine_file import IdentifiedEffect
-from rotorsim.discrepancy.outcome.result import NO_ACCURACY, PLAN_NEXT, located
-from rotorsim.discrepancy.outcome.steps import DecisionSteps
+from rotorsim.discrepancy.decision import DecisionSteps
+from rotorsim.discrepancy.files import StoredPlan
+from rotorsim.discrepancy.machine_file import IdentifiedEffect
+from rotorsim.discrepancy.result import NO_ACCURACY, PLAN_NEXT, located
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import load_machine
 from rotorsim.plant.locations import acting_places, nozzles
