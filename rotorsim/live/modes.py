@@ -151,7 +151,7 @@ def _reading(name: str, axis: int, free: np.ndarray, share: float, Ts: float) ->
     main = _pole_of_axis(thin[:LENGTH], found[0][REFERENCE_ORDER], axis, THIN * Ts)
     if main is None:
         return RingdownReading(name, why="the ring-down shows no oscillation")
-    alike = [_nearest(each, main) for one in found for each in one.values()]
+    alike = [complex(each[np.abs(each - main).argmin()]) for one in found for each in one.values()]
     f, zeta = np.abs(alike) / (2 * np.pi), -np.real(alike) / np.abs(alike)
     middle_f, middle_z = float(np.median(f)), float(np.median(zeta))
     df = float(np.abs(f - middle_f).max()) + (LEAST_F + CURVED_F * share**2) * middle_f
@@ -183,10 +183,6 @@ def _pole_of_axis(signal: np.ndarray, s: np.ndarray, axis: int, dt: float) -> co
     if not swings.any():
         return None
     return complex(s[swings][size[swings].argmax()])
-
-
-def _nearest(s: np.ndarray, main: complex) -> complex:
-    return complex(s[np.abs(s - main).argmin()])
 
 
 def _orders(angle: np.ndarray) -> np.ndarray:
