@@ -44,8 +44,8 @@ coordinates of an internal node.
 Source: Timoshenko, Vibration Problems in Engineering (1937); Nelson & McVaugh, J. Eng. Ind. 98 (1976) 593; Nelson, J.
 Mech. Design 102 (1980) 793; Zorzi & Nelson, J. Eng. Power 99 (1977) 71 (viscous internal damping) and J. Mech. Design
 102 (1980) 158 (torque); Genta, J. Vib. Acoust. 126 (2004) 459 (hysteretic damping); Friswell et al. (2010), chapter 5;
-Cowper, J. Appl. Mech. 33 (1966) 335 (shear coefficient); the rest of the shapes is beam theory. Assumes: small
-deflections, no torsion.
+Cowper, J. Appl. Mech. 33 (1966) 335 (shear coefficient); the rest of the shapes is beam theory.
+Assumes: small deflections, no torsion.
 
 Cites: cowper_1966, friswell_2010, genta_2004, nelson_1976, nelson_1980, timoshenko_1937, zorzi_1977, zorzi_1980.
 """
