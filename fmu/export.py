@@ -27,8 +27,7 @@ from fmu.law_unit import LawUnit
 from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit, Unit, check_name, header, identifier, source
 from identification.errors import ModelError
-from identification.lpv.model import LpvModel
-from identification.model_file import load_model
+from identification.lpv.model import LpvModel, load_model
 from rotorsim.base.constants import MPA, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.control import Law, load_law

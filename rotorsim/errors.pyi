@@ -25,5 +25,7 @@ from rotorsim.base.errors import (
     Unusual as Unusual,
 )
 from rotorsim.base.files import WriteError as WriteError
-from rotorsim.campaign.errors import ClusterError as ClusterError, PlanError as PlanError, StoreError as StoreError
+from rotorsim.campaign.axes import PlanError as PlanError
+from rotorsim.campaign.scheduler import ClusterError as ClusterError
+from rotorsim.campaign.store import StoreError as StoreError
 from rotorsim.signals.record_blocks import MissingError as MissingError

@@ -8,12 +8,11 @@ with an order line, in either direction, solved with the linear model at that sp
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fe_shaft import BearingElement
+from fe_shaft import BearingElement, Rotor
 from fe_shaft.modes.crossings import Crossing
 from rotorsim.analysis.axes import checked
 from rotorsim.analysis.modes_over_speed import ORDERS, ModesOverSpeed, modes_over_speed, roundness, sense
@@ -288,9 +287,6 @@ def critical_speed_map(
     """
     mesh = plant.assembly.mesh
     held = [BearingElement(mesh.node(b.position), 1.0, 0.0) for b in plant.machine.bearings]
-    found = (
-        replace(mesh.constant, bearing_elements=held, point_mass_elements=())
-        .run_ucs(stiffness, points, modes)
-        .dataset()
-    )
+    rotor = Rotor(mesh.constant.shaft_elements, mesh.constant.disk_elements, held)
+    found = rotor.run_ucs(stiffness, points, modes).dataset()
     return found.assign_attrs(plant.provenance() | {"kind": "critical_speed_map"})

@@ -7,7 +7,7 @@ import shutil
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,7 +19,18 @@ from rotorsim.base.progress import end_line, line
 from rotorsim.base.units import parse
 from rotorsim.commands.completion import parameters
 from rotorsim.commands.diagnosis_output import Stages, StepPrinter, show
-from rotorsim.commands.options import AsJson, GivenMachine, PageOptions, WithReport, a_folder, note_compiling, resumable
+from rotorsim.commands.options import (
+    AsJson,
+    GivenMachine,
+    PageOptions,
+    ResultFolder,
+    ResultOptions,
+    a_folder,
+    note_compiling,
+    print_files,
+    print_json,
+    resumable,
+)
 from rotorsim.commands.registry import CommandGroup, command, group
 from rotorsim.commands.results import files, results
 from rotorsim.discrepancy.decision import ALLOWED, check_allowed
@@ -155,20 +166,13 @@ MONTH = 30 * 86400.0
 def diagnose(
     machine: GivenMachine,
     data: DataOptions,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", callback=a_folder, help="Folder for the verdict; by default diagnosis, diagnosis-2, ..."),
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace a verdict that is in the folder.")] = False,
     seed: Annotated[int, typer.Option("--seed", help="Kept with the verdict; nothing is drawn.")] = 0,
     self_test: Annotated[
         bool, typer.Option("--self-test", help="Print which effects the campaign cannot distinguish, and stop.")
     ] = False,
     *,
     experiments: ExperimentOptions,
-    report: WithReport = True,
-    page: PageOptions,
-    as_json: AsJson = False,
+    result: ResultOptions,
 ) -> None:
     """Find the effect that a machine file lacks against records.
 
@@ -181,40 +185,47 @@ def diagnose(
     from rotorsim.machine import load_machine
 
     if self_test:
-        _self_test(machine, data, as_json)
+        _self_test(machine, data, result.as_json)
         return
-    page.check(report)
+    result.check()
     data.check(records=not experiments.until_decided)
     experiments.check(roles=bool(data.held_out or data.untouched))
     load_machine(machine)  # refused here, before anything that computes is loaded
     if experiments.until_decided:
-        found, files = run_loop(machine, data, experiments, out, force, report, page, Stages().show, as_json)
+        found, files = run_loop(machine, data, experiments, result, Stages().show)
     else:
         allow = experiments.allowed if experiments.plan_next else None
-        found, files = _diagnosed(machine, data, allow, out, force, seed, report, page)
-    show(found, files, as_json)
+        found, files = _diagnosed(machine, data, allow, seed, result)
+    show(found, files, result.as_json)
     raise typer.Exit(found.exit_code)
 
 
 def _diagnosed(
-    machine: str, data: DataOptions, allow: tuple[str, ...] | None, out: Path | None, force: bool, seed: int,
-    report: bool, page: PageOptions,
-) -> tuple[Diagnosis, dict[str, str]]:  # fmt: skip
+    machine: str, data: DataOptions, allow: tuple[str, ...] | None, seed: int, result: ResultOptions
+) -> tuple[Diagnosis, dict[str, str]]:
     """The diagnosis, with a plan of experiments that change what `allow` names, and its files."""
-    from rotorsim.discrepancy import diagnose as diagnose_records, save_diagnosis
+    from rotorsim.discrepancy import diagnose as diagnose_records
     from rotorsim.discrepancy.files import RESULTS
 
+    names = [name for kind, name in RESULTS.items() if kind != "report"]
     given = (data.records, data.held_out, data.untouched, data.mapping, data.effect, data.tolerance)
-    with results(out, "diagnosis", tuple(RESULTS.values()), force) as folder, unfinished(machine, *given) as kept:
-        page.begin(folder / RESULTS["report"], force)
+    with (
+        result.folder("diagnosis", *names, page=RESULTS["report"]) as folder,
+        unfinished(machine, *given) as kept,
+    ):
         found = diagnose_records(
             machine, data.records or (), data.held_out, data.untouched, data.effect, seed, data.tolerance,
             data.mapping, progress=Stages().show, resume=kept, plan_next=allow,
         )  # fmt: skip
-        files = save_diagnosis(found, folder, report)
-        if report:
-            files |= page.finish(files["report"])
-    return found, files
+        return found, _saved(found, folder)
+
+
+def _saved(found: Diagnosis, folder: ResultFolder) -> dict[str, str]:
+    """Paths of the files of a diagnosis by kind, which are written."""
+    from rotorsim.discrepancy import save_diagnosis
+
+    files = save_diagnosis(found, folder.path, folder.options.report)
+    return files | (folder.options.page.finish(files["report"]) if folder.options.report else {})
 
 
 def _self_test(machine: str, data: DataOptions, as_json: bool) -> None:
@@ -227,28 +238,26 @@ def _self_test(machine: str, data: DataOptions, as_json: bool) -> None:
 
 
 def run_loop(
-    machine: str, data: DataOptions, experiments: ExperimentOptions, out: Path | None, force: bool, report: bool,
-    page: PageOptions, progress: Callable[[str], None], as_json: bool,
+    machine: str, data: DataOptions, experiments: ExperimentOptions, result: ResultOptions,
+    progress: Callable[[str], None],
 ) -> tuple[Diagnosis, dict[str, str]]:  # fmt: skip
     """The last diagnosis of a loop of experiments, and its files."""
-    from rotorsim.discrepancy import decide, save_diagnosis
+    from rotorsim.discrepancy import decide
     from rotorsim.discrepancy.decision import FILE
     from rotorsim.discrepancy.files import RESULTS
     from rotorsim.machine import load_machine
 
-    folder, loaded = out or FOLDER, load_machine(machine)
+    out, loaded = result.out or FOLDER, load_machine(machine)
     budget, rig = experiments.budget_minutes, experiments.open_rig(loaded)
-    with results(folder, str(FOLDER), (*RESULTS.values(), FILE), force or (folder / FILE).exists()) as place:
-        page.begin(place / RESULTS["report"], True)
+    resumed = replace(result, out=out, force=result.force or (out / FILE).exists())
+    names = [name for kind, name in RESULTS.items() if kind != "report"]
+    with resumed.folder(str(FOLDER), *names, FILE, page=RESULTS["report"]) as folder:
         found = decide(
-            loaded, rig, budget, data.records or (), experiments.allowed, data.effect, out=place, mapping=data.mapping,
-            progress=progress, shown=StepPrinter(place / RESULTS["plan"], as_json).show, tolerance=data.tolerance,
-            anew=force,
+            loaded, rig, budget, data.records or (), experiments.allowed, data.effect, out=folder.path,
+            mapping=data.mapping, progress=progress, tolerance=data.tolerance, anew=result.force,
+            shown=StepPrinter(folder.path / RESULTS["plan"], result.as_json).show,
         )  # fmt: skip
-        files = save_diagnosis(found, place, report)
-        if report:
-            files |= page.finish(files["report"])
-    return found, files | {"steps": str(place / FILE)}
+        return found, _saved(found, folder) | {"steps": str(folder.path / FILE)}
 
 
 @contextmanager
@@ -313,7 +322,7 @@ def hide(
         records = record_hidden(believed, tuple(effect or ()), seed, out, twin=twin, progress=progress)
     files = [str(out / "records" / f"{r.attrs['record']}.nc") for r in records]
     if as_json:
-        typer.echo(json.dumps({"records": files, "sealed": str(out / "sealed" / "truth.json")}, indent=2))
+        print_json({"records": files, "sealed": str(out / "sealed" / "truth.json")})
         return
     typer.echo(f"{len(files)} records: {out / 'records'}; the truth, sealed: {out / 'sealed' / 'truth.json'}")
 
@@ -353,8 +362,7 @@ def diagnosis(
         page.begin(target, replace)
         written = {"report": str(found.report(target))} | page.finish(target)
     if as_json:
-        typer.echo(json.dumps({"verdict": found.sentence, "files": written}, indent=2))
+        print_json({"verdict": found.sentence, "files": written})
         return
     typer.echo(found.sentence)
-    for kind, path in written.items():
-        typer.echo(f"{kind}: {path}")
+    print_files(written)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 from collections.abc import Iterator
@@ -14,6 +13,8 @@ import typer
 
 from rotorsim.base.constants import TO_UM
 from rotorsim.base.display import end_line, line, on_terminal
+from rotorsim.commands.options import print_files, print_json
+from rotorsim.discrepancy.verdict import LEAST_SHOWN, shown_share
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
@@ -36,13 +37,12 @@ STAGES = {
 def show(diagnosis: Diagnosis, files: dict[str, str], as_json: bool) -> None:
     """Print the diagnosis and the paths of its files by kind."""
     if as_json:
-        typer.echo(json.dumps(diagnosis.as_dict() | {"files": files}, indent=2, default=float))
+        print_json(diagnosis.as_dict() | {"files": files})
         return
     end_line()
     for text in _lines(diagnosis):
         typer.echo(text)
-    for kind, path in files.items():
-        typer.echo(f"{kind}: {path}")
+    print_files(files)
 
 
 def _lines(diagnosis: Diagnosis) -> Iterator[str]:
@@ -64,7 +64,6 @@ def _lines(diagnosis: Diagnosis) -> Iterator[str]:
 
 
 def _odds(diagnosis: Diagnosis) -> Iterator[str]:
-    from rotorsim.discrepancy.verdict import LEAST_SHOWN, shown_share
 
     for one in diagnosis.explanations[:4]:
         if one.probability >= LEAST_SHOWN:
@@ -145,7 +144,6 @@ class StepPrinter:
 
     def show(self, steps: DecisionSteps) -> None:
         """Print what is new, on standard error where the result is JSON."""
-        from rotorsim.discrepancy.verdict import shown_share
 
         stream = sys.stderr if self.as_json else sys.stdout
         if on_terminal():

@@ -24,8 +24,7 @@ import warnings
 import numpy as np
 
 from identification import LinearModel
-from identification.lpv.model import LpvModel
-from identification.lpv.surfaces import SAME
+from identification.lpv.model import SAME, LpvModel
 from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DesignError
 from rotorsim.base.rounding import first_of_largest

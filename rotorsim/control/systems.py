@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import matrix_balance, solve_continuous_lyapunov, solve_discrete_are
 
-from identification.local.discretise import zero_order_hold
+from identification.local.simulation import zero_order_hold
 from rotorsim.base.errors import DesignError
 from rotorsim.base.rounding import decays, unstable_poles
 

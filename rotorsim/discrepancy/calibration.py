@@ -32,7 +32,7 @@ import numpy as np
 
 from rotorsim.discrepancy.twin import FAILURES, Setting, Twin
 from rotorsim.effects import REGISTRY, Effect
-from rotorsim.effects.diagnosis import INJECTOR_FLOW, CalibrationParameter
+from rotorsim.effects.base import INJECTOR_FLOW, CalibrationParameter
 from rotorsim.machine import Machine
 from rotorsim.machine.bearings import LinearBearing
 from rotorsim.plant.compose import is_compiled

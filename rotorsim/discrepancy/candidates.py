@@ -1,7 +1,7 @@
 """Candidates of a diagnosis: forms in which an effect may be missing, their classes, screening, and which are alike.
 
 A form turns one or a few parameters of an effect and holds others at one of several options (which injector, which
-frequency). Each effect declares its forms and their signatures itself (`rotorsim.effects.diagnosis`).
+frequency). Each effect declares its forms and their signatures itself (`rotorsim.effects.base`).
 
 No campaign of a rig distinguishes forms of equal signature, and a diagnosis names their class. The classes were derived
 from the equations: a bow of the shaft and a runout at 1X both add a constant vector that turns with the shaft; delay
@@ -31,13 +31,13 @@ from rotorsim.base.quantity import quantities
 from rotorsim.base.rounding import NoAnswerError, answer
 from rotorsim.base.units import show
 from rotorsim.discrepancy.calibration import GRID, STEP, FitParameter, ParameterPoint, calibration
-from rotorsim.discrepancy.comparison import SensitivityColumns, TwinComparison, columns
+from rotorsim.discrepancy.comparison import SensitivityColumns, TwinComparison
 from rotorsim.discrepancy.fit import ParameterFit, prior_rows, singular_directions
 from rotorsim.discrepancy.records import make_trial, make_trials, open_records
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import NO_SOLUTION, Twin
 from rotorsim.effects import REGISTRY
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import CandidateForm
 from rotorsim.machine import Machine, load_machine
 
 ALIAS = 0.95
@@ -105,6 +105,7 @@ def _forms(twin: Twin, name: str, recipe: CandidateForm) -> list[Form]:
     """A form of an effect for every film, option and injector; the first place belongs to the calibration if any."""
     effect, machine = REGISTRY[name], twin.machine
     place = effect.places > 1 and bool(effect.calibration_of(machine))
+    several = {parameter for parameter, values in recipe.options if len(values) > 1}
     options: list[dict[str, float]] = [{}]
     for parameter, values in recipe.options:
         options = [{**o, parameter: v} for o in options for v in values]
@@ -119,7 +120,7 @@ def _forms(twin: Twin, name: str, recipe: CandidateForm) -> list[Form]:
                 if k:
                     fixed[f"{name}.{table}.injector"] = k
                 label = f"{name}.{recipe.parameter}" + (f" of injector {k:.0f}" if k else "") + of
-                shape = ", ".join(f"{p} {v:.4g}" for p, v in option.items() if len(_values(recipe, p)) > 1)
+                shape = ", ".join(f"{p} {v:.4g}" for p, v in option.items() if p in several)
                 parameters, refine = _fit_parameters(twin, name, table, recipe), _refine(name, table, recipe, option)
                 forms.append(
                     Form(name, f"{label} @ {shape}" if shape else label, parameters, fixed, refine, recipe.axes_only)
@@ -140,10 +141,6 @@ def _injectors(twin: Twin, name: str, table: int) -> list[float]:
     if "injector" not in {f.name for f in fields(REGISTRY[name])}:
         return [0.0]
     return [float(k + 1) for k in range(twin.machine.injector_count(twin.effect(name, table)))]
-
-
-def _values(recipe: CandidateForm, parameter: str) -> tuple[float, ...]:
-    return next((v for p, v in recipe.options if p == parameter), ())
 
 
 def _fit_parameters(twin: Twin, name: str, table: int, recipe: CandidateForm) -> tuple[FitParameter, ...]:
@@ -281,9 +278,6 @@ class Screening:
     def drop(self, *numbers: int) -> tuple[float, np.ndarray]:
         """Fall of the sum of squares by a set of forms together, and the values of their parameters there."""
         columns = np.concatenate([np.arange(*self.where[i].indices(len(self.products))) for i in numbers])
-        return self._drop(columns)
-
-    def _drop(self, columns: np.ndarray) -> tuple[float, np.ndarray]:
         G, b = self.gram[np.ix_(columns, columns)], self.products[columns]
         # a column that the calibration imitates to a thousandth, or two that cancel, do not explain anything
         weak = np.diag(G) < 1e-5 * self.raw[columns]
@@ -412,7 +406,7 @@ def alias_matrix(
     comparison.sigma = np.full_like(comparison.measured, NOISE)
     parameters = calibration(comparison.twin, len(trials))
     start = ParameterPoint()
-    J = columns(comparison, start, parameters, lambda: progress("calibrate")) / NOISE
+    J = SensitivityColumns(comparison).columns(start, parameters, lambda: progress("calibrate")) / NOISE
     base = ParameterFit(parameters, start, np.zeros(len(J)), J, 0.0)
     forms, S, store = [], [], SensitivityColumns(comparison)
     for form in candidates(comparison.twin):

@@ -137,9 +137,6 @@ def _difference(where: str, old: Any, new: Any) -> dict[str, float]:
 
 def notes_on_changes(changes: Mapping[str, Mapping[str, float]]) -> list[str]:
     """A sentence on the records with known changes, by record."""
-    found = [f"{name} ({', '.join(sorted({_plain(k) for k in own}))})" for name, own in changes.items() if own]
+    plain = {name: sorted({key.partition("~")[0] for key in own}) for name, own in changes.items() if own}
+    found = [f"{name} ({', '.join(keys)})" for name, keys in plain.items()]
     return [f"changed on purpose, as stated: {'; '.join(found)}"] if found else []
-
-
-def _plain(key: str) -> str:
-    return key.partition("~")[0]

@@ -91,22 +91,22 @@ class TwinComparison:
     def spectra(self, point: ParameterPoint, twin: Twin | None = None, whole: bool = False) -> list[np.ndarray]:
         """Simulated blocks' DFTs of the trials [m]."""
         twin = twin or self.twin
-        twin.assembly  # noqa: B018  (built once, before threads)
-        first = self._first_of_repeats()
+        seen: dict[tuple[str, float], int] = {}  # repeats are simulated once
+        first = [seen.setdefault((t.inputs, round(t.angle, 9)), i) for i, t in enumerate(self.trials)]
         numbers = sorted(set(first))
         self.evaluations += len(numbers)
-        if self.threads < 2 or len(numbers) < 2:
-            found = [simulate(twin, self.trials[i], point, whole) for i in numbers]
-        else:
-            with ThreadPoolExecutor(self.threads) as pool:
-                found = list(pool.map(lambda i: simulate(twin, self.trials[i], point, whole), numbers))
-        done = dict(zip(numbers, found, strict=True))
+        done = dict(zip(numbers, self.run([(self.trials[i], point) for i in numbers], twin, whole), strict=True))
         return [done[i] for i in first]
 
-    def _first_of_repeats(self) -> list[int]:
-        """Number of the first trial with the same inputs, trial by trial: repeats are simulated once."""
-        seen: dict[tuple[str, float], int] = {}
-        return [seen.setdefault((t.inputs, round(t.angle, 9)), i) for i, t in enumerate(self.trials)]
+    def run(
+        self, jobs: Sequence[tuple[Trial, ParameterPoint]], twin: Twin, whole: bool = False
+    ) -> list[np.ndarray]:  # fmt: skip
+        """Simulated blocks' DFTs [m] of trials at points, on parallel threads: kernels let go of Python's lock."""
+        twin.assembly  # noqa: B018  (built once, before threads)
+        if self.threads < 2 or len(jobs) < 2:
+            return [simulate(twin, trial, point, whole) for trial, point in jobs]
+        with ThreadPoolExecutor(self.threads) as pool:
+            return list(pool.map(lambda job: simulate(twin, job[0], job[1], whole), jobs))
 
     def predict(self, point: ParameterPoint, twin: Twin | None = None, whole: bool = False) -> np.ndarray:
         """Simulated data vector (n,) [m] without the correction of the solver's error."""
@@ -357,16 +357,6 @@ class SensitivityColumns:
             known = self.rough.predict(same)
             self.here.append((same, known))
         return known
-
-
-def columns(
-    comparison: TwinComparison,
-    point: ParameterPoint,
-    parameters: Sequence[FitParameter],
-    progress: Callable[[], None] | None = None,
-) -> np.ndarray:
-    """Sensitivity columns of a comparison at one point."""
-    return SensitivityColumns(comparison).columns(point, parameters, progress)
 
 
 @dataclass(frozen=True)

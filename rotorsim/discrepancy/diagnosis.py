@@ -217,11 +217,6 @@ def diagnose_trials(
     return replace(found, notes=(*found.notes, *left_out))
 
 
-def _model(best: Hypothesis | None) -> str:
-    """Name of the model behind the last stage of the gap."""
-    return f"the model with {' and '.join(best.keys)}" if best is not None else "the re-calibrated model"
-
-
 def for_probes(forms: tuple[Form, ...], trials: Sequence[Trial]) -> tuple[tuple[Form, ...], list[str]]:
     """Forms that can be candidates with the trials' probes, and a sentence on the others."""
     others = sorted({f.key for f in forms if f.axes_only})
@@ -372,6 +367,7 @@ class DiagnosisRun:
         stages: list[ParameterPoint | None] = [ParameterPoint(), base.point, None if best is None else best.fit.point]
         gap = gap_dataset({role: (part, gap_of(part, stages)) for role, part in self.parts.items()})
         shown = {role: spectra_of(part, stages) for role, part in self.parts.items()}
+        model = "the re-calibrated model" if best is None else f"the model with {' and '.join(best.keys)}"
         planner = self._planner(base, verdict, search, judged)
         return Diagnosis(
             status=verdict.status,
@@ -384,7 +380,7 @@ class DiagnosisRun:
             notes=(
                 *notes,
                 *self._unsettled(comparison, best),
-                *missed_bands((one for part in shown.values() for one in part), _model(best)),
+                *missed_bands((one for part in shown.values() for one in part), model),
                 *map(null_sentence, null_vectors(proven, base.parameters)),
             ),
             calibration=calibration_of(*written, base.parameters) | self._clocks(final.point),
@@ -395,7 +391,7 @@ class DiagnosisRun:
             planner=planner,
             data_hash=data_hash(self.trials),
             spectra=shown,
-            tried=tuple(map(_row_of, verdict.tried)),
+            tried=tuple(h.as_dict() for h in verdict.tried),
         )
 
     def _odds(
@@ -465,8 +461,3 @@ class DiagnosisRun:
         comparison = self.fitted.proven(fit.point, fine)
         again = fit_parameters(comparison, fit.point, fit.parameters, fit.J, progress=lambda: self.progress("show"))
         return comparison, again
-
-
-def _row_of(h: Hypothesis) -> dict[str, Any]:
-    """Row of a hypothesis that was tried, for the stored result."""
-    return {"effects": list(h.keys), "gone": h.gone, "cost": h.fit.cost, "held_out": h.held_out, "failed": h.failed}

@@ -167,7 +167,9 @@ class ExperimentOption:
         if self.like is not None:
             found: Trial = planned_sweep(self.like, abs(getattr(self.experiment, "rate", 0.0)), self.probe_angle)
         elif isinstance(self.experiment, Coastdown):
-            found = planned_sweep(_vectors(self.experiment), self.experiment.rate or COAST, self.probe_angle)
+            one = self.experiment
+            speeds = np.arange(one.start, one.stop - 1e-9, -2 * np.pi * 2.5)[1:-1]  # a row for every 2.5 Hz
+            found = planned_sweep(empty_sweep(speeds, one.pressure), one.rate or COAST, self.probe_angle)
         else:
             rows = self.experiment.rows(0, self.experiment.samples)
             found = replace(planned_trial("next", rows), probe_angle=self.probe_angle)
@@ -285,12 +287,6 @@ def _weighed(machine: Machine, option: ExperimentOption) -> Iterator[ExperimentO
 def _on_turned_ring(option: ExperimentOption) -> ExperimentOption:
     """The same run with the ring of the probes turned."""
     return replace(option, ring=RING_ANGLE, minutes=option.minutes + MOUNT)
-
-
-def _vectors(one: Coastdown) -> RunupTrial:
-    """An empty table of vectors of a coast-down, a row for every 2.5 Hz."""
-    speeds = np.arange(one.start, one.stop - 1e-9, -2 * np.pi * 2.5)[1:-1]
-    return empty_sweep(speeds, one.pressure)
 
 
 def _of_sweep(machine: Machine, like: RunupTrial, allowed: Sequence[str]) -> Iterator[ExperimentOption]:

@@ -39,7 +39,7 @@ from rotorsim.discrepancy.calibration import (
     calibration,
     within,
 )
-from rotorsim.discrepancy.comparison import TwinComparison, columns, flagged, table
+from rotorsim.discrepancy.comparison import SensitivityColumns, TwinComparison, flagged, table
 from rotorsim.discrepancy.data_vector import TOLERANCE
 from rotorsim.discrepancy.twin import Twin
 
@@ -258,7 +258,7 @@ def recalibrate(
     parameters: tuple[FitParameter, ...] = calibration(comparison.twin, points)
     start = nearest(comparison, parameters, progress)
     comparison.set_floor(start, None, max(tolerance, ROUGH))
-    raw = columns(comparison, start, parameters, progress)
+    raw = SensitivityColumns(comparison).columns(start, parameters, progress)
     rough = fit_parameters(comparison, start, parameters, raw / comparison.sigma[:, None], steps=3, progress=progress)
     rough = closer(comparison, rough, progress)
     first = comparison.sigma.copy()

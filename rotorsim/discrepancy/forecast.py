@@ -21,8 +21,7 @@ Cites: lindley_1956, mackay_2003.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -33,7 +32,7 @@ from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.rounding import answer
 from rotorsim.discrepancy.calibration import DIRECTIONS, FitParameter, ParameterPoint
 from rotorsim.discrepancy.changes import ring_axes
-from rotorsim.discrepancy.comparison import LOST, TwinComparison, simulate
+from rotorsim.discrepancy.comparison import LOST, TwinComparison
 from rotorsim.discrepancy.data_vector import EXCITED, GROUPS, DataLayout, floor, make_layout
 from rotorsim.discrepancy.evidence import ModelForm, model_form, posterior_root, whitened_size
 from rotorsim.discrepancy.fit import ParameterFit
@@ -234,7 +233,7 @@ class Forecast:
     def means(self, trials: Sequence[Trial]) -> list[list[np.ndarray]]:
         """Responses (n,) [m] of every explanation in every trial."""
         points = {self._acting(fit): fit.point for fit in reversed(self.fits)}  # of some explanations it is the same
-        flat = iter(self._run([(trial, point) for trial in trials for point in points.values()]))
+        flat = self._run([(trial, point) for trial in trials for point in points.values()])
         found = [{acting: next(flat) for acting in points} for _ in trials]
         return [[own[self._acting(fit)] for fit in self.fits] for own in found]
 
@@ -259,7 +258,7 @@ class Forecast:
         varied = [(k, p) for k, p in varied if not own or k >= 0]
         points = {k: self.fits[max(k, 0)].point for k, _ in varied}
         moved = [points[k].moved([p], np.array([self._step(points[k], p)])) for k, p in varied]
-        flat = iter(self._run([(trial, point) for trial in trials for point in moved]))
+        flat = self._run([(trial, point) for trial in trials for point in moved])
         out = []
         for known in means:
             found: Columns = {}
@@ -274,12 +273,10 @@ class Forecast:
         value = point.values.get(p, 0.0)
         return p.step if value + p.step <= p.high else -p.step
 
-    def _run(self, jobs: Sequence[tuple[Trial, ParameterPoint]]) -> list[np.ndarray]:
-        """Responses (n,) [m] of trials at points, on all threads of the comparison."""
-        twin = self.comparison.twin
-        twin.assembly  # noqa: B018  (built once, before threads)
-        with ThreadPoolExecutor(max(self.comparison.threads, 1)) as pool:
-            return list(pool.map(lambda job: job[0].vector(simulate(twin, *job)), jobs))
+    def _run(self, jobs: Sequence[tuple[Trial, ParameterPoint]]) -> Iterator[np.ndarray]:
+        """Responses (n,) [m] of trials at points."""
+        found = self.comparison.run(jobs, self.comparison.twin)
+        return (trial.vector(spectra) for (trial, _), spectra in zip(jobs, found, strict=True))
 
     def predicted(
         self, trial: Trial, means: Sequence[np.ndarray], columns: Columns, sigma: np.ndarray

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from math import log
+from typing import Any
 
 import numpy as np
 
@@ -98,6 +99,11 @@ class Hypothesis:
     def score(self) -> float:
         """Sum of squares with priors and k ln N."""
         return self.fit.cost + (len(self.fit.parameters)) * log(len(self.fit.residual))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers and text, for the stored result."""
+        cost, keys = self.fit.cost, list(self.keys)
+        return {"effects": keys, "gone": self.gone, "cost": cost, "held_out": self.held_out, "failed": self.failed}
 
 
 @dataclass(eq=False)

@@ -27,12 +27,13 @@ from rotorsim.discrepancy.changes import RING_KEY, known_changes, ring_angle
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.data_vector import EXCITED
 from rotorsim.discrepancy.trial import (
+    LARGEST_OFFSET,
     TURNING,
     Trial,
     displacement_of,
     drift_of,
     only_probe,
-    stated_clock,
+    stated,
     trial_of,
     without_drift,
 )
@@ -70,14 +71,8 @@ UNLIKE, FOREIGN = 0.5, 0.8
 
 def stated_accuracy(record: xr.Dataset, name: str) -> float:
     """Attribute `accuracy` [m] of a record, 0 where there is none; raises DataError for one that is not a length."""
-    value = record.attrs.get("accuracy", 0.0)
-    try:
-        found = float(value)
-    except (TypeError, ValueError):
-        found = -1.0
-    if not 0 <= found < LARGEST_ACCURACY:
-        raise DataError(f"{name}: the accuracy is {value!r}; give the standard deviation of an amplitude in metres")
-    return found
+    wanted = "the standard deviation of an amplitude in metres"
+    return stated(record.attrs, "accuracy", 0.0, lambda a: 0 <= a < LARGEST_ACCURACY, name, "the accuracy", wanted)
 
 
 def check_constant(record: xr.Dataset, name: str) -> None:
@@ -215,7 +210,8 @@ def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> T
         if channel in record:
             rows[:, column : column + 2] = record[channel].values
     found = trial_of(rows, displacement, _initial_angle(record, speed, n), name)
-    clock = stated_clock(record.attrs.get("clock", 0.0), name)
+    wanted = f"the standard deviation of its offset, up to {LARGEST_OFFSET} seconds"
+    clock = stated(record.attrs, "clock", 0.0, lambda c: 0 <= c <= LARGEST_OFFSET, name, "the clock", wanted)
     spectra = found.spectra
     if clock and found.repeating:
         f, duration = found.frequencies, found.length * RIG_SAMPLE

@@ -32,7 +32,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import answer
 from rotorsim.discrepancy.changes import RING
 from rotorsim.discrepancy.records import stated_accuracy
-from rotorsim.discrepancy.trial import TURNING, Trial, displacement_of, only_probe
+from rotorsim.discrepancy.trial import TURNING, Trial, displacement_of, only_probe, stated
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -185,30 +185,16 @@ def make_sweeps(vectors: xr.Dataset, name: str, film: bool, whole: str = "") -> 
 
 def stated_turns(vectors: xr.Dataset, name: str) -> float:
     """Attribute `turns` of a table of vectors, TURNS where there is none; raises DataError below one revolution."""
-    value = vectors.attrs.get("turns", TURNS)
-    try:
-        found = float(value)
-    except (TypeError, ValueError):
-        found = 0.0
-    if not 1 <= found < MOST_TURNS:
-        raise DataError(f"{name}: turns is {value!r}; give the revolutions that a vector is fitted over, from 1 to 999")
-    return found
+    wanted = "the revolutions that a vector is fitted over, from 1 to 999"
+    return stated(vectors.attrs, "turns", TURNS, lambda turns: 1 <= turns < MOST_TURNS, name, "turns", wanted)
 
 
 def stated_rate(vectors: xr.Dataset, name: str) -> float:
     """Attribute `rate` [rad/s2] of a table of vectors, 0 if it has none; raises DataError if it is not positive."""
-    value = vectors.attrs.get("rate")
-    if value is None:
+    if vectors.attrs.get("rate") is None:
         return 0.0
-    try:
-        found = float(value)
-    except (TypeError, ValueError):
-        found = -1.0
-    if not 0 < found < np.inf:
-        raise DataError(
-            f"{name}: the ramp rate is {value!r}; give a positive number of rad/s2, e.g. 12.6 for 120 rpm/s"
-        )
-    return found
+    wanted = "a positive number of rad/s2, e.g. 12.6 for 120 rpm/s"
+    return stated(vectors.attrs, "rate", 0.0, lambda rate: 0 < rate < np.inf, name, "the ramp rate", wanted)
 
 
 def assumed_rate(speeds: np.ndarray) -> float:
@@ -290,7 +276,11 @@ def with_tables(opened: Sequence[tuple[str, xr.Dataset]]) -> list[tuple[str, xr.
 def sweeps(record: xr.Dataset) -> bool:
     """Whether a record over time is a run-up or coast-down of which vectors can be made."""
     angle, speed = (None if is_table(record) else measured(record, name) for name in ("angle", "speed"))
-    if angle is None or angle.ndim == 0 or any(_moves(record, name) for name in ("reference", "disc_force")):
+    if (
+        angle is None
+        or angle.ndim == 0
+        or any(name in record and np.ptp(record[name].values, axis=0).any() for name in ("reference", "disc_force"))
+    ):
         return False
     time = np.asarray(record["time"].values, float)
     if speed is None or speed.ndim == 0:
@@ -298,10 +288,6 @@ def sweeps(record: xr.Dataset) -> bool:
     block = max(round(BLOCK * len(time) / max(float(np.ptp(time)), 1e-300)), 1)
     slow = speed[: len(speed) // block * block].reshape(-1, block).mean(axis=1)[1:]
     return bool(len(slow) and np.ptp(slow) > max(LEAST_SWEEP, SWEEP * np.abs(slow).max()))
-
-
-def _moves(record: xr.Dataset, name: str) -> bool:
-    return name in record and bool(np.ptp(record[name].values, axis=0).any())
 
 
 def _table(record: xr.Dataset, name: str) -> xr.Dataset:

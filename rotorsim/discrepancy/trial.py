@@ -28,11 +28,11 @@ Cites: bendat_2010.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from math import inf
-from typing import TYPE_CHECKING
+from math import nan
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -392,16 +392,17 @@ def _unrepeated(values: np.ndarray, blocks: int) -> np.ndarray:
     return np.asarray((split - split.mean(axis=0)).reshape(values.shape))
 
 
-def stated_clock(value: object, name: str) -> float:
-    """Standard deviation [s] of a record's clock offset; raises DataError for one that is not a short time."""
+def stated(
+    attrs: Mapping[Any, Any], key: str, usual: float, fits: Callable[[float], bool], name: str, what: str, wanted: str
+) -> float:  # fmt: skip
+    """Number of an attribute, `usual` where there is none; raises DataError for one that does not fit."""
+    value = attrs.get(key, usual)
     try:
-        found = float(value)  # type: ignore[arg-type]
+        found = float(value)
     except (TypeError, ValueError):
-        found = inf
-    if not 0 <= found <= LARGEST_OFFSET:
-        raise DataError(
-            f"{name}: the clock is {value!r}; give the standard deviation of its offset, up to {LARGEST_OFFSET} seconds"
-        )
+        found = nan
+    if not fits(found):
+        raise DataError(f"{name}: {what} is {value!r}; give {wanted}")
     return found
 
 

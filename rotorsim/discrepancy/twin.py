@@ -47,16 +47,6 @@ FAILURES = (ConvergenceError, NoLiftOffError, MachineFileError, NoAnswerError)
 """Errors of a plant without solution."""
 
 
-def without_scatter(machine: Machine) -> Machine:
-    """Machine without the effects that scatter sensor readings."""
-    return with_effects(machine, {n: e for n, e in machine.effects.items() if REGISTRY[n].role != "scatter"})
-
-
-def with_effects(machine: Machine, effects: dict[str, tuple[Effect, ...]]) -> Machine:
-    """Machine with other effects; raises MachineFileError if they do not fit."""
-    return machine.with_({"effects": effects})
-
-
 def fits(effect: Effect, machine: Machine) -> bool:
     """True if an effect has something to act on in the machine."""
     if machine.film is None and effect.port in FILM_PORTS:
@@ -108,7 +98,7 @@ def equip(
     a table. `also` adds effects
     that are otherwise left out, `scatter` keeps those of the sensors, `only` limits the candidates.
     """
-    base = dict(machine.effects) if scatter else dict(without_scatter(machine).effects)
+    base = {name: own for name, own in machine.effects.items() if scatter or REGISTRY[name].role != "scatter"}
     slots: dict[str, int] = {}
     ahead: dict[str, tuple[Effect, ...]] = {}
     behind: dict[str, tuple[Effect, ...]] = {}
@@ -132,7 +122,7 @@ def equip(
         else:
             slots[name] = 0
             (behind if effect.ends_chain else ahead)[name] = own
-    return with_effects(machine, {**ahead, **base, **behind}), slots
+    return machine.with_({"effects": {**ahead, **base, **behind}}), slots
 
 
 def whole_turns(speed: float) -> int:

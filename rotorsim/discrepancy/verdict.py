@@ -64,8 +64,6 @@ A_FIFTH = 0.2
 """Share of the flagged excess that a partial explanation takes at least."""
 ANOTHER = 0.05
 """Share of the flagged misfit that a further effect must take."""
-STATUSES = ("no_disagreement", "named", "tie", "partial", "unknown")
-"""Verdicts of a search."""
 LEAST_GONE = {"named": 0.5, "tie": 0.5, "partial": 0.1}
 """Share of the gap on untouched records that has to go, by verdict."""
 BEYOND = "something that is not in the catalogue"
@@ -118,17 +116,18 @@ def judge(search: EffectSearch) -> SearchVerdict:
     for size in range(1, (MOST_EFFECTS if search.base_excess > 0 else 1) + 1):
         found = search.best_singles() if size == 1 else search.sets(size)
         tried += found
-        good = [h for h in found if passes(h, search) and not _needless(h, tried)]
+        # not where some of its effects alone fit the records as well
+        good = [
+            h
+            for h in found
+            if passes(h, search)
+            and not any(set(s.keys) < set(h.keys) and s.fit.cost < h.fit.cost + CLEAR for s in tried)
+        ]
         if good:
             return _accepted(search, good[0], found, known, tried)
         if size > 1 and not _worth_more(tried, size):
             break
     return _short_of_a_name(search, tried, known)
-
-
-def _needless(h: Hypothesis, tried: list[Hypothesis]) -> bool:
-    """Whether some of its effects alone fit the records as well as all of a hypothesis' do."""
-    return any(set(s.keys) < set(h.keys) and s.fit.cost < h.fit.cost + CLEAR for s in tried)
 
 
 def _worth_more(tried: list[Hypothesis], size: int) -> bool:
@@ -154,7 +153,8 @@ def _accepted(
         rivals += others
     rivals = [h for h in rivals if len(h.forms) <= len(best.forms) and not set(h.keys) < set(best.keys)]
     classes = tuple(_class_at(search, best, k, known) for k in best.keys)
-    rivals = [h for h in rivals if not _same(h, best, known)]
+    own = [class_of(k, known) for k in best.keys]
+    rivals = [h for h in rivals if [class_of(k, known) for k in h.keys] != own]
     several = any(len(c) > 1 for c in classes) or bool(rivals)
     return SearchVerdict("tie" if several else "named", best, tuple(rivals), classes, tuple(tried))
 
@@ -169,16 +169,14 @@ def _extended(search: EffectSearch, best: Hypothesis, tried: list[Hypothesis]) -
     if not good:
         return []
     first = onward.polished(good[0])
-    joined = [_joined(search, best, h) for h in (first, *tied(first, found, onward.base))]
+    joined = [
+        replace(h, forms=(*best.forms, *h.forms), excess=left, gone=share_gone(left, search.base_excess))
+        for h in (first, *tied(first, found, onward.base))
+        for left in (h.excess + search.unsteady,)
+    ]
     joined = [h for h in joined if not search.cancels(h) and search.is_sure(h, h.forms[len(best.forms) :])]
     tried += joined
     return joined
-
-
-def _joined(search: EffectSearch, best: Hypothesis, h: Hypothesis) -> Hypothesis:
-    """Hypothesis with the forms of both."""
-    left = h.excess + search.unsteady
-    return replace(h, forms=(*best.forms, *h.forms), excess=left, gone=share_gone(left, search.base_excess))
 
 
 def _class_at(search: EffectSearch, h: Hypothesis, key: str, known: set[str]) -> tuple[str, ...]:
@@ -193,11 +191,6 @@ def _class_at(search: EffectSearch, h: Hypothesis, key: str, known: set[str]) ->
         }
         alike = (*alike, *alike_by_weight(key, found, known))
     return tuple(sorted(set(alike)))
-
-
-def _same(a: Hypothesis, b: Hypothesis, known: set[str]) -> bool:
-    """Whether two hypotheses are of the same classes."""
-    return [class_of(k, known) for k in a.keys] == [class_of(k, known) for k in b.keys]
 
 
 def _short_of_a_name(search: EffectSearch, tried: list[Hypothesis], known: set[str]) -> SearchVerdict:
@@ -225,7 +218,10 @@ def untouched_gone(comparison: TwinComparison, before: np.ndarray, after: np.nda
     beyond = {_place(f) for groups in tables for f in flagged(groups)}
     if not beyond:
         return None
-    old, new = (max(sum(_power(f) for f in groups if _place(f) in beyond), 0.0) for groups in tables)
+    # sums of squares [m^2] of the groups beyond their floor
+    old, new = (
+        max(sum(f.numbers * (f.rms**2 - f.floor**2) for f in groups if _place(f) in beyond), 0.0) for groups in tables
+    )
     return 1 - sqrt(new / old) if old > 0 else -inf
 
 
@@ -239,11 +235,6 @@ def objection(status: str, names: str, gone: float | None) -> str:
 
 def _place(flag: Misfit) -> tuple[int, str, str]:
     return flag.number, flag.channel, flag.group
-
-
-def _power(flag: Misfit) -> float:
-    """Sum of squares [m^2] of a group beyond its floor."""
-    return flag.numbers * (flag.rms**2 - flag.floor**2)
 
 
 def tied(best: Hypothesis, others: Sequence[Hypothesis], base: ParameterFit) -> list[Hypothesis]:
@@ -427,22 +418,18 @@ def _merged(found: list[Explanation], known: set[str]) -> tuple[Explanation, ...
     classes: dict[tuple[object, ...], list[Explanation]] = {}
     for e in sorted(found, key=lambda e: (-e.probability, e.name)):
         classes.setdefault((e.shown, e.beyond, *sorted(class_of(k, known) for k in e.effects)), []).append(e)
-    joined = [_as_one(own) for own in classes.values()]
+    joined = [
+        replace(own[0], probability=sum(e.probability for e in own), alike=tuple(e.effects for e in own[1:]))
+        for own in classes.values()
+    ]
     unseen = tuple(e for e in joined if not e.shown)
-    out = [_with_unseen(e, unseen) if e.name == NOTHING else e for e in joined if e.shown]
+    more = sum(e.probability for e in unseen)
+    out = [
+        replace(e, probability=e.probability + more, unseen=unseen) if e.name == NOTHING else e
+        for e in joined
+        if e.shown
+    ]
     return tuple(sorted(out, key=lambda e: (-e.probability, e.name)))
-
-
-def _as_one(own: list[Explanation]) -> Explanation:
-    """Explanations of one class as one, named after the most probable."""
-    first, *others = own
-    return replace(first, probability=sum(e.probability for e in own), alike=tuple(e.effects for e in others))
-
-
-def _with_unseen(nothing: Explanation, unseen: tuple[Explanation, ...]) -> Explanation:
-    """Nothing missing together with what the records do not show."""
-    probability = nothing.probability + sum(e.probability for e in unseen)
-    return replace(nothing, probability=probability, unseen=unseen)
 
 
 def by_odds(verdict: SearchVerdict, odds: Sequence[Explanation], known: Iterable[str]) -> SearchVerdict:
@@ -451,15 +438,13 @@ def by_odds(verdict: SearchVerdict, odds: Sequence[Explanation], known: Iterable
         return verdict
     beyond = sum(e.probability for e in odds if e.beyond)
     if verdict.status in ("named", "tie") and verdict.best is not None:
-        return _partial(verdict) if beyond > LIKELY else _of_names(verdict, verdict.best, odds, set(known))
+        if beyond > LIKELY:
+            return replace(verdict, status="partial", rivals=())
+        return _of_names(verdict, verdict.best, odds, set(known))
     nothing = sum(e.probability for e in odds if not e.effects and not e.beyond)
     if verdict.status in ("unknown", "partial") and nothing >= SURE:
         return replace(verdict, status="no_disagreement", best=None, rivals=(), classes=())
     return _most_probable_part(verdict, odds, set(known)) if verdict.status == "partial" else verdict
-
-
-def _partial(verdict: SearchVerdict) -> SearchVerdict:
-    return replace(verdict, status="partial", rivals=())
 
 
 def _most_probable_part(verdict: SearchVerdict, odds: Sequence[Explanation], known: set[str]) -> SearchVerdict:

@@ -12,12 +12,14 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import Field, dataclass, field, fields, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 import numpy as np
 
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
+from rotorsim.base.public import Registry, modules_below
 from rotorsim.base.quantity import Quantity, check_fields, declared, quantity_of
 
 if TYPE_CHECKING:
@@ -86,7 +88,9 @@ def attributes(experiment: Any) -> dict[str, Any]:
 
 
 Kind = TypeVar("Kind", bound="type[Experiment]")
-EXPERIMENTS: dict[str, type[Experiment]] = {}
+EXPERIMENTS: Registry[type[Experiment]] = Registry(
+    modules_below("rotorsim.experiments.catalogue", Path(__file__).with_name("catalogue"))
+)
 """Every experiment by its name."""
 LONGEST = 1e6
 """Longest run [s]."""

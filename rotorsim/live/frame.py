@@ -21,7 +21,7 @@ from rotorsim.machine import Machine
 from rotorsim.machine.probes import reading_unit
 from rotorsim.plant.journal_room import journal_room
 from rotorsim.plant.kernels.layout import AT, COLUMNS, DISC, DISC_READ, FILM_COLUMNS, READ, REFERENCE, inputs_of
-from rotorsim.signals.probes import shown
+from rotorsim.signals.record_blocks import shown_reading
 
 ORBIT, TRACE, SPECTRUM = 1000, 2500, 5000
 """Samples behind an orbit (0.2 s at 5 kHz), a trace (0.5 s) and a spectrum (1 s)."""
@@ -166,7 +166,7 @@ def _probe_swings(rows: np.ndarray, geometry: Geometry) -> list[tuple[str, str]]
     """Name of each probe and half the peak-to-peak value of its reading over the last SWING samples."""
     first = len(COLUMNS) + geometry.pins
     half = 0.5 * np.ptp(rows[-SWING:, first : first + len(geometry.probes)], axis=0)
-    return [(name, shown(value, unit)) for value, (name, unit) in zip(half, geometry.probes, strict=True)]
+    return [(name, shown_reading(value, unit)) for value, (name, unit) in zip(half, geometry.probes, strict=True)]
 
 
 def _traces(rows: np.ndarray, pins: int, Ts: float) -> dict[str, Any]:

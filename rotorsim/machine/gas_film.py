@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import pi, tau
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pydantic import Field
 
@@ -343,10 +343,6 @@ class Injector(Part):
 
 class Actuators(Part):
     """Common data of the piezo actuators of all pins."""
-
-    earlier_keys: ClassVar[dict[str, str]] = {
-        "limit": "reference_limit", "pole": "pd_pole", "transducer": "sensor_sensitivity",
-    }  # fmt: skip
 
     mode: Literal["ideal", "voltage", "reference"] = Field(
         description="'ideal' (pins follow at once, effects of the actuators idle), 'voltage' (the reference is the "

@@ -16,7 +16,7 @@ from pydantic import BaseModel, ValidationError
 from rotorsim.base.display import closest, did_you_mean, quote
 from rotorsim.base.quantity import quantity_of
 from rotorsim.effects import REGISTRY, Effect
-from rotorsim.effects.installed import LEFT_OUT
+from rotorsim.effects.base import LEFT_OUT
 from rotorsim.machine.checks import decisive, further
 from rotorsim.machine.part import Part, PartError, choices, sentences, unknown_field
 from rotorsim.machine.plausibility import questions
@@ -44,10 +44,7 @@ def readable_effects(tables: Any) -> dict[str, tuple[Effect, ...]]:
 
 
 def unknown_effect(name: str) -> str:
-    """Sentence about a name that is no effect's; one of earlier versions has a new name, a package may have failed."""
-    renamed = next((effect.name for effect in REGISTRY.values() if name == effect.earlier_name), "")
-    if renamed:
-        return f"is called '{renamed}' now; rename it"
+    """Sentence about a name that is no effect's; the package that has it may have failed."""
     if name in LEFT_OUT:
         return LEFT_OUT[name]
     if closest(name, REGISTRY):
@@ -75,7 +72,7 @@ def _read_one(name: str, path: str, table: Any, problems: list[tuple[str, str]])
         table = {}
     for key, given in table.items():
         if key not in known:
-            problems.append((f"{path}.{key}", unknown_field(str(key), tuple(known), effect.earlier_keys)))
+            problems.append((f"{path}.{key}", unknown_field(str(key), known)))
             continue
         try:
             quantity = quantity_of(known[key])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import pi
-from typing import ClassVar
 
 from pydantic import Field
 
@@ -134,8 +133,6 @@ class Probe(Part):
 
 class Drive(Part):
     """Drive of the shaft, and the drag besides the film's once the drive is off."""
-
-    earlier_keys: ClassVar[dict[str, str]] = {"time": "speed_recovery_time"}
 
     inertia: float | None = quantity(
         "kg*m^2",

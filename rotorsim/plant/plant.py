@@ -42,7 +42,6 @@ from rotorsim.plant.kernels.layout import (
     SPEED_READ,
     SUPPLY,
 )
-from rotorsim.plant.linearise import linearise
 from rotorsim.plant.locations import probe_coordinates
 from rotorsim.plant.simulation import Simulation, split_columns
 
@@ -118,6 +117,8 @@ class Plant(Shown):
         True
         """
         speed, pressure = point(speed, pressure)
+        from rotorsim.plant.linearise import linearise  # brings sparse eigenvalues
+
         return linearise(self.assembly, settle(self.assembly, speed, pressure), speed)
 
     def to_control(self, speed: float = 0.0, pressure: float = 0.0, seed: int = 0) -> Any:

@@ -24,8 +24,7 @@ from rotorsim.report.theme import (
     style,
 )
 from rotorsim.report.units import displacement, number, quantity
-from rotorsim.signals.probes import RunoutProfile, runout_of
-from rotorsim.signals.record_blocks import need, sampling_time
+from rotorsim.signals.record_blocks import RunoutProfile, need, runout_of, sampling_time
 from rotorsim.signals.spectra import SensorError, Spectrum, difference_of, spectrum_of
 
 MOST_POINTS, MOST_LINES = 1500, 250

@@ -7,6 +7,7 @@ it into plain data once (`plain_page`): the HTML file, its figures and the table
 from __future__ import annotations
 
 import json
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -21,6 +22,7 @@ from jinja2 import Environment, StrictUndefined, Template
 from plotly.offline import get_plotlyjs
 
 from rotorsim.base.files import write_text
+from rotorsim.base.input_files import parse_toml
 from rotorsim.report.figure_files import BEGIN, END, check_kind, imperial_figure, write_figures
 from rotorsim.report.units import (
     check_units,
@@ -92,6 +94,14 @@ def page_of(kind: type) -> Callable[[Maker], Maker]:
         return make
 
     return register
+
+
+def machine_entry(attrs: Mapping[Any, Any], entry: str = "name", missing: str = "Unnamed machine") -> str:
+    """Name of the machine whose file is in the attributes of a result, or another entry, as far as it can be read."""
+    try:
+        return str(parse_toml(str(attrs.get("machine", ""))).get(entry, missing))
+    except tomllib.TOMLDecodeError:
+        return missing
 
 
 def plain_page(page: Page) -> Plain:

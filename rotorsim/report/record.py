@@ -18,16 +18,14 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.input_files import parse_toml
 from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import show, split
-from rotorsim.experiments import EXPERIMENTS, ProportionalLaw
-from rotorsim.experiments.experiment import parameters
+from rotorsim.experiments.experiment import EXPERIMENTS, parameters
 from rotorsim.experiments.limits import BEYOND, sentences
 from rotorsim.report import film, orbit, orders, responses, time_history
 from rotorsim.report.film import feed_word
-from rotorsim.report.page import RESULT_PAGES, Block, Page, check_wanted, page_of, write_page
+from rotorsim.report.page import RESULT_PAGES, Block, Page, check_wanted, machine_entry, page_of, write_page
 from rotorsim.report.run import RUNS, SECTIONS, AnalysedRun, RecordSection, analyse, end_of_run
 from rotorsim.report.units import number, quantity
-from rotorsim.signals.probes import SHOWN
-from rotorsim.signals.record_blocks import MissingError, open_record
+from rotorsim.signals.record_blocks import SHOWN, MissingError, open_record
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
@@ -35,8 +33,6 @@ if TYPE_CHECKING:
 
 CHAPTERS = (orders, orbit, responses, time_history, film)
 """Modules that register sections."""
-EXPECTED = {name: kind.figures for name, kind in EXPERIMENTS.items()}
-"""Sections of each experiment in order; where one of these cannot be made, the page states the reason."""
 POSSIBLE = ("static_gain", "hysteresis_loops", "ring_down", "response_to_force", "response_to_reference", "excitation",
             "spectra", "filtered_orbits")  # fmt: skip
 """Sections that are added, if they can be made, for a record that does not name its experiment."""
@@ -139,7 +135,8 @@ def record_page(record: xr.Dataset) -> Page:
 
 def run_page(run: AnalysedRun) -> Page:
     """Page of an analysed run."""
-    name, description = _machine_title(run)
+    name = machine_entry(run.record.attrs)
+    description = machine_entry(run.record.attrs, "description", "")
     made = list(made_sections(run))
     blocks: list[Block | tuple[Block, ...]] = [Block("Results", rows=results(run))]
     blocks += [
@@ -203,9 +200,9 @@ class MadeSection:
 
 
 def made_sections(run: AnalysedRun) -> Iterator[MadeSection]:
-    """Sections of a run's page in order, those left out with their reason."""
-    expected = EXPECTED.get(run.kind, EXPECTED["runup"])
-    possible = () if run.kind in EXPECTED else POSSIBLE
+    """Sections of a run's page in order; those that its experiment expects are left out with the reason."""
+    expected = EXPERIMENTS[run.kind if run.kind in EXPERIMENTS else "runup"].figures
+    possible = () if run.kind in EXPERIMENTS else POSSIBLE
     levels = False
     for name in (*expected, *possible, *ADDED):
         if name == "response_to_reference" and levels and name in possible:
@@ -257,7 +254,9 @@ def _shown(value: Any, form: str, scale: float) -> str:
 def quantities(attrs: Mapping[Any, Any]) -> dict[str, Quantity]:
     """Quantity of every attribute that is a parameter of the experiment, its excitations, harmonics or built-in law."""
     found = _of(EXPERIMENTS.get(str(attrs.get("experiment"))))
-    if attrs.get("controller") == ProportionalLaw.__name__:
+    if attrs.get("controller") == "ProportionalLaw":
+        from rotorsim.experiments.proportional_law import ProportionalLaw
+
         found |= _of(ProportionalLaw) | dict.fromkeys(("centre_x", "centre_y"), CENTRE)
     for key in map(str, attrs):
         if named := EXCITATION.fullmatch(key):

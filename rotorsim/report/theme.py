@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import plotly.graph_objects as go
 
@@ -55,6 +57,13 @@ def compact(values: np.ndarray, digits: int = 5) -> np.ndarray:
         scale = 10.0 ** (digits - 1 - np.floor(np.log10(np.abs(values))))
         rounded = np.round(values * scale) / scale
     return np.where(np.isfinite(rounded), rounded, values).astype(np.float32)
+
+
+def curve(x: np.ndarray, y: np.ndarray, colour: str = INK, name: str | None = None, width: float | None = None,
+          dash: str | None = None, digits: int = 5, mode: str | None = "lines", **more: Any) -> go.Scatter:  # fmt: skip
+    """Curve of compact numbers, `digits` of x; `more` are further arguments of plotly's Scatter."""
+    line = {"color": colour, "width": width, "dash": dash}
+    return go.Scatter(x=compact(x, digits), y=compact(y), mode=mode, name=name, line=line, **more)
 
 
 MOST_TURNING = 400.0

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.local.discretise import zero_order_hold
+from identification.local.simulation import zero_order_hold
 from rotorsim.base.constants import KRPM, RIG_SAMPLE
 from rotorsim.base.control_systems import control_package
 from rotorsim.control.designs import lqr

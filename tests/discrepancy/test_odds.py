@@ -11,7 +11,7 @@ from rotorsim.discrepancy.evidence import SIZES, USUAL, ModelForm, log_evidence,
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import Explanation, _merged, shown_share
 from rotorsim.effects import REGISTRY
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import CandidateForm
 from rotorsim.machine import load_machine
 
 

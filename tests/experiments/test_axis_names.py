@@ -14,7 +14,7 @@ import identification as idn
 import rotorsim as rs
 from rotorsim.campaign import collect
 from rotorsim.campaign.read_plan import make_plan
-from rotorsim.campaign.record_files import write_record
+from rotorsim.campaign.records import write_record
 from rotorsim.campaign.simulate_case import solve
 from rotorsim.campaign.store import make_store, record_path
 from rotorsim.experiments import Steady, record, run

@@ -19,7 +19,7 @@ from rotorsim.machine import Machine, machine_text
 from rotorsim.plant import Plant
 from rotorsim.report.record import made_sections
 from rotorsim.report.run import analyse
-from rotorsim.signals.probes import probe_planes
+from rotorsim.signals.record_blocks import probe_planes
 
 PAGE = Path(__file__).parents[2] / "docs" / "probes.md"
 PROBE = '\n[[probes]]\nname = "{}"\nposition = "{} mm"\nangle = "{} deg"\nquantity = "{}"\nsensitivity = "{}"\n'

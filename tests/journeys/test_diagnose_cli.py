@@ -134,7 +134,7 @@ def test_what_an_interrupted_diagnosis_computed_waits_for_the_same_command(tmp_p
     ("command", "work"),
     [
         (("diagnose", "plain_rotor", "x.nc"), "rotorsim.discrepancy.diagnose"),
-        (("study", "identification-vs-physics"), "rotorsim.study.plans.run"),
+        (("study", "identification-vs-physics"), "rotorsim.study.identify_records.run"),
     ],
 )
 def test_ctrl_c_states_that_the_same_command_continues(run, tmp_path, monkeypatch, command, work):

@@ -8,7 +8,6 @@ import pytest
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import quantity_of
 from rotorsim.base.units import parse
-from rotorsim.discrepancy.calibration import gas
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import (
     Machine,
@@ -23,10 +22,9 @@ from rotorsim.machine import (
 )
 from rotorsim.machine.part import Part
 from rotorsim.machine.plausibility import question, range_of, ranges
-from studies.thesis.experiments.measures_identification import actuators
 
 PARTS = [
-    kind for room in (rotor, bearings, gas_film, gas, actuators, numerics, probes) for kind in vars(room).values()
+    kind for room in (rotor, bearings, gas_film, numerics, probes) for kind in vars(room).values()
     if isinstance(kind, type) and issubclass(kind, Part) and kind is not Part
 ]  # fmt: skip
 HOMES = {

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from rotorsim.study.plans import StudyGrid
+from rotorsim.study.identify_records import StudyGrid
 from rotorsim.verify.transients import POINTS as TWENTY
 from studies.thesis.claims.judge import (
     MET,

@@ -74,8 +74,12 @@ def _observer(plant: System, faster: float) -> np.ndarray:
     n = plant.order - 2
     A, C = plant.A[:n, :n], plant.C[:, :n]
     poles = np.linalg.eigvals(A)
-    wanted = np.abs(poles) ** faster * np.exp(1j * np.angle(poles))
-    real = np.abs(wanted.imag) <= ALIKE * np.abs(wanted)  # moved apart: no more than two may coincide
-    apart = np.sort(wanted.real[real]) + 1e-3 * np.arange(np.count_nonzero(real))
-    wanted = np.concatenate([wanted[~real], apart])
+    wanted = _distinct(np.abs(poles) ** faster * np.exp(1j * np.angle(poles)))
     return np.vstack([place_poles(A.T, A.T @ C.T, wanted).gain_matrix.T, np.zeros((2, 2))])
+
+
+def _distinct(poles: np.ndarray) -> np.ndarray:
+    """Real poles, ascending, moved apart a little: no more than two may coincide, in whatever order they are found."""
+    real = np.abs(poles.imag) <= ALIKE * np.abs(poles)
+    apart = np.sort(poles.real[real]) + 1e-3 * np.arange(np.count_nonzero(real))
+    return np.concatenate([poles[~real], apart])
