@@ -14,8 +14,6 @@ Vector = NDArray[Any]
 
 OSCILLATES = 1e-6
 """Imaginary part over modulus above which an eigenvalue oscillates."""
-SAME = 1e-6
-"""Relative distance of an eigenvalue from the conjugate of another within which the two are a pair."""
 
 
 class Factor(Protocol):
@@ -80,7 +78,7 @@ class Region:
 
 @dataclass(frozen=True, eq=False)
 class Quotient:
-    """The determinant of a pencil over its known roots (k,) [rad/s], those below the real axis included."""
+    """The determinant of a pencil over its known roots (k,) [rad/s], none below the real axis, and their partners."""
 
     pencil: Pencil
     known: Vector
@@ -88,12 +86,8 @@ class Quotient:
     @cached_property
     def log(self) -> Callable[[complex], complex]:
         """Logarithm at s, the imaginary part modulo 2 pi; a point that is asked twice is computed once."""
-        above, below = (self.known[sign * self.known.imag > OSCILLATES * np.abs(self.known)] for sign in (1, -1))
-        real = self.known[np.abs(self.known.imag) <= OSCILLATES * np.abs(self.known)].real
-        # one of a pair that was met below the axis alone stands for both; else its partner has it divided out already
-        alone = [s for s in below if not (np.abs(above - s.conj()) < SAME * np.abs(s)).any()]
-        pairs = np.concatenate([above, np.array(alone, complex).conj()])
-        roots = np.concatenate([pairs, pairs.conj(), real])
+        real = np.abs(self.known.imag) <= OSCILLATES * np.abs(self.known)
+        roots = np.concatenate([self.known[real].real, self.known[~real], self.known[~real].conj()])
 
         @cache
         def log(s: complex) -> complex:
@@ -120,6 +114,13 @@ class Modes:
     def proven(self) -> bool:
         """Whether it is proven that none is missing."""
         return self.missing == 0
+
+    @property
+    def above(self) -> Modes:
+        """The same modes, each that was met below the real axis with its partner's eigenvalue and vectors."""
+        below = self.values.imag < -OSCILLATES * np.abs(self.values)
+        values, right, left = (np.where(below, x.conj(), x) for x in (self.values, self.right, self.left))
+        return replace(self, values=values, right=right, left=left)
 
     def take(self, which: Any) -> Modes:
         """Modes of the indices or flags `which`."""

@@ -101,7 +101,10 @@ def refined(pencil: Pencil, seed: Modes) -> Modes:
 
 
 def settled(pencil: Pencil, guess: Modes) -> Modes:
-    """Eigenpairs by inverse iteration from guesses, near ones together; what does not settle is left out."""
+    """Eigenpairs by inverse iteration from guesses, near ones together; what does not settle is left out.
+
+    Where the iteration ends below the real axis, the partner above is the mode.
+    """
     known, left_over = nothing(pencil.size), list(range(len(guess.values)))
     while left_over:
         first = guess.values[left_over[0]]
@@ -111,8 +114,8 @@ def settled(pencil: Pencil, guess: Modes) -> Modes:
         alone = [group] if found is not None or len(group) == 1 else [[k] for k in group]
         for one in alone if found is None else []:
             single = iterated(pencil, guess.take(one))
-            known = known if single is None else joined(pencil, known, single)
-        known = known if found is None else joined(pencil, known, found)
+            known = known if single is None else joined(pencil, known, single.above)
+        known = known if found is None else joined(pencil, known, found.above)
     return known
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import eigvals
@@ -58,6 +59,40 @@ def crossings(
             continue
         found += _roots(at, a, b, order)
     return np.array(sorted(found)).reshape(-1, 3)
+
+
+def counted(spectrum: Callable[[float], np.ndarray], low: float, high: float, rows: np.ndarray) -> list[int]:
+    """Intervals, of eight, in which the crossings of order 1 in `rows` are not as many upward less downward as counted.
+
+    A count of the modes below the line at both ends; where that differs, modes may have entered or left through the
+    border of damping, and each is followed to its nearest at 120 steps. Rows are those of `crossings`, which costs more
+    than a film's spectrum allows.
+    """
+    speeds = np.linspace(low, high, 9)
+    for k, speed in enumerate(speeds):
+        while len(rows) and np.abs(rows[:, 0] / speed - 1).min() < 2e-3:
+            speed *= 1.003
+        speeds[k] = speed
+    below = [int(np.sum((np.abs(s) < v) & (-s.real < DAMPED * np.abs(s)))) for v in speeds for s in [spectrum(v)]]
+    wrong = []
+    for k, (a, b) in enumerate(pairwise(speeds)):
+        net = int(-rows[(rows[:, 0] > a) & (rows[:, 0] < b), 2].sum())
+        if net != below[k + 1] - below[k] and net != _net(spectrum, np.linspace(a, b, 121)):
+            wrong.append(k)
+    return wrong
+
+
+def _net(spectrum: Callable[[float], np.ndarray], speeds: np.ndarray) -> int:
+    """Modes that fall below the line of order 1, less those that rise above it, over speeds in small steps."""
+    spectra = [s[np.abs(np.abs(s) / v - 1) < 0.3] for v in speeds for s in [spectrum(v)]]
+    net = 0
+    for v, w, here, there in zip(speeds[:-1], speeds[1:], spectra[:-1], spectra[1:], strict=True):
+        for s in here if len(there) else []:
+            other = there[np.abs(there - s).argmin()]
+            gaps = abs(s) - v, abs(other) - w
+            if gaps[0] * gaps[1] < 0 and -s.real / abs(s) - other.real / abs(other) < 2 * DAMPED:
+                net += 1 if gaps[1] < 0 else -1
+    return net
 
 
 def _roots(at: Callable[[float], np.ndarray], a: float, b: float, order: int) -> list[tuple[float, float, float]]:
