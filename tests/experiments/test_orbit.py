@@ -75,6 +75,7 @@ def test_where_nothing_follows_an_orbit_nothing_is_added(plant):
     assert not without_orbit(round_one, ProportionalLaw(1e5, 1e5), SPEED, P).amplitudes.any()
 
 
+@pytest.mark.slow
 def test_a_function_is_a_law_too(plant):
     centre = plant.equilibrium(SPEED, P).disc
     calm = without_orbit(plant, lambda measured, speed, pressure: 1e5 * (measured - centre), SPEED, P, harmonics=1)
