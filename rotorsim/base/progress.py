@@ -10,9 +10,7 @@ from functools import partial
 from itertools import count
 from typing import Any, TypeVar
 
-import numpy as np
-
-from rotorsim.base.sentences import direct, visible
+from rotorsim.base.display import direct, visible
 
 Block = TypeVar("Block", bound=tuple)
 Update = Callable[..., None]
@@ -88,7 +86,7 @@ def track(blocks: Iterable[Block], samples: int, sample: float, show: bool) -> I
             return
         begin, done = time.perf_counter(), 0
         for block in blocks:
-            done += len(np.asarray(block[0]))
+            done += len(block[0])
             elapsed = max(time.perf_counter() - begin, 1e-9)
             update(completed=done, simulated=done * sample, factor=done * sample / elapsed)
             yield block

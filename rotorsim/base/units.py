@@ -15,7 +15,7 @@ from functools import lru_cache, partial
 from math import isclose, isfinite, log, pi
 from typing import Any
 
-from rotorsim.base.sentences import quote
+from rotorsim.base.display import quote
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,21 @@ from os.path import lexists
 from pathlib import Path
 from typing import Any
 
-from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError
-from rotorsim.base.files import GROWING, finish_sets, left_behind, make_folder, sweep, write_error, write_json
-from rotorsim.base.lock import BusyError, Lock, about_us, sweep_locks
+from rotorsim.base.files import (
+    GROWING,
+    BusyError,
+    Lock,
+    about_us,
+    finish_sets,
+    left_behind,
+    make_folder,
+    sweep,
+    sweep_locks,
+    write_error,
+    write_json,
+)
+from rotorsim.base.input_files import parse_json
 
 CAMPAIGN = "store.json"
 """File by which the folder of a campaign is known."""
@@ -133,7 +144,7 @@ def _same_study(path: Path, inputs: Mapping[str, Any]) -> None:
     if not path.exists():
         return
     try:
-        known = dict(json.loads(path.read_text(encoding="utf-8-sig")))
+        known = dict(parse_json(path.read_text(encoding="utf-8-sig")))
     except (ValueError, TypeError) as error:
         raise DataError(f"{path}: is damaged; name another folder") from error
     wrong = [name for name in inputs if known.get(name) != inputs[name]]
@@ -205,7 +216,7 @@ def name_recovered(folder: Path) -> None:
     tidy(folder)
     if not left_behind(folder, GROWING):
         return
-    from rotorsim.experiments.recovery import duration, recover  # brings the plant with it
+    from rotorsim.experiments.recording import duration, recover  # brings the plant with it
 
     for path, _ in recover(folder):
         print(f"a run into {folder} was killed: its {duration(path):.1f} s are kept in {path}", file=sys.stderr)

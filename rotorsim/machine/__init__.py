@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rotorsim.base.errors import MachineFileError
-from rotorsim.base.file_kinds import instead
+from rotorsim.base.input_files import instead
 from rotorsim.base.public import named
 from rotorsim.machine.bearings import LinearBearing, Point, Support, TableBearing
 from rotorsim.machine.catalogue import catalogue, describe
 from rotorsim.machine.file_text import read_text
-from rotorsim.machine.gas import Gas
 from rotorsim.machine.gas_film import (
     Foil,
+    Gas,
     GasFilm,
     Grooves,
     Injection,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import chain
 from math import inf
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.quantity import quantities
 from rotorsim.base.units import show
@@ -15,7 +15,9 @@ from rotorsim.machine.gas_film import GasFilm
 from rotorsim.machine.numerics import check_step
 from rotorsim.machine.plausibility import numbers
 from rotorsim.machine.probes import HousingAcceleration, HousingVelocity
-from rotorsim.machine.tables import MachineTables
+
+if TYPE_CHECKING:
+    from rotorsim.machine.schema import Machine
 
 SAME_PLACE = 1e-6
 """Bearings nearer than this [m] are at one position."""
@@ -26,20 +28,20 @@ MOVE_HOUSING = ("pedestal", "base_vibration")
 Problems = Iterator[tuple[str, str]]
 
 
-def cross_check(machine: MachineTables) -> Problems:
+def cross_check(machine: Machine) -> Problems:
     """Paths and sentences of all problems between parts, those first that decide what the machine is."""
     for check in (*decisive(machine), *further(machine)):
         yield from check
 
 
-def decisive(machine: MachineTables) -> Iterator[Problems]:
+def decisive(machine: Machine) -> Iterator[Problems]:
     """Checks of what a machine is made of."""
     yield _injection(machine)
     yield _actuators(machine)
     yield _places(machine)
 
 
-def further(machine: MachineTables) -> Iterator[Problems]:
+def further(machine: Machine) -> Iterator[Problems]:
     """Checks of how its parts fit, each by itself."""
     yield _on_shaft(machine)
     yield _bearings_apart(machine)
@@ -55,7 +57,7 @@ def further(machine: MachineTables) -> Iterator[Problems]:
         yield _own(machine, path, effect)
 
 
-def _positions(machine: MachineTables) -> Iterator[tuple[str, float]]:
+def _positions(machine: Machine) -> Iterator[tuple[str, float]]:
     """Paths and coordinates of everything that has a place on the shaft."""
     named: list[tuple[str, Any]] = [(f"discs.{i}", disc) for i, disc in enumerate(machine.discs)]
     named += [(f"bearings.{i}", bearing) for i, bearing in enumerate(machine.bearings)]
@@ -67,7 +69,7 @@ def _positions(machine: MachineTables) -> Iterator[tuple[str, float]]:
             yield f"{path}.position", position
 
 
-def _on_shaft(machine: MachineTables) -> Problems:
+def _on_shaft(machine: Machine) -> Problems:
     start, end = machine.shaft.start, machine.shaft.end
     slack = 1e-9 * machine.shaft.length
     reach = f"{show(start, 'm')} to {show(float(f'{end:.9g}'), 'm')}"
@@ -76,7 +78,7 @@ def _on_shaft(machine: MachineTables) -> Problems:
             yield path, f"'{show(z, 'm')}' is outside the shaft ({reach}); move it or lengthen the shaft"
 
 
-def _bearings_apart(machine: MachineTables) -> Problems:
+def _bearings_apart(machine: Machine) -> Problems:
     places = [getattr(bearing, "position", inf) for bearing in machine.bearings]
     for i, place in enumerate(places):
         for k, other in enumerate(places[:i]):
@@ -87,7 +89,7 @@ def _bearings_apart(machine: MachineTables) -> Problems:
                 )
 
 
-def _bearing_names(machine: MachineTables) -> Problems:
+def _bearing_names(machine: Machine) -> Problems:
     """Every bearing with a name has its own."""
     names = [getattr(bearing, "name", None) for bearing in machine.bearings]
     for i, name in enumerate(names):
@@ -96,7 +98,7 @@ def _bearing_names(machine: MachineTables) -> Problems:
             yield f"bearings.{i}.name", f"'{name}' is the name of bearings.{other} too; give each its own"
 
 
-def _injection(machine: MachineTables) -> Problems:
+def _injection(machine: Machine) -> Problems:
     if machine.injectors and machine.film is None:
         yield "injectors", "there is no film to inject into; add a bearing with kind = 'gas_film' or remove them"
     if machine.injectors and machine.injection is None:
@@ -112,7 +114,7 @@ def _injection(machine: MachineTables) -> Problems:
             yield "injectors", f"feed a film whose sleeve has '{name}'; remove the ones or the other"
 
 
-def _one_law(machine: MachineTables) -> Problems:
+def _one_law(machine: Machine) -> Problems:
     """Rows of orifices and pins follow one law."""
     rows = {f"{path}.orifices.{i}": row for path, film in _films(machine) for i, row in enumerate(film.orifices)}
     laminar = {path: row.loss_factor is not None for path, row in rows.items()}
@@ -127,13 +129,13 @@ def _one_law(machine: MachineTables) -> Problems:
             )
 
 
-def _no_film(machine: MachineTables) -> str:
+def _no_film(machine: Machine) -> str:
     """Rest of a sentence about an index that is not that of a gas film."""
     known = [path.rpartition(".")[2] for path, _ in _films(machine)]
     return f"is not the index of a gas film among the bearings; write {' or '.join(known)}"
 
 
-def _probes(machine: MachineTables) -> Problems:
+def _probes(machine: Machine) -> Problems:
     """Every probe has a name of its own, and one of the housing has a housing that can move."""
     shaken = any(name in machine.effects for name in MOVE_HOUSING)
     first: dict[str, int] = {}
@@ -153,7 +155,7 @@ def _probes(machine: MachineTables) -> Problems:
             yield from _housing(machine, f"probes.{i}", probe, shaken)
 
 
-def _housing(machine: MachineTables, path: str, probe: HousingVelocity | HousingAcceleration, shaken: bool) -> Problems:
+def _housing(machine: Machine, path: str, probe: HousingVelocity | HousingAcceleration, shaken: bool) -> Problems:
     """A sensor on a housing: it can move, and there is no doubt which one it is."""
     if machine.housing_of(probe) is None and not shaken:
         yield (
@@ -165,13 +167,13 @@ def _housing(machine: MachineTables, path: str, probe: HousingVelocity | Housing
         yield f"{path}.bearing", f"missing, and {len(machine.supported)} bearings have a housing that moves; add it"
 
 
-def _films(machine: MachineTables) -> Iterator[tuple[str, GasFilm]]:
+def _films(machine: Machine) -> Iterator[tuple[str, GasFilm]]:
     """Paths of the gas films and themselves."""
     for i, film in zip(machine.film_bearings, machine.films, strict=True):
         yield f"bearings.{i}", film
 
 
-def _floor(machine: MachineTables) -> Problems:
+def _floor(machine: Machine) -> Problems:
     for _, film in _films(machine):
         if machine.solver.minimum_film >= film.clearance:
             shown, limit = show(machine.solver.minimum_film, "m"), show(film.clearance, "m")
@@ -179,14 +181,14 @@ def _floor(machine: MachineTables) -> Problems:
             return
 
 
-def _thin(machine: MachineTables) -> Problems:
+def _thin(machine: Machine) -> Problems:
     for path, film in _films(machine):
         if film.clearance > film.diameter / 20:
             limit = show(film.diameter / 20, "m")
             yield f"{path}.clearance", f"'{show(film.clearance, 'm')}' is not a thin film; write at most '{limit}'"
 
 
-def _reach(machine: MachineTables) -> Problems:
+def _reach(machine: Machine) -> Problems:
     shaft = machine.shaft
     for path, film in _films(machine):
         if not (shaft.start - 1e-9 <= film.position - film.length / 2
@@ -194,7 +196,7 @@ def _reach(machine: MachineTables) -> Problems:
             yield f"{path}.length", f"'{show(film.length, 'm')}' reaches beyond the shaft; move or shorten the film"
 
 
-def _offsets(machine: MachineTables) -> Problems:
+def _offsets(machine: Machine) -> Problems:
     """Injectors and rows of orifices stand inside their films."""
     pinned = machine.pinned_film
     for number, (path, film) in enumerate(_films(machine)):
@@ -209,14 +211,14 @@ def _offsets(machine: MachineTables) -> Problems:
                 yield f"{place}.offset", f"'{shown}' puts the orifice outside the film; write at most '{limit}'"
 
 
-def _each_effect(machine: MachineTables) -> Iterator[tuple[str, Effect]]:
+def _each_effect(machine: Machine) -> Iterator[tuple[str, Effect]]:
     """Paths of all effects and themselves."""
     for name, entries in machine.effects.items():
         for i, effect in enumerate(entries):
             yield (f"effects.{name}" if len(entries) == 1 else f"effects.{name}.{i}"), effect
 
 
-def _places(machine: MachineTables) -> Problems:
+def _places(machine: Machine) -> Problems:
     """Every effect has something to act on, and is there once if it can be only once."""
     for name, entries in machine.effects.items():
         if len(entries) > 1 and entries[0].single and not _one_a_film(machine, entries):
@@ -228,13 +230,13 @@ def _places(machine: MachineTables) -> Problems:
             yield f"{path}.{found[0]}".rstrip("."), found[1]
 
 
-def _one_a_film(machine: MachineTables, entries: tuple[Effect, ...]) -> bool:
+def _one_a_film(machine: Machine, entries: tuple[Effect, ...]) -> bool:
     """Whether effects are about a film each, every one about another."""
     films = {machine.film_number(effect) for effect in entries}
     return None not in films and len(films) == len(entries)
 
 
-def _own(machine: MachineTables, path: str, effect: Effect) -> Problems:
+def _own(machine: Machine, path: str, effect: Effect) -> Problems:
     """Values beyond an effect's limits, in an effect made in Python, and problems that an effect itself finds."""
     for field, declared in quantities(effect).items():
         value = getattr(effect, field)
@@ -246,7 +248,7 @@ def _own(machine: MachineTables, path: str, effect: Effect) -> Problems:
             yield f"{path}.{field}".rstrip("."), sentence
 
 
-def _misplaced(machine: MachineTables, effect: Effect) -> tuple[str, str] | None:
+def _misplaced(machine: Machine, effect: Effect) -> tuple[str, str] | None:
     """Missing part of the machine on which an effect acts: field and sentence."""
     placed = getattr(effect, "position", None) is not None or effect.influence != "node"
     if machine.film is None and (effect.place == "film" or effect.port in FILM_PORTS):
@@ -277,13 +279,13 @@ def _misplaced(machine: MachineTables, effect: Effect) -> tuple[str, str] | None
     return None
 
 
-def _actuators(machine: MachineTables) -> Problems:
+def _actuators(machine: Machine) -> Problems:
     driven = machine.actuators is not None and getattr(machine.actuators, "mode", "ideal") != "ideal"
     if driven and not machine.injectors:
         yield "actuators", "there are no injectors whose pins they could move; add injectors or remove them"
 
 
-def _gains(machine: MachineTables) -> Problems:
+def _gains(machine: Machine) -> Problems:
     if machine.actuators is not None and machine.actuators.mode == "reference":
         for i, injector in enumerate(machine.injectors):
             for name in ("pd_gain", "pd_zero"):
@@ -291,7 +293,7 @@ def _gains(machine: MachineTables) -> Problems:
                     yield f"injectors.{i}.{name}", "missing, but actuators.mode is 'reference'; add it"
 
 
-def _cool(machine: MachineTables) -> Problems:
+def _cool(machine: Machine) -> Problems:
     """The gas is fed cooler than a film may become."""
     limit, fed = getattr(machine.limits, "temperature", None), machine.gas.temperature
     if limit is not None and limit <= fed:
@@ -299,7 +301,7 @@ def _cool(machine: MachineTables) -> Problems:
         yield "limits.temperature", text
 
 
-def _meant(machine: MachineTables) -> Problems:
+def _meant(machine: Machine) -> Problems:
     """Paths of unusual values lead to values."""
     known = {path for path, _, _ in numbers(machine)} if machine.unusual else set()
     for i, path in enumerate(machine.unusual):

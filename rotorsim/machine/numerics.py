@@ -9,16 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import ceil, pi, sqrt
-from typing import Literal, Protocol
+from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
 from rotorsim.base.constants import RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import show
-from rotorsim.machine.actuators import Drive
-from rotorsim.machine.gas_film import GasFilm
 from rotorsim.machine.part import Part, count, quantity
+
+if TYPE_CHECKING:
+    from rotorsim.machine.schema import Machine
 
 STEP = 1e-4
 """Longest time step [s] that is taken where a file gives none."""
@@ -79,40 +80,12 @@ RATES = (5e3, 10e3, 20e3, 50e3, 100e3, 200e3, 500e3, 1e6)
 """Rates [Hz] that are derived."""
 
 
-class Sampled(Protocol):
-    """Tables of a machine that decide its sampling, and what follows from them."""
-
-    @property
-    def solver(self) -> Solver:
-        """Step and rate of the file."""
-
-    @property
-    def drive(self) -> Drive:
-        """The drive, which has the highest speed."""
-
-    @property
-    def films(self) -> tuple[GasFilm, ...]:
-        """The gas films."""
-
-    @property
-    def mass(self) -> float:
-        """Mass of the rotor [kg]."""
-
-    @property
-    def sampling_time(self) -> float:
-        """Time between two samples [s]."""
-
-    @property
-    def time_step(self) -> float:
-        """Step of the solver [s]."""
-
-
 def rate_for(wanted: float) -> float:
     """The lowest derived rate [Hz] that is not below another, or the highest."""
     return next((rate for rate in RATES if rate >= wanted * (1 - 1e-9)), RATES[-1])
 
 
-def derived_rate(machine: Sampled) -> float:
+def derived_rate(machine: Machine) -> float:
     """Sampling rate [Hz] of a machine whose file gives none."""
     highest = machine.drive.highest_speed
     if highest is None:
@@ -123,19 +96,19 @@ def derived_rate(machine: Sampled) -> float:
     return rate_for(wanted)
 
 
-def sampling_time(machine: Sampled) -> float:
+def sampling_time(machine: Machine) -> float:
     """Time [s] between two samples of a machine."""
     rate = machine.solver.sampling_rate
     return 1 / (derived_rate(machine) if rate is None else rate)
 
 
-def time_step(machine: Sampled) -> float:
+def time_step(machine: Machine) -> float:
     """Step [s] of the solver: the file's, or where it gives none 0.1 ms or what next divides the sampling time."""
     step, Ts = machine.solver.time_step, machine.sampling_time
     return Ts / ceil(Ts / STEP * (1 - 1e-9)) if step == STEP else step
 
 
-def check_step(machine: Sampled) -> Iterator[tuple[str, str]]:
+def check_step(machine: Machine) -> Iterator[tuple[str, str]]:
     """The step divides the sampling time."""
     step, Ts = machine.time_step, machine.sampling_time
     steps = Ts / step
@@ -145,12 +118,12 @@ def check_step(machine: Sampled) -> Iterator[tuple[str, str]]:
         yield "solver.time_step", f"'{show(step, 's')}' does not divide the sampling time {own}; write e.g. '{fitting}'"
 
 
-def highest_sampled(machine: Sampled) -> float:
+def highest_sampled(machine: Machine) -> float:
     """Highest speed [rad/s] at which a turn has enough samples."""
     return 2 * pi / (machine.sampling_time * FEWEST)
 
 
-def check_speed(machine: Sampled, speed: float) -> None:
+def check_speed(machine: Machine, speed: float) -> None:
     """Raise DataError for a speed [rad/s] at which a turn has too few samples, with the rate that it needs."""
     if abs(speed) <= highest_sampled(machine) * (1 + 1e-9):
         return

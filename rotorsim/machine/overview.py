@@ -120,7 +120,7 @@ def citations(machine: Machine) -> dict[str, list[str]]:
     if machine.injectors:
         found["injectors"] = list(cited_by("reynolds.injector"))
     if machine.actuators is not None:
-        found["actuators"] = list(cited_by("rotorsim.plant.kernels.piezo"))
+        found["actuators"] = list(cited_by("rotorsim.plant.kernels.injectors"))
     found |= {f"effects.{name}": list(REGISTRY[name].cites) for name in machine.effects}
     return {part: sorted_keys(keys) for part, keys in found.items() if keys}
 

@@ -7,15 +7,15 @@ the value, the limit or the known names, and the way out.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import MISSING, fields
 from types import NoneType, UnionType, new_class
 from typing import Annotated, Any, ClassVar, Self, Union, cast, get_args, get_origin, get_type_hints
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator, model_validator
 
+from rotorsim.base.display import closest, did_you_mean, quote
 from rotorsim.base.quantity import Quantity, quantity_of
-from rotorsim.base.sentences import closest, did_you_mean, quote
 from rotorsim.base.units import quoted
 
 SI = {"values": "SI"}
@@ -51,8 +51,6 @@ class Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
     tag: ClassVar[str] = "kind"
     """Field that distinguishes it from the other parts of a union."""
-    earlier_keys: ClassVar[dict[str, str]] = {}
-    """Keys of earlier versions of machine files and the fields that replace them."""
 
     def problems(self) -> Iterator[tuple[str, str]]:
         """Conflicts between its values: paths below it and sentences."""
@@ -119,10 +117,8 @@ def sentences(error: ValidationError, model: type[BaseModel]) -> list[str]:
     return [line for item in counted for line in _lines(item, model)]
 
 
-def unknown_field(key: str, known: Iterable[str], earlier: Mapping[str, str]) -> str:
-    """Sentence about a key that is none of `known`; `earlier` keys have a new name."""
-    if key in earlier:
-        return f"is called '{earlier[key]}' now; rename it"
+def unknown_field(key: str, known: Iterable[str]) -> str:
+    """Sentence about a key that is none of `known`."""
     return f"unknown field; {did_you_mean(key, sorted(known))}"
 
 
@@ -180,8 +176,7 @@ def _missing(item: Any, owner: type[BaseModel]) -> str:
 
 
 def _unknown(item: Any, owner: type[BaseModel]) -> str:
-    earlier = getattr(owner, "earlier_keys", {})
-    return unknown_field(str(item["loc"][-1]), owner.model_fields, earlier)
+    return unknown_field(str(item["loc"][-1]), owner.model_fields)
 
 
 def _one_of(item: Any, _: type[BaseModel]) -> str:

@@ -1,4 +1,4 @@
-"""Machine-file parts of the rotor: shaft, discs, probe."""
+"""Machine-file parts of the rotor: shaft, discs, the plane that is measured, the drive."""
 
 from __future__ import annotations
 
@@ -128,4 +128,26 @@ class Probe(Part):
 
     position: float = quantity(
         "m", "Coordinate z of the sensors; the first disc when there is no probe.", low=-100, high=100, example=0.3
+    )
+
+
+class Drive(Part):
+    """Drive of the shaft, and the drag besides the film's once the drive is off."""
+
+    inertia: float | None = quantity(
+        "kg*m^2",
+        "Moment of inertia about the axis; that of shaft and discs when not given.",
+        None,
+        above=0,
+        high=1e6,
+        example=0.004,
+    )
+    dry_drag: float = quantity("N*m", "Constant torque against the rotation.", 0.0, low=0, high=1e6, example=16e-3)
+    viscous_drag: float = quantity("N*m*s", "Torque per speed against the rotation.", 0.0, low=0, high=1e6)
+    highest_speed: float | None = quantity(
+        "rad/s", "Highest speed the machine is made for; the sampling rate follows from it.",
+        None, above=0, high=1e6, example=6283.185307179586,
+    )  # fmt: skip
+    speed_recovery_time: float = quantity(
+        "s", "Time in which the drive takes deviations of the speed back.", 0.5, above=1e-3, high=1e3
     )

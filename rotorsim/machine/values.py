@@ -8,12 +8,12 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import quantity_of
-from rotorsim.base.sentences import did_you_mean
 from rotorsim.effects import REGISTRY, Effect
-from rotorsim.machine.effect_tables import unknown_effect
-from rotorsim.machine.part import SI, Part, sentences, unknown_field
+from rotorsim.machine.part import SI, Part, sentences
+from rotorsim.machine.reading import unknown_effect
 
 
 class ChangeTree(dict[str, Any]):
@@ -76,7 +76,7 @@ def _changed_effects(old: Mapping[str, Any], change: ChangeTree, path: str) -> d
 
 def _changed_part(old: Part, change: ChangeTree, path: str) -> Part:
     known = type(old).model_fields
-    _known(change, known, path, old.earlier_keys)
+    _known(change, known, path)
     new = dict(old)
     for key, value in change.items():
         optional = known[key].default is None
@@ -95,7 +95,7 @@ def _checked_part(kind: type[Part], values: Mapping[str, Any], path: str) -> Par
 
 def _changed_effect(effect: Effect, change: ChangeTree, path: str) -> Effect:
     known = {entry.name: entry for entry in fields(effect)}
-    _known(change, known, path, effect.earlier_keys)
+    _known(change, known, path)
     return replace(
         effect, **{name: _parameter(known[name], value, _join(path, name)) for name, value in change.items()}
     )
@@ -112,12 +112,10 @@ def _parameter(entry: Field[Any], change: Any, path: str) -> Any:
         raise MachineFileError(f"{path}: {error}") from error
 
 
-def _known(change: Iterable[str], names: Iterable[str], path: str, earlier: Mapping[str, str] | None = None) -> None:
-    """Refuse a path that leads nowhere; `earlier` keys have a new name."""
+def _known(change: Iterable[str], names: Iterable[str], path: str) -> None:
+    """Refuse a path that leads nowhere."""
     names = list(names)
     for key in change:
-        if key in (earlier or {}) and key not in names:
-            raise MachineFileError(f"{_join(path, key)}: {unknown_field(key, names, earlier or {})}")
         if key not in names:
             raise MachineFileError(f"{_join(path, key)}: is not there; {did_you_mean(key, names)}")
 

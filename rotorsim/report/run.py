@@ -13,7 +13,7 @@ import xarray as xr
 
 from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import DataError, MachineFileError
-from rotorsim.experiments.run_summary import summarise
+from rotorsim.experiments.summary import summarise
 from rotorsim.machine import Machine
 from rotorsim.signals.orders import track_orders
 from rotorsim.signals.record_blocks import (

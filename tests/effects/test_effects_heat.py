@@ -12,7 +12,7 @@ from rotorsim.effects.film.heat_balance import heat_balance
 from rotorsim.experiments import Runup
 from rotorsim.experiments.running import record as record_run
 from rotorsim.machine import load_machine
-from rotorsim.machine.gas import GASES
+from rotorsim.machine.gas_film import GASES
 from rotorsim.plant import Plant
 
 GRID = {"grid.n_theta": 16, "grid.n_z": 8}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fmu.check import plant_outputs
-from fmu.reference import reference_inputs
+from fmu.importer import reference_inputs
 from rotorsim.machine import Machine, machine_text
 from rotorsim.plant import Plant
 

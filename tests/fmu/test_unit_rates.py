@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fmu.check import plant_outputs, run
-from fmu.reference import reference_inputs
+from fmu.importer import reference_inputs
 from rotorsim.plant import Plant
 
 

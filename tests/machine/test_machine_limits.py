@@ -5,8 +5,7 @@ import pytest
 
 from rotorsim.base.errors import MachineFileError
 from rotorsim.machine import Checked, Limits, Machine, Material, load_machine
-from rotorsim.machine.limits import HOT
-from rotorsim.machine.running_limits import first_passed, hottest, limits_of, spin_stress
+from rotorsim.machine.limits import HOT, first_passed, hottest, limits_of, spin_stress
 
 STEEL = Material(density="7850 kg/m^3", youngs_modulus="210 GPa", poisson_ratio=0.3)
 RIM = 0.07

@@ -11,9 +11,7 @@ from rotorsim.base.units import parse
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import (
     Machine,
-    actuators,
     bearings,
-    gas,
     gas_film,
     load_machine,
     machine_text,
@@ -21,12 +19,12 @@ from rotorsim.machine import (
     probes,
     rotor,
     shipped_machines,
-)  # fmt: skip
+)
 from rotorsim.machine.part import Part
 from rotorsim.machine.plausibility import question, range_of, ranges
 
 PARTS = [
-    kind for room in (rotor, bearings, gas_film, gas, actuators, numerics, probes) for kind in vars(room).values()
+    kind for room in (rotor, bearings, gas_film, numerics, probes) for kind in vars(room).values()
     if isinstance(kind, type) and issubclass(kind, Part) and kind is not Part
 ]  # fmt: skip
 HOMES = {
@@ -141,7 +139,7 @@ def test_no_shipped_machine_is_questioned(name, recwarn):
 def test_every_range_is_of_a_field_an_effect_or_a_parameter_and_holds_its_example():
     from rotorsim.commands.closed_loop import ClosedLoopSetup
     from rotorsim.experiments import EXPERIMENTS
-    from rotorsim.experiments.parameters import parameters
+    from rotorsim.experiments.experiment import parameters
 
     known = {(re.sub(r"\.\d+", "", path), quantity.unit) for path, quantity in FIELDS.items()}
     known |= {(e.name, p.unit) for kind in (*EXPERIMENTS.values(), ClosedLoopSetup) for e, p in parameters(kind)}

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from fe_shaft.modal import run_modal
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 
@@ -79,7 +80,7 @@ def test_the_pumps_tables_are_those_of_its_oil_bearings_and_its_modes_those_of_t
             assert pytest.approx(K, rel=1e-4) == point.K and pytest.approx(C, rel=1e-4) == point.C
     plant = Plant(machine.with_({"shaft.damping_ratio": 0.0}))
     for speed in (1000 * RPM, 4000 * RPM):
-        model, whole = plant.linearise(speed, 0.0), plant.assembly.mesh.rotor.run_modal(speed)
+        model, whole = plant.linearise(speed, 0.0), run_modal(plant.assembly.mesh.rotor, speed)
         assert model.wn[:5] == pytest.approx(np.sort(whole.wn)[:5], rel=1e-7)
     # oil whip: the first forward mode loses its damping where half the speed passes its frequency
     assert plant.linearise(2000 * RPM, 0.0).zeta.min() > 0 > plant.linearise(3000 * RPM, 0.0).zeta.min()

@@ -13,8 +13,7 @@ chapter 5. Assumes: small motion about the centre, no added mass, no cross dampi
 """
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import Effect, param, register
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import CandidateForm, Effect, param, register
 
 
 @inlined

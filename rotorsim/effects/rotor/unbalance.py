@@ -17,8 +17,7 @@ from dataclasses import replace
 from typing import Any
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import TURN, Effect, param, register
-from rotorsim.effects.diagnosis import CalibrationParameter, CandidateForm
+from rotorsim.effects.base import TURN, CalibrationParameter, CandidateForm, Effect, param, register
 
 
 @inlined

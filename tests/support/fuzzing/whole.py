@@ -21,11 +21,10 @@ from rotorsim.machine import (
     Shaft,
     ShaftProbe,
 )  # fmt: skip
-from rotorsim.machine.actuators import Actuators, Drive
-from rotorsim.machine.gas import Gas
+from rotorsim.machine.gas_film import Actuators, Gas
 from rotorsim.machine.numerics import Solver
 from rotorsim.machine.part import Part
-from rotorsim.machine.rotor import Disc, Material
+from rotorsim.machine.rotor import Disc, Drive, Material
 
 LIKELY = {
     "youngs_modulus": 2e11, "density": 7850.0, "damping_ratio": 0.01, "kxx": 1e7, "mass": 2.0, "polar_inertia": 0.01,
