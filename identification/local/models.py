@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 
 from identification.errors import ModelError
-from identification.local.discretise import zero_order_hold
-from identification.local.simulation import respond
+from identification.local.simulation import respond, zero_order_hold
 from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.control_systems import DISC, REFERENCES, matrices, reorder, state_space
 from rotorsim.base.display import Card, Shown, several

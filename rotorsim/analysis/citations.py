@@ -57,7 +57,8 @@ def cite(what: str | Path) -> dict[str, list[str]]:
 
 def _of_folder(folder: Path) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
-    for path in sorted(p for p in folder.iterdir() if p.suffix == ".nc" or _is_result(p)):
+    records = (p for p in folder.iterdir() if p.suffix == ".nc" or (p.suffix in RESULTS and _kind(p) in KINDS))
+    for path in sorted(records):
         for part, keys in cite(path).items():
             found[part] = sorted_keys([*found.get(part, []), *keys])
     if not found:
@@ -65,11 +66,6 @@ def _of_folder(folder: Path) -> dict[str, list[str]]:
             f"{folder}: holds no record (.nc), model or law (.json, .mat); give a machine, a file or their folder"
         )
     return found
-
-
-def _is_result(path: Path) -> bool:
-    """Return whether a file is a model or a law."""
-    return path.suffix in RESULTS and _kind(path) in KINDS
 
 
 def _kind(path: Path) -> str:

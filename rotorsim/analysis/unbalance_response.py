@@ -236,16 +236,3 @@ def largest_response(
         sizes = np.concatenate([sizes, [size(v) for v in near.tolist()]])
     k = int(np.nanargmax(sizes))
     return float(sizes[k]), float(speeds[k])
-
-
-__all__ = [
-    "ENDS",
-    "GRADE",
-    "describe",
-    "half_axis",
-    "largest_response",
-    "peak_of",
-    "unbalance_response",
-    "unbalances_of",
-    "whirl",
-]

@@ -10,8 +10,11 @@ Cites: higham_2002, trefethen_2005.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
+
+from rotorsim.base.errors import RotorsimError
 
 EPS = float(np.finfo(float).eps)
 DECAYS = 1 - 1e-9
@@ -22,6 +25,26 @@ SPLIT_ZERO = 4 * EPS**0.5
 """Largest size, over the largest eigenvalue, of the eigenvalues that rounding makes of a double zero (seen: 1.3e-8)."""
 ALIKE = 1e-6
 """Relative difference up to which two numbers from eigenvectors count as equal."""
+
+
+class NoAnswerError(RotorsimError):
+    """Raised for linear algebra without an answer in finite numbers."""
+
+
+def answer(function: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
+    """Result of a function of linear algebra; raises NoAnswerError where it fails or is not finite.
+
+    LAPACK refuses numbers that overflow, a singular matrix, an iteration without end: that ends a fit or a run.
+    """
+    try:
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            found = function(*arguments, **options)
+    except (np.linalg.LinAlgError, ValueError, OverflowError, ZeroDivisionError) as error:
+        raise NoAnswerError(f"linear algebra: {error}") from error
+    for part in found if isinstance(found, tuple) else (found,):
+        if isinstance(part, (np.ndarray, np.number, float)) and not np.all(np.isfinite(part)):
+            raise NoAnswerError("linear algebra: numbers overflow")
+    return found
 
 
 def unstable_poles(A: np.ndarray) -> int | None:

@@ -6,7 +6,6 @@ Exit code 0: all cases are done. 2: cannot be run; one sentence gives the reason
 
 from __future__ import annotations
 
-import json
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +17,7 @@ from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import show
 from rotorsim.commands.completion import plans
-from rotorsim.commands.options import AsJson, note_compiling, quantity
+from rotorsim.commands.options import AsJson, note_compiling, print_json, quantity
 from rotorsim.commands.registry import CommandGroup, command, group
 from rotorsim.commands.results import files
 
@@ -67,8 +66,8 @@ class RunOptions:
 
     def settings(self) -> Settings:
         """Settings of a run; raises DataError for incompatible options."""
-        from rotorsim.campaign.cluster import Tls
         from rotorsim.campaign.run import Settings
+        from rotorsim.campaign.scheduler import Tls
 
         tls = self.tls_ca, self.tls_cert, self.tls_key
         if self.workers is not None and self.scheduler is not None:
@@ -187,7 +186,7 @@ def print_outcome(outcome: CampaignOutcome, folder: Path, as_json: bool) -> None
     """Print the outcome of a run and exit with its code."""
     numbers = {"done": outcome.done, "failed": outcome.failed, "pending": outcome.pending, "run": outcome.run}
     if as_json:
-        typer.echo(json.dumps(numbers | {"seconds": outcome.seconds, "folder": str(folder)}, indent=2))
+        print_json(numbers | {"seconds": outcome.seconds, "folder": str(folder)})
     else:
         typer.echo(
             f"{folder}: {outcome.done} done, {outcome.failed} failed, {outcome.pending} left; "
@@ -207,13 +206,12 @@ def print_outcome(outcome: CampaignOutcome, folder: Path, as_json: bool) -> None
 
 def print_status(folder: Path, most: int, as_json: bool) -> None:
     """Print the state of a campaign."""
-    from rotorsim.campaign.index import DONE, FAILED, PENDING
     from rotorsim.campaign.run import spell
-    from rotorsim.campaign.store import open_store, status
+    from rotorsim.campaign.store import DONE, FAILED, PENDING, open_store, status
 
     found, plan = status(folder, most), open_store(folder).plan
     if as_json:
-        typer.echo(json.dumps(found, indent=2))
+        print_json(found)
         return
     typer.echo(f"{plan.name}: {found[DONE]} done, {found[FAILED]} failed, {found[PENDING]} left")
     typer.echo(f"computing time {spell(found['computing_s'])}, records {found['bytes'] / 1e6:.4g} MB")
@@ -234,7 +232,7 @@ def collect_into(
 ) -> None:
     """Write the table or the records of a campaign into a file."""
     from rotorsim.base.hdf5 import write_netcdf
-    from rotorsim.campaign.collection import collect, write_table
+    from rotorsim.campaign.records import collect, write_table
 
     if out is not None and out.suffix not in (".csv", ".nc"):
         raise DataError(f"{out}: is neither .csv nor .nc; give a name with one of these endings")

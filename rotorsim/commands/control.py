@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
@@ -12,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
-from rich.table import Table
 
 from rotorsim.base.display import line, on_terminal
 from rotorsim.base.errors import DataError
@@ -28,6 +26,8 @@ from rotorsim.commands.options import (
     PlantOptions,
     a_folder,
     note_compiling,
+    print_json,
+    print_rows,
     print_table,
     quantity,
 )
@@ -114,10 +114,7 @@ def _made(name: str, model: Any, spec: Sequence[str], preset: str) -> Law:
 def _print_fields(name: str, preset: str) -> None:
     from rotorsim.control import field_rows, make_spec
 
-    table = Table("field", "unit", "default", "limits", "meaning", box=None, pad_edge=False)
-    for row in field_rows(make_spec(name, (), preset)):
-        table.add_row(*map(escape, row))
-    Console().print(table)
+    print_rows(("field", "unit", "default", "limits", "meaning"), field_rows(make_spec(name, (), preset)))
 
 
 def _pair(text: str) -> tuple[float, float]:
@@ -130,7 +127,7 @@ def _pair(text: str) -> tuple[float, float]:
 
 def _print_findings(findings: dict[str, Any], as_json: bool) -> None:
     if as_json:
-        typer.echo(json.dumps(findings, indent=2))
+        print_json(findings)
         return
     written: dict[str, str] = {key: str(findings.pop(key)) for key in ("law", "report", "figures") if key in findings}
     shown = {key: f"{value:.4g}" if isinstance(value, float) else str(value) for key, value in findings.items()}
@@ -198,7 +195,7 @@ def _first(path: Path) -> dict[str, float | None] | None:
 
 
 def _plain(result: Verification) -> dict[str, object]:
-    from rotorsim.verify.safe_speed import comparison
+    from rotorsim.verify.transients import comparison
 
     numbers: dict[str, object] = {"law": result.law.name, "machine": result.machine, "passed": result.passed}
     numbers |= {"criteria": result.settings["criteria"], "first_criteria": result.settings["first"]}
@@ -216,19 +213,20 @@ def _plain(result: Verification) -> dict[str, object]:
 
 def _print_verification(result: Verification, files: dict[str, str], as_json: bool) -> None:
     if as_json:
-        typer.echo(json.dumps(_plain(result) | files, indent=2))
+        print_json(_plain(result) | files)
         return
-    table = Table("criterion", "measured", "bound", "", "remark", box=None, pad_edge=False)
-    for row in result.rows:
-        words = {True: "pass", False: "FAIL", None: "-"}[row.passed]
-        bound = "" if row.bound is None else f"{row.bound:.3g}"
-        table.add_row(*map(escape, (row.check, f"{row.measured:.3g} {row.unit}", bound, words, row.remark)))
+    words = {True: "pass", False: "FAIL", None: "-"}
+    rows = [
+        (row.check, f"{row.measured:.3g} {row.unit}", "" if row.bound is None else f"{row.bound:.3g}",
+         words[row.passed], row.remark)
+        for row in result.rows
+    ]  # fmt: skip
+    print_rows(("criterion", "measured", "bound", "", "remark"), rows)
     console = Console()
-    console.print(table)
     for bound in result.settings["edited"]:
         console.print(f"edited bound: {escape(bound)}")
     if "safe_speed" in result.runs:
-        from rotorsim.verify.safe_speed import sentence
+        from rotorsim.verify.transients import sentence
 
         console.print(escape(f"safe speed: {sentence(*result.runs['safe_speed'])}"), soft_wrap=True)
     console.print(f"{result.law.name} on {result.machine}: {'passed' if result.passed else 'FAILED'}")

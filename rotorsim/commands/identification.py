@@ -5,7 +5,6 @@ Records at one operating point give a linear model, records at several a paramet
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, fields
 from functools import partial
@@ -14,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
-from rich.table import Column, Table
+from rich.table import Column
 
 from rotorsim.base.display import counter, told_apart
 from rotorsim.base.errors import DataError
@@ -27,6 +26,8 @@ from rotorsim.commands.options import (
     PageOptions,
     StudyFolder,
     plant_of,
+    print_json,
+    print_rows,
     quantity,
     resumable,
 )
@@ -36,7 +37,7 @@ from rotorsim.commands.results import files, refuse_campaign, study as study_fol
 if TYPE_CHECKING:
     from identification import Prefilter
     from identification.campaign import SourceResult
-    from rotorsim.study.plans import StudyGrid
+    from rotorsim.study.identify_records import StudyGrid
 
 RESULTS = ("model.json", "model_2.json", "report.html", "study.json")
 """Files in the folder; where the last is, the others are complete."""
@@ -74,7 +75,7 @@ def identify(
     Records at several operating points give an LPV model.
     """
     from identification import Prefilter
-    from identification.local.dead_time import FREE
+    from identification.local.fits import FREE
 
     _check(surfaces, refine, runout, median)
     corner = quantity("lowpass", lowpass, "Hz") if lowpass else None
@@ -104,8 +105,8 @@ def identify(
 def _check(surfaces: str, refine: str, runout: str, median: int) -> None:
     """Refuse what would be refused after minutes of work."""
     from identification.lpv.fit import REFINEMENTS
-    from identification.lpv.surfaces import ORDERS
-    from identification.records.runout import KINDS
+    from identification.lpv.model import ORDERS
+    from identification.records.sensors import KINDS
 
     degrees = (*map(str, ORDERS), "hold-out")
     for option, value, known in (
@@ -122,15 +123,11 @@ def _check(surfaces: str, refine: str, runout: str, median: int) -> None:
 def _print_models(found: list[SourceResult], made: Any, out: Path, as_json: bool) -> None:
     rows = [_row(one, name) for one, name in zip(found, told_apart([one.source.path for one in found]), strict=True)]
     if as_json:
-        typer.echo(json.dumps({"model": str(out), "kind": type(made).__name__, "records": rows}, indent=2))
+        print_json({"model": str(out), "kind": type(made).__name__, "records": rows})
         return
     console = Console()
     heads = (Column("record", no_wrap=True), "rpm", "MPa", "fit %", "ceiling %", "Hz", "zeta", "delay ms")
-    table = Table(*heads, box=None, pad_edge=False)
-    for row in rows:
-        if "error" not in row:
-            table.add_row(*map(escape, _cells(row)))
-    console.print(table)
+    print_rows(heads, [_cells(row) for row in rows if "error" not in row])
     if len(found) == 1 and found[0].result is not None:  # its report has its warnings
         console.print(escape(found[0].result.report()), soft_wrap=True)
     else:
@@ -201,7 +198,7 @@ def _print_each(paths: Sequence[Path], mapping: Any, as_json: bool, make: Callab
     names = told_apart([source.path for source in sources])
     found = [(name, make(*open_pair(source, mapping))) for name, source in zip(names, sources, strict=True)]
     if as_json:
-        typer.echo(json.dumps({"records": [{"record": name, **_plain(one)} for name, one in found]}, indent=2))
+        print_json({"records": [{"record": name, **_plain(one)} for name, one in found]})
         return
     for name, one in found:
         typer.echo(f"{name}\n{one.report()}")
@@ -250,11 +247,9 @@ def identification_vs_physics(
     page.check()
     refuse_campaign(out)
     plant, layout = plant_of(machine), _layout(quick, speed, pressure)
-    from rotorsim.report.page.page import save_study_page
-    from rotorsim.study.identification_vs_physics import HEADS, rows, study, summary
-    from rotorsim.study.identify_records import sources_of
-    from rotorsim.study.pages import identification_blocks
-    from rotorsim.study.plans import COUNTED, run
+    from rotorsim.report.page import save_study_page
+    from rotorsim.study.identification_vs_physics import HEADS, identification_blocks, rows, study, summary
+    from rotorsim.study.identify_records import COUNTED, run, sources_of
 
     records = [str(folder.absolute()) for folder in campaign or []]
     inputs = {"kind": "identification", "machine": plant.machine.hash, "records": records, "surfaces": surfaces}
@@ -274,7 +269,7 @@ def identification_vs_physics(
             write_json(part / "study.json", numbers)
         page.finish(out / "report.html")
     if as_json:
-        typer.echo(json.dumps({key: numbers[key] for key in ("errors", "failed")}, indent=2))
+        print_json({key: numbers[key] for key in ("errors", "failed")})
         return
     for model, errors in summary(found).items():
         typer.echo(f"{model} against the physics: " + ", ".join(f"{name} {v:.2g} %" for name, v in errors.items()))
@@ -285,7 +280,7 @@ def identification_vs_physics(
 def _layout(quick: bool, speed: str | None, pressure: str | None) -> StudyGrid:
     """Grid of operating points, with the speeds and pressures that are given instead of the usual ones."""
     from rotorsim.analysis.axes import read_axis
-    from rotorsim.study.plans import QUICK, StudyGrid
+    from rotorsim.study.identify_records import QUICK, StudyGrid
 
     usual = QUICK if quick else StudyGrid()
     speeds = usual.speeds if speed is None else tuple(float(v) for v in read_axis("speed", speed, "rad/s"))

@@ -11,11 +11,11 @@ from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.interrupt import done, finishing
 from rotorsim.commands.options import MachineName, PlantOptions, note_compiling
 from rotorsim.commands.registry import command
-from rotorsim.report.page.browser import has_browser
+from rotorsim.report.browser import has_browser
 
 if TYPE_CHECKING:
-    from rotorsim.live.rig.desk import Scene
-    from rotorsim.live.rig.records import Replay
+    from rotorsim.live.desk import Scene
+    from rotorsim.live.records import Replay
 
 UNVISITED = 60.0
 """Seconds after which a page that only complains is taken away if nobody came."""
@@ -58,16 +58,16 @@ def live(
         try:
             load_machine(machine)
         except MachineFileError as error:
-            from rotorsim.live.server.server import complaint, serve
+            from rotorsim.live.serving import complaint, serve
 
             typer.echo(str(error), err=True)
             serve(complaint(machine, error.problems), port, _print_refused, browser, False, patience=UNVISITED)
             raise typer.Exit(2) from error
     plant = settings.plant(name)
-    from rotorsim.live.rig.laws import read_laws
-    from rotorsim.live.rig.settings import equip
-    from rotorsim.live.server.server import run_desk
-    from rotorsim.live.serving import make_desk
+    from rotorsim.live.desk import make_desk
+    from rotorsim.live.laws import read_laws
+    from rotorsim.live.serving import run_desk
+    from rotorsim.live.settings import equip
     from rotorsim.plant import Plant
 
     laws = read_laws(law or [], plant.machine)
@@ -94,7 +94,7 @@ def _print_address(address: str, wanted: int, taken: int, keep_open: bool) -> No
 def _scene(name: str) -> Scene | None:
     if not name.endswith(".json"):
         return None
-    from rotorsim.live.rig.desk import load_scene
+    from rotorsim.live.desk import load_scene
 
     return load_scene(Path(name))
 
@@ -102,6 +102,6 @@ def _scene(name: str) -> Scene | None:
 def _replay(name: str) -> Replay | None:
     if not name.endswith(".nc"):
         return None
-    from rotorsim.live.rig.records import Replay
+    from rotorsim.live.records import Replay
 
     return Replay(Path(name))

@@ -38,7 +38,7 @@ def diagnosis(
     Nothing is computed: the numbers are those in the folder.
     """
     from rotorsim.discrepancy import load_diagnosis
-    from rotorsim.discrepancy.outcome.files import RESULTS
+    from rotorsim.discrepancy.files import RESULTS
 
     page.check()
     found = load_diagnosis(folder)

@@ -19,10 +19,9 @@ from rotorsim.base.control_systems import (
     matrices,
     reorder,
 )
-from rotorsim.base.errors import DataError
+from rotorsim.base.errors import DataError, LawError
 from rotorsim.base.input_files import parse_json
 from rotorsim.base.mat import cells, check_rest, in_si, number, read_mat, texts
-from rotorsim.control.errors import LawError
 from rotorsim.control.plausibility import Plausibility
 from rotorsim.control.systems import System, tustin
 

@@ -5,7 +5,7 @@ A run over the speed has extremes with their times and speeds, resonances, air c
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -17,9 +17,11 @@ from rotorsim.experiments.experiment import EXPERIMENTS
 from rotorsim.experiments.limits import beyond_of
 from rotorsim.machine import Gas, Machine
 from rotorsim.signals.orders import after_start, find_resonances, start_transient
-from rotorsim.signals.probes import probe_numbers
-from rotorsim.signals.record_blocks import blocks, displacement_name
+from rotorsim.signals.record_blocks import blocks, displacement_name, probe_numbers
 from rotorsim.signals.spectra import largest_sub_synchronous, waterfall
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def summarise_experiment(record: xr.Dataset) -> dict[str, Any]:
@@ -32,7 +34,7 @@ def summarise_experiment(record: xr.Dataset) -> dict[str, Any]:
         (x, y), rms and peak about the mean; largest_orbit_um from the mean, all of these without the start transient;
         smallest_film_um and contact_samples (None without a film); reference_peak_v and force_peak_n (x, y); and the
         `findings` of the experiment, such as the static_gain of a staircase or the deceleration of a coast-down.
-        `probes` of a record that has them, see `rotorsim.signals.probes.probe_numbers`; `beyond_checked_range`,
+        `probes` of a record that has them, see `rotorsim.signals.record_blocks.probe_numbers`; `beyond_checked_range`,
         sentences, of one beyond the range in which the model was checked.
     """
     name = str(record.attrs.get("experiment", ""))

@@ -12,8 +12,8 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_RPM, TO_UM
-from rotorsim.discrepancy.explanation import LEAST_SHOWN, Explanation, shown_share
-from rotorsim.report.page.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, phase_axes, style
+from rotorsim.discrepancy.verdict import LEAST_SHOWN, Explanation, shown_share
+from rotorsim.report.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, phase_axes, style
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis

@@ -1,4 +1,4 @@
-"""Page of a record: its sections in order, with tables of settings, results and provenance."""
+"""Page of a record: its sections in order, with tables of settings, results and provenance; page of any result."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -20,15 +20,18 @@ from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import show, split
 from rotorsim.experiments.experiment import EXPERIMENTS, parameters
 from rotorsim.experiments.limits import BEYOND, sentences
-from rotorsim.report import film, orbit, orders, responses, spectrum, time_history
+from rotorsim.report import film, orbit, orders, responses, time_history
 from rotorsim.report.film import feed_word
-from rotorsim.report.page.page import Block, Page, check_wanted, page_of, write_page
-from rotorsim.report.page.units import number, quantity
+from rotorsim.report.page import RESULT_PAGES, Block, Page, check_wanted, machine_entry, page_of, write_page
 from rotorsim.report.run import RUNS, SECTIONS, AnalysedRun, RecordSection, analyse, end_of_run
-from rotorsim.signals.probes import SHOWN
-from rotorsim.signals.record_blocks import MissingError, open_record
+from rotorsim.report.units import number, quantity
+from rotorsim.signals.record_blocks import SHOWN, MissingError, open_record
 
-CHAPTERS = (orders, orbit, spectrum, responses, time_history, film)
+if TYPE_CHECKING:
+    from rotorsim.discrepancy import Diagnosis
+    from rotorsim.verify import Verification
+
+CHAPTERS = (orders, orbit, responses, time_history, film)
 """Modules that register sections."""
 POSSIBLE = ("static_gain", "hysteresis_loops", "ring_down", "response_to_force", "response_to_reference", "excitation",
             "spectra", "filtered_orbits")  # fmt: skip
@@ -101,6 +104,29 @@ def write_report(
         write_page(lambda: record_page(opened), html_path, units, figures)
 
 
+def write(
+    result: Diagnosis | Verification | xr.Dataset, path: str | Path, units: str = "metric", figures: str | None = None
+) -> Path:
+    """Write the HTML report of a diagnosis, a verification or a record, complete or not at all.
+
+    `units` are "metric" or "imperial"; with `figures` "png", "svg" or "csv" every figure is a file too. Raises
+    DataError for others and for any other type, WriteError for a path that cannot be written.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.report.write(record, "page.html").name
+    'page.html'
+    """
+    from rotorsim.report import control, diagnosis  # noqa: F401 they register the pages of their results
+
+    make = next((maker for kind, maker in RESULT_PAGES.items() if isinstance(result, kind)), None)
+    if make is None:
+        given = type(result).__name__
+        raise DataError(f"report: {given} is not a Diagnosis, a Verification or a record; for a file use write_report")
+    return write_page(lambda: make(result), path, units, figures)
+
+
 @page_of(xr.Dataset)
 def record_page(record: xr.Dataset) -> Page:
     """Page of an open record; raises DataError for one without a displacement of the disc."""
@@ -109,7 +135,8 @@ def record_page(record: xr.Dataset) -> Page:
 
 def run_page(run: AnalysedRun) -> Page:
     """Page of an analysed run."""
-    name, description = _machine_title(run)
+    name = machine_entry(run.record.attrs)
+    description = machine_entry(run.record.attrs, "description", "")
     made = list(made_sections(run))
     blocks: list[Block | tuple[Block, ...]] = [Block("Results", rows=results(run))]
     blocks += [

@@ -8,13 +8,13 @@ import xarray as xr
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_UM
-from rotorsim.report.page.theme import AXIS_COLOURS, INK, PIN_COLOURS, compact, faint, style
-from rotorsim.report.page.units import displacement, quantity
 from rotorsim.report.run import AnalysedRun, analyse, record_section, sensed
+from rotorsim.report.theme import AXIS_COLOURS, INK, PIN_COLOURS, compact, curve, faint, style
+from rotorsim.report.units import displacement, quantity
 from rotorsim.signals import impact
-from rotorsim.signals.frequency_response import Transfer, peak_of, welch_transfer
 from rotorsim.signals.impact import RingDown
 from rotorsim.signals.record_blocks import need, sampling_time
+from rotorsim.signals.spectra import Transfer, peak_of, welch_transfer
 from rotorsim.signals.static_gain import Branches, HysteresisLoop, loops as loops_of, static_gain as gains_of
 
 UNITS = {"reference": "µm/V", "disc_force": "µm/N"}
@@ -195,9 +195,9 @@ def _add_force(figure: go.Figure, down: RingDown, column: int) -> None:
     dt = (time[-1] - time[0]) / (len(time) - 1)
     near = (time >= (PULSE_REACH[0] * length - 2) * dt) & (time <= (PULSE_REACH[1] * length) * dt)
     force = down.values["force"][near, down.pulse.axis]
-    figure.add_trace(go.Scatter(x=compact(time[near] * 1e3), y=compact(force), mode="lines+markers", marker={"size": 4},
-                                line={"color": INK, "width": 1.5}, showlegend=False,
-                                hovertemplate="%{y:.3g} N at %{x:.1f} ms<extra></extra>"), 1, column)  # fmt: skip
+    figure.add_trace(curve(time[near] * 1e3, force, INK, width=1.5, mode="lines+markers", marker={"size": 4},
+                           showlegend=False, hovertemplate="%{y:.3g} N at %{x:.1f} ms<extra></extra>"),
+                     1, column)  # fmt: skip
 
 
 def _add_motion(figure: go.Figure, down: RingDown, column: int) -> None:
@@ -216,10 +216,9 @@ def _add_motion(figure: go.Figure, down: RingDown, column: int) -> None:
     at = np.linspace(0, float(time[shown][-1]), 120)
     size = down.decay.amplitude * np.exp(-down.decay.rate * at) * TO_UM
     for sign in (1, -1):
-        figure.add_trace(go.Scatter(x=compact(at), y=compact(sign * size), mode="lines", hoverinfo="skip",
-                                    name="fitted envelope", legendgroup="fit", legendrank=2,
-                                    showlegend=column == 1 and sign > 0,
-                                    line={"color": INK, "width": 1.3, "dash": "dash"}), 2, column)  # fmt: skip
+        figure.add_trace(curve(at, sign * size, INK, "fitted envelope", 1.3, "dash", hoverinfo="skip",
+                               legendgroup="fit", legendrank=2, showlegend=column == 1 and sign > 0),
+                         2, column)  # fmt: skip
 
 
 def _end(down: RingDown) -> int:
@@ -294,9 +293,8 @@ def _rests(gain: Branches, um: np.ndarray, rising: bool, axis: str, legend: bool
 
 def _add_fit(figure: go.Figure, gain: Branches, k: int, axis: str, column: int) -> None:
     ends = np.array([gain.reference.min(), gain.reference.max()])
-    figure.add_trace(go.Scatter(x=compact(ends), y=compact(gain.gain[k] * ends * TO_UM), mode="lines", hoverinfo="skip",
-                                line={"color": faint(AXIS_COLOURS[axis], 0.6), "width": 1.5},
-                                showlegend=False), 1, column)  # fmt: skip
+    figure.add_trace(curve(ends, gain.gain[k] * ends * TO_UM, faint(AXIS_COLOURS[axis], 0.6), width=1.5,
+                           hoverinfo="skip", showlegend=False), 1, column)  # fmt: skip
 
 
 def _loops(run: AnalysedRun) -> list[HysteresisLoop]:
@@ -343,8 +341,6 @@ def hysteresis_loops(run: AnalysedRun, loops: list[HysteresisLoop]) -> go.Figure
 def _loop(loop: HysteresisLoop) -> go.Scatter:
     colour = PIN_COLOURS[(loop.injector - 1) % len(PIN_COLOURS)]
     symbols = [SYMBOLS[bool(r)] for r in loop.rising]
-    return go.Scatter(
-        x=compact(loop.reference), y=compact(loop.pin * TO_UM), mode="lines+markers", name=f"pin {loop.injector}",
-        line={"color": colour, "width": 1.3}, marker={"symbol": symbols, "size": 7},
-        hovertemplate=f"pin {loop.injector}: %{{y:.4g}} µm at %{{x:.3g}} V<extra></extra>",
-    )  # fmt: skip
+    return curve(loop.reference, loop.pin * TO_UM, colour, f"pin {loop.injector}", 1.3, mode="lines+markers",
+                 marker={"symbol": symbols, "size": 7},
+                 hovertemplate=f"pin {loop.injector}: %{{y:.4g}} µm at %{{x:.3g}} V<extra></extra>")  # fmt: skip

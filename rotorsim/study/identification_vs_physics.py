@@ -3,7 +3,7 @@
 Local models are Models 3 and 2 of each operating point, validated on a second record. Surfaces through black-box models
 in one coherent basis are compared with those of Model 3 at points held out: the fit takes those of the grid's first,
 middle and last speed and pressure. The responses at all other points of the grid are those of Model 2 there, which
-comes closest to the records.
+comes closest to the records. Figures and sections of a page show both side by side.
 """
 
 from __future__ import annotations
@@ -11,15 +11,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import identification as idn
 from identification.campaign import identify_source
+from identification.local.confidence import project
 from identification.local.fits import actuator_signals
-from identification.local.goodness import project
-from identification.local.start import levy
+from identification.local.greybox import levy
 from identification.records.frequency_response import FrequencyResponse
 from rotorsim.analysis.supply import regulator_pressure
 from rotorsim.base.constants import TO_MPA, TO_RPM, TO_UM
@@ -30,6 +30,35 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from rotorsim.plant.plant import Plant
+    from rotorsim.report.page import Block
+
+MODELS = ("3", "2")
+"""Models of every local point."""
+RECIPE = idn.Prefilter(median=3)
+"""The thesis' prefilter: a running median of three. Its Model 3 has no dead time."""
+NEAR = (5.0, 1e4)
+"""Tolerances [rad/s] and [Pa] within which two records are at the same operating point."""
+Progress = Callable[[], None]
+LINES = 60
+"""Number of frequencies at which responses are compared."""
+SWEEP = (4, 5, 6, 7, 8)
+"""Orders of the black-box models that are compared."""
+Row = tuple[str, dict[str, np.ndarray]]
+ROLES = ("identification", "validation", "centre", "extra", "extra_second")
+HEADS = ("rpm", "MPa", "f1", "f1 phys", "f2", "f2 phys", "zeta1", "z1 phys", "zeta2", "z2 phys", "Gxx", "Gxx phys",
+         "Gyy", "Gyy phys", "Gxy", "Gxy phys", "Gyx", "Gyx phys", "delay x", "film x", "delay y", "film y", "fit x",
+         "fit y", "ceil x", "ceil y")  # fmt: skip
+"""Heads of the table over the grid."""
+GAINS = ((0, 0), (1, 1), (0, 1), (1, 0))
+"""Entries of the static gain in the table, in the order of its columns."""
+DERIVED = (
+    ("f1 [Hz]", "wn", (0,), 1 / (2 * np.pi)), ("f2 [Hz]", "wn", (1,), 1 / (2 * np.pi)),
+    ("zeta 1", "zeta", (0,), 1.0), ("zeta 2", "zeta", (1,), 1.0),
+    ("Gxx [um/V]", "static_gain", (0, 0), TO_UM), ("Gyy [um/V]", "static_gain", (1, 1), TO_UM),
+    ("Gxy [um/V]", "static_gain", (0, 1), TO_UM), ("Gyx [um/V]", "static_gain", (1, 0), TO_UM),
+    ("delay x [ms]", "delay", (0,), 1e3), ("delay y [ms]", "delay", (1,), 1e3),
+)  # fmt: skip
+UNITS = {"K": "1/s^2", "D": "1/s", "B": "m/(s^2 V)"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,15 +86,6 @@ def physics(plant: Plant, speed: float, pressure: float) -> Physics:
     response = FrequencyResponse(omega, G, ones, ones, 1)
     KDB = levy(response, peak, np.exp(-1j * omega * found.delay.mean()))
     return Physics(found.wn[:2], found.zeta[:2], found.static_gain, found.delay, KDB)
-
-
-MODELS = ("3", "2")
-"""Models of every local point."""
-RECIPE = idn.Prefilter(median=3)
-"""The thesis' prefilter: a running median of three. Its Model 3 has no dead time."""
-NEAR = (5.0, 1e4)
-"""Tolerances [rad/s] and [Pa] within which two records are at the same operating point."""
-Progress = Callable[[], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,10 +167,6 @@ def runout_amplitudes(record: xr.Dataset, steady: xr.Dataset | None) -> tuple[np
     return before, after
 
 
-LINES = 60
-"""Number of frequencies at which responses are compared."""
-
-
 @dataclass(frozen=True, eq=False)
 class Coherent:
     """Relative distance (k,) of frequency responses at the other points: surfaces of Model 3, and of black-box models
@@ -191,11 +207,6 @@ def _response_distances(models: Sequence[idn.LinearModel], points: Sequence[Loca
         wanted = one.model.transfer(omega)
         found.append(np.linalg.norm(model.transfer(omega) - wanted) / np.linalg.norm(wanted))
     return np.array(found)
-
-
-SWEEP = (4, 5, 6, 7, 8)
-"""Orders of the black-box models that are compared."""
-Row = tuple[str, dict[str, np.ndarray]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,19 +252,12 @@ class Study:
         return np.array([(r.speed, r.pressure) for r in self.results])
 
 
-def _no_progress() -> None:
-    pass
-
-
-ROLES = ("identification", "validation", "centre", "extra", "extra_second")
-
-
 def study(
     plant: Plant,
     sources: Sequence[idn.Source],
     workers: int = 1,
     order: int = 2,
-    progress: Progress = _no_progress,
+    progress: Progress = lambda: None,
     compared: Sequence[tuple[float, float]] | None = None,
 ) -> Study:
     """The study of records with the roles ROLES: of the grid, between its points, and at extra points.
@@ -299,18 +303,14 @@ def _study(
     extra, missed = make_locals(by_role["extra"], by_role["extra_second"], each, progress)
     results, held = ([point.found["3"] for point in some] for some in (points, centres))
     lpv, refined = (idn.fit_lpv(results, order, held, refine=name) for name in ("none", "frequency"))
-    chosen = _some(points) if compared is None else at_points([*points, *extra], compared)
+    few = [points[k] for k in sorted({0, len(points) // 2, len(points) - 1})]
+    chosen = few if compared is None else at_points([*points, *extra], compared)
     sweep, actuators = compare_models(chosen, each)
     return Study(
         points, [physics(plant, r.speed, r.pressure) for r in results], centres, extra, lpv, refined,
         idn.fit_lpv([point.found["2"] for point in points], order), _distances(lpv, refined, results, held),
         sweep, actuators, coherent(points, each), [*failed, *lost, *missed],
     )  # fmt: skip
-
-
-def _some(points: Sequence[LocalModels]) -> list[LocalModels]:
-    """The first, the middle and the last point."""
-    return [points[k] for k in sorted({0, len(points) // 2, len(points) - 1})]
 
 
 def compare_models(
@@ -358,14 +358,6 @@ def _distances(
     return found
 
 
-HEADS = ("rpm", "MPa", "f1", "f1 phys", "f2", "f2 phys", "zeta1", "z1 phys", "zeta2", "z2 phys", "Gxx", "Gxx phys",
-         "Gyy", "Gyy phys", "Gxy", "Gxy phys", "Gyx", "Gyx phys", "delay x", "film x", "delay y", "film y", "fit x",
-         "fit y", "ceil x", "ceil y")  # fmt: skip
-"""Heads of the table over the grid."""
-GAINS = ((0, 0), (1, 1), (0, 1), (1, 0))
-"""Entries of the static gain in the table, in the order of its columns."""
-
-
 def rows(study: Study, kind: str = "3") -> list[list[float]]:
     """Numbers under HEADS of a model over the grid: Hz, um/V, ms, per cent."""
     found = []
@@ -401,3 +393,58 @@ def summary(study: Study) -> dict[str, dict[str, float]]:
         for kind in ("2", "3")
         for found in [errors(study, kind)]
     }
+
+
+def figures(study: Study) -> list[tuple[str, str, Any]]:
+    """Title, sentence and figure of each."""
+    from rotorsim.report.control import ComparedQuantity, fits_by_model, over_speed
+
+    def values(things: Any, key: str, index: tuple[int, ...], scale: float) -> np.ndarray:
+        return np.array([np.asarray(getattr(thing, key))[index] for thing in things]) * scale
+
+    seconds, derived, elements = [point.found["2"] for point in study.points], [], []
+    for title, key, index, scale in DERIVED:
+        shown = {"Model 3": values(study.results, key, index, scale),
+                 "physics": values(study.physics, key, index, scale),
+                 "Model 2": values(seconds, key, index, scale)}  # fmt: skip
+        derived.append(ComparedQuantity(title, shown, _surface(study, key, index, scale)))
+    for i, name in enumerate(study.lpv.parameters[:12]):
+        shown = {"Model 3": np.array([r.theta[i] for r in study.results]),
+                 "physics": np.array([p.KDB[i] for p in study.physics])}  # fmt: skip
+        elements.append(ComparedQuantity(f"{name} [{UNITS[name[0]]}]", shown, _element(study, i)))
+    return [
+        ("Frequencies, damping, gains, delays", "Dots: Model 3 from records; lines: its second-order surfaces; "
+         "diamonds: Model 2; crosses: linearised physics. A delay of Model 3 holds the actuators too, the others' is "
+         "the film's.", over_speed(study.q, derived)),
+        ("K, D, B", "Dots: Model 3 from records; lines: its surfaces; crosses: K, D, B that come closest to the "
+         "response of the linearised plant, least squares.", over_speed(study.q, elements)),
+        ("Which model", "Fit on the second record, mean of x and y: black-box models of orders 4 to 8, Models 1 to 3, "
+         "and the most that the sensors' noise allows.", fits_by_model(study.sweep)),
+    ]  # fmt: skip
+
+
+def _surface(study: Study, key: str, index: tuple[int, ...], scale: float) -> Any:
+    return lambda speed, pressure: float(study.lpv.derived(speed, pressure)[key][index] * scale)
+
+
+def _element(study: Study, i: int) -> Any:
+    return lambda speed, pressure: float(study.lpv.theta(speed, pressure)[i])
+
+
+def identification_blocks(found: Study) -> list[Block]:
+    """Sections of identification against physics."""
+    from rotorsim.report.page import Block
+
+    errors = [(kind, name, value) for kind, table in summary(found).items() for name, value in table.items()]
+    units = "Hz, um/V, ms, %. A delay of Model 3 holds actuators and film, the physics' the film alone."
+    blocks = [
+        Block("Identified models against the physics", "Errors over the grid in per cent. One lag for actuators and "
+              "film lowers the damping and raises the gain of Model 3; Model 2 knows the pins.",
+              ("model", "error", "%"), errors),
+        *(Block(title, text, figure=figure) for title, text, figure in figures(found)),
+        Block("Model 3, point by point", units, HEADS, rows(found)),
+        Block("Model 2, point by point", "Hz, um/V, ms, %.", HEADS, rows(found, "2")),
+    ]  # fmt: skip
+    if found.failed:
+        blocks.append(Block("Records that could not be identified", "", ("",), [(text,) for text in found.failed]))
+    return blocks

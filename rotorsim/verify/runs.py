@@ -221,7 +221,7 @@ def as_law(given: Any) -> AnyLaw:
 
 
 TEXT = '''from reynolds.jit import kernel
-from rotorsim.control.runtime.kernels import clip, step
+from rotorsim.control.law_kernel import clip, step
 from {plant} import run
 
 
@@ -259,5 +259,5 @@ def run_loop(w, ix, P, rows, out, n, row, line, lw, table, axes, L, S, command, 
 def loop_module(assembly: Assembly) -> ModuleType:
     """The module with `run_loop` for a machine."""
     text = TEXT.format(plant=assembly.module.__name__, read=READ)
-    key = key_of(text, sources_hash("rotorsim/control/runtime"))
+    key = key_of(text, sources_hash("rotorsim/control/guard.py", "rotorsim/control/law_kernel.py"))
     return load_module(f"rotorsim_loop_{key[:16]}", lambda: text)

@@ -18,7 +18,7 @@ from rotorsim.commands.options import AsJson, Jobs, MachineName, PageOptions, St
 from rotorsim.commands.registry import example
 from rotorsim.commands.results import refuse_campaign, study as study_folder
 from rotorsim.plant import Plant
-from rotorsim.report.page.page import save_study_page
+from rotorsim.report.page import save_study_page
 from studies.thesis.cached_cases import Progress
 from studies.thesis.claims.control_numbers import control_left_out, control_numbers
 from studies.thesis.claims.edited import edited, edited_block, edited_markdown

@@ -13,7 +13,7 @@ import rotorsim as rs
 from rotorsim.base import input_files
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.input_files import ArchiveError, read_archive, unpack
-from rotorsim.discrepancy.outcome.files import from_bytes
+from rotorsim.discrepancy.files import from_bytes
 
 
 def zipped(files, method=zipfile.ZIP_DEFLATED, **attributes):

@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rotorsim.control import LawError, Plausibility, lpv, lqr, plausibility_of
+from rotorsim.control import LawError, Plausibility, guard, lpv, lqr, plausibility_of
+from rotorsim.control.guard import PAUSE
 from rotorsim.control.law import load_law
-from rotorsim.control.runtime import guard
-from rotorsim.control.runtime.plausibility import PAUSE
 from rotorsim.plant import Plant
 
 QUIET, POINT = 3e-7, (300.0, 0.5e6)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rotorsim.discrepancy.outcome.machine_file import IdentifiedEffect, difference
-from rotorsim.discrepancy.outcome.result import Diagnosis
-from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint, contributions, setting
-from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, contributions, setting
+from rotorsim.discrepancy.machine_file import IdentifiedEffect, difference
+from rotorsim.discrepancy.result import Diagnosis
+from rotorsim.discrepancy.twin import Twin
 from rotorsim.machine import Machine, load_machine, machine_text
 from rotorsim.machine.file_text import remarked
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.data.intake import check_turns, make_trial, make_trials
-from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.discrepancy.records import check_turns, make_trial, make_trials
+from rotorsim.discrepancy.twin import Twin
 from rotorsim.experiments import steady
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant

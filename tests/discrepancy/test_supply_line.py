@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from rotorsim.analysis.supply import regulator_pressure
-from rotorsim.discrepancy.data.intake import make_trial
-from rotorsim.discrepancy.residuals.comparison import TwinComparison
-from rotorsim.discrepancy.twin.parameters import ParameterPoint
-from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.discrepancy.calibration import ParameterPoint
+from rotorsim.discrepancy.comparison import TwinComparison
+from rotorsim.discrepancy.records import make_trial
+from rotorsim.discrepancy.twin import Twin
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 from rotorsim.study.identification_vs_physics import physics

@@ -114,9 +114,9 @@ NIGHT = pytest.mark.nightly
 def material(tmp_path):
     """Return a folder with the files that pages name."""
     for name in ("model", "lpv"):
-        shutil.copy(ROOT / "rotorsim" / "live" / "rig" / "shipped" / "rig_model_2.json", tmp_path / f"{name}.json")
+        shutil.copy(ROOT / "rotorsim" / "live" / "shipped" / "rig_model_2.json", tmp_path / f"{name}.json")
     for name in ("hinf", "my_law"):
-        shutil.copy(ROOT / "rotorsim" / "live" / "rig" / "shipped" / "hinf.json", tmp_path / f"{name}.json")
+        shutil.copy(ROOT / "rotorsim" / "live" / "shipped" / "hinf.json", tmp_path / f"{name}.json")
     (tmp_path / "docs").symlink_to(ROOT / "docs")
     (tmp_path / "rotorsim").symlink_to(ROOT / "rotorsim")
     return tmp_path

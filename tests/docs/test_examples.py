@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from rotorsim.report.pictures import lacking
+from rotorsim.report.scenes import lacking
 from waiting import PATIENCE
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"

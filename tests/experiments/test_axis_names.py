@@ -14,7 +14,7 @@ import identification as idn
 import rotorsim as rs
 from rotorsim.campaign import collect
 from rotorsim.campaign.read_plan import make_plan
-from rotorsim.campaign.record_files import write_record
+from rotorsim.campaign.records import write_record
 from rotorsim.campaign.simulate_case import solve
 from rotorsim.campaign.store import make_store, record_path
 from rotorsim.experiments import Steady, record, run
@@ -49,8 +49,8 @@ def converted_from_csv(plant: rs.Plant, folder: Path) -> Path:
 
 
 def recorded_live(plant: rs.Plant, folder: Path) -> Path:
-    from rotorsim.live.rig.records import Recorder
-    from rotorsim.live.rig.rig import Rig
+    from rotorsim.live.records import Recorder
+    from rotorsim.live.rig import Rig
 
     rig = Rig(plant.machine, {})
     recorder = Recorder(rig, folder / "live.nc")

@@ -32,7 +32,7 @@ def gcc(importer) -> str:
 @pytest.fixture(scope="session")
 def model():
     """Return the model of the rig on a coarse grid, at rest at 0.3 MPa."""
-    from fmu.kinds import plant_unit
+    from fmu.export import plant_unit
 
     return plant_unit(Plant("dtu_gas_bearing", n_theta=16, n_z=8, dt=2e-4), 0.0, PRESSURE)
 
@@ -40,8 +40,7 @@ def model():
 @pytest.fixture(scope="session")
 def files(gcc, model, tmp_path_factory) -> dict[int, Path]:
     """Return the unit's files by FMI version."""
-    from fmu.binaries import choose
-    from fmu.export import export
+    from fmu.export import choose, export
 
     return export(model, tmp_path_factory.mktemp("units") / "rig.fmu", (2, 3), choose("host"))
 

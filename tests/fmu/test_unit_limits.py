@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fmu.contents import page
-from fmu.kinds import law_unit, named, plant_unit
+from fmu.export import law_unit, named, plant_unit
 from fmu.model import identifier
 from rotorsim.base.errors import DataError
 from rotorsim.machine import Limits

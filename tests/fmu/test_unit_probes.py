@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fmu.check import plant_outputs
-from fmu.reference import reference_inputs
+from fmu.importer import reference_inputs
 from rotorsim.machine import Machine, machine_text
 from rotorsim.plant import Plant
 
@@ -32,10 +32,8 @@ UNITS = {"meas.probe_DE_x": "V", "meas.probe_DE_y": "m", "meas.probe_V": "m/s", 
 @pytest.fixture(scope="module", params=[pytest.param("plain_rotor", marks=pytest.mark.slow), "dtu_gas_bearing"])
 def probed(request, gcc, tmp_path_factory):
     """Model of a machine with probes and its loaded unit; the rig's sleeve is on a pedestal."""
-    from fmu.binaries import choose
-    from fmu.export import export
+    from fmu.export import choose, export, plant_unit
     from fmu.importer import ImportedUnit
-    from fmu.kinds import plant_unit
 
     text = machine_text(request.param) + AROUND
     if request.param == "dtu_gas_bearing":

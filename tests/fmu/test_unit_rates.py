@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fmu.check import plant_outputs, run
-from fmu.reference import reference_inputs
+from fmu.importer import reference_inputs
 from rotorsim.plant import Plant
 
 SPEED = 12000.0
@@ -13,10 +13,8 @@ SPEED = 12000.0
 @pytest.fixture(scope="module")
 def fast(gcc, tmp_path_factory):
     """Model and loaded unit of the small turbo rotor on a coarse grid."""
-    from fmu.binaries import choose
-    from fmu.export import export
+    from fmu.export import choose, export, plant_unit
     from fmu.importer import ImportedUnit
-    from fmu.kinds import plant_unit
 
     model = plant_unit(Plant("grooved_turbo_rotor", n_theta=16, n_z=8), SPEED, 0.0)
     files = export(model, tmp_path_factory.mktemp("units") / "fast.fmu", (3,), choose("host"))

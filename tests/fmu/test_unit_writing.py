@@ -108,9 +108,8 @@ def child_of(process):
 
 
 def test_compiling_is_announced_once_nothing_else_forbids_the_export(model, files, tmp_path, monkeypatch):
-    from fmu import binaries, kernel_object
-    from fmu.binaries import choose
-    from fmu.export import COMPILING, export
+    from fmu import export as exporting, kernel_object
+    from fmu.export import COMPILING, choose, export
 
     received = []
     export(model, tmp_path / "kept.fmu", (3,), choose("host"), announce=received.append)
@@ -126,7 +125,7 @@ def test_compiling_is_announced_once_nothing_else_forbids_the_export(model, file
     monkeypatch.setattr(kernel_object, "_compile", stop)
     with pytest.raises(DataError):
         export(model, tmp_path / "no folder" / "new.fmu", (3,), choose("host"), announce=received.append)
-    monkeypatch.setattr(binaries.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(exporting.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(DataError, match="need zig"):
         export(model, tmp_path / "new.fmu", (3,), choose("host,x86_64-windows"), announce=received.append)
     assert received == []

@@ -5,12 +5,11 @@ import pytest
 from model3 import DELAYED, TRUTH, TS, model, prbs, record
 
 import identification as idn
-from identification.local.bias import _modulated, _part_of_the_input, of_any_phase
+from identification.local.bias import _modulated, _part_of_the_input, model_error, of_any_phase
 from identification.local.confidence import Spread, sandwich, spread
-from identification.local.discretise import zero_order_hold
 from identification.local.greybox import STRUCTURES, modes
 from identification.local.least_squares import FitProblem, GreyBox
-from identification.local.model_error import model_error
+from identification.local.simulation import zero_order_hold
 
 pytestmark = pytest.mark.numerical
 

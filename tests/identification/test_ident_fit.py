@@ -7,9 +7,9 @@ from scipy.linalg import expm
 
 import identification as idn
 from identification.local.blackbox import FullStateSpace
-from identification.local.discretise import exponential, sampled
 from identification.local.greybox import STRUCTURES, actuator_poles, modes
 from identification.local.least_squares import FitProblem, GreyBox, Predictor
+from identification.local.simulation import exponential, sampled
 
 pytestmark = pytest.mark.numerical
 

@@ -19,7 +19,7 @@ from rotorsim.machine import (
     probes,
     rotor,
     shipped_machines,
-)  # fmt: skip
+)
 from rotorsim.machine.part import Part
 from rotorsim.machine.plausibility import question, range_of, ranges
 

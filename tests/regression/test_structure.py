@@ -27,6 +27,7 @@ BY_NAME = {
     "identification/readers/__init__.py",
     "rotorsim/base/public.py",
     "rotorsim/campaign/worker.py",
+    "rotorsim/commands/app.py",
     "rotorsim/effects/__init__.py",
     "rotorsim/experiments/catalogue/__init__.py",
 }

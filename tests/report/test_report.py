@@ -17,13 +17,12 @@ from identification import make_record
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import WriteError
 from rotorsim.machine import machine_text
+from rotorsim.report.figure_files import figures_of, save_png
 from rotorsim.report.orbit import instants
 from rotorsim.report.orders import readme_figure
-from rotorsim.report.page.figure_files import figures_of, save_png
-from rotorsim.report.page.theme import compact, phase_lag
-from rotorsim.report.record import write_report
-from rotorsim.report.result import write
+from rotorsim.report.record import write, write_report
 from rotorsim.report.run import analyse
+from rotorsim.report.theme import compact, phase_lag
 from rotorsim.signals.record_blocks import envelopes
 
 EVIL = 'name = "<script>alert(1)</script>"\ndescription = "a & b </pre><img src=x onerror=alert(2)>"\n'

@@ -21,7 +21,7 @@ import rotorsim.report as report
 from identification import make_record
 from rotorsim.base.errors import DataError
 from rotorsim.experiments.experiment import EXPERIMENTS
-from rotorsim.report.page.page import html
+from rotorsim.report.page import html
 from rotorsim.report.record import made_sections, provenance, record_page, write_report
 from rotorsim.report.run import SECTIONS, analyse
 from rotorsim.signals.record_blocks import MissingError
@@ -235,7 +235,7 @@ def test_a_record_without_a_displacement_is_refused() -> None:
 
 
 def test_naming_reports_does_not_import_a_plot_library() -> None:
-    code = "import sys, rotorsim.report, rotorsim.signals.frequency_response; sys.exit('plotly' in sys.modules)"
+    code = "import sys, rotorsim.report, rotorsim.signals.spectra; sys.exit('plotly' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

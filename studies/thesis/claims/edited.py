@@ -14,7 +14,7 @@ from rotorsim.base.input_files import parse_json
 from studies.thesis.claims.rules import text
 
 if TYPE_CHECKING:
-    from rotorsim.report.page.page import Block
+    from rotorsim.report.page import Block
 
 KEPT = "rules.json"
 """File in a study's folder that holds the rules of its first run."""
@@ -103,7 +103,7 @@ def _words(rule: Any) -> str:
 
 def edited_block(sentences: list[str]) -> list[Block]:
     """The section of a report that states the edits; none without any."""
-    from rotorsim.report.page.page import Block
+    from rotorsim.report.page import Block
 
     if not sentences:
         return []
