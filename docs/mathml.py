@@ -6,18 +6,18 @@ from typing import Any
 
 from docutils import nodes
 
-from fmu import equations
+from fmu import contents
 
 
 def inline(writer: Any, node: nodes.Element) -> None:
     """Write an equation within a line."""
-    writer.body.append(equations.inline(node.astext()))
+    writer.body.append(contents.inline(node.astext()))
     raise nodes.SkipNode
 
 
 def block(writer: Any, node: nodes.Element) -> None:
     """Write an equation of its own."""
-    writer.body.append(f'<div style="overflow-x: auto">{equations.block(node.astext())}</div>')
+    writer.body.append(f'<div style="overflow-x: auto">{contents.block(node.astext())}</div>')
     raise nodes.SkipNode
 
 

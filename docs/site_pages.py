@@ -162,7 +162,7 @@ def bibliography() -> str:
     head = (
         "# Bibliography\n\nThe sources of the equations, under the keys that the modules cite them by. "
         "`rotorsim cite MACHINE` prints those of a\nmachine. "
-        "BibTeX: [references.bib](../rotorsim/base/references/references.bib)."
+        "BibTeX: [references.bib](../rotorsim/base/references.bib)."
     )
     lines = [f'<a id="{key}"></a>**{key}**: {_linked(shown(entry))}' for key, entry in sorted(entries().items())]
     return "\n\n".join([head, *lines]) + "\n"

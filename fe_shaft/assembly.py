@@ -1,9 +1,12 @@
-"""Assembly of the rotor matrices: numbering of the degrees of freedom, M, C, G, K."""
+"""Elements of a rotor, checked and in order along the shaft, and its matrices M, C, G, K.
+
+Every element sits on a node of the shaft or on a pedestal; degrees of freedom are numbered by `DofLayout`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar
 
@@ -12,8 +15,8 @@ from numpy.typing import NDArray
 
 from fe_shaft import elements
 from fe_shaft.bearing import BearingElement
-from fe_shaft.rotor_elements import RotorElements
-from fe_shaft.shaft import ShaftElement
+from fe_shaft.checks import ShaftError
+from fe_shaft.shaft import DiskElement, PointMass, ShaftElement
 
 Matrix = NDArray[np.float64]
 
@@ -72,10 +75,44 @@ class Parts:
     C_bearings: Matrix
 
 
-class AssembledRotor(RotorElements):
-    """Rotor with its matrices; four degrees of freedom a node: x, y [m], alpha, beta [rad]."""
+@dataclass(frozen=True)
+class AssembledRotor:
+    """Rotor with its matrices; the fields are those of `fe_shaft.Rotor`.
+
+    Four degrees of freedom a node: x, y [m], alpha, beta [rad].
+    """
 
     number_dof: ClassVar[int] = 4
+    shaft_elements: Sequence[ShaftElement]
+    disk_elements: Sequence[DiskElement] = ()
+    bearing_elements: Sequence[BearingElement] = ()
+    point_mass_elements: Sequence[PointMass] = ()
+    clamped: Sequence[int] = ()
+    pinned: Sequence[int] = ()
+
+    def __post_init__(self) -> None:
+        """Put the elements in order and check that everything sits on the shaft."""
+        object.__setattr__(self, "shaft_elements", _numbered(tuple(self.shaft_elements)))
+        for name in ("disk_elements", "bearing_elements", "point_mass_elements", "clamped", "pinned"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        _check(self)
+
+    @property
+    def n_nodes(self) -> int:
+        """Number of nodes of the shaft: one more than there are elements."""
+        return len(self.shaft_elements) + 1
+
+    @property
+    def nodes_pos(self) -> NDArray[np.float64]:
+        """Positions of the shaft's nodes along z (n_nodes,) [m]; node 0 at 0."""
+        return np.concatenate([[0.0], np.cumsum([element.L for element in self.shaft_elements])])
+
+    @property
+    def mass(self) -> float:
+        """Mass of shaft, discs and the point masses on the shaft [kg]."""
+        shaft = sum(element.mass for element in self.shaft_elements)
+        points = sum(point.my for point in self.point_mass_elements if point.n < self.n_nodes)
+        return float(shaft + points + sum(disk.m for disk in self.disk_elements))
 
     @cached_property
     def layout(self) -> DofLayout:
@@ -146,7 +183,47 @@ def hysteretic_shares(speed: float, whirl: float | None) -> tuple[float, float]:
     return -(forward + backward) / 2, (forward - backward) / (2 * omega) if omega else 0.0
 
 
-def lay_out(rotor: RotorElements) -> DofLayout:
+def _numbered(shaft: tuple[ShaftElement, ...]) -> tuple[ShaftElement, ...]:
+    """The elements in order of their numbers; without numbers, in the order given."""
+    if not shaft:
+        raise ShaftError("rotor: the shaft has no elements; give at least one ShaftElement.")
+    numbers = [element.n for element in shaft]
+    if all(n is None for n in numbers):
+        return tuple(replace(element, n=n) for n, element in enumerate(shaft))
+    given = sorted(n for n in numbers if n is not None)
+    if given != list(range(len(shaft))):
+        raise ShaftError(
+            f"rotor: the shaft elements are numbered {numbers}, but {len(shaft)} elements need each of the "
+            f"numbers 0 to {len(shaft) - 1} once; correct them, or leave all of them out to number by order."
+        )
+    return tuple(sorted(shaft, key=lambda element: element.n or 0))
+
+
+def _check(rotor: AssembledRotor) -> None:
+    """Raise ShaftError if something does not sit where it can."""
+    last = rotor.n_nodes - 1
+    links = [b.n_link for b in rotor.bearing_elements if b.n_link is not None and b.n_link > last]
+    _check_nodes("disc", (disk.n for disk in rotor.disk_elements), last)
+    _check_nodes("bearing", (b.n for b in rotor.bearing_elements), last, links)
+    _check_nodes("point mass", (point.n for point in rotor.point_mass_elements), last, links)
+    _check_nodes("clamp", rotor.clamped, last)
+    _check_nodes("pin", rotor.pinned, last)
+    nodes = [bearing.n for bearing in rotor.bearing_elements]
+    for node in nodes:
+        if nodes.count(node) > 1:
+            raise ShaftError(f"rotor: {nodes.count(node)} bearings at node {node}; add their coefficients in one.")
+    for node in links:
+        if not any(p.n == node and min(p.mx, p.my) > 0 for p in rotor.point_mass_elements):
+            raise ShaftError(f"rotor: the pedestal at node {node} has no mass; add PointMass({node}, m).")
+
+
+def _check_nodes(what: str, nodes: Iterable[int], last: int, more: Sequence[int] = ()) -> None:
+    for node in nodes:
+        if not 0 <= node <= last and node not in more:
+            raise ShaftError(f"rotor: {what} at node {node}, but the shaft has nodes 0 to {last}; move the {what}.")
+
+
+def lay_out(rotor: AssembledRotor) -> DofLayout:
     """Give every degree of freedom its place."""
     last = rotor.n_nodes
     inside = [n for n, element in enumerate(rotor.shaft_elements) if element.internal]
@@ -165,9 +242,9 @@ def lay_out(rotor: RotorElements) -> DofLayout:
 def assemble(rotor: AssembledRotor, layout: DofLayout) -> Parts:
     """The matrices that do not change with speed."""
 
-    def shaft(matrix: Callable[[ShaftElement], Matrix]) -> Matrix:
+    def shaft(matrix: Callable[[ShaftElement], Matrix], used: bool = True) -> Matrix:
         full = np.zeros((layout.ndof, layout.ndof))
-        for number, element in enumerate(rotor.shaft_elements):
+        for number, element in enumerate(rotor.shaft_elements if used else ()):
             dofs = layout.element(number)
             full[np.ix_(dofs, dofs)] += matrix(element)
         return full
@@ -182,14 +259,12 @@ def assemble(rotor: AssembledRotor, layout: DofLayout) -> Parts:
         M[first, first] += point.mx
         M[first + 1, first + 1] += point.my
     damped = _mass_damping(rotor, layout)
-    N = shaft(_turning) if any(e.eta_v for e in rotor.shaft_elements) else np.zeros_like(M)
-    C = (
-        shaft(_material_damping)
-        if any(e.alpha or e.beta or e.eta_v for e in rotor.shaft_elements)
-        else np.zeros_like(M)
-    )
+    every = rotor.shaft_elements
+    N = shaft(lambda e: e.eta_v * elements.circulatory_matrix(e), any(e.eta_v for e in every))
+    C = shaft(_material_damping, any(e.alpha or e.beta or e.eta_v for e in every))
     C = C if damped is None else C + damped
-    H, N_h = (shaft(m) if rotor.hysteretic else np.zeros_like(M) for m in (_loss, _driving))
+    H = shaft(lambda e: e.eta_h * elements.elastic_matrix(e), rotor.hysteretic)
+    N_h = shaft(lambda e: e.eta_h * elements.circulatory_matrix(e), rotor.hysteretic)
     constant = [b for b in rotor.bearing_elements if b.constant]
     K_b, C_b = np.zeros_like(M), np.zeros_like(M)
     for bearing in constant:
@@ -198,7 +273,7 @@ def assemble(rotor: AssembledRotor, layout: DofLayout) -> Parts:
     return Parts(M, G, shaft(_stiffness), C, N, H, N_h, K_b, C_b)
 
 
-def _mass_damping(rotor: RotorElements, layout: DofLayout) -> Matrix | None:
+def _mass_damping(rotor: AssembledRotor, layout: DofLayout) -> Matrix | None:
     """Damping alpha M (ndof, ndof) of discs and point masses; None where none has any."""
     if not any([*(disk.alpha for disk in rotor.disk_elements), *(p.alpha for p in rotor.point_mass_elements)]):
         return None
@@ -230,18 +305,6 @@ def _stiffness(element: ShaftElement) -> Matrix:
     if element.torque:
         K = K + element.torque * elements.torque_matrix(element)
     return K
-
-
-def _turning(element: ShaftElement) -> Matrix:
-    return element.eta_v * elements.circulatory_matrix(element)
-
-
-def _loss(element: ShaftElement) -> Matrix:
-    return element.eta_h * elements.elastic_matrix(element)
-
-
-def _driving(element: ShaftElement) -> Matrix:
-    return element.eta_h * elements.circulatory_matrix(element)
 
 
 def _material_damping(element: ShaftElement) -> Matrix:

@@ -6,19 +6,24 @@ above 1/sqrt(2) have no peak over the speed and are left out. Up to which speed 
 read from the undamped rotor: with constant bearings its critical speeds are the real eigenvalues of K q = Omega^2 (M -
 i G) q.
 
-Source: Friswell et al. (2010), section 6.8.
+The undamped map shows synchronous forward critical speeds over the bearings' stiffness. With isotropic undamped
+bearings forward whirl at the speed has x + i y = u exp(i Omega t), beta - i alpha = theta exp(i Omega t), and in the
+plane (x, beta) alone K q = Omega^2 (M + G_f) q with G_f = -I_p of a disc's rotation: symmetric. That none is missing
+below the last one is counted by the inertia of M - mu K, mu = 1 / omega^2, since K is positive definite (Sylvester).
 
-Cites: friswell_2010.
+Source: API 684; Friswell et al. (2010), section 6.8.
+
+Cites: api_684, friswell_2010.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eig
+from scipy.linalg import eig, eigh, eigvalsh
 
 from fe_shaft import modal
 from fe_shaft.assembly import AssembledRotor
@@ -37,6 +42,8 @@ if TYPE_CHECKING:
 _DAMPED = 0.5**0.5
 _FLOOR, _ABOVE = 1e-4, 1.02
 """Lowest frequency that is followed, and highest, over the highest speed."""
+_BEYOND = 1e-6
+"""Relative distance above the highest critical speed up to which they are counted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +100,11 @@ def run_critical_speed(rotor: AssembledRotor, limit: float | None = None, count:
     ------
     ShaftError
         If `count` or `limit` is not positive, the limit lies below all tables, or no speed lies in every table.
+
+    Examples
+    --------
+    >>> rotor.run_critical_speed(count=2).wn.round().tolist()
+    [210.0, 210.0]
     """
     if count < 1 or (limit is not None and not limit > 0):
         raise ShaftError(f"critical speed: count = {count}, limit = {limit}; both must be positive.")
@@ -104,7 +116,12 @@ def run_critical_speed(rotor: AssembledRotor, limit: float | None = None, count:
         )
     found: list[Crossing] = []
     searched, proven = (low, low), True
-    for top in [min(high, limit)] if limit is not None else _tops(rotor, count, high):
+    tops = [high if limit is None else min(high, limit)]
+    if limit is None:  # one after the other until there are enough
+        guesses = _guesses(rotor)
+        chosen = (guesses[min(k, len(guesses)) - 1] for k in (count, 2 * count, len(guesses)) if len(guesses))
+        tops = sorted({float(min(high, 1.2 * guess)) for guess in chosen})
+    for top in tops:
         if top <= low:
             continue
         found, proven = _up_to(rotor, low, top)
@@ -140,15 +157,6 @@ def _up_to(rotor: AssembledRotor, low: float, high: float) -> tuple[list[Crossin
     return every, not uncertain and all(node.modes.proven for node in followed.nodes)
 
 
-def _tops(rotor: AssembledRotor, count: int, high: float) -> list[float]:
-    """Speeds [rad/s] up to which to follow, one after the other until there are `count` critical speeds."""
-    guesses = _guesses(rotor)
-    if not len(guesses):
-        return []
-    chosen = [guesses[min(k, len(guesses)) - 1] for k in (count, 2 * count, len(guesses))]
-    return sorted({float(min(high, 1.2 * g)) for g in chosen})
-
-
 def _result(
     rotor: AssembledRotor, found: list[Crossing], searched: tuple[float, float], proven: bool
 ) -> CriticalSpeedResult:
@@ -179,3 +187,111 @@ def _guesses(rotor: AssembledRotor) -> NDArray[np.float64]:
     real = inverse.real > 1e-12 * np.abs(inverse).max(initial=0.0)
     real &= np.abs(inverse.imag) < 0.3 * np.abs(inverse)
     return np.sort(1 / np.sqrt(inverse[real].real))
+
+
+@dataclass(frozen=True, eq=False)
+class UcsResult:
+    """Undamped critical speeds `wn` (n_modes, n_stiffness) [rad/s] over `stiffness` (n_stiffness,) [N/m].
+
+    NaN where a disc is so flat that a mode has no forward critical speed. `missing` (n_stiffness,) is the number of
+    critical speeds up to the highest one that are not among them, counted independently: 0; NaN where nobody counted.
+    """
+
+    stiffness: NDArray[np.float64]
+    wn: NDArray[np.float64]
+    missing: NDArray[np.float64] = field(default_factory=lambda: np.array(np.nan))
+
+    def dataset(self) -> xr.Dataset:
+        """Labelled data over mode and stiffness."""
+        return dataset(
+            {
+                "wn": (("mode", "stiffness"), self.wn, "rad/s", "undamped critical speed"),
+                "missing": (
+                    ("stiffness",),
+                    np.broadcast_to(self.missing, self.stiffness.shape),
+                    "1",
+                    "critical speeds up to the highest that are not found",
+                ),
+            },
+            {"stiffness": (("stiffness",), self.stiffness, "N/m", "stiffness of every bearing")},
+        )
+
+
+def run_ucs(
+    rotor: AssembledRotor, stiffness_range: tuple[float, float] = (1e6, 1e11), num: int = 30, num_modes: int = 4,
+    synchronous: bool = True,
+) -> UcsResult:  # fmt: skip
+    """Undamped critical speeds with every bearing as stiff as k [N/m], at `num` values from the range, evenly in log k.
+
+    Without `synchronous` the shaft stands: its natural frequencies at rest.
+
+    Raises
+    ------
+    ShaftError
+        If the range is not two positive ascending numbers, the rotor has no bearing to vary, or it has
+        bearings at one node alone.
+
+    Examples
+    --------
+    >>> rotor.run_ucs((1e6, 1e8), num=5, num_modes=2).wn.shape
+    (2, 5)
+    """
+    low, high = stiffness_range
+    if not 0 < low < high or num < 1 or num_modes < 1:
+        raise ShaftError(
+            f"ucs: stiffness from {low:g} to {high:g} N/m, {num} values, {num_modes} modes; "
+            "give a positive ascending range and counts of at least 1."
+        )
+    if not rotor.bearing_elements:
+        raise ShaftError("ucs: the rotor has no bearing whose stiffness could vary; add one.")
+    held = {bearing.n for bearing in rotor.bearing_elements} | set(rotor.pinned)
+    if len(held) < 2 and not rotor.clamped:
+        raise ShaftError(
+            "ucs: bearings at one node alone leave the shaft free to tilt; support it at two nodes at least."
+        )
+    stiffness = np.geomspace(low, high, num)
+    M, K, plane = _forward_plane(rotor, synchronous)
+    unit = np.zeros(rotor.ndof)
+    for bearing in rotor.bearing_elements:
+        unit[rotor.layout.place(bearing.n)] += 1.0
+    held_by = [K + np.diag(k * unit[plane]) for k in stiffness]
+    wn = [_lowest_undamped(M, one, num_modes) for one in held_by]
+    missing = [_count_up_to(M, one, float(np.nanmax(w, initial=0.0))) - np.isfinite(w).sum()
+               for one, w in zip(held_by, wn, strict=True)]  # fmt: skip
+    return UcsResult(stiffness, np.stack(wn, 1), np.array(missing, float))
+
+
+def _forward_plane(
+    rotor: AssembledRotor, synchronous: bool
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.intp]]:
+    """Mass with the gyroscopic part and stiffness of the shaft in the plane x, beta, and its degrees of freedom."""
+    axes, free = rotor.layout.axes, rotor.free
+    inside = free[free < rotor.ndof - 2 * len(rotor.layout.pedestals)]
+    plane = inside[np.isin(axes[inside], (0, 3))]
+    # in forward whirl y = -i x and alpha = i beta; G couples the plane to y, alpha
+    partner = np.where(axes[plane] == 0, plane + 1, plane - 1)
+    turned = np.where(axes[plane] == 0, -1.0, 1.0)
+    M = rotor.parts.M[np.ix_(plane, plane)]
+    if synchronous:
+        G = rotor.parts.G[np.ix_(plane, partner)] * turned
+        M = M + (G + G.T) / 2
+    return M, rotor.parts.K[np.ix_(plane, plane)], plane
+
+
+def _lowest_undamped(M: NDArray[np.float64], K: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """The lowest real frequencies; K is positive definite, M need not be."""
+    K = (K + K.T) / 2
+    inverse = eigh(M, K, eigvals_only=True, subset_by_index=(max(0, len(M) - count), len(M) - 1))[::-1]
+    wn = np.full(count, np.nan)
+    positive = inverse[inverse > len(M) * EPS * max(inverse[0], 0.0)]
+    wn[: len(positive)] = 1 / np.sqrt(positive)
+    return wn
+
+
+def _count_up_to(M: NDArray[np.float64], K: NDArray[np.float64], highest: float) -> int:
+    """Number of real frequencies up to the `highest` [rad/s]."""
+    if not highest:
+        return 0
+    unit = 1 / np.sqrt(np.diag(K))  # a congruence, which leaves the inertia as it is
+    A = (M - K / (highest * (1 + _BEYOND)) ** 2) * unit * unit[:, None]
+    return int(np.sum(eigvalsh((A + A.T) / 2) > 0))

@@ -8,6 +8,10 @@ r"""Natural frequencies, damping and whirl from the eigenvalues of the state mat
 Bearings whose tables hang on the whirl frequency, and hysteretic shafts, are taken, mode by mode, at that mode's own
 frequency |lambda|; the modes end where the tables do.
 
+The orbit of a node is an ellipse: x + i y is a forward circle of radius |X + iY|/2 plus a backward circle of radius |X
+- iY|/2: their sum and difference are the half axes, and the larger one names the whirl. Whirl is forward where it turns
+as the shaft does; a shaft at rest counts as turning from x to y.
+
 Source: Friswell et al. (2010), chapters 3 and 5.
 
 Cites: friswell_2010.
@@ -22,7 +26,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, eig
 
-from fe_shaft import whirl
 from fe_shaft.assembly import AssembledRotor
 from fe_shaft.bearing import HOLD
 from fe_shaft.checks import ShaftError
@@ -36,6 +39,38 @@ if TYPE_CHECKING:
 _REAL = 1e-6  # smallest wd / wn
 _MATCHED = 12  # modes that are matched with what depends on the whirl frequency
 _PASSES = 50
+_STILL = 1e-3  # a node that moves less than this part of the largest motion does not count for the whirl
+_PLANAR = 1e-3  # circles whose radii differ by less than this part of their sum make a straight line
+
+
+def half_axes(
+    x: NDArray[np.complex128], y: NDArray[np.complex128], speed: float = 0.0
+) -> tuple[NDArray[np.float64], ...]:
+    """Major and minor half axis, in the unit of x, of Re(x exp(st)) with Im s >= 0; the minor one is negative in
+    backward whirl of a shaft at `speed` [rad/s]."""
+    y = y if speed >= 0 else -y
+    forward, backward = np.abs(x + 1j * y) / 2, np.abs(x - 1j * y) / 2
+    return forward + backward, forward - backward
+
+
+def inclination(x: NDArray[np.complex128], y: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Angle of the major axis from x towards y [rad], between -pi/2 and pi/2."""
+    forward, backward = x + 1j * y, np.conj(x) + 1j * np.conj(y)
+    angle = (np.angle(forward) + np.angle(backward)) / 2
+    return np.asarray((angle + np.pi / 2) % np.pi - np.pi / 2)
+
+
+def whirl_sense(x: NDArray[np.complex128], y: NDArray[np.complex128], speed: float = 0.0) -> NDArray[np.str_]:
+    """'forward', 'backward' or 'mixed' for node amplitudes `x`, `y` (n_nodes, n_modes) at a shaft `speed` [rad/s].
+
+    'mixed' where nodes disagree or move on a straight line.
+    """
+    major, minor = half_axes(x, y, speed)
+    moving = major > _STILL * major.max(axis=0)
+    turn = np.where(np.abs(minor) < _PLANAR * major, 0.0, np.sign(minor))
+    all_forward = np.all((turn > 0) | ~moving, axis=0)
+    all_backward = np.all((turn < 0) | ~moving, axis=0)
+    return np.where(all_forward, "forward", np.where(all_backward, "backward", "mixed"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +137,7 @@ class ModalResult:
     def dataset(self) -> xr.Dataset:
         """All of it as labelled data over mode and node, with the half axes and inclinations of the orbits."""
         x, y = self.node_shapes
-        major, minor = whirl.half_axes(x, y, self.speed)
+        major, minor = half_axes(x, y, self.speed)
         per_node = ("node", "mode")
         return dataset(
             {
@@ -115,7 +150,7 @@ class ModalResult:
                 "y": (per_node, y, "1", "mode shape in y"),
                 "major": (per_node, major, "1", "major half axis of the orbit"),
                 "minor": (per_node, minor, "1", "minor half axis of the orbit, negative in backward whirl"),
-                "inclination": (per_node, whirl.inclination(x, y), "rad", "angle of the major axis from x"),
+                "inclination": (per_node, inclination(x, y), "rad", "angle of the major axis from x"),
             },
             {
                 "mode": (("mode",), np.arange(len(self.wn)), "1", "number of the mode"),
@@ -189,6 +224,11 @@ def run_modal(rotor: AssembledRotor, speed: float) -> ModalResult:
     """Modes of `rotor` at `speed` [rad/s]; motions that do not oscillate are left out, but for `divergence`.
 
     Repeated frequencies (a symmetric rotor at rest) have arbitrary shapes, and so an arbitrary whirl.
+
+    Examples
+    --------
+    >>> rotor.run_modal(100.0).wn[:2].round().tolist()
+    [210.0, 210.0]
     """
     matrices = free_matrices(rotor, speed, _start(rotor) if rotor.by_whirl else None)
     values, vectors = eig(state_matrix(*matrices))
@@ -207,7 +247,13 @@ def named(
     transverse = np.concatenate([x, y])
     largest = transverse[np.abs(transverse).argmax(axis=0), np.arange(len(values))]
     shapes = shapes / largest
-    return ModalResult(float(speed), values, shapes, whirl.name(x, y, speed), rotor.nodes_pos)
+    return ModalResult(float(speed), values, shapes, whirl_sense(x, y, speed), rotor.nodes_pos)
+
+
+def _start(rotor: AssembledRotor) -> float:
+    """Lowest frequency [rad/s] inside every table over the whirl frequency."""
+    tables = [b.whirl_frequency for b in rotor.bearing_elements if b.whirl_frequency is not None]
+    return float(max((np.asarray(table)[0] for table in tables), default=0.0))
 
 
 def _matched(rotor: AssembledRotor, speed: float) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
@@ -236,9 +282,3 @@ def _matched(rotor: AssembledRotor, speed: float) -> tuple[NDArray[np.complex128
         )
     order = np.argsort(np.abs(found))
     return np.array(found)[order], np.stack(shapes, axis=1)[:, order]
-
-
-def _start(rotor: AssembledRotor) -> float:
-    """A whirl frequency [rad/s] inside every table."""
-    tables = [b.whirl_frequency for b in rotor.bearing_elements if b.whirl_frequency is not None]
-    return float(max((np.asarray(table)[0] for table in tables), default=0.0))

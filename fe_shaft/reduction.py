@@ -29,8 +29,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from fe_shaft.assembly import AssembledRotor
 from fe_shaft.checks import ShaftError
-from fe_shaft.rotor import Rotor
 from fe_shaft.static import rigid_motions
 
 Matrix = NDArray[np.float64]
@@ -77,12 +77,14 @@ class ReducedRotor:
         return self.participation
 
 
-def modal_reduction(rotor: Rotor, springs: Mapping[int, float], n_modes: int, damping_ratio: float) -> ReducedRotor:
+def modal_reduction(
+    rotor: AssembledRotor, springs: Mapping[int, float], n_modes: int, damping_ratio: float
+) -> ReducedRotor:
     """Reduce `rotor` to `n_modes` modes of each plane.
 
     Parameters
     ----------
-    rotor : Rotor
+    rotor : AssembledRotor
         Its linear bearings and pedestals stay part of it.
     springs : mapping of int to float
         Nominal stiffness [N/m] of every gas bearing by its node; empty for a rotor on its linear bearings alone. Where
@@ -118,7 +120,7 @@ def modal_reduction(rotor: Rotor, springs: Mapping[int, float], n_modes: int, da
 
 
 def _shaft_damping(
-    rotor: Rotor, springs: Mapping[int, float], n_modes: int, damping_ratio: float, M: Matrix, Phi: Matrix
+    rotor: AssembledRotor, springs: Mapping[int, float], n_modes: int, damping_ratio: float, M: Matrix, Phi: Matrix
 ) -> Matrix:
     """Modal damping of the shaft on pedestals at rest, in the modes Phi: pedestals have dampers of their own."""
     n = 4 * rotor.n_nodes
@@ -130,7 +132,7 @@ def _shaft_damping(
     return P.T @ own.modal_damping @ P
 
 
-def add_springs(K: Matrix, rotor: Rotor, springs: Mapping[int, float]) -> Matrix:
+def add_springs(K: Matrix, rotor: AssembledRotor, springs: Mapping[int, float]) -> Matrix:
     """A stiffness matrix (ndof, ndof) of `rotor` with isotropic springs [N/m] at nodes, against their pedestals."""
     total = K.copy()
     links = {b.n: b.n_link for b in rotor.bearing_elements}
@@ -168,7 +170,7 @@ def _signs(deflection: Matrix) -> Matrix:
     return np.where(deflection[first, np.arange(deflection.shape[1])] < 0, -1.0, 1.0)
 
 
-def _check(rotor: Rotor, nodes: Iterable[int], n_modes: int) -> None:
+def _check(rotor: AssembledRotor, nodes: Iterable[int], n_modes: int) -> None:
     turning = next((name for name in ("eta_v", "eta_h") if any(getattr(e, name) for e in rotor.shaft_elements)), None)
     if turning:
         raise ShaftError(

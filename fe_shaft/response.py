@@ -23,10 +23,10 @@ from scipy.linalg import lapack
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from fe_shaft import whirl
 from fe_shaft.assembly import AssembledRotor
 from fe_shaft.checks import ShaftError, grid
 from fe_shaft.labelled import dataset
+from fe_shaft.modal import half_axes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,7 +54,7 @@ class ForcedResult:
         """Labelled data over node and frequency, with the half axes of the orbits."""
         nodes = 4 * len(self.nodes_pos)
         x, y = self.response[0:nodes:4], self.response[1:nodes:4]
-        major, minor = whirl.half_axes(x, y)
+        major, minor = half_axes(x, y)
         over = ("node", "frequency")
         return dataset(
             {
@@ -115,6 +115,11 @@ def run_unbalance_response(
     ------
     ShaftError
         If a node is not on the shaft, a frequency is not finite or a bearing's table does not cover it.
+
+    Examples
+    --------
+    >>> rotor.run_unbalance_response(3, 1e-5, 0.0, [50.0, 100.0]).response.shape
+    (28, 2)
     """
     frequency = grid("unbalance: frequency [rad/s]", frequency, increasing=False)
     unbalance = _unbalance_vector(rotor, node, magnitude, phase)[:, None]
@@ -138,6 +143,11 @@ def run_freq_response(
     ------
     ShaftError
         If a degree of freedom does not exist or a frequency is not finite.
+
+    Examples
+    --------
+    >>> rotor.run_freq_response([50.0, 100.0], speed=0.0, inputs=[12], outputs=[12, 13]).response.shape
+    (2, 1, 2)
     """
     frequency = grid("frequency response: frequency [rad/s]", frequency, increasing=False)
     into, out = (_dofs(rotor, chosen) for chosen in (inputs, outputs))

@@ -18,9 +18,8 @@ import numpy as np
 
 from fe_shaft.bearing import BearingElement
 from fe_shaft.checks import ShaftError
-from fe_shaft.masses import DiskElement, PointMass
-from fe_shaft.shaft import Material, ShaftElement
-from rotorsim.base.exchange.foreign import Foreign, Leftovers
+from fe_shaft.shaft import DiskElement, Material, PointMass, ShaftElement
+from rotorsim.base.control_systems import Foreign, Leftovers
 
 _COEFFICIENTS = ("kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy")
 _MASSES, _CROSS_MASSES = ("mxx", "myy"), ("mxy", "myx")
@@ -115,9 +114,14 @@ def to_ross(rotor: OwnRotor, module: Any) -> Any:
     """
     two_axes = "speed" in signature(module.BearingElement).parameters
     _check_representable(rotor, two_axes)
+
+    def material(one: Material) -> Any:
+        plain = "".join(c if c.isalnum() else "_" for c in one.name)
+        return module.Material(name=plain, rho=one.rho, E=one.E, G_s=one.G_s)
+
     shaft = [
         module.ShaftElement(
-            L=e.L, idl=e.idl, odl=e.odl, idr=e.idr, odr=e.odr, material=_material(e.material, module), n=n,
+            L=e.L, idl=e.idl, odl=e.odl, idr=e.idr, odr=e.odr, material=material(e.material), n=n,
             axial_force=e.axial_force, torque=e.torque, alpha=e.alpha, beta=e.beta,
             **{name: getattr(e, name) for name in _SWITCHES},
         )
@@ -143,11 +147,6 @@ def _table(bearing: BearingElement) -> dict[str, Any]:
     ones = np.ones([len(axis) for axis in bearing.axes] or 1)
     values = {name: getattr(bearing, name) * ones for name in _COEFFICIENTS}
     return values if not bearing.constant else {name: float(value[0]) for name, value in values.items()}
-
-
-def _material(material: Material, module: Any) -> Any:
-    plain = "".join(c if c.isalnum() else "_" for c in material.name)
-    return module.Material(name=plain, rho=material.rho, E=material.E, G_s=material.G_s)
 
 
 def _check_representable(rotor: Any, two_axes: bool) -> None:

@@ -72,7 +72,13 @@ class StabilityResult:
 
 
 def run_stability(rotor: AssembledRotor, speeds: ArrayLike) -> StabilityResult:
-    """Stability of `rotor` at `speeds` (n_speeds,) [rad/s], ascending, and the onset of instability between them."""
+    """Stability of `rotor` at `speeds` (n_speeds,) [rad/s], ascending, and the onset of instability between them.
+
+    Examples
+    --------
+    >>> rotor.run_stability([0.0, 100.0, 200.0]).onset  # stable at all of them
+    nan
+    """
     speeds = grid("stability: speeds [rad/s]", speeds)
     runs = [modal.run_modal(rotor, float(speed)) for speed in speeds]
     worst = [_worst(run) for run in runs]

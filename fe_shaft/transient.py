@@ -107,6 +107,13 @@ def run_time_response(
     ------
     ShaftError
         If the shapes do not fit, times are uneven, something is not finite, or the shaft has hysteretic damping.
+
+    Examples
+    --------
+    >>> import fe_shaft
+    >>> t = np.linspace(0.0, 0.1, 101)
+    >>> rotor.run_time_response(100.0, None, t, unbalance=[fe_shaft.Unbalance(3, 1e-5)]).yout.shape
+    (101, 28)
     """
     if rotor.hysteretic:
         raise ShaftError(
@@ -139,7 +146,8 @@ def _forced(rotor: AssembledRotor, speed: float, F: Matrix, t: Matrix, start: Ma
     """Motion under sampled forces from a state (2 ndof,)."""
     if len(t) == 1:
         return TimeResult(t, start[None, : rotor.ndof], start, rotor.nodes_pos)
-    free, scale = rotor.free, _frequency(rotor)
+    free = rotor.free
+    scale = float(np.sqrt(np.median(np.diag(rotor.K())[free] / np.diag(rotor.parts.M)[free])))  # a middle frequency
     M, D, K = modal.free_matrices(rotor, speed)
     n, h = len(free), float(t[1] - t[0])
     A = modal.state_matrix(M, D, K)
@@ -177,11 +185,6 @@ def _checked(
     if not (np.all(np.isfinite(F)) and np.all(np.isfinite(start)) and np.all(np.isfinite(t))):
         raise ShaftError("time response: F, t or initial hold NaN or infinite values; check them.")
     return t, F, start
-
-
-def _frequency(rotor: AssembledRotor) -> float:
-    """A frequency [rad/s] of the size of the rotor's middle ones."""
-    return float(np.sqrt(np.median(np.diag(rotor.K())[rotor.free] / np.diag(rotor.parts.M)[rotor.free])))
 
 
 def _exponentials(A: Matrix, B: Matrix, h: float) -> tuple[Matrix, Matrix, Matrix]:

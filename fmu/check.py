@@ -12,7 +12,6 @@ attributes are checked, by FMI 3.0's own schema of manifests.
 
 from __future__ import annotations
 
-import importlib.util
 import io
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -25,15 +24,25 @@ from typing import Any
 import numpy as np
 
 from fmu.archive import workspace
-from fmu.importer import ImportedUnit, Instance, fmi2_callbacks, fmpy, holds, machine_text, opened, start, stored, xml
-from fmu.kinds import law_unit, linear_unit, plant_unit
+from fmu.export import law_unit, linear_unit, plant_unit
+from fmu.importer import (
+    ImportedUnit,
+    Instance,
+    fmpy,
+    holds,
+    machine_text,
+    opened,
+    reference_inputs,
+    start,
+    stored,
+    xml,
+)
 from fmu.law_unit import INPUTS, OUTPUTS, LawUnit, answered
 from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit, Unit
-from fmu.reference import reference_inputs
 from fmu.variables import ROW
 from rotorsim.base.errors import DataError, RotorsimError
-from rotorsim.base.exchange.archive import ArchiveError, read_archive
+from rotorsim.base.input_files import ArchiveError, read_archive
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.simulation import Simulation
@@ -65,9 +74,12 @@ def check(path: Path, duration: float = 1.0) -> Iterator[Check]:
             raise DataError(f"{path}: {duration:g} s take over {MOST_STEPS} steps of {model.sample:g} s; check less")
         jobs: list[Callable[[], Iterator[Check]]] = []
         if isinstance(model, PlantUnit):
-            jobs += [partial(job, unit, model, n) for job in (_trajectory, _long_steps)]
+            step, name = 5 * model.sample, f"{n * model.sample:g} s against the Python plant"
+            jobs.append(lambda: iter([compare(unit, model, n, model.sample, name)]))
+            text = f"the same in steps of {1e3 * step:g} ms"
+            jobs.append(lambda: iter([compare(unit, model, max(n // 10, 20), step, text)]))
         elif isinstance(model, LinearUnit):
-            jobs.append(lambda: (Check(*found) for found in linear_checks(unit, model, n)))
+            jobs.append(lambda: linear_checks(unit, model, n))
         elif isinstance(model, LawUnit):
             jobs.append(lambda: iter([_law(unit, model, n)]))
         jobs += [partial(job, unit, model, path) for job in (_reference, _replay, _second, _steps, _pace)]
@@ -112,15 +124,6 @@ def _standard(path: Path, unit: ImportedUnit) -> Iterator[Check]:
         problems = validate_fmu(unit.folder)
     for name, found in (("fmpy validate", problems), ("official schemas", findings(path))):
         yield Check(name, f"{len(found)} problems{'' if not found else ': ' + found[0][:80]}", not found)
-
-
-def _trajectory(unit: ImportedUnit, model: PlantUnit, n: int) -> Iterator[Check]:
-    yield compare(unit, model, n, model.sample, f"{n * model.sample:g} s against the Python plant")
-
-
-def _long_steps(unit: ImportedUnit, model: PlantUnit, n: int) -> Iterator[Check]:
-    step = 5 * model.sample
-    yield compare(unit, model, max(n // 10, 20), step, f"the same in steps of {1e3 * step:g} ms")
 
 
 def compare(unit: ImportedUnit, model: PlantUnit, n: int, step: float, name: str) -> Check:
@@ -281,30 +284,11 @@ def moving_inputs(model: LinearUnit, n: int) -> dict[str, np.ndarray]:
 
 def model_exchange(unit: ImportedUnit, stop: float | None = None) -> Any:
     """An instance for model exchange, in continuous-time mode at t = 0; `stop` [s] is the end of the run."""
-    d = unit.description
-    common = {
-        "guid": d.guid, "unzipDirectory": unit.folder, "modelIdentifier": d.modelExchange.modelIdentifier,
-        "instanceName": "exchange",
-    }  # fmt: skip
-    if unit.is_3:
-        from fmpy.fmi3 import FMU3Model
-
-        instance: Any = FMU3Model(**common)
-        instance.instantiate()
-    else:
-        from fmpy.fmi2 import FMU2Model
-
-        instance = FMU2Model(**common)
-        instance.instantiate(callbacks=fmi2_callbacks(print))
-        instance.setupExperiment(stopTime=stop)
-    instance.enterInitializationMode(**({"stopTime": stop} if unit.is_3 else {}))
-    instance.exitInitializationMode()
-    if not unit.is_3:
-        instance.newDiscreteStates()
-    else:
-        instance.updateDiscreteStates()
-    instance.enterContinuousTimeMode()
-    return instance
+    instance = Instance(unit, "exchange", None, {}, "Model")
+    instance.initialise(stop=stop)
+    (instance.slave.updateDiscreteStates if unit.is_3 else instance.slave.newDiscreteStates)()
+    instance.slave.enterContinuousTimeMode()
+    return instance.slave
 
 
 def jacobian(unit: ImportedUnit, instance: Any, unknowns: list[str], knowns: list[str]) -> np.ndarray:
@@ -340,19 +324,19 @@ def derivative_error(unit: ImportedUnit, model: LinearUnit) -> float:
     return worst
 
 
-def linear_checks(unit: ImportedUnit, model: LinearUnit, n: int) -> Iterator[tuple[str, str, bool]]:
-    """Name, value, passed of each check."""
+def linear_checks(unit: ImportedUnit, model: LinearUnit, n: int) -> Iterator[Check]:
+    """A run over the range against the model in Python, and derivatives where it is continuous."""
     inputs = moving_inputs(model, n)
     truth = simulated(model, inputs, model.sample)
     instance = unit.instance()
     instance.initialise({name: float(values[0]) for name, values in inputs.items()})
     rows = instance.run(inputs, model.sample, ["disc.x", "disc.y"])
     instance.close()
-    worst = float(np.abs(rows - truth).max() / np.abs(truth).max())
-    yield f"{n * model.sample:g} s against the Python model", f"relative deviation {worst:.2g}", worst < 1e-9
+    worst = deviation(truth, rows)
+    yield Check(f"{n * model.sample:g} s against the Python model", f"relative deviation {worst:.2g}", worst < 1e-9)
     if model.continuous:
         error = derivative_error(unit, model)
-        yield "directional derivatives against A, B, C, D", f"relative deviation {error:.2g}", error < 1e-12
+        yield Check("directional derivatives against A, B, C, D", f"relative deviation {error:.2g}", error < 1e-12)
 
 
 AT_ONCE = {
@@ -407,13 +391,10 @@ def _comparable(model: PlantUnit, name: str, inputs: Mapping[str, np.ndarray]) -
                 changes = np.flatnonzero(np.diff(inputs[cause]) != 0) + 1
                 good[changes] = False
     # what the first row of the plant holds of the first inputs, the unit has only after its first step
-    first = any(inputs[c][0] != start for c, start in _starts(model).items())
+    reals = [v for v in model.variables if v.store == "input" and v.kind == "real"]
+    first = any(inputs[v.name][0] != float(v.start or 0.0) for v in reals)
     good[0] = good[0] and not (first and any(name.startswith(s) for s in AT_ONCE))
     return good
-
-
-def _starts(model: PlantUnit) -> dict[str, float]:
-    return {v.name: float(v.start or 0.0) for v in model.variables if v.store == "input" and v.kind == "real"}
 
 
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
@@ -457,7 +438,7 @@ def _schema(name: str, content: bytes) -> str | None:
 
 
 def _violations(content: bytes, schema: str, name: str) -> Iterator[str]:
-    fmpy()
+    folder = Path(fmpy().__file__).parent
     from lxml import etree
 
     try:
@@ -469,12 +450,6 @@ def _violations(content: bytes, schema: str, name: str) -> Iterator[str]:
     if name.endswith(MANIFEST):  # a layered standard may name its root as it likes
         root.tag = LS_ROOT
     for part, rules in [(root, schema), *((values, VALUES) for values in root.iter(VALUES_ROOT))]:
-        checker = etree.XMLSchema(file=str(_folder() / rules))
+        checker = etree.XMLSchema(file=str(folder / rules))
         if not checker.validate(part):
             yield from (f"{name}, line {entry.line}: {entry.message}" for entry in checker.error_log)
-
-
-def _folder() -> Path:
-    spec = importlib.util.find_spec("fmpy")
-    assert spec is not None and spec.origin is not None
-    return Path(spec.origin).parent

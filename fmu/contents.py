@@ -1,21 +1,28 @@
-"""Archive contents besides description and binaries: documentation, data, reference, terminals, icon."""
+"""Archive contents besides description and binaries: documentation, data, reference, terminals, icon.
+
+Equations in the documentation become MathML, which browsers draw without scripts.
+"""
 
 from __future__ import annotations
 
 import html
 import json
+import re
 import sys
+from html import escape
 from importlib.metadata import version as version_of
+from itertools import pairwise
 from pathlib import Path
 from string import Template
 from xml.etree.ElementTree import Element, SubElement
 
+from latex2mathml.converter import convert
+
 from fmu.description import ROWS, number, text
-from fmu.equations import block, prose
+from fmu.importer import Reference, table
 from fmu.law_unit import LawUnit
 from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit, Unit, software
-from fmu.reference import Reference, table
 from fmu.variables import UnitVariable, fmi_name
 from rotorsim.base.constants import MPA, TO_RPM
 from rotorsim.base.quantity import UNLIMITED
@@ -47,6 +54,11 @@ LAW = (
     r"v = C x + D\,(y - y_c) + b \\ u = \mathrm{clip}(f v) \\ "
     r"\dot x = A x + B\,(y - y_c) + W\,(\mathrm{clip}(v) - v)"
 )
+GAP = re.compile(r"\\q?quad(?![a-zA-Z])")
+"""Space between the parts of an equation, at which a line may end."""
+SYMBOL = re.compile(r"\\[A-Za-z]+(?:_\w)?")
+"""Symbol of LaTeX within a sentence."""
+DIRECTIVE = ".. math::"
 
 
 def contents(model: Unit, version: int, reference: Reference | None, targets: list[str], cpu: str) -> dict[str, bytes]:
@@ -55,18 +67,15 @@ def contents(model: Unit, version: int, reference: Reference | None, targets: li
     icons = "terminalsAndIcons"
     if isinstance(model, PlantUnit):
         own = {"resources/machine.toml": model.plant.machine.text, "documentation/index.html": page(model)}
-        facts = data(model, targets, cpu)
     elif isinstance(model, LawUnit):
         law = json.dumps(model.law.to_dict())
         own = {"resources/law.json": law + "\n", "documentation/index.html": law_page(model)}
-        facts = linear_data(model, targets, cpu)
     else:
         assert isinstance(model, LinearUnit)
         lpv = json.dumps(model.lpv.to_dict(), indent=1)
         own = {"resources/lpv.json": lpv + "\n", "documentation/index.html": linear_page(model)}
-        facts = linear_data(model, targets, cpu)
     found = own | {
-        "resources/model.json": json.dumps(facts, indent=1, sort_keys=True) + "\n",
+        "resources/model.json": json.dumps(data(model, targets, cpu), indent=1, sort_keys=True) + "\n",
         "documentation/licenses/license.txt": licence(),
         f"{icons}/icon.svg": (templates / "icon.svg").read_text(encoding="utf-8"),
         "terminalsAndIcons/terminalsAndIcons.xml": text(terminals(model)),
@@ -86,31 +95,23 @@ def contents(model: Unit, version: int, reference: Reference | None, targets: li
     return {name: body.encode() for name, body in found.items()} | pictures
 
 
-def data(model: PlantUnit, targets: list[str], cpu: str) -> dict[str, object]:
-    """Origin of the unit and the start value of every parameter, in SI units."""
-    return {
+def data(model: PlantUnit | LinearUnit | LawUnit, targets: list[str], cpu: str) -> dict[str, object]:
+    """Origin of the unit; of a plant the start value of every parameter, in SI units."""
+    facts: dict[str, object] = {
         "software": software(),
+        "model_hash": model.hash,
+        "targets": targets,
+        "cpu": cpu,
+        "start": {"speed": model.speed, "pressure": model.pressure},
+    }
+    if not isinstance(model, PlantUnit):
+        return facts | {"model": model.name}
+    return facts | {
         "numba": version_of("numba"),
         "llvmlite": version_of("llvmlite"),
         "machine_hash": model.plant.machine.hash,
-        "model_hash": model.hash,
         "kernels": model.assembly.module.__name__,
-        "targets": targets,
-        "cpu": cpu,
-        "start": {"speed": model.speed, "pressure": model.pressure},
         "parameters": {v.name: v.start for v in model.variables if v.causality == "parameter"},
-    }
-
-
-def linear_data(model: LinearUnit | LawUnit, targets: list[str], cpu: str) -> dict[str, object]:
-    """Origin of the unit of a linear model or a law."""
-    return {
-        "software": software(),
-        "model": model.name,
-        "model_hash": model.hash,
-        "targets": targets,
-        "cpu": cpu,
-        "start": {"speed": model.speed, "pressure": model.pressure},
     }
 
 
@@ -165,6 +166,10 @@ def page(model: PlantUnit) -> str:
     film = machine.film
     fed, pressure = bool(model.assembly.film.n_inj), f"{model.pressure / MPA:.6g} MPa"
     grid = f"{machine.grid.n_theta} x {machine.grid.n_z}" if film else "none"
+    effects = []
+    for name, entries in machine.effects.items():
+        words = (sys.modules[type(entries[0]).__module__].__doc__ or type(entries[0]).__doc__ or "").strip()
+        effects.append(f"<h3>{html.escape(name)}</h3>\n{prose(words)}")
     values = {
         "equations": block(FILM),
         "grid": grid,
@@ -174,18 +179,9 @@ def page(model: PlantUnit) -> str:
         "start": f"shaft.speed_ref ({model.speed * TO_RPM:.6g} rpm)" + (f" and injection.pressure ({pressure})" * fed),
         "injectors": "; injectors: pin seat, plenum, orifice" * fed,
         "held": HELD * fed,
-        "effects": "\n".join(_effects(model)),
+        "effects": "\n".join(effects),
     }
     return _page("plant", model, machine.name, machine.description, values)
-
-
-def _effects(model: PlantUnit) -> list[str]:
-    """Equation and source of every effect, from its own docstring."""
-    rows = []
-    for name, effects in model.plant.machine.effects.items():
-        words = (sys.modules[type(effects[0]).__module__].__doc__ or type(effects[0]).__doc__ or "").strip()
-        rows.append(f"<h3>{html.escape(name)}</h3>\n{prose(words)}")
-    return rows
 
 
 def _variable_row(v: UnitVariable) -> str:
@@ -253,3 +249,46 @@ def experiments(reference: Reference) -> Element:
     SubElement(one, "Stimuli", source="in.csv", type="text/csv")
     SubElement(one, "References", source="out.csv", type="text/csv")
     return root
+
+
+def inline(latex: str) -> str:
+    """An equation within a line."""
+    return str(convert(latex))
+
+
+def block(latex: str) -> str:
+    """An equation of its own: a row for each of its lines, wrapped between its parts where the page is narrow."""
+    whole = "begin{" in latex
+    lines = [[latex]] if whole else [_parts(line.replace("&", "")) for line in latex.split(r"\\")]
+    rows = ("".join(f"<span>{convert(part, display='block')}</span>" for part in parts) for parts in lines)
+    return f'<div class="math">{"".join(f"<div>{row}</div>" for row in rows if row)}</div>'
+
+
+def prose(docstring: str) -> str:
+    """A docstring as HTML: paragraphs, and equations of the directive `math`."""
+    return "\n".join(map(_paragraph, re.split(r"\n[ \t]*\n", docstring.strip())))
+
+
+def _paragraph(text: str) -> str:
+    before, directive, latex = text.partition(DIRECTIVE)
+    head = f"<p>{_sentence(before)}</p>" if before.strip() else ""
+    return head + (block(" ".join(latex.split())) if directive else "")
+
+
+def _sentence(text: str) -> str:
+    """Plain text, in which symbols of LaTeX are drawn."""
+    words = " ".join(text.split())
+    ends = [0, *(end for at in SYMBOL.finditer(words) for end in at.span()), len(words)]
+    pieces = [words[a:b] for a, b in pairwise(ends)]
+    return "".join(inline(piece) if k % 2 else escape(piece) for k, piece in enumerate(pieces))
+
+
+def _parts(line: str) -> list[str]:
+    """Parts of an equation between wide spaces that no bracket encloses."""
+    parts, begin = [], 0
+    for gap in GAP.finditer(line):
+        before = line[: gap.start()]
+        if before.count("{") == before.count("}") and before.count(r"\left") == before.count(r"\right"):
+            parts.append(line[begin : gap.start()])
+            begin = gap.end()
+    return [part.strip() for part in [*parts, line[begin:]] if part.strip()]

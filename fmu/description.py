@@ -34,24 +34,23 @@ def number(value: float) -> str:
 
 def description2(model: Unit) -> Element:
     """modelDescription of FMI 2.0."""
-    root = _root(model, "2.0", "guid", "variableNamingConvention")
+    root = _root(model, "2.0", "guid")
     common = {"modelIdentifier": identifier(model), "canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true"}
     common["canNotUseMemoryManagementFunctions"] = "true"
     if model.continuous:
         common["providesDirectionalDerivative"] = "true"
         SubElement(root, "ModelExchange", common)
     SubElement(root, "CoSimulation", common, canHandleVariableCommunicationStepSize="true")
-    root.append(unit_definitions(v.unit for v in model.variables if v.kind == "real"))
-    _categories(root)
-    _experiment(root, model.sample)
-    listed = SubElement(root, "ModelVariables")
+    listed = _common(root, model)
     places = {}
     for reference, v in enumerate(model.variables):
         # arrays are not in FMI 2.0; time may be, but FMI Library takes it for a fault
         if v.store in ("pressure", "time"):
             continue
         places[v.name] = len(listed) + 1
-        _scalar(listed, reference, v, str(places.get(v.derivative_of)))
+        scalar = SubElement(listed, "ScalarVariable", _attributes(reference, v))
+        values = _value_attributes(v) | ({"derivative": str(places[v.derivative_of])} if v.derivative_of else {})
+        SubElement(scalar, {"real": "Real", "integer": "Integer", "boolean": "Boolean"}[v.kind], values)
     structure = SubElement(root, "ModelStructure")
     for group, stores in GROUPS.items():
         below = [str(places[v.name]) for v in model.variables if v.store in stores]
@@ -63,26 +62,18 @@ def description2(model: Unit) -> Element:
     return root
 
 
-def _scalar(listed: Element, reference: int, v: UnitVariable, state: str) -> None:
-    attributes = {"name": v.name, "valueReference": str(reference), "description": v.doc}
-    attributes |= {"causality": v.causality, "variability": v.variability}
-    initial = _initial(v)
-    if initial:
-        attributes["initial"] = initial
-    scalar = SubElement(listed, "ScalarVariable", attributes)
-    values = _value_attributes(v) | ({"derivative": state} if v.store == "derivative" else {})
-    SubElement(scalar, {"real": "Real", "integer": "Integer", "boolean": "Boolean"}[v.kind], values)
-
-
-def _initial(v: UnitVariable) -> str | None:
+def _attributes(reference: int, v: UnitVariable) -> dict[str, str]:
+    """Attributes of a variable that both standards have."""
+    found = {"name": v.name, "valueReference": str(reference), "description": v.doc}
+    found |= {"causality": v.causality, "variability": v.variability}
     if v.store == "derivative" or v.causality == "output":
-        return "calculated"
-    return "exact" if v.causality in ("parameter", "local") else None
+        return found | {"initial": "calculated"}
+    return found | ({"initial": "exact"} if v.causality in ("parameter", "local") else {})
 
 
 def description3(model: Unit) -> Element:
     """modelDescription of FMI 3.0."""
-    root = _root(model, "3.0", "instantiationToken", "variableNamingConvention")
+    root = _root(model, "3.0", "instantiationToken")
     common = {"modelIdentifier": identifier(model), "canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
     if model.continuous:
         common["providesDirectionalDerivatives"] = "true"
@@ -91,21 +82,12 @@ def description3(model: Unit) -> Element:
         root, "CoSimulation", common, canHandleVariableCommunicationStepSize="true", hasEventMode="true",
         fixedInternalStepSize=number(model.sample),
     )  # fmt: skip
-    root.append(unit_definitions(v.unit for v in model.variables if v.kind == "real"))
-    _categories(root)
-    _experiment(root, model.sample)
-    listed = SubElement(root, "ModelVariables")
+    listed = _common(root, model)
     names = {"real": "Float64", "integer": "Int32", "boolean": "Boolean"}
     references = {v.name: k for k, v in enumerate(model.variables)}
     for reference, v in enumerate(model.variables):
-        attributes = {"name": v.name, "valueReference": str(reference), "description": v.doc}
-        attributes |= {"causality": v.causality, "variability": v.variability}
-        initial = _initial(v)
-        if initial:
-            attributes["initial"] = initial
-        if v.store == "derivative":
-            attributes["derivative"] = str(references[v.derivative_of])
-        entry = SubElement(listed, names[v.kind], attributes | _value_attributes(v))
+        derivative = {"derivative": str(references[v.derivative_of])} if v.derivative_of else {}
+        entry = SubElement(listed, names[v.kind], _attributes(reference, v) | derivative | _value_attributes(v))
         for length in v.shape:
             SubElement(entry, "Dimension", start=str(length))
     structure = SubElement(root, "ModelStructure")
@@ -123,7 +105,7 @@ def description3(model: Unit) -> Element:
 DESCRIPTIONS: dict[int, Callable[[Unit], Element]] = {2: description2, 3: description3}
 
 
-def _root(model: Unit, fmi: str, token: str, naming: str) -> Element:
+def _root(model: Unit, fmi: str, token: str) -> Element:
     return Element(
         "fmiModelDescription",
         {
@@ -133,19 +115,19 @@ def _root(model: Unit, fmi: str, token: str, naming: str) -> Element:
             "description": f"{model.description.rstrip('. ')}. {ROWS}",
             "version": model.hash[:16],
             "generationTool": software(),
-            naming: "structured",
+            "variableNamingConvention": "structured",
         },
     )
 
 
-def _categories(root: Element) -> None:
+def _common(root: Element, model: Unit) -> Element:
+    """Units, categories of messages and default experiment below the root; the element for the variables."""
+    root.append(unit_definitions(v.unit for v in model.variables if v.kind == "real"))
     below = SubElement(root, "LogCategories")
     for name, doc in CATEGORIES.items():
         SubElement(below, "Category", name=name, description=doc)
-
-
-def _experiment(root: Element, step: float) -> None:
-    SubElement(root, "DefaultExperiment", startTime="0", stopTime=number(STOP_TIME), stepSize=number(step))
+    SubElement(root, "DefaultExperiment", startTime="0", stopTime=number(STOP_TIME), stepSize=number(model.sample))
+    return SubElement(root, "ModelVariables")
 
 
 def _value_attributes(v: UnitVariable) -> dict[str, str]:

@@ -1,17 +1,241 @@
-"""Export to .fmu files: kernels, wrapper, model description, documentation and reference in one archive each."""
+"""Export to .fmu files: units of a plant, a linear model or a law, their C sources, binaries and archives.
+
+Objects and the C wrapper are linked to shared libraries by gcc for this computer, by zig for every target. The table of
+targets holds the names of each platform in LLVM, zig, FMI 2.0 and FMI 3.0.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import importlib.util
+import os
+import platform
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, TypeVar
 
 from fmu.archive import check_place, workspace, write_archive
-from fmu.binaries import Platform, build, compilers, compiles, host
 from fmu.contents import contents
 from fmu.description import DESCRIPTIONS, text
-from fmu.model import PlantUnit, Unit, identifier
-from fmu.reference import Reference, make_reference
+from fmu.importer import Reference, make_reference
+from fmu.kernel_object import ObjectTarget, host_target, to_compile, write_objects
+from fmu.law_unit import LawUnit
+from fmu.linear_model import LinearUnit
+from fmu.model import PlantUnit, Unit, check_name, header, identifier, source
+from identification.errors import ModelError
+from identification.lpv.model import LpvModel, load_model
+from rotorsim.base.constants import MPA, TO_RPM
 from rotorsim.base.errors import DataError
+from rotorsim.control import Law, load_law
+from rotorsim.machine.limits import speed_limit
+from rotorsim.machine.numerics import check_speed
+from rotorsim.plant import Plant
+
+AnyUnit = TypeVar("AnyUnit", bound=PlantUnit | LinearUnit | LawUnit)
+VACUUM = 101325.0
+"""Gauge pressure [Pa] below the standard atmosphere at which nothing is left."""
+START = (0.0, 0.3e6)
+"""Speed [rad/s] and gauge pressure [Pa] at which a plant starts unless another is asked for."""
+
+
+def plant_unit(plant: Plant, speed: float | None = None, pressure: float | None = None) -> PlantUnit:
+    """A plant that starts at a speed [rad/s] and gauge pressure [Pa], by default `START`.
+
+    Raises DataError beyond the machine's limits, and for a pressure where gas is supplied to no film.
+    """
+    fed = bool(plant.assembly.film.n_inj)
+    if pressure and not fed:
+        raise DataError(
+            f"pressure: {pressure / MPA:.4g} MPa is asked for, and gas is supplied to no film of {plant.machine.name}, "
+            "whose unit has no input for it; leave it out"
+        )
+    speed = START[0] if speed is None else speed
+    check_speed(plant.machine, speed)
+    limit, why = speed_limit(plant.machine)
+    if abs(speed) > limit:
+        raise DataError(f"speed: {speed * TO_RPM:.6g} rpm is above {limit * TO_RPM:.6g} rpm ({why}); start lower")
+    return PlantUnit(plant, speed, (START[1] if pressure is None else pressure) if fed else 0.0)
+
+
+def named(unit: AnyUnit, name: str | None) -> AnyUnit:
+    """A unit under a chosen name, which also names its libraries; raises DataError for one that is no identifier."""
+    return unit if name is None else replace(unit, chosen_name=check_name(name))
+
+
+def linear_unit(given: LpvModel | str | Path, speed: float | None = None, pressure: float | None = None) -> LinearUnit:
+    """An identified model, or that of a file, at a point [rad/s], [Pa] or in the middle of its range; DataError."""
+    path = Path("model" if isinstance(given, LpvModel) else given)
+    try:
+        model = given if isinstance(given, LpvModel) else load_model(path)
+    except ModelError as error:
+        raise DataError(f"model: {error}, or take 'plant'") from error
+    if not isinstance(model, LpvModel):
+        raise DataError(
+            f"model: {path}: is a model of one operating point; give an LPV model, which 'rotorsim identify' "
+            "writes of records at several points"
+        )
+    middle = model.basis.middle
+    start = [float(m) if v is None else v for m, v in zip(middle, (speed, pressure), strict=True)]
+    if start[1] < -VACUUM:
+        raise DataError(f"pressure: {start[1] / MPA:.4g} MPa gauge is below vacuum; give more than -0.1013 MPa")
+    return LinearUnit(model, path.stem, start[0], start[1])
+
+
+def law_unit(given: Law | str | Path, speed: float | None = None, pressure: float | None = None) -> LawUnit:
+    """A control law, or that of a file; speed [rad/s] and gauge pressure [Pa] are start values; raises LawError."""
+    starts: dict[str, Any] = {name: v for name, v in (("speed", speed), ("pressure", pressure)) if v is not None}
+    return LawUnit(given if isinstance(given, Law) else load_law(given), **starts)
+
+
+@dataclass(frozen=True)
+class Platform:
+    """A platform; `folder2` and `folder3` are its folders below ``binaries`` in FMI 2.0 and 3.0."""
+
+    name: str
+    triple: str
+    zig: str
+    folder2: str
+    folder3: str
+    suffix: str
+
+
+TARGETS = {
+    t.name: t
+    for t in (
+        Platform("x86_64-linux", "x86_64-unknown-linux-gnu", "x86_64-linux-gnu.2.17", "linux64", "x86_64-linux", ".so"),
+        Platform("x86_64-windows", "x86_64-pc-windows-gnu", "x86_64-windows-gnu", "win64", "x86_64-windows", ".dll"),
+        Platform(
+            "aarch64-linux", "aarch64-unknown-linux-gnu", "aarch64-linux-gnu.2.17", "aarch64-linux", "aarch64-linux",
+            ".so",
+        ),
+        Platform(
+            "x86_64-darwin", "x86_64-apple-macosx11.0.0", "x86_64-macos.11.0", "darwin64", "x86_64-darwin", ".dylib"
+        ),
+        Platform(
+            "aarch64-darwin", "arm64-apple-macosx11.0.0", "aarch64-macos.11.0", "aarch64-darwin", "aarch64-darwin",
+            ".dylib",
+        ),
+    )
+}  # fmt: skip
+
+
+def host() -> Platform:
+    """The platform of this computer."""
+    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
+    name = f"{machine}-{platform.system().lower()}"
+    if name not in TARGETS:
+        raise DataError(f"targets: this computer is a {name}; choose from {', '.join(TARGETS)}")
+    return TARGETS[name]
+
+
+def choose(names: str) -> tuple[Platform, ...]:
+    """Targets of a list like ``host,x86_64-windows``, each once, in the order of the table."""
+    wanted = [part.strip() for part in names.split(",") if part.strip()]
+    for name in wanted:
+        if name != "host" and name not in TARGETS:
+            raise DataError(f"targets: '{name}' is not known; choose from host, {', '.join(TARGETS)}")
+    if not wanted:
+        raise DataError(f"targets: none given; choose from host, {', '.join(TARGETS)}")
+    chosen = {host().name if name == "host" else name for name in wanted}
+    return tuple(target for target in TARGETS.values() if target.name in chosen)
+
+
+SHARED = ("unit.c", "values.c", "state.c", "fmi2.c", "fmi3.c", "tables.c")
+FLAGS = ("-std=c11", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off", "-g0", "-s", "-Wall")
+GNU = ("-Wl,--build-id=none", "-Wl,--gc-sections", "-Wl,-z,noexecstack")
+EXTRA = "pip install 'rotorsim[fmu]'"
+
+
+def compilers(targets: Sequence[Platform]) -> dict[str, list[str]]:
+    """Command of the compiler for each target by its name; raises DataError for one that has none."""
+    return {target.name: compiler(target, len(targets) == 1) for target in targets}
+
+
+def compiler(target: Platform, alone: bool) -> list[str]:
+    """Command of the compiler for a target; gcc only where nothing but this computer is asked for (`alone`).
+
+    Raises DataError that names what to install: gcc builds for this one only.
+    """
+    gcc = os.environ.get("CC") or shutil.which("gcc") or shutil.which("cc")
+    if alone and target == host() and gcc:
+        return shlex.split(gcc)
+    if importlib.util.find_spec("ziglang"):
+        return [sys.executable, "-m", "ziglang", "cc", "-target", target.zig]
+    if alone and target == host():
+        raise DataError(f"fmu export: no compiler for {target.name} is here; install gcc, or {EXTRA}")
+    raise DataError(f"targets: other platforms than this one need zig, which is not here; install it with {EXTRA}")
+
+
+def compiles(model: Unit, targets: Sequence[Platform], cpu: str) -> bool:
+    """Whether an export has to compile kernels, which takes about 20 s; objects of earlier ones are kept."""
+    return isinstance(model, PlantUnit) and bool(to_compile(model.assembly.module.__name__, _jobs(targets, cpu)))
+
+
+def _jobs(targets: Sequence[Platform], cpu: str) -> dict[str, ObjectTarget]:
+    """Processor of each target by its name: this computer's own where `cpu` is native, else the oldest of its kind."""
+    found = {}
+    for target in targets:
+        oldest = "generic" if target.name.startswith("aarch64") else "x86-64"
+        found[target.name] = ObjectTarget(target.triple, oldest)
+        if cpu == "native" and target == host():
+            found[target.name] = replace(host_target("native"), triple=target.triple)
+    return found
+
+
+def fmi_headers() -> Path:
+    """Folder of the standard's C headers, which fmpy carries."""
+    spec = importlib.util.find_spec("fmpy")
+    folder = Path(str(spec.origin)).parent / "c-code" if spec and spec.origin else Path()
+    if not (folder / "fmi3Functions.h").is_file():
+        raise DataError(f"fmu export: the FMI headers of fmpy are not here; install them with {EXTRA}")
+    return folder
+
+
+def write_sources(unit: Unit, jobs: Mapping[str, ObjectTarget], folder: Path) -> tuple[str, ...]:
+    """Write all C files and the objects NAME.o of the jobs; returns the names of the C files to be linked."""
+    if isinstance(unit, PlantUnit):
+        write_objects(unit.plant.machine.text, unit.assembly.module.__name__, unit.modules, dict(jobs), folder)
+    texts = header(unit), source(unit)
+    for name, content in zip(("tables.h", "tables.c"), texts, strict=True):
+        (folder / name).write_text(content, encoding="utf-8")
+    for file in (Path(__file__).parent / "c").iterdir():
+        shutil.copy(file, folder)
+    return (*SHARED, unit.core)
+
+
+def build(model: Unit, targets: Sequence[Platform], cpu: str, folder: Path) -> dict[str, Path]:
+    """Shared library of each target by its name, built in `folder`."""
+    commands = compilers(targets)
+    headers = fmi_headers()
+    sources = write_sources(model, _jobs(targets, cpu), folder)
+    return {t.name: _link(t, commands[t.name], headers, sources, folder) for t in targets}
+
+
+def _link(target: Platform, command: Sequence[str], headers: Path, sources: Sequence[str], folder: Path) -> Path:
+    library = folder / f"{target.name}{target.suffix}"
+    linux = target.name.endswith("linux")
+    kernels = [f"{target.name}.o"] if (folder / f"{target.name}.o").is_file() else []
+    arguments = [
+        *command, *FLAGS, *(GNU if linux else ()), "-I.", f"-I{headers}", *sources, *kernels, "-o", library.name,
+        *(("-lm",) if linux else ()),
+    ]  # fmt: skip
+    try:
+        done = subprocess.run(arguments, cwd=folder, capture_output=True, text=True)
+    except OSError as error:
+        raise DataError(
+            f"fmu export: the compiler '{command[0]}' cannot be run ({error.strerror}); check CC"
+        ) from error
+    if done.returncode or not library.is_file():
+        lines = (
+            [line for line in done.stderr.splitlines() if "error" in line] or done.stderr.splitlines() or ["no output"]
+        )
+        raise DataError(f"fmu export: linking for {target.name} failed: {lines[0][:300]}; check the compiler")
+    return library
+
 
 COMPILING = "compiling the kernels for use outside Python: about 20 s, once for this kind of machine"
 

@@ -1,14 +1,20 @@
-"""A .fmu file read back: its summary, and an instance loaded with FMPy whose variables go by their names."""
+"""A .fmu file read back: its summary, an instance in FMPy whose variables go by their names, and its reference run.
+
+The reference is a run of inputs and outputs stored in the unit, which `check` compares with the Python plant.
+"""
 
 from __future__ import annotations
 
+import csv
 import ctypes
+import io
 import os
 import re
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -18,11 +24,16 @@ import numpy as np
 
 from fmu.archive import temporary_error
 from fmu.description import ROWS
-from rotorsim.base import json_text as json
+from fmu.law_unit import LawUnit
+from fmu.model import PlantUnit, Unit
+from fmu.variables import UnitVariable
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange.archive import read_archive, unpack
+from rotorsim.base.input_files import parse_json, read_archive, unpack
 
 Log = Callable[[str], None]
+CASTS: dict[str, Callable[[float], Any]] = {"Boolean": bool, "Integer": int, "Int32": int}
+DAMAGED = (ElementTree.ParseError, KeyError, IndexError, ValueError, TypeError, AttributeError)
+"""Exceptions from reading another program's file, or a damaged one."""
 
 
 def fmpy() -> Any:
@@ -97,9 +108,11 @@ def fmi2_callbacks(log: Log) -> Any:
 
 
 class Instance:
-    """One instance of a unit. `messages` collects what it logs."""
+    """One instance of a unit for co-simulation, or (`kind` "Model") for model exchange; `messages` collects its log."""
 
-    def __init__(self, unit: ImportedUnit, name: str, log: Log | None, options: dict[str, bool]) -> None:
+    def __init__(
+        self, unit: ImportedUnit, name: str, log: Log | None, options: dict[str, bool], kind: str = "Slave"
+    ) -> None:
         self.unit, self.messages = unit, []  # type: ImportedUnit, list[str]
         self.log = log or self.messages.append
         d = unit.description
@@ -109,22 +122,22 @@ class Instance:
         }  # fmt: skip
         here = os.getcwd()
         try:
-            self._load(common, options)
+            self._load(common, options, kind)
         except Exception as error:  # FMPy has no class of its own for this
             os.chdir(here)  # it goes to the library's folder, and stays there after a failure
             why = self.messages[-1] if self.messages else str(error)
             raise DataError(f"{unit.path}: cannot be loaded here ({why[:200]}); export it for this computer") from error
 
-    def _load(self, common: dict[str, Any], options: dict[str, bool]) -> None:
+    def _load(self, common: dict[str, Any], options: dict[str, bool], kind: str) -> None:
         if self.unit.is_3:
-            from fmpy.fmi3 import FMU3Slave
+            from fmpy import fmi3
 
-            self.slave: Any = FMU3Slave(**common)
+            self.slave: Any = getattr(fmi3, f"FMU3{kind}")(**common)
             self.slave.instantiate(loggingOn=True, logMessage=self._log3, **options)
         else:
-            from fmpy.fmi2 import FMU2Slave
+            from fmpy import fmi2
 
-            self.slave = FMU2Slave(**common)
+            self.slave = getattr(fmi2, f"FMU2{kind}")(**common)
             self.slave.instantiate(callbacks=fmi2_callbacks(self.log), loggingOn=True)
 
     def _log3(self, environment: Any, status: int, category: bytes, message: bytes) -> None:
@@ -147,7 +160,7 @@ class Instance:
         """Set variables of any type by name."""
         for name, value in values.items():
             v = self.unit.variables[name]
-            getattr(self.slave, f"set{v.type}")([v.valueReference], [_cast(v.type)(value)])
+            getattr(self.slave, f"set{v.type}")([v.valueReference], [CASTS.get(v.type, float)(value)])
 
     def get(self, names: Sequence[str]) -> np.ndarray:
         """Values of variables of any type by name."""
@@ -210,14 +223,6 @@ class Instance:
         self.slave.freeInstance()
 
 
-def _cast(name: str) -> Callable[[float], Any]:
-    return {"Boolean": bool, "Integer": int, "Int32": int}.get(name, float)
-
-
-DAMAGED = (ElementTree.ParseError, KeyError, IndexError, ValueError, TypeError, AttributeError)
-"""Exceptions from reading another program's file, or a damaged one."""
-
-
 @contextmanager
 def opened(path: Path) -> Iterator[Mapping[str, bytes]]:
     """The files of a unit by name; what it should have and has not raises DataError."""
@@ -246,7 +251,7 @@ def xml(content: bytes) -> ElementTree.Element:
 
 def _facts(files: Mapping[str, bytes]) -> dict[str, Any]:
     root = xml(files["modelDescription.xml"])
-    data = json.loads(files["resources/model.json"])
+    data = parse_json(files["resources/model.json"])
     listed = root.find("ModelVariables")
     if listed is None:
         raise KeyError("it has no ModelVariables")
@@ -282,7 +287,7 @@ def holds(path: Path) -> str:
 def start(path: Path) -> tuple[float, float]:
     """Speed [rad/s] and gauge pressure [Pa] at which the unit starts."""
     with opened(path) as files:
-        values = json.loads(files["resources/model.json"])["start"]
+        values = parse_json(files["resources/model.json"])["start"]
         return float(values["speed"]), float(values["pressure"])
 
 
@@ -292,3 +297,71 @@ def stored(path: Path, name: str) -> tuple[list[str], list[list[float]]]:
         inside = [n for n in files if n.endswith(f"/{name}")]
         lines = files[inside[0]].decode().splitlines() if inside else [""]
         return lines[0].split(",") if lines[0] else [], [[float(x) for x in line.split(",")] for line in lines[1:]]
+
+
+SAMPLES = 5
+"""Samples in a step of the stored run."""
+LENGTH = 300
+"""Steps of the stored run."""
+FORCE, VOLTS, PRESSURE_STEP, ACCELERATION = 20.0, 0.5, 0.02e6, 50.0
+"""Force on the disc [N], at most; reference [V], step of the pressure [Pa], acceleration of the shaft [rad/s^2]."""
+LIGHT = 6.0
+"""Force on the disc [m/s^2] over the mass of the rotor, at most."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Input rows (n, inputs) and outputs (n + 1, outputs) every `step` [s], under the names of the variables."""
+
+    step: float
+    inputs: dict[str, np.ndarray]
+    outputs: dict[str, np.ndarray]
+
+
+def input_variables(model: Unit) -> list[UnitVariable]:
+    """Inputs that a run is made of."""
+    return [v for v in model.variables if v.store == "input"]
+
+
+def reference_inputs(model: Unit, n: int, step: float) -> dict[str, np.ndarray]:
+    """A run-up with a pressure step, a step of the reference and a hit on the disc, all within n steps."""
+    if isinstance(model, LawUnit):
+        return model.stimuli(n, step)
+    rows = {v.name: np.full(n, float(v.start or 0.0)) for v in input_variables(model)}
+    k = np.arange(n)
+    rows["shaft.speed_ref"] += ACCELERATION * step * (k + 1)
+    if "injection.pressure" in rows:
+        rows["injection.pressure"][n // 3 :] += PRESSURE_STEP
+    if "piezo.ref_x" in rows:
+        rows["piezo.ref_x"][n // 2 :] = VOLTS
+        rows["piezo.ref_y"][2 * n // 3 :] = -VOLTS
+    if "disc.force_x" in rows:
+        hit = min(FORCE, LIGHT * model.plant.machine.mass) if isinstance(model, PlantUnit) else FORCE
+        rows["disc.force_x"][3 * n // 4 : 3 * n // 4 + 1] = hit
+    return {v.name: np.clip(rows[v.name], v.low, v.high) for v in input_variables(model)}
+
+
+def make_reference(model: Unit, path: Path) -> Reference:
+    """Run the unit at `path`, which has a binary for this computer."""
+    step = SAMPLES * model.sample
+    inputs = reference_inputs(model, LENGTH, step)
+    with ImportedUnit(path) as unit:
+        names = unit.names("output")
+        instance = unit.instance("reference")
+        try:
+            instance.initialise()
+            rows = instance.run(inputs, step, names)
+        except Exception as error:  # FMPy has several
+            raise DataError("; ".join(instance.messages) or str(error)) from error
+        instance.close()
+    return Reference(step, inputs, dict(zip(names, rows.T, strict=True)))
+
+
+def table(columns: dict[str, np.ndarray], step: float) -> str:
+    """CSV with time first; numbers read back to the last bit."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(["time", *columns])
+    for k, row in enumerate(zip(*columns.values(), strict=True)):
+        writer.writerow([repr(round(k * step, 9)), *(repr(float(x)) for x in row)])
+    return stream.getvalue()

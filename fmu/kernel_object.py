@@ -1,7 +1,7 @@
 """Compiles the machine's step to native object files; the only user of numba's private API.
 
 A child process with numba's own optimiser, CPU and cache switched off compiles the entry point of the composed module
-(rotorsim.plant.kernels.cosimulation.serve) to plain LLVM IR; llvmlite turns that into one object per target. Only the
+(rotorsim.plant.kernels.entry.serve) to plain LLVM IR; llvmlite turns that into one object per target. Only the
 entry is visible to the linker, and hidden in what is linked, because two units in one process must not meet.
 
 Calling convention: ``int32 serve_entry(int64 *result, void **error, ARGUMENTS)``, 0 for success, an array as (meminfo,

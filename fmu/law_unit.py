@@ -2,32 +2,37 @@
 
 from __future__ import annotations
 
-import hashlib
-import uuid
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from fmu.linear_model import numbers
-from fmu.model import wrapper_text
-from fmu.tables import MAGIC, array, row, runs
+from fmu.model import Unit, fingerprint, numbers, runs
 from fmu.variables import UnitVariable
-from rotorsim.control import Law
-from rotorsim.control.runtime import guard, plausibility
-from rotorsim.control.runtime.alarm import SENTENCES
-from rotorsim.control.runtime.guard import FADE, FARTHEST, HOLD
-from rotorsim.control.runtime.kernels import FIRST_BLOCK
+from rotorsim.control import Law, guard
+from rotorsim.control.guard import SENTENCES
+from rotorsim.control.law_kernel import FIRST_BLOCK
 
 INPUTS = ("meas.disc_x", "meas.disc_y", "meas.speed", "meas.pressure")
 OUTPUTS = ("piezo.ref_x", "piezo.ref_y")
 ALARM = "law.alarm"
 CODES = "; ".join(f"{code:g}: {sentence}" for code, sentence in SENTENCES.items())
+FAULTS = ("SENSOR", "POINT", "OVERFLOW", "JUMP", "STUCK", "POINT_FAR", "RANGE", "CONNECTION", "UNSTEADY")
+LAYOUT = ("B", "C", "D", "W", "x", "new", "centre", "sums", "done", "guard", "checks", "seen", "pn", "pspeeds",
+          "ppressures", "pB", "pC", "pL", "pS", "psize", "pblock", "px", "pnew", "evidence")  # fmt: skip
+"""Offsets of a law's layout that its C file uses."""
+KEPT = ("OUT", "BEGIN", "BAD", "BACK", "SPAN", "ALARM", "LAST", "LOST", "STEP")
+SEEN = ("SEEN", "GOOD", "SAME", "CHANGED", "AT", "COUNT", "FRESH", "AWAY", "REST", "REASON", "LENGTH", "SINCE",
+        "RETURNS", "KNOWN", "OTHER", "HELD")  # fmt: skip
+"""Offsets in the memories of the guard and of its checks of plausibility."""
+CONSTANTS = ("HOLD", "QUICK", "SLOW", "LEAST", "FARTHEST", "NU", "DOUBT", "MISSED", "LATELY", "WAYS", "GLITCH",
+             "ACCEPTED", "OFTEN", "FORGOTTEN", "ARMED", "REFRESHED")  # fmt: skip
+PAUSES = {"PAUSE_FIRST": guard.PAUSE, "PAUSE_MOST": guard.MOST, "PAUSE_SETTLED": guard.SETTLED}
 
 
 @dataclass(frozen=True, eq=False)
-class LawUnit:
+class LawUnit(Unit):
     """A law to be exported; `speed` [rad/s] and gauge `pressure` [Pa] are the start values of its inputs."""
 
     law: Law
@@ -66,13 +71,7 @@ class LawUnit:
     @cached_property
     def hash(self) -> str:
         """Fingerprint of the law and its variables."""
-        parts = [self.law.hash, self.name, repr(self.variables), wrapper_text()]
-        return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
-
-    @property
-    def token(self) -> str:
-        """Instantiation token of FMI 3.0, GUID of FMI 2.0."""
-        return f"{{{uuid.UUID(self.hash)}}}"
+        return fingerprint(self.law.hash, self.name, repr(self.variables))
 
     def stimuli(self, n: int, step: float) -> dict[str, np.ndarray]:
         """Inputs (n,) for a run of n steps [s]: a decaying swing of the disc while speed and pressure rise."""
@@ -84,6 +83,29 @@ class LawUnit:
             INPUTS[1]: -8e-6 + 0.5 * np.roll(swing, 3),
             INPUTS[2]: self.speed + 300.0 * t / end,
             INPUTS[3]: self.pressure + 2e5 * t / end,
+        }
+
+    def defines(self) -> dict[str, object]:
+        """Sizes and offsets of the law's table and memory, and the numbers of its guard."""
+        law, L = self.law, self.law.layout
+        return {
+            "N_INPUTS": len(INPUTS), "N_OUT": len(OUTPUTS) + 1, "N_W": L.size, "N_RUNS": len(runs(rested(law))),
+            "N_TABLE": law.table.size, "N_AXES": law.axes.size, "N_SPEEDS": L.speeds, "N_PRESSURES": L.pressures,
+            "ORDER": L.n, "BLOCK": L.block, "SETTINGS": numbers(np.array(law.settings)), "GUARDED": 1,
+            "FADE_OUT": guard.FADE, "FIRST_BLOCK": FIRST_BLOCK, **PAUSES,
+            **{f"L_{name.upper()}": getattr(L, name) for name in LAYOUT},
+            **{f"FAULT_{name}": getattr(guard, name) for name in FAULTS},
+            **{f"G_{name}": getattr(guard, name) for name in KEPT},
+            **{f"M_{name}": getattr(guard, name) for name in SEEN},
+            **{name: getattr(guard, name) for name in vars(guard) if name in CONSTANTS or name.startswith("T_")},
+        }  # fmt: skip
+
+    def arrays(self) -> dict[str, Iterable[str]]:
+        """Memory at rest, table and axes."""
+        return {
+            "Run initial_runs[N_RUNS]": (f"{{{n}, {x.hex()}}}" for n, x in runs(rested(self.law))),
+            "double law_table[N_TABLE]": (float(x).hex() for x in self.law.table),
+            "double law_axes[N_AXES]": (float(x).hex() for x in self.law.axes),
         }
 
 
@@ -98,102 +120,6 @@ def law_variables(unit: LawUnit) -> Iterator[UnitVariable]:
         yield UnitVariable(name, "output", f"Reference along {'xy'[k]}.", "V", k)
     doc = f"Alarm: 0 as long as the law acts fully. {CODES}."
     yield UnitVariable(ALARM, "output", doc, index=len(OUTPUTS), kind="integer")
-
-
-def header(unit: LawUnit) -> str:
-    """Text of tables.h."""
-    law, L = unit.law, unit.law.layout
-    defines = {
-        "MAGIC": f'"{MAGIC}"', "MODEL_HASH": f'"{unit.hash}"', "TOKEN": f'"{unit.token}"',
-        "SAMPLE": unit.sample.hex(), "CONTINUOUS": 0, "N_STATES": 0, "N_VARIABLES": len(unit.variables),
-        "N_INPUTS": len(INPUTS), "N_OUT": len(OUTPUTS) + 1, "N_P": 1, "N_W": L.size, "N_IX": 1,
-        "N_RUNS": len(runs(rested(law))), "N_PRESSURE": 0, "N_TABLE": law.table.size, "N_SPEEDS": L.speeds,
-        "N_PRESSURES": L.pressures, "ORDER": L.n, "BLOCK": L.block, "SETTINGS": numbers(np.array(law.settings)),
-    }  # fmt: skip
-    defines |= {f"L_{name.upper()}": getattr(L, name) for name in ("B", "C", "D", "W", "x", "new", "centre", "sums")}
-    defines |= {
-        "N_AXES": law.axes.size,
-        "L_DONE": L.done,
-        "L_GUARD": L.guard,
-        "GUARDED": 1,
-        "HOLD": HOLD,
-        "FADE_OUT": FADE,
-        "QUICK": guard.QUICK,
-        "SLOW": guard.SLOW,
-        "LEAST": guard.LEAST,
-        "FARTHEST": FARTHEST,
-    }
-    defines |= {f"FAULT_{name}": getattr(guard, name) for name in FAULTS}
-    kept = ("OUT", "BEGIN", "BAD", "BACK", "SPAN", "ALARM", "LAST", "LOST", "STEP")
-    defines |= {f"G_{name}": getattr(guard, name) for name in kept}
-    defines |= _plausibility(law)
-    lines = [f"#define {name} {value}" for name, value in defines.items()]
-    return "\n".join(["/* Written by the exporter. */", "#ifndef TABLES_H", "#define TABLES_H", *lines, "#endif", ""])
-
-
-FAULTS = ("SENSOR", "POINT", "OVERFLOW", "JUMP", "STUCK", "POINT_FAR", "RANGE", "CONNECTION", "UNSTEADY")
-LAYOUT = ("checks", "seen", "pn", "pspeeds", "ppressures", "pB", "pC", "pL", "pS", "psize", "pblock", "px", "pnew")
-KEPT = (
-    "SEEN",
-    "GOOD",
-    "SAME",
-    "CHANGED",
-    "AT",
-    "COUNT",
-    "FRESH",
-    "AWAY",
-    "REST",
-    "REASON",
-    "LENGTH",
-    "SINCE",
-    "RETURNS",
-    "KNOWN",
-    "OTHER",
-    "HELD",
-)
-CONSTANTS = (
-    "NU",
-    "DOUBT",
-    "MISSED",
-    "LATELY",
-    "WAYS",
-    "GLITCH",
-    "ACCEPTED",
-    "OFTEN",
-    "FORGOTTEN",
-    "ARMED",
-    "REFRESHED",
-)
-
-
-def _plausibility(law: Law) -> dict[str, object]:
-    """Definitions of plausibility.h; none of them is used without limits."""
-    defines: dict[str, object] = {f"L_{name.upper()}": getattr(law.layout, name) for name in (*LAYOUT, "evidence")}
-    defines |= {f"M_{name}": getattr(plausibility, name) for name in KEPT}
-    defines |= {name: getattr(plausibility, name) for name in CONSTANTS}
-    defines |= {name: getattr(plausibility, name) for name in vars(plausibility) if name.startswith("T_")}
-    pauses = (plausibility.PAUSE, plausibility.MOST, plausibility.SETTLED)
-    defines |= dict(zip(("PAUSE_FIRST", "PAUSE_MOST", "PAUSE_SETTLED"), pauses, strict=True))
-    return defines | {"FIRST_BLOCK": FIRST_BLOCK}
-
-
-def source(unit: LawUnit) -> str:
-    """Text of tables.c."""
-    law = unit.law
-    return "\n".join(
-        [
-            "/* Written by the exporter. */",
-            '#include "unit.h"',
-            array("const Variable variables[N_VARIABLES]", (row(v) for v in unit.variables)),
-            array("const Run initial_runs[N_RUNS]", (f"{{{n}, {x.hex()}}}" for n, x in runs(rested(law)))),
-            array("const double initial_parameters[N_P]", ["0.0"]),
-            array("const int64_t indices[N_IX]", ["0"]),
-            array("const int32_t pressure_nodes[N_PRESSURE + 1][2]", ["{0, 0}"]),
-            array("const double law_table[N_TABLE]", (float(x).hex() for x in law.table)),
-            array("const double law_axes[N_AXES]", (float(x).hex() for x in law.axes)),
-            "",
-        ]
-    )
 
 
 def rested(law: Law) -> np.ndarray:

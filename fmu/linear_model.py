@@ -12,18 +12,14 @@ Cites: astrom_1997.
 
 from __future__ import annotations
 
-import hashlib
-import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
-from fmu.model import wrapper_text
-from fmu.tables import MAGIC, array, row
+from fmu.model import Unit, fingerprint, numbers
 from fmu.variables import UnitVariable
 from identification.local.blackbox import FullStateSpace
 from identification.local.greybox import STRUCTURES
@@ -34,7 +30,7 @@ Matrices = Callable[[np.ndarray], tuple[np.ndarray, ...]]
 
 
 @dataclass(frozen=True, eq=False)
-class LinearUnit:
+class LinearUnit(Unit):
     """An LPV model to be exported under a name; it starts at rest at `speed` [rad/s] and gauge `pressure` [Pa]."""
 
     lpv: LpvModel
@@ -106,13 +102,33 @@ class LinearUnit:
     @cached_property
     def hash(self) -> str:
         """Fingerprint of the model."""
-        parts = [repr(self.lpv.to_dict()), self.name, repr(self.variables), wrapper_text()]
-        return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
+        return fingerprint(repr(self.lpv.to_dict()), self.name, repr(self.variables))
 
-    @property
-    def token(self) -> str:
-        """Instantiation token of FMI 3.0, GUID of FMI 2.0."""
-        return f"{{{uuid.UUID(self.hash)}}}"
+    def defines(self) -> dict[str, object]:
+        """Sizes of states, parameters, surfaces and terms."""
+        basis = self.lpv.basis
+        return {
+            "CONTINUOUS": int(self.continuous),
+            "N_INPUTS": 4,
+            "N_OUT": 2,
+            "N_W": self.order,
+            "N_STATES": self.order,
+            "N_THETA": len(self.lpv.coefficients),
+            "N_BASIS": len(basis.exponents),
+            "N_TERMS": len(self.terms),
+            "MIDDLE": numbers(basis.middle),
+            "HALF_RANGE": numbers(basis.half),
+            "NOMINALS": numbers(self.sizes),
+        }
+
+    def arrays(self) -> dict[str, Iterable[str]]:
+        """Terms of the matrices and the surfaces of their parameters."""
+        return {
+            "Run initial_runs[N_RUNS]": [f"{{{self.order}, 0.0}}"],
+            "Term terms[N_TERMS]": (f"{{{r}, {c}, {i}, {j}, {x.hex()}}}" for r, c, i, j, x in self.terms),
+            "double surfaces[N_THETA][N_BASIS]": map(numbers, self.lpv.coefficients),
+            "int32_t exponents[N_BASIS][2]": (f"{{{i}, {j}}}" for i, j in self.lpv.basis.exponents),
+        }
 
 
 def find_terms(matrices: Matrices, q: int, products: bool) -> Iterator[tuple[int, int, int, int, float]]:
@@ -158,58 +174,3 @@ def linear_variables(unit: LinearUnit) -> Iterator[UnitVariable]:
         yield UnitVariable(f"x[{k + 1}]", "state", f"State {k + 1}.", index=k, start=0.0, typical=float(unit.sizes[k]))
     for k in range(unit.order if unit.continuous else 0):
         yield UnitVariable(f"der(x[{k + 1}])", "derivative", f"Derivative of state {k + 1}.", index=k)
-
-
-def header(unit: LinearUnit) -> str:
-    """Text of tables.h."""
-    basis = unit.lpv.basis
-    defines: dict[str, Any] = {
-        "MAGIC": f'"{MAGIC}"',
-        "MODEL_HASH": f'"{unit.hash}"',
-        "TOKEN": f'"{unit.token}"',
-        "SAMPLE": unit.sample.hex(),
-        "CONTINUOUS": int(unit.continuous),
-        "N_VARIABLES": len(unit.variables),
-        "N_INPUTS": 4,
-        "N_OUT": 2,
-        "N_P": 1,
-        "N_W": unit.order,
-        "N_IX": 1,
-        "N_RUNS": 1,
-        "N_PRESSURE": 0,
-        "GUARDED": 0,
-        "N_STATES": unit.order,
-        "N_THETA": len(unit.lpv.coefficients),
-        "N_BASIS": len(basis.exponents),
-        "N_TERMS": len(unit.terms),
-        "MIDDLE": numbers(basis.middle),
-        "HALF_RANGE": numbers(basis.half),
-        "NOMINALS": numbers(unit.sizes),
-    }
-    lines = [f"#define {name} {value}" for name, value in defines.items()]
-    return "\n".join(["/* Written by the exporter. */", "#ifndef TABLES_H", "#define TABLES_H", *lines, "#endif", ""])
-
-
-def source(unit: LinearUnit) -> str:
-    """Text of tables.c."""
-    terms = [f"{{{r}, {c}, {i}, {j}, {x.hex()}}}" for r, c, i, j, x in unit.terms]
-    return "\n".join(
-        [
-            "/* Written by the exporter. */",
-            '#include "unit.h"',
-            array("const Variable variables[N_VARIABLES]", (row(v) for v in unit.variables)),
-            array("const Run initial_runs[N_RUNS]", [f"{{{unit.order}, 0.0}}"]),
-            array("const double initial_parameters[N_P]", ["0.0"]),
-            array("const int64_t indices[N_IX]", ["0"]),
-            array("const int32_t pressure_nodes[N_PRESSURE + 1][2]", ["{0, 0}"]),
-            array("const Term terms[N_TERMS]", terms),
-            array("const double surfaces[N_THETA][N_BASIS]", map(numbers, unit.lpv.coefficients)),
-            array("const int32_t exponents[N_BASIS][2]", (f"{{{i}, {j}}}" for i, j in unit.lpv.basis.exponents)),
-            "",
-        ]
-    )
-
-
-def numbers(values: np.ndarray) -> str:
-    """A C initialiser of exact numbers."""
-    return "{" + ", ".join(float(x).hex() for x in values) + "}"

@@ -1,27 +1,51 @@
-"""Common interface of exported units, and the unit of a plant with its table of variables.
+"""Common interface of exported units with their generated C tables, and the unit of a plant.
 
-`Unit` is the seam: whatever has these names, a `core` in C that serves unit.h and an entry in `fmu.kinds` can be
-exported, a controller's law too.
+`Unit` is the seam: whatever derives from it and has a `core` in C that serves unit.h can be exported, a law too.
+Of every unit two C files are written: sizes and offsets (tables.h), variables and constant data (tables.c).
 """
 
 from __future__ import annotations
 
 import hashlib
+import json
 import re
 import uuid
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import PackageNotFoundError, version
+from itertools import groupby
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
-from fmu.variables import UnitVariable, plant_variables
+import numpy as np
+
+from fmu.variables import ROW, UnitVariable, plant_variables
+from reynolds.grid import cells
 from rotorsim.base.errors import DataError
+from rotorsim.base.quantity import UNLIMITED
+from rotorsim.effects.film.gas_heating import NOMINAL
+from rotorsim.machine.limits import friction_heat, hottest
 from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly
+from rotorsim.plant.kernels.layout import COLUMNS, HEAT_COLUMNS
 
 LONGEST_NAME = 60
 """Characters of an identifier that compilers and file systems take besides the suffix."""
+MAGIC = "rotsim1"
+EXTRA_COLUMNS = 3
+STORES = {
+    "time": "TIME", "input": "INPUT", "output": "OUTPUT", "parameter": "PARAMETER", "seed": "SEED",
+    "constant": "CONSTANT", "pressure": "PRESSURE", "state": "STATE", "derivative": "DERIVATIVE",
+}  # fmt: skip
+DEFINES = {"CONTINUOUS": 0, "N_STATES": 0, "N_P": 1, "N_IX": 1, "N_RUNS": 1, "N_PRESSURE": 0, "GUARDED": 0}
+"""Sizes of a unit that does not state them."""
+ARRAYS = {
+    "double initial_parameters[N_P]": ("0.0",),
+    "int64_t indices[N_IX]": ("0",),
+    "int32_t pressure_nodes[N_PRESSURE + 1][2]": ("{0, 0}",),
+}
+"""Arrays of a unit that does not have them."""
 
 
 class Unit(Protocol):
@@ -53,15 +77,72 @@ class Unit(Protocol):
 
     @property
     def hash(self) -> str:
-        """Hash that identifies this model."""
+        """Fingerprint of the model."""
 
     @property
     def token(self) -> str:
         """Instantiation token of FMI 3.0, GUID of FMI 2.0."""
+        return f"{{{uuid.UUID(self.hash)}}}"
+
+    def defines(self) -> Mapping[str, object]:
+        """Sizes and offsets of tables.h, of its own kind."""
+
+    def arrays(self) -> Mapping[str, Iterable[str]]:
+        """Items of the constant arrays of tables.c by their declarations, of its own kind."""
+
+
+def fingerprint(*parts: str) -> str:
+    """Hash of the parts that make a model, and of the C wrapper."""
+    return hashlib.sha256("\0".join([*parts, wrapper_text()]).encode()).hexdigest()[:32]
+
+
+def header(unit: Unit) -> str:
+    """Text of tables.h."""
+    defines = DEFINES | {
+        "MAGIC": f'"{MAGIC}"', "MODEL_HASH": f'"{unit.hash}"', "TOKEN": f'"{unit.token}"', "SAMPLE": unit.sample.hex(),
+        "N_VARIABLES": len(unit.variables), **unit.defines(),
+    }  # fmt: skip
+    lines = [f"#define {name} {value}" for name, value in defines.items()]
+    return "\n".join(["/* Written by the exporter. */", "#ifndef TABLES_H", "#define TABLES_H", *lines, "#endif", ""])
+
+
+def source(unit: Unit) -> str:
+    """Text of tables.c."""
+    arrays = {"Variable variables[N_VARIABLES]": map(row, unit.variables)} | ARRAYS | dict(unit.arrays())
+    texts = (f"const {name} = {{\n    " + ",\n    ".join(items) + "\n};" for name, items in arrays.items())
+    return "\n".join(["/* Written by the exporter. */", '#include "unit.h"', *texts, ""])
+
+
+def row(v: UnitVariable) -> str:
+    """A variable's row in the C table."""
+    settable = {
+        "input": "ALWAYS",
+        "parameter": "ALWAYS" if v.tunable else "BEFORE_START",
+        "seed": "BEFORE_START",
+        "state": "BEFORE_START",
+    }
+    unit = "" if v.unit == "1" else v.unit
+    texts = [json.dumps(text, ensure_ascii=False) for text in (v.why, v.beyond)]
+    parts = [
+        f'"{v.name}"', f'"{unit}"', v.kind.upper(), STORES[v.store], settable.get(v.store, "NEVER"), v.index,
+        str(v.whole).lower(), float(v.low).hex(), float(v.high).hex(), float(v.start or 0.0).hex(),
+        *(float(x).hex() for x in v.checked), *texts,
+    ]  # fmt: skip
+    return "{" + ", ".join(map(str, parts)) + "}"
+
+
+def runs(w: np.ndarray) -> list[tuple[int, float]]:
+    """The workspace as runs of equal values; -0.0 is not 0.0."""
+    return [(len(list(group)), float.fromhex(key)) for key, group in groupby(float(x).hex() for x in w)]
+
+
+def numbers(values: np.ndarray) -> str:
+    """A C initialiser of exact numbers."""
+    return "{" + ", ".join(float(x).hex() for x in values) + "}"
 
 
 @dataclass(frozen=True)
-class PlantUnit:
+class PlantUnit(Unit):
     """A plant to be exported, at rest at `speed` [rad/s] and gauge `pressure` [Pa] when it starts."""
 
     plant: Plant
@@ -99,18 +180,77 @@ class PlantUnit:
     @cached_property
     def hash(self) -> str:
         """Hash of machine, kernels and variables that identifies this model."""
-        parts = [self.plant.machine.text, self.assembly.module.__name__, software(), repr(self.variables)]
-        return hashlib.sha256("\0".join([*parts, wrapper_text()]).encode()).hexdigest()[:32]
-
-    @property
-    def token(self) -> str:
-        """Instantiation token of FMI 3.0, GUID of FMI 2.0."""
-        return f"{{{uuid.UUID(self.hash)}}}"
+        return fingerprint(self.plant.machine.text, self.assembly.module.__name__, software(), repr(self.variables))
 
     @property
     def modules(self) -> list[str]:
         """Modules that register the machine's effects."""
         return sorted({type(e).__module__ for es in self.plant.machine.effects.values() for e in es})
+
+    def defines(self) -> dict[str, object]:
+        """Sizes and offsets of workspace, parameters and columns, and what ends a run."""
+        a = self.assembly
+        at = {v.name: v.index for v in self.variables if v.store == "input"}
+        return {
+            "STEPS": a.steps_per_sample,
+            "AMBIENT": float(a.machine.gas.ambient_pressure).hex(),
+            "N_INPUTS": len(at),
+            "N_OUT": a.columns + EXTRA_COLUMNS,
+            "N_P": a.record.dtype.itemsize // 8,
+            "N_W": a.w.size,
+            "N_IX": a.ix.size,
+            "N_INJ": a.film.n_inj,
+            "N_RUNS": len(runs(a.w)),
+            "N_PRESSURE": len(pressure_nodes(a)),
+            "INPUT_PLACES": "{" + ", ".join(str(at.get(name, -1)) for name in ROW) + "}",
+            "DRIVE_ON": at["drive.on"],
+            "TOUCHDOWN": COLUMNS.index("contact") if a.film_model is not None else -1,
+            "W_SEED": a.rig.seed,
+            "W_COMMAND": a.rig.command,
+            "W_SPEED": a.rotor.speed,
+            "W_LOAD": a.rotor.static_rhs,
+        } | _ends(a)
+
+    def arrays(self) -> dict[str, Iterable[str]]:
+        """Workspace at the start, parameters, indices and the film's cells."""
+        a = self.assembly
+        return {
+            "Run initial_runs[N_RUNS]": (f"{{{n}, {x.hex()}}}" for n, x in runs(a.w)),
+            "double initial_parameters[N_P]": (float(x).hex() for x in a.record.view("f8").ravel()),
+            "int64_t indices[N_IX]": map(str, a.ix),
+            "int32_t pressure_nodes[N_PRESSURE + 1][2]": (f"{{{i}, {j}}}" for i, j in (*pressure_nodes(a), (0, 0))),
+        }
+
+
+def _ends(a: Assembly) -> dict[str, Any]:
+    """Places and limits of what ends a run: the gap and the temperatures of the films."""
+    machine = a.machine
+    warm = HEAT_COLUMNS * len(a.films) if a.rig.n_heat else 0
+    rise, heating = friction_heat(machine)
+    pushed = any(effect.stiffness > 0 for effect in machine.effects.get("contact", ()))  # type: ignore[attr-defined]
+    deepest = max((film.clearance for film in machine.films), default=0.0) if pushed else 0.0
+    limits = {
+        "DEEPEST": deepest,
+        "WARMTH": machine.gas.temperature + rise,
+        "HEATING": heating / NOMINAL**2,
+        "HOTTEST": min(hottest(machine), UNLIMITED),
+    }
+    places = {"H_MIN": COLUMNS.index("h_min") if a.films else -1, "FIRST_RISE": a.columns - warm, "N_RISES": warm}
+    return places | {name: float(value).hex() for name, value in limits.items()}
+
+
+def pressure_nodes(a: Assembly) -> list[tuple[int, int]]:
+    """The two workspace cells of each interval in z, theta by theta: film pressure is their mean."""
+    if a.film_model is None:
+        return []
+    L = a.film
+    lines = L.p + L.first + np.arange(L.n_theta) * L.stride
+    inside = L.p + cells(L)
+    upper = (lines + L.n_rows)[:, None]
+    lower = upper if L.half else (lines - 1)[:, None]
+    columns = [lower, inside[:, :0:-1], inside, upper] if L.half else [lower, inside, upper]
+    nodes = np.hstack(columns)
+    return [(int(i), int(j)) for i, j in zip(nodes[:, :-1].ravel(), nodes[:, 1:].ravel(), strict=True)]
 
 
 def identifier(unit: Unit) -> str:
@@ -141,3 +281,11 @@ def wrapper_text() -> str:
     """All of the C wrapper."""
     folder = Path(__file__).parent / "c"
     return "".join(p.read_text(encoding="utf-8") for p in sorted(folder.iterdir()) if p.suffix in (".c", ".h"))
+
+
+MAGIC = "rotsim1"
+EXTRA_COLUMNS = 3
+STORES = {
+    "time": "TIME", "input": "INPUT", "output": "OUTPUT", "parameter": "PARAMETER", "seed": "SEED",
+    "constant": "CONSTANT", "pressure": "PRESSURE", "state": "STATE", "derivative": "DERIVATIVE",
+}  # fmt: skip

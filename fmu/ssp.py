@@ -18,15 +18,14 @@ from xml.etree.ElementTree import Element, SubElement, register_namespace
 import numpy as np
 
 from fmu.archive import check_place, workspace, write_archive
-from fmu.binaries import Platform
 from fmu.description import number, text
-from fmu.export import export
+from fmu.export import Platform, export
 from fmu.importer import ImportedUnit
 from fmu.law_unit import INPUTS, OUTPUTS, LawUnit
 from fmu.model import PlantUnit, Unit, software
 from fmu.variables import UnitVariable, exponents, fmi_name
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange.archive import ArchiveError, read_archive
+from rotorsim.base.input_files import ArchiveError, read_archive
 
 SPACES = {
     "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
@@ -92,8 +91,13 @@ def structure(plant: PlantUnit, law: LawUnit) -> Element:
     wires = _below(system, "ssd:Connections")
     for start, end, name in WIRES:
         _below(wires, "ssd:Connection", startElement=start, startConnector=name, endElement=end, endConnector=name)
-    _units(root, {v.unit for v in (*shown, *driven, *law.variables) if v.store != "time"})
-    _experiment(root, plant.sample)
+    below, used = _below(root, "ssd:Units"), {v.unit for v in (*shown, *driven, *law.variables) if v.store != "time"}
+    for unit in sorted(used - {"1"}):
+        entry = _below(below, "ssc:Unit", name=fmi_name(unit))
+        _below(entry, "ssc:BaseUnit", **{name: str(n) for name, n in exponents(unit).items()})
+    one = _below(root, "ssd:DefaultExperiment", startTime="0", stopTime="1")
+    note = _below(_below(one, "ssd:Annotations"), "ssc:Annotation", type="com.opensimulationplatform")
+    _below(_below(note, "osp:Algorithm"), "osp:FixedStepAlgorithm", baseStepSize=number(plant.sample))
     return root
 
 
@@ -125,20 +129,6 @@ def _component(parts: Element, name: str, wired: Sequence[UnitVariable], driven:
 
 def _unit(v: UnitVariable) -> dict[str, str]:
     return {} if v.unit == "1" else {"unit": fmi_name(v.unit)}
-
-
-def _units(root: Element, used: set[str]) -> None:
-    below = _below(root, "ssd:Units")
-    for unit in sorted(used - {"1"}):
-        one = _below(below, "ssc:Unit", name=fmi_name(unit))
-        _below(one, "ssc:BaseUnit", **{name: str(n) for name, n in exponents(unit).items()})
-
-
-def _experiment(root: Element, step: float) -> None:
-    """One second, in steps of a sample."""
-    one = _below(root, "ssd:DefaultExperiment", startTime="0", stopTime="1")
-    note = _below(_below(one, "ssd:Annotations"), "ssc:Annotation", type="com.opensimulationplatform")
-    _below(_below(note, "osp:Algorithm"), "osp:FixedStepAlgorithm", baseStepSize=number(step))
 
 
 class CoupledUnits:

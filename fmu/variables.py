@@ -27,15 +27,14 @@ from rotorsim.base.quantity import UNLIMITED, Quantity, quantities, quantity_of
 from rotorsim.base.units import TABLE, dimension
 from rotorsim.effects import Effect
 from rotorsim.effects.base import WHERE
-from rotorsim.machine.actuators import Actuators, Drive
-from rotorsim.machine.gas import Gas
-from rotorsim.machine.gas_film import Injector
+from rotorsim.machine.gas_film import Actuators, Gas, PinnedInjector
+from rotorsim.machine.limits import speed_limit
 from rotorsim.machine.part import Part
 from rotorsim.machine.probes import reading_unit
-from rotorsim.machine.running_limits import speed_limit
+from rotorsim.machine.rotor import Drive
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.kernels.columns import COLUMNS, FILM_COLUMNS
+from rotorsim.plant.kernels.layout import COLUMNS, FILM_COLUMNS
 from rotorsim.plant.validity import known_speed
 
 NOMINAL = {"m": 1e-5, "N": 10.0, "rad/s": 600.0, "rad": 1.0, "Pa": 1e5, "V": 1.0, "kg/s": 1e-4, "N*m": 1e-2}
@@ -144,49 +143,35 @@ def _mode(a: Assembly) -> str:
 
 def _outputs(a: Assembly) -> Iterator[UnitVariable]:
     n, fed, has_film = a.rig.n_pin, a.film.n_inj, bool(a.films)
-    extra = a.columns - len(COLUMNS)
+    extra, own = a.columns - len(COLUMNS), len(COLUMNS)
     at = {name: k for k, name in enumerate(COLUMNS)}
     rows: list[tuple[str, str, int, str]] = []
-    for axis in "xy":
-        rows.append((f"disc.{axis}", "m", at[f"disc_{axis}"], f"Displacement at the disc along {axis}."))
-    for axis in "xy" if has_film else "":
-        rows.append((f"bearing.{axis}", "m", at[f"journal_{axis}"], f"Displacement of the journal along {axis}."))
+    rows += [(f"disc.{x}", "m", at[f"disc_{x}"], f"Displacement at the disc along {x}.") for x in "xy"]
+    if has_film:
+        rows += [(f"bearing.{x}", "m", at[f"journal_{x}"], f"Displacement of the journal along {x}.") for x in "xy"]
     rows.append(("shaft.angle", "rad", at["angle"], "Angle of the shaft, not wrapped."))
     rows.append(("shaft.speed", "rad/s", at["speed"], "Speed of the shaft."))
     if has_film:
-        for axis in "xy":
-            rows.append(
-                (f"film.force_{axis}", "N", at[f"film_force_{axis}"], f"Film force on the journal along {axis}.")
-            )
+        rows += [(f"film.force_{x}", "N", at[f"film_force_{x}"], f"Film force on the journal along {x}.") for x in "xy"]
         rows.append(("film.h_min", "m", at["h_min"], "Smallest film thickness."))
-        rows.append(("film.friction_torque", "N*m", len(COLUMNS) + extra, "Torque of the film against the rotation."))
+        rows.append(("film.friction_torque", "N*m", own + extra, "Torque of the film against the rotation."))
     rows += _each_film(a)
     if fed:
         rows.append(("injection.line_pressure", "Pa", at["pressure"], "Gauge pressure behind the supply line."))
         rows.append(("injection.mass_flow", "kg/s", at["mass_flow"], "Mass flow into the film."))
-    if n:
-        for k in range(n):
-            rows.append(
-                (f"piezo.position_{k + 1}", "m", len(COLUMNS) + k, f"Travel of pin {k + 1}; more closes its seat.")
-            )
-        for i, axis in enumerate("xy"):
-            rows.append(
-                (
-                    f"piezo.diff_{axis}",
-                    "m",
-                    len(COLUMNS) + extra + 1 + i,
-                    f"Sum of the pins' travel with the signs of ref_{axis}.",
-                )
-            )
-    for axis in "xy":
+    rows += [
+        (f"piezo.position_{k + 1}", "m", own + k, f"Travel of pin {k + 1}; more closes its seat.") for k in range(n)
+    ]
+    for i, x in enumerate("xy" if n else ""):
         rows.append(
-            (f"meas.disc_{axis}", "m", at[f"disc_measured_{axis}"], f"What the displacement sensor {axis} reads.")
+            (f"piezo.diff_{x}", "m", own + extra + 1 + i, f"Sum of the pins' travel with the signs of ref_{x}.")
         )
+    rows += [
+        (f"meas.disc_{x}", "m", at[f"disc_measured_{x}"], f"What the displacement sensor {x} reads.") for x in "xy"
+    ]
     for k, probe in enumerate(a.machine.probes):
         seen = probe.quantity.replace("_", " ")
-        rows.append(
-            (f"meas.probe_{probe.name}", reading_unit(probe), len(COLUMNS) + n + k, f"Reading of a probe: {seen}.")
-        )
+        rows.append((f"meas.probe_{probe.name}", reading_unit(probe), own + n + k, f"Reading of a probe: {seen}."))
     rows.append(("meas.angle", "rad", at["angle_measured"], "Shaft angle as the encoder reads it."))
     rows.append(("meas.speed", "rad/s", at["speed_measured"], "Speed as estimated from the encoder."))
     if fed:
@@ -270,7 +255,7 @@ def _machine_parameters(a: Assembly) -> Iterator[UnitVariable]:
     for k in range(a.rig.n_pin):
         for name in own:
             item = first * a.film.n_inj + k
-            known, value = _declared(Injector, name), float(getattr(P, name)[item])
+            known, value = _declared(PinnedInjector, name), float(getattr(P, name)[item])
             known = replace(known, doc=known.doc.split(";")[0] + ".")
             yield _parameter(f"injectors[{k + 1}].{name}", known, place(a, name, item=item), value, False)
 
@@ -366,24 +351,21 @@ def limits(machine: Machine, effect: Effect, name: str, half: bool) -> tuple[flo
     return _reach(machine, effect, name, value, low, whole), _reach(machine, effect, name, value, high, whole)
 
 
-def _with(effect: Effect, name: str, value: float) -> Any:
-    return replace(effect, **{name: value})
-
-
 def _another(value: float, low: float, high: float) -> float:
     """A permitted value other than the present one."""
     return min(value + 1e-3 * (high - value), value + 1.0) if high > value else value - min(1e-3 * (value - low), 1.0)
 
 
 def _locked(machine: Machine, effect: Effect, name: str, other: float, half: bool) -> bool:
-    changed = _with(effect, name, other)
+    changed: Any = replace(effect, **{name: other})
     if half and changed.symmetric != effect.symmetric:
         return True
     return bool(changed.derived(machine) != effect.derived(machine))
 
 
 def _refused(machine: Machine, effect: Effect, name: str, value: float) -> bool:
-    return name in _with(effect, name, value).problems(machine)
+    changed: Any = replace(effect, **{name: value})
+    return name in changed.problems(machine)
 
 
 def _reach(machine: Machine, effect: Effect, name: str, good: float, bound: float, whole: bool) -> float:

@@ -16,18 +16,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import SchemaError, UnfitError
-from identification.local.dead_time import FREE
+from identification.local.fits import FREE
 from identification.local.identify import fit_signals, identify
 from identification.local.models import LinearModel
 from identification.local.result import Identification, noted
 from identification.lpv.fit import fit_lpv
-from identification.lpv.model import LpvModel
-from identification.lpv.surfaces import SAME
+from identification.lpv.model import SAME, LpvModel
 from identification.readers import checked, load, read
-from identification.records.prefilter import Prefilter, operating_point, rest_length
+from identification.records.prefilter import Prefilter, Signals, operating_point, rest_length, without_gaps
 from identification.records.sampling import sampling_time
-from identification.records.stretches import Signals, without_gaps
-from identification.threads import one_thread
+from rotorsim.base.processes import one_thread
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -104,7 +102,7 @@ def pair(sources: Sequence[Source]) -> list[Source]:
 
 
 def _read(path: Path, mapping: Any) -> xr.Dataset:
-    """As `read`, but a record with gaps comes as it is."""
+    """Record of `read`, or of `load` where its only fault are gaps."""
     try:
         return read(path, mapping)
     except SchemaError:
@@ -164,52 +162,30 @@ class SourceResult:
     error: str = ""
 
 
-def identify_source(
-    source: Source, model: int | str = 3, order: int = 6, method: str = "auto", settings: Prefilter | None = None,
-    mapping: Any = None, dead_time: float | str = FREE,
-) -> SourceResult:  # fmt: skip
-    """Local model of one file, or the sentence why there is none."""
+def identify_source(source: Source, mapping: Any = None, **options: Any) -> SourceResult:
+    """Local model of one file, with the options of `identify`, or the sentence why there is none."""
     try:
         record, steady = open_pair(source, mapping)
-        return SourceResult(source, identify(record, model, order, method, steady, settings, dead_time=dead_time))
+        return SourceResult(source, identify(record, steady=steady, **options))
     except SchemaError as error:
         return SourceResult(source, None, f"{source.path}: {error}")
 
 
-@one_thread
+@one_thread()
 def identify_all(
-    sources: Sequence[Source],
-    model: int | str = 3,
-    order: int = 6,
-    method: str = "auto",
-    settings: Prefilter | None = None,
-    mapping: Any = None,
-    workers: int = 2,
-    progress: Callable[[SourceResult], None] | None = None,
-    dead_time: float | str = FREE,
-) -> list[SourceResult]:
+    sources: Sequence[Source], mapping: Any = None, workers: int = 2,
+    progress: Callable[[SourceResult], None] | None = None, **options: Any,
+) -> list[SourceResult]:  # fmt: skip
     """Local models of files, in their order; `progress` is called as each is finished."""
 
     def one(source: Source) -> SourceResult:
-        found = identify_source(source, model, order, method, settings, mapping, dead_time)
+        found = identify_source(source, mapping, **options)
         if progress is not None:
             progress(found)
         return found
 
     with ThreadPoolExecutor(max_workers=max(workers, 1)) as pool:
         return list(pool.map(one, sources))
-
-
-def loaders(
-    locals_: Sequence[SourceResult], settings: Prefilter | None = None, mapping: Any = None
-) -> list[Callable[[], Signals]]:
-    """Functions that read and filter each record again, for `fit_lpv(refine='global')`."""
-    return [partial(_signals, one.source, settings, mapping) for one in locals_]
-
-
-def _signals(source: Source, settings: Prefilter | None, mapping: Any) -> Signals:
-    record, steady = open_pair(source, mapping)
-    return fit_signals(record, steady, settings)
 
 
 def identify_sources(
@@ -243,7 +219,8 @@ def identify_sources(
     progress : callable, optional
         Called with each `SourceResult`.
     dead_time : float or "free"
-        Of model 3, as for `identify`; where a free one shows in some records only, all are identified without.
+        Dead time of model 3, as for `identify`; where a free one shows in some records only, all are identified
+        without.
 
     Returns
     -------
@@ -256,47 +233,36 @@ def identify_sources(
     UnfitError
         If no record gives a model, or there is none.
     """
-    found = identify_all(sources, model, order, method, settings, mapping, workers, progress, dead_time)
+    options: dict[str, Any] = {"model": model, "order": order, "method": method, "settings": settings}
+    found = identify_all(sources, mapping, workers, progress, dead_time=dead_time, **options)
     if dead_time == FREE and len({one.result.kind for one in found if one.result is not None}) > 1:
-        dead_time = 0.0
-        found = identify_all(sources, model, order, method, settings, mapping, workers, None, dead_time)
-        text = "other records show no dead time: identified without"
+        dead_time, text = 0.0, "other records show no dead time: identified without"
+        found = identify_all(sources, mapping, workers, dead_time=dead_time, **options)
         found = [one if one.result is None else replace(one, result=noted(one.result, text)) for one in found]
-    good = [one for one in found if one.result is not None]
+    good = [(one.source, one.result) for one in found if one.result is not None]
     if not good:
         raise UnfitError(found[0].error if found else NO_EXCITATION)
-    if together := _together(good, held):
-        records, steady = zip(*(open_pair(one.source, mapping) for one in together), strict=True)
-        both = identify(records, model, order, method, steady, settings, dead_time=dead_time)
-        return both.model, [
-            *found,
-            SourceResult(replace(together[0].source, path=Path(f"{len(together)} together")), both),
-        ]
-    return _model(good, surfaces, refine, settings, mapping, held), found
+    fitted = [(source, result) for source, result in good if source.role not in held] or good
+    results = [result for _, result in fitted]
+    points = {_point(result) for result in results}
+    if len(points) == 1 < len(fitted):
+        records, steady = zip(*(open_pair(source, mapping) for source, _ in fitted), strict=True)
+        both = identify(records, steady=steady, dead_time=dead_time, **options)
+        together = replace(fitted[0][0], path=Path(f"{len(fitted)} together"))
+        return both.model, [*found, SourceResult(together, both)]
+    if len(points) == 1 or results[0].kind == "actuator":
+        return results[0].model, found
+    others = [result for source, result in good if source.role in held]
+    again = [partial(_signals, source, settings, mapping) for source, _ in fitted] if refine == "global" else ()
+    return fit_lpv(results, surfaces, others, refine, again), found
 
 
-def _together(good: list[SourceResult], roles: Sequence[str]) -> list[SourceResult]:
-    """The records of one operating point that make one model, where there are several."""
-    fitted = [one for one in good if one.source.role not in roles] or good
-    points = {_point(one.result) for one in fitted if one.result is not None}
-    return fitted if len(fitted) > 1 and len(points) == 1 else []
+def _signals(source: Source, settings: Prefilter | None, mapping: Any) -> Signals:
+    record, steady = open_pair(source, mapping)
+    return fit_signals(record, steady, settings)
 
 
 def _point(result: Identification) -> tuple[int, int] | None:
     """Operating point, rounded; None where it is not known."""
     speed, pressure = result.speed / SAME[0], result.pressure / SAME[1]
     return (round(speed), round(pressure)) if isfinite(speed) and isfinite(pressure) else None
-
-
-def _model(
-    good: list[SourceResult], surfaces: int | str, refine: str, settings: Any, mapping: Any, roles: Sequence[str]
-) -> LinearModel | LpvModel:
-    """A linear model of one operating point; surfaces through several."""
-    fitted = [one for one in good if one.source.role not in roles] or good
-    results = [one.result for one in fitted if one.result is not None]
-    points = {_point(result) for result in results}
-    if len(points) == 1 or results[0].kind == "actuator":
-        return results[0].model
-    held = [one.result for one in good if one.source.role in roles and one.result is not None]
-    again = loaders(fitted, settings, mapping) if refine == "global" else ()
-    return fit_lpv(results, surfaces, held, refine, again)

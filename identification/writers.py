@@ -1,7 +1,7 @@
 """Writers of records and run-up vectors; a file is replaced only once it is complete.
 
 What is written here `identification.read` reads back as the same Dataset. Formats without dimensions and attributes
-take flat columns, named like those that `identification.records.column_names` recognises, with a header in JSON. They
+take flat columns, named like those that `identification.records.proposal` recognises, with a header in JSON. They
 have no place for what is not over time (snapshots of the film), which the notes of the written record name, and several
 bearings are columns alone. Other programs take tables: pandas, and the layout of a MATLAB timetable.
 """
@@ -9,7 +9,6 @@ bearings are columns alone. Other programs take tables: pandas, and the layout o
 from __future__ import annotations
 
 import json
-from collections.abc import Hashable
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,12 +17,12 @@ import numpy as np
 
 from identification.errors import SchemaError
 from identification.readers.mat import HEADER, MAX_WIDTH
+from identification.records.columns import MARK
 from identification.records.sampling import sampling_time
 from identification.records.schema import PROBE_COORDINATES, VECTORS, known_variable, named_axes, validate, with_notes
-from identification.records.table import MARK
-from rotorsim.base.exchange.mat import cells, write_mat
 from rotorsim.base.files import replacing
 from rotorsim.base.hdf5 import write_netcdf
+from rotorsim.base.mat import cells, write_mat
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -82,24 +81,23 @@ def _over_time(record: xr.Dataset, name: str) -> xr.Dataset:
     if "speed" in record.dims or not left:
         return record
     kept = record.drop_vars(left)
-    kept = kept.drop_vars([one for one in kept.coords if not set(kept[one].dims) <= _dims(kept)])
+    dims = {dim for one in kept.data_vars for dim in kept[one].dims} | {"time", "axis"}  # every record has axes
+    kept = kept.drop_vars([one for one in kept.coords if not set(kept[one].dims) <= dims])
     lost = [one for one in left if record[one].size]
     return with_notes(kept, [f"not over time and so left out of {name}: {', '.join(lost)}"] if lost else [])
 
 
-def _dims(record: xr.Dataset) -> set[Hashable]:
-    """Dimensions of the variables, and the axes, which every record has."""
-    return {dim for name in record.data_vars for dim in record[name].dims} | {"time", "axis"}
-
-
 def _flat_columns(record: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
-    """Unit and values (n,) by the names that `identification.records.column_names` knows."""
+    """Unit and values (n,) by the names that `identification.records.proposal` knows."""
     return _vector_columns(record) if "speed" in record.dims else _series_columns(record)
 
 
 def _header(record: xr.Dataset) -> str:
     """Attributes and number of samples as one line of ASCII; raises SchemaError for what is neither text nor number."""
-    extra = {str(name): _extra(variable.attrs) for name, variable in record.variables.items()}
+    extra = {
+        str(name): {key: value for key, value in variable.attrs.items() if key not in _IMPLIED}
+        for name, variable in record.variables.items()
+    }
     samples = record.sizes["speed" if "speed" in record.dims else "time"]
     content = {"attrs": record.attrs, "variables": {n: a for n, a in extra.items() if a}, "samples": samples}
     if "probe_measured" in record:
@@ -144,10 +142,6 @@ def _vector_columns(vectors: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
                 values = vectors[name].sel(order=order, axis=axis).values
                 columns[f"{name}_{order}X_{axis}"] = (VECTORS[name].units, np.asarray(values, float))
     return columns
-
-
-def _extra(attrs: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in attrs.items() if name not in _IMPLIED}
 
 
 def _plain(value: Any) -> Any:
@@ -197,7 +191,6 @@ def _is_plain(record: xr.Dataset, name: str) -> bool:
 
 
 def _write_netcdf(record: xr.Dataset, path: Path) -> None:
-    """Write a record or run-up vectors as netCDF-4."""
     try:
         write_netcdf(path, record)
     except (TypeError, ValueError) as error:

@@ -13,10 +13,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from rotorsim.base.display import VisibleStream
 from rotorsim.base.errors import NoCache, NotCarried, OtherMachine, PackageLeftOut, RotorsimError, Unusual
 from rotorsim.base.files import WriteError, write_error
 from rotorsim.base.interrupt import interrupted, leave, watched
-from rotorsim.base.sentences import VisibleStream
 
 STDOUT = "standard output"
 LIMITS: dict[type[Exception], str] = {

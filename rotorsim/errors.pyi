@@ -12,6 +12,8 @@ from rotorsim.base.errors import (
     ControllerError as ControllerError,
     ConvergenceError as ConvergenceError,
     DataError as DataError,
+    DesignError as DesignError,
+    LawError as LawError,
     LimitError as LimitError,
     MachineFileError as MachineFileError,
     NoCache as NoCache,
@@ -23,6 +25,7 @@ from rotorsim.base.errors import (
     Unusual as Unusual,
 )
 from rotorsim.base.files import WriteError as WriteError
-from rotorsim.campaign.errors import ClusterError as ClusterError, PlanError as PlanError, StoreError as StoreError
-from rotorsim.control.errors import DesignError as DesignError, LawError as LawError
+from rotorsim.campaign.axes import PlanError as PlanError
+from rotorsim.campaign.scheduler import ClusterError as ClusterError
+from rotorsim.campaign.store import StoreError as StoreError
 from rotorsim.signals.record_blocks import MissingError as MissingError

@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fmu import export as _export, importer as _importer, kinds as _kinds, ssp as _ssp
-from fmu.binaries import choose
+from fmu import export as _export, importer as _importer, ssp as _ssp
+from fmu.export import choose
 from fmu.law_unit import LawUnit
 from identification import LpvModel
 from rotorsim.base.errors import DataError
@@ -36,11 +36,11 @@ def unit_of(subject: Subject, speed: float | None, pressure: float | None) -> Pl
     if isinstance(subject, Machine) or (isinstance(subject, (str, Path)) and Path(subject).suffix not in MODEL_FILES):
         subject = Plant(subject)
     if isinstance(subject, Plant):
-        return _kinds.plant_unit(subject, speed, pressure)
+        return _export.plant_unit(subject, speed, pressure)
     if isinstance(subject, Law):
-        return _kinds.law_unit(subject, speed, pressure)
+        return _export.law_unit(subject, speed, pressure)
     if isinstance(subject, (LpvModel, str, Path)):
-        return _kinds.linear_unit(subject, speed, pressure)
+        return _export.linear_unit(subject, speed, pressure)
     raise DataError(
         f"fmu export: {type(subject).__name__} is not a Plant, a machine, an LpvModel or a Law; give one of these"
     )
@@ -95,7 +95,7 @@ def export(
     'law.fmu'
     """
     chosen = _export.versions(",".join(map(str, fmi)))
-    unit = _kinds.named(unit_of(subject, speed, pressure), name)
+    unit = _export.named(unit_of(subject, speed, pressure), name)
     return _export.export(unit, Path(out), chosen, choose(targets), cpu, announce)
 
 
@@ -118,8 +118,8 @@ def system(
     >>> rs.fmu.system("law.json", plant, "loop.ssp").name
     'loop.ssp'
     """
-    held: LawUnit = _kinds.law_unit(law, speed, pressure)
-    wired = _kinds.plant_unit(plant, speed, pressure)
+    held: LawUnit = _export.law_unit(law, speed, pressure)
+    wired = _export.plant_unit(plant, speed, pressure)
     return _ssp.export_system(wired, held, Path(out), fmi, choose(targets), cpu, announce)
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from fmpy import read_model_description
 
-from fmu.binaries import TARGETS, fmi_headers
+from fmu.export import TARGETS, fmi_headers
 from fmu.importer import stored
 
 ROOT = Path(__file__).parents[2]

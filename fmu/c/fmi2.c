@@ -1,13 +1,18 @@
 /* FMI 2.0 on top of unit.h: co-simulation, and model exchange of what has continuous states. */
 #include "fmi2Functions.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include "unit.h"
-
-static const fmi2Status statuses[] = {fmi2OK, fmi2Warning, fmi2Error};
+typedef fmi2Component Component;
+typedef fmi2Real Real;
+#define VERSION fmi2
+#define DERIVATIVES GetDerivatives
+#define fmi2FMUState fmi2FMUstate
+#define fmi2GetFMUState fmi2GetFMUstate
+#define fmi2SetFMUState fmi2SetFMUstate
+#define fmi2FreeFMUState fmi2FreeFMUstate
+#define fmi2SerializedFMUStateSize fmi2SerializedFMUstateSize
+#define fmi2SerializeFMUState fmi2SerializeFMUstate
+#define fmi2DeserializeFMUState fmi2DeSerializeFMUstate
+#include "face.h"
 
 /* The text is the format itself, because some importers show that and nothing else. */
 static void log_message(Unit *u, Outcome outcome, const char *category, const char *text) {
@@ -21,26 +26,7 @@ static void log_message(Unit *u, Outcome outcome, const char *category, const ch
     if (f && f->logger) f->logger(u->environment, u->name, statuses[outcome], category, format);
 }
 
-static fmi2Status done(bool well) { return well ? fmi2OK : fmi2Error; }
-
-static fmi2Status not_here(fmi2Component c, const char *function) {
-    return c ? statuses[unit_fail(c, FAILED, "%s: this unit has no such thing; see its capability flags", function)] : fmi2Error;
-}
-
-/* Refuse a call that comes in the wrong order. */
-static bool in_phase(Unit *u, const char *function, Phase first, Phase last) {
-    if (!u) return false;
-    if (u->s.phase >= first && u->s.phase <= last) return true;
-    unit_fail(u, FAILED, "%s: not allowed now; initialise, step and terminate in this order", function);
-    return false;
-}
-
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
-const char *fmi2GetVersion(void) { return fmi2Version; }
-
-fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[]) {
-    return done(c && unit_log(c, on, n, categories));
-}
 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging) {
@@ -56,8 +42,6 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     return u;
 }
 
-void fmi2FreeInstance(fmi2Component c) { unit_free(c); }
-
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance, fmi2Real start,
                                fmi2Boolean has_stop, fmi2Real stop) {
     (void)has_tolerance, (void)tolerance; /* the steps of the unit are fixed */
@@ -66,26 +50,13 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2R
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
-    if (!in_phase(c, "fmi2EnterInitializationMode", CREATED, CREATED)) return fmi2Error;
-    ((Unit *)c)->s.phase = INITIALISING;
-    return fmi2OK;
+    return go(c, "fmi2EnterInitializationMode", CREATED, INITIALISING);
 }
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
     if (!in_phase(c, "fmi2ExitInitializationMode", INITIALISING, INITIALISING) || !unit_initialise(c)) return fmi2Error;
     ((Unit *)c)->s.phase = ((Unit *)c)->model_exchange ? IN_EVENT : STEPPING;
     return fmi2OK;
-}
-
-fmi2Status fmi2Terminate(fmi2Component c) {
-    if (!in_phase(c, "fmi2Terminate", STEPPING, IN_EVENT)) return fmi2Error;
-    ((Unit *)c)->s.phase = TERMINATED;
-    return fmi2OK;
-}
-
-fmi2Status fmi2Reset(fmi2Component c) {
-    if (c) unit_reset(c);
-    return done(c != NULL);
 }
 
 #define ACCESS(Name, type, kind)                                                                            \
@@ -117,25 +88,6 @@ fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference r[], size_t n
 fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2String value[]) {
     (void)r, (void)value;
     return n ? not_here(c, "fmi2SetString") : fmi2OK;
-}
-
-fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) { return done(unit_save(c, state)); }
-
-fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) { return done(unit_restore(c, state)); }
-
-fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) { return done(unit_drop(c, state)); }
-
-fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
-    (void)state;
-    return done(unit_state_size(c, size));
-}
-
-fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-    return done(unit_serialise(c, state, bytes, size));
-}
-
-fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
-    return done(unit_deserialise(c, bytes, size, state));
 }
 
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Integer o[],
@@ -187,15 +139,8 @@ fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2S
 }
 
 #if CONTINUOUS
-static fmi2Status go(Unit *u, const char *function, Phase from, Phase to) {
-    if (!unit_exchanges(u, function, true) || !in_phase(u, function, from, from)) return fmi2Error;
-    u->s.phase = to;
-    return fmi2OK;
-}
-
-fmi2Status fmi2EnterEventMode(fmi2Component c) { return go(c, "fmi2EnterEventMode", STEPPING, IN_EVENT); }
-fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
-    return go(c, "fmi2EnterContinuousTimeMode", IN_EVENT, STEPPING);
+fmi2Status fmi2EnterEventMode(fmi2Component c) {
+    return unit_exchanges(c, "fmi2EnterEventMode", true) ? go(c, "fmi2EnterEventMode", STEPPING, IN_EVENT) : fmi2Error;
 }
 
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) {
@@ -205,66 +150,14 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) {
     return fmi2OK;
 }
 
-fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_way_back, fmi2Boolean *event, fmi2Boolean *end) {
-    (void)no_way_back;
-    if (!unit_exchanges(c, "fmi2CompletedIntegratorStep", true) || !event || !end) return fmi2Error;
-    *event = *end = fmi2False;
-    return statuses[unit_check_end(c, unit_time(c))]; /* a solver may try beyond the stop time, not go there */
-}
-
-fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) {
-    return unit_exchanges(c, "fmi2SetTime", true) ? statuses[unit_set_time(c, time)] : fmi2Error;
-}
-
-fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n) {
-    return done(unit_exchanges(c, "fmi2SetContinuousStates", true) &&
-                unit_count(c, "fmi2SetContinuousStates", n, N_STATES) && unit_set_states(c, x));
-}
-
-fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t n) {
-    if (!unit_exchanges(c, "fmi2GetContinuousStates", true)) return fmi2Error;
-    if (!unit_count(c, "fmi2GetContinuousStates", n, N_STATES)) return fmi2Error;
-    memcpy(x, ((Unit *)c)->s.w, sizeof(double) * N_STATES);
-    return fmi2OK;
-}
-
-fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real x[], size_t n) {
-    if (!unit_exchanges(c, "fmi2GetDerivatives", true)) return fmi2Error;
-    if (!unit_count(c, "fmi2GetDerivatives", n, N_STATES) || unit_check_inputs(c) == FAILED || !unit_refresh(c)) return fmi2Error;
-    memcpy(x, ((Unit *)c)->derivatives, sizeof(double) * N_STATES);
-    return fmi2OK;
-}
-
-fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real x[], size_t n) {
-    (void)x;
-    return done(unit_count(c, "fmi2GetEventIndicators", n, 0));
-}
-
-fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x[], size_t n) {
-    if (!unit_count(c, "fmi2GetNominalsOfContinuousStates", n, N_STATES)) return fmi2Error;
-    memcpy(x, (const double[])NOMINALS, sizeof(double) * N_STATES);
-    return fmi2OK;
-}
-
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknowns[], size_t n_unknowns,
                                         const fmi2ValueReference knowns[], size_t n_knowns, const fmi2Real seed[],
                                         fmi2Real sensitivity[]) {
     return done(c && unit_directional(c, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity));
 }
 #else
-#define NO(Name, ...) \
-    fmi2Status fmi2##Name(fmi2Component c, __VA_ARGS__) { return not_here(c, "fmi2" #Name); }
-
 fmi2Status fmi2EnterEventMode(fmi2Component c) { return not_here(c, "fmi2EnterEventMode"); }
-fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) { return not_here(c, "fmi2EnterContinuousTimeMode"); }
 NO(NewDiscreteStates, fmi2EventInfo *info)
-NO(CompletedIntegratorStep, fmi2Boolean no_way_back, fmi2Boolean *event, fmi2Boolean *end)
-NO(SetTime, fmi2Real time)
-NO(SetContinuousStates, const fmi2Real x[], size_t n)
-NO(GetDerivatives, fmi2Real x[], size_t n)
-NO(GetEventIndicators, fmi2Real x[], size_t n)
-NO(GetContinuousStates, fmi2Real x[], size_t n)
-NO(GetNominalsOfContinuousStates, fmi2Real x[], size_t n)
 NO(GetDirectionalDerivative, const fmi2ValueReference u[], size_t nu, const fmi2ValueReference k[], size_t nk,
    const fmi2Real in[], fmi2Real out[])
 #endif

@@ -1,44 +1,16 @@
 /* FMI 3.0 on top of unit.h: co-simulation, and model exchange of what has continuous states. */
 #include "fmi3Functions.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include "unit.h"
-
-static const fmi3Status statuses[] = {fmi3OK, fmi3Warning, fmi3Error};
+typedef fmi3Instance Component;
+typedef fmi3Float64 Real;
+#define VERSION fmi3
+#define DERIVATIVES GetContinuousStateDerivatives
+#include "face.h"
 
 static void log_message(Unit *u, Outcome outcome, const char *category, const char *text) {
     fmi3LogMessageCallback log;
     memcpy(&log, &u->callback, sizeof log);
     if (log) log(u->environment, statuses[outcome], category, text);
-}
-
-static fmi3Status done(bool well) { return well ? fmi3OK : fmi3Error; }
-
-static fmi3Status not_here(fmi3Instance c, const char *function) {
-    return c ? statuses[unit_fail(c, FAILED, "%s: this unit has no such thing; see its capability flags", function)] : fmi3Error;
-}
-
-/* Refuse a call that comes in the wrong order, or go from one phase to the next. */
-static bool in_phase(Unit *u, const char *function, Phase first, Phase last) {
-    if (!u) return false;
-    if ((Phase)u->s.phase >= first && (Phase)u->s.phase <= last) return true;
-    unit_fail(u, FAILED, "%s: not allowed now; initialise, step and terminate in this order", function);
-    return false;
-}
-
-static fmi3Status go(Unit *u, const char *function, Phase from, Phase to) {
-    if (!in_phase(u, function, from, from)) return fmi3Error;
-    u->s.phase = to;
-    return fmi3OK;
-}
-
-const char *fmi3GetVersion(void) { return fmi3Version; }
-
-fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const fmi3String categories[]) {
-    return done(c && unit_log(c, on, n, categories));
 }
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
@@ -80,8 +52,6 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
     return u;
 }
 
-void fmi3FreeInstance(fmi3Instance c) { unit_free(c); }
-
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance, fmi3Float64 tolerance,
                                        fmi3Float64 start, fmi3Boolean has_stop, fmi3Float64 stop) {
     (void)has_tolerance, (void)tolerance; /* the steps of the unit are fixed */
@@ -121,17 +91,6 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Bool
 }
 
 fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) { return done(c != NULL); }
-
-fmi3Status fmi3Terminate(fmi3Instance c) {
-    if (!in_phase(c, "fmi3Terminate", STEPPING, IN_EVENT)) return fmi3Error;
-    ((Unit *)c)->s.phase = TERMINATED;
-    return fmi3OK;
-}
-
-fmi3Status fmi3Reset(fmi3Instance c) {
-    if (c) unit_reset(c);
-    return done(c != NULL);
-}
 
 static bool enough(Unit *u, const char *function, size_t given, size_t wanted) {
     return given < wanted ? unit_count(u, function, given, wanted) : u != NULL;
@@ -198,8 +157,6 @@ NO_SUCH_TYPE(Int64, fmi3Int64)
 NO_SUCH_TYPE(UInt64, fmi3UInt64)
 NO_SUCH_TYPE(String, fmi3String)
 
-#define NO(Name, ...) \
-    fmi3Status fmi3##Name(fmi3Instance c, __VA_ARGS__) { return not_here(c, "fmi3" #Name); }
 #define REFS const fmi3ValueReference r[], size_t n
 
 NO(GetBinary, REFS, size_t sizes[], fmi3Binary values[], size_t nv)
@@ -224,53 +181,6 @@ fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) { return not_here(c, "fmi3
 fmi3Status fmi3ExitConfigurationMode(fmi3Instance c) { return not_here(c, "fmi3ExitConfigurationMode"); }
 
 #if CONTINUOUS
-fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) {
-    if (!unit_exchanges(c, "fmi3EnterContinuousTimeMode", true)) return fmi3Error;
-    return go(c, "fmi3EnterContinuousTimeMode", IN_EVENT, STEPPING);
-}
-
-fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_way_back, fmi3Boolean *event, fmi3Boolean *end) {
-    (void)no_way_back;
-    if (!unit_exchanges(c, "fmi3CompletedIntegratorStep", true) || !event || !end) return fmi3Error;
-    *event = *end = false;
-    return statuses[unit_check_end(c, unit_time(c))]; /* a solver may try beyond the stop time, not go there */
-}
-
-fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 time) {
-    return unit_exchanges(c, "fmi3SetTime", true) ? statuses[unit_set_time(c, time)] : fmi3Error;
-}
-
-fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 x[], size_t n) {
-    return done(unit_exchanges(c, "fmi3SetContinuousStates", true) &&
-                unit_count(c, "fmi3SetContinuousStates", n, N_STATES) && unit_set_states(c, x));
-}
-
-fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n) {
-    if (!unit_exchanges(c, "fmi3GetContinuousStates", true)) return fmi3Error;
-    if (!unit_count(c, "fmi3GetContinuousStates", n, N_STATES)) return fmi3Error;
-    memcpy(x, ((Unit *)c)->s.w, sizeof(double) * N_STATES);
-    return fmi3OK;
-}
-
-fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 x[], size_t n) {
-    if (!unit_exchanges(c, "fmi3GetContinuousStateDerivatives", true)) return fmi3Error;
-    if (!unit_count(c, "fmi3GetContinuousStateDerivatives", n, N_STATES)) return fmi3Error;
-    if (unit_check_inputs(c) == FAILED || !unit_refresh(c)) return fmi3Error;
-    memcpy(x, ((Unit *)c)->derivatives, sizeof(double) * N_STATES);
-    return fmi3OK;
-}
-
-fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 x[], size_t n) {
-    (void)x;
-    return done(unit_count(c, "fmi3GetEventIndicators", n, 0));
-}
-
-fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n) {
-    if (!unit_count(c, "fmi3GetNominalsOfContinuousStates", n, N_STATES)) return fmi3Error;
-    memcpy(x, (const double[])NOMINALS, sizeof(double) * N_STATES);
-    return fmi3OK;
-}
-
 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n) {
     if (c && n) *n = 0;
     return done(c && n);
@@ -289,38 +199,11 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
     return done(unit_directional(c, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity));
 }
 #else
-fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) { return not_here(c, "fmi3EnterContinuousTimeMode"); }
-NO(CompletedIntegratorStep, fmi3Boolean no_way_back, fmi3Boolean *event, fmi3Boolean *end)
-NO(SetTime, fmi3Float64 time)
-NO(SetContinuousStates, const fmi3Float64 x[], size_t n)
-NO(GetContinuousStates, fmi3Float64 x[], size_t n)
-NO(GetContinuousStateDerivatives, fmi3Float64 x[], size_t n)
-NO(GetEventIndicators, fmi3Float64 x[], size_t n)
-NO(GetNominalsOfContinuousStates, fmi3Float64 x[], size_t n)
 NO(GetNumberOfEventIndicators, size_t *n)
 NO(GetNumberOfContinuousStates, size_t *n)
 NO(GetDirectionalDerivative, REFS, const fmi3ValueReference k[], size_t nk, const fmi3Float64 s[], size_t ns,
    fmi3Float64 d[], size_t nd)
 #endif
-
-fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) { return done(unit_save(c, state)); }
-
-fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) { return done(unit_restore(c, state)); }
-
-fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state) { return done(unit_drop(c, state)); }
-
-fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size) {
-    (void)state;
-    return done(unit_state_size(c, size));
-}
-
-fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
-    return done(unit_serialise(c, state, bytes, size));
-}
-
-fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state) {
-    return done(unit_deserialise(c, bytes, size, state));
-}
 
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 now, fmi3Float64 length, fmi3Boolean no_way_back, fmi3Boolean *event,
                       fmi3Boolean *end, fmi3Boolean *early, fmi3Float64 *reached) {

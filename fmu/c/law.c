@@ -1,6 +1,6 @@
 /* A control law in a unit: a scheduled discrete state space with saturation, anti-windup and a switch-on without a jump.
 
-   The arithmetic is that of rotorsim.control.runtime.kernels, in the same order, so both give the same bits. What is
+   The arithmetic is that of rotorsim.control.law_kernel, in the same order, so both give the same bits. What is
    measured at the start of a sample is answered at its end: the plant gets a reference one sample after what it showed. */
 #include <math.h>
 #include <string.h>
@@ -177,7 +177,7 @@ static void resume(double *g, double out[2]) {
     memcpy(g + G_OUT, out, 2 * sizeof *g);
 }
 
-/* One sample; bad ones are held out of the law's states, see rotorsim.control.runtime.guard. */
+/* One sample; bad ones are held out of the law's states, see rotorsim.control.guard. */
 static void step(double *w, const double in[N_INPUTS], double out[N_OUT]) {
     double fault = fault_in(in);
 #if L_CHECKS >= 0

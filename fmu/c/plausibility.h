@@ -1,4 +1,4 @@
-/* Plausibility of the samples that a law is given, as rotorsim.control.runtime.plausibility has it, in the same order.
+/* Plausibility of the samples that a law is given, as rotorsim.control.guard has it, in the same order.
 
    Included by law.c, which has the table and how it is read. */
 #ifndef PLAUSIBILITY_H

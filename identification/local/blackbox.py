@@ -42,7 +42,7 @@ class FullStateSpace:
         return A.reshape(n, n).copy(), B.reshape(n, m).copy(), C.reshape(p, n).copy(), np.zeros((p, m))
 
     def derivatives(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Ones, each at the place of its parameter."""
+        """Derivatives: a one at the place of each parameter."""
         n, m, p = self.n, self.m, self.p
         dF, dH = np.zeros((n, n + m, len(theta))), np.zeros((p, n + m, len(theta)))
         i = np.arange(n * n)
@@ -54,7 +54,7 @@ class FullStateSpace:
         return dF, dH
 
     def admissible(self, theta: np.ndarray) -> bool:
-        """Any numbers will do."""
+        """Whether the parameters are finite."""
         return bool(np.all(np.isfinite(theta)))
 
     def directions(self, theta: np.ndarray) -> np.ndarray:
@@ -69,17 +69,14 @@ class FullStateSpace:
         return np.ascontiguousarray(left[:, self.n**2 :])
 
     def share(self, theta: np.ndarray, step: np.ndarray) -> float:
-        """All of any step."""
+        """Share of a step that is taken: all of it."""
         return 1.0
 
 
 def subspace(u: np.ndarray, y: np.ndarray, order: int, rows: int = ROWS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A (n, n), B (n, m), C (p, n) of the sampled model from inputs u (k, m) and outputs y (k, p).
 
-    Raises
-    ------
-    UnfitError
-        If the order is not possible or the record too short for it.
+    Raises UnfitError if the order is not possible or the record too short for it.
     """
     p = y.shape[1]
     if not ORDERS[0] <= order <= min(ORDERS[1], p * (rows - 1)):
@@ -90,10 +87,7 @@ def subspace(u: np.ndarray, y: np.ndarray, order: int, rows: int = ROWS) -> tupl
 def observable(u: np.ndarray, y: np.ndarray, rows: int = ROWS) -> tuple[np.ndarray, np.ndarray]:
     """Directions (rows p, rows p) of the observability matrix and their singular values, descending.
 
-    Raises
-    ------
-    UnfitError
-        If the record is too short.
+    Raises UnfitError if the record is too short.
     """
     m, p = u.shape[1], y.shape[1]
     k = len(u) - 2 * rows + 1
@@ -102,7 +96,7 @@ def observable(u: np.ndarray, y: np.ndarray, rows: int = ROWS) -> tuple[np.ndarr
             f"blackbox: {len(u)} samples; {2 * rows + 4 * rows * (m + p)} or more are needed, record longer"
         )
     past, future = slice(0, rows), slice(rows, 2 * rows)
-    U, Y = (_hankel(v, 2 * rows, k) for v in (u / np.std(u), y / np.std(y)))
+    U, Y = (np.stack([v[i : i + k].T for i in range(2 * rows)]) for v in (u / np.std(u), y / np.std(y)))
     Z = np.vstack([U[future].reshape(-1, k), U[past].reshape(-1, k), Y[past].reshape(-1, k), Y[future].reshape(-1, k)])
     R = np.asarray(np.linalg.qr(Z.T, mode="r")).T
     first, second = rows * m, rows * (2 * m + p)
@@ -119,11 +113,6 @@ def realised(
     A = stable(np.linalg.lstsq(seen[:-p], seen[p:], rcond=None)[0])
     C = seen[:p] * np.std(y)
     return A, _inputs(A, C, u, y), C
-
-
-def _hankel(values: np.ndarray, rows: int, k: int) -> np.ndarray:
-    """(rows, channels, k)"""
-    return np.stack([values[i : i + k].T for i in range(rows)])
 
 
 def _inputs(A: np.ndarray, C: np.ndarray, u: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -20,14 +20,11 @@ import numpy as np
 from scipy.signal import fftconvolve, welch
 
 from identification.errors import UnfitError
-from identification.local.confidence import residual_tests
-from identification.local.goodness import ceiling, fit_of, noise_free_fit, project, simulated
-from identification.local.greybox import DELAYED, RATED
+from identification.local.confidence import ceiling, fit_of, noise_free_fit, project, residual_tests, simulated
+from identification.local.greybox import DELAYED, RATED, peak_frequency
 from identification.local.result import Identification
-from identification.local.start import peak_frequency
 from identification.records.frequency_response import frequency_response
-from identification.records.prefilter import rest_length
-from identification.records.stretches import Signals, parts_of
+from identification.records.prefilter import Signals, parts_of, rest_length
 
 PERIODS = 9.0
 """Length of the impulse responses, in periods of the frequency at which the displacement moves fastest. Shorter ones,
@@ -203,11 +200,14 @@ def judged(found: Identification, signals: Signals, external: np.ndarray) -> Ide
     """
     y = project(signals.y, signals.Q)
     left = y - project(simulated(found.model, signals), signals.Q)
+    remarks = (
+        (NO_BIAS, COARSE) if found.kind in ("3", DELAYED) else (NO_BIAS,) if found.kind in ("1", "2", RATED) else ()
+    )
     return replace(
         found, method="two-stage", fit=fit_of(found.model, signals), ceiling=ceiling(y, signals.noise),
         noise_free_fit=noise_free_fit(found.model, signals), residuals=residual_tests(left, external),
         rms_residual=left.std(axis=0), bias=None,
-        warnings=(*found.warnings, *_remarks(found.kind), *orbit_remark(signals, external)),
+        warnings=(*found.warnings, *remarks, *orbit_remark(signals, external)),
     )  # fmt: skip
 
 
@@ -222,10 +222,3 @@ def orbit_remark(signals: Signals, external: np.ndarray) -> tuple[str, ...]:
         "answers such strokes with another stiffness and damping; take them away by harmonics of the speed next to the "
         "law, as rotorsim.experiments.without_orbit does",
     )
-
-
-def _remarks(kind: str) -> tuple[str, ...]:
-    """Remarks on the two stages in the place of an open loop's bias."""
-    if kind in ("3", DELAYED):
-        return NO_BIAS, COARSE
-    return (NO_BIAS,) if kind in ("1", "2", RATED) else ()

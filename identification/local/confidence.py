@@ -1,23 +1,28 @@
-r"""Statistics of a fit: covariance of its parameters, tests of its residuals, parameters that data cannot show apart.
+r"""Statistics of a fit: goodness, covariance of its parameters, residual tests, parameters that data cannot show apart.
+
+The goodness is the normalised root mean square error, and the ceiling the highest one that the noise allows.
+
+.. math:: \mathrm{fit}_i = 1 - \frac{\|y_i - \hat y_i\|_2}{\|y_i - \bar y_i\|_2}, \qquad
+          \mathrm{ceiling}_i = 1 - \frac{\sigma_i \sqrt{n}}{\|y_i - \bar y_i\|_2}
+
+The thesis prints a ratio of sums of absolute values (eq. 2.3) under this name. No model that only knows the inputs
+passes the ceiling on long records, but by chance.
 
 The covariance under coloured residuals is the sandwich estimator (White 1980, Newey and West 1987).
 
 .. math:: \mathrm{cov} = N^{-1} \Big( \sum_{|l| < L} (1 - |l|/L) \sum_k g_k g_{k+l}^T \Big) N^{-1}, \quad
           g_k = J_k^T e_k,\; N = \sum_k J_k^T J_k
 
-Of this `spread` separates what white sensor noise of known size makes, by the same formula without correlations; the
-rest comes from what is neither noise nor model (distortion).
+From this `spread` separates what white sensor noise of known size makes, by the same formula without correlations; the
+rest comes from what is neither noise nor model (distortion). The classical covariance sigma^2 N^{-1} is too small where
+residuals keep their sign for long, as they do after an output-error fit of a lightly damped rotor.
 
-The classical covariance sigma^2 N^{-1} is too small where residuals keep their sign for long, as they do after an
-output-error fit of a lightly damped rotor.
-
-Residuals are tested for whiteness and correlation with the inputs (Ljung 1999, section 16.6).
-
-Autocorrelations and cross-correlations are normalised; under the hypothesis each lies within +-2.58/sqrt(n) in 99 % of
-cases, the cross-correlations wider by the colour of both signals (Bartlett's formula). Output-error residuals need not
-be white, but what is left of the input in them is what the model misses. Neighbouring cross-correlations with a held
-input are nearly the same number, so their share outside the band means little; their largest is judged, by a band that
-all lags and pairs together leave in 1 % of cases (Bonferroni).
+Residuals are tested for whiteness and correlation with the inputs (Ljung 1999, section 16.6). Autocorrelations and
+cross-correlations are normalised; under the hypothesis each lies within +-2.58/sqrt(n) in 99 % of cases, the
+cross-correlations wider by the colour of both signals (Bartlett's formula). Output-error residuals need not be white,
+but what is left of the input in them is what the model misses. Neighbouring cross-correlations with a held input are
+nearly the same number, so their share outside the band means little; their largest is judged, by a band that all lags
+and pairs together leave in 1 % of cases (Bonferroni).
 
 Parameters that data cannot show apart lie in the null space of the scaled Fisher matrix.
 
@@ -27,18 +32,100 @@ With sensitivities J of unit length, what nuisance parameters such as the initia
 value near zero is a direction v = S dtheta that leaves the response as it is. Directions of several independent
 ambiguities mix in v; the projection onto all of them does not, and its blocks are the groups of parameters.
 
-Cites: ljung_1999, newey_1987, white_1980.
+Cites: ljung_1999, newey_1987, thesis, white_1980.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import block_diag
+
+from identification.local.models import LinearModel
+from identification.records.prefilter import Signals, parts_of, regressors_of
+from rotorsim.base.rounding import least_squares
+
+
+def nrmse(y: np.ndarray, simulated: np.ndarray) -> np.ndarray:
+    """Fit (p,) of simulated to measured outputs (n, p); 1 is perfect, 0 as good as the mean.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> y = np.array([[0.0], [1.0], [2.0]])
+    >>> rs.identification.nrmse(y, y).tolist()
+    [1.0]
+    """
+    spread = np.linalg.norm(y - y.mean(axis=0), axis=0)
+    return np.asarray(1 - np.linalg.norm(y - simulated, axis=0) / np.maximum(spread, 1e-300))
+
+
+def ceiling(y: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    """Largest fit (p,) that noise (p,) of known standard deviation allows.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> signals = rs.identification.filtered(record)
+    >>> bool((rs.identification.ceiling(signals.y, signals.noise) > 0.9).all())
+    True
+    """
+    return np.asarray(1 - noise / np.maximum((y - y.mean(axis=0)).std(axis=0), 1e-300))
+
+
+def project(values: np.ndarray, Q: np.ndarray) -> np.ndarray:
+    """Values (n, p) less what the orthonormal regressors Q (n, h) explain."""
+    return np.asarray(values - Q @ (Q.T @ values))
+
+
+def simulated(model: LinearModel, signals: Signals, y: np.ndarray | None = None) -> np.ndarray:
+    """Outputs (n, p) of the model for the signals' inputs, with the initial state that fits best."""
+    y = signals.y if y is None else y
+    if signals.breaks:
+        found = []
+        for at in parts_of(signals.breaks, len(y)):
+            Q, u = np.linalg.qr(regressors_of(signals.Q, at)[0])[0], np.ascontiguousarray(signals.u[at])
+            found.append(simulated(model, replace(signals, u=u, y=signals.y[at], Q=Q, breaks=()), y[at]))
+        return np.concatenate(found)
+    sampled = model.discrete(signals.Ts)
+    forced = sampled.simulate(signals.u, signals.Ts)
+    quiet = np.zeros((len(y), signals.u.shape[1]))
+    free = np.stack([sampled.simulate(quiet, signals.Ts, x) for x in np.eye(model.order)], axis=-1)
+    free = free.reshape(len(y), -1)
+    J = (free - signals.Q @ (signals.Q.T @ free)).reshape(-1, model.order)
+    x0 = least_squares(J, project(y - forced, signals.Q).ravel())
+    return np.asarray(forced + free.reshape(len(y), y.shape[1], -1) @ x0)
+
+
+def fit_of(model: LinearModel, signals: Signals) -> np.ndarray:
+    """Fit (p,) of a model on signals, offsets and harmonics of the angle taken out of both.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.fit_of(lpv.at(300.0, 0.5e6), rs.identification.filtered(record)).shape
+    (2,)
+    """
+    return nrmse(project(signals.y, signals.Q), project(simulated(model, signals), signals.Q))
+
+
+def noise_free_fit(model: LinearModel, signals: Signals) -> np.ndarray | None:
+    """Fit (p,) against the true displacement, None where the record does not hold it.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.identification.noise_free_fit(lpv.at(300.0, 0.5e6), rs.identification.filtered(record)).shape
+    (2,)
+    """
+    if signals.truth is None:
+        return None
+    return nrmse(project(signals.truth, signals.Q), project(simulated(model, signals, signals.truth), signals.Q))
+
 
 WINDOW = 0.1
 """Correlations of residuals are counted up to this lag [s]."""
@@ -139,7 +226,8 @@ def residual_tests(residual: np.ndarray, u: np.ndarray, lags: int = LAGS) -> Res
     """Tests of residuals (n, 2) against themselves and inputs u (n, 2)."""
     n = len(residual)
     lags = min(lags, n // 4)
-    e, v = (_unit(values) for values in (residual, u))
+    e, v = (values - values.mean(axis=0) for values in (residual, u))
+    e, v = (values / np.maximum(np.linalg.norm(values, axis=0), 1e-300) for values in (e, v))
     size = 1 << (2 * n - 1).bit_length()
     E, V = np.fft.rfft(e, size, axis=0), np.fft.rfft(v, size, axis=0)
     auto = np.fft.irfft(np.abs(E) ** 2, size, axis=0)
@@ -151,11 +239,6 @@ def residual_tests(residual: np.ndarray, u: np.ndarray, lags: int = LAGS) -> Res
     return ResidualTests(
         auto[1 : lags + 1], NORMAL_99 / np.sqrt(n), both, NORMAL_99 * np.sqrt(np.maximum(colour, 1) / n)
     )
-
-
-def _unit(values: np.ndarray) -> np.ndarray:
-    values = values - values.mean(axis=0)
-    return np.asarray(values / np.maximum(np.linalg.norm(values, axis=0), 1e-300))
 
 
 SINGULAR = 1e-6

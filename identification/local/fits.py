@@ -1,50 +1,162 @@
-"""Fits of grey-box and black-box models, of one record or of several stretches: start, fit, covariance, result.
+r"""Fits of grey-box and black-box models, of one record or of several stretches: start, fit, covariance, result.
 
 A black-box model starts from the subspace method and is refined by output error or prediction error.
+
+Model 3 may have a dead time, found in the record or given. Between reference and film force lie two poles of an
+actuator and the film. The one lag that stands for all of them takes their phase at the modes, and with it more of the
+gain there than they do, so that the fit raises the gain at rest. With a dead time on each axis next to it, a
+first-order Pade approximation, the phase costs no gain.
+
+.. math:: F_i(s) = \frac{p_i}{s + p_i}\; \frac{r_i - s}{r_i + s}, \qquad \tau_i = 2/r_i
+
+The approximation is off by less than 0.1 rad while omega tau < 1.1, beyond which a result warns.
+
+Cites: skogestad_2005.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from numbers import Real
 from typing import Any
 
 import numpy as np
 
 from identification.errors import UnfitError
-from identification.local import dead_time as late
 from identification.local.bias import AtRest, at_rest, bias, nothing
 from identification.local.blackbox import FullStateSpace, balanced, subspace
 from identification.local.closed_loop import acted_of
-from identification.local.confidence import Spread, propagate, residual_tests, spread
-from identification.local.goodness import ceiling, fit_of, noise_free_fit, project, simulated
-from identification.local.greybox import DELAYED, STRUCTURES, Structure, delays, modes, static_gain
+from identification.local.confidence import (
+    Spread,
+    ceiling,
+    fit_of,
+    noise_free_fit,
+    project,
+    propagate,
+    residual_tests,
+    sandwich,
+    simulated,
+    spread,
+    without_nuisance,
+)
+from identification.local.greybox import (
+    DEAD_TIME,
+    DELAYED,
+    SHORTEST_DEAD,
+    STRUCTURES,
+    broadened,
+    delays,
+    modes,
+    start_values,
+    static_gain,
+)
 from identification.local.least_squares import (
     FitProblem,
     GreyBox,
     Minimum,
-    Predictor,
-    ahead_of,
     covariance_of,
-    problem_of,
+    predicted,
     scores_of,
     solve,
 )
 from identification.local.models import LinearModel
-from identification.local.own_structure import (
+from identification.local.result import Identification, noted
+from identification.local.structures import (
+    Structure,
     bound_remarks,
     box,
-    covariance_of as own_covariance,
     prepared,
     properties,
+    refuse_indistinguishable,
+    sizes,
     valued,
 )
-from identification.local.result import Identification, noted
-from identification.local.start import DEAD_TIME, broadened, start_values
 from identification.records.checks import check_modes, suspicious_gains
-from identification.records.prefilter import pin_pairs
-from identification.records.stretches import Signals, longest_part, offsets, regressors_of
+from identification.records.prefilter import Signals, longest_part, offsets, pin_pairs, regressors_of
 from rotorsim.base.rounding import normal_root
+
+FREE = "free"
+LONGEST = 5e-3
+"""Longest dead time [s] that can be given."""
+SHARE = 0.01
+"""Longest dead time as a share of the record."""
+SIGNIFICANT, LEAST = 3.0, 0.25
+"""Least dead time of both axes that counts as found, in standard deviations and in samples."""
+NONE = "no dead time found on both axes: Model 3 without one"
+"""Note about a free dead time that the record does not show."""
+COARSE = 1.1
+"""Angle omega tau [rad] of the highest mode from which a first-order Pade approximation is coarse."""
+
+
+def kind_for(model: str, dead_time: float | str) -> str:
+    """Structure for `identify(model=, dead_time=)`.
+
+    Raises UnfitError for a dead time that is negative, no number, too short or too long, or of another model than 3.
+    """
+    if isinstance(dead_time, str) and dead_time == FREE:
+        return DELAYED if model == "3" else model
+    wrong = isinstance(dead_time, bool) or not isinstance(dead_time, Real)
+    if isinstance(dead_time, str) or wrong or not np.isfinite(dead_time) or dead_time < 0:
+        raise UnfitError(f"identify.dead_time: {dead_time!r}; give seconds, 0 for none, or '{FREE}' to find it")
+    if dead_time == 0:
+        return model
+    if model != "3":
+        raise UnfitError(f"identify.dead_time: {dead_time:g} s for model {model}; only model 3 has a dead time")
+    if not SHORTEST_DEAD < dead_time <= LONGEST:
+        raise UnfitError(
+            f"identify.dead_time: {dead_time:g} s; give {SHORTEST_DEAD:g} to {LONGEST:g} s, or shift the reference of "
+            "the record by whole samples"
+        )
+    return DELAYED
+
+
+def check_dead_time(dead_time: float | str, lasting: float) -> None:
+    """Raise UnfitError for a stated dead time that is more than a hundredth of the excited record [s]."""
+    if not isinstance(dead_time, str) and dead_time > SHARE * lasting:
+        raise UnfitError(
+            f"record: {lasting:.3g} s with excitation, a dead time of {dead_time:g} s needs {dead_time / SHARE:.3g} s "
+            "or more; record longer"
+        )
+
+
+def _with_dead_time(dead_time: float) -> Structure:
+    """Model 3 behind a known dead time [s] on both axes: the parameters of Model 3."""
+    full, known = STRUCTURES[DELAYED], np.full(2, 2 / dead_time)
+    return replace(
+        STRUCTURES["3"], name=full.name, matrices=lambda theta: full.matrices(np.concatenate([theta[:14], known]))
+    )
+
+
+def _dead_time_promising(problem: FitProblem, theta: np.ndarray, x0: np.ndarray, Ts: float) -> bool:
+    """Whether from a fit of Model 3 without dead time, at theta and x0, a step by Gauss and Newton lengthens one of
+    LEAST samples on both axes; a look before the whole fit."""
+    ahead = replace(problem, model=GreyBox(STRUCTURES[DELAYED], Ts))
+    begin = np.concatenate([theta[:14], np.full(2, 2 / (LEAST * Ts))])
+    states = x0.reshape(-1, len(problem.model.sampled(theta)[0]))  # of each stretch
+    N, g, _ = ahead.normal_equations(begin, np.pad(states, ((0, 0), (0, 2))).ravel())
+    scale = np.sqrt(np.maximum(np.diag(N), 1e-300))
+    step = np.linalg.lstsq(N / np.outer(scale, scale), g / scale, rcond=1e-12)[0]
+    return bool(np.all(step[14:16] < 0))  # of the rates 2 / dead time
+
+
+def _dead_time_found(theta: np.ndarray, covariance: np.ndarray, Ts: float) -> bool:
+    """Whether dead times of both axes differ from zero by more than their uncertainty."""
+    r = theta[14:16]
+    tau, sd = 2 / r, 2 * np.sqrt(np.maximum(np.diag(covariance)[14:16], 0)) / r**2
+    return bool(np.all(tau > max(1.1 * SHORTEST_DEAD, LEAST * Ts)) and np.all(tau > SIGNIFICANT * sd))
+
+
+def _dead_time_remark(theta: np.ndarray, wn: np.ndarray) -> tuple[str, ...]:
+    """A sentence about dead times that are long for the modes wn [rad/s]."""
+    tau = 2 / theta[14:16]
+    if wn.size == 0 or wn.max() * tau.max() < COARSE:
+        return ()
+    return (
+        f"dead time {1e3 * tau.max():.3g} ms: {np.degrees(wn.max() * tau.max()):.0f} deg at the highest mode, too much "
+        "for one Pade approximation; shift the reference of the record by whole samples",
+    )
+
 
 CANDIDATES = 5000
 """Samples on which the candidates for a start are compared."""
@@ -62,7 +174,7 @@ def actuator_signals(signals: Signals) -> Signals:
 
 
 def grey_box(kind: str, signals: Signals, method: str, start: Any) -> Identification:
-    """A grey-box model whose parameters are found in one fit."""
+    """Grey-box model whose parameters come from one fit."""
     chosen = actuator_signals(signals) if kind == "actuator" else signals
     fitted, found, calm = _solved(kind, chosen, chosen.u, "zero", method, start)
     theta = fitted.theta[: len(STRUCTURES[kind].parameters)]
@@ -70,25 +182,25 @@ def grey_box(kind: str, signals: Signals, method: str, start: Any) -> Identifica
 
 
 def delayed(signals: Signals, method: str, start: Any, dead_time: float | str) -> Identification:
-    """Model 3 with dead times that are found or given; without where they are to be found and the record has none."""
+    """Model 3 with dead times, estimated or stated; without where the record shows none."""
     begin = None if start is None else list(start)[:14]
     if isinstance(dead_time, str):
         problem, plain = _fitted("3", signals, signals.u, "zero", method, begin)
         more = [2 / DEAD_TIME] * 2 if start is None or len(start) < 16 else start[14:]
-        shown = method == "pem" or late.promising(problem, plain.theta, plain.x0, signals.Ts)
+        shown = method == "pem" or _dead_time_promising(problem, plain.theta, plain.x0, signals.Ts)
         if shown:
             fitted, found, calm = _solved(DELAYED, signals, signals.u, "zero", method, [*plain.theta[:14], *more])
             theta = fitted.theta[:16]
-            shown = late.found(theta, found.covariance, signals.Ts)
+            shown = _dead_time_found(theta, found.covariance, signals.Ts)
         if not shown:
             judged = _judged("3", method, signals, problem, plain)
-            return noted(_grey_result("3", method, signals, plain.theta[:14], *judged, plain), late.NONE)
+            return noted(_grey_result("3", method, signals, plain.theta[:14], *judged, plain), NONE)
     else:
-        fitted, found, calm = _solved("3", signals, signals.u, "zero", method, begin, late.fixed(dead_time))
-        theta, found = late.completed(fitted.theta[:14], found, dead_time)
-        calm = calm.joined(2)
+        fitted, found, calm = _solved("3", signals, signals.u, "zero", method, begin, _with_dead_time(dead_time))
+        theta, known = np.concatenate([fitted.theta[:14], np.full(2, 2 / dead_time)]), np.zeros((2, 2))
+        found, calm = found.joined(Spread(known, known)), calm.joined(2)
     result = _grey_result(DELAYED, method, signals, theta, found, calm, fitted)
-    return replace(result, warnings=(*result.warnings, *late.remark(theta, result.wn)))
+    return replace(result, warnings=(*result.warnings, *_dead_time_remark(theta, result.wn)))
 
 
 def _solved(
@@ -104,10 +216,12 @@ def _fitted(
 ) -> tuple[FitProblem, Minimum]:
     """Fit of a structure, and the problem that it solves."""
     grey = GreyBox(structure or STRUCTURES[kind], signals.Ts, hold)
-    problem = problem_of(grey, _inputs(w, hold), project(signals.y, signals.Q), signals.Q, signals.breaks)
+    problem = FitProblem(grey, _inputs(w, hold), project(signals.y, signals.Q), signals.Q, breaks=signals.breaks)
     problem = _with_judge(problem, kind, signals, hold)
     if start is None:
-        first = _best_start(problem, signals, start_values("2" if kind == "rotor" else kind, *_excited(w, signals)))
+        rest = min(signals.rest, len(w) // 2)
+        candidates = start_values("2" if kind == "rotor" else kind, w[rest:], signals.y[rest:], signals.Ts)
+        first = _best_start(problem, signals, candidates)
     else:
         first = np.asarray(start, float)
         _check_start(first, len(grey.structure.parameters), grey.structure.name)
@@ -115,11 +229,7 @@ def _fitted(
             raise UnfitError(f"identify.start: {STRUCTURES[kind].name} is unstable there; start from a stable model")
         first = first if kind == "actuator" else _best_start(problem, signals, [first, broadened(first)])
     fitted = solve(problem, first)
-    if method == "pem":
-        n = len(grey.sampled(first)[0])
-        problem = ahead_of(problem, Predictor(grey, n, 2))
-        fitted = solve(problem, np.concatenate([fitted.theta, np.zeros(2 * n)]))
-    return problem, fitted
+    return predicted(problem, fitted) if method == "pem" else (problem, fitted)
 
 
 def _judged(kind: str, method: str, signals: Signals, problem: FitProblem, fitted: Minimum) -> tuple[Spread, AtRest]:
@@ -144,12 +254,6 @@ def _with_judge(problem: FitProblem, kind: str, signals: Signals, hold: str) -> 
 def _inputs(w: np.ndarray, hold: str) -> np.ndarray:
     """Inputs as the sampled model takes them: (u_k, u_k+1) where they run straight between samples."""
     return np.hstack([w, np.vstack([w[1:], w[-1:]])]) if hold == "first" else np.ascontiguousarray(w)
-
-
-def _excited(w: np.ndarray, signals: Signals) -> tuple[np.ndarray, np.ndarray, float]:
-    """Inputs and outputs from the end of the rest, and their period."""
-    first = min(signals.rest, len(w) // 2)
-    return w[first:], signals.y[first:], signals.Ts
 
 
 def _best_start(problem: FitProblem, signals: Signals, candidates: Sequence[np.ndarray]) -> np.ndarray:
@@ -221,21 +325,35 @@ def _grey_result(
     return replace(result, bias=bias(kind, theta, found, calm, model, signals, left, result.residuals.independent))
 
 
+def _own_covariance(structure: Structure, problem: FitProblem, fitted: Minimum, Ts: float) -> np.ndarray:
+    """Covariance (q, q) of the parameters; of those at a bound zero, for the others as if these were known.
+
+    Raises UnfitError if the record does not show some parameters apart; the sentence names them.
+    """
+    q = len(structure.parameters)
+    free = ~np.any(structure.at_bounds(fitted.theta[:q]), axis=0)
+    forced = scores_of(problem, fitted.theta, np.zeros_like(fitted.x0))[1]  # noise in the initial state shows nothing
+    refuse_indistinguishable(structure, without_nuisance(forced, sizes(structure, fitted.theta[:q]))[:, free], free)
+    left, J = scores_of(problem, fitted.theta, fitted.x0)
+    kept = np.concatenate([free, np.ones(J.shape[2] - q, bool)])
+    covariance, count = np.zeros((q, q)), int(free.sum())
+    covariance[np.ix_(free, free)] = sandwich(left, np.ascontiguousarray(J[..., kept]), Ts)[:count, :count]
+    return covariance
+
+
 def own_structure(structure: Structure, signals: Signals, method: str, start: Any) -> Identification:
-    """Fit of a user's own structure."""
+    """Fit of a structure that the user has written."""
     made, first = prepared(structure, start)
     grey, q = GreyBox(made, signals.Ts), len(first)
     y = project(signals.y, signals.Q)
-    problem = problem_of(grey, np.ascontiguousarray(signals.u), y, signals.Q, signals.breaks, box(made))
+    problem = FitProblem(grey, np.ascontiguousarray(signals.u), y, signals.Q, box(made), signals.breaks)
     problem = _with_judge(problem, "own", signals, "zero")
     fitted = solve(problem, _best_start(problem, signals, [first]))
     if method == "pem":
-        n = len(grey.sampled(first)[0])
-        problem = replace(ahead_of(problem, Predictor(grey, n, 2)), box=box(made, 2 * n))
-        fitted = solve(problem, np.concatenate([fitted.theta, np.zeros(2 * n)]))
+        problem, fitted = predicted(problem, fitted)
     theta = fitted.theta[:q]
-    covariance = own_covariance(made, problem, fitted, signals.Ts)
-    wn, zeta, wn_sd, zeta_sd, *gains = properties(made, theta, covariance)
+    covariance = _own_covariance(made, problem, fitted, signals.Ts)
+    wn, zeta, wn_sd, zeta_sd, *gains = properties(lambda values: LinearModel(*made.matrices(values)), theta, covariance)
     check_modes(wn, signals.Ts)
     model = LinearModel(*made.matrices(theta), speed=signals.speed, pressure=signals.pressure)
     found = result_of(
@@ -280,34 +398,23 @@ def black_box(signals: Signals, order: int, method: str) -> Identification:
     scale = float(np.std(y))  # matrices of like size make the redundant fit well conditioned
     at = longest_part(signals)
     A, B, C = balanced(*subspace(signals.u[at], y[at] / scale, order))
-    problem = problem_of(full, np.ascontiguousarray(signals.u), y / scale, signals.Q, signals.breaks)
+    problem = FitProblem(full, np.ascontiguousarray(signals.u), y / scale, signals.Q, breaks=signals.breaks)
     if (acted := acted_of(signals)) is not None:
         problem = replace(problem, judge=replace(problem, w=acted.u))
     fitted = solve(problem, full.pack(A, B, C), tolerance=REDUNDANT)
     if method == "pem":
-        problem = ahead_of(problem, Predictor(full, order, 2))
-        fitted = solve(problem, np.concatenate([fitted.theta, np.zeros(2 * order)]), tolerance=REDUNDANT)
+        problem, fitted = predicted(problem, fitted, REDUNDANT)
     q = order * (order + 4)
     theta = fitted.theta[:q]
     covariance = covariance_of(problem, fitted, q, signals.Ts)
-    model = _black_model(full, theta, scale, signals)
-    wn, zeta = model.wn, model.zeta
 
-    def properties(values: np.ndarray) -> np.ndarray:
-        other = _black_model(full, values, scale, signals)
-        same = len(other.wn) == len(wn)
-        return np.concatenate([other.wn if same else wn, other.zeta if same else zeta, other.static_gain.ravel()])
+    def model_of(values: np.ndarray) -> LinearModel:
+        A, B, C, D = full.sampled(values)
+        return LinearModel(A, B, C * scale, D, signals.Ts, speed=signals.speed, pressure=signals.pressure)
 
-    sds = propagate(properties, theta, covariance)
-    n = len(wn)
+    *modes_found, gain, gain_sd = properties(model_of, theta, covariance)
     return result_of(
-        "blackbox", method, model, {}, theta, covariance, signals, fitted,
-        modes_found=(wn, zeta, sds[:n], sds[n : 2 * n]),
-        gains=(model.static_gain, sds[2 * n :].reshape(2, 2)), lags=(np.full(2, np.nan), np.full(2, np.nan)),
-        information=np.zeros((0, 0)), warnings=suspicious_gains(model.static_gain),
+        "blackbox", method, model_of(theta), {}, theta, covariance, signals, fitted, modes_found=tuple(modes_found),
+        gains=(gain, gain_sd), lags=(np.full(2, np.nan), np.full(2, np.nan)), information=np.zeros((0, 0)),
+        warnings=suspicious_gains(gain),
     )  # fmt: skip
-
-
-def _black_model(full: FullStateSpace, theta: np.ndarray, scale: float, signals: Signals) -> LinearModel:
-    A, B, C, D = full.sampled(theta)
-    return LinearModel(A, B, C * scale, D, signals.Ts, speed=signals.speed, pressure=signals.pressure)

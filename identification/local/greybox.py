@@ -1,174 +1,37 @@
-r"""Structures of grey-box models: the thesis' Models 1 to 3 and actuators, and the class of a structure of one's own.
+r"""Grey-box models of the thesis: Models 1 to 3 and actuators, with start values from the data.
 
-A structure has named parameters theta and makes the matrices A, B, C, D of continuous time from them.
-
-The thesis' Models 1 to 3 (`identification.local.greybox`) are instances, and so is a structure of your own. Where A and
-B are affine in each parameter alone, C and D constant, the difference of two values is the exact derivative; else it is
-that of the polynomial through five values, which lie within the parameter's bounds:
-
-.. math:: f'(\theta) \approx \sum_{i=1}^{5} w_i f(\theta + o_i h), \qquad
-          \sum_i w_i o_i^k = \delta_{1k}, \; k = 0 \ldots 4
-
-Central values give the usual formula of fourth order. The error of a smooth function is some 1e-11 of its size.
-
-The built-in ones are Model 1 (eq. 2.12), Model 2's rotor-bearing part (2.13), Model 3 (2.18) and actuators.
-
-Model 3, a rotor on stiffness K, damping D and input gain B behind first-order lags P = diag(p1, p2):
+The structures are affine: Model 1 (eq. 2.12), Model 2's rotor-bearing part (2.13), Model 3 (2.18), actuators.
+Model 3 is a rotor on stiffness K, damping D and input gain B behind first-order lags P = diag(p1, p2):
 
 .. math:: A = \begin{bmatrix} 0 & I & 0\\ K & D & B\\ 0 & 0 & -P \end{bmatrix},\;
           B_u = \begin{bmatrix} 0\\ 0\\ P \end{bmatrix},\; C = [I\; 0\; 0]
 
-Its references may act later by a dead time 2/r on each axis, (r - s)/(r + s) in front of the lag (first-order Pade
-approximation). The lag then stands for the slowest of what lies between reference and force, the dead time for what
-is left.
+K, D, B are divided by the mass; K and D are negative definite, as in the thesis. References may act later by a dead
+time 2/r on each axis, (r - s)/(r + s) in front of the lag (first-order Pade approximation). The lag then stands for the
+slowest of what lies between reference and force, the dead time for what is left.
 
 Model 2 takes the film's force to be a delayed copy of the pins' motion. With rates it is B u(t - 2/r) + R u'(t), for a
 film follows a pin over a range of times and passes part of it across; then x' = v + R u.
 
-K, D, B are divided by the mass; K and D are negative definite, as in the thesis. In every structure A and B_u are
-affine in each parameter alone, hence the difference of two values is the exact derivative.
+Starts come from the peak of the frequency response and Levy's linear least squares (1959).
 
-Cites: fornberg_1988, theisen_2016, thesis.
+.. math:: (j\omega)^2 G = K G + j\omega D G + B\, h(\omega)
+
+is linear in K, D and B once the actuators' lag h is guessed; a few guesses are tried and the fit takes the best.
+
+Cites: levy_1959, theisen_2016, thesis.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import partial
-from numbers import Real
 
 import numpy as np
 
-from identification.errors import ModelError
-
-Matrices = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-STEP = 1e-3
-"""Distance of the five values, as a share of the parameter's size."""
-AT_BOUND = 1e-9
-"""A parameter nearer to a bound than this share of its size lies at it."""
-
-
-@dataclass(frozen=True)
-class Structure:
-    """Parameters and the matrices that they make: two references [V] in, two displacements [m] out, n states.
-
-    name; parameters: q names; matrices: function of theta (q,) that returns A (n, n), B (n, 2), C (2, n), D (2, 2) in
-    SI units, continuous time; start (q,): where a fit begins, unless it is given another; bounds: q pairs (low, high),
-    -inf and inf where there is none; units: q texts for reports; positive: names of parameters, such as poles and
-    masses, that stay above zero and change by half at most in one step of a fit; affine: whether A and B are affine in
-    each parameter alone and C and D constant, which makes derivatives exact. Nothing of it is stored with a model.
-
-    Raises
-    ------
-    ModelError
-        For names that repeat, or starts, bounds and units that do not fit them.
-
-    Examples
-    --------
-    >>> import numpy as np, rotorsim as rs
-    >>> def lags(theta):
-    ...     pole, gain = theta
-    ...     return -pole * np.eye(2), pole * gain * np.eye(2), np.eye(2), np.zeros((2, 2))
-    >>> rs.identification.Structure("two lags", ("pole", "gain"), lags, (500.0, 1e-6), units=("rad/s", "m/V")).name
-    'two lags'
-    """
-
-    name: str
-    parameters: tuple[str, ...]
-    matrices: Callable[[np.ndarray], Matrices]
-    start: tuple[float, ...] = ()
-    bounds: tuple[tuple[float, float], ...] = ()
-    units: tuple[str, ...] = ()
-    positive: tuple[str, ...] = ()
-    affine: bool = False
-
-    def __post_init__(self) -> None:
-        """Refuse descriptions that do not fit together."""
-        for name in ("parameters", "start", "bounds", "units", "positive"):
-            object.__setattr__(self, name, tuple(getattr(self, name)))
-        self._check_names()
-        for name in ("start", "bounds", "units"):
-            count = len(getattr(self, name))
-            if count not in (0, len(self.parameters)):
-                raise ModelError(f"{self}.{name}: {count} for {len(self.parameters)} parameters; give one for each")
-        for name, pair in zip(self.parameters, self.bounds, strict=False):
-            pair_of_numbers = np.shape(pair) == (2,) and all(isinstance(one, Real) for one in pair)
-            if not (pair_of_numbers and pair[0] < pair[1]):
-                raise ModelError(f"{self}.bounds of {name}: {pair}; give a pair (low, high) with low below high")
-
-    def _check_names(self) -> None:
-        """Refuse names that are not texts, repeat, or are not there."""
-        names = self.parameters
-        if not (self.name and names and all(isinstance(one, str) and one for one in (self.name, *names))):
-            raise ModelError(f"structure {self.name!r}, parameters {names}: give it and each parameter a name")
-        if len(set(names)) < len(names):
-            raise ModelError(f"{self}.parameters: {', '.join(names)}; give each a name of its own")
-        if unknown := set(self.positive) - set(names):
-            raise ModelError(f"{self}.positive: {', '.join(sorted(unknown))}; choose of {', '.join(names)}")
-
-    def __str__(self) -> str:
-        """Name of the structure in messages."""
-        return f"structure '{self.name}'"
-
-    @property
-    def low(self) -> np.ndarray:
-        """Lower bounds (q,)."""
-        return np.array([low for low, _ in self.bounds] or [-np.inf] * len(self.parameters), float)
-
-    @property
-    def high(self) -> np.ndarray:
-        """Upper bounds (q,)."""
-        return np.array([high for _, high in self.bounds] or [np.inf] * len(self.parameters), float)
-
-    @property
-    def positive_places(self) -> np.ndarray:
-        """Places of the parameters that must be positive."""
-        return np.array([self.parameters.index(name) for name in self.positive], int)
-
-    def admissible(self, theta: np.ndarray) -> bool:
-        """Whether the parameters that must be positive are, and all are within their bounds."""
-        own = theta[: len(self.parameters)]
-        within = not self.bounds or bool(np.all((own >= self.low) & (own <= self.high)))
-        return within and bool(np.all(theta[self.positive_places] > 0))
-
-    def at_bounds(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Which parameters (q,) lie at their lower, and which at their upper bound."""
-        size = AT_BOUND * np.maximum(np.abs(theta), 1e-300)
-        return theta <= self.low + size, theta >= self.high - size
-
-    def derivatives(self, theta: np.ndarray) -> Matrices:
-        """dA/dtheta (q, n, n), dB (q, n, m), dC (q, p, n) and dD (q, p, m)."""
-        columns = [self._affine(theta, i) if self.affine else self._curved(theta, i) for i in range(len(theta))]
-        dA, dB, dC, dD = (np.array(one) for one in zip(*columns, strict=True))
-        return dA, dB, dC, dD
-
-    def _affine(self, theta: np.ndarray, i: int) -> list[np.ndarray]:
-        low, high = theta.copy(), theta.copy()
-        low[i], high[i] = 0.0, 1.0
-        return [b - a for a, b in zip(self.matrices(low), self.matrices(high), strict=True)]
-
-    def _curved(self, theta: np.ndarray, i: int) -> list[np.ndarray]:
-        offsets, h = five_values(theta[i], self.low[i], self.high[i], self.start[i] if self.start else 0.0)
-        weights = np.linalg.solve(np.vander(offsets, increasing=True).T, np.eye(5)[1]) / h
-        middle, found = self.matrices(theta), [np.zeros(())] * 4
-        for offset, weight in zip(offsets, weights, strict=True):
-            moved = theta.copy()
-            moved[i] += offset * h
-            values = zip(found, self.matrices(moved), middle, strict=True)
-            found = [
-                total + weight * (value - old) for total, value, old in values
-            ]  # what does not change adds nothing
-        return found
-
-
-def five_values(theta: float, low: float, high: float, start: float) -> tuple[np.ndarray, float]:
-    """Offsets (5,), neighbours 1 apart, and their unit, of values of a parameter within its bounds."""
-    size = max(abs(theta), abs(start)) or (min(high - low, 1.0))
-    h = min(STEP * size, (high - low) / 4)
-    first = np.clip(theta - 2 * h, low, max(high - 4 * h, low))
-    return (first - theta) / h + np.arange(5), h
-
+from identification.local.structures import Matrices, Structure
+from identification.records.frequency_response import FrequencyResponse, frequency_response
 
 PAIRS = ("xx", "xy", "yx", "yy")
 KDB = tuple(f"{letter}_{pair}" for letter in "KDB" for pair in PAIRS)
@@ -265,8 +128,6 @@ ROTOR_2 = (*KDB, "r_x", "r_y")
 RATES = tuple(f"R_{pair}" for pair in PAIRS)
 RATED = "2-rate"
 """Model 2 with the rates of the pins, among STRUCTURES."""
-
-
 LATE_3 = (*KDB, "p_x", "p_y", "r_x", "r_y")
 DELAYED = "3-delay"
 """Model 3 with dead times, among STRUCTURES."""
@@ -346,3 +207,107 @@ def actuator_poles(theta: np.ndarray) -> np.ndarray:
         root = np.sqrt(max(a1**2 / 4 - a0, 0.0))
         rows.append([a1 / 2 - root, a1 / 2 + root] if root else [np.sqrt(a0)] * 2)
     return np.array(rows)
+
+
+COHERENT = 0.3
+BROAD = 0.3
+"""Damping ratio of a start whose resonance is so wide that it covers the data's."""
+CORNERS = (600.0, 2500.0)
+"""Guesses of the lag's corner [rad/s]."""
+DEAD_TIME = 4e-4
+"""Guess of a dead time [s]."""
+
+
+def start_values(kind: str, u: np.ndarray, y: np.ndarray, Ts: float) -> list[np.ndarray]:
+    """Candidates for the parameters of a structure, from inputs u (n, 2) and outputs y (n, 2)."""
+    if kind == "actuator":
+        return [_actuator(u, y)]
+    return response_starts(kind, frequency_response(u, y, Ts))
+
+
+def response_starts(kind: str, response: FrequencyResponse) -> list[np.ndarray]:
+    """Candidates for the parameters of a structure, from a frequency response."""
+    response = filled(response)
+    peak = peak_frequency(response)
+    held = np.exp(-0.5j * response.omega * response.Ts)
+    candidates: list[np.ndarray] = []
+    late = [2 / DEAD_TIME] * 2 if kind == DELAYED else []
+    for corner in CORNERS:
+        if kind == "2":
+            lag = (
+                np.asarray(held) / np.exp(-0.5j * response.omega * response.Ts) * np.exp(-1j * response.omega / corner)
+            )
+            more = [2 * corner] * 2
+        else:
+            lag = np.asarray(held / (1 + 1j * response.omega / corner))
+            more = [corner] * 2
+        KDB = levy(response, peak, held if kind == "1" else lag)
+        for values in (KDB, crude(response, peak)):
+            candidates.append(np.concatenate([values, [] if kind == "1" else more, late]))
+    return candidates
+
+
+def filled(response: FrequencyResponse) -> FrequencyResponse:
+    """The response with straight lines through elements that were not measured at a line."""
+    if np.all(np.isfinite(response.G)):
+        return response
+    G = response.G.copy()
+    for row, column in np.ndindex(G.shape[1:]):
+        known = np.isfinite(G[:, row, column])
+        G[:, row, column] = np.interp(response.omega, response.omega[known], G[known, row, column])
+    return replace(response, G=G)
+
+
+def peak_frequency(response: FrequencyResponse) -> float:
+    """Frequency [rad/s] where the outputs move fastest because of the inputs."""
+    trusted = response.coherence.max(axis=1) > COHERENT
+    speed = response.power.sum(axis=1) * response.omega**2
+    return float(response.omega[int(np.argmax(np.where(trusted, speed, 0) if trusted.any() else speed))])
+
+
+def levy(response: FrequencyResponse, peak: float, lag: np.ndarray) -> np.ndarray:
+    """K, D, B (12,) by linear least squares on the response around its peak."""
+    s = 1j * response.omega
+    band = (response.omega > 0.1 * peak) & (response.omega < 1.8 * peak)
+    weight = np.sqrt(response.coherence.mean(axis=1))[band] / (1 + np.abs(s[band] / peak) ** 2)
+    G, s, lag = response.G[band], s[band], lag[band]
+    KDB = np.empty((3, 2, 2))
+    for row in range(2):
+        columns, target = [], []
+        for j in range(2):
+            unit = np.eye(2)[j]
+            terms = [G[:, 0, j], G[:, 1, j], s * G[:, 0, j], s * G[:, 1, j], unit[0] * lag, unit[1] * lag]
+            columns.append(np.column_stack(terms) * weight[:, None])
+            target.append(s**2 * G[:, row, j] * weight)
+        M, b = np.vstack(columns), np.concatenate(target)
+        M, b = np.vstack([M.real, M.imag]), np.concatenate([b.real, b.imag])
+        scale = np.linalg.norm(M, axis=0) + 1e-300
+        KDB[:, row] = (np.linalg.lstsq(M / scale, b, rcond=None)[0] / scale).reshape(3, 2)
+    return KDB.ravel()
+
+
+def crude(response: FrequencyResponse, peak: float) -> np.ndarray:
+    """K, D, B (12,) of two equal modes at the peak with 5 % damping and the response's low-frequency gain."""
+    low = response.omega < 0.4 * peak
+    low = low if low.any() else np.ones(len(low), bool)
+    gain = np.mean(response.G[low].real, axis=0)
+    return np.concatenate([-(peak**2) * np.eye(2).ravel(), -0.1 * peak * np.eye(2).ravel(), peak**2 * gain.ravel()])
+
+
+def broadened(theta: np.ndarray) -> np.ndarray:
+    """The same parameters with damping ratios of BROAD: from a sharp resonance at a wrong frequency no fit finds away,
+    for the simulation and the data have nothing in common there."""
+    K, _, _ = split(theta)
+    wide = theta.copy()
+    wide[4:8] = (-2 * BROAD * np.diag(np.sqrt(np.abs(np.diag(K))))).ravel()
+    return wide
+
+
+def _actuator(u: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Poles at 2500 and 6000 rad/s and the gain of a straight line through the settled part of the data."""
+    theta = []
+    for axis in range(2):
+        before, after = u[:-5, axis], y[5:, axis]
+        gain = before @ after / max(before @ before, 1e-300)
+        theta += [2500.0 * 6000.0, 8500.0, gain * 2500.0 * 6000.0]
+    return np.array(theta)

@@ -13,11 +13,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import UnfitError
-from identification.local import dead_time as late
 from identification.local.closed_loop import NO_BIAS, judged, two_stage
-from identification.local.fits import actuator_signals, black_box, delayed, grey_box, own_structure, two_steps
-from identification.local.greybox import DELAYED, RATED, STRUCTURES, Structure
+from identification.local.fits import (
+    FREE,
+    actuator_signals,
+    black_box,
+    check_dead_time,
+    delayed,
+    grey_box,
+    kind_for,
+    own_structure,
+    two_steps,
+)
+from identification.local.greybox import DELAYED, RATED, STRUCTURES
 from identification.local.result import Identification
+from identification.local.structures import Structure
 from identification.records.checks import (
     check_loop,
     check_record,
@@ -27,11 +37,10 @@ from identification.records.checks import (
     method_for,
 )
 from identification.records.frequency_response import FrequencyResponse
-from identification.records.prefilter import Prefilter, chosen_output, filtered
+from identification.records.prefilter import Prefilter, Signals, chosen_output, filtered, joined, without_gaps
 from identification.records.sampling import sampling_time
 from identification.records.schema import machine_of
-from identification.records.stretches import Signals, joined, without_gaps
-from identification.threads import one_thread
+from rotorsim.base.processes import one_thread
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -125,7 +134,7 @@ LOST = 0.25
 """Least fit of a prediction-error model, as a share of the fit that its noise allows."""
 
 
-@one_thread
+@one_thread()
 def identify(
     ds: xr.Dataset | Sequence[xr.Dataset],
     model: int | str | Structure = 3,
@@ -135,7 +144,7 @@ def identify(
     settings: Prefilter | None = None,
     start: Any = None,
     check: bool = True,
-    dead_time: float | str = late.FREE,
+    dead_time: float | str = FREE,
 ) -> Identification:
     """Identify one record at a constant operating point, or several at the same point in one fit.
 
@@ -193,14 +202,14 @@ def identify(
     began, kind = perf_counter(), own.name if own else str(model)
     if (kind not in MODELS and not own) or method not in METHODS:
         raise UnfitError(f"identify: model {model!r}, method {method!r}; choose of {', '.join(MODELS)} and {METHODS}")
-    kind = late.kind_of(kind, dead_time)  # a structure of one's own has none of the models' names
+    kind = kind_for(kind, dead_time)  # a structure of one's own has none of the models' names
     records: list[Any] = list(ds) if isinstance(ds, (list, tuple)) else [ds]
-    count = len(own.parameters) if own else count_of(kind, order)
+    count = 4 * order if kind == "blackbox" else len((own or STRUCTURES[kind]).parameters)
     made = ready(records, method, steady, settings, check, count)
     signals, method = made.fit, "oe" if made.method == "two-stage" else made.method
     if kind in ("2", RATED, "actuator") and signals.pins is None:
         raise UnfitError(f"record: no pin; model {kind} needs pin positions, map them or take model 3")
-    late.check_length(dead_time, (len(signals.u) - signals.rest) * signals.Ts)
+    check_dead_time(dead_time, (len(signals.u) - signals.rest) * signals.Ts)
     if own:
         found = own_structure(own, signals, method, start)
     elif kind in ("2", RATED):
@@ -229,8 +238,3 @@ def _check_found(found: Identification) -> None:
             f"identify: method pem ended at a model that explains {fit:.0f} % of the record where its noise allows "
             f"{ceiling:.0f} %; choose method 'auto', or another model"
         )
-
-
-def count_of(kind: str, order: int) -> int:
-    """Number of parameters."""
-    return order * 4 if kind == "blackbox" else len(STRUCTURES[kind].parameters)

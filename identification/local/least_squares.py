@@ -14,8 +14,7 @@ sample by sample, with initial states and regressors eliminated, where SciPy's s
 Elements that pass a bound stop there and the others are solved for again (active set). Source: Nocedal and Wright
 (2006), chapters 10 and 16.
 
-A joint fit over several stretches has shared parameters, an initial state for each stretch and regressors of any.
-The sums of `FitProblem.normal_equations` run stretch by stretch; the states stand behind each other in x0.
+A fit over several stretches has shared parameters, an initial state for each stretch and regressors of any.
 
 Cites: ljung_1999, nocedal_2006, thesis.
 """
@@ -29,10 +28,14 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from identification.local.confidence import sandwich
-from identification.local.discretise import sampled, sampled_with_derivatives
-from identification.local.greybox import Structure
-from identification.local.simulation import normal_matrices, respond_with_sensitivities
-from identification.records.stretches import parts_of, regressors_of
+from identification.local.simulation import (
+    normal_matrices,
+    respond_with_sensitivities,
+    sampled,
+    sampled_with_derivatives,
+)
+from identification.local.structures import Structure
+from identification.records.prefilter import parts_of, regressors_of
 from rotorsim.base.rounding import normal_root
 
 Box = tuple[np.ndarray, np.ndarray] | None
@@ -136,7 +139,7 @@ class GreyBox:
         """None: no parameter is redundant."""
 
     def share(self, theta: np.ndarray, step: np.ndarray) -> float:
-        """So much that no positive parameter changes by more than REACH: their effect fades as they grow."""
+        """Share of a step that changes no positive parameter by more than REACH: their effect fades as they grow."""
         at = self.structure.positive_places
         return float(min(1.0, REACH / max(np.abs(step[at] / theta[at]).max(initial=0.0), 1e-300)))
 
@@ -179,17 +182,17 @@ class Predictor:
         return out, outputs
 
     def admissible(self, theta: np.ndarray) -> bool:
-        """As the model's own parameters."""
+        """Whether the model's parameters make sense."""
         return self.inner.admissible(self._split(theta)[0])
 
     def directions(self, theta: np.ndarray) -> np.ndarray | None:
-        """The model's own, and every element of K."""
+        """Directions of the model, and every element of K."""
         own, K = self._split(theta)
         V = self.inner.directions(own)
         return None if V is None else np.asarray(block_diag(V, np.eye(K.size)))
 
     def share(self, theta: np.ndarray, step: np.ndarray) -> float:
-        """As the model's own parameters."""
+        """Share of a step that the model's parameters allow."""
         return self.inner.share(self._split(theta)[0], self._split(step)[0])
 
 
@@ -197,7 +200,8 @@ class Predictor:
 class FitProblem:
     """Inputs w (n, m), outputs y (n, p), orthonormal regressors Q (n, h) that are projected out.
 
-    box: lowest and highest parameters (q,), where they have bounds. judge: the same model with the inputs and outputs
+    box: lowest and highest parameters (q,), where they have bounds. breaks: samples at which later stretches begin,
+    each with an initial state; these stand behind each other in x0. judge: the same model with the inputs and outputs
     whose residual is the error that the covariance is made of, where these are not the problem's own.
     """
 
@@ -206,6 +210,7 @@ class FitProblem:
     y: np.ndarray
     Q: np.ndarray
     box: Box = None
+    breaks: tuple[int, ...] = ()
     judge: FitProblem | None = None
 
     def project(self, values: np.ndarray) -> np.ndarray:
@@ -214,8 +219,8 @@ class FitProblem:
         return np.asarray((flat - self.Q @ (self.Q.T @ flat)).reshape(values.shape))
 
     def states(self, theta: np.ndarray) -> int:
-        """Number of states."""
-        return len(self.model.sampled(theta)[0])
+        """Number of initial states, of all stretches."""
+        return len(self.model.sampled(theta)[0]) * (len(self.breaks) + 1)
 
     def _sensitive(self, theta: np.ndarray, V: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
         """Matrices and derivatives by theta, or along the directions V, and by x0, as the kernels take them."""
@@ -226,21 +231,47 @@ class FitProblem:
         return F, G, H, E, np.pad(dF, more), np.pad(dH, more), np.hstack([np.zeros((n, q)), np.eye(n)])
 
     def residual(self, theta: np.ndarray, x0: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Residual (n, p) = y - y^ and its negative derivative (n, p, q + n_x) by theta and x0."""
+        """Residual (n, p) = y - y^ and its negative derivative (n, p, q + n_x) by theta and x0.
+
+        With several stretches the derivative (n, p, q) is that by theta, the initial states eliminated.
+        """
         F, G, H, E, dF, dH, dx0 = self._sensitive(theta)
-        y, J = respond_with_sensitivities(F, G, H, E, dF, dH, x0, dx0, self.w)
+        if not self.breaks:
+            y, J = respond_with_sensitivities(F, G, H, E, dF, dH, x0, dx0, self.w)
+            return self.project(self.y - y), self.project(J)
+        n, q = len(F), len(theta)
+        N = self.normal_equations(theta, x0)[0]
+        root = normal_root(N[q:, q:])
+        known = root @ (root.T @ N[q:, :q])
+        y, J = np.empty_like(self.y), np.empty((*self.y.shape, q))
+        for k, at in enumerate(parts_of(self.breaks, len(self.y))):
+            own = slice(k * n, (k + 1) * n)
+            y[at], both = respond_with_sensitivities(F, G, H, E, dF, dH, x0[own], dx0, self.w[at])
+            J[at] = both[..., :q] - both[..., q:] @ known[own]
         return self.project(self.y - y), self.project(J)
 
     def normal_equations(
         self, theta: np.ndarray, x0: np.ndarray, V: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray, float]:
-        """J'J, J'r and r'r of `residual`, without its arrays; infinite cost where the simulation overflows.
+        """J'J, J'r and r'r of all stretches, without the arrays J and r; infinite cost where the simulation overflows.
 
-        J is by the parameters or along directions V (q, d) of them.
+        J is by the parameters or along directions V (q, d) of them, and by the initial states.
         """
         F, G, H, E, dF, dH, dx0 = self._sensitive(theta, V)
-        N, g, QJ, Qr, cost = normal_matrices(F, G, H, E, dF, dH, x0, dx0, self.w, self.y, self.Q)
-        for axis in range(self.y.shape[1]):
+        n, q, (samples, p), h = len(F), dF.shape[2] - len(F), self.y.shape, self.Q.shape[1]
+        size = q + len(x0)
+        N, g, cost = np.zeros((size, size)), np.zeros(size), 0.0
+        QJ, Qr = np.zeros((p, h, size)), np.zeros((p, h))
+        for k, at in enumerate(parts_of(self.breaks, samples)):
+            own = np.r_[0:q, q + k * n : q + (k + 1) * n]
+            Q, shown = regressors_of(self.Q, at) if self.breaks else (self.Q, np.arange(h))
+            some = normal_matrices(F, G, H, E, dF, dH, x0[k * n : (k + 1) * n], dx0, self.w[at], self.y[at], Q)
+            N[np.ix_(own, own)] += some[0]
+            g[own] += some[1]
+            QJ[:, shown[:, None], own] += some[2]
+            Qr[:, shown] += some[3]
+            cost += some[4]
+        for axis in range(p):
             N -= QJ[axis].T @ QJ[axis]
             g -= QJ[axis].T @ Qr[axis]
             cost -= float(Qr[axis] @ Qr[axis])
@@ -266,7 +297,7 @@ class Minimised(Protocol):
         """Lowest and highest parameters, where they have bounds."""
 
     def states(self, theta: np.ndarray) -> int:
-        """Number of states that are found as well."""
+        """Number of states that the fit finds beside the parameters."""
 
     def normal_equations(
         self, theta: np.ndarray, x0: np.ndarray, V: np.ndarray | None = None
@@ -337,65 +368,14 @@ def solve(problem: Minimised, theta: np.ndarray, iterations: int = ITERATIONS, t
     return Minimum(theta, x0, N, cost, number, converged or damping >= MOST_DAMPING)
 
 
-@dataclass(frozen=True, eq=False)
-class JointProblem(FitProblem):
-    """A problem whose data are several stretches, which begin at sample 0 and at `breaks`."""
-
-    breaks: tuple[int, ...] = ()
-
-    def states(self, theta: np.ndarray) -> int:
-        """Number of initial states, of all stretches."""
-        return super().states(theta) * (len(self.breaks) + 1)
-
-    def normal_equations(
-        self, theta: np.ndarray, x0: np.ndarray, V: np.ndarray | None = None
-    ) -> tuple[np.ndarray, np.ndarray, float]:
-        """J'J, J'r and r'r over all stretches; infinite cost where the simulation overflows."""
-        F, G, H, E, dF, dH, dx0 = self._sensitive(theta, V)
-        n, q, p = len(F), dF.shape[2] - len(F), self.y.shape[1]
-        size = q + len(x0)
-        N, g, cost = np.zeros((size, size)), np.zeros(size), 0.0
-        QJ, Qr = np.zeros((p, self.Q.shape[1], size)), np.zeros((p, self.Q.shape[1]))
-        for k, at in enumerate(parts_of(self.breaks, len(self.y))):
-            own = np.r_[0:q, q + k * n : q + (k + 1) * n]
-            Q, shown = regressors_of(self.Q, at)
-            some = normal_matrices(F, G, H, E, dF, dH, x0[k * n : (k + 1) * n], dx0, self.w[at], self.y[at], Q)
-            N[np.ix_(own, own)] += some[0]
-            g[own] += some[1]
-            QJ[:, shown[:, None], own] += some[2]
-            Qr[:, shown] += some[3]
-            cost += some[4]
-        for axis in range(p):
-            N -= QJ[axis].T @ QJ[axis]
-            g -= QJ[axis].T @ Qr[axis]
-            cost -= float(Qr[axis] @ Qr[axis])
-        return N, g, cost if np.isfinite(cost) else np.inf
-
-    def scores(self, theta: np.ndarray, x0: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Residual (n, p) and its negative derivative (n, p, q) by the parameters, the initial states eliminated."""
-        F, G, H, E, dF, dH, dx0 = self._sensitive(theta)
-        n, q = len(F), len(theta)
-        N = self.normal_equations(theta, x0)[0]
-        root = normal_root(N[q:, q:])
-        known = root @ (root.T @ N[q:, :q])
-        y, J = np.empty_like(self.y), np.empty((*self.y.shape, q))
-        for k, at in enumerate(parts_of(self.breaks, len(self.y))):
-            own = slice(k * n, (k + 1) * n)
-            y[at], both = respond_with_sensitivities(F, G, H, E, dF, dH, x0[own], dx0, self.w[at])
-            J[at] = both[..., :q] - both[..., q:] @ known[own]
-        return self.project(self.y - y), self.project(J)
-
-
-def problem_of(
-    model: Parametrised, w: np.ndarray, y: np.ndarray, Q: np.ndarray, breaks: tuple[int, ...], box: Box = None
-) -> FitProblem | JointProblem:
-    """The problem of one stretch, or of several."""
-    return JointProblem(model, w, y, Q, box, breaks=breaks) if breaks else FitProblem(model, w, y, Q, box)
-
-
-def ahead_of(problem: FitProblem, predictor: Parametrised) -> FitProblem:
-    """The problem of one-step prediction: the measured outputs are inputs too."""
-    return replace(problem, model=predictor, w=np.ascontiguousarray(np.hstack([problem.w, problem.y])))
+def predicted(problem: FitProblem, fitted: Minimum, tolerance: float = TOLERANCE) -> tuple[FitProblem, Minimum]:
+    """The problem of one-step prediction, whose inputs are the measured outputs too, and its fit from another's end."""
+    n, p = len(problem.model.sampled(fitted.theta)[0]), problem.y.shape[1]
+    free = np.full(n * p, np.inf)
+    box = problem.box and (np.concatenate([problem.box[0], -free]), np.concatenate([problem.box[1], free]))
+    w = np.ascontiguousarray(np.hstack([problem.w, problem.y]))
+    ahead = replace(problem, model=Predictor(problem.model, n, p), w=w, box=box)
+    return ahead, solve(ahead, np.concatenate([fitted.theta, np.zeros(n * p)]), tolerance=tolerance)
 
 
 def covariance_of(problem: FitProblem, fitted: Minimum, q: int, Ts: float) -> np.ndarray:
@@ -408,7 +388,7 @@ def scores_of(problem: FitProblem, theta: np.ndarray, x0: np.ndarray) -> tuple[n
 
     The residual is that of the problem's judge, where it has one.
     """
-    residual, J = problem.scores(theta, x0) if isinstance(problem, JointProblem) else problem.residual(theta, x0)
+    residual, J = problem.residual(theta, x0)
     if problem.judge is not None:
         q = len(theta)
         N, g, _ = problem.judge.normal_equations(theta, x0)

@@ -26,10 +26,13 @@ import numpy as np
 
 from identification.errors import ModelError, UnfitError
 from identification.local.confidence import without_nuisance
-from identification.local.greybox import RATED, STRUCTURES, Matrices, Structure
+from identification.local.greybox import RATED, STRUCTURES, response_starts
 from identification.local.least_squares import Box, GreyBox, solve
 from identification.local.models import LinearModel
-from identification.local.own_structure import (
+from identification.local.result import insignificant, mode_lines, model_name, parameter_lines
+from identification.local.structures import (
+    Matrices,
+    Structure,
     bound_remarks,
     box,
     prepared,
@@ -38,8 +41,6 @@ from identification.local.own_structure import (
     sizes,
     valued,
 )
-from identification.local.result import insignificant, mode_lines, model_name, parameter_lines
-from identification.local.start import response_starts
 from identification.records.frequency_response import FrequencyResponse
 from rotorsim.base.rounding import unstable_poles
 
@@ -82,7 +83,7 @@ class ResponseFit:
         return insignificant(self.parameters)
 
     def report(self) -> str:
-        """The findings as a text that a person can read."""
+        """Human-readable text of the result."""
         name = model_name(self.kind, self.model)
         fits, misfits = (", ".join(f"{v:.{d}f}" for v in row) for row, d in ((100 * self.fit, 2), (self.misfit, 2)))
         lines = [f"{name}, frequency response, {self.lines} lines, {self.iterations} iterations, {self.seconds:.2f} s"]
@@ -218,12 +219,12 @@ def fit_frequency_response(
     problem, theta, steps, converged = _best(structure, used, start)
     units = structure.units if isinstance(model, Structure) else ()
     structure, covariance = problem.model.structure, _covariance(problem, theta)
-    wn, zeta, wn_sd, zeta_sd, gain, gain_sd = properties(structure, theta, covariance)
+    found = properties(lambda values: LinearModel(*structure.matrices(values)), theta, covariance)
     fit, misfit = _goodness(problem, used, theta)
     unfinished = () if converged else (f"the fit did not converge in {steps} iterations",)
     return ResponseFit(
         kind, LinearModel(*structure.matrices(theta), speed=speed, pressure=pressure),
-        valued(structure, theta, covariance), theta, covariance, wn, zeta, wn_sd, zeta_sd, gain, gain_sd, fit, misfit,
+        valued(structure, theta, covariance), theta, covariance, *found, fit, misfit,
         len(used.omega), speed, pressure, steps, converged, perf_counter() - began,
         (*unfinished, *_missed(misfit), *bound_remarks(structure, theta)), units,
     )  # fmt: skip

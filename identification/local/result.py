@@ -82,7 +82,7 @@ class Identification:
         return tuple(found)
 
     def report(self) -> str:
-        """The findings as a text that a person can read."""
+        """Human-readable text of the result."""
         lines = [f"{self.model_name}, {self.method}, {self.iterations} iterations, {self.seconds:.2f} s"]
         lines.append(f"fit      {_percent(self.fit)}   noise ceiling {_percent(self.ceiling)}")
         if self.noise_free_fit is not None:

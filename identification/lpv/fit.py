@@ -31,17 +31,17 @@ import numpy as np
 
 from identification.errors import UnfitError
 from identification.local.blackbox import FullStateSpace
-from identification.local.goodness import project
-from identification.local.greybox import DELAYED, RATED, STRUCTURES, Structure, modes
-from identification.local.least_squares import GreyBox, damped_step, problem_of
+from identification.local.confidence import project
+from identification.local.greybox import DELAYED, RATED, STRUCTURES, modes
+from identification.local.least_squares import FitProblem, GreyBox, damped_step
 from identification.local.models import LinearModel
 from identification.local.response_fit import response_with_derivatives
 from identification.local.result import Identification
-from identification.lpv.model import LpvModel
-from identification.lpv.surfaces import ORDERS, SAME, fit_surfaces, make_basis, rms
+from identification.local.structures import Structure
+from identification.lpv.model import ORDERS, SAME, LpvModel, fit_surfaces, make_basis, rms
+from identification.records.prefilter import Signals
 from identification.records.schema import common
-from identification.records.stretches import Signals
-from identification.threads import one_thread
+from rotorsim.base.processes import one_thread
 
 STRIDE = 5
 """Samples between block rows of the observability matrices."""
@@ -160,7 +160,7 @@ def refine_global(model: LpvModel, signals: Sequence[Callable[[], Signals]]) -> 
             one = load()
             phi = model.basis.at(np.array([[one.speed, one.pressure]]))[0]
             y = project(one.y, one.Q)
-            problem = problem_of(GreyBox(structure, one.Ts), np.ascontiguousarray(one.u), y, one.Q, one.breaks)
+            problem = FitProblem(GreyBox(structure, one.Ts), np.ascontiguousarray(one.u), y, one.Q, breaks=one.breaks)
             states[j] = states[j] if len(states[j]) else np.zeros(problem.states(c @ phi))
             if not problem.usable(c @ phi):
                 return N, g, np.inf
@@ -183,7 +183,7 @@ BETTER = 0.95
 """A higher order is taken only if its hold-out error is below this share of the lower one's."""
 
 
-@one_thread
+@one_thread()
 def fit_lpv(
     results: Sequence[Identification],
     order: int | str = 2,
@@ -277,19 +277,14 @@ def _surfaces(first: Identification, points: np.ndarray, values: np.ndarray, ord
     )
 
 
-def inner_points(points: np.ndarray) -> np.ndarray:
-    """Indices of every third point that is not at a corner of the range."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    edge = (np.abs(points - low) < SAME) | (np.abs(points - high) < SAME)
-    return np.flatnonzero(~edge.all(axis=1))[1::3]
-
-
 def _hold_out_error(
     points: np.ndarray, values: np.ndarray, held: np.ndarray, others: np.ndarray, order: int
 ) -> np.ndarray:
     """RMS (q,) of surfaces at points that they were not fitted to; NaN where there are too few points to leave out."""
     if not len(held):
-        left = inner_points(points)
+        low, high = points.min(axis=0), points.max(axis=0)
+        corner = ((np.abs(points - low) < SAME) | (np.abs(points - high) < SAME)).all(axis=1)
+        left = np.flatnonzero(~corner)[1::3]
         kept = np.setdiff1d(np.arange(len(points)), left)
         points, held, values, others = points[kept], points[left], values[kept], values[left]
     if not len(held):

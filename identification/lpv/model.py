@@ -1,14 +1,18 @@
-r"""LPV model: the parameters of a structure as surfaces over speed and pressure.
+r"""LPV model: the parameters of a structure as polynomial surfaces over q = (speed, pressure) (thesis, 2.6 to 2.8).
 
-.. math:: \dot x = A(q(t)) x + B(q(t)) u, \quad y = C x
+.. math:: \dot x = A(q(t)) x + B(q(t)) u, \quad y = C x, \qquad
+          \theta(q) = \sum_{i + j \le n} c_{ij}\, \bar q_1^i \bar q_2^j, \quad \bar q = (q - q_{mid}) / q_{half}
 
-The rate of change of q is neglected, as in the thesis (section 2.4): valid for slow scheduling.
+The surfaces are least squares over the points, each parameter alone; scaling to [-1, 1] keeps the columns apart. The
+rate of change of q is neglected, as in the thesis (section 2.4): valid for slow scheduling. `load_model` reads the
+files of models, local or parameter-varying.
 
 Cites: thesis.
 """
 
 from __future__ import annotations
 
+import json
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,17 +21,84 @@ from typing import Any
 
 import numpy as np
 
-from identification.errors import ModelError
+from identification.errors import ModelError, UnfitError
 from identification.local.blackbox import FullStateSpace
 from identification.local.greybox import STRUCTURES, delays, modes, static_gain
 from identification.local.models import LinearModel, plain
 from identification.local.simulation import respond
-from identification.lpv.surfaces import Basis, fit_surfaces, make_basis, rms
 from rotorsim.base.constants import RIG_SAMPLE, TO_MPA, TO_RPM
+from rotorsim.base.control_systems import sampling_call
 from rotorsim.base.display import Card, Shown
-from rotorsim.base.exchange.control_systems import sampling_call
-from rotorsim.base.exchange.mat import cells, is_mat, name_rest, write_mat
+from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_json
+from rotorsim.base.input_files import instead, parse_json
+from rotorsim.base.mat import cells, is_mat, name_rest, read_mat, write_mat
+from rotorsim.base.rounding import ALIKE
+
+ORDERS = (1, 2, 3)
+SAME = (0.5, 500.0)
+"""Speeds [rad/s] and pressures [Pa] closer than this count as one grid line."""
+
+
+@dataclass(frozen=True, eq=False)
+class Basis:
+    """Monomials of scaled scheduling variables: exponents (t, 2), middle (2,) and half range (2,) [rad/s, Pa]."""
+
+    exponents: np.ndarray
+    middle: np.ndarray
+    half: np.ndarray
+
+    def at(self, points: np.ndarray) -> np.ndarray:
+        """Values (k, t) at operating points (k, 2) [rad/s, Pa]."""
+        scaled = (np.atleast_2d(points) - self.middle) / self.half
+        return np.asarray(np.prod(scaled[:, None, :] ** self.exponents[None], axis=2))
+
+
+def make_basis(points: np.ndarray, order: int) -> Basis:
+    """Basis of total degree `order` for operating points (k, 2); a variable that never changes gets no terms.
+
+    Raises UnfitError if points or grid lines are too few for the order, or the points lie on a curve that leaves it
+    open.
+    """
+    points = np.atleast_2d(np.asarray(points, float))
+    if not np.all(np.isfinite(points)):
+        raise UnfitError("fit_lpv: a result has no speed or no pressure; give both in the record, constant if need be")
+    if order not in range(0, 6):
+        raise UnfitError(f"fit_lpv.order: {order}; choose 1, 2, 3 or 'hold-out'")
+    lines = [1 + np.count_nonzero(np.diff(np.sort(points[:, i])) > SAME[i]) for i in range(2)]
+    moving = [count > 1 for count in lines]
+    exponents = [(i, j) for total in range(order + 1) for i in range(total, -1, -1) if (j := total - i) >= 0]
+    exponents = [(i, j) for i, j in exponents if (moving[0] or not i) and (moving[1] or not j)]
+    for name, count, moves in zip(("speeds", "pressures"), lines, moving, strict=True):
+        if moves and count <= order:
+            raise UnfitError(
+                f"fit_lpv.order: {count} different {name}, order {order} needs {order + 1} or more; "
+                "add points or lower the order"
+            )
+    if len(points) < len(exponents):
+        raise UnfitError(
+            f"fit_lpv.order: {len(points)} points, surfaces of order {order} need {len(exponents)} or more; "
+            "add points or lower the order"
+        )
+    low, high = points.min(axis=0), points.max(axis=0)
+    basis = Basis(np.array(exponents), (low + high) / 2, np.where(moving, (high - low) / 2, 1.0))
+    singular = np.linalg.svd(basis.at(points), compute_uv=False)
+    if singular[-1] < ALIKE * singular[0]:
+        raise UnfitError(
+            f"fit_lpv.order: the points lie on a curve over speed and pressure, along which surfaces of order {order} "
+            "cannot be distinguished; add points near it or lower the order"
+        )
+    return basis
+
+
+def fit_surfaces(basis: Basis, points: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Coefficients (q, t) of the surfaces through values (k, q) at points (k, 2)."""
+    return np.asarray(np.linalg.lstsq(basis.at(points), values, rcond=None)[0].T)
+
+
+def rms(values: np.ndarray) -> np.ndarray:
+    """Root mean square (q,) over the rows of (k, q)."""
+    return np.asarray(np.sqrt(np.mean(np.square(values), axis=0)))
 
 
 class ExtrapolationWarning(UserWarning):
@@ -303,3 +374,42 @@ def stretches(scaled: np.ndarray, tolerance: float) -> list[tuple[int, int]]:
             found.append((first, int(k)))
             first = int(k)
     return [*found, (first, n)]
+
+
+def load_model(path: str | Path) -> LinearModel | LpvModel:
+    """Model of a JSON file that `save` or `rotorsim identify` wrote, or of a .mat file with A, B, C, D, Ts.
+
+    Raises
+    ------
+    ModelError
+        For any other file.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.load_model("model.json").order
+    2
+    """
+    path = Path(path)
+    if is_mat(path) and path.is_file():
+        return _of_mat(path)
+    try:
+        data = parse_json(path.read_text(encoding="utf-8-sig"))
+        kind = data["kind"]
+        return LpvModel.from_dict(data) if kind == "lpv" else LinearModel.from_dict(data)
+    except FileNotFoundError as error:
+        raise ModelError(f"{path}: is not there; give a file that 'rotorsim identify' wrote") from error
+    except (UnicodeDecodeError, json.JSONDecodeError, IsADirectoryError, KeyError, ValueError, TypeError) as error:
+        plain = f"it has no {error}" if isinstance(error, KeyError) else str(error)
+        reason = instead(path, "a model", "a model of 'rotorsim identify'") or f"is not a model ({plain})"
+        raise ModelError(f"{path}: {reason}; give a JSON file that 'rotorsim identify' wrote") from error
+
+
+def _of_mat(path: Path) -> LinearModel | LpvModel:
+    try:
+        content = read_mat(path)
+        return LpvModel.from_mat(content) if content.get("kind") == "lpv" else LinearModel.from_mat(content)
+    except (DataError, ModelError) as error:
+        raise ModelError(f"{path}: {error}") from error
+    except (KeyError, ValueError, TypeError, AttributeError) as error:
+        raise ModelError(f"{path}: is not a model ({error}); save one by 'model.save' or A, B, C, D, Ts") from error

@@ -25,11 +25,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import ModelError, UnfitError
-from identification.local.discretise import sampled
 from identification.local.models import LinearModel
+from identification.local.simulation import sampled
 from identification.lpv import recursive_kernel as kernel
-from identification.lpv.model import LpvModel
-from identification.lpv.surfaces import SAME, Basis, fit_surfaces, make_basis
+from identification.lpv.model import SAME, Basis, LpvModel, fit_surfaces, make_basis
 from identification.records.checks import WAY_OUT, controller_of
 from identification.records.sampling import sampling_time
 from identification.records.schema import measured, require
@@ -119,12 +118,9 @@ def without_dead_times(model: LinearModel) -> LinearModel:
 def coefficients_of(model: LinearModel, omega: float, scale: float) -> np.ndarray:
     """A_2, A_1, A_0, B_0 and B_1 (2, 10) of a model, in units of time 1/omega and of displacement `scale` [m].
 
-    Raises
-    ------
-    ModelError
-        If the model is sampled, has not six states (or eight, of Model 3 with dead times, which join its lags), two
-        references and two displacements, or its displacements and their first two derivatives are no coordinates of
-        its state, or its reference acts on the first.
+    Raises ModelError if the model is sampled, has not six states (or eight, of Model 3 with dead times, which join its
+    lags), two references and two displacements, or its displacements and their first two derivatives are no coordinates
+    of its state, or its reference acts on the first.
     """
     model = without_dead_times(model)
     if model.Ts or model.A.shape != (6, 6) or model.B.shape[1] != 2 or model.C.shape[0] != 2 or np.any(model.D):
@@ -345,7 +341,7 @@ class RecursiveLpv:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Number of samples by what became of them."""
+        """Number of samples by their outcome."""
         return {name: int(count) for name, count in zip(OUTCOMES, self._tally, strict=True)}
 
     @property

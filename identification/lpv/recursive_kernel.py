@@ -24,7 +24,7 @@ import math
 
 import numpy as np
 
-from identification.kernel import kernel
+from identification.local.simulation import kernel
 
 UPDATED, BETWEEN, SETTLING, SKIPPED, IDLE, REFUSED = range(6)
 """Outcomes of a sample: update, between two updates, filters settle, skipped, no excitation, update refused."""
@@ -160,7 +160,7 @@ def filter_on(F, early, late, x, before, now):
 
 @kernel()
 def filters_on(F, inputs, f, u, y, waves, before, now):
-    """All filters one sample on: displacements from y (2, 2), old and new, and of the auxiliary model, u held."""
+    """Advance the filters by one sample: displacements from y (2, 2), old and new, and of the model, u held."""
     for axis in range(2):
         filter_on(F, inputs[0], inputs[1], f[Y + axis], y[1, axis], y[0, axis])
         filter_on(F, inputs[0], inputs[1], f[AUXILIARY + axis], before[axis], now[axis])

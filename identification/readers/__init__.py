@@ -1,14 +1,24 @@
-"""Readers of measured data, one per file format; importing this package registers them all.
+r"""Readers of measured data, one per file format, and their registry; importing this package registers them all.
 
 Nothing in a file is ever evaluated or unpickled. A reader gives a `DataTable` of columns; mapping and units come after.
-A new format is one file of this folder with a function under `registry.reader`.
+A new format is one file of this folder, with a function under its suffixes and first bytes; what it raises on a damaged
+file becomes one sentence here::
+
+    @reader(".wav", magic=rb"RIFF.{4}WAVE")
+    def read_wav(path: Path) -> DataTable: ...
+
+A file belongs to the reader whose `magic` its beginning matches, whatever it is called; where several match, to the one
+of its suffix, else to the first of them. A reader without `magic` takes the files of its suffixes that no other
+reader takes.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping as Tables
-from dataclasses import replace
+import re
+from codecs import BOM_UTF8
+from collections.abc import Callable, Mapping as Tables
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
@@ -17,22 +27,106 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import ReadError, SchemaError
-from identification.readers.registry import Reader, reader_of
-from identification.records.assemble import CLIPPED, assemble, left_out, provenance, used
-from identification.records.clocks import on_one_clock
-from identification.records.column_names import recognise
+from identification.records.assemble import CLIPPED, assemble, left_out, on_one_clock, provenance, used
 from identification.records.mapping import load_mapping
-from identification.records.runout import without_slow_roll
+from identification.records.proposal import recognise
 from identification.records.schema import validate, with_notes
+from identification.records.sensors import without_slow_roll
+from rotorsim.base.errors import RotorsimError
+from rotorsim.base.input_files import instead
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from identification.records.columns import DataTable
     from identification.records.mapping import Mapping
-    from identification.records.table import DataTable
 
-for _module in iter_modules(__path__, f"{__name__}."):
-    import_module(_module.name)
+
+START = 1024
+"""Bytes of a file's beginning that are matched."""
+REFUSED = {
+    b"PK\x03\x04": "is a spreadsheet or another zip archive; export it as CSV",
+    b"CDF": "is classic netCDF; convert it with 'nccopy -k nc4'",
+    b"\x93NUMPY": "is a NumPy array without names and units; use identification.from_arrays and save",
+    b"\x80": "looks like a Python pickle, which is never opened; export it as CSV",
+    b"\x1f\x8b": "is compressed; unpack it first",
+}
+"""First bytes of files that are not read, and why."""
+
+
+@dataclass(frozen=True)
+class Reader:
+    """Function that reads files of some suffixes, or files that begin like `magic`.
+
+    `takes_layout`: the function also takes the section [file] of a mapping. `describes_itself`: it makes a whole record
+    and no table, so that no mapping applies.
+    """
+
+    function: Callable[..., Any]
+    suffixes: tuple[str, ...]
+    magic: re.Pattern[bytes] | None
+    takes_layout: bool
+    describes_itself: bool
+
+    def __call__(self, path: Path, layout: dict[str, str]) -> Any:
+        """Table or record of a file; whatever else than an error of ours the function raises means a damaged file."""
+        try:
+            return self.function(path, layout) if self.takes_layout else self.function(path)
+        except (RotorsimError, MemoryError):
+            raise
+        except Exception as error:  # libraries answer damage with anything from KeyError to struct.error
+            kind = path.suffix.lower() or "data"
+            raise ReadError(
+                f"is a damaged or cut off {kind} file, or of a coding that is not read; copy or save it again"
+            ) from error
+
+
+READERS: list[Reader] = []
+"""Readers in the order in which they were registered."""
+
+
+def reader(
+    *suffixes: str, magic: bytes | None = None, takes_layout: bool = False, describes_itself: bool = False
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Decorator that registers a function of a path as the reader of a format.
+
+    Parameters
+    ----------
+    suffixes : str
+        Suffixes of the format's files, in small letters with their dot.
+    magic : bytes or None
+        Regular expression of a file's first bytes.
+    takes_layout, describes_itself : bool
+        See `Reader`.
+    """
+
+    def registered(function: Callable[..., Any]) -> Callable[..., Any]:
+        pattern = None if magic is None else re.compile(magic, re.DOTALL)
+        READERS.append(Reader(function, suffixes, pattern, takes_layout, describes_itself))
+        return function
+
+    return registered
+
+
+def reader_of(path: Path) -> Reader:
+    """Reader of a file; raises ReadError for a file of another kind."""
+    with path.open("rb") as file:
+        start = file.read(START).removeprefix(BOM_UTF8)
+    suffix = path.suffix.lower()
+    for magic, reason in REFUSED.items():
+        if start.startswith(b"PK") and (ours := instead(path, "a record", "")):
+            raise ReadError(f"{path}: {ours}; give .csv, .mat, .uff, .tdms or .nc")
+        if start.startswith(magic):
+            raise ReadError(f"{path}: {reason}")
+    alike = [one for one in READERS if one.magic and one.magic.match(start)]
+    named = [one for one in READERS if suffix in one.suffixes]
+    plain = [one for one in named if one.magic is None]
+    if found := [one for one in alike if one in named] or alike or plain:
+        return found[0]
+    if named:
+        raise ReadError(f"{path}: does not begin like a {path.suffix} file; it is damaged or of another kind")
+    reason = instead(path, "a record", "") or "unknown kind of file"
+    raise ReadError(f"{path}: {reason}; give .csv, .mat, .uff, .tdms or a record .nc")
 
 
 def read(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | None = None) -> xr.Dataset:
@@ -81,7 +175,7 @@ def checked(record: xr.Dataset) -> xr.Dataset:
 
 @np.errstate(over="ignore", invalid="ignore")  # what is too large becomes infinite and is refused as that
 def load(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | None = None) -> xr.Dataset:
-    """As `read`, but time series come as they are, with their gaps and NaN.
+    """Record, or run-up vectors, of `read`; time series come as they are, with their gaps and NaN.
 
     Examples
     --------
@@ -109,7 +203,9 @@ def _from_columns(path: Path, mapped: Mapping | None) -> xr.Dataset:
         mapped = replace(recognise(table), conditions=mapped.conditions if mapped else {})
     table, notes = on_one_clock(table, mapped, used(mapped))
     record = with_notes(assemble(table, mapped), [*notes, *left_out(table, mapped)])
-    return record.assign_attrs(provenance(table, mapped, path.name, _digest(path)))
+    with path.open("rb") as file:
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+    return record.assign_attrs(provenance(table, mapped, path.name, digest))
 
 
 def columns(path: str | Path, mapping: Mapping | None = None) -> DataTable:
@@ -123,8 +219,13 @@ def columns(path: str | Path, mapping: Mapping | None = None) -> DataTable:
     """
     path = _regular(path)
     chosen = reader_of(path)
+    if chosen.describes_itself:
+        raise ReadError(
+            f"{path}: is netCDF; a record of rotorsim needs no mapping, another file must come as CSV or .mat"
+        )
     try:
-        return chosen.table(path, mapping.file if mapping else {})
+        found: DataTable = chosen(path, mapping.file if mapping else {})
+        return found
     except ReadError as error:
         raise ReadError(_named(path, error)) from error
     except MemoryError as error:
@@ -134,7 +235,8 @@ def columns(path: str | Path, mapping: Mapping | None = None) -> DataTable:
 def _itself(chosen: Reader, path: Path, mapping: Mapping | None) -> xr.Dataset:
     if mapping is not None and mapping.maps_columns:
         raise ReadError("a netCDF record describes itself; leave the mapping out, or all of it but [conditions]")
-    return chosen.record(path).assign_attrs(mapping.conditions if mapping else {})
+    record: xr.Dataset = chosen(path, {})
+    return record.assign_attrs(mapping.conditions if mapping else {})
 
 
 def in_folder(path: Path) -> Path:
@@ -166,6 +268,5 @@ def _named(path: str | Path, error: Exception) -> str:
     return text if text.startswith(f"{path}: ") else f"{path}: {text}"
 
 
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+for _module in iter_modules(__path__, f"{__name__}."):
+    import_module(_module.name)

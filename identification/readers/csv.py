@@ -23,10 +23,18 @@ from typing import TextIO
 import numpy as np
 
 from identification.errors import ReadError
-from identification.readers.registry import reader
-from identification.records.table import MARK, MAX_NAME, MAX_VALUES, Column, DataTable, parse_header, split_name
-from identification.records.units import is_unit
-from rotorsim.base.sentences import quote
+from identification.readers import reader
+from identification.records.columns import (
+    MARK,
+    MAX_NAME,
+    MAX_VALUES,
+    Column,
+    DataTable,
+    is_unit,
+    parse_header,
+    split_name,
+)
+from rotorsim.base.display import quote
 
 MAX_COLUMNS, MAX_PREAMBLE = 1000, 500
 _DELIMITERS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": None}
@@ -95,7 +103,7 @@ def _found(path: Path, stated: dict[str, str], longest: int, encoding: str) -> T
     for i, line in enumerate(lines):
         delimiter, comma = _separators(line, stated)
         row = _cells(line, delimiter, comma)
-        if _is_row(row):
+        if any(map(is_number, row)) and all(not cell or is_number(cell) for cell in row):
             return _layout(lines[:i], len(row), delimiter, comma, header)
     first = _mixed(lines, stated)
     if first is None:
@@ -148,10 +156,6 @@ def _separators(line: str, stated: dict[str, str]) -> tuple[str | None, bool]:
 def _cells(line: str, delimiter: str | None, comma: bool) -> list[str]:
     found = cells(line, delimiter)
     return [cell.replace(",", ".") if "." not in cell else cell + "," for cell in found] if comma else found
-
-
-def _is_row(row: list[str]) -> bool:
-    return any(map(is_number, row)) and all(not cell or is_number(cell) for cell in row)
 
 
 def _layout(above: list[str], width: int, delimiter: str | None, comma: bool, header: str) -> TextLayout:

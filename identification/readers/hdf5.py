@@ -22,12 +22,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.errors import ReadError
-from identification.readers.registry import reader
+from identification.readers import reader
+from identification.records.columns import MAX_VALUES, Column, DataTable, not_read
 from identification.records.schema import VARIABLES, named_axes
-from identification.records.table import MAX_VALUES, Column, DataTable, not_read
-from rotorsim.base.file_kinds import NETCDF
+from rotorsim.base.display import listing, quote
 from rotorsim.base.hdf5 import check_hdf5
-from rotorsim.base.sentences import listing, quote
+from rotorsim.base.input_files import NETCDF
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,23 +41,14 @@ MAX_OBJECTS = 10_000
 
 @contextmanager
 def opened(path: Path) -> Iterator[Any]:
-    """The file's root group, checked; raises ReadError if it is damaged or refers to anything outside."""
+    """The file's root group, checked; raises ReadError if it is unsafe to read or refers to anything outside."""
     import h5py
 
     if wrong := check_hdf5(path):
         raise ReadError(wrong)
-    try:
-        file = h5py.File(path, "r")
-    except (OSError, ValueError, RuntimeError) as error:
-        raise ReadError("is a damaged or cut off HDF5 file; copy it again") from error
-    with file:
-        try:
-            check(file)
-            yield file
-        except ReadError:
-            raise
-        except Exception as error:  # h5py answers damage with anything from KeyError to UnicodeDecodeError
-            raise ReadError("is a damaged or cut off HDF5 file; copy it again") from error
+    with h5py.File(path, "r") as file:
+        check(file)
+        yield file
 
 
 def check(root: Any) -> None:
@@ -90,7 +81,7 @@ def check_dataset(name: str, dataset: Any) -> None:
 
 @reader(".nc", magic=HDF5, describes_itself=True)
 def read_netcdf(path: Path) -> xr.Dataset:
-    """Record from a netCDF file, in memory; raises ReadError if the file is damaged or another program's."""
+    """Record from a netCDF file, in memory; raises ReadError if the file is another program's."""
     import xarray as xr
 
     with opened(path) as file:
@@ -103,11 +94,8 @@ def read_netcdf(path: Path) -> xr.Dataset:
         raise ReadError(
             f"is HDF5 but no record of rotorsim, it holds {listing(sorted(names)) or 'nothing'}; export CSV"
         )
-    try:
-        with xr.open_dataset(path, engine="h5netcdf", decode_times=False, phony_dims="sort") as record:
-            return named_axes(record.load())
-    except Exception as error:  # h5py, h5netcdf and xarray answer damage with many kinds of exception
-        raise ReadError("cannot be read as a record; it is damaged or another program wrote it") from error
+    with xr.open_dataset(path, engine="h5netcdf", decode_times=False, phony_dims="sort") as record:
+        return named_axes(record.load())
 
 
 WIDEST = 64

@@ -20,11 +20,11 @@ from typing import Any, BinaryIO, Literal
 import numpy as np
 
 from identification.errors import ReadError
+from identification.readers import reader
 from identification.readers.hdf5 import HDF5, opened
-from identification.readers.registry import reader
+from identification.records.columns import MAX_VALUES, Column, DataTable, parse_header
 from identification.records.schema import AXES, VARIABLES
-from identification.records.table import MAX_VALUES, Column, DataTable, parse_header
-from rotorsim.base.sentences import quote
+from rotorsim.base.display import quote
 
 Order = Literal["little", "big"]
 CLASSES = (
@@ -49,14 +49,8 @@ class MatlabVariable:
     length: int
 
 
-def is_v5(path: Path) -> bool:
-    """Whether a file begins like one of versions 5 to 7."""
-    with path.open("rb") as file:
-        return file.read(_HEADER)[126:] in (b"IM", b"MI")
-
-
 def variables(path: Path) -> list[MatlabVariable]:
-    """All variables of a v5 file; raises ReadError or another exception where it is damaged."""
+    """Variables of a v5 file; raises ReadError or another exception where it is damaged."""
     size, at, found = path.stat().st_size, _HEADER, []
     with path.open("rb") as file:
         order = _order(file)
@@ -170,22 +164,20 @@ _WAYS_OUT = {
 @reader(".mat")
 @reader(magic=rb"(?!.{512}\x89HDF).{126}(IM|MI)")
 def read_mat(path: Path) -> DataTable:
-    """Table of a v5 file; raises ReadError if it is damaged or holds no numbers."""
-    if not is_v5(path):
-        raise ReadError("does not begin like a .mat file of version 5 to 7.3; save it with save(..., '-v7')")
-    try:
-        return _table(path, variables(path))
-    except ReadError:
-        raise
-    except Exception as error:  # damage ends in anything from IndexError to zlib.error
-        raise ReadError("is a damaged or cut off .mat file; save it again") from error
-
-
-def _table(path: Path, found: list[MatlabVariable]) -> DataTable:
-    _check_names([variable.name for variable in found])
+    """Table of a v5 file; raises ReadError if it is cut off or holds no numbers."""
+    with path.open("rb") as file:
+        if file.read(_HEADER)[126:] not in (b"IM", b"MI"):
+            raise ReadError("does not begin like a .mat file of version 5 to 7.3; save it with save(..., '-v7')")
+    found = variables(path)
+    names = [variable.name for variable in found]
+    twice = [name for name in names if names.count(name) > 1] if len(names) <= MAX_NAMES else names[:1]
+    if twice:
+        raise ReadError(f"holds {quote(twice[0])} twice, or more than {MAX_NAMES} variables; save it again")
     others = {v.name: reason for v in found if (reason := refusal(v.shape, "complex" if v.is_complex else v.kind))}
     numbers = [variable for variable in found if variable.name not in others]
-    _check_sizes(path, numbers)
+    total = sum(prod(variable.shape) for variable in numbers)
+    if total > min(MAX_VALUES, INFLATION * path.stat().st_size):
+        raise ReadError(f"declares {total} values, more than it can hold or this program reads; save it again")
     header = next((text(path, v) for v in found if v.name == HEADER and v.kind == "char"), None)
     return build("MATLAB v5", {v.name: values(path, v) for v in numbers}, others, header)
 
@@ -228,22 +220,6 @@ def _columns(name: str, array: np.ndarray, others: dict[str, str]) -> list[Colum
     return [Column(f"{name}_{label}", column) for label, column in zip(labels, array.T, strict=True)]
 
 
-def _check_sizes(path: Path, found: list[MatlabVariable]) -> None:
-    """Raise ReadError if the file declares more than it can hold."""
-    total = sum(prod(variable.shape) for variable in found)
-    if total > min(MAX_VALUES, INFLATION * path.stat().st_size):
-        raise ReadError(f"declares {total} values, more than it can hold or this program reads; save it again")
-
-
-def _check_names(names: list[str]) -> None:
-    twice = [name for name in names if names.count(name) > 1] if len(names) <= MAX_NAMES else names[:1]
-    if twice:
-        raise ReadError(f"holds {quote(twice[0])} twice, or more than {MAX_NAMES} variables; save it again")
-
-
-_KINDS = {"function_handle": "function"}
-
-
 @reader(".mat", magic=HDF5)
 @reader(".mat", magic=rb"MATLAB.{506}\x89HDF")
 def read_mat73(path: Path) -> DataTable:
@@ -276,7 +252,7 @@ def _kind(item: Any) -> str:
     named = item.attrs.get("MATLAB_class")
     if named is not None:
         text = named.decode("ascii", "replace") if isinstance(named, bytes) else str(named)
-        kind = _KINDS.get(text, text)
+        kind = "function" if text == "function_handle" else text
         numeric = isinstance(item, h5py.Dataset) and item.dtype.kind in "fiub"
         return kind if numeric or kind in ("cell", "function", "opaque") else "struct"
     if not isinstance(item, h5py.Dataset):

@@ -16,10 +16,9 @@ from typing import Any
 import numpy as np
 
 from identification.errors import ReadError
-from identification.readers.registry import reader
-from identification.records.table import MAX_VALUES, Column, DataTable, not_read
-from identification.records.units import factor, is_unit_of
-from rotorsim.base.sentences import quote
+from identification.readers import reader
+from identification.records.columns import MAX_VALUES, Column, DataTable, factor, is_unit_of, not_read
+from rotorsim.base.display import quote
 
 _READ = {"wf_increment", "wf_start_offset", "wf_start_time", "unit_string", "NI_UnitDescription", "wf_xunit_string"}
 _IGNORED = ("wf_samples", "wf_xname", "wf_time_pref", "name", "NI_ChannelName", "NI_ChannelLength", "NI_DataType",
@@ -30,18 +29,13 @@ _IGNORED = ("wf_samples", "wf_xname", "wf_time_pref", "name", "NI_ChannelName", 
 
 @reader(".tdms", magic=rb"TDSm")
 def read_tdms(path: Path) -> DataTable:
-    """Table of a TDMS file; raises ReadError if nptdms is missing or the file is damaged."""
+    """Table of a TDMS file; raises ReadError if nptdms is missing or the file is cut off."""
     try:
         from nptdms import TdmsFile
     except ImportError as error:
         raise ReadError("TDMS needs the package nptdms; install it with: pip install 'rotorsim[tdms]'") from error
-    try:
-        with _silence(), TdmsFile.open(str(path)) as file:
-            return _table(file, path.stat().st_size)
-    except ReadError:
-        raise
-    except Exception as error:  # nptdms answers damage with anything from struct.error to KeyError
-        raise ReadError("is a damaged or cut off TDMS file; copy it again") from error
+    with _silence(), TdmsFile.open(str(path)) as file:
+        return _table(file, path.stat().st_size)
 
 
 @contextmanager

@@ -20,10 +20,9 @@ from pathlib import Path
 import numpy as np
 
 from identification.errors import ReadError
-from identification.readers.registry import reader
-from identification.records.table import MAX_VALUES, Column, DataTable
-from identification.records.units import factor, is_unit_of
-from rotorsim.base.sentences import quote
+from identification.readers import reader
+from identification.records.columns import MAX_VALUES, Column, DataTable, factor, is_unit_of
+from rotorsim.base.display import quote
 
 _END = b"-1"
 _DIRECTIONS = {0: "", 1: "+X", 2: "+Y", 3: "+Z", 4: "+RX", 5: "+RY", 6: "+RZ"}
@@ -56,14 +55,17 @@ def read_uff(path: Path) -> DataTable:
             try:
                 found = _response(kind, body)
             except ReadError as error:
-                damaged[_title(body) or f"dataset {number}"] = f"dataset {number} (58): {error}"
+                title = _text(_line(body, 0)[0].decode("latin-1"))
+                damaged[title or f"dataset {number}"] = f"dataset {number} (58): {error}"
                 continue
             if isinstance(found, Response):
                 responses.append(found)
             else:
                 others[f"dataset {number}"] = found
         elif kind[:6].strip() == b"164":
-            system = _unit_system(body) or system
+            # values of another system than SI, 1, have no known unit: its factors leave room for doubt
+            code = body[:10].strip().decode("latin-1")
+            system = system if code in ("1", "") else code
     if damaged and not responses:
         raise ReadError(next(iter(damaged.values())))
     others |= {name: f"cannot be read: {fault}" for name, fault in damaged.items()}
@@ -85,11 +87,6 @@ def _table(responses: list[Response], others: dict[str, str]) -> DataTable:
         shared += [] if any(one is time for one in shared) else [time]
         columns.append(Column(r.title if titled else r.freedom, r.values, r.unit, (r.freedom, r.title), time))
     return DataTable("UFF 58", tuple(columns), others)
-
-
-def _title(body: bytes) -> str:
-    """Title of a dataset, empty where it has none."""
-    return _text(_line(body, 0)[0].decode("latin-1"))
 
 
 def _datasets(data: bytes) -> Iterator[tuple[bytes, bytes]]:
@@ -204,15 +201,6 @@ def _ascii(data: bytes, widths: tuple[int, ...]) -> np.ndarray:
         return np.array([float(field) for field in fields])
     except ValueError as error:
         raise ReadError(f"holds what is not a number ({error}); the file is damaged") from error
-
-
-def _unit_system(body: bytes) -> str:
-    """Code of the unit system that dataset 164 states, empty for SI.
-
-    Values of another system have no known unit, because its factors leave room for doubt: a mapping must state it.
-    """
-    code = body[:10].strip().decode("latin-1")
-    return "" if code in ("1", "") else code
 
 
 def _text(field: str) -> str:

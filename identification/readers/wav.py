@@ -12,9 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from identification.errors import ReadError
-from identification.readers.registry import reader
-from identification.records.table import MAX_VALUES, Column, DataTable
-from identification.records.units import FULL_SCALE
+from identification.readers import reader
+from identification.records.columns import FULL_SCALE, MAX_VALUES, Column, DataTable
 
 _UNSIGNED = 128.0
 """Middle of the codes of 8 bits, which WAV stores without sign."""
@@ -22,18 +21,13 @@ _UNSIGNED = 128.0
 
 @reader(".wav", magic=rb"(RIFF|RIFX|RF64).{4}WAVE")
 def read_wav(path: Path) -> DataTable:
-    """Table of a WAV file of 8 to 64 bits; raises ReadError if it is damaged, cut off or compressed."""
+    """Table of a WAV file of 8 to 64 bits, PCM or IEEE float."""
     from scipy.io import wavfile
 
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", wavfile.WavFileWarning)
-            warnings.filterwarnings("ignore", "Chunk", wavfile.WavFileWarning)
-            rate, samples = wavfile.read(path)
-    except wavfile.WavFileWarning as error:
-        raise ReadError("is a cut off WAV file; copy it again") from error
-    except Exception as error:  # scipy answers damage with anything from ValueError to struct.error
-        raise ReadError("is a damaged WAV file, or one of another coding than PCM or IEEE float") from error
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", wavfile.WavFileWarning)  # of a cut off file
+        warnings.filterwarnings("ignore", "Chunk", wavfile.WavFileWarning)
+        rate, samples = wavfile.read(path)
     if samples.size == 0 or rate <= 0:
         raise ReadError("holds no samples; record or copy it again")
     if samples.size > MAX_VALUES:

@@ -1,50 +1,203 @@
 """Record in SI units from the columns of a file and a mapping; `validate` checks it against the schema.
 
+The columns that a mapping takes are cut to the time that all of them cover. A column may bring the times of its samples
+[s] and the moment `begin` [s] of its clock's zero. Columns that start whole samples apart are shifted, with a note;
+other rates and starts are refused by name. Columns of one sample are settings and have no clock.
+
 Probes that a mapping names give the motion of the disc, or readings of other planes; dead ones are left out.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from identification.errors import ReadError
-from identification.records.mapping import ColumnEntry, Mapping
-from identification.records.sampling import nominal_rate, problems
-from identification.records.schema import AXES, PROBE_UNITS, VARIABLES, VECTORS, make_record, make_vectors, with_notes
-from identification.records.sensors import MEAN, LabProbe, angle_by_stretches, coordinates, disc_plane, in_plane
-from identification.records.table import Column, DataTable, Header, clipped, dead
-from identification.records.units import (
+from identification.records.columns import (
     FACTORS,
     FULL_SCALE,
+    Column,
+    DataTable,
+    Header,
     agree,
     amplitude_factor,
+    clipped,
+    dead,
     factor,
     full_scale,
     is_unit,
     is_unit_of,
     measured_by,
+    named,
     quantity,
     sensitivity,
 )
-from rotorsim.base.sentences import listing, quote
+from identification.records.mapping import ColumnEntry, Mapping
+from identification.records.sampling import nominal_rate, problems
+from identification.records.schema import AXES, PROBE_UNITS, VARIABLES, VECTORS, make_record, make_vectors, with_notes
+from identification.records.sensors import MEAN, LabProbe, angle_by_stretches, coordinates, disc_plane, in_plane
+from rotorsim.base.display import listing, quote
 
 if TYPE_CHECKING:
     import xarray as xr
 
+WHOLE = 0.1
+"""Largest distance from a whole number of samples, in samples, at which a start is shifted."""
+SHORTEST = 0.5
+"""Least length of a channel, as a share of the longest."""
+SAME_STEP = 1e-6
+"""Largest relative difference of the steps of one rate, beyond the one that shifts the last sample by `WHOLE`."""
+_TIME = re.compile(r"(?:^|(?<=[\W_]))(?:t|time|times|timestamp|zeit|temps)(?:$|(?=[\W_\d]))", re.IGNORECASE)
+"""Word in a column's name that makes it a time."""
+
+
+def on_one_clock(table: DataTable, mapping: Mapping, entries: Sequence[ColumnEntry]) -> tuple[DataTable, list[str]]:
+    """The table with the mapped columns on one clock, and sentences about what was shifted.
+
+    Raises ReadError if the columns run at several rates, start a part of a sample apart or cover no common time.
+    """
+    places = {id(column): i for i, column in enumerate(table.columns)}
+    paths = {places[id(table.find(entry.column))]: entry.path for entry in entries if table.has(entry.column)}
+    own = {i: time for i in paths if (time := table.columns[i].time) is not None and table.columns[i].values.size > 1}
+    if not own:
+        _check_other_times(table, mapping, paths)
+        return table, []
+    begins = {i: table.columns[i].begin for i in own}
+    first = min((begin for begin in begins.values() if np.isfinite(begin)), default=0.0)
+    unknown = [paths[i] for i, begin in begins.items() if not np.isfinite(begin)]
+    times = {i: time + (begins[i] - first if np.isfinite(begins[i]) else 0.0) for i, time in own.items()}
+    stated = unknown and len(unknown) < len(own)
+    notes = [f"{listing(unknown)}: no start is stated; taken to begin with the first channel"] if stated else []
+    chosen = max(times, key=lambda i: times[i][0])
+    if all(np.array_equal(time, times[chosen]) for time in times.values()):
+        return replace(table, time=times[chosen]), notes
+    if mapping.time is not None:
+        raise ReadError(
+            f"time: {paths[chosen]} begins later than other channels, or has another rate, by the file's own clocks; "
+            "leave [time] out, so that these count"
+        )
+    starts = {i: _start(times[i], times[chosen], paths[i], paths[chosen]) for i in times}
+    count = min(times[i].size - starts[i] for i in times)
+    if count < 2:
+        raise ReadError(f"{paths[chosen]} begins after the end of another channel; map channels of one recording")
+    short, long = (pick(times, key=lambda i: times[i].size) for pick in (min, max))
+    if times[short].size < SHORTEST * times[long].size:
+        raise ReadError(
+            f"{paths[short]} has {times[short].size} samples and {paths[long]} {times[long].size} of the same rate; "
+            "map channels of one recording"
+        )
+    for i, start in starts.items():
+        apart = float(np.abs(times[i][start : start + count] - times[chosen][:count]).max())
+        if apart > WHOLE * _step(times[chosen]):
+            raise ReadError(
+                f"{paths[i]} and {paths[chosen]} are unevenly up to {apart:.4g} s apart; resample them to one clock"
+            )
+    cut = [
+        replace(column, values=column.values[starts[i] : starts[i] + count], time=None) if i in starts else column
+        for i, column in enumerate(table.columns)
+    ]
+    notes.append(_note({paths[i]: times[i] for i in times}, count))
+    return replace(table, columns=tuple(cut), time=times[chosen][:count]), notes
+
+
+def _step(time: np.ndarray) -> float:
+    return abs(float(time[-1] - time[0])) / (time.size - 1)
+
+
+def _start(time: np.ndarray, chosen: np.ndarray, path: str, last: str) -> int:
+    """Sample of `time` at which `chosen` begins."""
+    steps = [_step(time), _step(chosen)]
+    usual = max(steps) or 1.0
+    length = min(time.size, chosen.size)
+    if not abs(steps[0] - steps[1]) * length < max(WHOLE, SAME_STEP * length) * usual:
+        raise ReadError(
+            f"{path} is sampled every {steps[0]:.6g} s and {last} every {steps[1]:.6g} s, on different clocks; map "
+            "channels of one rate"
+        )
+    place = (chosen[0] - time[0]) / usual
+    start = round(place)
+    if abs(place - start) > WHOLE:
+        raise ReadError(
+            f"{last} begins {chosen[0] - time[0]:.6g} s after {path}, {place:.4g} samples and no whole number of them; "
+            "resample them to one clock"
+        )
+    return start
+
+
+def _note(times: dict[str, np.ndarray], count: int) -> str:
+    first = min(time[0] for time in times.values())
+    starts = ", ".join(f"{path} {time[0] - first:.6g} s" for path, time in list(times.items())[:6])
+    more = f" and {len(times) - 6} more" if len(times) > 6 else ""
+    if all(time[0] == first for time in times.values()):
+        return f"channels end apart: all are cut to the {count} samples they share"
+    return f"channels start apart ({starts}{more} after the first): all are cut to the {count} samples they share"
+
+
+def _check_other_times(table: DataTable, mapping: Mapping, numbers: dict[int, str]) -> None:
+    """Raise ReadError if a mapped column has another column of times than the mapping's, which differs."""
+    if mapping.time is None or not table.has(mapping.time.column):
+        return
+    stated = table.find(mapping.time.column)
+    others = [i for i, one in enumerate(table.columns) if one is not stated and _is_time(one) and i not in numbers]
+    for i, path in numbers.items():
+        column = table.columns[i]
+        if column is stated or column.values.size < 2:
+            continue
+        own = _own_time(table, i, others, stated)
+        if own is not None and not _alike(own, stated, mapping.time.unit):
+            raise ReadError(
+                f"{path}: the times of {quote(column.name)} are those of {quote(own.name)}, which starts "
+                f"at {own.values[0]:.6g} and not at {stated.values[0]:.6g} as {quote(stated.name)}; read each with its "
+                "own times, or bring them on one clock"
+            )
+
+
+def _is_time(column: Column) -> bool:
+    values = column.values[np.isfinite(column.values)]
+    named = _TIME.search(column.name) or (column.unit and is_unit_of(column.unit, "s"))
+    return bool(named) and values.size > 1 and bool(np.all(np.diff(values) > 0))
+
+
+def _own_time(table: DataTable, i: int, others: Iterable[int], stated: Column) -> Column | None:
+    """The column of times of a column: named after it, alone with it in a group, or next to its left as in pairs."""
+    name = table.columns[i].name
+    group = name.rpartition("/")[0]
+    for j in others:
+        other = table.columns[j]
+        rest = _TIME.sub("", other.name.rpartition("/")[2]).strip(" _-()[].")
+        if rest and rest == name.rpartition("/")[2]:
+            return other
+        if group and other.name.startswith(f"{group}/") and not stated.name.startswith(f"{group}/"):
+            return other
+    if table.format != "CSV":
+        return None
+    left = [j for j, one in enumerate(table.columns[:i]) if one is stated or j in others]
+    nearest = table.columns[left[-1]] if left else stated
+    return None if nearest is stated else nearest
+
+
+def _alike(own: Column, stated: Column, unit: str | None) -> bool:
+    """Whether two columns of times agree, within a tenth of a sample."""
+    units = (own.unit or stated.unit or unit, stated.unit or unit)
+    seconds = (factor(one, "s") if one and is_unit_of(one, "s") else 1.0 for one in units)
+    a, b = (column.values * scale for column, scale in zip((own, stated), seconds, strict=True))
+    if a.size != b.size:
+        return False
+    step = float(np.median(np.diff(b)))
+    return bool(np.nanmax(np.abs(a - b)) <= WHOLE * abs(step))
+
 
 def values(table: DataTable, entry: ColumnEntry, si: str) -> np.ndarray:
     """Values of a channel (n,) in SI units; raises ReadError that begins with the entry's path."""
-    try:
+    with named(entry.path):
         column = table.find(entry.column)
         scale = scale_of(table, entry, si)
         result = column.values if scale == 1 else column.values * scale
         return result + quantity(entry.offset, si) if entry.offset is not None else result
-    except ReadError as error:
-        raise ReadError(f"{entry.path}: {error}") from error
 
 
 def unit_of(column: Column, entry: ColumnEntry) -> tuple[str, float]:
@@ -203,7 +356,7 @@ def assemble(table: DataTable, mapping: Mapping) -> xr.Dataset:
 
 
 def used(mapping: Mapping) -> list[ColumnEntry]:
-    """All entries of a mapping."""
+    """Entries of a mapping."""
     single = [entry for entry in (mapping.time, mapping.speed) if entry]
     single += [entry for entry, _ in (*mapping.probes.values(), *filter(None, [mapping.keyphasor]))]
     return [*single, *mapping.channels.values(), *mapping.vectors.values()]
@@ -275,10 +428,8 @@ def _clipped(table: DataTable, mapping: Mapping) -> list[str]:
 def _probe_unit(table: DataTable, entry: ColumnEntry) -> str:
     """SI unit of a probe's readings, by the unit of its column, or by what its sensitivity leads to."""
     if entry.sensitivity is not None:
-        try:
+        with named(entry.path):
             return measured_by(entry.sensitivity, unit_of(table.find(entry.column), entry)[0])
-        except ReadError as error:
-            raise ReadError(f"{entry.path}: {error}") from error
     unit = full_scale(entry.full_scale)[1] if entry.full_scale else entry.unit or table.find(entry.column).unit or ""
     found = [si for si in PROBE_UNITS if si in FACTORS and is_unit_of(unit, si)]
     if not found:
@@ -293,10 +444,8 @@ def _turning(table: DataTable, mapping: Mapping, time: np.ndarray) -> dict[str, 
     signal = values(table, entry, "V")
     if signal.size != time.size:
         raise ReadError(f"keyphasor: {signal.size} samples but {time.size} times; take columns of one length")
-    try:
+    with named("keyphasor"):
         angle, speed = angle_by_stretches(time, signal, how)
-    except ReadError as error:
-        raise ReadError(f"keyphasor: {error}") from error
     return {"angle": angle, "speed": speed}
 
 

@@ -22,8 +22,8 @@ import numpy as np
 
 from identification.errors import UnfitError
 from identification.records.examination import examine
+from identification.records.prefilter import DRIFT, Signals
 from identification.records.schema import measured, measured_name
-from identification.records.stretches import DRIFT, Signals
 from rotorsim.base.constants import TO_UM
 
 if TYPE_CHECKING:
@@ -209,7 +209,8 @@ def check_loop(record: xr.Dataset, method: str, refuse: bool = True) -> tuple[st
         if refuse and method == "oe":
             raise UnfitError(f"record: {text}, where output error gives wrong frequencies and damping; {way_out}")
         return (f"{text}: frequencies and damping may be far off; {way_out}",)
-    share = fed_back(*(np.asarray(record[name].values, float) for name in _channels(record)))
+    output = "disc_measured" if "disc_measured" in record else "disc"
+    share = fed_back(*(np.asarray(record[name].values, float) for name in ("reference", output)))
     if share < FEED:
         return ()
     return (
@@ -221,10 +222,7 @@ def check_loop(record: xr.Dataset, method: str, refuse: bool = True) -> tuple[st
 def method_for(record: xr.Dataset, method: str) -> str:
     """'two-stage' for a closed loop with its external reference and 'oe' otherwise, where the method is 'auto'.
 
-    Raises
-    ------
-    UnfitError
-        If two-stage is asked for and there is no external reference.
+    Raises UnfitError if two-stage is asked for and there is no external reference.
     """
     if method == "two-stage" and EXTERNAL not in record:
         raise UnfitError(f"record: no {EXTERNAL}, which two-stage needs; {WAY_OUT} and take method 'auto'")
@@ -234,7 +232,7 @@ def method_for(record: xr.Dataset, method: str) -> str:
 
 
 def saturated_share(reference: np.ndarray) -> float:
-    """Share of samples (n, 2) at which an axis that moves stands at its own extreme, 0 where none recurs."""
+    """Share of samples (n, 2) at which an axis that moves stands at its extreme, 0 where none recurs."""
     at = np.zeros(len(reference), bool)
     for values in reference.T[np.ptp(reference, axis=0) > 0]:
         for extreme in (values.min(), values.max()):
@@ -257,7 +255,3 @@ def check_saturation(record: xr.Dataset, refuse: bool = True) -> tuple[str, ...]
     if refuse and share >= SATURATED:
         raise UnfitError(f"record: {text}")
     return (text,)
-
-
-def _channels(record: xr.Dataset) -> tuple[str, str]:
-    return "reference", "disc_measured" if "disc_measured" in record else "disc"

@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from identification.errors import SchemaError
+from identification.records.columns import clipped
+from identification.records.prefilter import without_gaps
 from identification.records.sampling import nominal_rate, problems
 from identification.records.schema import VECTORS, measured, measured_name, named_axes, notes_of, validate
-from identification.records.stretches import without_gaps
-from identification.records.table import clipped
 from rotorsim.base.constants import TO_RPM
 
 if TYPE_CHECKING:
@@ -305,13 +305,18 @@ def _series(record: xr.Dataset) -> Examination:
     found = [f"time: {text}" for text in problems(time)] if timed else []
     limits = record.attrs.get("clipped", [])
     found += [f"clipped: {text}; widen its range" for text in ([limits] if isinstance(limits, str) else limits)]
-    found += _bad_values(channels) or ([] if found else _misfit(record))
+    bad = [f"{c.name}: {remark}; cut the record there" for c in channels for remark in c.remarks if "NaN" in remark]
+    found += bad or ([] if found else _misfit(record))
     warnings = [f"{c.name}: {remark}" for c in channels for remark in c.remarks if "NaN" not in remark]
     duration = float(time[-1] - time[0]) + step if time.size > 1 else np.nan
     closed, left_out = _closed(record) if found and timed and not limits else (record, "")
     suspected = suspicions(closed, rate) if timed else []
     warnings += [*notes_of(record), *(one.text for one in suspected), *(series_hints(record) if timed else [])]
-    rest = (tuple(found), tuple(warnings), _uses(record), _doubts(suspected), left_out)
+    uses = {
+        use: ", ".join(" or ".join(group) for group in groups if not any(name in record for name in group))
+        for use, groups in USES.items()
+    }
+    rest = (tuple(found), tuple(warnings), uses, _doubts(suspected), left_out)
     return Examination("time series", time.size, rate, duration, channels, *rest)
 
 
@@ -377,21 +382,9 @@ def _channel(name: str, units: str, values: np.ndarray, sensor: bool) -> Channel
     return Channel(name, units, low, high, tuple(remarks))
 
 
-def _bad_values(channels: tuple[Channel, ...]) -> list[str]:
-    return [f"{c.name}: {remark}; cut the record there" for c in channels for remark in c.remarks if "NaN" in remark]
-
-
 def _misfit(record: xr.Dataset) -> list[str]:
     try:
         validate(record)
     except SchemaError as error:
         return [str(error)]
     return []
-
-
-def _uses(record: xr.Dataset) -> dict[str, str]:
-    """Missing variables of each use."""
-    return {
-        use: ", ".join(" or ".join(group) for group in groups if not any(name in record for name in group))
-        for use, groups in USES.items()
-    }

@@ -46,19 +46,18 @@ from __future__ import annotations
 import json
 import math
 import re
+import tomllib
 from collections.abc import Mapping as Tables
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from identification.errors import ReadError
-from identification.records.runout import SlowRollSource, parse_slow_roll
+from identification.records.columns import quantity_at
 from identification.records.schema import AXES, VARIABLES, VECTORS
-from identification.records.sensors import OWN, Keyphasor, LabProbe, split_probe
-from identification.records.units import quantity_at
-from rotorsim.base import toml_text as tomllib
-from rotorsim.base.file_kinds import instead
-from rotorsim.base.sentences import did_you_mean, quote
+from identification.records.sensors import OWN, Keyphasor, LabProbe, SlowRollSource, parse_slow_roll, split_probe
+from rotorsim.base.display import did_you_mean, quote
+from rotorsim.base.input_files import instead, parse_toml
 
 MAX_BYTES = 1_000_000
 MOST_PULSES = 10_000
@@ -139,7 +138,7 @@ def load_mapping(mapping: str | Path | Tables[str, Any] | Mapping) -> Mapping:
     path = Path(mapping)
     try:
         text = _text(path)
-        return parse(tomllib.loads(text), text, path.parent)
+        return parse(parse_toml(text), text, path.parent)
     except tomllib.TOMLDecodeError as error:
         reason = instead(path, "a mapping", "") or f"not a TOML file: {str(error)[:200]}; correct that line"
         raise ReadError(f"{path}: {reason}") from error
@@ -209,17 +208,6 @@ def _consistent(mapping: Mapping) -> Mapping:
         raise ReadError("mapping: [vectors] without [speed]; name the column of the speed and its unit")
     if mapping.speed and not mapping.vectors:
         raise ReadError("mapping: [speed] without [vectors]; the speed of a time series goes to [channels.speed]")
-    _no_second_source(mapping)
-    alone = mapping.time or mapping.sample_rate or mapping.constants or mapping.keyphasor
-    if not mapping.maps_columns and (alone or not (mapping.conditions or mapping.slow_roll or mapping.file)):
-        raise ReadError("mapping: no [channels.NAME] and no [vectors.1X.x]; map at least one column")
-    twice = set(mapping.constants) & {name for name, _ in mapping.channels}
-    if twice:
-        raise ReadError(f"mapping: {min(twice)} is a channel and a constant; remove one")
-    return mapping
-
-
-def _no_second_source(mapping: Mapping) -> None:
     names = {name for name, _ in mapping.channels} | set(mapping.constants)
     if mapping.probes and "disc_measured" in names:
         raise ReadError("mapping: [probes] and [channels.disc_measured] are the same motion; remove one")
@@ -227,6 +215,13 @@ def _no_second_source(mapping: Mapping) -> None:
         raise ReadError("mapping: [keyphasor] and [channels.angle] are the same angle; remove one")
     if mapping.vectors and (mapping.keyphasor or mapping.probes):
         raise ReadError("mapping: [vectors] are not a time series; remove [keyphasor] and [probes]")
+    alone = mapping.time or mapping.sample_rate or mapping.constants or mapping.keyphasor
+    if not mapping.maps_columns and (alone or not (mapping.conditions or mapping.slow_roll or mapping.file)):
+        raise ReadError("mapping: no [channels.NAME] and no [vectors.1X.x]; map at least one column")
+    twice = set(mapping.constants) & {name for name, _ in mapping.channels}
+    if twice:
+        raise ReadError(f"mapping: {min(twice)} is a channel and a constant; remove one")
+    return mapping
 
 
 def _disc(table: dict[str, Any]) -> float:

@@ -1,4 +1,4 @@
-"""Sampling of a record: its even clock, checks for uneven time stamps and gaps, resampling at a lower rate.
+"""Sampling of a record: its even clock, uneven time stamps, the stretches between gaps, resampling at a lower rate.
 
 Time stamps that a program rounded still count as even: each step may differ by a tenth from the mean one, and no stamp
 lies further than half a sample from the even clock. A step of more than one and a half samples is a gap.
@@ -21,7 +21,6 @@ JITTER, DRIFT, GAP = 0.1, 0.5, 1.5
 """Largest deviation of a step, largest deviation of a stamp, smallest gap; all in samples."""
 EXACT = 1e-9
 """Relative difference of rates that are the same."""
-
 WAY_OUT = "cut it with 'rotorsim data cut', or read it with identification.load: identify leaves its gaps out"
 """Remedy for records with gaps or missing values."""
 
@@ -97,6 +96,27 @@ def _evenness(time: np.ndarray, steps: np.ndarray) -> tuple[str, ...]:
         spread = f"steps from {steps.min():.4g} s to {steps.max():.4g} s"
         return (f"sampled unevenly, {spread}; resample it at a fixed rate",)
     return ()
+
+
+def usual_step(time: np.ndarray, bad: np.ndarray) -> float:
+    steps = np.diff(time)[~(bad[1:] | bad[:-1])]
+    return float(np.median(steps)) if steps.size else np.inf
+
+
+def leaps(time: np.ndarray, bad: np.ndarray) -> np.ndarray:
+    """Numbers (k,) of the samples after which time leaps."""
+    with np.errstate(invalid="ignore"):
+        return np.flatnonzero((np.diff(time) > GAP * usual_step(time, bad)) & ~(bad[1:] | bad[:-1]))
+
+
+def whole_slices(time: np.ndarray, bad: np.ndarray) -> list[slice]:
+    """Runs of samples that are not `bad` (n,) and without a gap in time."""
+    begins = np.concatenate(([True], bad[:-1])) & ~bad
+    begins[leaps(time, bad) + 1] = True
+    starts = np.flatnonzero(begins)
+    ends = np.append(np.flatnonzero(bad), time.size)
+    stops = np.minimum(np.append(starts[1:], time.size), ends[np.searchsorted(ends, starts)])
+    return [slice(int(a), int(b)) for a, b in zip(starts, stops, strict=True)]
 
 
 LARGEST_PART = 20_000

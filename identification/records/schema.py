@@ -12,25 +12,28 @@ is :math:`\Re\{A_n e^{i n \alpha}\}` with the shaft angle :math:`\alpha`, :math:
 amplitudes are 0-pk and the phase is a LAG, so the maximum passes :math:`\varphi_n / n` of shaft rotation after the
 mark. A table of a single probe has one axis, and its angle from x towards y in the attribute `probe_angle` [rad] where
 it stands elsewhere than there.
+
+Record from arrays in memory.
 """
 
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import SchemaError
-from identification.records.sampling import WAY_OUT, sampling_time
-from rotorsim.base import toml_text as tomllib
-from rotorsim.base.sentences import did_you_mean
+from identification.errors import ReadError, SchemaError
+from identification.records.columns import FACTORS, factor
+from identification.records.sampling import JITTER, WAY_OUT, sampling_time
+from rotorsim.base.display import did_you_mean
+from rotorsim.base.input_files import parse_toml
 
 if TYPE_CHECKING:
     import xarray as xr
-
 
 NOTES = "notes"
 
@@ -200,19 +203,13 @@ def validate_record(record: xr.Dataset) -> xr.Dataset:
             units = PROBE_UNITS if name == "probe_measured" else (known.units,)
             validate_variable(record, str(name), ("time", *known.dims), *units)
     validate_axes(record)
-    if "probe_measured" in record:
-        validate_probes(record)
-    return record
-
-
-def validate_probes(record: xr.Dataset) -> None:
-    """Raise SchemaError unless the probes have names, each its own, and units."""
-    for name in ("probe", "probe_unit"):
+    for name in ("probe", "probe_unit") if "probe_measured" in record else ():
         if name not in record.coords:
             raise SchemaError(f"record: probe_measured without the coordinate '{name}'; give each probe its {name}")
-    names = record["probe"].values.tolist()
+    names = record["probe"].values.tolist() if "probe_measured" in record else []
     if len(set(names)) < len(names):
         raise SchemaError(f"record.probe: {names}; give each probe a name of its own")
+    return record
 
 
 def validate_axes(record: xr.Dataset) -> None:
@@ -386,7 +383,7 @@ def validate(record: xr.Dataset) -> xr.Dataset:
 def machine_of(record: xr.Dataset) -> str:
     """Name and fingerprint of a record's machine, a space between; empty for a record that states none."""
     try:
-        name = str(tomllib.loads(str(record.attrs.get("machine", ""))).get("name", ""))
+        name = str(parse_toml(str(record.attrs.get("machine", ""))).get("name", ""))
     except tomllib.TOMLDecodeError:
         name = ""
     mark = str(record.attrs.get("machine_hash", ""))
@@ -397,3 +394,124 @@ def common(machines: Iterable[str]) -> str:
     """The machine of several records, empty where they differ."""
     found = set(machines)
     return found.pop() if len(found) == 1 else ""
+
+
+_WIDTHS = {"axis": 2}
+
+
+def from_arrays(
+    time: Any,
+    reference: Any,
+    disc_measured: Any,
+    angle: Any = None,
+    pin: Any = None,
+    speed: Any = 0.0,
+    pressure: Any = 0.0,
+    attrs: dict[str, Any] | None = None,
+    probes: dict[str, Any] | None = None,
+    **more: Any,
+) -> xr.Dataset:
+    """Record of the schema from arrays in SI units; the arrays are copied.
+
+    An array that states its unit (`attrs` of xarray and pandas, `units` of pint) is converted from it; one that brings
+    times of its own must have those of `time`.
+
+    Parameters
+    ----------
+    time : (n,) [s], evenly spaced
+    reference : (n, 2) [V], or None if the actuators had none
+    disc_measured : (n, 2) [m], or None
+    angle : (n,) [rad], running on without wrapping
+    pin : (n, injectors) [m]
+    speed : number or (n,) [rad/s]
+    pressure : number or (n,) [Pa], gauge
+    attrs : attributes of the record
+    probes : of `probe_measured=` (n, probes): `probe`, the names, `probe_unit` and what else is known of
+        `identification.PROBE_COORDINATES`, each a list
+    more : any other variable of the schema, e.g. `journal=` (n, 2) [m]
+
+    Raises
+    ------
+    SchemaError
+        If a name, a shape, a value, a unit or the times of an array do not fit.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> time = np.arange(500) * 2e-4
+    >>> reference = np.sign(np.sin(300 * time))[:, None] * [1.0, 0.0]
+    >>> made = rs.from_arrays(time, reference, 1e-6 * reference, speed=300.0, pressure=5e5)
+    >>> made.sizes["time"]
+    500
+    """
+    time = _numbers("time", time, "s")
+    if time.ndim != 1:
+        raise SchemaError(f"record.time: shape {time.shape}, expected (n,); give the time of every sample in s")
+    given = {"disc_measured": disc_measured, "reference": reference, "angle": angle, "pin": pin}
+    given |= {"speed": speed, "pressure": pressure, **more}
+    given = {name: value for name, value in given.items() if value is not None}
+    for name, value in given.items():
+        _check_own_time(name, value, time)
+    values = {name: _shaped(name, value, time.size) for name, value in given.items()}
+    for key in ("probe", "probe_unit") if "probe_measured" in values else ():
+        count, stated = values["probe_measured"].shape[1], len((probes or {}).get(key, ()))
+        if stated != count:
+            raise SchemaError(
+                f"record.probe_measured: {count} probes, but {stated} of '{key}'; "
+                "give probes = {'probe': [names], 'probe_unit': [units], ...}"
+            )
+    return validate(make_record(time, values, attrs, probes))
+
+
+def _shaped(name: str, value: Any, n: int) -> np.ndarray:
+    known = known_variable(name)
+    dims = known.dims
+    array = _numbers(name, value, known.units)
+    if not dims and array.ndim == 0:
+        return np.full(n, float(array))
+    width = tuple(_WIDTHS.get(dim, array.shape[-1] if array.ndim == 2 else 1) for dim in dims)
+    if array.shape != (n, *width):
+        expected = ", ".join(["n", *(str(_WIDTHS.get(dim, dim)) for dim in dims)])
+        raise SchemaError(
+            f"record.{name}: shape {array.shape}, expected ({expected}{'' if dims else ','}) with n = {n}"
+        )
+    return array
+
+
+def _check_own_time(name: str, value: Any, time: np.ndarray) -> None:
+    """Raise SchemaError for an array of xarray or pandas whose times are not `time` (n,)."""
+    coordinates, index = getattr(value, "coords", {}), getattr(value, "index", None)
+    own = coordinates.get("time", index)
+    own = np.asarray(own) if own is not None and not callable(own) else np.zeros(0)
+    if own.dtype.kind != "f" or own.shape != time.shape:  # numbers of rows, dates or none
+        return
+    apart = float(np.nanmax(np.abs(own - time), initial=0.0))
+    if apart > JITTER * float(np.median(np.abs(np.diff(time)))):
+        raise SchemaError(
+            f"record.{name}: its own times are up to {apart:.4g} s from `time`; bring both on one clock, or give its "
+            "values alone"
+        )
+
+
+def _stated_factor(name: str, value: Any, si: str) -> float:
+    """Factor from the unit that an array states to the SI unit; 1 where it states none."""
+    stated = getattr(value, "attrs", {}).get("units") or getattr(value, "units", None)
+    text = "" if stated is None else f"{stated:~}" if hasattr(stated, "dimensionality") else str(stated)
+    if not text or text == si or si not in FACTORS:
+        return 1.0
+    try:
+        return factor(text, si)
+    except ReadError as error:
+        raise SchemaError(f"record.{name}: {error}") from error
+
+
+def _numbers(name: str, value: Any, si: str) -> np.ndarray:
+    scale, value = _stated_factor(name, value, si), getattr(value, "magnitude", value)
+    try:
+        array = np.asarray(np.ma.filled(value.astype(float), np.nan) if np.ma.isMaskedArray(value) else value)
+    except (TypeError, ValueError) as error:
+        raise SchemaError(f"record.{name}: is not an array of numbers ({error}); give an array of floats") from error
+    if array.dtype.kind not in "fiub":
+        raise SchemaError(f"record.{name}: holds {array.dtype} and not real numbers; give an array of floats")
+    array = np.array(array, dtype=float)
+    return array if scale == 1 else array * scale

@@ -1,18 +1,23 @@
-from .axes import Field as Field, read_axis as read_axis, read_field as read_field
-from .calibrate import Calibration as Calibration, calibrate as calibrate, judge as judge
-from .calibrated import calibration_numbers as calibration_numbers, save_calibrated as save_calibrated
+from .axes import Field as Field, over_fields as over_fields, read_axis as read_axis, read_field as read_field
+from .calibrate import (
+    Calibration as Calibration,
+    calibrate as calibrate,
+    calibration_numbers as calibration_numbers,
+    judge as judge,
+    save_calibrated as save_calibrated,
+)
 from .campbell import campbell as campbell, critical_speed_map as critical_speed_map, critical_speeds as critical_speeds
 from .citations import cite as cite
-from .lift_off import lift_off as lift_off
-from .load_capacity import load_capacity as load_capacity
+from .load_capacity import lift_off as lift_off, load_capacity as load_capacity
 from .machine_map import map_machine as map_machine
-from .mode_shapes import mode_shapes as mode_shapes
-from .operating_map import operating_map as operating_map
-from .point import OperatingPoint as OperatingPoint, operating_point as operating_point
+from .operating_map import (
+    OperatingPoint as OperatingPoint,
+    operating_map as operating_map,
+    operating_point as operating_point,
+)
 from .safe_region import safe_region as safe_region
-from .shaft_motion import shaft_motion as shaft_motion
-from .sweeps.sweep import SweepResult as SweepResult, sweep as sweep
+from .shaft_motion import mode_shapes as mode_shapes, shaft_motion as shaft_motion
+from .sweep import SweepResult as SweepResult, sweep as sweep
 from .targets import read_targets as read_targets
 from .unbalance_response import unbalance_response as unbalance_response
-from .varied import over_fields as over_fields
 from .whirl_onset import whirl_onset as whirl_onset

@@ -1,17 +1,23 @@
-"""Axes of an operating map: speeds, pressures and any field of the machine file, from numbers or text with units."""
+"""Axes of maps and sweeps: speeds, pressures and any field of the machine file; an analysis repeated over fields."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import NUMBER, parse
 from rotorsim.machine.plausibility import ask
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rotorsim.machine.schema import Machine
+    from rotorsim.plant import Plant
 
 TEXT = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*", re.ASCII)
 """Number and unit."""
@@ -101,3 +107,38 @@ def split_range(option: str, text: str) -> tuple[list[str], int]:
     if parts[2] == "1":
         return parts[:1], 0
     return parts[:2], int(parts[2])
+
+
+def with_fields(machine: Machine, fields: Sequence[Field], values: Sequence[Any]) -> Machine:
+    """The machine with one value of each field; raises MachineFileError where it would not be valid."""
+    for field, value in zip(fields, values, strict=True):
+        machine = machine.replace(field.path, value)
+    return machine
+
+
+def over_fields(plant: Plant, fields: Sequence[Field], analysis: Callable[[Plant], xr.Dataset]) -> xr.Dataset:
+    """`analysis` of the machine at every combination of the fields' values: a Dataset over (fields..., its own dims).
+
+    ``over_fields(plant, [read_field("bearings.1.clearance=24 um, 26 um")], lambda p: whirl_onset(p, [0.5e6]))``
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> fields = [rs.analysis.read_field("bearings.1.clearance=24 um, 26 um")]
+    >>> found = rs.analysis.over_fields(plant, fields, lambda one: rs.analysis.critical_speeds(one, [0.5e6], (1,)))
+    >>> found.sizes["bearings_1_clearance"]
+    2
+    """
+    import xarray as xr
+
+    if not fields:
+        return analysis(plant)
+    first, *others = fields
+    parts = [over_fields(type(plant)(with_fields(plant.machine, [first], [v])), others, analysis) for v in first.values]
+    axis = xr.DataArray(list(first.numbers), dims=first.name, name=first.name, attrs=labelled(first))
+    return xr.concat(parts, axis, data_vars="all", coords="minimal", compat="equals", join="exact")
+
+
+def labelled(field: Field) -> dict[str, str]:
+    """Attributes of a field's coordinate."""
+    return {"units": field.unit or "1", "long_name": field.path}

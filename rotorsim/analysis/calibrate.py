@@ -15,19 +15,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, lru_cache
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
 from threadpoolctl import threadpool_limits
 
-from rotorsim.analysis.figures import BARE, bare, figures
-from rotorsim.analysis.targets import Parameter, Target, Targets, split, value_at
+from rotorsim.analysis.load_capacity import lift_off
+from rotorsim.analysis.operating_map import operating_point
+from rotorsim.analysis.targets import AXES, BARE, Parameter, Target, Targets, split, value_at
+from rotorsim.analysis.whirl_onset import whirl_onset
 from rotorsim.base.errors import DataError, RotorsimError
+from rotorsim.base.files import write_text
 from rotorsim.base.interrupt import finishing
-from rotorsim.machine.file_text import with_values
+from rotorsim.machine.file_text import remarked, with_value, with_values
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
+from rotorsim.plant.linearise import LinearPlant
 
 WEAK = 2.0
 STEP = 1e-3
@@ -73,9 +79,12 @@ class Calibration:
     @property
     def unidentifiable(self) -> tuple[str, ...]:
         """Directions that the targets do not determine, as text."""
-        names = [p.name for p in self.parameters]
-        weak = (v for s, v in zip(self.singular_values, self.directions, strict=True) if s < WEAK)
-        return tuple(_direction(names, v) for v in weak)
+        texts = []
+        for size, v in zip(self.singular_values, self.directions, strict=True):
+            if size < WEAK:
+                order = np.argsort(-np.abs(v))
+                texts.append(" ".join(f"{v[k]:+.2f} {self.parameters[k].name}" for k in order if abs(v[k]) > 0.15))
+        return tuple(texts)
 
     def met(self, role: str | None = None) -> tuple[int, int, int]:
         """Targets met before, met after, and in all."""
@@ -197,7 +206,8 @@ class _Fit:
             if strict:
                 raise DataError(f"calibrate: at the start values {error}; correct start or fields") from error
             return np.full(sum(1 if t.at else 2 for t in self.fitted), LOST)
-        r = np.concatenate([_deviation(t, e) for t, e in zip(self.fitted, ends, strict=True)])
+        off = [(e - (t.low, t.high)) / t.tolerance for t, e in zip(self.fitted, np.array(ends), strict=True)]
+        r = np.concatenate([two[:1] if t.at else two for t, two in zip(self.fitted, off, strict=True)])
         r = np.where(np.isfinite(r), r, LOST)
         self.count += 1
         if r @ r < self.cost:
@@ -215,6 +225,38 @@ class _Fit:
             moved[k] += step
             columns.append((self.residual(moved) - here) / step)
         return np.stack(columns, axis=1)
+
+
+def axis_modes(model: LinearPlant) -> tuple[int, int]:
+    """Number of the mode that moves x and of the one that moves y; in order of frequency when both are one."""
+    first = model.mode_of_axis(0), model.mode_of_axis(1)
+    return first if first[0] != first[1] else (0, 1)
+
+
+def figures(plant: Plant, speed: float, pressure: float) -> dict[str, float]:
+    """All figures of an operating point, those of modes NaN where a mode may be missing; raises NoLiftOffError."""
+    point = operating_point(plant, speed, pressure, (0.0,))
+    model, found = point.model, {}
+    for axis, mode in zip(AXES, axis_modes(model), strict=True):
+        wn, zeta = (float(each[mode]) if model.proven else float("nan") for each in (model.wn, model.zeta))
+        found |= {f"wn_{axis}": wn, f"zeta_{axis}": zeta}
+    for i, a in enumerate(AXES):
+        found[f"delay_{a}"] = float(model.delay[i])
+        found |= {f"gain_{a}{b}": float(model.static_gain[i, j]) for j, b in enumerate(AXES)}
+    rest = point.equilibrium
+    return found | {
+        "eccentricity_ratio": rest.eccentricity_ratio,
+        "h_min": rest.h_min,
+        "mass_flow": float(rest.mass_flow.sum()),
+    }
+
+
+@lru_cache(maxsize=64)
+def bare(plant: Plant, quantity: str, speed: float, pressure: float) -> float:
+    """A figure of no single operating point."""
+    if quantity == "lift_off":
+        return float(lift_off(plant, [speed])[0])
+    return float(whirl_onset(plant, [pressure])["onset_speed"][0])
 
 
 def _read(machine: Machine, targets: Targets, asked: Sequence[Target]) -> list[tuple[float, float]]:
@@ -240,11 +282,6 @@ def _ends(
     return min(values), max(values)
 
 
-def _deviation(target: Target, ends: tuple[float, float]) -> np.ndarray:
-    low, high = ((e - t) / target.tolerance for e, t in zip(ends, (target.low, target.high), strict=True))
-    return np.array([low]) if target.at else np.array([low, high])
-
-
 def _outcome(
     state: _Fit, targets: Targets, before: list[tuple[float, float]], first: np.ndarray, x: np.ndarray, ended: str
 ) -> Calibration:
@@ -263,7 +300,69 @@ def _outcome(
     )  # fmt: skip
 
 
-def _direction(names: list[str], vector: np.ndarray) -> str:
-    order = np.argsort(-np.abs(vector))
-    parts = [f"{vector[k]:+.2f} {names[k]}" for k in order if abs(vector[k]) > 0.15]
-    return " ".join(parts)
+def save_calibrated(found: Calibration, name: str, path: str | Path, loaded: Machine) -> None:
+    """Write the machine file with the new values: comments kept where they still hold, a remark at its head.
+
+    Parameters
+    ----------
+    found : Calibration
+        Result of `calibrate`.
+    name : str
+        Name of the targets, for the remark.
+    path : path
+        File to write; raises WriteError.
+    loaded : Machine
+        The machine before; its film grid is kept.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.calibrate(machine, rs.analysis.read_targets("dtu_orifice"))  # doctest: +SKIP
+    >>> rs.analysis.save_calibrated(found, "dtu_orifice", "calibrated.toml", machine)  # doctest: +SKIP
+    """
+    path = Path(path)
+    values = ", ".join(
+        f"{p.name} {v:.5g} {p.unit}".strip() for p, v in zip(found.parameters, found.values, strict=True)
+    )
+    before, after, total = found.met()
+    used, grid = found.machine, (found.machine.grid.n_theta, found.machine.grid.n_z)
+    same = used.film is None or grid == (loaded.grid.n_theta, loaded.grid.n_z)
+    on = "" if same else f", on a film grid of {grid[0]} x {grid[1]}"
+    head = (
+        f"# Calibrated, not predicted: fitted to '{name}': {values}.\n"
+        f"# Targets met: {before} before, {after} after, of {total}{on}.\n"
+    )
+    machine = found.machine.replace("grid.n_theta", loaded.grid.n_theta).replace("grid.n_z", loaded.grid.n_z)
+    changed = [f.path for p in found.parameters for f in p.fields]
+    text = remarked(machine._source or machine.text, changed, f"calibrated to '{name}'")
+    write_text(path, head + with_value(text, "name", path.stem))
+
+
+def calibration_numbers(found: Calibration) -> dict[str, Any]:
+    """Calibration result as plain numbers in SI, parameters in their own units.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.calibrate(machine, rs.analysis.read_targets("dtu_orifice"))  # doctest: +SKIP
+    >>> rs.analysis.calibration_numbers(found)["cost"]  # doctest: +SKIP
+    """
+    return {
+        "ended": found.ended,
+        "cost": list(found.cost),
+        "parameters": [
+            {"name": p.name, "unit": p.unit, "start": p.start, "value": v, "sd": s, "at_bound": bool(b)}
+            for p, v, s, b in zip(
+                found.parameters, found.values.tolist(), found.sd.tolist(), found.at_bound, strict=True
+            )
+        ],
+        "correlation": found.correlation.tolist(),
+        "singular_values": found.singular_values.tolist(),
+        "not_identifiable": list(found.unidentifiable),
+        "targets": [
+            {"name": r.target.name, "role": r.target.role, "target": [r.target.low, r.target.high],
+             "before": list(r.before), "after": list(r.after), "verdicts": list(r.verdicts)}
+            for r in found.rows
+        ],
+        "met": dict(zip(("before", "after", "of"), found.met(), strict=True)),
+    }  # fmt: skip

@@ -8,12 +8,12 @@ with an order line, in either direction, solved with the linear model at that sp
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fe_shaft import BearingElement
+from fe_shaft import BearingElement, Rotor
+from fe_shaft.modes.crossings import Crossing
 from rotorsim.analysis.axes import checked
 from rotorsim.analysis.modes_over_speed import ORDERS, ModesOverSpeed, modes_over_speed, roundness, sense
 from rotorsim.analysis.supply import felt
@@ -121,21 +121,33 @@ def _counts(found: ModesOverSpeed, speed: float) -> tuple[float, float]:
     return float(found.region.holds(node.modes.values).sum()), node.modes.missing
 
 
+def crossing_numbers(crossings: Sequence[Crossing]) -> np.ndarray:
+    """Numbers (k, 5) of crossings: speed [rad/s], damping ratio, direction, frequency [rad/s], roundness of the orbit.
+
+    The direction is 1 where the natural frequency rises above the line and -1 where it falls below.
+    """
+    rows = []
+    for one in crossings:
+        s = complex(one.modes.values[0])
+        orbit = float(roundness(one.pencil, one.modes.right)[0])
+        rows.append((one.at, -s.real / abs(s), 1.0 if one.upward else -1.0, abs(s), orbit))
+    return np.array(rows).reshape(-1, 5)
+
+
 def criticals(found: ModesOverSpeed, shown: Sequence[int] = ()) -> dict[str, Any]:
     """Variables of the critical speeds, over critical; `shown` are the branches with the first numbers."""
     every = found.crossings
-    zeta = np.array([-c.modes.values[0].real / abs(c.modes.values[0]) for c in every])
-    ratio = np.array([roundness(c.pencil, c.modes.right)[0] for c in every])
+    speed, zeta, direction, _, ratio = crossing_numbers(every).T
     rest = [b for b in range(len(found.followed.branches)) if b not in shown]
     number = {b: k for k, b in enumerate([*shown, *rest], 1)}
     with np.errstate(divide="ignore"):
         amplification = np.where(zeta > 0, 1 / (2 * zeta), np.inf)
     over = ("critical",)
     return {
-        "critical_speed": (over, np.array([c.at for c in every]), {"units": "rad/s", "long_name": "critical speed"}),
+        "critical_speed": (over, speed, {"units": "rad/s", "long_name": "critical speed"}),
         "critical_order": (over, np.array([c.order for c in every], int), {"units": "1", "long_name": "order"}),
         "critical_direction": (
-            over, np.array([1 if c.upward else -1 for c in every], int),
+            over, direction.astype(int),
             {"units": "1", "long_name": "natural frequency leaves the line, 1 upwards"},
         ),
         "critical_zeta": (over, zeta, {"units": "1", "long_name": "damping ratio at the critical speed"}),
@@ -221,28 +233,24 @@ def critical_speeds(
     rows = [modes_over_speed(plant, [0.0, top], float(p), orders=orders) for p in pressures]
     lists = [[[c for c in row.crossings if c.order == order and c.at <= top] for order in orders] for row in rows]
     size = max((len(one) for row in lists for one in row), default=0)
-    found = np.full((4, len(pressures), len(orders), max(size, 1)), np.nan)
-    senses = np.full(found.shape[1:], np.nan)
-    for i, row in enumerate(lists):
-        for j, one in enumerate(row):
-            for k, c in enumerate(one):
-                s = complex(c.modes.values[0])
-                found[:, i, j, k] = c.at, -s.real / abs(s), 1 if c.upward else -1, abs(s)
-                senses[i, j, k] = roundness(c.pencil, c.modes.right)[0]
+    found = np.full((len(pressures), len(orders), max(size, 1), 5), np.nan)
+    for i, j in np.ndindex(found.shape[:2]):
+        found[i, j, : len(lists[i][j])] = crossing_numbers(lists[i][j])
+    speed, zeta, direction, _, ratio = np.moveaxis(found, -1, 0)
     over = ("pressure", "order", "mode")
     complete = [float(not (row.refused or row.unproven or row.uncertain)) for row in rows]
     return xr.Dataset(
         {
-            "critical_speed": (over, found[0], {"units": "rad/s", "long_name": "critical speed"}),
-            "critical_zeta": (over, found[1], {"units": "1", "long_name": "damping ratio at the critical speed"}),
-            "critical_direction": (over, found[2], {"units": "1", "long_name": "natural frequency leaves the line"}),
-            "critical_whirl": (over, sense(senses), {"long_name": "sense of whirl at the critical speed"}),
+            "critical_speed": (over, speed, {"units": "rad/s", "long_name": "critical speed"}),
+            "critical_zeta": (over, zeta, {"units": "1", "long_name": "damping ratio at the critical speed"}),
+            "critical_direction": (over, direction, {"units": "1", "long_name": "natural frequency leaves the line"}),
+            "critical_whirl": (over, sense(ratio), {"long_name": "sense of whirl at the critical speed"}),
             "searched": ("pressure", complete, {"units": "1", "long_name": "whether every speed was looked at"}),
         },
         {
             "pressure": ("pressure", pressures, {"units": "Pa", "long_name": "supply pressure, gauge"}),
             "order": ("order", list(orders), {"units": "1", "long_name": "order of the speed"}),
-            "mode": ("mode", np.arange(1, found.shape[-1] + 1), {"long_name": "number of the critical speed"}),
+            "mode": ("mode", np.arange(1, found.shape[2] + 1), {"long_name": "number of the critical speed"}),
         },
         {"searched_to": float(top)},
     )
@@ -279,9 +287,6 @@ def critical_speed_map(
     """
     mesh = plant.assembly.mesh
     held = [BearingElement(mesh.node(b.position), 1.0, 0.0) for b in plant.machine.bearings]
-    found = (
-        replace(mesh.constant, bearing_elements=held, point_mass_elements=())
-        .run_ucs(stiffness, points, modes)
-        .dataset()
-    )
+    rotor = Rotor(mesh.constant.shaft_elements, mesh.constant.disk_elements, held)
+    found = rotor.run_ucs(stiffness, points, modes).dataset()
     return found.assign_attrs(plant.provenance() | {"kind": "critical_speed_map"})

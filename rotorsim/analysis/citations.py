@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import identification as idn
-from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange.mat import is_mat, read_mat
+from rotorsim.base.input_files import parse_json
+from rotorsim.base.mat import is_mat, read_mat
 from rotorsim.base.references import cited_by, sorted_keys
 from rotorsim.control import load_law
 from rotorsim.machine import Machine, load_machine
@@ -57,7 +57,8 @@ def cite(what: str | Path) -> dict[str, list[str]]:
 
 def _of_folder(folder: Path) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
-    for path in sorted(p for p in folder.iterdir() if p.suffix == ".nc" or _is_result(p)):
+    records = (p for p in folder.iterdir() if p.suffix == ".nc" or (p.suffix in RESULTS and _kind(p) in KINDS))
+    for path in sorted(records):
         for part, keys in cite(path).items():
             found[part] = sorted_keys([*found.get(part, []), *keys])
     if not found:
@@ -67,15 +68,10 @@ def _of_folder(folder: Path) -> dict[str, list[str]]:
     return found
 
 
-def _is_result(path: Path) -> bool:
-    """Return whether a file is a model or a law."""
-    return path.suffix in RESULTS and _kind(path) in KINDS
-
-
 def _kind(path: Path) -> str:
     """Return the kind that a .json or .mat file states, empty for none."""
     try:
-        data: Any = read_mat(path) if is_mat(path) else json.loads(path.read_text(encoding="utf-8-sig"))
+        data: Any = read_mat(path) if is_mat(path) else parse_json(path.read_text(encoding="utf-8-sig"))
     except (ValueError, DataError):
         return ""
     return str(data.get("kind", "")) if isinstance(data, dict) else ""

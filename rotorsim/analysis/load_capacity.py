@@ -1,27 +1,90 @@
-"""Load capacity: static load under which the most eccentric journal reaches half of its clearance.
+"""Lift-off pressure and load capacity: the supply pressure from which a film carries the rotor, and what it carries.
 
-The load is the rotor's weight, scaled: distributed along the shaft as its mass and directed as gravity, so that several
-bearings share it as they share the weight. Machines without weight are loaded downwards.
+The lift-off pressure is the lowest supply pressure at which there is an equilibrium, by bisection. The load capacity is
+the static load under which the most eccentric journal reaches half of its clearance. The load is the rotor's weight,
+scaled: distributed along the shaft as its mass and directed as gravity, so that several bearings share it as they share
+the weight. Machines without weight are loaded downwards.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
+import numpy as np
 from scipy.optimize import brentq
 
+from rotorsim.analysis.axes import checked
 from rotorsim.base.errors import ConvergenceError, DataError, NoLiftOffError
 from rotorsim.effects.rotor.gravity import Gravity
 from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import describe, settle
 
+HIGHEST = 2e6
+"""Gauge pressure [Pa] up to which is looked."""
+EXACT = 0.5e3
+"""Width [Pa] of the last bracket."""
+BELOW = (0.97, 0.9, 0.75, 0.5)
+"""Shares of the highest pressure refused at which the refusal is put to the test."""
 RATIO = 0.5
 """Eccentricity ratio at which the load is read."""
 EARTH = 9.80665
 HEAVIEST = 1e6
 """Acceleration [m/s2] up to which is looked."""
 CONTACT = 1.0
+
+
+def lift_off(
+    plant: Plant, speeds: Sequence[float] | np.ndarray, highest: float = HIGHEST, least_film: float = 0.0
+) -> np.ndarray:
+    """Lift-off pressures (n_speed,) [Pa, gauge]; 0 where speed alone carries, NaN where `highest` does not.
+
+    Carried is a rotor with an equilibrium and at least `least_film` [m] left; a turning shaft rides on very thin films.
+    More pressure carries more. Raises DataError for a machine without injectors.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> bool(rs.analysis.lift_off(plant, [0.0])[0] > 0)
+    True
+    """
+    if not plant.machine.fed:
+        raise DataError("lift-off: the machine has no injectors, so no pressure lifts it; vary the speed instead")
+    speeds = checked("lift-off: speeds [rad/s]", speeds)
+    return np.array([lowest(partial(carries, plant, v, least_film=least_film), highest) for v in speeds.tolist()])
+
+
+def lowest(carried: Callable[[float], bool], highest: float) -> float:
+    """Lowest pressure [Pa] at which the rotor is carried; NaN where `highest` does not.
+
+    A search for an equilibrium can fail where there is one: pressures below those refused are tried too, and one that
+    carries is the start of a new bisection.
+    """
+    if carried(0.0):
+        return 0.0
+    low, high = 0.0, min(0.1e6, highest)
+    while not carried(high):
+        low, high = high, 2 * high
+        if low >= highest:
+            return float("nan")
+    while True:
+        while high - low > EXACT:
+            middle = 0.5 * (low + high)
+            low, high = (low, middle) if carried(middle) else (middle, high)
+        below = next((low * share for share in BELOW if low * share > EXACT and carried(low * share)), None)
+        if below is None:
+            return high
+        low, high = 0.0, below
+
+
+def carries(plant: Plant, speed: float, pressure: float, least_film: float = 0.0) -> bool:
+    """Whether there is an equilibrium with so much film [m]."""
+    try:
+        return plant.equilibrium(speed, pressure).h_min >= least_film
+    except NoLiftOffError:
+        return False
 
 
 def load_capacity(plant: Plant, speed: float = 0.0, pressure: float = 0.0, ratio: float = RATIO) -> float:
@@ -52,7 +115,9 @@ def load_capacity(plant: Plant, speed: float = 0.0, pressure: float = 0.0, ratio
         raise DataError("load capacity: the machine has no gas film; its bearings are linear and carry any load")
     if not 0 < ratio < 1:
         raise DataError(f"load capacity: an eccentricity ratio of {ratio:g} is not between 0 and 1; give e.g. 0.5")
-    plant = _loaded(plant)
+    if "gravity" not in plant.machine.effects:  # a weight that can be scaled
+        effects = plant.machine.effects | {"gravity": (Gravity(acceleration=EARTH),)}
+        plant = Plant(plant.machine.with_({"effects": effects}))
 
     def excess(acceleration: float) -> float:
         return _eccentricity(plant.assembly, speed, pressure, acceleration) - ratio
@@ -71,13 +136,6 @@ def load_capacity(plant: Plant, speed: float = 0.0, pressure: float = 0.0, ratio
                 f"clearance{others}; ask for a smaller ratio"
             )
     return plant.machine.mass * float(brentq(excess, low, high, rtol=1e-4))
-
-
-def _loaded(plant: Plant) -> Plant:
-    """The plant with a weight that can be scaled."""
-    if "gravity" in plant.machine.effects:
-        return plant
-    return Plant(plant.machine.with_({"effects": plant.machine.effects | {"gravity": (Gravity(acceleration=EARTH),)}}))
 
 
 def _eccentricity(a: Assembly, speed: float, pressure: float, acceleration: float) -> float:

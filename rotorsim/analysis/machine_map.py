@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rotorsim.analysis.axes import Field
+from rotorsim.analysis.axes import Field, over_fields, with_fields
 from rotorsim.analysis.campbell import critical_speeds
-from rotorsim.analysis.lift_off import lift_off
+from rotorsim.analysis.load_capacity import lift_off
 from rotorsim.analysis.operating_map import operating_map
 from rotorsim.analysis.safe_region import safe_region
 from rotorsim.analysis.supply import felt
-from rotorsim.analysis.varied import over_fields, with_fields
 from rotorsim.analysis.whirl_onset import whirl_onset
 from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import DataError

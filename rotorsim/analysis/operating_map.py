@@ -1,28 +1,125 @@
-"""Operating map: equilibrium, modes, gains and film coefficients over speed, pressure and machine fields."""
+"""Operating map: equilibrium, modes, gains and film coefficients over speed, pressure and machine fields.
+
+A point is an equilibrium and the linear model about it; a map repeats it over a grid and labels what it finds.
+"""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rotorsim.analysis import labels
-from rotorsim.analysis.axes import MOST, Field, checked
-from rotorsim.analysis.point import AT, MODES, numbers
+from rotorsim.analysis.axes import MOST, Field, checked, labelled, with_fields
 from rotorsim.analysis.safe_region import surroundings
-from rotorsim.analysis.varied import with_fields
-from rotorsim.base.errors import DataError
+from rotorsim.base.display import Card, Shown, several
+from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.interrupt import finishing
 from rotorsim.base.processes import spread
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
+from rotorsim.plant.equilibrium import Equilibrium, describe, settle
+from rotorsim.plant.linearise import LinearPlant, linearise
 
 if TYPE_CHECKING:
     import xarray as xr
+
+MODES = 4
+"""Modes that are kept: the lowest."""
+AT = ("static", "mode 1", "mode 2")
+"""Frequencies at which K(omega) and C(omega) are read when none are given."""
+VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "done": ((), "1", "whether the point was computed"),
+    "lifted": ((), "1", "whether the film carries the rotor"),
+    "eccentricity_ratio": ((), "1", "eccentricity ratio, the largest of all films"),
+    "h_min": ((), "m", "smallest film thickness"),
+    "journal": (("axis",), "m", "journal position"),
+    "disc": (("axis",), "m", "disc position"),
+    "film_force": (("axis",), "N", "film force on the journal"),
+    "mass_flow": (("injector",), "kg/s", "mass flow into the film"),
+    "wn": (("mode",), "rad/s", "natural frequency"),
+    "zeta": (("mode",), "1", "damping ratio"),
+    "whirl_ratio": (("mode",), "1", "roundness of the disc's orbit, 1 forward, -1 backward"),
+    "proven": ((), "1", "1: no mode is missing among those listed up to the second pair and the speed, 0: not proven"),
+    "zeta_least": ((), "1", "least damping ratio of all modes up to the highest speed, and of the first four"),
+    "looked": ((), "1", "1: all modes and the critical speeds around the speed were looked for, 0: not all"),
+    "static_gain": (("axis", "reference"), "m/V", "static gain from reference to disc"),
+    "delay": (("axis",), "s", "delay of the film force behind the reference"),
+    "film_frequency": (("at",), "rad/s", "whirl frequency of film stiffness and damping"),
+    "film_stiffness": (("at", "axis", "to"), "N/m", "film stiffness K(omega)"),
+    "film_damping": (("at", "axis", "to"), "N s/m", "film damping C(omega)"),
+}
+"""Variables of a point: dimensions, unit, name."""
+CRITICAL: dict[str, tuple[str, str]] = {
+    "critical_speed": ("rad/s", "speed that a natural frequency equals"),
+    "critical_zeta": ("1", "damping ratio at the critical speed"),
+    "critical_direction": ("1", "1: the natural frequency rises above the speed, -1: it falls below"),
+    "critical_whirl_ratio": ("1", "roundness of the disc's orbit, 1 forward, -1 backward"),
+}
+"""Variables of a critical speed, in the order of the columns of `safe_region.Surroundings.critical`: unit, name."""
+BRANCHES: dict[str, tuple[str, str]] = {
+    "branch_wn": ("rad/s", "natural frequency of a mode, followed"),
+    "branch_zeta": ("1", "damping ratio of a mode, followed"),
+    "branch_whirl_ratio": ("1", "roundness of the disc's orbit, 1 forward, -1 backward"),
+}
+"""Variables of a branch, in the order of the last axis of `safe_region.Surroundings.branches`: unit, name."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class OperatingPoint(Shown):
+    """Equilibrium, linear model, and K, C (n, 2, 2) [N/m, N s/m] of the film at the whirl frequencies `at` [rad/s].
+
+    Of several films (n, 2 films, 2 films), one after the other.
+    """
+
+    equilibrium: Equilibrium
+    model: LinearPlant
+    at: np.ndarray
+    K: np.ndarray
+    C: np.ndarray
+
+    def card(self) -> Card:
+        """Modes, then what the equilibrium shows."""
+        rest = self.equilibrium.card()
+        rows = [(f"modes [Hz]{'' if self.model.proven else ', perhaps not all'}",
+                 several(self.model.wn, scale=1 / (2 * np.pi))),
+                ("damping ratios", several(self.model.zeta, ".3g")), *rest.rows]  # fmt: skip
+        return Card(rest.title.replace("Equilibrium", "Operating point"), rows)
+
+
+def operating_point(
+    plant: Plant, speed: float, pressure: float, frequencies: Sequence[float] | None = None
+) -> OperatingPoint:
+    """The machine at `speed` [rad/s] and gauge `pressure` [Pa]; frequencies [rad/s] default to 0 and the two modes.
+
+    Raises NoLiftOffError where the film does not carry the rotor.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> point = rs.analysis.operating_point(plant, 300.0, 0.5e6)
+    """
+    return _point(plant, speed, pressure, frequencies, None)
+
+
+def _point(
+    plant: Plant, speed: float, pressure: float, frequencies: Sequence[float] | None, model: LinearPlant | None
+) -> OperatingPoint:
+    """The point with its linear model, where that is known already."""
+    a = plant.assembly
+    w = settle(a, speed, pressure)
+    model = model or linearise(a, w, speed)
+    at = np.array([0.0, *model.wn[:2]] if frequencies is None else frequencies, float)
+    if a.film_model is None:
+        K = C = np.full((len(at), 2, 2), np.nan)
+    else:
+        K, C = (np.stack(part) for part in zip(*(model.response.coefficients(float(o)) for o in at), strict=True))
+    return OperatingPoint(describe(a, w), model, at, K, C)
+
 
 WORTH = 60
 """Points that make one more process worth its start."""
@@ -74,7 +171,9 @@ def operating_map(
     2
     """
     speeds, pressures = checked("map: speeds [rad/s]", speeds), checked("map: pressures [Pa]", pressures)
-    _check(plant, pressures, frequencies)
+    plant.machine.gas.absolute(float(pressures[0]))
+    if frequencies is not None and (not len(frequencies) or not np.all(np.isfinite(frequencies))):
+        raise DataError("map: the whirl frequencies are empty or not finite; give numbers in rad/s")
     shape = (*(len(f.values) for f in fields), len(pressures), len(speeds))
     if np.prod(shape) > MOST:
         raise DataError(f"map: {np.prod(shape)} points; at most {MOST} are computed, take a coarser grid")
@@ -97,23 +196,15 @@ def operating_map(
     every = [rows.get(number) for number in range(len(jobs))]
     critical = _padded([None if row is None else row[1] for row in every], shape)
     branches = _padded([None if row is None else row[2] for row in every], shape)
-    at = AT if frequencies is None else _names(frequencies)
-    coords = labels.coordinates(fields, speeds, pressures, at, plant.machine.film_names)
-    return labels.label(
-        tables, critical, branches, coords, fields, plant.provenance() | {"kind": "map", "ended": ended}
-    )
+    at = AT if frequencies is None else [f"{f / (2 * np.pi):.6g} Hz" for f in frequencies]
+    coords = coordinates(fields, speeds, pressures, at, plant.machine.film_names)
+    return label(tables, critical, branches, coords, fields, plant.provenance() | {"kind": "map", "ended": ended})
 
 
 def useful(workers: int | None, points: int) -> int:
     """Processes for a number of points: all cores when None, but none that would not pay for its start."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return max(1, min(workers or cores, points // WORTH))
-
-
-def _check(plant: Plant, pressures: np.ndarray, frequencies: Sequence[float] | None) -> None:
-    plant.machine.gas.absolute(float(pressures[0]))
-    if frequencies is not None and (not len(frequencies) or not np.all(np.isfinite(frequencies))):
-        raise DataError("map: the whirl frequencies are empty or not finite; give numbers in rad/s")
 
 
 @lru_cache(maxsize=2)
@@ -134,8 +225,51 @@ def _row(text: str, speeds: np.ndarray, pressure: float, frequencies: Sequence[f
     return rows, found.critical, found.branches
 
 
-def _names(frequencies: Sequence[float]) -> tuple[str, ...]:
-    return tuple(f"{f / (2 * np.pi):.6g} Hz" for f in frequencies)
+def numbers(
+    plant: Plant,
+    speed: float,
+    pressure: float,
+    frequencies: Sequence[float] | None,
+    model: LinearPlant | None,
+) -> dict[str, np.ndarray]:
+    """Values of a map at one point; without lift-off only `lifted` = 0."""
+    try:
+        point = _point(plant, speed, pressure, frequencies, model)
+    except NoLiftOffError:
+        return {"lifted": np.array(0.0)}
+    rest, model = point.equilibrium, point.model
+    several = len(rest.journals) > 1
+    ratio = rest.eccentricity_ratios.max() if several else rest.eccentricity_ratio
+    return {
+        "lifted": np.array(1.0),
+        "eccentricity_ratio": np.array(ratio),
+        "h_min": np.array(rest.h_min),
+        "journal": rest.journals if several else rest.journal,
+        "disc": rest.disc,
+        "film_force": rest.forces if several else rest.force,
+        "mass_flow": rest.mass_flow,
+        "wn": padded(model.wn),
+        "zeta": padded(model.zeta),
+        "whirl_ratio": padded(model.whirl_ratio),
+        "proven": np.array(float(model.proven)),
+        "static_gain": model.static_gain,
+        "delay": model.delay,
+        "film_frequency": point.at,
+        "film_stiffness": by_film(point.K) if several else point.K,
+        "film_damping": by_film(point.C) if several else point.C,
+    }
+
+
+def by_film(values: np.ndarray) -> np.ndarray:
+    """Coefficients (n, films, 2, 2) of each film out of those of all (n, 2 films, 2 films); films do not couple."""
+    return np.stack([values[:, k : k + 2, k : k + 2] for k in range(0, values.shape[1], 2)], axis=1)
+
+
+def padded(values: np.ndarray) -> np.ndarray:
+    """The first `MODES` values; NaN where there are fewer."""
+    out = np.full(MODES, np.nan)
+    out[: min(len(values), MODES)] = values[:MODES]
+    return out
 
 
 def _tables(rows: dict[int, Row], n_jobs: int, shape: tuple[int, ...]) -> dict[str, np.ndarray]:
@@ -161,4 +295,49 @@ def _padded(rows: list[np.ndarray | None], shape: tuple[int, ...]) -> np.ndarray
     return table.reshape(*shape[:-1], *table.shape[1:])
 
 
-__all__ = ["MODES", "operating_map"]
+def coordinates(
+    fields: Sequence[Field],
+    speeds: np.ndarray,
+    pressures: np.ndarray,
+    at: Sequence[str],
+    films: Sequence[str],
+) -> dict[str, tuple[str, Any, dict[str, str]]]:
+    """Coordinates of a map, the names of several films among them."""
+    found = {f.name: (f.name, list(f.numbers), labelled(f)) for f in fields}
+    return found | {
+        "pressure": ("pressure", pressures, {"units": "Pa", "long_name": "supply pressure, gauge"}),
+        "speed": ("speed", speeds, {"units": "rad/s", "long_name": "speed of the shaft"}),
+        "axis": ("axis", ["x", "y"], {}),
+        "reference": ("reference", ["x", "y"], {}),
+        "to": ("to", ["x", "y"], {}),
+        "at": ("at", list(at), {"long_name": "whirl frequency"}),
+        "bearing": ("bearing", list(films), {"long_name": "gas bearing"}),
+    }
+
+
+def label(
+    tables: dict[str, np.ndarray],
+    critical: np.ndarray,
+    branches: np.ndarray,
+    coords: dict[str, Any],
+    fields: Sequence[Field],
+    attrs: dict[str, Any],
+) -> xr.Dataset:
+    """The Dataset of tables (fields..., pressure, speed, ...), of critical speeds (fields..., pressure, k, 4) and of
+    branches (fields..., pressure, b, speed, 3)."""
+    import xarray as xr
+
+    over = (*(f.name for f in fields), "pressure", "speed")
+    variables = {}
+    for key in (k for k in VARIABLES if k in tables):
+        dims, unit, text = VARIABLES[key]
+        if tables[key].ndim > len(over) + len(dims):
+            dims = tuple(d for dim in dims for d in (("bearing", dim) if dim == "axis" else (dim,)))
+        variables[key] = ((*over, *dims), tables[key], {"units": unit, "long_name": text})
+    for known, dims, values in ((CRITICAL, ("critical",), critical), (BRANCHES, ("branch", "speed"), branches)):
+        for column, (key, (unit, text)) in enumerate(known.items()):
+            variables[key] = ((*over[:-1], *dims), values[..., column], {"units": unit, "long_name": text})
+    modes = tables["wn"].shape[-1] if "wn" in tables else 0
+    extra = {"mode": ("mode", np.arange(1, modes + 1), {"long_name": "mode, by frequency"})} if modes else {}
+    used = {d for dims, *_ in variables.values() for d in dims}
+    return xr.Dataset(variables, {k: v for k, v in (coords | extra).items() if k in used}, attrs)

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rotorsim.analysis.campbell import along_speeds
-from rotorsim.analysis.modes_over_speed import MARGIN, ModesOverSpeed, modes_over_speed, roundness
+from rotorsim.analysis.campbell import along_speeds, crossing_numbers
+from rotorsim.analysis.modes_over_speed import MARGIN, ModesOverSpeed, modes_over_speed
 from rotorsim.base.errors import ConvergenceError, NoLiftOffError
 from rotorsim.base.rounding import DAMPED
 from rotorsim.plant import Plant
@@ -60,10 +60,7 @@ def surroundings(plant: Plant, speeds: np.ndarray, pressure: float) -> Surroundi
     none = np.full(len(speeds), np.nan)
     try:
         found = modes_over_speed(plant, speeds, pressure, FIRST, (1,))
-        critical = [
-            (c.at, -c.modes.values[0].real / abs(c.modes.values[0]), 1.0 if c.upward else -1.0,
-             float(roundness(c.pencil, c.modes.right)[0])) for c in found.crossings
-        ]  # fmt: skip
+        critical = crossing_numbers(found.crossings)[:, [0, 1, 2, 4]]
     except (NoLiftOffError, ConvergenceError, np.linalg.LinAlgError):
         return Surroundings(np.zeros(len(speeds)), none, np.zeros((0, 4)), np.zeros((0, len(speeds), 3)), {})
     nodes = {node.at: node for node in found.followed.nodes}
@@ -72,7 +69,7 @@ def surroundings(plant: Plant, speeds: np.ndarray, pressure: float) -> Surroundi
     s, senses, _ = along_speeds(found, speeds, SHOWN)
     branches = np.stack([np.abs(s), -s.real / np.abs(s), senses], axis=-1)
     looked = np.array([float(_looked(found, speed)) for speed in speeds.tolist()])
-    return Surroundings(looked, np.array(least), np.array(critical).reshape(-1, 4), branches, models)
+    return Surroundings(looked, np.array(least), critical, branches, models)
 
 
 def _looked(found: ModesOverSpeed, speed: float) -> bool:

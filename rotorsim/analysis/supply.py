@@ -64,6 +64,3 @@ def _neutral(a: Assembly, lines: list[Call]) -> Any:
             if hasattr(off, name):
                 record[0][call.record][name] = getattr(off, name)
     return record
-
-
-__all__ = ["felt", "regulator_pressure"]

@@ -7,6 +7,7 @@ Targets with role = "predict" are reported and not fitted.
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,12 +15,21 @@ from typing import Any
 import numpy as np
 
 from rotorsim.analysis.axes import TEXT, checked
-from rotorsim.analysis.figures import UNITS
-from rotorsim.base import toml_text as tomllib
 from rotorsim.base.errors import DataError
-from rotorsim.base.file_kinds import instead
+from rotorsim.base.input_files import instead, parse_toml
 from rotorsim.base.units import parse
 
+AXES = ("x", "y")
+UNITS = (
+    {f"wn_{a}": "rad/s" for a in AXES}
+    | {f"zeta_{a}": "1" for a in AXES}
+    | {f"delay_{a}": "s" for a in AXES}
+    | {f"gain_{a}{b}": "m/V" for a in AXES for b in AXES}
+    | {"eccentricity_ratio": "1", "h_min": "m", "mass_flow": "kg/s", "lift_off": "Pa", "whirl_onset": "rad/s"}
+)
+"""Quantities with their SI units; gain_xy is disc x per volt of reference y."""
+BARE = ("lift_off", "whirl_onset")
+"""Figures of no single operating point: lift-off of the speed, whirl onset of the pressure."""
 ROLES = ("fit", "predict")
 
 
@@ -82,9 +92,12 @@ def read_targets(path: str | Path) -> Targets:
     >>> rs.analysis.read_targets("dtu_orifice").name
     'DTU thesis, Table E.2, orifice form'
     """
-    file = _found(path)
+    known = shipped()
+    file = known.get(str(path), Path(path))
+    if not file.is_file():
+        raise DataError(f"{path}: no such targets file; shipped targets: {', '.join(known)}")
     try:
-        document = tomllib.loads(file.read_text(encoding="utf-8-sig"))
+        document = parse_toml(file.read_text(encoding="utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         reason = instead(file, "targets", "") or f"is not a TOML file ({error})"
         raise DataError(f"{path}: {reason}; correct it") from error
@@ -99,15 +112,6 @@ def shipped() -> dict[str, Path]:
     """Targets that come along, by name."""
     folder = Path(__file__).parent / "shipped"
     return {file.stem: file for file in sorted(folder.glob("*.toml"))}
-
-
-def _found(path: str | Path) -> Path:
-    known = shipped()
-    if str(path) in known:
-        return known[str(path)]
-    if not Path(path).is_file():
-        raise DataError(f"{path}: no such targets file; shipped targets: {', '.join(known)}")
-    return Path(path)
 
 
 def _targets(document: dict[str, Any], name: str) -> Targets:
@@ -207,19 +211,16 @@ def _target(entry: dict[str, Any], number: int) -> Target:
     tolerance = _quantity(f"{where}.tolerance", entry.get("tolerance"), unit)
     if not tolerance > 0:
         raise DataError(f"{where}.tolerance: must be positive; it is the deviation that counts as one")
-    at = _at(where, entry, quantity) if single else None
+    at = None
+    if single:
+        speed = 0.0 if quantity == "whirl_onset" else _quantity(f"{where}.speed", entry.get("speed"), "rad/s")
+        at = speed, 0.0 if quantity == "lift_off" else _quantity(f"{where}.pressure", entry.get("pressure"), "Pa")
     return Target(name, quantity, low, high, tolerance, role, at, str(entry.get("source", "")))
-
-
-def _at(where: str, entry: dict[str, Any], quantity: str) -> tuple[float, float]:
-    pressure = _quantity(f"{where}.pressure", entry.get("pressure"), "Pa") if quantity != "lift_off" else 0.0
-    speed = 0.0 if quantity == "whirl_onset" else _quantity(f"{where}.speed", entry.get("speed"), "rad/s")
-    return speed, pressure
 
 
 def value_at(text: str, path: str) -> Any:
     """The value at a dotted path of a machine file's text; raises DataError where there is none."""
-    value: Any = tomllib.loads(text)
+    value: Any = parse_toml(text)
     for key in path.split("."):
         try:
             value = value[int(key)] if isinstance(value, list) else value[key]

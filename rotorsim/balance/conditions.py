@@ -28,6 +28,7 @@ from __future__ import annotations
 import csv
 import math
 import re
+import tomllib
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -38,10 +39,10 @@ from typing import Any
 import numpy as np
 
 from identification.readers.csv import encodings_of, opened
-from identification.records.units import amplitude_factor, factor
-from rotorsim.base import toml_text as tomllib
+from identification.records.columns import amplitude_factor, factor
+from rotorsim.base.display import did_you_mean, listing, quote
 from rotorsim.base.errors import DataError
-from rotorsim.base.sentences import did_you_mean, listing, quote
+from rotorsim.base.input_files import parse_toml
 from rotorsim.base.units import parse
 
 READING = ("real", "imaginary", "amplitude", "phase", "unit", "position", "angle", "conjugated")
@@ -180,8 +181,8 @@ def _collect(rows: list[Any], names: Any, clock: Any, readings: Any, planes: Any
         speed,
         vectors,
         unbalance,
-        tuple(Reading(n, _length(t, "position"), _angle(t)) for n, t in readings.items()),
-        tuple(Plane(n, _length(t, "position"), _length(t, "radius"), t.get("holes")) for n, t in planes.items()),
+        tuple(Reading(n, _stated(t, "position"), _stated(t, "angle", "rad")) for n, t in readings.items()),
+        tuple(Plane(n, _stated(t, "position"), _stated(t, "radius"), t.get("holes")) for n, t in planes.items()),
     )
 
 
@@ -212,7 +213,7 @@ def _tables(mapping: str | Path | Mapping[str, Any]) -> Mapping[str, Any]:
         tables = dict(mapping)
     else:
         try:
-            tables = tomllib.loads(Path(mapping).read_text(encoding="utf-8-sig"))
+            tables = parse_toml(Path(mapping).read_text(encoding="utf-8-sig"))
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
             raise DataError(f"{mapping}: not a mapping ({error})") from error
     known = (*SECTIONS, "readings", "planes")
@@ -305,12 +306,8 @@ def _number(path: Any, row: dict[str, str], column: str) -> float:
     return value
 
 
-def _length(table: dict[str, Any], key: str) -> float | None:
-    return _quantity(table[key], "m") if key in table else None
-
-
-def _angle(table: dict[str, Any]) -> float | None:
-    return _quantity(table["angle"], "rad") if "angle" in table else None
+def _stated(table: dict[str, Any], key: str, unit: str = "m") -> float | None:
+    return _quantity(table[key], unit) if key in table else None
 
 
 def _quantity(value: Any, unit: str) -> float:

@@ -49,6 +49,14 @@ class ControllerError(DataError):
     """
 
 
+class DesignError(RotorsimError):
+    """Raised for a specification that no controller meets or a model that a design cannot use; names the limit."""
+
+
+class LawError(RotorsimError):
+    """Raised for a control law that cannot be read, or does not fit the plant it is to run on."""
+
+
 class Unusual(UserWarning):
     """Warning, raised for a value far from all that is built: the command line asks for --yes.
 

@@ -22,10 +22,11 @@ from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.files import replacing, to_disk
 from rotorsim.base.interrupt import Interrupt
-from rotorsim.base.processes import Child, ProcessDiedError
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from rotorsim.base.processes import Child
 
 SECONDS = 10.0
 """Computing time [s] that the check of any file may take, hundreds of times that of an undamaged one."""
@@ -227,6 +228,8 @@ def _stamp(path: Path) -> tuple[int, ...]:
 
 def _ask(path: Path) -> str | None:
     """Fault of a file as the child process meets it, as the predicate of a sentence; None for none."""
+    from rotorsim.base.processes import ProcessDiedError
+
     size = path.stat().st_size
     seconds = SECONDS + PER_BYTE * size
     request = os.fspath(path.absolute()), seconds, max(LARGEST, DENSEST * size)
@@ -242,6 +245,8 @@ def _ask(path: Path) -> str | None:
 
 def _started() -> Child:
     """The child of this process, which serves many files."""
+    from rotorsim.base.processes import Child
+
     global _child, _owner
     if _child is None or _owner != os.getpid() or not _child.alive:
         _child, _owner = Child(), os.getpid()

@@ -252,9 +252,11 @@ def _libraries() -> ThreadpoolController:
     return ThreadpoolController()
 
 
-def one_thread() -> Any:
-    """Context of one thread of linear algebra: for small matrices several only wait for each other."""
-    return _libraries().limit(limits=1)
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Context, or decorator, of one thread of linear algebra: for small matrices several only wait for each other."""
+    with _libraries().limit(limits=1):
+        yield
 
 
 if __name__ == "__main__":

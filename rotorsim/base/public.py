@@ -1,21 +1,24 @@
-"""Public names of a package: imported on first use as its stub `__init__.pyi` lists them; a misspelt one is suggested.
+"""Names that are imported on first use: those of a package, as its stub lists them, and those of a registry.
 
-The stub is what type checkers read and what Python imports by, so the two cannot differ.
+The stub `__init__.pyi` is what type checkers read and what Python imports by, so the two cannot differ; a misspelt name
+gets the nearest one. A registry has what its modules register, each under the name of its module.
 """
 
 from __future__ import annotations
 
 import ast
 import sys
-from collections.abc import Callable, Container, Iterable
+from collections.abc import Callable, Container, Iterable, Iterator, MutableMapping
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from pkgutil import iter_modules
 from types import ModuleType
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeVar
 
-from rotorsim.base.sentences import closest
+from rotorsim.base.display import closest
 
+Value = TypeVar("Value")
 Access = tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]
 
 
@@ -76,8 +79,11 @@ def named(package: str, names: Iterable[str]) -> tuple[Callable[[str], NoReturn]
 def refuse(package: str, name: str, known: Iterable[str], below: Callable[[], dict[str, str]] = dict) -> NoReturn:
     """Raise AttributeError for a name that a package does not have, with the nearest one that it has.
 
-    `below` gives by name the place of what its packages have: one of the same name is nearer than any other.
+    `below` gives by name the place of what its packages have: one of the same name is nearer than any other. A module
+    gets no suggestion: ``from package import module`` asks for it here, before Python imports it.
     """
+    if not name.startswith("_") and find_spec(f"{package}.{name}") is not None:
+        raise AttributeError(f"{package}.{name} is a module; import it", name=name)
     near = ""
     if not name.startswith("_"):
         places = below()
@@ -141,3 +147,46 @@ def _load(package: str, module: str, attribute: str) -> Any:
     if not attribute:
         return loaded
     return getattr(loaded, attribute) if hasattr(loaded, attribute) else import_module(f"{module}.{attribute}")
+
+
+class Registry(MutableMapping[str, Value]):
+    """Values by name, which modules put in when they are imported: a module of `shipped` when its name is asked for.
+
+    Parameters
+    ----------
+    shipped : dict of str
+        Modules by the names of what they register, as `modules_below` lists them.
+    """
+
+    def __init__(self, shipped: dict[str, str]) -> None:
+        self._shipped, self._values = dict(shipped), dict[str, Value]()
+
+    def __getitem__(self, name: str) -> Value:
+        if name not in self._values and name in self._shipped:
+            import_module(self._shipped[name])
+        return self._values[name]
+
+    def __setitem__(self, name: str, value: Value) -> None:
+        self._values[name] = value
+
+    def __delitem__(self, name: str) -> None:
+        del self._values[name]
+        self._shipped.pop(name, None)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._values or name in self._shipped
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(list(dict.fromkeys((*self._shipped, *self._values))))
+
+    def __len__(self) -> int:
+        return len(self._shipped.keys() | self._values.keys())
+
+
+def modules_below(package: str, folder: str | Path) -> dict[str, str]:
+    """Modules of a package and its packages by their own names, in the order of the files; nothing is imported."""
+    found: dict[str, str] = {}
+    for one in iter_modules([str(folder)]):
+        name = f"{package}.{one.name}"
+        found |= modules_below(name, Path(folder) / one.name) if one.ispkg else {one.name: name}
+    return found

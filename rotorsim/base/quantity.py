@@ -15,7 +15,7 @@ from typing import Any
 
 from rotorsim.base import units
 from rotorsim.base.constants import RIG_SAMPLE
-from rotorsim.base.sentences import quote
+from rotorsim.base.display import quote
 from rotorsim.base.units import dimension
 
 UNLIMITED = 1e299

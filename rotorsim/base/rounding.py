@@ -10,8 +10,11 @@ Cites: higham_2002, trefethen_2005.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
+
+from rotorsim.base.errors import RotorsimError
 
 EPS = float(np.finfo(float).eps)
 DECAYS = 1 - 1e-9
@@ -24,6 +27,26 @@ STRAIGHT = 1e-3
 """Imaginary part over modulus of a growing eigenvalue up to which it does not oscillate."""
 ALIKE = 1e-6
 """Relative difference up to which two numbers from eigenvectors count as equal."""
+
+
+class NoAnswerError(RotorsimError):
+    """Raised for linear algebra without an answer in finite numbers."""
+
+
+def answer(function: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
+    """Result of a function of linear algebra; raises NoAnswerError where it fails or is not finite.
+
+    LAPACK refuses numbers that overflow, a singular matrix, an iteration without end: that ends a fit or a run.
+    """
+    try:
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            found = function(*arguments, **options)
+    except (np.linalg.LinAlgError, ValueError, OverflowError, ZeroDivisionError) as error:
+        raise NoAnswerError(f"linear algebra: {error}") from error
+    for part in found if isinstance(found, tuple) else (found,):
+        if isinstance(part, (np.ndarray, np.number, float)) and not np.all(np.isfinite(part)):
+            raise NoAnswerError("linear algebra: numbers overflow")
+    return found
 
 
 def divergence(values: np.ndarray) -> float:

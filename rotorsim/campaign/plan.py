@@ -1,27 +1,42 @@
 """Campaign plan: machines, experiments and axes with checked values; cases are generated on demand.
 
-A case is a machine, its changes, an experiment and a seed, with a hash of all inputs as its key.
+A case is a machine, its changes, an experiment and a seed, with a hash of all inputs as its key. Its table [changes]
+states what is changed on purpose on the rig for its records, written as in a mapping:
+
+::
+
+    [changes]
+    trial_weight = { me = "12 g*mm", phase = "30 deg" }    # or a list; with `position`, another plane than the disc's
+    sensor_ring = { angle = "30 deg" }                     # of both probes, from x towards y
+    "effects.gas_heating.rise" = "12 K"                    # a new value of the machine file
+
+Each record states it in its attribute `changes`, so that `rotorsim diagnose` takes it into account.
 """
 
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from math import prod
 from typing import Any
 
-from rotorsim.base import json_text as json
-from rotorsim.base.display import Card, Shown
-from rotorsim.base.sentences import quote
-from rotorsim.campaign.axes import KINDS, Axis, make
-from rotorsim.campaign.known_changes import with_changes
-from rotorsim.campaign.plan_file import Value
-from rotorsim.experiments.parameters import parameters
+import numpy as np
+
+from identification.records.mapping import stated_changes
+from rotorsim.base.display import Card, Shown, quote
+from rotorsim.base.errors import RotorsimError
+from rotorsim.base.input_files import parse_json
+from rotorsim.campaign.axes import KINDS, Axis, PlanError, Value, change, make
+from rotorsim.discrepancy.changes import RING, WEIGHT, known_changes, with_ring
+from rotorsim.experiments.experiment import parameters
 from rotorsim.machine import Machine
 
 FORMAT = 1
 """Number in every key, which changes when the same case would be written another way."""
+CHANGES = "changes"
 
 
 @dataclass(frozen=True)
@@ -53,7 +68,7 @@ class Case:
     @classmethod
     def from_text(cls, text: str) -> Case:
         """The case of its JSON."""
-        content: dict[str, Any] = json.loads(text)
+        content: dict[str, Any] = parse_json(text)
         pairs = {name: tuple((key, value) for key, value in content[name]) for name in ("set", "parameters")}
         keep = None if content["keep"] is None else tuple(content["keep"])
         return cls(**{**content, **pairs, "keep": keep})
@@ -124,7 +139,9 @@ class Plan(Shown):
 
     @cached_property
     def _sizes(self) -> tuple[int, ...]:
-        return tuple(self._points(entry) * self.repeats for entry in self.entries)
+        return tuple(
+            prod(len(steps[0].values) for steps in self._steps[entry.name]) * self.repeats for entry in self.entries
+        )
 
     def axes_of(self, entry: PlannedExperiment) -> tuple[Axis, ...]:
         """The axes that change an experiment."""
@@ -133,12 +150,6 @@ class Plan(Shown):
     @cached_property
     def _taken(self) -> dict[str, tuple[Axis, ...]]:
         return {entry.name: tuple(axis for axis in self.axes if entry.takes(axis)) for entry in self.entries}
-
-    def _points(self, entry: PlannedExperiment) -> int:
-        points = 1
-        for steps in self._steps[entry.name]:
-            points *= len(steps[0].values)
-        return points
 
     @cached_property
     def _steps(self) -> dict[str, list[tuple[Axis, ...]]]:
@@ -261,3 +272,48 @@ def _lines(name: str, there: str, wanted: str) -> Iterator[str]:
     gone = [line for line in there.splitlines() if line not in new]
     come = [line for line in wanted.splitlines() if line not in old]
     yield f"{name}: {'; '.join(gone[:2]) or 'nothing'} there, {'; '.join(come[:2]) or 'nothing'} here"
+
+
+def changes_text(table: Mapping[str, Any]) -> str:
+    """The attribute `changes` of a record, JSON in SI; empty without changes; raises PlanError."""
+    try:
+        return stated_changes(dict(table)).get(CHANGES, "")
+    except RotorsimError as error:
+        raise PlanError(str(error)) from error
+
+
+def changed_paths(table: Mapping[str, Any]) -> set[str]:
+    """Names in a table [changes], and the paths of the machine file whose values the sensor ring in it takes over."""
+    ring = table.get(RING)
+    return {*table, *(f"effects.{RING}.{key}" for key in (ring if isinstance(ring, Mapping) else ()))}
+
+
+def with_changes(machine: Machine, text: str) -> Machine:
+    """The machine as it is changed for a record; trial weights add to its unbalance as vectors; raises PlanError."""
+    if not text:
+        return machine
+    table = parse_json(text)
+    try:
+        known_changes(machine, table, CHANGES)
+    except RotorsimError as error:
+        raise PlanError(str(error).splitlines()[0]) from error
+    weights, ring = table.pop(WEIGHT, []), table.pop(RING, None)
+    for path, value in table.items():
+        machine = change(machine, path, value, CHANGES)
+    if ring is not None:
+        machine = with_ring(machine, ring["angle"])
+    return _weighted(machine, weights)
+
+
+def _weighted(machine: Machine, weights: list[dict[str, float]]) -> Machine:
+    """The machine with trial weights in the planes of its unbalance."""
+    sums = known_changes(machine, {WEIGHT: weights}, CHANGES)
+    values: dict[str, float] = {}
+    for number, own in enumerate(machine.effects.get("unbalance", ())):
+        key = f"unbalance.{number}.me~phase"
+        weight = complex(sums.get(f"{key}.c", 0.0), sums.get(f"{key}.s", 0.0))
+        if weight:
+            whole = own.me * np.exp(1j * own.phase) + weight  # type: ignore[attr-defined]
+            here = f"effects.unbalance.{number}"
+            values |= {f"{here}.me": float(abs(whole)), f"{here}.phase": float(np.angle(whole))}
+    return machine.with_(values)

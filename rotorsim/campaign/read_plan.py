@@ -8,41 +8,38 @@ from pathlib import Path
 from typing import Any
 
 from identification import VARIABLES
+from rotorsim.base.display import quote
 from rotorsim.base.errors import RotorsimError
-from rotorsim.base.file_kinds import instead
-from rotorsim.base.sentences import quote
+from rotorsim.base.input_files import instead
 from rotorsim.base.units import parse
 from rotorsim.campaign.axes import (
     KINDS,
+    NAME,
     Axis,
+    AxisTable,
     AxisTarget,
     LatinLimits,
+    LatinTable,
+    PlanError,
+    PlanTable,
+    Value,
     change,
     draw,
     find_experiment,
     find_target,
     is_analysis,
     make,
+    parse_plan,
     quantity_at,
     read_axis,
     read_parameters,
-)
-from rotorsim.campaign.errors import PlanError
-from rotorsim.campaign.known_changes import changed_paths, changes_text, with_changes
-from rotorsim.campaign.plan import Plan, PlannedExperiment
-from rotorsim.campaign.plan_file import (
-    NAME,
-    AxisTable,
-    LatinTable,
-    PlanTable,
-    Value,
-    parse_plan,
     read_plan,
+    read_seed,
     read_table,
     unknown,
 )
-from rotorsim.experiments.experiment import check_seed
-from rotorsim.experiments.parameters import ask_speeds, fastest
+from rotorsim.campaign.plan import Plan, PlannedExperiment, changed_paths, changes_text, with_changes
+from rotorsim.experiments.experiment import ask_speeds, fastest
 from rotorsim.machine import Machine, machine_text, shipped_machines
 from rotorsim.machine.numerics import check_speed
 from rotorsim.machine.plausibility import ask_machine
@@ -99,29 +96,31 @@ Look = Callable[[str], str]
 def make_plan(text: str, folder: Path = Path(), machines: Mapping[str, str] | None = None) -> Plan:
     """Plan from its text; machine files are read relative to `folder`, or taken from `machines` by name."""
     table = parse_plan(text)
-    look = _files(folder) if machines is None else machines.__getitem__
+
+    def look(name: str) -> str:
+        if machines is not None:
+            return machines[name]
+        return machine_text(name if name in shipped_machines() else folder / name)
+
     names = _machine_names(table)
     loaded = {name: _machine(name, look, table.set) for name in names}
     first = next(iter(loaded.values()))
     entries = tuple(_entries(table))
-    _check_records(table, entries)
+    for entry in entries:
+        if is_analysis(entry.kind) and table.keep:
+            raise PlanError(f"keep: {entry.name} is an analysis without a record; write keep = []")
+    if not 1 <= table.repeats <= MOST_CASES:
+        raise PlanError(f"repeats: {table.repeats} is not from 1 to {MOST_CASES}; give e.g. 3")
     axes = tuple(_axes(table, first, entries))
     plan = Plan(
         _name(table.name, "name"), table.description, text, {name: m.text for name, m in loaded.items()},
-        tuple(table.set.items()), entries, axes, _repeats(table.repeats), table.seeds == "different",
+        tuple(table.set.items()), entries, axes, table.repeats, table.seeds == "different",
         _keep(table), _summary(table.summary), _time_limit(table.time_limit), changes_text(table.changes),
     )  # fmt: skip
     if len(plan) > MOST_CASES:
         raise PlanError(f"axes: {len(plan)} cases are above the limit of {MOST_CASES}; make the grid coarser")
     check_corners(plan, loaded)
     return plan
-
-
-def _files(folder: Path) -> Look:
-    def look(name: str) -> str:
-        return machine_text(name if name in shipped_machines() else folder / name)
-
-    return look
 
 
 def _machine_names(table: PlanTable) -> tuple[str, ...]:
@@ -161,20 +160,13 @@ def _entries(table: PlanTable) -> list[PlannedExperiment]:
     return [_entry(name, rest, bool(table.experiment), table.seed) for name, rest in tables.items()]
 
 
-def _check_records(table: PlanTable, entries: tuple[PlannedExperiment, ...]) -> None:
-    """Refuse to keep what analyses do not give."""
-    for entry in entries:
-        if is_analysis(entry.kind) and table.keep:
-            raise PlanError(f"keep: {entry.name} is an analysis without a record; write keep = []")
-
-
 def _entry(name: str, table: Mapping[str, Any], alone: bool, seed: int) -> PlannedExperiment:
     where = "experiment" if alone else f"experiments.{name}"
     if not isinstance(table, Mapping):
         raise PlanError(f"{where}: {quote(table)} is not a table; write kind and parameters below [{where}]")
     rest = dict(table)
     kind = find_experiment(rest.pop("kind", ""), where)
-    own = _seed(rest.pop("seed", seed), f"{where}.seed")
+    own = read_seed(rest.pop("seed", seed), f"{where}.seed")
     given = read_parameters(kind, rest, where)
     return PlannedExperiment(_name(name, where), kind.name, given, own)
 
@@ -210,19 +202,6 @@ def _name(text: str, where: str) -> str:
             f"{where}: {quote(text)} is not a valid name; use up to 64 letters, digits, spaces, '_', '-', '.'"
         )
     return text
-
-
-def _seed(value: Any, where: str) -> int:
-    try:
-        return check_seed(value)
-    except RotorsimError as error:
-        raise PlanError(f"{where}: {error}") from error
-
-
-def _repeats(repeats: int) -> int:
-    if not 1 <= repeats <= MOST_CASES:
-        raise PlanError(f"repeats: {repeats} is not from 1 to {MOST_CASES}; give e.g. 3")
-    return repeats
 
 
 def _keep(table: PlanTable) -> tuple[str, ...] | None:
@@ -261,7 +240,7 @@ MOST_WORDS = 50
 
 def check_corners(plan: Plan, machines: Mapping[str, Machine]) -> None:
     """Raise PlanError for an extreme value that the machine or an experiment does not accept."""
-    changed = {name: _changed(plan, machine) for name, machine in machines.items()}
+    changed = {name: _changed(plan, machine, {}, "set") for name, machine in machines.items()}
     for entry in plan.entries:
         for where, values in _corners(plan, entry):
             _check_experiment(entry, changed, values, where)
@@ -298,15 +277,13 @@ def _check_experiment(
         ask_speeds(machine, experiment)
 
 
-def _changed(plan: Plan, machine: Machine) -> Machine:
-    """A machine as the plan sets and changes it."""
-    for path, value in plan.set:
-        machine = change(machine, path, value, f"set.{path}")
+def _changed(plan: Plan, machine: Machine, values: Mapping[str, Value], where: str) -> Machine:
+    """A machine as the plan sets and changes it, with further values by their path."""
+    for path, value in (*plan.set, *values.items()):
+        machine = change(machine, path, value, where)
     return with_changes(machine, plan.changes)
 
 
 def _check_machines(plan: Plan, machines: Mapping[str, Machine], values: Mapping[str, Value], where: str) -> None:
     for machine in machines.values():
-        for path, value in (*plan.set, *values.items()):
-            machine = change(machine, path, value, where)
-        ask_machine(with_changes(machine, plan.changes))
+        ask_machine(_changed(plan, machine, values, where))

@@ -1,28 +1,47 @@
-"""Execution of a campaign: pending cases go to the workers, their results into the index; progress and log."""
+"""Execution of a campaign: pending cases go to the workers, their results into the index; progress and log.
+
+A sweep of a machine runs as a campaign too: a case for each of its cells.
+"""
 
 from __future__ import annotations
 
+import json
 import logging
 import signal
 import time
 import uuid
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from rotorsim.analysis.sweep import SweepResult, result_of
+from rotorsim.analysis.sweep_definition import REASON, WHAT, Over, SweepDefinition, make_sweep
+from rotorsim.base.display import BAR, Update, bar, visible
 from rotorsim.base.files import write_text
 from rotorsim.base.interrupt import Interrupt
-from rotorsim.base.progress import BAR, Update, bar
-from rotorsim.base.sentences import visible
-from rotorsim.campaign.cluster import Tls
-from rotorsim.campaign.errors import ClusterError, StoreError
-from rotorsim.campaign.index import DONE, FAILED, PENDING, Index
+from rotorsim.base.units import show
 from rotorsim.campaign.plan import Plan
-from rotorsim.campaign.scheduler import Pump, begun
-from rotorsim.campaign.store import Store, clear_parts, make_store, mismatch, open_store, parts_folder, versions
+from rotorsim.campaign.read_plan import make_plan
+from rotorsim.campaign.scheduler import ClusterError, Pump, Tls, cluster, local_workers
+from rotorsim.campaign.store import (
+    DONE,
+    FAILED,
+    PENDING,
+    Index,
+    Store,
+    StoreError,
+    clear_parts,
+    make_store,
+    mismatch,
+    open_store,
+    parts_folder,
+    versions,
+)
+from rotorsim.machine import Machine
+from rotorsim.plant import Plant
 
 RECENT = 60.0
 """Time [s] over which the rate is averaged."""
@@ -36,6 +55,13 @@ COLUMNS = (
     "{task.fields[failed]}",
 )
 FIRST = {"rate": COMPILING, "left": "", "failed": ""}
+COMMIT = 1.0
+"""Time [s] between two writes of the index."""
+LOG_EVERY = 30.0
+"""Time [s] between two lines of progress in the log."""
+NAME = "machine"
+"""Name of the machine in the plan."""
+UNITS = {"speed": "rad/s", "pressure": "Pa", "highest_speed": "rad/s"}
 
 
 class CaseRate:
@@ -69,7 +95,7 @@ def spell(seconds: float) -> str:
     return f"{minutes:.0f} min" if minutes < 100 else f"{hours:.1f} h"
 
 
-def show(update: Update | None, done: int, rate: float, left: int, failed: int) -> None:
+def show_progress(update: Update | None, done: int, rate: float, left: int, failed: int) -> None:
     """Show what is done on a bar of COLUMNS."""
     if update is not None:
         shown = f"{rate:.3g} cases/s" if rate >= 1 else f"{rate * 60:.3g} cases/min"
@@ -79,12 +105,6 @@ def show(update: Update | None, done: int, rate: float, left: int, failed: int) 
             left=f"{spell(left / rate)} left" if rate else "",
             failed=f"{failed} failed" if failed else "",
         )
-
-
-COMMIT = 1.0
-"""Time [s] between two writes of the index."""
-LOG_EVERY = 30.0
-"""Time [s] between two lines of progress in the log."""
 
 
 @dataclass(frozen=True)
@@ -143,7 +163,7 @@ def run_campaign(plan: Plan, folder: Path, settings: Settings | None = None) -> 
     """
     folder = folder.absolute()
     store, chosen = make_store(plan, folder), settings or Settings()
-    with store.locked(), _logging(folder), _open(store) as index:
+    with store.locked(), _logging(folder), closing(store.index(writable=True)) as index:
         _check_versions(store, chosen.mixed)
         _repair(store, index)
         return CampaignRun(store, index, chosen).run()
@@ -158,18 +178,9 @@ def retry(folder: Path, settings: Settings | None = None) -> CampaignOutcome:
     >>> outcome = rs.campaign.retry(Path("mine"))
     """
     store = open_store(folder.absolute())
-    with store.locked(), _open(store) as index:
+    with store.locked(), closing(store.index(writable=True)) as index:
         index.reset([row.number for row in index.rows(FAILED)])
     return run_campaign(store.plan, folder, settings)
-
-
-@contextmanager
-def _open(store: Store) -> Iterator[Index]:
-    index = store.index(writable=True)
-    try:
-        yield index
-    finally:
-        index.close()
 
 
 def _check_versions(store: Store, mixed: bool) -> None:
@@ -227,7 +238,11 @@ class CampaignRun:
         chosen = self.settings
         with (
             _token(parts_folder(self.store.folder) / self._id) as token,
-            begun(chosen.scheduler, chosen.workers, len(numbers), chosen.tls) as workers,
+            (
+                local_workers(chosen.workers, len(numbers))
+                if chosen.scheduler is None
+                else cluster(chosen.scheduler, chosen.tls)
+            ) as workers,
         ):
             try:
                 workers.admit(self.store.folder, token)
@@ -243,10 +258,11 @@ class CampaignRun:
         while (more or len(pump)) and not stop.asked:
             while more and pump.room > 0:
                 more = self._give(pump, waiting, pump.size(self.counts[PENDING]))
-            self._take(pump)
+            for row in pump.rows():
+                self._note(row)
             rate.note(self.ran)
             left = self.counts[PENDING]
-            show(update, len(self.store.plan) - left, rate.value, left, self.counts[FAILED])
+            show_progress(update, len(self.store.plan) - left, rate.value, left, self.counts[FAILED])
             now = time.monotonic()
             begin = begin or (now if self.ran else 0.0)
             self.busy = now - begin if begin else 0.0
@@ -270,10 +286,6 @@ class CampaignRun:
             "case": self.store.plan.case(number).case.text, "summary": self.store.plan.summary,
             "time_limit": self._limit, "versions": self._versions, "physics": self.settings.physics,
         }  # fmt: skip
-
-    def _take(self, pump: Pump) -> None:
-        for row in pump.rows():
-            self._note(row)
 
     def _note(self, row: dict[str, Any]) -> None:
         if row["status"] == "storage":
@@ -328,3 +340,88 @@ def _logging(folder: Path) -> Iterator[None]:
     finally:
         log.removeHandler(handler)
         handler.close()
+
+
+def plan_of(sweep: SweepDefinition) -> Plan:
+    """Plan whose cases are the cells of a sweep."""
+    return make_plan("\n".join(_lines(sweep)), machines={NAME: sweep.machine.text})
+
+
+def _lines(sweep: SweepDefinition) -> Iterator[str]:
+    """The plan's text: an experiment for each analysis, and the axes."""
+    yield f'name = "sweep"\nmachine = "{NAME}"\nkeep = []\nsummary = []'
+    for kind in sweep.kinds:
+        yield f'\n[experiments.{kind.name}]\nkind = "{kind.name}"'
+        yield from (f'{name} = "{show(value, UNITS[name])}"' for name, value in sweep.fixed(kind).items())
+    for field in sweep.fields:
+        yield f"\n[axes.{json.dumps(field.path)}]\nlist = {json.dumps(list(field.values))}"
+
+
+def run_sweep(
+    sweep: SweepDefinition, folder: Path, settings: Settings | None = None
+) -> tuple[SweepResult, CampaignOutcome]:
+    """Run what is left of a sweep in a campaign's folder; the result holds what is done by now."""
+    outcome = run_campaign(plan_of(sweep), folder, settings)
+    return collect_sweep(sweep, folder), outcome
+
+
+def collect_sweep(sweep: SweepDefinition, folder: Path) -> SweepResult:
+    """Result of a sweep from the rows of its campaign."""
+    store = open_store(folder)
+    with closing(store.index()) as index:
+        rows = [
+            (
+                row.experiment,
+                _place(sweep, store.plan, row.number),
+                row.summary if row.status == DONE else {REASON: row.error or row.status},
+            )
+            for row in index.rows()
+            if row.status != PENDING
+        ]
+    return result_of(sweep, rows)
+
+
+def _place(sweep: SweepDefinition, plan: Plan, number: int) -> tuple[int, ...]:
+    """Place of a case among the axes of its analysis."""
+    one = plan.case(number)
+    kind = next(kind for kind in sweep.kinds if kind.name == one.experiment)
+    known = {axis.name: axis.values for axis in plan.axes}
+    return tuple(known[field.path].index(one.values[field.path]) for field in sweep.axes_of(kind))
+
+
+def sweep_in_folder(
+    machine: Plant | Machine | str,
+    over: Over,
+    folder: str | Path,
+    what: str | tuple[str, ...] | list[str] = WHAT,
+    speed: float | str = 0.0,
+    pressure: float | str = 0.5e6,
+    highest_speed: float | str | None = None,
+    settings: Settings | None = None,
+) -> SweepResult:
+    """`rs.analysis.sweep` as a campaign in a folder: nothing is computed twice, and the same call continues.
+
+    Parameters
+    ----------
+    machine, over, what, speed, pressure, highest_speed
+        As of `rs.analysis.sweep`.
+    folder : path
+        Folder of the campaign; on a cluster, one that all workers see.
+    settings : Settings, optional
+        Number of workers, or a scheduler.
+
+    Raises
+    ------
+    DataError, MachineFileError
+        As `rs.analysis.sweep`.
+    StoreError, ClusterError
+        As `run_campaign`.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> over = {"pressure": "0.4 MPa, 0.5 MPa"}
+    >>> found = rs.campaign.sweep_in_folder("dtu_gas_bearing", over, "my_sweep", "flow")  # doctest: +SKIP
+    """
+    defined = make_sweep(machine, over, what, speed, pressure, highest_speed)
+    return run_sweep(defined, Path(folder), settings)[0]

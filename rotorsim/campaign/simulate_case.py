@@ -1,12 +1,15 @@
 """Simulation of one case, a pure function of machine, experiment and seed, and atomic storage of its record.
 
 The record's bytes depend on the case alone: no time, no host, nothing of the other cases is in it. Its attribute
-`campaign_row` holds the summary, so that a record whose row was lost in a crash need not be simulated again.
+`campaign_row` holds the summary, so that a record whose row was lost in a crash need not be simulated again. A case
+without physics, for benchmarks and tests of workers and store, sleeps and draws a few numbers from the seed.
 """
 
 from __future__ import annotations
 
+import json
 import os
+import time
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
@@ -17,19 +20,16 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from identification import make_record
-from rotorsim.analysis.cases import ANALYSES
-from rotorsim.base import json_text as json
+from rotorsim.analysis.sweep_definition import ANALYSES
 from rotorsim.base.cache import in_cache
 from rotorsim.base.errors import ConvergenceError, RotorsimError
-from rotorsim.base.files import WriteError, write_error
+from rotorsim.base.files import Lock, WriteError, write_error
 from rotorsim.base.hdf5 import check_hdf5
-from rotorsim.base.lock import Lock
+from rotorsim.base.input_files import parse_json
 from rotorsim.campaign.axes import is_analysis
-from rotorsim.campaign.errors import StorageError
-from rotorsim.campaign.known_changes import with_changes
-from rotorsim.campaign.plan import Case
-from rotorsim.campaign.record_files import write_record
-from rotorsim.campaign.store import part_path, record_path
+from rotorsim.campaign.plan import Case, with_changes
+from rotorsim.campaign.records import write_record
+from rotorsim.campaign.store import StorageError, part_path, record_path
 from rotorsim.campaign.summaries import summarise
 from rotorsim.experiments import EXPERIMENTS, Experiment
 from rotorsim.experiments.recording import snapshot_variables
@@ -37,7 +37,7 @@ from rotorsim.experiments.running import begin, record, stream
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.compose import is_compiled
-from rotorsim.plant.probes import probe_coordinates
+from rotorsim.plant.locations import probe_coordinates
 from rotorsim.signals.record_blocks import open_record
 
 if TYPE_CHECKING:
@@ -45,6 +45,9 @@ if TYPE_CHECKING:
 
 LONGEST = 300.0
 """Simulated time [s] up to which a record is held in memory, some 0.3 GB; longer ones pass through a file."""
+PLANTS = 4
+"""Number of plants that a process keeps ready."""
+STUB_SAMPLES = 5
 
 
 class MemoryRecording:
@@ -87,8 +90,6 @@ class MemoryRecording:
         return record.assign(made).assign_coords(coordinates)
 
 
-PLANTS = 4
-"""Number of plants that a process keeps ready."""
 _plants: OrderedDict[Any, Plant] = OrderedDict()
 _loaded: set[str] = set()
 
@@ -184,7 +185,7 @@ def adopt(path: Path, key: str) -> dict[str, Any] | None:
         return None
     with suppress(OSError, KeyError, ValueError), h5py.File(path, "r") as file:
         if file.attrs["campaign_key"] == key:
-            return {"summary": json.loads(file.attrs["campaign_row"]), "bytes": path.stat().st_size, "adopted": True}
+            return {"summary": parse_json(file.attrs["campaign_row"]), "bytes": path.stat().st_size, "adopted": True}
     return None
 
 
@@ -239,3 +240,29 @@ def storing(folder: Path) -> Iterator[None]:
         raise StorageError(
             f"{folder}: a record cannot be written: {cause.reason}; solve that and run the same command again"
         ) from error
+
+
+def prepare_stub(case: Case, text: str) -> None:
+    """Import the libraries, so that the time limit does not count it; nothing is compiled."""
+    import h5py  # noqa: F401
+    import xarray  # noqa: F401
+
+
+def solve_stub(folder: Path, case: Case, text: str, summary: Sequence[str]) -> dict[str, Any]:
+    """Run a dummy case; interface of `rotorsim.campaign.simulate_case.solve`."""
+    path = record_path(folder, case.key)
+    found = adopt(path, case.key) if case.keep != () and path.exists() else None
+    if found is not None:
+        return found
+    time.sleep(float(dict(case.parameters).get("duration", 0.0)))
+    disc = np.random.default_rng(case.seed).normal(size=(STUB_SAMPLES, 2))
+    row = {"numbers.disc.rms_um.x": float(disc[:, 0].std())}
+    if case.keep == ():
+        return {"summary": row, "bytes": 0}
+    attrs = {"campaign_key": case.key, "campaign_row": json.dumps(row), "seed": case.seed}
+    record = make_record(np.arange(STUB_SAMPLES) * 2e-4, {"disc": disc})
+    return {"summary": row, "bytes": publish(folder, case, record, attrs)}
+
+
+PHYSICS = {"rotorsim": (prepare, solve), "stub": (prepare_stub, solve_stub)}
+"""Functions that prepare and solve cases, by the name that `Settings.physics` gives."""

@@ -10,33 +10,65 @@
     lock                  held by the process that runs the campaign
 
 Client, workers and store must agree in the versions that determine a record's bits.
+
+Only the process that runs the campaign writes the index; workers hand their rows to it. So there is nothing to gain
+from write-ahead logging, which needs memory shared between processes and therefore fails on network file systems: the
+index keeps the rollback journal, which needs no more than file locks. Rows are committed in batches; what a crash loses
+of them is taken from the records themselves when the campaign is resumed.
 """
 
 from __future__ import annotations
 
+import json
 import os
 import platform
 import socket
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+import sqlite3
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from rotorsim.base import json_text as json
 from rotorsim.base.cache import RUNS, sources_hash
-from rotorsim.base.files import is_temporary, make_folder, write_json, write_text
-from rotorsim.base.lock import BusyError, Lock, about_us
+from rotorsim.base.errors import RotorsimError
+from rotorsim.base.files import BusyError, Lock, about_us, is_temporary, make_folder, replacing, write_json, write_text
+from rotorsim.base.input_files import parse_json
 from rotorsim.base.version import installed
-from rotorsim.campaign.errors import StoreError
-from rotorsim.campaign.index import FAILED, Index
-from rotorsim.campaign.plan import Plan, differences, text_hash
+from rotorsim.campaign.axes import PlanError
+from rotorsim.campaign.plan import NumberedCase, Plan, differences, text_hash
 from rotorsim.campaign.read_plan import make_plan
 
 PACKAGES = ("numpy", "scipy", "numba", "h5py", "h5netcdf", "distributed")
-KNOWN_CHANGES = ("rotorsim/discrepancy/__init__.py", "rotorsim/discrepancy/data")
+KNOWN_CHANGES = ("rotorsim/discrepancy/__init__.py", "rotorsim/discrepancy/changes.py")
 SOURCES = (*RUNS, *KNOWN_CHANGES, "rotorsim/analysis", "rotorsim/campaign")
+FORMAT = 1
+MANIFEST = "store.json"
+_OWN = ("cases", "parts", "lock", "plan.toml", "index.sqlite", "index.sqlite-journal")
+"""Names in a folder that an interrupted start of a campaign leaves."""
+PENDING, DONE, FAILED = "pending", "done", "failed"
+BATCH = 5000
+_SCHEMA = """
+CREATE TABLE cases (
+    number INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE, experiment TEXT NOT NULL, repeat INTEGER NOT NULL,
+    seed INTEGER NOT NULL, parameters TEXT NOT NULL, status TEXT NOT NULL DEFAULT 'pending', error TEXT, summary TEXT,
+    duration REAL, cpu REAL, bytes INTEGER, host TEXT, versions TEXT, finished TEXT, attempts INTEGER NOT NULL DEFAULT 0
+) STRICT;
+CREATE INDEX by_status ON cases (status, number);
+"""
+COLUMNS = (
+    "number", "key", "experiment", "repeat", "seed", "parameters", "status", "error", "summary", "duration", "cpu",
+    "bytes", "host", "versions", "finished", "attempts",
+)  # fmt: skip
+
+
+class StoreError(RotorsimError):
+    """Raised for a store that is in use, of another plan, damaged, or cannot be written."""
+
+
+class StorageError(RotorsimError):
+    """Raised for a record that cannot be stored; its case stays pending."""
 
 
 @lru_cache(maxsize=1)
@@ -59,10 +91,6 @@ def mismatch(here: dict[str, str], there: dict[str, str], physics_only: bool = F
         for name in names
         if there.get(name) != here[name]
     )
-
-
-FORMAT = 1
-MANIFEST = "store.json"
 
 
 def record_path(folder: Path, key: str) -> Path:
@@ -130,7 +158,7 @@ def open_store(folder: str | Path) -> Store:
     if not path.is_file():
         raise StoreError(f"{folder}: holds no campaign; give the folder that was its --out")
     try:
-        manifest = json.loads(path.read_text(encoding="utf-8-sig"))
+        manifest = parse_json(path.read_text(encoding="utf-8-sig"))
         if manifest["format"] != FORMAT:
             raise StoreError(
                 f"{path}: has format {manifest['format']!r}, this version reads {FORMAT}; use the one it is of"
@@ -149,7 +177,7 @@ def open_store(folder: str | Path) -> Store:
 
 def machines(folder: Path) -> dict[str, str]:
     """Texts of a store's machines by their hash."""
-    manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8-sig"))
+    manifest = parse_json((folder / MANIFEST).read_text(encoding="utf-8-sig"))
     return {text_hash(text): text for text in manifest["machines"].values()}
 
 
@@ -164,7 +192,9 @@ def make_store(plan: Plan, folder: Path) -> Store:
                 f"{folder}: holds a campaign of another plan ({'; '.join(found[:3])}{more}); choose another --out"
             )
         return Store(folder, plan, store.versions)
-    if folder.exists() and (not folder.is_dir() or _strange(folder)):
+    if folder.exists() and not (
+        folder.is_dir() and all(entry.name in _OWN or is_temporary(entry) for entry in folder.iterdir())
+    ):
         raise StoreError(f"{folder}: is there already and is not a campaign; choose another --out")
     for name in ("cases", "parts"):
         make_folder(folder / name)
@@ -174,23 +204,11 @@ def make_store(plan: Plan, folder: Path) -> Store:
             return open_store(folder)
         Index.create(store.index_path, plan.cases())
         write_text(folder / "plan.toml", plan.text)
-        write_json(folder / MANIFEST, _manifest(plan, store.versions))
+        write_json(folder / MANIFEST, {
+            "format": FORMAT, "name": plan.name, "digest": plan.digest, "plan": plan.text, "machines": plan.machines,
+            "versions": store.versions,
+        })  # fmt: skip
     return store
-
-
-def _manifest(plan: Plan, known: dict[str, str]) -> dict[str, Any]:
-    return {
-        "format": FORMAT, "name": plan.name, "digest": plan.digest, "plan": plan.text, "machines": plan.machines,
-        "versions": known,
-    }  # fmt: skip
-
-
-_OWN = ("cases", "parts", "lock", "plan.toml", "index.sqlite", "index.sqlite-journal")
-
-
-def _strange(folder: Path) -> bool:
-    """Whether a folder holds what no interrupted start of a campaign leaves."""
-    return any(entry.name not in _OWN and not is_temporary(entry) for entry in folder.iterdir())
 
 
 def _files(folder: Path) -> Iterator[tuple[str, int]]:
@@ -237,11 +255,139 @@ def status(folder: str | Path, failures: int = 5) -> dict[str, Any]:
     1
     """
     store = open_store(Path(folder))
-    index = store.index()
-    try:
+    with closing(store.index()) as index:
         counts, (seconds, size) = index.counts(), index.totals()
-        rows = [(row.number, row.experiment, row.parameters, row.error) for row in index.rows(FAILED, limit=failures)]
-    finally:
-        index.close()
-    named = [dict(zip(("number", "experiment", "parameters", "error"), row, strict=True)) for row in rows]
+        failed = list(index.rows(FAILED, limit=failures))
+    named = [{name: getattr(row, name) for name in ("number", "experiment", "parameters", "error")} for row in failed]
     return {"name": store.plan.name, **counts, "computing_s": seconds, "bytes": size, "failures": named}
+
+
+@dataclass(frozen=True)
+class IndexRow:
+    """Case in the index; duration and CPU time `cpu` in s, `finished` in UTC."""
+
+    number: int
+    key: str
+    experiment: str
+    repeat: int
+    seed: int
+    parameters: dict[str, Any]
+    status: str
+    error: str | None
+    summary: dict[str, Any]
+    duration: float | None
+    cpu: float | None
+    bytes: int | None
+    host: str | None
+    versions: str | None
+    finished: str | None
+    attempts: int
+
+
+class Index:
+    """Index of all cases; `writable` only for the process that holds the store's lock."""
+
+    def __init__(self, path: Path, writable: bool = False) -> None:
+        self.path = path
+        self._waiting: list[tuple[Any, ...]] = []
+        self._db = _connect(path, writable)
+
+    @classmethod
+    def create(cls, path: Path, cases: Iterable[NumberedCase]) -> None:
+        """Write a new index of pending cases in one piece; raises PlanError if two cases are the same."""
+        with replacing(path) as part, closing(sqlite3.connect(part)) as db:
+            try:
+                db.executescript("PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF;" + _SCHEMA)
+                db.executemany(
+                    "INSERT INTO cases (number, key, experiment, repeat, seed, parameters) VALUES (?, ?, ?, ?, ?, ?)",
+                    ((c.number, c.case.key, c.experiment, c.repeat, c.case.seed, json.dumps(c.values)) for c in cases),
+                )
+                db.commit()
+            except sqlite3.IntegrityError as error:
+                raise PlanError(
+                    "experiments: two cases are the same, down to the seed; give the experiments seeds that are "
+                    "further apart than there are repeats, or write seeds = 'different'"
+                ) from error
+            except sqlite3.Error as error:
+                raise _failed(path, error) from error
+
+    def pending(self) -> list[int]:
+        """Numbers of the cases that are neither done nor failed, in order."""
+        query = "SELECT number FROM cases WHERE status = ? ORDER BY number"
+        return [number for (number,) in self._db.execute(query, (PENDING,))]
+
+    def counts(self) -> dict[str, int]:
+        """Number of cases by status."""
+        found = dict(self._db.execute("SELECT status, count(*) FROM cases GROUP BY status").fetchall())
+        return {status: found.get(status, 0) for status in (DONE, FAILED, PENDING)}
+
+    def totals(self) -> tuple[float, int]:
+        """Computing time [s] and bytes of all that is done."""
+        seconds, size = self._db.execute("SELECT total(duration), total(bytes) FROM cases").fetchone()
+        return seconds, int(size)
+
+    def rows(self, status: str | None = None, experiment: str | None = None, limit: int = -1) -> Iterator[IndexRow]:
+        """Rows in order, of one status and one experiment if given."""
+        query = f"SELECT {', '.join(COLUMNS)} FROM cases WHERE (?1 IS NULL OR status = ?1) "
+        query += "AND (?2 IS NULL OR experiment = ?2) ORDER BY number LIMIT ?3"
+        for values in self._db.execute(query, (status, experiment, limit)):
+            row = dict(zip(COLUMNS, values, strict=True))
+            row["parameters"], row["summary"] = parse_json(row["parameters"]), parse_json(row["summary"] or "{}")
+            yield IndexRow(**row)
+
+    def sizes(self) -> Iterator[tuple[int, str, int | None]]:
+        """Number, key and bytes of every case that is done."""
+        yield from self._db.execute("SELECT number, key, bytes FROM cases WHERE status = ?", (DONE,))
+
+    def note(self, number: int, result: Mapping[str, Any]) -> None:
+        """Keep a case's outcome; it is written with the next `commit`."""
+        summary = json.dumps(result["summary"]) if "summary" in result else None
+        values = (result.get(name) for name in ("duration", "cpu", "bytes", "host", "versions", "finished"))
+        self._waiting.append((result["status"], result.get("error"), summary, *values, number))
+        if len(self._waiting) >= BATCH:
+            self.commit()
+
+    def commit(self) -> None:
+        """Write what was noted; raises StoreError if the disk is full, and keeps it for the next try."""
+        try:
+            with self._db:
+                self._db.executemany(
+                    "UPDATE cases SET status = ?, error = ?, summary = ?, duration = ?, cpu = ?, bytes = ?, "
+                    "host = ?, versions = ?, finished = ?, attempts = attempts + 1 WHERE number = ?",
+                    self._waiting,
+                )
+        except sqlite3.Error as error:
+            raise _failed(self.path, error) from error
+        self._waiting.clear()
+
+    def reset(self, numbers: Iterable[int]) -> None:
+        """Make cases pending again."""
+        try:
+            with self._db:
+                self._db.executemany(
+                    "UPDATE cases SET status = 'pending', error = NULL, summary = NULL, bytes = NULL WHERE number = ?",
+                    ((number,) for number in numbers),
+                )
+        except sqlite3.Error as error:
+            raise _failed(self.path, error) from error
+
+    def close(self) -> None:
+        """Let go of the file; what was noted since the last commit is lost."""
+        self._db.close()
+
+
+def _connect(path: Path, writable: bool) -> sqlite3.Connection:
+    try:
+        mode = "rw" if writable else "ro"
+        db = sqlite3.connect(f"{path.absolute().as_uri()}?mode={mode}", uri=True, timeout=60)
+        db.execute("PRAGMA trusted_schema = OFF")
+        db.execute("SELECT number, key, status FROM cases LIMIT 1").fetchone()
+    except sqlite3.Error as error:
+        raise _failed(path, error) from error
+    return db
+
+
+def _failed(path: Path, error: sqlite3.Error) -> StoreError:
+    if "full" in str(error) or "disk I/O" in str(error):
+        return StoreError(f"{path}: cannot be written ({error}); free some space and run the same command again")
+    return StoreError(f"{path}: is not a usable index ({error}); give the folder of a campaign")

@@ -15,19 +15,15 @@ import traceback
 from collections.abc import Callable
 from contextlib import suppress
 from datetime import UTC, datetime
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from rotorsim.base.errors import RotorsimError
 from rotorsim.base.files import WriteError
 from rotorsim.base.processes import Child, ProcessDiedError
-from rotorsim.campaign.errors import StorageError
 from rotorsim.campaign.plan import Case
-from rotorsim.campaign.store import clear_parts_of, machines, versions
+from rotorsim.campaign.store import StorageError, clear_parts_of, machines, versions
 
-PHYSICS = {"rotorsim": "rotorsim.campaign.simulate_case", "stub": "rotorsim.campaign.stub"}
-"""Modules that prepare and solve cases, by the name that `Settings.physics` gives."""
 GRACE = 60.0
 """Time [s] after its limit at which a case ends its process by itself, should nobody else do it."""
 _machines: dict[tuple[Path, str], str] = {}
@@ -35,7 +31,7 @@ _machines: dict[tuple[Path, str], str] = {}
 
 def prepare(order: dict[str, Any]) -> dict[str, Any]:
     """Load the machine code of a case, before its time limit counts; empty, or the row of a case that failed."""
-    return _tried(lambda physics, case, text: physics.prepare(case, text) or {}, order)
+    return _tried(lambda physics, case, text: physics[0](case, text) or {}, order)
 
 
 def solve(order: dict[str, Any]) -> dict[str, Any]:
@@ -45,7 +41,7 @@ def solve(order: dict[str, Any]) -> dict[str, Any]:
     faulthandler.dump_traceback_later(order["time_limit"] + GRACE, exit=True)
     try:
         row = _tried(
-            lambda physics, case, text: {"status": "done"} | physics.solve(folder, case, text, order["summary"]), order
+            lambda physics, case, text: {"status": "done"} | physics[1](folder, case, text, order["summary"]), order
         )
     finally:
         faulthandler.cancel_dump_traceback_later()
@@ -56,9 +52,11 @@ def solve(order: dict[str, Any]) -> dict[str, Any]:
 
 def _tried(act: Callable[[Any, Case, str], dict[str, Any]], order: dict[str, Any]) -> dict[str, Any]:
     """Row that `act` makes of the physics, the case and its machine's text, or one with the reason of a failure."""
+    from rotorsim.campaign.simulate_case import PHYSICS  # loads plant and experiments, in a child process alone
+
     case = Case.from_text(order["case"])
     try:
-        return act(import_module(PHYSICS[order["physics"]]), case, machine_text(Path(order["folder"]), case.machine))
+        return act(PHYSICS[order["physics"]], case, machine_text(Path(order["folder"]), case.machine))
     except (StorageError, WriteError) as error:
         return {"status": "storage", "error": str(error)}
     except RotorsimError as error:

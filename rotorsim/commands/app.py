@@ -2,69 +2,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from importlib import import_module
 from typing import Annotated, Any
 
 import typer
 
 from rotorsim.base.interrupt import interrupted
-from rotorsim.base.version import installed
-from rotorsim.commands import (
-    balance,
-    campaign,
-    compare,
-    control,
-    data,
-    experiment,
-    fmu,
-    identification,
-    linear,
-    live,
-    machine,
-    map,
-    report,
-    sweep,
-    warm,
-)
-from rotorsim.commands.diagnosis import diagnose, hide
-from rotorsim.commands.experiment import experiment_function
-from rotorsim.commands.registry import COMMANDS, GROUPS, CommandGroup
+from rotorsim.commands.registry import GROUPS, CommandGroup, click_command
 
-CHAPTERS = (
-    balance, campaign, compare, control, data, diagnose, experiment, fmu, hide, identification, linear, live, machine,
-    map, report, sweep, warm,
-)  # fmt: skip
-"""Modules whose import registers the commands."""
 PANELS = {
-    "Simulate in time": ("runup", "experiment", "campaign", "live"),
-    "Without time simulation": ("map", "sweep", "response", "campbell", "modes"),
-    "Machine files": ("machine", "cite"),
-    "Measured data": ("data", "compare", "balance", "diagnose", "hide", "report"),
-    "Models, control, other simulators": ("identify", "study", "design", "verify", "fmu"),
-    "This installation": ("warm",),
-}
-"""Commands by the title under which the help lists them."""
+    "Simulate in time": {"runup": "experiment", "experiment": "experiment", "campaign": "campaign", "live": "live"},
+    "Without time simulation": {
+        "map": "map", "sweep": "sweep", "response": "linear", "campbell": "linear", "modes": "linear",
+    },
+    "Machine files": {"machine": "machine", "cite": "machine"},
+    "Measured data": {
+        "data": "data", "compare": "compare", "balance": "balance", "diagnose": "diagnosis", "hide": "diagnosis",
+        "report": "diagnosis",
+    },
+    "Models, control, other simulators": {
+        "identify": "identification", "study": "identification", "design": "control", "verify": "control", "fmu": "fmu",
+    },
+    "This installation": {"warm": "machine"},
+}  # fmt: skip
+"""Chapter that registers each command or group, by the title under which the help lists them."""
 TITLES = {name: title for title, names in PANELS.items() for name in names}
+CHAPTERS = {name: chapter for names in PANELS.values() for name, chapter in names.items()}
 
 
 class Commands(CommandGroup):
-    """Top-level command group; Ctrl-C in any command ends with one sentence."""
+    """Top-level command group; Ctrl-C in any command ends with one sentence.
 
-    def names(self) -> Iterable[str]:
-        """Names of the commands, without the groups below; the run-up is one of the experiments."""
-        return "runup", *COMMANDS[""]
+    A chapter is imported when one of its commands is asked for, so help of one loads no other.
+    """
 
-    def function(self, name: str) -> Callable[..., None] | None:
-        """Function of a command, or None."""
-        return experiment_function(name, name) if name == "runup" else super().function(name)
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Names of all commands and groups, title by title."""
+        return list(TITLES)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """The command or group of a name, or None."""
+        if cmd_name not in CHAPTERS:
+            return super().get_command(ctx, cmd_name)
+        chapter = import_module(f"rotorsim.commands.{CHAPTERS[cmd_name]}")
+        if cmd_name == "runup":
+            return click_command(cmd_name, chapter.experiment_function(cmd_name, cmd_name), TITLES[cmd_name])
+        return _group(cmd_name) if cmd_name in GROUPS else super().get_command(ctx, cmd_name)
 
     def panel(self, name: str) -> str | None:
         """Title under which the help lists a command."""
         return TITLES[name]
-
-    def list_commands(self, ctx: Any) -> list[str]:
-        """Names of all commands, title by title."""
-        return sorted(super().list_commands(ctx), key=list(TITLES).index)
 
     def make_context(self, *arguments: Any, **options: Any) -> Any:
         """Read the command line."""
@@ -81,6 +68,14 @@ class Commands(CommandGroup):
             interrupted()
 
 
+def _group(name: str) -> Any:
+    """Click group of a registered class of commands."""
+    kind, holder = GROUPS[name], typer.Typer()
+    own = typer.Typer(cls=kind, help=kind.__doc__, epilog=kind.epilog, no_args_is_help=True)
+    holder.add_typer(own, name=name, rich_help_panel=TITLES[name])
+    return typer.main.get_group(holder).commands[name]
+
+
 app = typer.Typer(
     cls=Commands,
     name="rotorsim",
@@ -91,14 +86,13 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
-for _name, _kind in GROUPS.items():
-    _group = typer.Typer(cls=_kind, help=_kind.__doc__, epilog=_kind.epilog, no_args_is_help=True)
-    app.add_typer(_group, name=_name, rich_help_panel=TITLES[_name])
 
 
 def _version(asked: bool) -> None:
     """Print name and version, and end."""
     if asked:
+        from rotorsim.base.version import installed
+
         typer.echo(f"rotorsim {installed('rotorsim')}")
         raise typer.Exit
 

@@ -13,8 +13,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.experiments.catalogue.controlled import Controlled
 from rotorsim.experiments.catalogue.impact import Impact
 from rotorsim.experiments.catalogue.prbs import Prbs
-from rotorsim.experiments.experiment import REFERENCE_LIMIT, Experiment
-from rotorsim.experiments.parameters import check_parameters, param, sequence
+from rotorsim.experiments.experiment import REFERENCE_LIMIT, Experiment, check_parameters, param, sequence
 
 if TYPE_CHECKING:
     from rotorsim.control import Law

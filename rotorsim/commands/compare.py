@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,9 +9,8 @@ import typer
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_json
-from rotorsim.commands.options import AsJson, PageOptions, WithReport, a_folder
+from rotorsim.commands.options import ResultOptions, print_files, print_json
 from rotorsim.commands.registry import command
-from rotorsim.commands.results import results
 
 if TYPE_CHECKING:
     from identification import Mapping
@@ -37,18 +35,14 @@ def compare(
         typer.Option(help="TOML file that states which column is which; its [conditions] hold for .nc too."),
     ] = None,
     order: Annotated[int, typer.Option(help="Multiple of the shaft speed.", min=1, max=100)] = 1,
-    out: Annotated[Path | None, typer.Option(callback=a_folder, help="Folder; default a new folder 'compare'.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace results that are in the folder.")] = False,
-    report: WithReport = True,
     *,
-    page: PageOptions,
-    as_json: AsJson = False,
+    result: ResultOptions,
 ) -> None:
     """Overlay several runs and list how their peaks differ.
 
     Results of response, campbell or map, of several machines, are laid over each other too.
     """
-    page.check(report)
+    result.check()
     if len(runs) < 2:
         raise DataError(f"compare: {len(runs)} run; give at least two, e.g. rotorsim compare before.nc after.nc")
     from identification import in_folder, load_mapping, read
@@ -56,7 +50,7 @@ def compare(
     named = {name: in_folder(path) for name, path in _named(runs).items()}
     runs = list(named.values())
     if any(map(_is_analysis, runs)):
-        _compare_results(named, out, force, report, page, as_json)
+        _compare_results(named, result)
         return
     from rotorsim.signals.orders import compare_runs
 
@@ -65,29 +59,25 @@ def compare(
     found = compare_runs(opened, order)
     peaks = found.peaks()
     summary = {"order": order, "peaks": peaks}
-    with results(out, "compare", ["compare.json", *(["report.html"] if report else [])], force) as folder:
-        page.begin(folder / "report.html", force)
-        write_json(folder / "compare.json", summary)
-        files = {"peaks": str(folder / "compare.json")}
-        if report:
+    with result.folder("compare", "compare.json") as folder:
+        write_json(folder.add("peaks", "compare.json"), summary)
+        if result.report:
             from rotorsim.report.comparison import write_run_comparison
 
-            files["report"] = str(write_run_comparison(found, folder / "report.html"))
-            files |= page.finish(files["report"])
-    if as_json:
-        typer.echo(json.dumps({**summary, "files": files}, indent=2))
+            folder.write_page(lambda path: write_run_comparison(found, path))
+    if result.as_json:
+        print_json({**summary, "files": folder.files})
         return
     for peak in peaks:
         change = peak.get("um_change")
         end = "" if peak["local_maximum"] else " at the end of the run"
         more = "" if change is None else f", {100 * change:+.1f} % against the first"
         typer.echo(f"{peak['run']}, {peak['axis']}: {peak['um']:.3g} um 0-pk at {peak['rpm']:.0f} rpm{end}{more}")
-    for kind, path in files.items():
-        typer.echo(f"{kind}: {path}")
+    print_files(folder.files)
 
 
 def _is_analysis(path: Path) -> bool:
-    """Whether a file holds the result of a linear analysis in place of a run."""
+    """True if a file holds the result of a linear analysis in place of a run."""
     if path.suffix != ".nc" or not path.is_file():
         return False
     from rotorsim.signals import open_record
@@ -96,30 +86,24 @@ def _is_analysis(path: Path) -> bool:
     return "kind" in found.attrs and "time" not in found.sizes
 
 
-def _compare_results(
-    named: dict[str, Path], out: Path | None, force: bool, report: bool, page: PageOptions, as_json: bool
-) -> None:
+def _compare_results(named: dict[str, Path], result: ResultOptions) -> None:
     """Compare results of linear analyses, of one kind."""
     from rotorsim.report.comparison import result_rows, write_result_comparison
     from rotorsim.signals import open_record
 
     opened = {name: open_record(path).load() for name, path in named.items()}
     rows = result_rows(opened)
-    with results(out, "compare", ["compare.json", *(["report.html"] if report else [])], force) as folder:
-        page.begin(folder / "report.html", force)
-        write_json(folder / "compare.json", {"results": rows})
-        files = {"results": str(folder / "compare.json")}
-        if report:
-            files["report"] = str(write_result_comparison(opened, folder / "report.html"))
-            files |= page.finish(files["report"])
-    if as_json:
-        typer.echo(json.dumps({"results": rows, "files": files}, indent=2))
+    with result.folder("compare", "compare.json") as folder:
+        write_json(folder.add("results", "compare.json"), {"results": rows})
+        if result.report:
+            folder.write_page(lambda path: write_result_comparison(opened, path))
+    if result.as_json:
+        print_json({"results": rows, "files": folder.files})
         return
     for row in rows:
         shown = (f"{k} {'none' if v is None else f'{v:.5g}' if isinstance(v, float) else v}" for k, v in row.items())
         typer.echo(", ".join(shown).removeprefix("result "))
-    for kind, path in files.items():
-        typer.echo(f"{kind}: {path}")
+    print_files(folder.files)
 
 
 def _mappings(runs: list[Path], given: Mapping | None) -> dict[Path, Mapping | None]:

@@ -12,7 +12,12 @@ from pathlib import Path
 
 from rotorsim.control import designs as controllers
 
-LAWS = tuple(sorted(set(dir(controllers)) - set(controllers.IN_PYTHON), key=controllers.MET.index))
+LAWS = tuple(
+    sorted(
+        (name for name in dir(controllers) if name not in controllers.IN_PYTHON),
+        key=lambda name: [*controllers.MET, name].index(name),
+    )
+)
 """Names of the designs that write a law."""
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
-from rich.table import Table
 
-from rotorsim.base import json_text as json
+from rotorsim.base.display import line, on_terminal
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_json
-from rotorsim.base.progress import line, on_terminal
+from rotorsim.base.input_files import parse_json
 from rotorsim.base.units import parse
 from rotorsim.commands.completion import LAWS, designs
 from rotorsim.commands.options import (
@@ -27,6 +26,8 @@ from rotorsim.commands.options import (
     PlantOptions,
     a_folder,
     note_compiling,
+    print_json,
+    print_rows,
     print_table,
     quantity,
 )
@@ -49,15 +50,13 @@ FAILED = 1
 def design(
     name: Annotated[str, typer.Argument(help=f"{', '.join(LAWS[:-1])} or {LAWS[-1]}.", autocompletion=designs)],
     model: Annotated[Path | None, typer.Argument(help="Model that 'rotorsim identify' wrote.")] = None,
-    spec: Annotated[
-        list[str] | None, typer.Option("--spec", help="FIELD=VALUE; may be repeated; see --fields.")
-    ] = None,
-    preset: Annotated[str, typer.Option("--preset", help="Named specification, e.g. 'hardening' of lead.")] = "",
-    bias: Annotated[str, typer.Option("--bias", help="Constant references x,y, e.g. '0.5 V,0 V'.")] = "",
+    spec: Annotated[list[str] | None, typer.Option(help="FIELD=VALUE; may be repeated; see --fields.")] = None,
+    preset: Annotated[str, typer.Option(help="Named specification, e.g. 'hardening' of lead.")] = "",
+    bias: Annotated[str, typer.Option(help="Constant references x,y, e.g. '0.5 V,0 V'.")] = "",
     zero_dc: Annotated[
-        str, typer.Option("--zero-dc", help="Corner of a high-pass in front of the law, e.g. '5 Hz'; below 1250 Hz.")
+        str, typer.Option(help="Corner of a high-pass in front of the law, e.g. '5 Hz'; below 1250 Hz.")
     ] = "",
-    out: Annotated[Path | None, typer.Option("--out", help="Law file (JSON) to write; NAME.json by default.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Law file (JSON) to write; NAME.json by default.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the law file if it is there.")] = False,
     report: Annotated[bool, typer.Option("--report", help="Write an HTML report of the loop next to the law.")] = False,
     *,
@@ -70,7 +69,9 @@ def design(
     The loop is checked over the model's range.
     """
     if fields:
-        _print_fields(name, preset)
+        from rotorsim.control import field_rows, make_spec
+
+        print_rows(("field", "unit", "default", "limits", "meaning"), field_rows(make_spec(name, (), preset)))
         return
     page.check(report)
     if model is None:
@@ -110,15 +111,6 @@ def _made(name: str, model: Any, spec: Sequence[str], preset: str) -> Law:
         line("")
 
 
-def _print_fields(name: str, preset: str) -> None:
-    from rotorsim.control import field_rows, make_spec
-
-    table = Table("field", "unit", "default", "limits", "meaning", box=None, pad_edge=False)
-    for row in field_rows(make_spec(name, (), preset)):
-        table.add_row(*map(escape, row))
-    Console().print(table)
-
-
 def _pair(text: str) -> tuple[float, float]:
     try:
         x, y = (parse(part.strip(), "V") for part in text.split(","))
@@ -129,7 +121,7 @@ def _pair(text: str) -> tuple[float, float]:
 
 def _print_findings(findings: dict[str, Any], as_json: bool) -> None:
     if as_json:
-        typer.echo(json.dumps(findings, indent=2))
+        print_json(findings)
         return
     written: dict[str, str] = {key: str(findings.pop(key)) for key in ("law", "report", "figures") if key in findings}
     shown = {key: f"{value:.4g}" if isinstance(value, float) else str(value) for key, value in findings.items()}
@@ -147,7 +139,7 @@ def verify(
     machine: MachineName = "dtu_gas_bearing",
     quick: Annotated[bool, typer.Option("--quick", help="Five impact points, this machine alone.")] = False,
     safe: Annotated[bool, typer.Option("--safe-speed", help="Also run up until the safety circle is left.")] = False,
-    out: Annotated[Path | None, typer.Option("--out", callback=a_folder, help="Folder for report and table.")] = None,
+    out: Annotated[Path | None, typer.Option(callback=a_folder, help="Folder for report and table.")] = None,
     *,
     settings: PlantOptions,
     page: PageOptions,
@@ -168,7 +160,8 @@ def verify(
     with results(out, "verification", ("table.json", "report.html"), force) as folder:
         page.begin(folder / "report.html", force)
         note_compiling(plant.assembly, "settle", "run")
-        result = closed_loop(loaded, plant, quick=quick, progress=_progress())
+        steps = (lambda step: print(f"{step} ...", file=sys.stderr)) if on_terminal() else None
+        result = closed_loop(loaded, plant, quick=quick, progress=steps)
         if safe:
             pair = [safe_speed(plant, one) for one in (None, loaded)]
             result.runs["safe_speed"] = pair
@@ -181,15 +174,10 @@ def verify(
     raise typer.Exit(0 if result.passed else FAILED)
 
 
-def _progress() -> Callable[[str], None] | None:
-    """Steps on a terminal, silence in a pipe."""
-    return (lambda step: print(f"{step} ...", file=sys.stderr)) if on_terminal() else None
-
-
 def _first(path: Path) -> dict[str, float | None] | None:
     """Bounds of the first verification in the folder, from the table that is replaced; None where it states none."""
     try:
-        before = json.loads(path.read_text(encoding="utf-8-sig"))
+        before = parse_json(path.read_text(encoding="utf-8-sig"))
         found = before.get("first_criteria", before["criteria"])
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
@@ -197,7 +185,7 @@ def _first(path: Path) -> dict[str, float | None] | None:
 
 
 def _plain(result: Verification) -> dict[str, object]:
-    from rotorsim.verify.safe_speed import comparison
+    from rotorsim.verify.transients import comparison
 
     numbers: dict[str, object] = {"law": result.law.name, "machine": result.machine, "passed": result.passed}
     numbers |= {"criteria": result.settings["criteria"], "first_criteria": result.settings["first"]}
@@ -215,19 +203,20 @@ def _plain(result: Verification) -> dict[str, object]:
 
 def _print_verification(result: Verification, files: dict[str, str], as_json: bool) -> None:
     if as_json:
-        typer.echo(json.dumps(_plain(result) | files, indent=2))
+        print_json(_plain(result) | files)
         return
-    table = Table("criterion", "measured", "bound", "", "remark", box=None, pad_edge=False)
-    for row in result.rows:
-        words = {True: "pass", False: "FAIL", None: "-"}[row.passed]
-        bound = "" if row.bound is None else f"{row.bound:.3g}"
-        table.add_row(*map(escape, (row.check, f"{row.measured:.3g} {row.unit}", bound, words, row.remark)))
+    words = {True: "pass", False: "FAIL", None: "-"}
+    rows = [
+        (row.check, f"{row.measured:.3g} {row.unit}", "" if row.bound is None else f"{row.bound:.3g}",
+         words[row.passed], row.remark)
+        for row in result.rows
+    ]  # fmt: skip
+    print_rows(("criterion", "measured", "bound", "", "remark"), rows)
     console = Console()
-    console.print(table)
     for bound in result.settings["edited"]:
         console.print(f"edited bound: {escape(bound)}")
     if "safe_speed" in result.runs:
-        from rotorsim.verify.safe_speed import sentence
+        from rotorsim.verify.transients import sentence
 
         console.print(escape(f"safe speed: {sentence(*result.runs['safe_speed'])}"), soft_wrap=True)
     console.print(f"{result.law.name} on {result.machine}: {'passed' if result.passed else 'FAILED'}")

@@ -6,7 +6,6 @@ but it is fit for nothing as it is.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -16,12 +15,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
-from rich.table import Table
 
 from rotorsim.base.constants import TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
-from rotorsim.commands.options import Console, quantity
+from rotorsim.commands.options import Console, print_json, print_rows, quantity
 from rotorsim.commands.registry import CommandGroup, command, group
 from rotorsim.commands.results import files
 
@@ -33,7 +31,7 @@ if TYPE_CHECKING:
 UNFIT = 3
 _FILE = typer.Argument(metavar="FILE", help="CSV, .mat, UFF 58, TDMS or a record .nc.")
 Out = Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .nc, .csv or .mat.")]
-Force = Annotated[bool, typer.Option("--force", help="Replace OUT if it is there.")]
+Replace = Annotated[bool, typer.Option("--force", help="Replace OUT if it is there.")]
 _MAPPING = typer.Option("--mapping", help="TOML file that states which column is which channel.")
 _SHOWN = {"m": (TO_UM, "um"), "rad/s": (TO_RPM, "rpm"), "Pa": (TO_MPA, "MPa"), "kg/s": (1e3, "g/s")}
 """Factor and name of the unit in which a channel [SI] is printed."""
@@ -68,7 +66,7 @@ def check(
     record = load(file, mapping)
     found = examine(record)
     if as_json:
-        typer.echo(json.dumps(_numbers(found, record), indent=2))
+        print_json(_numbers(found, record))
     else:
         _print(file, found, record)
     if not found.usable:
@@ -81,10 +79,7 @@ def check(
     "rs.identification.save(rs.identification.read('run.mat', 'rig.toml'), 'run.nc')",
 )
 def convert(
-    file: Annotated[Path, _FILE],
-    out: Out,
-    mapping: Annotated[Path | None, _MAPPING] = None,
-    force: Force = False,
+    file: Annotated[Path, _FILE], out: Out, mapping: Annotated[Path | None, _MAPPING] = None, force: Replace = False
 ) -> None:
     """Write a file's data as a record of the schema, in SI units; data with faults is refused."""
     from identification import held, read, save
@@ -109,7 +104,7 @@ def cut(
     mapping: Annotated[Path | None, _MAPPING] = None,
     every: Annotated[bool, typer.Option("--all", help="Write every stretch: OUT-1.nc, OUT-2.nc, ...")] = False,
     shortest: Annotated[str, typer.Option(help="Shorter stretches are left out.")] = "0.1 s",
-    force: Force = False,
+    force: Replace = False,
 ) -> None:
     """Cut gaps and missing values out of a file: write its longest whole stretch, or all of them."""
     from identification import checked, held, load, longest, notes_of, save, whole_stretches
@@ -140,7 +135,7 @@ def resample_command(
     rate: Annotated[str, typer.Option(help="New sampling rate; the plant's own is 5 kHz.")] = "5 kHz",
     mapping: Annotated[Path | None, _MAPPING] = None,
     order: Annotated[int, typer.Option(help="Highest order that the record must still hold.", min=0)] = 0,
-    force: Force = False,
+    force: Replace = False,
 ) -> None:
     """Write a file's data as a record at a lower sampling rate, filtered so that nothing folds back."""
     from identification import held, read, resample, save
@@ -166,7 +161,7 @@ def vectors(
     mapping: Annotated[Path | None, _MAPPING] = None,
     turns: Annotated[int, typer.Option(help="Revolutions of a window.", min=1)] = 8,
     orders: Annotated[int, typer.Option(help="Highest order.", min=1, max=20)] = 3,
-    force: Force = False,
+    force: Replace = False,
 ) -> None:
     """Write 1X, 2X, 3X vectors over the speed of a run-up or coast-down that a file has over time."""
     from identification import read, save
@@ -256,7 +251,7 @@ def _unused(record: xr.Dataset) -> list[str]:
 
 def _with_likely(column: str) -> str:
     """A column's name, and the channel that was probably meant."""
-    from identification.records.column_names import likely
+    from identification.records.proposal import likely
 
     meant = likely(column)
     return f"{column!r} (did you mean '{meant}'?)" if meant else repr(column)
@@ -265,12 +260,12 @@ def _with_likely(column: str) -> str:
 def _print(file: Path, found: Examination, record: xr.Dataset) -> None:
     console = Console()
     console.print(escape(f"{file}: {_summary(found)}"), soft_wrap=True)
-    table = Table("channel", "from", "to", "unit", "remarks", box=None, pad_edge=False)
+    rows = []
     for channel in found.channels:
         scale, unit = _SHOWN.get(channel.units, (1.0, channel.units))
         limits = (f"{scale * value:.6g}" for value in (channel.minimum, channel.maximum))
-        table.add_row(*map(escape, (channel.name, *limits, unit, "; ".join(channel.remarks))))
-    console.print(table)
+        rows.append((channel.name, *limits, unit, "; ".join(channel.remarks)))
+    print_rows(("channel", "from", "to", "unit", "remarks"), rows)
     lines = [f"problem: {text}" for text in found.problems]
     lines += [f"warning: {text}" for text in found.warnings]
     lines += [f"{use}: {_verdict(found, use)}" for use in found.uses]

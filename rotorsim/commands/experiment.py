@@ -6,57 +6,47 @@ and the page from the record.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 from shlex import split
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import DataError
-from rotorsim.base.sentences import did_you_mean
 from rotorsim.base.units import parse, show
 from rotorsim.commands.options import (
-    AsJson,
-    Force,
     MachineName,
-    PageOptions,
     PlantOptions,
-    WithReport,
-    a_folder,
+    ResultOptions,
     leave_if_cut,
     leave_if_empty,
     note_compiling,
-    print_table,
     quantity,
     reporting_kept_samples,
 )
 from rotorsim.commands.registry import CommandGroup, example, group, with_options
-from rotorsim.commands.results import results
 
 if TYPE_CHECKING:
     from dataclasses import Field
 
     from rotorsim.base.quantity import Quantity
+    from rotorsim.commands.options import ResultFolder
     from rotorsim.experiments import Experiment, Outcome
     from rotorsim.plant import Plant
 
 Rows = list[tuple[str, str]]
-Out = Annotated[
-    Path | None, typer.Option("--out", callback=a_folder, help="Folder for record and report; default a new one.")
-]
 Seed = Annotated[str, typer.Option("--seed", help="Seed of the sensors' noise.")]
 COMMON: dict[str, tuple[Any, Any]] = {
     "settings": (PlantOptions, PlantOptions()),
-    "page": (PageOptions, PageOptions()),
     "seed": (Seed, "0"),
-    "out": (Out, None),
-    "force": (Force, False),
-    "report": (WithReport, True),
-    "as_json": (AsJson, False),
+    "result": (ResultOptions, ResultOptions()),
 }
 """Options of every experiment: annotation and default."""
+MET = ("slow_roll", "runup", "coastdown", "steady", "impact", "staircase", "prbs", "multisine", "chirp", "controlled")
+"""Experiments in the order in which a rig meets them, which is that of the help; others follow by their names."""
 OF_FILM = "pressure"
 """Parameter that a machine without a gas film has no use for."""
 
@@ -67,9 +57,9 @@ class Experiments(CommandGroup):
 
     def names(self) -> Iterable[str]:
         """Names of all experiments."""
-        from rotorsim.experiments.catalogue import EXPERIMENTS
+        from rotorsim.experiments.experiment import EXPERIMENTS
 
-        return EXPERIMENTS
+        return sorted(sorted(EXPERIMENTS), key=lambda name: [*MET, name].index(name))
 
     def function(self, name: str) -> Callable[..., None]:
         """The command's function of one experiment; raises DataError for an unknown one."""
@@ -81,13 +71,15 @@ class Experiments(CommandGroup):
 
 def experiment_function(name: str, words: str) -> Callable[..., None]:
     """Function of the command `rotorsim WORDS` of an experiment: an option for each parameter, then the common ones."""
-    from rotorsim.commands.closed_loop import FILES, ClosedLoopSetup
-    from rotorsim.experiments.catalogue import EXPERIMENTS
-    from rotorsim.experiments.parameters import parameters
+    from rotorsim.experiments.experiment import EXPERIMENTS, parameters
 
     kind = EXPERIMENTS[name]
-    setup: Any = ClosedLoopSetup if name == "controlled" else kind
-    files = FILES if name == "controlled" else {}
+    setup: Any = kind
+    files: dict[str, tuple[Any, Any]] = {}
+    if name == "controlled":
+        from rotorsim.commands.closed_loop import FILES, ClosedLoopSetup
+
+        setup, files = ClosedLoopSetup, FILES
     entries = list(parameters(setup))
 
     def command(**values: Any) -> None:
@@ -138,34 +130,31 @@ def read(name: str, text: str | None, known: Quantity) -> Any:
 
 
 def run_experiment(
-    kind: type[Experiment], setup: Any, given: dict[str, Any], machine: str, settings: PlantOptions, page: PageOptions,
-    seed: str, out: Path | None, force: bool, report: bool, as_json: bool,
+    kind: type[Experiment], setup: Any, given: dict[str, Any], machine: str, settings: PlantOptions, seed: str,
+    result: ResultOptions,
 ) -> None:  # fmt: skip
     """Run an experiment, write its record and page, and print its table.
 
     `setup` is what the options make: the experiment, or an object with a method `experiment(plant)` that returns it.
     """
-    page.check(report)
+    result.check()
     number = read_seed(seed)
     plant = settings.plant(machine)
     if not kind.drives_reference:  # those that do are refused as a whole without a film
         _check_film(plant, given.get(OF_FILM), settings.grid)
-    from rotorsim.experiments.parameters import ask_speeds
+    from rotorsim.experiments.experiment import ask_speeds
     from rotorsim.experiments.running import record
 
     chosen = setup(**given, Ts=plant.machine.sampling_time)
     ask_speeds(plant.machine, chosen)
-    names = (f"{kind.name}.nc", *([kind.page or f"{kind.name}.html"] if report else ()))
-    with results(out, kind.name, names, force) as folder:
-        path, html = folder / names[0], folder / names[1] if report else None
-        if html is not None:
-            page.begin(html, force)
+    with result.folder(kind.name, f"{kind.name}.nc", page=kind.page or f"{kind.name}.html") as folder:
+        path = folder.add("record", f"{kind.name}.nc")
         note_compiling(plant.assembly, "settle", "run")
         experiment = chosen.experiment(plant) if hasattr(chosen, "experiment") else chosen
-        outcome = record(plant, experiment, path, number, progress=not as_json)
+        outcome = record(plant, experiment, path, number, progress=not result.as_json)
         leave_if_empty(outcome, path)
         with reporting_kept_samples(path):
-            _print_outcome(path, html, experiment, outcome, page, as_json)
+            _report(path, folder, experiment, outcome)
     leave_if_cut(outcome, path)
 
 
@@ -183,40 +172,34 @@ def read_seed(text: str) -> int:
     return int(text)
 
 
-def _print_outcome(
-    path: Path, html: Path | None, experiment: Experiment, outcome: Outcome, page: PageOptions, as_json: bool
-) -> None:
+def _report(path: Path, folder: ResultFolder, experiment: Experiment, outcome: Outcome) -> None:
     """Write the page of a record and print its results as a table or as JSON."""
     from rotorsim.experiments.summary import summarise_experiment
-    from rotorsim.report.page.page import write_page
-    from rotorsim.report.page.units import unit_system
+    from rotorsim.report.page import write_page
     from rotorsim.report.record import results as swept_rows, run_page
     from rotorsim.report.run import analyse
+    from rotorsim.report.units import unit_system
     from rotorsim.signals.record_blocks import open_record
 
-    files = {"record": str(path)}
     with open_record(path) as data:
         summary = summarise_experiment(data)
-        rows = result_rows(summary) + experiment.table(summary) + _beyond(summary)
-        run = analyse(data) if experiment.swept or html is not None else None
+        rows = result_rows(summary) + experiment.table(summary)
+        rows += [("Beyond the checked range", text) for text in summary.get("beyond_checked_range", ())]
+        run = analyse(data) if experiment.swept or folder.options.report else None
         if run is not None and experiment.swept:
             summary |= run.summary
             with unit_system("metric"):  # the page may be in others, the terminal is not
                 rows = _merged(swept_rows(run), rows)
-        if run is not None and html is not None:
-            write_page(lambda: run_page(run), html)
-            files |= {"report": str(html)} | page.finish(html)
-    if as_json:
-        numbers = {"parameters": experiment.attrs(), "ended": outcome.ended, "solver": outcome.counters, "files": files}
-        typer.echo(json.dumps(summary | numbers, indent=2))
-    else:
-        print_table(rows, files)
+        if run is not None and folder.options.report:
+            folder.write_page(partial(write_page, partial(run_page, run)))
+    numbers = {"parameters": experiment.attrs(), "ended": outcome.ended, "solver": outcome.counters}
+    folder.options.show(summary | numbers, rows, folder.files)
 
 
 def result_rows(summary: dict[str, Any]) -> Rows:
     """Labels and values of the results that every experiment has; `summary` as from `summarise_experiment`."""
     from rotorsim.experiments.experiment import pair
-    from rotorsim.signals.probes import shown
+    from rotorsim.signals.record_blocks import shown_reading
 
     speed, disc = summary["speed_rpm"], summary["disc"]
     rows = [
@@ -234,7 +217,7 @@ def result_rows(summary: dict[str, Any]) -> Rows:
         if summary[key] and any(summary[key]):
             rows.append((label, pair(summary[key], unit)))
     for name, p in summary.get("probes", {}).items():
-        text = f"{shown(p['peak'], p['unit'])}, {shown(p['rms'], p['unit'])}"
+        text = f"{shown_reading(p['peak'], p['unit'])}, {shown_reading(p['rms'], p['unit'])}"
         rows.append((f"Probe {name}: peak, rms about the mean", text))
     return rows
 
@@ -244,8 +227,3 @@ def _merged(swept: Rows, rows: Rows) -> Rows:
     labels = {label for label, _ in swept}
     others = (row for row in rows[1:] if row[0] not in labels and not row[0].startswith("Probe "))
     return [rows[0], *swept, *others]
-
-
-def _beyond(summary: dict[str, Any]) -> Rows:
-    """Rows about the range in which the model was checked, where the run exceeds it."""
-    return [("Beyond the checked range", text) for text in summary.get("beyond_checked_range", ())]

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rotorsim.base.errors import DataError
-from rotorsim.commands.options import AsJson, MachineName, PlantOptions, quantity
+from rotorsim.commands.options import AsJson, MachineName, PlantOptions, print_json, quantity
 from rotorsim.commands.registry import CommandGroup, command, group
 from rotorsim.commands.results import files
 
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
     from fmu.law_unit import LawUnit
     from fmu.linear_model import LinearUnit
     from fmu.model import PlantUnit
+    from rotorsim.plant import Plant
 
 VERDICTS = {True: "pass", False: "FAIL", None: "info"}
 """Words for a check that passed, one that failed and a remark."""
@@ -31,6 +31,37 @@ class Fmu(CommandGroup):
     """Export, check and show the plant as a functional mock-up unit."""
 
 
+@dataclass(frozen=True)
+class UnitOptions:
+    """Options about the machine code of units and about where they start."""
+
+    targets: Annotated[
+        str, typer.Option(help="Platforms, with commas: host, x86_64-linux, x86_64-windows, aarch64-linux, ...")
+    ] = "host"
+    cpu: Annotated[str, typer.Option(help="'portable', or 'native' for this computer's processor alone.")] = "portable"
+    speed: Annotated[
+        str | None,
+        typer.Option(
+            help="Speed at which it starts.", show_default="0 rpm; of an identified model the middle of its range"
+        ),
+    ] = None
+    pressure: Annotated[
+        str | None,
+        typer.Option(
+            help="Gauge injection pressure at which it starts.",
+            show_default="0.3 MPa; of an identified model the middle of its range",
+        ),
+    ] = None
+
+    @property
+    def start(self) -> tuple[float | None, float | None]:
+        """Speed [rad/s] and gauge pressure [Pa], as far as they are given; raises MachineFileError."""
+        return (
+            None if self.speed is None else quantity("speed", self.speed, "rad/s"),
+            None if self.pressure is None else quantity("pressure", self.pressure, "Pa"),
+        )
+
+
 @command(
     "fmu export",
     "rotorsim fmu export dtu_gas_bearing --fmi 2,3 --targets host --out rotor.fmu",
@@ -39,30 +70,15 @@ class Fmu(CommandGroup):
 def export(
     machine: MachineName = "dtu_gas_bearing",
     model: Annotated[str, typer.Option(help="'plant', or a JSON file of an identified LPV model.")] = "plant",
-    law: Annotated[Path | None, typer.Option("--law", help="A control law that 'rotorsim design' wrote.")] = None,
+    law: Annotated[Path | None, typer.Option(help="A control law that 'rotorsim design' wrote.")] = None,
     fmi: Annotated[str, typer.Option(help="FMI versions: 2, 3, or 2,3 for a file of each.")] = "3",
-    targets: Annotated[
-        str, typer.Option(help="Platforms, with commas: host, x86_64-linux, x86_64-windows, aarch64-linux, ...")
-    ] = "host",
-    out: Annotated[Path, typer.Option("--out", help="File to write.")] = Path("rotor.fmu"),
-    cpu: Annotated[str, typer.Option(help="'portable', or 'native' for this computer's processor alone.")] = "portable",
-    speed: Annotated[
-        str | None,
-        typer.Option(help="Speed at which it starts.", show_default="0 rpm; the middle of a model's range"),
-    ] = None,
-    pressure: Annotated[
-        str | None,
-        typer.Option(
-            help="Gauge injection pressure at which it starts.", show_default="0.3 MPa; the middle of a model's range"
-        ),
-    ] = None,
+    out: Annotated[Path, typer.Option(help="File to write.")] = Path("rotor.fmu"),
+    *,
+    unit: UnitOptions,
     name: Annotated[
         str | None,
-        typer.Option(
-            help="Name of the model and of its libraries.", show_default="that of the subject and of its kind"
-        ),
+        typer.Option(help="Name of the model and its libraries.", show_default="that of the subject and of its kind"),
     ] = None,
-    *,
     settings: PlantOptions,
     force: Force = False,
     as_json: AsJson = False,
@@ -70,37 +86,39 @@ def export(
     """Write the plant, an identified model or a control law as .fmu files that run without Python."""
     if law is not None and model != "plant":
         raise DataError("--law and --model: a unit holds one of them; give one")
-    if (law is not None or model != "plant") and settings != PlantOptions():
+    of_plant = law is None and model == "plant"
+    if not of_plant and settings != PlantOptions():
         raise DataError(
             "--grid, --time-step and --set: change the plant, not a law or an identified model; leave them out"
         )
-    plant = settings.plant(machine) if law is None and model == "plant" else None
-    from fmu.binaries import choose
-    from fmu.export import export as write, file_names, versions
-    from fmu.kinds import law_unit, linear_unit, named, plant_unit
+    plant = settings.plant(machine) if of_plant else None
+    from fmu.export import choose, export as write, file_names, named, versions
 
-    chosen, platforms = versions(fmi), choose(targets)
-    start = (
-        None if speed is None else quantity("speed", speed, "rad/s"),
-        None if pressure is None else quantity("pressure", pressure, "Pa"),
-    )
+    chosen, platforms, start = versions(fmi), choose(unit.targets), unit.start
     with files(*file_names(out, chosen).values(), force=force):
-        if law is not None:
-            unit: PlantUnit | LinearUnit | LawUnit = law_unit(law, *start)
-        elif plant is not None:
-            unit = plant_unit(plant, *start)
-        else:
-            unit = linear_unit(Path(model), *start)
-            if unit.extrapolates:
-                typer.echo(
-                    f"{model}: starts outside the speeds and pressures it was identified at; it extrapolates", err=True
-                )
-        paths = write(named(unit, name), out, chosen, platforms, cpu, partial(typer.echo, err=True))
+        made = _unit_of(plant, law, Path(model), start)
+        paths = write(named(made, name), out, chosen, platforms, unit.cpu, partial(typer.echo, err=True))
     if as_json:
-        typer.echo(json.dumps({f"fmi{v}": str(p) for v, p in paths.items()}, indent=2))
+        print_json({f"fmi{v}": str(p) for v, p in paths.items()})
         return
     for path in paths.values():
         typer.echo(f"{path}: written, {path.stat().st_size / 1000:.0f} kB; try 'rotorsim fmu check {path}'")
+
+
+def _unit_of(
+    plant: Plant | None, law: Path | None, model: Path, start: tuple[float | None, float | None]
+) -> PlantUnit | LinearUnit | LawUnit:
+    """Unit of a law, else of a plant, else of an identified model; whether it extrapolates is printed."""
+    from fmu.export import law_unit, linear_unit, plant_unit
+
+    if law is not None:
+        return law_unit(law, *start)
+    if plant is not None:
+        return plant_unit(plant, *start)
+    unit = linear_unit(model, *start)
+    if unit.extrapolates:
+        typer.echo(f"{model}: starts outside the speeds and pressures it was identified at; it extrapolates", err=True)
+    return unit
 
 
 @command(
@@ -112,43 +130,31 @@ def system(
     law: Annotated[Path, typer.Argument(help="Control law that 'rotorsim design' wrote.")],
     machine: MachineName = "dtu_gas_bearing",
     fmi: Annotated[str, typer.Option(help="FMI version of the units: 2 or 3.")] = "2",
-    targets: Annotated[str, typer.Option(help="Platforms, as for export.")] = "host",
-    out: Annotated[Path, typer.Option("--out", help="File to write.")] = Path("loop.ssp"),
-    cpu: Annotated[str, typer.Option(help="'portable', or 'native'.")] = "portable",
-    speed: Annotated[str, typer.Option(help="Speed at which it starts.")] = "0 rpm",
-    pressure: Annotated[
-        str | None, typer.Option(help="Gauge injection pressure at which it starts.", show_default="0.3 MPa")
-    ] = None,
+    out: Annotated[Path, typer.Option(help="File to write.")] = Path("loop.ssp"),
     *,
+    unit: UnitOptions,
     settings: PlantOptions,
     force: Force = False,
     as_json: AsJson = False,
 ) -> None:
     """Write plant and control law, wired, as one .ssp file."""
-    from fmu.binaries import choose
-    from fmu.export import versions
-    from fmu.kinds import law_unit, plant_unit
+    from fmu.export import choose, law_unit, plant_unit, versions
     from fmu.ssp import export_system
 
     if len(versions(fmi)) > 1:
         raise DataError(f"--fmi: '{fmi}': a system has units of one version; choose 2 or 3")
-    chosen = versions(fmi)[0]
-    start = quantity("speed", speed, "rad/s"), None if pressure is None else quantity("pressure", pressure, "Pa")
+    chosen, (speed, pressure) = versions(fmi)[0], unit.start
     with files(out, force=force):
-        held = law_unit(law, *start)
-        plant = plant_unit(settings.plant(machine), *start)
-        path = export_system(plant, held, out, chosen, choose(targets), cpu, partial(typer.echo, err=True))
+        held = law_unit(law, speed or 0.0, pressure)
+        plant = plant_unit(settings.plant(machine), speed or 0.0, pressure)
+        path = export_system(plant, held, out, chosen, choose(unit.targets), unit.cpu, partial(typer.echo, err=True))
     if as_json:
-        typer.echo(json.dumps({"ssp": str(path)}, indent=2))
+        print_json({"ssp": str(path)})
         return
     typer.echo(f"{path}: written, {path.stat().st_size / 1000:.0f} kB")
 
 
-@command(
-    "fmu check",
-    "rotorsim fmu check rotor.fmu --duration '10 s'",
-    "rs.fmu.check('rotor.fmu')",
-)
+@command("fmu check", "rotorsim fmu check rotor.fmu --duration '10 s'", "rs.fmu.check('rotor.fmu')")
 def check(
     file: UnitFile,
     duration: Annotated[str, typer.Option(help="Length of the comparison with the Python plant.")] = "1 s",
@@ -169,23 +175,19 @@ def check(
         if not as_json:
             typer.echo(f"{VERDICTS[one.passed]:<4}  {one.name:<46} {one.value}")
     if as_json:
-        typer.echo(json.dumps([asdict(one) for one in found], indent=2))
+        print_json([asdict(one) for one in found])
     if any(one.passed is False for one in found):
         raise typer.Exit(1)
 
 
-@command(
-    "fmu info",
-    "rotorsim fmu info rotor.fmu",
-    "rs.fmu.info('rotor.fmu')",
-)
+@command("fmu info", "rotorsim fmu info rotor.fmu", "rs.fmu.info('rotor.fmu')")
 def info(file: UnitFile, as_json: AsJson = False) -> None:
     """Show what a unit is."""
     from fmu.importer import info as facts
 
     found = facts(file)
     if as_json:
-        typer.echo(json.dumps(found, indent=2))
+        print_json(found)
         return
     for name, value in found.items():
         typer.echo(f"{name:<14} {value}")

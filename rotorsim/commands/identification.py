@@ -5,7 +5,6 @@ Records at one operating point give a linear model, records at several a paramet
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, fields
 from functools import partial
@@ -14,12 +13,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
-from rich.table import Column, Table
+from rich.table import Column
 
+from rotorsim.base.display import counter, told_apart
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import replacing_all, write_json
-from rotorsim.base.progress import counter
-from rotorsim.base.sentences import told_apart
 from rotorsim.commands.options import (
     AsJson,
     Console,
@@ -28,6 +26,8 @@ from rotorsim.commands.options import (
     PageOptions,
     StudyFolder,
     plant_of,
+    print_json,
+    print_rows,
     quantity,
     resumable,
 )
@@ -37,36 +37,34 @@ from rotorsim.commands.results import files, refuse_campaign, study as study_fol
 if TYPE_CHECKING:
     from identification import Prefilter
     from identification.campaign import SourceResult
-    from rotorsim.study.plans import StudyGrid
+    from rotorsim.study.identify_records import StudyGrid
 
 RESULTS = ("model.json", "model_2.json", "report.html", "study.json")
 """Files in the folder; where the last is, the others are complete."""
 
 
 @command(
-    "identify",
-    "rotorsim identify records --model 3 --out model.json",
-    "rs.identify_records(['records'], model=3)",
+    "identify", "rotorsim identify records --model 3 --out model.json", "rs.identify_records(['records'], model=3)"
 )
 def identify(
     paths: Annotated[list[Path], typer.Argument(metavar="PATHS", help="Folder of records, or files.")],
-    model: Annotated[str, typer.Option("--model", help="1, 2, 2-rate, 3, actuator or blackbox.")] = "3",
-    order: Annotated[int | None, typer.Option("--order", help="Of a black-box model; 6 if not given.")] = None,
-    method: Annotated[str, typer.Option("--method", help="auto, oe, two-stage (closed loop) or pem.")] = "auto",
-    surfaces: Annotated[str, typer.Option("--surfaces", help="Degree over speed and pressure, or hold-out.")] = "2",
-    refine: Annotated[str, typer.Option("--refine", help="Of the surfaces: none, frequency or global.")] = "none",
-    dead_time: Annotated[str, typer.Option("--dead-time", help="Of model 3: free, 0, or e.g. '0.8 ms'.")] = "free",
-    runout: Annotated[str, typer.Option("--runout", help="Runout filter: harmonic, table or none.")] = "harmonic",
-    median: Annotated[int, typer.Option("--median", help="Samples of a running median against spikes.")] = 1,
-    lowpass: Annotated[str, typer.Option("--lowpass", help="Corner of a Butterworth filter, e.g. '800 Hz'.")] = "",
-    probes: Annotated[str, typer.Option("--probes", help="Probes of one plane as outputs, e.g. 'DE_x,DE_y'.")] = "",
-    mapping: Annotated[Path | None, typer.Option("--mapping", help="TOML file: which column is which.")] = None,
-    out: Annotated[Path, typer.Option("--out", help="Model file (JSON) to write.")] = Path("model.json"),
+    model: Annotated[str, typer.Option(help="1, 2, 2-rate, 3, actuator or blackbox.")] = "3",
+    order: Annotated[int | None, typer.Option(help="Of a black-box model; 6 if not given.")] = None,
+    method: Annotated[str, typer.Option(help="auto, oe, two-stage (closed loop) or pem.")] = "auto",
+    surfaces: Annotated[str, typer.Option(help="Degree over speed and pressure, or hold-out.")] = "2",
+    refine: Annotated[str, typer.Option(help="Of the surfaces: none, frequency or global.")] = "none",
+    dead_time: Annotated[str, typer.Option(help="Of model 3: free, 0, or e.g. '0.8 ms'.")] = "free",
+    runout: Annotated[str, typer.Option(help="Runout filter: harmonic, table or none.")] = "harmonic",
+    median: Annotated[int, typer.Option(help="Samples of a running median against spikes.")] = 1,
+    lowpass: Annotated[str, typer.Option(help="Corner of a Butterworth filter, e.g. '800 Hz'.")] = "",
+    probes: Annotated[str, typer.Option(help="Probes of one plane as outputs, e.g. 'DE_x,DE_y'.")] = "",
+    mapping: Annotated[Path | None, typer.Option(help="TOML file: which column is which.")] = None,
+    out: Annotated[Path, typer.Option(help="Model file (JSON) to write.")] = Path("model.json"),
     force: Annotated[bool, typer.Option("--force", help="Replace the model file if it is there.")] = False,
-    jobs: Annotated[int, typer.Option("--jobs", help="Records identified at a time.")] = 2,
+    jobs: Annotated[int, typer.Option(help="Records identified at a time.")] = 2,
     advice: Annotated[bool, typer.Option("--advice", help="Propose order, delay and model, and fit nothing.")] = False,
     compare: Annotated[
-        list[Path] | None, typer.Option("--compare", help="Model file to hold against the records; fits nothing.")
+        list[Path] | None, typer.Option(help="Model file to hold against the records; fits nothing.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
@@ -75,7 +73,7 @@ def identify(
     Records at several operating points give an LPV model.
     """
     from identification import Prefilter
-    from identification.local.dead_time import FREE
+    from identification.local.fits import FREE
 
     _check(surfaces, refine, runout, median)
     corner = quantity("lowpass", lowpass, "Hz") if lowpass else None
@@ -105,8 +103,8 @@ def identify(
 def _check(surfaces: str, refine: str, runout: str, median: int) -> None:
     """Refuse what would be refused after minutes of work."""
     from identification.lpv.fit import REFINEMENTS
-    from identification.lpv.surfaces import ORDERS
-    from identification.records.runout import KINDS
+    from identification.lpv.model import ORDERS
+    from identification.records.sensors import KINDS
 
     degrees = (*map(str, ORDERS), "hold-out")
     for option, value, known in (
@@ -123,15 +121,11 @@ def _check(surfaces: str, refine: str, runout: str, median: int) -> None:
 def _print_models(found: list[SourceResult], made: Any, out: Path, as_json: bool) -> None:
     rows = [_row(one, name) for one, name in zip(found, told_apart([one.source.path for one in found]), strict=True)]
     if as_json:
-        typer.echo(json.dumps({"model": str(out), "kind": type(made).__name__, "records": rows}, indent=2))
+        print_json({"model": str(out), "kind": type(made).__name__, "records": rows})
         return
     console = Console()
     heads = (Column("record", no_wrap=True), "rpm", "MPa", "fit %", "ceiling %", "Hz", "zeta", "delay ms")
-    table = Table(*heads, box=None, pad_edge=False)
-    for row in rows:
-        if "error" not in row:
-            table.add_row(*map(escape, _cells(row)))
-    console.print(table)
+    print_rows(heads, [_cells(row) for row in rows if "error" not in row])
     if len(found) == 1 and found[0].result is not None:  # its report has its warnings
         console.print(escape(found[0].result.report()), soft_wrap=True)
     else:
@@ -202,7 +196,7 @@ def _print_each(paths: Sequence[Path], mapping: Any, as_json: bool, make: Callab
     names = told_apart([source.path for source in sources])
     found = [(name, make(*open_pair(source, mapping))) for name, source in zip(names, sources, strict=True)]
     if as_json:
-        typer.echo(json.dumps({"records": [{"record": name, **_plain(one)} for name, one in found]}, indent=2))
+        print_json({"records": [{"record": name, **_plain(one)} for name, one in found]})
         return
     for name, one in found:
         typer.echo(f"{name}\n{one.report()}")
@@ -232,15 +226,14 @@ def identification_vs_physics(
     machine: MachineName = "dtu_gas_bearing",
     out: StudyFolder = Path("study"),
     campaign: Annotated[
-        list[Path] | None,
-        typer.Option("--campaign", help="Folder of a campaign of this machine to use; may be repeated."),
+        list[Path] | None, typer.Option(help="Folder of a campaign of this machine to use; may be repeated.")
     ] = None,
-    speed: Annotated[str | None, typer.Option("--speed", help="Speeds, e.g. '0 rpm:6000 rpm:7'.")] = None,
-    pressure: Annotated[str | None, typer.Option("--pressure", help="Gauge supply pressures, likewise.")] = None,
+    speed: Annotated[str | None, typer.Option(help="Speeds, e.g. '0 rpm:6000 rpm:7'.")] = None,
+    pressure: Annotated[str | None, typer.Option(help="Gauge supply pressures, likewise.")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="A grid of 3 x 3 points only.")] = False,
     *,
     page: PageOptions,
-    surfaces: Annotated[int, typer.Option("--surfaces", help="Degree of the surfaces.")] = 2,
+    surfaces: Annotated[int, typer.Option(help="Degree of the surfaces.")] = 2,
     jobs: Jobs = 2,
     as_json: AsJson = False,
 ) -> None:
@@ -251,11 +244,10 @@ def identification_vs_physics(
     page.check()
     refuse_campaign(out)
     plant, layout = plant_of(machine), _layout(quick, speed, pressure)
-    from rotorsim.report.page.page import save_study_page
+    from rotorsim.report.page import save_study_page
     from rotorsim.study.identification_vs_physics import HEADS, rows, study, summary
-    from rotorsim.study.identify_records import sources_of
+    from rotorsim.study.identify_records import COUNTED, run, sources_of
     from rotorsim.study.pages import identification_blocks
-    from rotorsim.study.plans import COUNTED, run
 
     records = [str(folder.absolute()) for folder in campaign or []]
     inputs = {"kind": "identification", "machine": plant.machine.hash, "records": records, "surfaces": surfaces}
@@ -275,7 +267,7 @@ def identification_vs_physics(
             write_json(part / "study.json", numbers)
         page.finish(out / "report.html")
     if as_json:
-        typer.echo(json.dumps({key: numbers[key] for key in ("errors", "failed")}, indent=2))
+        print_json({key: numbers[key] for key in ("errors", "failed")})
         return
     for model, errors in summary(found).items():
         typer.echo(f"{model} against the physics: " + ", ".join(f"{name} {v:.2g} %" for name, v in errors.items()))
@@ -286,7 +278,7 @@ def identification_vs_physics(
 def _layout(quick: bool, speed: str | None, pressure: str | None) -> StudyGrid:
     """Grid of operating points, with the speeds and pressures that are given instead of the usual ones."""
     from rotorsim.analysis.axes import read_axis
-    from rotorsim.study.plans import QUICK, StudyGrid
+    from rotorsim.study.identify_records import QUICK, StudyGrid
 
     usual = QUICK if quick else StudyGrid()
     speeds = usual.speeds if speed is None else tuple(float(v) for v in read_axis("speed", speed, "rad/s"))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import sys
 from math import isnan, pi
 from pathlib import Path
@@ -15,16 +14,16 @@ import typer
 from rotorsim.base.constants import TO_HZ, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
-from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.commands.options import (
-    AsJson,
+    Force,
     GivenMachine,
     GridOptions,
     MachineName,
-    PageOptions,
-    WithReport,
+    ResultFolder,
+    ResultOptions,
     a_folder,
     note_compiling,
+    print_json,
     print_table,
     quantity,
     warn_of,
@@ -36,16 +35,12 @@ if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
 
-    from rotorsim.effects.rotor.unbalance import Unbalance
+    from rotorsim.effects.rotor.unbalance import RotorUnbalance
     from rotorsim.machine import Machine
     from rotorsim.plant import Plant
 
 Speeds = Annotated[str, typer.Option("--speeds", help="Speeds: FROM:TO:COUNT, or values with commas.")]
 Pressure = Annotated[str, typer.Option(help="Gauge supply pressure, for machines with a gas film.")]
-Out = Annotated[
-    Path | None, typer.Option(callback=a_folder, help="Folder; default a new folder of the command's name.")
-]
-Force = Annotated[bool, typer.Option("--force", help="Replace results that are in the folder.")]
 MOST = 100
 """Modes of a Campbell diagram."""
 
@@ -65,49 +60,32 @@ def response(
     disc: Annotated[int | None, typer.Option(help="Disc that carries it, counted from 0; default the first.")] = None,
     *,
     settings: GridOptions,
-    out: Out = None,
-    force: Force = False,
-    report: WithReport = True,
-    page: PageOptions,
-    as_json: AsJson = False,
+    result: ResultOptions,
 ) -> None:
     """Unbalance response over speed: amplitude and phase.
 
     At the measuring plane, discs, bearings and probes.
     """
-    from rotorsim.analysis.axes import read_axis
-
-    page.check(report)
-    grid, supply = read_axis("speeds", speeds, "rad/s"), quantity("pressure", pressure, "Pa")
-    plant = settings.plant(machine)
+    result.check()
+    plant, grid, supply = _operating_line(machine, settings, speeds, pressure)
     import numpy as np
 
     from rotorsim.analysis.unbalance_response import peak_of, unbalance_response
-    from rotorsim.machine.running_limits import ask_rim_speed
 
-    ask_rim_speed(plant.machine, max(grid, key=abs), "--speeds")
     given = _unbalance(plant.machine, unbalance, disc)
-    names = ("response.nc", "response.csv", *(["report.html"] if report else []))
-    with results(out, "response", names, force) as folder:
-        page.begin(folder / "report.html", force)
+    with result.folder("response", "response.nc", "response.csv") as folder:
         note_compiling(plant.assembly, "settle")
         found = unbalance_response(plant, grid, supply, given)
-        files = _write(found, folder, "response", _response_rows(found))
-        if report:
+        _write(found, folder, "response", _response_rows(found))
+        if result.report:
             from rotorsim.report.linear import write_response
 
-            files["report"] = str(write_response(found, folder / "report.html"))
-            files |= page.finish(files["report"])
-    sizes = found["major"].values
-    warnings = warn_of(found)
+            folder.write_page(lambda path: write_response(found, path))
     peaks = {place: peak_of(found, place) for place in map(str, found["place"].values)}
-    if as_json:
-        summary = {"unbalance": found.attrs["unbalance"], "peaks": peaks, "warnings": warnings, "files": files}
-        typer.echo(json.dumps(summary, indent=2))
-    else:
-        rows = [(f"peak at {place}", _text(peak)) for place, peak in peaks.items()]
-        print_table([("unbalance", found.attrs["unbalance"]), *rows], files)
-    if not np.isfinite(sizes).any():
+    numbers = {"unbalance": found.attrs["unbalance"], "peaks": peaks, "warnings": warn_of(found)}
+    rows = [("unbalance", found.attrs["unbalance"]), *((f"peak at {p}", _text(peak)) for p, peak in peaks.items())]
+    result.show(numbers, rows, folder.files)
+    if not np.isfinite(found["major"].values).any():
         way = "raise the pressure" if plant.machine.fed else "ask for higher speeds"
         print(f"response: the film carries the rotor at no speed; {way}", file=sys.stderr)
         raise typer.Exit(2)
@@ -129,94 +107,92 @@ def campbell(
     stiffness: Annotated[str, typer.Option(help="Range of that stiffness, FROM:TO.")] = "0.1 MN/m:1000 MN/m",
     *,
     settings: GridOptions,
-    out: Out = None,
-    force: Force = False,
-    report: WithReport = True,
-    page: PageOptions,
-    as_json: AsJson = False,
+    result: ResultOptions,
 ) -> None:
     """Campbell diagram with critical speeds of the orders 1, 2, 3.
 
     All modes of a region of frequency and damping are followed; the lowest ones are shown.
     """
-    from rotorsim.analysis.axes import read_axis
+    result.check()
+    ends = None
+    if critical_map:
+        from rotorsim.analysis.axes import read_axis
 
-    page.check(report)
-    grid, supply = read_axis("speeds", speeds, "rad/s"), quantity("pressure", pressure, "Pa")
-    ends = read_axis("stiffness", f"{stiffness}:2", "N/m") if critical_map else None
-    plant = settings.plant(machine)
-    from rotorsim.analysis.campbell import (
-        campbell as find_modes,
-        critical_rows,
-        critical_speed_map,
-        modes_line,
-        searched_line,
-    )
-    from rotorsim.machine.running_limits import ask_rim_speed
+        ends = read_axis("stiffness", f"{stiffness}:2", "N/m")
+    plant, grid, supply = _operating_line(machine, settings, speeds, pressure)
+    from rotorsim.analysis.campbell import campbell as find_modes, critical_speed_map
 
-    ask_rim_speed(plant.machine, max(grid, key=abs), "--speeds")
-    names = ("campbell.nc", "campbell.csv", *(["report.html"] if report else []))
-    with results(out, "campbell", names, force) as folder:
-        page.begin(folder / "report.html", force)
+    with result.folder("campbell", "campbell.nc", "campbell.csv") as folder:
         note_compiling(plant.assembly, "settle")
         found = find_modes(plant, grid, supply, modes)
         lines = None if ends is None else critical_speed_map(plant, (float(ends[0]), float(ends[1])))
         kept = found if lines is None else found.assign(undamped_critical_speed=lines["wn"])
-        files = _write(kept, folder, "campbell", _mode_rows(found))
-        if report:
+        _write(kept, folder, "campbell", _mode_rows(found))
+        if result.report:
             from rotorsim.report.linear import write_campbell
 
-            files["report"] = str(write_campbell(found, folder / "report.html", lines))
-            files |= page.finish(files["report"])
-    rows, warnings = critical_rows(found), warn_of(found)
-    if as_json:
-        names = ("order", "rpm", "direction", "zeta", "whirl", "mode")
-        critical = [dict(zip(names, row, strict=True)) for row in rows]
-        sure = {"modes": _finite(found["modes"].values), "missing": _finite(found["missing"].values)}
-        typer.echo(json.dumps({"criticals": critical} | sure | {"warnings": warnings, "files": files}, indent=2))
-        return
-    print_table(
-        [
-            ("modes", modes_line(found)),
-            *(
-                (f"{order}X critical speed", f"{rpm:.0f} rpm, {direction}, damping {zeta:.3g}, {whirl}, mode {mode}")
-                for order, rpm, direction, zeta, whirl, mode in rows
-            ),
-            ("searched", searched_line(found)),
-        ],
-        files,
-    )
+            folder.write_page(lambda path: write_campbell(found, path, lines))
+    result.show(*_criticals(found), folder.files)
+
+
+def _operating_line(machine: str, settings: GridOptions, speeds: str, pressure: str) -> tuple[Plant, np.ndarray, float]:
+    """Plant, speeds (n,) [rad/s] that its discs stand, and gauge supply pressure [Pa] of an analysis over the speed."""
+    from rotorsim.analysis.axes import read_axis
+
+    grid, supply = read_axis("speeds", speeds, "rad/s"), quantity("pressure", pressure, "Pa")
+    plant = settings.plant(machine)
+    from rotorsim.machine.limits import ask_rim_speed
+
+    ask_rim_speed(plant.machine, max(grid, key=abs), "--speeds")
+    return plant, grid, supply
+
+
+def _criticals(found: xr.Dataset) -> tuple[dict[str, Any], list[tuple[str, str]]]:
+    """Critical speeds of a Campbell diagram for a program, and as rows of text."""
+    from rotorsim.analysis.campbell import critical_rows, modes_line, searched_line
+
+    names = ("order", "rpm", "direction", "zeta", "whirl", "mode")
+    criticals = [dict(zip(names, row, strict=True)) for row in critical_rows(found)]
+    numbers = {"criticals": criticals, "modes": _finite(found["modes"].values),
+               "missing": _finite(found["missing"].values), "warnings": warn_of(found)}  # fmt: skip
+    rows = [
+        (f"{c['order']}X critical speed",
+         f"{c['rpm']:.0f} rpm, {c['direction']}, damping {c['zeta']:.3g}, {c['whirl']}, mode {c['mode']}")
+        for c in criticals
+    ]  # fmt: skip
+    return numbers, [("modes", modes_line(found)), *rows, ("searched", searched_line(found))]
 
 
 def _finite(values: np.ndarray) -> list[int | None]:
     return [None if v != v else int(v) for v in values]
 
 
-def _unbalance(machine: Machine, me: str | None, disc: int | None) -> tuple[Unbalance, ...] | None:
+def _unbalance(machine: Machine, me: str | None, disc: int | None) -> tuple[RotorUnbalance, ...] | None:
     if me is None:
         if disc is not None:
             raise DataError("--disc: places the unbalance of --unbalance; give both, e.g. --unbalance '10 g*mm'")
         return None
-    from rotorsim.effects.rotor.unbalance import Unbalance
+    from rotorsim.effects.rotor.unbalance import RotorUnbalance
 
     size = quantity("unbalance", me, "kg*m")
     if not 0 < size <= 1e-2:
         raise DataError(f"--unbalance: '{me}' is not above 0 and at most 10 kg*mm; write e.g. '10 g*mm'")
     if disc is None:
-        return (Unbalance(me=size),)
+        return (RotorUnbalance(me=size),)
     if not 0 <= disc < len(machine.discs):
         known = f"0 to {len(machine.discs) - 1}" if machine.discs else "none"
         raise DataError(f"--disc: there is no disc {disc} in {machine.name}; its discs are {known}")
-    return (Unbalance(me=size, position=machine.discs[disc].position),)
+    return (RotorUnbalance(me=size, position=machine.discs[disc].position),)
 
 
-def _write(found: xr.Dataset, folder: Path, name: str, rows: list[tuple[object, ...]]) -> dict[str, str]:
-    """Write NetCDF and CSV; paths by kind."""
-    write_netcdf(folder / f"{name}.nc", found)
+def _write(found: xr.Dataset, folder: ResultFolder, name: str, rows: list[tuple[object, ...]]) -> None:
+    """Write a result as NetCDF, and its rows as CSV."""
+    from rotorsim.base.hdf5 import write_netcdf
+
+    write_netcdf(folder.add(name, f"{name}.nc"), found)
     text = io.StringIO()
     csv.writer(text).writerows(rows)
-    write_text(folder / f"{name}.csv", text.getvalue())
-    return {name: str(folder / f"{name}.nc"), "table": str(folder / f"{name}.csv")}
+    write_text(folder.add("table", f"{name}.csv"), text.getvalue())
 
 
 def _response_rows(found: xr.Dataset) -> list[tuple[object, ...]]:
@@ -279,18 +255,19 @@ def modes(
         bool | None, typer.Option("--pictures/--no-pictures", help="Draw each mode as PNG; if pyvista is there.")
     ] = None,
     film: Annotated[
-        str, typer.Option("--film", help="Film each mode as well: gif, or mp4, which needs the program ffmpeg.")
+        str, typer.Option(help="Film each mode as well: gif, or mp4, which needs the program ffmpeg.")
     ] = "",
     out: Annotated[Path | None, typer.Option(callback=a_folder, help="Folder; default a new folder 'modes'.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace modes that are in the folder.")] = False,
+    force: Force = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the modes as JSON.")] = False,
 ) -> None:
     """Draw the modes of rotor and film at one operating point."""
     at = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
     plant = settings.plant(machine)
-    from rotorsim.analysis.mode_shapes import mode_shapes
-    from rotorsim.machine.running_limits import ask_rim_speed
-    from rotorsim.report.pictures import lacking
+    from rotorsim.analysis.shaft_motion import mode_shapes
+    from rotorsim.base.hdf5 import write_netcdf
+    from rotorsim.machine.limits import ask_rim_speed
+    from rotorsim.report.scenes import lacking
 
     ask_rim_speed(plant.machine, at[0], "--speed")
     wanted = pictures is not False or show or bool(film)
@@ -353,7 +330,7 @@ def _draw_modes(found: xr.Dataset, folder: Path, endings: list[str], show: bool)
 
 def _check_film(film: str) -> None:
     """Refuse another kind of film, or one that cannot be written here, before anything is computed."""
-    from rotorsim.report.pictures import ENDINGS, check_program
+    from rotorsim.report.scenes import ENDINGS, check_program
 
     known = [ending[1:] for ending in ENDINGS[1:]]
     if film and film not in known:
@@ -370,7 +347,7 @@ def _print_modes(found: xr.Dataset, files: dict[str, str], as_json: bool) -> Non
         for k in range(found.sizes["mode"])
     ]  # fmt: skip
     if as_json:
-        typer.echo(json.dumps({"modes": rows, "warnings": warnings, "files": files}, indent=2))
+        print_json({"modes": rows, "warnings": warnings, "files": files})
         return
     print_table(
         [(f"mode {r['mode']}", f"{r['frequency_hz']:.2f} Hz, damping {r['damping_ratio']:.4f}, {r['whirl']}")

@@ -12,21 +12,17 @@ from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.interrupt import done, finishing
 from rotorsim.commands.options import MachineName, PlantOptions, note_compiling
 from rotorsim.commands.registry import command
-from rotorsim.report.page.browser import has_browser
+from rotorsim.report.browser import has_browser
 
 if TYPE_CHECKING:
-    from rotorsim.live.rig.desk import Scene
-    from rotorsim.live.rig.records import Replay
+    from rotorsim.live.desk import Scene
+    from rotorsim.live.records import Replay
 
 UNVISITED = 60.0
 """Seconds after which a page that only complains is taken away if nobody came."""
 
 
-@command(
-    "live",
-    "rotorsim live dtu_gas_bearing --law my_law.json",
-    "rs.live.serve_rig('dtu_gas_bearing')",
-)
+@command("live", "rotorsim live dtu_gas_bearing --law my_law.json", "rs.live.serve_rig('dtu_gas_bearing')")
 def live(
     machine: MachineName = "dtu_gas_bearing",
     law: Annotated[list[Path] | None, typer.Option(help="A saved controller to switch on; may be repeated.")] = None,
@@ -49,7 +45,7 @@ def live(
         raise DataError(f"--port: {port} is not a port; give one from 1 to 65535")
     if out.is_file():
         raise DataError(f"--out {out}: is a file; give a folder for scenes and records")
-    scene, replay = _scene(machine), _replay(machine)
+    scene, replay = _saved(machine)
     name: Any = scene.machine if scene else replay.machine if replay else machine
 
     def print_address(address: str, taken: int) -> None:
@@ -62,16 +58,16 @@ def live(
         try:
             load_machine(machine)
         except MachineFileError as error:
-            from rotorsim.live.server.server import complaint, serve
+            from rotorsim.live.serving import complaint, serve
 
             typer.echo(str(error), err=True)
             serve(complaint(machine, error.problems), port, _print_refused, browser, False, patience=UNVISITED)
             raise typer.Exit(2) from error
     plant = settings.plant(name)
-    from rotorsim.live.rig.laws import read_laws
-    from rotorsim.live.rig.settings import equip
-    from rotorsim.live.server.server import run_desk
-    from rotorsim.live.serving import make_desk
+    from rotorsim.live.desk import make_desk
+    from rotorsim.live.laws import read_laws
+    from rotorsim.live.serving import run_desk
+    from rotorsim.live.settings import equip
     from rotorsim.plant import Plant
 
     laws = read_laws(law or [], plant.machine)
@@ -95,17 +91,14 @@ def _print_address(address: str, wanted: int, taken: int, keep_open: bool) -> No
     typer.echo("Ctrl-C ends it" if keep_open else "closing the page or Ctrl-C ends it", err=True)
 
 
-def _scene(name: str) -> Scene | None:
-    if not name.endswith(".json"):
-        return None
-    from rotorsim.live.rig.desk import load_scene
+def _saved(name: str) -> tuple[Scene | None, Replay | None]:
+    """Scene or record of a file that was saved on a live rig; neither for a machine."""
+    if name.endswith(".json"):
+        from rotorsim.live.desk import load_scene
 
-    return load_scene(Path(name))
+        return load_scene(Path(name)), None
+    if name.endswith(".nc"):
+        from rotorsim.live.records import Replay
 
-
-def _replay(name: str) -> Replay | None:
-    if not name.endswith(".nc"):
-        return None
-    from rotorsim.live.rig.records import Replay
-
-    return Replay(Path(name))
+        return None, Replay(Path(name))
+    return None, None

@@ -1,9 +1,9 @@
-"""`rotorsim machine new | check | show | effects | calibrate` and `rotorsim cite`: machine files and their sources."""
+"""`rotorsim machine new | check | show | effects | calibrate`, `cite` and `warm`: machine files, sources, kernels."""
 
 from __future__ import annotations
 
-import json
 import sys
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,11 +12,25 @@ from rich.markup import escape
 from rich.table import Table
 
 from rotorsim.base.constants import TO_MPA, TO_UM
+from rotorsim.base.display import end_line, line
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.files import write_text
-from rotorsim.base.progress import end_line, line
-from rotorsim.commands.completion import effects as effect_names, machines, targets as shipped_targets
-from rotorsim.commands.options import AsJson, Console, GivenMachine, GridOptions, plant_of
+from rotorsim.commands.completion import (
+    effects as effect_names,
+    machines,
+    machines as shipped_or_files,
+    targets as shipped_targets,
+)
+from rotorsim.commands.options import (
+    AsJson,
+    Console,
+    GivenMachine,
+    GridOptions,
+    PlantOptions,
+    plant_of,
+    print_json,
+    print_rows,
+)
 from rotorsim.commands.registry import CommandGroup, command, group
 from rotorsim.commands.results import files
 
@@ -33,11 +47,7 @@ class MachineFiles(CommandGroup):
     """Write, check, show and calibrate machine files."""
 
 
-@command(
-    "machine new",
-    "rotorsim machine new my_rotor.toml --from plain_rotor",
-    "rs.machine_text('plain_rotor')",
-)
+@command("machine new", "rotorsim machine new my_rotor.toml --from plain_rotor", "rs.machine_text('plain_rotor')")
 def new(
     path: Annotated[Path, typer.Argument(help="File to write.")],
     source: Annotated[
@@ -53,11 +63,7 @@ def new(
     typer.echo(f"{path}: written; edit it, then try 'rotorsim machine check {path}'")
 
 
-@command(
-    "machine check",
-    "rotorsim machine check my_rotor.toml",
-    "rs.load_machine('my_rotor.toml')",
-)
+@command("machine check", "rotorsim machine check my_rotor.toml", "rs.load_machine('my_rotor.toml')")
 def check(
     path: Annotated[
         str, typer.Argument(metavar="PATH", help="Machine file, or name of a shipped machine.", autocompletion=machines)
@@ -70,9 +76,7 @@ def check(
 
 
 @command(
-    "machine show",
-    "rotorsim machine show dtu_gas_bearing",
-    "rs.machine.si_numbers(rs.load_machine('dtu_gas_bearing'))",
+    "machine show", "rotorsim machine show dtu_gas_bearing", "rs.machine.si_numbers(rs.load_machine('dtu_gas_bearing'))"
 )
 def show(
     machine: Annotated[
@@ -85,7 +89,7 @@ def show(
 
     loaded = load_machine(machine)
     if as_json:
-        typer.echo(json.dumps(si_numbers(loaded), indent=2))
+        print_json(si_numbers(loaded))
     else:
         _print_machine(loaded)
 
@@ -107,11 +111,7 @@ def _print_machine(machine: Machine) -> None:
     console.print(table)
 
 
-@command(
-    "machine effects",
-    "rotorsim machine effects unbalance",
-    "rs.machine.catalogue()",
-)
+@command("machine effects", "rotorsim machine effects unbalance", "rs.machine.catalogue()")
 def effects(
     name: Annotated[
         str | None,
@@ -124,9 +124,9 @@ def effects(
 
     entries = catalogue() if name is None else [_entry(name)]
     if as_json:
-        typer.echo(json.dumps(entries if name is None else entries[0], indent=2))
+        print_json(entries if name is None else entries[0])
     elif name is None:
-        _print_effects(entries)
+        print_rows(("effect", "port", "what"), [(e["name"], e["port"], e["summary"]) for e in entries])
     else:
         _print_effect(entries[0])
 
@@ -135,18 +135,11 @@ def _entry(name: str) -> dict[str, Any]:
     """An effect of the catalogue by its name."""
     from rotorsim.effects import REGISTRY
     from rotorsim.machine.catalogue import describe
-    from rotorsim.machine.effect_tables import unknown_effect
+    from rotorsim.machine.values import unknown_effect
 
     if name in REGISTRY:
         return describe(REGISTRY[name])
     raise MachineFileError(f"{name}: {unknown_effect(name)}")
-
-
-def _print_effects(entries: list[dict[str, Any]]) -> None:
-    table = Table("effect", "port", "what", box=None, pad_edge=False)
-    for e in entries:
-        table.add_row(e["name"], e["port"], escape(e["summary"]))
-    Console().print(table)
 
 
 def _print_effect(entry: dict[str, Any]) -> None:
@@ -159,11 +152,9 @@ def _print_effect(entry: dict[str, Any]) -> None:
         console.print(escape("\n".join(f"- {one}" for one in entry["references"])) + "\n")
     several = "several tables add up" if entry["several"] else "one table only"
     console.print(escape(f"Acts {entry['acts']} (port {entry['port']}); {several}.\n"))
-    table = Table("parameter", "neutral", "limits", "meaning", box=None, pad_edge=False)
-    for p in entry["parameters"]:
-        limits = f"{p['low']} to {p['high']}" if p["low"] or p["high"] else ""
-        table.add_row(*map(escape, (p["name"], p["neutral"], limits, p["doc"])))
-    console.print(table)
+    limits = (f"{p['low']} to {p['high']}" if p["low"] or p["high"] else "" for p in entry["parameters"])
+    rows = [(p["name"], p["neutral"], ends, p["doc"]) for p, ends in zip(entry["parameters"], limits, strict=True)]
+    print_rows(("parameter", "neutral", "limits", "meaning"), rows)
 
 
 @command(
@@ -179,7 +170,7 @@ def calibrate_command(
             help="Targets file, or a shipped one: dtu_orifice, dtu_loss_factor.", autocompletion=shipped_targets
         ),
     ],
-    grid: Annotated[str | None, typer.Option("--grid", help="Film grid n_theta x n_z, e.g. 32x16.")] = None,
+    grid: Annotated[str | None, typer.Option(help="Film grid n_theta x n_z, e.g. 32x16.")] = None,
     passes: Annotated[int, typer.Option(help="Most steps of the fit.", min=1)] = 20,
     out: Annotated[Path | None, typer.Option(help="Machine file to write; default MACHINE-calibrated.toml.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file if it is there.")] = False,
@@ -197,12 +188,13 @@ def calibrate_command(
     path = out or Path(f"{Path(machine).stem}-calibrated.toml")
     with files(path, force=force):
         coarse = loaded if grid is None else GridOptions(grid).plant(machine).machine
-        found = calibrate(coarse, asked, passes, None if as_json else _show_passes)
+        shown = None if as_json else lambda count, cost: line(f"{count} evaluations, cost {cost:.4g} ")
+        found = calibrate(coarse, asked, passes, shown)
         if not as_json:
             end_line()
         save_calibrated(found, asked.name, path, loaded)
     if as_json:
-        typer.echo(json.dumps(calibration_numbers(found) | {"file": str(path)}, indent=2))
+        print_json(calibration_numbers(found) | {"file": str(path)})
     else:
         _print_calibration(found)
         typer.echo(f"{path}: written")
@@ -211,24 +203,19 @@ def calibrate_command(
         raise typer.Exit(130)
 
 
-def _show_passes(count: int, cost: float) -> None:
-    line(f"{count} evaluations, cost {cost:.4g} ")
-
-
 def _print_calibration(found: Calibration) -> None:
+    rows = [
+        (t.name, t.role + ("ted" if t.role == "fit" else "ed"), _range(t.low, t.high, t.quantity),
+         _range(*row.before, t.quantity), row.verdicts[0], _range(*row.after, t.quantity), row.verdicts[1])
+        for row in found.rows for t in (row.target,)
+    ]  # fmt: skip
+    print_rows(("target", "role", "asked", "before", "", "after", ""), rows)
+    values = [
+        (p.name, f"{p.start:.5g}", f"{v:.5g} {p.unit}", f"{s:.2g}", "at its bound" if b else "")
+        for p, v, s, b in zip(found.parameters, found.values, found.sd, found.at_bound, strict=True)
+    ]
+    print_rows(("parameter", "start", "value", "+-", ""), values)
     console = Console()
-    table = Table("target", "role", "asked", "before", "", "after", "", box=None, pad_edge=False)
-    for row in found.rows:
-        t = row.target
-        asked = _range(t.low, t.high, t.quantity)
-        table.add_row(t.name, t.role + ("ted" if t.role == "fit" else "ed"), asked,
-                      _range(*row.before, t.quantity), row.verdicts[0],
-                      _range(*row.after, t.quantity), row.verdicts[1])  # fmt: skip
-    console.print(table)
-    values = Table("parameter", "start", "value", "+-", "", box=None, pad_edge=False)
-    for p, v, s, b in zip(found.parameters, found.values, found.sd, found.at_bound, strict=True):
-        values.add_row(p.name, f"{p.start:.5g}", f"{v:.5g} {p.unit}", f"{s:.2g}", "at its bound" if b else "")
-    console.print(values)
     console.print("correlations above 0.8: " + (", ".join(strong(found)) or "none"))
     for text in found.unidentifiable:
         console.print(f"not identifiable from these targets: {text}")
@@ -249,7 +236,7 @@ def strong(found: Calibration) -> list[str]:
 
 
 def _range(low: float, high: float, quantity: str) -> str:
-    from rotorsim.analysis.figures import UNITS
+    from rotorsim.analysis.targets import UNITS
 
     scale, unit = SCALES.get(UNITS[quantity], (1.0, UNITS[quantity].replace("1", "")))
     low, high = (0.0 if abs(v * scale) < 1e-9 else v * scale for v in (low, high))
@@ -277,10 +264,46 @@ def cite(
     parts = cited(what)
     keys = sorted_keys(key for part in parts.values() for key in part)
     if as_json:
-        typer.echo(json.dumps({"parts": parts, "references": {k: references().get(k, k) for k in keys}}, indent=2))
+        print_json({"parts": parts, "references": {k: references().get(k, k) for k in keys}})
     elif as_bibtex:
         typer.echo("\n\n".join(bibtex().get(key, f"% {key}") for key in keys))
     else:
         for part, own in parts.items():
             typer.echo(f"{part}: {', '.join(own)}")
         typer.echo("\n" + "\n".join(f"[{key}] {references().get(key, key)}" for key in keys))
+
+
+@command("warm", "rotorsim warm dtu_gas_bearing --grid 64x16", "rs.compile_kernels(plant)")
+def warm(
+    machines: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[MACHINE]...",
+            help="Shipped machines or files; default all shipped.",
+            autocompletion=shipped_or_files,
+        ),
+    ] = None,
+    *,
+    settings: PlantOptions,
+    as_json: AsJson = False,
+) -> None:
+    """Compile machines now, so that their first run starts at once."""
+    from rotorsim.machine import shipped_machines
+
+    plants = {name: settings.plant(name) for name in machines or shipped_machines()}
+    from rotorsim.plant import compile_kernels
+
+    took = {}
+    for name, plant in plants.items():
+        note = plant.assembly.compile_note("settle", "run")
+        if not note:
+            typer.echo(f"{name}: compiled already", err=True)
+            took[name] = 0.0
+            continue
+        typer.echo(note, err=True)
+        start = time.monotonic()
+        compile_kernels(plant)
+        took[name] = round(time.monotonic() - start, 1)
+        typer.echo(f"{name}: compiled in {took[name]:.0f} s", err=True)
+    if as_json:
+        print_json({"seconds": took})

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 from math import isfinite, pi
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -16,20 +14,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from rotorsim.base.constants import TO_RPM, TO_UM
-from rotorsim.base.progress import Update, bar
+from rotorsim.base.display import bar
 from rotorsim.base.units import show
-from rotorsim.commands.options import (
-    Console,
-    GridOptions,
-    MachineName,
-    PageOptions,
-    a_folder,
-    note_compiling,
-    print_table,
-    quantity,
-)
+from rotorsim.commands.options import Console, GridOptions, MachineName, ResultOptions, note_compiling, quantity
 from rotorsim.commands.registry import command
-from rotorsim.commands.results import results
 
 if TYPE_CHECKING:
     import numpy as np
@@ -38,7 +26,6 @@ if TYPE_CHECKING:
     from rotorsim.analysis.axes import Field
     from rotorsim.plant import Plant
 
-MAP, REPORT = "map.nc", "report.html"
 SPEEDS, PRESSURES = "0 rpm:6000 rpm:7", "0.3 MPa:0.7 MPa:5"
 RANGES: dict[str, tuple[str, float]] = {
     "natural_frequency_hz": ("wn", 1 / (2 * pi)),
@@ -120,38 +107,40 @@ def map_command(
     *,
     wanted: MapOptions,
     settings: GridOptions,
-    page: PageOptions,
     jobs: Annotated[int | None, typer.Option(help="Processes; default as many as pay.")] = None,
-    out: Annotated[
-        Path | None, typer.Option(callback=a_folder, help="Folder for map and report; default a new folder 'map'.")
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace a map that is in the folder.")] = False,
-    report: Annotated[bool, typer.Option("--report/--no-report", help="Write the HTML report.")] = True,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the map's summary as JSON.")] = False,
+    result: ResultOptions,
 ) -> None:
     """Map the operating points of a machine and shade what is safe.
 
     Equilibria and linear models; no time simulation.
     """
-    page.check(report)
+    result.check()
     grid, plant = wanted.read(), settings.plant(machine)
     fed = _check(plant, grid, wanted)
     from rotorsim.analysis.machine_map import map_machine
 
-    with results(out, "map", (MAP, REPORT) if report else (MAP,), force) as folder:
-        page.begin(folder / REPORT, force)
+    with result.folder("map", "map.nc") as folder:
         note_compiling(plant.assembly, "settle")
-        with bar(text="operating points", show=not as_json) as update:
+        with bar(text="operating points", show=not result.as_json) as update:
             found = map_machine(
                 plant, grid.speeds, grid.pressures, grid.fields, grid.whirl,
                 grid.film if wanted.with_lift_off else None, wanted.with_onset, wanted.campbell, jobs,
-                update and _count(update),
+                update and (lambda done, total: update(completed=done, total=total)),
             )  # fmt: skip
-        files = _write(found, folder, report)
-        if "report" in files:
-            files |= page.finish(files["report"])
-    _print_map(found, files, as_json)
-    _leave_if_incomplete(found, files["map"], fed)
+        from rotorsim.base.hdf5 import write_netcdf
+
+        write_netcdf(folder.add("map", "map.nc"), found)
+        if result.report and "wn" in found:
+            from rotorsim.report.operating_map import save_map_page
+
+            folder.write_page(lambda path: save_map_page(found, path))
+    if not result.as_json:
+        for table in tables(found):
+            Console().print(table)
+    numbers, listed = summary(found), {key for key, *_ in LISTED.values()} | {key for _, key in LOOKED.values()}
+    rows = [(key.replace("_", " "), _short(value)) for key, value in numbers.items() if key not in listed]
+    result.show(numbers, rows, folder.files)
+    _leave_if_incomplete(found, folder.files["map"], fed)
 
 
 def _check(plant: Plant, grid: MapGrid, wanted: MapOptions) -> bool:
@@ -160,8 +149,8 @@ def _check(plant: Plant, grid: MapGrid, wanted: MapOptions) -> bool:
 
     from rotorsim.analysis.machine_map import check_quantities, machines_at_ends
     from rotorsim.analysis.supply import felt
+    from rotorsim.machine.limits import ask_rim_speed
     from rotorsim.machine.plausibility import ask_machine
-    from rotorsim.machine.running_limits import ask_rim_speed
 
     check_quantities(plant, wanted.with_lift_off, wanted.with_onset)
     ask_rim_speed(plant.machine, max(grid.speeds, key=abs), "--speed")
@@ -182,25 +171,6 @@ def _leave_if_incomplete(found: xr.Dataset, path: str, fed: bool) -> None:
         way = "raise the pressures" if fed else "ask for higher speeds"
         print(f"map: the film carries the rotor at no point of the grid; {way}", file=sys.stderr)
         raise typer.Exit(2)
-
-
-def _count(update: Update) -> Callable[[int, int], None]:
-    """Show (done, total) on a bar."""
-    return lambda done, total: update(completed=done, total=total)
-
-
-def _write(found: xr.Dataset, folder: Path, report: bool) -> dict[str, str]:
-    from rotorsim.base.hdf5 import write_netcdf
-
-    files = {"map": str(folder / MAP)}
-    write_netcdf(folder / MAP, found)
-    if report and "wn" in found:
-        from rotorsim.report.operating_map import save_map_page
-
-        page = folder / REPORT
-        save_map_page(found, page)
-        files["report"] = str(page)
-    return files
 
 
 def summary(found: xr.Dataset) -> dict[str, Any]:
@@ -238,18 +208,6 @@ def _plain(values: Any) -> Any:
     if getattr(values, "ndim", 0):
         return [_plain(v) for v in values]
     return None if values != values else float(values)
-
-
-def _print_map(found: xr.Dataset, files: dict[str, str], as_json: bool) -> None:
-    numbers = summary(found)
-    if as_json:
-        typer.echo(json.dumps(numbers | {"files": files}, indent=2))
-        return
-    listed = {key for key, _, _ in LISTED.values()} | {key for _, key in LOOKED.values()}
-    rows = [(key.replace("_", " "), _short(value)) for key, value in numbers.items() if key not in listed]
-    for table in tables(found):
-        Console().print(table)
-    print_table(rows, files)
 
 
 def _short(value: Any) -> str:

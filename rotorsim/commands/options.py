@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import wraps
 from glob import escape
 from math import pi
@@ -13,19 +14,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich import console
+from rich import console, markup
 from rich.errors import MarkupError
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
+from rotorsim.base.display import visible
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.files import WriteError
-from rotorsim.base.sentences import visible
 from rotorsim.base.units import Suggest, parse
 from rotorsim.commands.completion import machines
-from rotorsim.commands.results import refuse_replacing
-from rotorsim.report.page.browser import open_page
-from rotorsim.report.page.units import check_units, use_units
+from rotorsim.commands.results import refuse_replacing, results
+from rotorsim.report.browser import open_page
+from rotorsim.report.units import check_units, use_units
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,7 +50,7 @@ MachineName = Annotated[
 GivenMachine = Annotated[
     str, typer.Argument(metavar="MACHINE", help="Shipped machine or machine file.", autocompletion=machines)
 ]
-Force = Annotated[bool, typer.Option("--force", help="Replace a run that is in the folder.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace results that are in the folder.")]
 WithReport = Annotated[bool, typer.Option("--report/--no-report", help="Write the HTML report.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
 StudyFolder = Annotated[
@@ -91,7 +92,7 @@ class PlantOptions(GridOptions):
     time_step: Annotated[str | None, typer.Option(help="Step of the solver, e.g. '0.2 ms'.")] = None
 
     def settings(self) -> Iterator[str]:
-        """Those of the grid, behind the solver's step."""
+        """Changes of the solver's step and of the grid."""
         if self.time_step is not None:
             yield f"solver.time_step={self.time_step}"
         yield from super().settings()
@@ -113,7 +114,7 @@ class PageOptions:
         check_units(self.units)
         use_units("metric")
         if self.figures is not None:
-            from rotorsim.report.page.figure_files import check_kind
+            from rotorsim.report.figure_files import check_kind
 
             check_kind(self.figures)
 
@@ -126,7 +127,7 @@ class PageOptions:
         use_units(self.units)
         if self.figures is None:
             return
-        from rotorsim.report.page.figure_files import figure_paths
+        from rotorsim.report.figure_files import figure_paths
 
         refuse_replacing(sorted(page.parent.glob(f"{escape(page.stem)}_*.{self.figures}")), force)
         if page.is_file():
@@ -145,7 +146,7 @@ class PageOptions:
         page = Path(page)
         use_units("metric")
         if self.figures is not None:
-            from rotorsim.report.page.figure_files import save_figures
+            from rotorsim.report.figure_files import save_figures
 
             try:
                 save_figures(page, self.figures)
@@ -155,6 +156,58 @@ class PageOptions:
         if self.open_page and not open_page(page):
             print(f"--open: there is no browser with a display here; the page is {page.resolve()}", file=sys.stderr)
         return files
+
+
+@dataclass(frozen=True)
+class ResultOptions:
+    """Options about the results of a command: their folder, the page about them, and what is printed."""
+
+    out: Annotated[
+        Path | None, typer.Option(callback=a_folder, help="Folder; default a new folder of the command's name.")
+    ] = None
+    force: Force = False
+    report: WithReport = True
+    page: PageOptions = PageOptions()
+    as_json: AsJson = False
+
+    def check(self) -> None:
+        """Before anything is computed: raise DataError for a page that cannot be made as it is asked for."""
+        self.page.check(self.report)
+
+    @contextmanager
+    def folder(self, name: str, *files: str, page: str = "report.html") -> Iterator[ResultFolder]:
+        """Folder `name` or that of --out, locked for these files and the page until the block ends; see `results`."""
+        with results(self.out, name, (*files, *([page] if self.report else ())), self.force) as folder:
+            self.page.begin(folder / page, self.force)
+            yield ResultFolder(folder, self, page)
+
+    def show(self, numbers: Mapping[str, Any], rows: Sequence[tuple[str, str]], files: Mapping[str, str]) -> None:
+        """Print the results: numbers and files as JSON, or rows as a table and then the files."""
+        if self.as_json:
+            print_json({**numbers, "files": files})
+        else:
+            print_table(rows, files)
+
+
+@dataclass(frozen=True)
+class ResultFolder:
+    """Folder in which a command writes, with the paths of what is written by kind."""
+
+    path: Path
+    options: ResultOptions
+    page: str
+    files: dict[str, str] = field(default_factory=dict)
+
+    def add(self, kind: str, name: str) -> Path:
+        """Path of a file, which is listed under its kind."""
+        self.files[kind] = str(self.path / name)
+        return self.path / name
+
+    def write_page(self, write: Callable[[Path], object]) -> None:
+        """Have the page written, then its figures as files, and open it, as far as that is asked for."""
+        path = self.path / self.page
+        write(path)
+        self.files.update({"report": str(path)} | self.options.page.finish(path))
 
 
 def plant_of(machine: str | Machine, *changes: str) -> Plant:
@@ -274,7 +327,7 @@ def warn_of(found: xr.Dataset) -> list[str]:
 class Console(console.Console):
     """Rich's console without highlighting of numbers, for text that may hold anything.
 
-    Text of other people is shown as it is, neither obeyed by the terminal nor taken for markup.
+    Text from outside is shown as it is, neither obeyed by the terminal nor taken for markup.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -288,7 +341,7 @@ class Console(console.Console):
             return super().render_str(visible(text), **options | {"markup": False})
 
 
-def print_table(rows: list[tuple[str, str]], files: dict[str, str]) -> None:
+def print_table(rows: Sequence[tuple[str, str]], files: Mapping[str, str]) -> None:
     """Print the results as a table, then the paths of the files."""
     table = Table(show_header=False)
     for label, value in rows:
@@ -297,3 +350,22 @@ def print_table(rows: list[tuple[str, str]], files: dict[str, str]) -> None:
     console.print(table)
     for kind, path in files.items():
         console.print(f"{kind}: {path}", soft_wrap=True, highlight=False)
+
+
+def print_rows(heads: Sequence[str | Column], rows: Iterable[Sequence[str]]) -> None:
+    """Print rows of plain texts below heads, without a frame."""
+    table = Table(*heads, box=None, pad_edge=False)
+    for row in rows:
+        table.add_row(*map(markup.escape, row))
+    Console().print(table)
+
+
+def print_files(files: Mapping[str, str]) -> None:
+    """Print the paths of the files by kind."""
+    for kind, path in files.items():
+        typer.echo(f"{kind}: {path}")
+
+
+def print_json(numbers: Any) -> None:
+    """Print results as JSON; numbers of numpy are numbers."""
+    typer.echo(json.dumps(numbers, indent=2, default=float))

@@ -112,24 +112,37 @@ def single(function: Callable[..., None]) -> typer.Typer:
 
 
 def _of_single_options(function: Callable[..., None]) -> Callable[..., None]:
-    """The function with the fields of its dataclasses as options of its own."""
+    """The function with the fields of its dataclasses, and of those in them, as options of its own."""
     hints = get_type_hints(function, include_extras=True)
-    groups: dict[str, Any] = {name: kind for name, kind in hints.items() if is_dataclass(kind)}
+    given = signature(function).parameters
 
     @wraps(function)
     def command(**values: Any) -> None:
-        for name, kind in groups.items():
-            values[name] = kind(**{field.name: values.pop(field.name) for field in fields(kind)})
-        function(**values)
+        function(**{name: _value_of(name, hints[name], values) for name in given})
 
     options: dict[str, tuple[Any, Any]] = {}
-    for name, given in signature(function).parameters.items():
-        if name in groups:
-            own = get_type_hints(groups[name], include_extras=True)
-            options |= {field.name: (own[field.name], field.default) for field in fields(groups[name])}
-        else:
-            options[name] = hints[name], given.default
+    for name, parameter in given.items():
+        options |= _single_options(name, hints[name], parameter.default)
     return with_options(command, options)
+
+
+def _single_options(name: str, kind: Any, default: Any) -> dict[str, tuple[Any, Any]]:
+    """Annotation and default of a parameter, or of each field of its dataclass, by name."""
+    if not is_dataclass(kind):
+        return {name: (kind, default)}
+    own = get_type_hints(kind, include_extras=True)
+    found: dict[str, tuple[Any, Any]] = {}
+    for field in fields(kind):
+        found |= _single_options(field.name, own[field.name], field.default)
+    return found
+
+
+def _value_of(name: str, kind: Any, values: Mapping[str, Any]) -> Any:
+    """Value of a parameter from those of all single options."""
+    if not is_dataclass(kind):
+        return values[name]
+    own = get_type_hints(kind, include_extras=True)
+    return kind(**{field.name: _value_of(field.name, own[field.name], values) for field in fields(kind)})  # type: ignore[operator]
 
 
 def with_options(command: Callable[..., None], options: Mapping[str, tuple[Any, Any]]) -> Callable[..., None]:

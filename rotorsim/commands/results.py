@@ -15,10 +15,21 @@ from os.path import lexists
 from pathlib import Path
 from typing import Any
 
-from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError
-from rotorsim.base.files import GROWING, finish_sets, left_behind, make_folder, sweep, write_error, write_json
-from rotorsim.base.lock import BusyError, Lock, about_us, sweep_locks
+from rotorsim.base.files import (
+    GROWING,
+    BusyError,
+    Lock,
+    about_us,
+    finish_sets,
+    left_behind,
+    make_folder,
+    sweep,
+    sweep_locks,
+    write_error,
+    write_json,
+)
+from rotorsim.base.input_files import parse_json
 
 CAMPAIGN = "store.json"
 """File by which the folder of a campaign is known."""
@@ -107,7 +118,8 @@ def study(folder: Path, inputs: Mapping[str, Any]) -> Iterator[None]:
     """
     refuse_campaign(folder)
     path = folder / STUDY
-    if not lexists(path) and _has_something(folder) and not _begun_earlier(folder):
+    begun_earlier = any((folder / name).is_dir() for name in PARTS_OF_STUDY)
+    if not lexists(path) and _has_something(folder) and not begun_earlier:
         raise DataError(f"--out: {folder} is there already and is not a study; name another folder")
     with _folder(folder, "", False), _held(path, "--out"):
         _same_study(path, inputs)
@@ -120,12 +132,8 @@ def study(folder: Path, inputs: Mapping[str, Any]) -> Iterator[None]:
 
 
 def _has_something(folder: Path, but: str = "") -> bool:
-    """Whether there is more in a folder than one file, temporary files and locks."""
+    """True if there is more in a folder than one file, temporary files and locks."""
     return folder.exists() and any(not one.name.startswith(".") and one.name != but for one in folder.iterdir())
-
-
-def _begun_earlier(folder: Path) -> bool:
-    return any((folder / name).is_dir() for name in PARTS_OF_STUDY)
 
 
 def _same_study(path: Path, inputs: Mapping[str, Any]) -> None:
@@ -133,7 +141,7 @@ def _same_study(path: Path, inputs: Mapping[str, Any]) -> None:
     if not path.exists():
         return
     try:
-        known = dict(json.loads(path.read_text(encoding="utf-8-sig")))
+        known = dict(parse_json(path.read_text(encoding="utf-8-sig")))
     except (ValueError, TypeError) as error:
         raise DataError(f"{path}: is damaged; name another folder") from error
     wrong = [name for name in inputs if known.get(name) != inputs[name]]
@@ -205,7 +213,7 @@ def name_recovered(folder: Path) -> None:
     tidy(folder)
     if not left_behind(folder, GROWING):
         return
-    from rotorsim.experiments.recovery import duration, recover  # brings the plant with it
+    from rotorsim.experiments.recording import duration, recover  # brings the plant with it
 
     for path, _ in recover(folder):
         print(f"a run into {folder} was killed: its {duration(path):.1f} s are kept in {path}", file=sys.stderr)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,6 +19,7 @@ from rotorsim.commands.options import (
     WithReport,
     a_folder,
     note_compiling,
+    print_json,
     quantity,
 )
 from rotorsim.commands.registry import command
@@ -67,10 +67,10 @@ def sweep(
     """
     page.check(report)
     plant = settings.plant(machine)
-    from rotorsim.analysis.sweeps.definition import make_sweep
-    from rotorsim.analysis.sweeps.sweep import NETCDF, TABLE
+    from rotorsim.analysis.sweep import NETCDF, TABLE
+    from rotorsim.analysis.sweep_definition import make_sweep
+    from rotorsim.campaign.run import plan_of, run_sweep
     from rotorsim.campaign.store import MANIFEST
-    from rotorsim.campaign.sweep import plan_of, run_sweep
 
     chosen = run.settings()
     point = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
@@ -96,7 +96,7 @@ def sweep(
 def _print(found: SweepResult, outcome: CampaignOutcome, files: dict[str, str], as_json: bool) -> None:
     """Print best points, reasons and files; exit with 130 or 143 where it was stopped."""
     if as_json:
-        typer.echo(json.dumps(found.numbers() | {"seconds": outcome.seconds, "files": files}, indent=2))
+        print_json(found.numbers() | {"seconds": outcome.seconds, "files": files})
     else:
         from rotorsim.report.sweep import best_rows, reason_rows
 

@@ -1,8 +1,10 @@
+from rotorsim.base.errors import DesignError as DesignError, LawError as LawError
+
 from .catalogue import DESIGNS as DESIGNS, design as design, field_rows as field_rows, make_spec as make_spec
 from .designs import *  # noqa: F403
-from .designs.uncertain import uncertainty_between as uncertainty_between
-from .errors import DesignError as DesignError, LawError as LawError
+from .designs.hinf import uncertainty_between as uncertainty_between
 from .law import Law as Law, load_law as load_law
+from .law_from_system import biased as biased, without_dc as without_dc
 from .plausibility import (
     Plausibility as Plausibility,
     Predictors as Predictors,
@@ -18,4 +20,3 @@ from .sampled_loop import (
     overview as overview,
     sweep as sweep,
 )
-from .variants import biased as biased, without_dc as without_dc

@@ -7,13 +7,12 @@ from dataclasses import Field, fields, is_dataclass, replace
 from inspect import signature
 from typing import Any
 
-from rotorsim.base.progress import Report, silent
+from rotorsim.base.display import Report, did_you_mean, quote, silent
+from rotorsim.base.errors import DesignError
 from rotorsim.base.quantity import quantity_of
-from rotorsim.base.sentences import did_you_mean, quote
 from rotorsim.base.units import show
 from rotorsim.control import designs
-from rotorsim.control.designs.specification import DESIGNS, explained
-from rotorsim.control.errors import DesignError
+from rotorsim.control.designs.specification import DESIGNS as DESIGNS, explained
 from rotorsim.control.law import Law
 from rotorsim.control.plants import Model, frozen, outside, point_text, range_text
 
@@ -148,6 +147,3 @@ def _value(entry: Field[Any], text: str) -> Any:
     if len(parts) != len(entry.default) and "..." not in kind:
         raise ValueError(f"{quote(text)} is not {len(entry.default)} values; write them with commas between")
     return tuple(quantity.parse(part) for part in parts)
-
-
-__all__ = ["DESIGNS", "design", "field_rows", "make_spec", "module_of"]

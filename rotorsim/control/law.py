@@ -3,7 +3,7 @@ r"""`Law`: common run-time form of all controllers, a discrete state space sched
 .. math:: x_{k+1} = A(q) x_k + B(q) (y_k - y_c), \qquad u_k = C(q) x_k + D(q) (y_k - y_c)
 
 y [m] is the measured disc, y_c the position that asks for nothing, u [V] the reference, which the plant receives one
-sample later. The matrices are a table over (speed, pressure); see `rotorsim.control.runtime.kernels` for a sample.
+sample later. The matrices are a table over (speed, pressure); see `rotorsim.control.law_kernel` for a sample.
 
 Cites: thesis.
 """
@@ -19,20 +19,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rotorsim.base import json_text as json
 from rotorsim.base.constants import RIG_SAMPLE
+from rotorsim.base.control_systems import state_space
 from rotorsim.base.display import Card, Shown
-from rotorsim.base.errors import OtherMachine
-from rotorsim.base.exchange.control_systems import state_space
-from rotorsim.base.exchange.mat import is_mat, write_mat
-from rotorsim.base.file_kinds import instead
+from rotorsim.base.errors import LawError, OtherMachine
 from rotorsim.base.files import write_json
+from rotorsim.base.input_files import instead, parse_json
+from rotorsim.base.mat import is_mat, write_mat
 from rotorsim.control import law_exchange
-from rotorsim.control.errors import LawError
+from rotorsim.control.guard import Guarded
+from rotorsim.control.law_kernel import LawLayout, make_layout, refresh, step
 from rotorsim.control.plausibility import Plausibility
-from rotorsim.control.runtime import alarm
-from rotorsim.control.runtime.guard import LOST
-from rotorsim.control.runtime.kernels import LawLayout, make_layout, refresh, step
 
 MATRICES = law_exchange.MATRICES
 LIMIT = 5.0
@@ -52,7 +49,7 @@ class LawSettings(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Law(Shown):
+class Law(Guarded, Shown):
     """Scheduled discrete controller with saturation, anti-windup and a switch-on without a jump.
 
     Parameters
@@ -170,7 +167,7 @@ class Law(Shown):
         return LawSettings(*map(float, values), *map(float, self.bias))
 
     @cached_property
-    def memory(self) -> np.ndarray:
+    def memory(self) -> np.ndarray:  # type: ignore[override]
         """The running law's one flat memory; copy it to save, write it back to restore."""
         w = np.zeros(self.layout.size)
         w[self.layout.centre : self.layout.centre + 2] = self.centre or (0.0, 0.0)
@@ -227,24 +224,9 @@ class Law(Shown):
             self.memory[at : at + 3] = 1.0, float(reference[0]), float(reference[1])
 
     @property
-    def alarm_code(self) -> int:
-        """0 as long as the law acts fully; see `rotorsim.control.runtime.alarm` for the others."""
-        return alarm.code(self.memory, self.layout.guard)
-
-    @property
-    def alarm(self) -> str | None:
-        """Why the law does not act fully now, as a sentence; None as long as it does."""
-        return alarm.SENTENCES.get(self.alarm_code)
-
-    @property
-    def bad_samples(self) -> int:
-        """Number of bad samples since the last reset."""
-        return int(self.memory[self.layout.guard + LOST])
-
-    @property
-    def past_alarms(self) -> str:
-        """Bad samples since the last reset, as a sentence; empty if there were none."""
-        return alarm.past(self.memory, self.layout.guard)
+    def guard_at(self) -> int:
+        """Place of the guard's memory in the law's."""
+        return self.layout.guard
 
     def at(self, speed: float, pressure: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """A, B, C, D as they run at an operating point."""
@@ -356,7 +338,7 @@ def load_law(path: str | Path) -> Law:
     if is_mat(path) and path.is_file():
         return law_exchange.from_mat(Law, path)
     try:
-        data = json.loads(path.read_text(encoding="utf-8-sig"))
+        data = parse_json(path.read_text(encoding="utf-8-sig"))
         if (kind := data.pop("kind", None)) != "law":
             raise ValueError(f"its kind is '{kind}'" if kind else "it does not state its kind")
         for name in ("bias", "centre"):

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from rotorsim.base import json_text as json
 from rotorsim.base.constants import RIG_SAMPLE
-from rotorsim.base.errors import DataError
-from rotorsim.base.exchange.control_systems import (
+from rotorsim.base.control_systems import (
     DISC,
     REFERENCES,
     channel_order,
@@ -20,8 +19,9 @@ from rotorsim.base.exchange.control_systems import (
     matrices,
     reorder,
 )
-from rotorsim.base.exchange.mat import cells, check_rest, in_si, number, read_mat, texts
-from rotorsim.control.errors import LawError
+from rotorsim.base.errors import DataError, LawError
+from rotorsim.base.input_files import parse_json
+from rotorsim.base.mat import cells, check_rest, in_si, number, read_mat, texts
 from rotorsim.control.plausibility import Plausibility
 from rotorsim.control.systems import System, tustin
 
@@ -120,7 +120,7 @@ def _of_content(kind: Any, name: str, content: dict[str, Any], Ts: float) -> Any
     centre, gamma = np.ravel(content.get("centre", ())), number(content, "gamma", np.nan)
     chosen |= {"centre": tuple(map(float, centre)) if centre.size == 2 else None}
     chosen |= {"bias": tuple(map(float, np.ravel(content["bias"])))} if "bias" in content else {}
-    chosen |= {"gamma": None if np.isnan(gamma) else gamma, "about": json.loads(content.get("about", "{}"))}
+    chosen |= {"gamma": None if np.isnan(gamma) else gamma, "about": parse_json(content.get("about", "{}"))}
     if "plausibility" in content:
-        chosen |= {"plausibility": Plausibility.from_dict(json.loads(content["plausibility"]))}
+        chosen |= {"plausibility": Plausibility.from_dict(parse_json(content["plausibility"]))}
     return kind(content.get("name", name), **stacked, speeds=speeds, pressures=pressures, Ts=Ts, **chosen)

@@ -1,4 +1,11 @@
-"""Conversion of designed controllers, single or on a grid of operating points, to a `Law`."""
+r"""Laws of designed controllers, single or on a grid of operating points, and variants of a law.
+
+Variants (thesis section 3.2.5) have zero DC gain, or a constant reference of their own:
+
+.. math:: K_0(z) = K(z)\, \frac{1 + a}{2} \frac{z - 1}{z - a}
+
+Cites: thesis.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +16,13 @@ from typing import Any
 import numpy as np
 
 from identification import LinearModel
-from rotorsim.base.constants import KRPM, MPA, RIG_SAMPLE
-from rotorsim.control.errors import DesignError
+from rotorsim.base.constants import RIG_SAMPLE
+from rotorsim.base.errors import DesignError
 from rotorsim.control.law import LIMIT, Law
 from rotorsim.control.law_exchange import DEFAULTS
 from rotorsim.control.plants import MICRO, MILLI, Model
 from rotorsim.control.plausibility import plausibility_of
+from rotorsim.control.sampled_loop import check_loop
 from rotorsim.control.systems import System, sampled_riccati, tustin
 
 
@@ -85,6 +93,13 @@ def constant_law(
     return make_law(name, model, [[system]], 0.0, 0.0, spec, gamma, **settings)
 
 
+def proved_law(name: str, model: Model, system: System, spec: Any, gamma: float | None = None, **settings: Any) -> Law:
+    """The same, whose loop with the model decays at the specification's point; raises DesignError if it does not."""
+    law = constant_law(name, model, system, spec, gamma, **settings)
+    check_loop(law, model, [(spec.speed, spec.pressure)])
+    return law
+
+
 def plain_spec(spec: Any) -> dict[str, Any]:
     """A specification as plain values for JSON."""
     return {key: list(value) if isinstance(value, tuple) else value for key, value in asdict(spec).items()}
@@ -109,4 +124,38 @@ def over_grid(speeds: np.ndarray, pressures: np.ndarray, at: Callable[[float, fl
     return [[at(float(speed), float(pressure)) for pressure in pressures] for speed in speeds]
 
 
-__all__ = ["KRPM", "MPA", "constant_law", "discrete", "make_law", "over_grid", "plain_spec", "table_axes"]
+def without_dc(law: Law, corner: float = 5.0) -> Law:
+    """The law behind a high-pass of `corner` [Hz]: it leaves the equilibrium where it is, and slow disturbances too.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.control.without_dc(law, 5.0).order > law.order
+    True
+    """
+    if not 0 < corner < 0.25 / law.Ts:
+        raise DesignError(f"zero-dc: corner = {corner} Hz; give more than 0 and less than {0.25 / law.Ts:g} Hz")
+    a = float(np.exp(-2 * np.pi * corner * law.Ts))
+    level = (1 + a) / 2
+    s, p, n = law.A.shape[:3]
+    eye = np.broadcast_to(np.eye(2), (s, p, 2, 2))
+    # the filter: f+ = a f + (1 - a) y, y' = level (y - f)
+    zero = np.zeros((s, p, 2, n))
+    A = np.block([[law.A, -level * law.B], [zero, a * eye]])
+    B = np.concatenate([level * law.B, (1 - a) * eye], axis=2)
+    C = np.concatenate([law.C, -level * law.D], axis=3)
+    W = np.concatenate([law.W, np.zeros((s, p, 2, 2))], axis=2)
+    about = law.about | {"zero_dc": corner}
+    return law.with_(name=f"{law.name}_zero_dc", A=A, B=B, C=C, D=level * law.D, W=W, about=about)
+
+
+def biased(law: Law, volts: tuple[float, float]) -> Law:
+    """The law with a constant reference [V], which comes in with it.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.control.biased(law, (0.5, 0.0)).bias
+    (0.5, 0.0)
+    """
+    return law.with_(name=f"{law.name}_biased", bias=(float(volts[0]), float(volts[1])))

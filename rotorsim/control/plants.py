@@ -24,12 +24,11 @@ import warnings
 import numpy as np
 
 from identification import LinearModel
-from identification.lpv.model import LpvModel
-from identification.lpv.surfaces import SAME
+from identification.lpv.model import SAME, LpvModel
 from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM
+from rotorsim.base.errors import DesignError
 from rotorsim.base.rounding import first_of_largest
-from rotorsim.control.errors import DesignError
-from rotorsim.control.systems import System, gain, held, late, normal, series, transformed
+from rotorsim.control.systems import System, held, late, normal, series, transformed
 
 MICRO, MILLI = 1e6, 1e3
 Model = LinearModel | LpvModel
@@ -259,16 +258,3 @@ def _all_pass(system: System, drive: np.ndarray, tau: np.ndarray) -> System:
     whole[2:4, 4:6], whole[4:6, 4:6] = 2 * drive @ T, -T
     into = np.vstack([np.zeros((2, 2)), -drive, np.eye(2)])
     return System(whole, into, system.C[:, :6] * np.array([1, 1, 0, 0, 0, 0]), system.D)
-
-
-__all__ = [
-    "axis_modes",
-    "check_modes",
-    "design_plant",
-    "frozen",
-    "gain",
-    "modes",
-    "sampled_plant",
-    "short_held_plant",
-    "short_sampled_plant",
-]

@@ -15,9 +15,9 @@ import numpy as np
 from identification.errors import ModelError
 from identification.lpv.model import LpvModel
 from rotorsim.base.constants import RIG_SAMPLE
-from rotorsim.control.errors import DesignError, LawError
+from rotorsim.base.errors import DesignError, LawError
+from rotorsim.control.guard import LIMITS
 from rotorsim.control.plants import Model, frozen, second_order, short_held_plant
-from rotorsim.control.runtime.plausibility import LIMITS
 from rotorsim.control.systems import System, sampled_riccati
 
 PAIRS = ("speed", "pressure", "model_speed", "model_pressure")
@@ -228,7 +228,8 @@ def plausibility_of(model: Model, Ts: float = RIG_SAMPLE, limit: float = 5.0, sc
     except (DesignError, ModelError):
         return Plausibility()
     flat = [plant for row in plants for plant in row]
-    reach = 2 * limit * 1e-6 * max(float(np.linalg.norm(_at_rest(plant), 2)) for plant in flat)
+    at_rest = [plant.C @ np.linalg.solve(np.eye(plant.order) - plant.A, plant.B) for plant in flat]
+    reach = 2 * limit * 1e-6 * max(float(np.linalg.norm(gain, 2)) for gain in at_rest)
     swing = 2 * np.sin(min(FASTEST * max(_highest(plant) for plant in flat) / 2, np.pi / 2))
     half = (high - low) / 2
     limits: dict[str, Any] = {"range": reach, "jump": float(reach * swing)}
@@ -251,10 +252,6 @@ def _range(model: Model) -> tuple[np.ndarray, np.ndarray]:
 
 def _axis(low: float, high: float) -> np.ndarray:
     return np.linspace(low, high, POINTS) if high > low else np.array([low])
-
-
-def _at_rest(plant: System) -> np.ndarray:
-    return np.asarray(plant.C @ np.linalg.solve(np.eye(plant.order) - plant.A, plant.B))
 
 
 def _highest(plant: System) -> float:

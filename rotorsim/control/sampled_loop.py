@@ -10,6 +10,8 @@ Every design is checked with the model at its operating points, and looked over 
 jump of the rotor's velocity: the first states of every grey-box structure are positions and velocities. Ratios of
 closed to open loop need no mass. Weights can so be chosen without seeing the plant they are verified on.
 
+Bode's integral holds for these loops (Sung and Hara 1988).
+
 Cites: seiler_2020, sung_1988, thesis.
 """
 
@@ -22,10 +24,10 @@ from typing import Any
 import numpy as np
 
 from identification import LinearModel
+from rotorsim.base.errors import DesignError
 from rotorsim.base.rounding import DECAYS, decays
-from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
-from rotorsim.control.plants import MICRO, MILLI, Model, point_text, sampled_plant
+from rotorsim.control.plants import MICRO, Model, point_text, sampled_plant
 from rotorsim.control.systems import System, feedback, largest, response
 
 FREQUENCIES = 1200
@@ -185,33 +187,6 @@ def root_locus(plant: System, controller: System, gains: np.ndarray) -> np.ndarr
     return np.array(rows)
 
 
-def stable_gains(plant: System, controller: System, gains: np.ndarray) -> tuple[float, float]:
-    """Ends of the stretch of stable gains round zero; NaN where zero itself is not stable."""
-    good = np.array([decays(row) for row in root_locus(plant, controller, gains)])
-    at = int(np.abs(gains).argmin())
-    if not good[at]:
-        return float("nan"), float("nan")
-    low = at - int(np.argmin(np.append(good[at::-1], False))) + 1
-    high = at + int(np.argmin(np.append(good[at:], False))) - 1
-    return float(gains[low]), float(gains[high])
-
-
-def bode_integral(plant: System, controller: System, Ts: float, points: int = 20000) -> tuple[float, float]:
-    r"""Both sides of Bode's integral of a sampled loop, whose plant is late by a sample.
-
-    .. math:: \frac{1}{\pi} \int_0^\pi \ln |\det S_o| \, d\omega = \sum_k \ln |p_k|
-
-    over the poles p_k of G and K outside the unit circle (Sung and Hara 1988).
-    """
-    w = (np.arange(points) + 0.5) * np.pi / points
-    z = np.exp(1j * w)
-    difference = np.eye(2) - response(plant, z) @ response(controller, z)
-    left = -float(np.mean(np.log(np.abs(np.linalg.det(difference)))))
-    poles = np.concatenate([np.linalg.eigvals(plant.A), np.linalg.eigvals(controller.A)])
-    right = float(np.log(np.abs(poles[np.abs(poles) > 2 - DECAYS])).sum())
-    return left, right
-
-
 def _in_order(before: np.ndarray, poles: np.ndarray) -> np.ndarray:
     """Poles in the order of those before."""
     from scipy.optimize import linear_sum_assignment
@@ -325,6 +300,3 @@ def hit_ratios(law: Law, model: Model, points: Iterable[tuple[float, float]]) ->
         closed, _ = hit_responses(plant, law_system(law, speed, pressure))
         rows.append(closed / hit_responses(plant, None)[0])
     return np.array(rows)
-
-
-__all__ = ["MILLI", "Loop", "Sweep", "bode_integral", "model_loop", "root_locus", "sweep"]

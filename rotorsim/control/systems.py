@@ -8,7 +8,14 @@ The stabilising solution of the discrete Riccati equation is accepted only if it
 
 .. math:: P = A^T P A - A^T P B (R + B^T P B)^{-1} B^T P A + Q
 
-Cites: bruinsma_1990, zhou_1996.
+A state feedback with a current Luenberger observer is one discrete controller:
+
+.. math:: \hat x_{k|k} = \hat x_k + L (y_k - C \hat x_k), \quad u_k = -F \hat x_{k|k}, \quad
+          \hat x_{k+1} = A \hat x_{k|k} + B u_k
+
+The plant's input register (its sample of delay) is part of x, so u_k acts on time in the observer.
+
+Cites: astrom_1997, bruinsma_1990, zhou_1996.
 """
 
 from __future__ import annotations
@@ -19,9 +26,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import matrix_balance, solve_continuous_lyapunov, solve_discrete_are
 
-from identification.local.discretise import zero_order_hold
+from identification.local.simulation import zero_order_hold
+from rotorsim.base.errors import DesignError
 from rotorsim.base.rounding import decays, unstable_poles
-from rotorsim.control.errors import DesignError
 
 
 class System(NamedTuple):
@@ -82,6 +89,13 @@ def feedback(forward: System, back: System) -> System:
     A = left + into @ loop @ mixed
     own = np.hstack([forward.C, np.zeros((forward.C.shape[0], back.order))])
     return System(A, into @ loop, own + forward.D @ loop @ mixed, forward.D @ loop)
+
+
+def observer_law(plant: System, F: np.ndarray, L: np.ndarray) -> System:
+    """The law from y to u of gains F (2, n) and L (n, 2) about a sampled plant."""
+    inner = np.eye(plant.order) - L @ plant.C
+    closed = plant.A - plant.B @ F
+    return System(closed @ inner, closed @ L, -F @ inner, -F @ L)
 
 
 def transformed(system: System, scale: np.ndarray) -> System:

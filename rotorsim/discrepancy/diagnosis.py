@@ -1,19 +1,33 @@
-"""Diagnosis of prepared records: locate the misfit, re-calibrate, search for the missing effect, judge."""
+"""Diagnosis of a machine file by records: locate the misfit, re-calibrate, search for the missing effect, judge."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rotorsim.base.cache import Cache
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.data.changes import notes_on_changes
-from rotorsim.discrepancy.data.intake import data_hash, limits
-from rotorsim.discrepancy.data.spectra import Trial
-from rotorsim.discrepancy.explanation import SURE, Explanation
+from rotorsim.base.rounding import NoAnswerError
+from rotorsim.discrepancy.calibration import GRID, STEP, CompiledModels, ParameterPoint, Progress
+from rotorsim.discrepancy.candidates import Form, candidates, prior_sizes
+from rotorsim.discrepancy.changes import known_changes, notes_on_changes
+from rotorsim.discrepancy.comparison import (
+    THREADS,
+    UNSTEADY,
+    Misfit,
+    SensitivityColumns,
+    TwinComparison,
+    excess,
+    flagged,
+    table,
+    unsteady,
+)
+from rotorsim.discrepancy.data_vector import TOLERANCE, unknown_sources
+from rotorsim.discrepancy.decision import check_allowed
 from rotorsim.discrepancy.fit import (
     MOST_REPEATS,
     ParameterFit,
@@ -25,11 +39,23 @@ from rotorsim.discrepancy.fit import (
     relinearised,
     strained,
 )
-from rotorsim.discrepancy.linear_algebra import NoAnswerError
-from rotorsim.discrepancy.odds import by_odds, explanation_odds, joined_classes
-from rotorsim.discrepancy.outcome.gap import gap_dataset, gap_of, missed_bands, spectra_of
-from rotorsim.discrepancy.outcome.machine_file import CLOCK, IdentifiedEffect
-from rotorsim.discrepancy.outcome.result import (
+from rotorsim.discrepancy.gap import equivalent_force, gap_dataset, gap_of, missed_bands, spectra_of
+from rotorsim.discrepancy.hypotheses import CLEAR, EffectSearch
+from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect
+from rotorsim.discrepancy.records import (
+    UNLIKE,
+    check_after,
+    check_before,
+    check_plane,
+    check_ring,
+    data_hash,
+    limits,
+    make_trials,
+    open_records,
+    record_notes,
+    unexplained,
+)
+from rotorsim.discrepancy.result import (
     NO_ACCURACY,
     Diagnosis,
     Planner,
@@ -38,21 +64,26 @@ from rotorsim.discrepancy.outcome.result import (
     found_of,
     null_sentence,
 )
-from rotorsim.discrepancy.residuals.comparison import THREADS, SensitivityColumns, TwinComparison
-from rotorsim.discrepancy.residuals.equivalent_force import equivalent_force
-from rotorsim.discrepancy.residuals.floor import unknown_sources
-from rotorsim.discrepancy.residuals.misfit import UNSTEADY, Misfit, excess, flagged, table, unsteady
-from rotorsim.discrepancy.residuals.plausibility import UNLIKE, check_after, check_before, unexplained
-from rotorsim.discrepancy.search.candidates import Form, candidates, prior_sizes
-from rotorsim.discrepancy.search.hypotheses import CLEAR, EffectSearch, Hypothesis
-from rotorsim.discrepancy.search.verdict import SearchVerdict, judge, objection, untouched_gone
-from rotorsim.discrepancy.twin.compiled_models import GRID, STEP, CompiledModels, Progress
-from rotorsim.discrepancy.twin.parameters import ParameterPoint
-from rotorsim.discrepancy.twin.plant import Twin
-from rotorsim.machine import Machine
+from rotorsim.discrepancy.run_ups import RunupTrial, is_table, make_sweeps, rate_notes, with_tables
+from rotorsim.discrepancy.trial import Trial
+from rotorsim.discrepancy.twin import Twin
+from rotorsim.discrepancy.verdict import (
+    SURE,
+    Explanation,
+    SearchVerdict,
+    by_odds,
+    explanation_odds,
+    joined_classes,
+    judge,
+    objection,
+    untouched_gone,
+)
+from rotorsim.machine import Machine, load_machine
 
 if TYPE_CHECKING:
-    from rotorsim.discrepancy.plan.ranking import ExperimentPlan
+    import xarray as xr
+
+    from rotorsim.discrepancy.ranking import ExperimentPlan
 
 SOLVER_LEFT = 0.5
 """Share of what the solver's error moves a number by that is taken to remain in it: the proof is one refinement."""
@@ -77,6 +108,98 @@ NO_ANSWER = "the search for effects met numbers that overflow or a singular matr
 """Note on a search without finite numbers."""
 
 
+def diagnose(
+    machine: Machine | str | Path,
+    records: Iterable[Any],
+    held_out: Iterable[Any] | None = None,
+    untouched: Iterable[Any] | None = None,
+    effects: Iterable[str] | None = None,
+    seed: int = 0,
+    tolerance: float = TOLERANCE,
+    mapping: Any = None,
+    models: CompiledModels | None = None,
+    threads: int = THREADS,
+    progress: Progress = lambda stage: None,
+    resume: str | Path | None = None,
+    plan_next: Iterable[str] | None = None,
+) -> Diagnosis:
+    """Compare a machine file with measured records, and identify the missing effect.
+
+    Parameters
+    ----------
+    machine : Machine, name or path
+        The machine as it is believed to be.
+    records : Datasets or paths
+        Records at constant operating points, tables of run-up vectors, and run-ups or coast-downs over time with an
+        angle, which become such tables; of one kind or of several. Where `held_out` and `untouched` are not given,
+        their attribute `role` states their use; without one records are fitted, and a table has rows for each use.
+    held_out, untouched :
+        Records at other operating points that choose the effect, and that only show the gap.
+    effects : names
+        Candidates: effects or their forms ('runout', 'runout.amplitude_2x'); the whole catalogue when not given.
+    seed : int
+        Kept with the verdict; nothing in the search is drawn, so that it changes nothing.
+    tolerance : float
+        Declared tolerance of the model, as a share of every line.
+    progress : function of a stage's name
+        Called with each stage and step of the work.
+    resume : folder
+        Where to keep what was computed, so that an interrupted diagnosis resumes; yours to delete once it is done.
+    plan_next : names, optional
+        Rank the experiments that may come next. The names, of `decision.ALLOWED`, may differ from the records;
+        all that the machine can do for an empty one. `Diagnosis.planned` has them.
+
+    Returns
+    -------
+    Diagnosis
+
+    Raises
+    ------
+    DataError
+        If the records cannot be used, with one sentence.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.diagnose("dtu_gas_bearing", "puzzle/records")  # doctest: +SKIP
+    >>> found.sentence  # doctest: +SKIP
+    """
+    machine = machine if isinstance(machine, Machine) else load_machine(machine)
+    allow = None if plan_next is None else check_allowed(plan_next)
+    cache = None if resume is None else Cache(Path(resume))
+    parts = {role: with_tables(open_records(given or (), mapping)) for role, given in
+             (("fit", records), ("held_out", held_out), ("untouched", untouched))}  # fmt: skip
+    stated = held_out is None and untouched is None
+    trials = [t for role, part in parts.items() for t in trials_of(machine, part, None if stated else role)]
+    if any(not t.orders for t in trials):
+        trials = [replace(t, alone=False) if isinstance(t, RunupTrial) else t for t in trials]
+    found = diagnose_trials(machine, trials, effects, tolerance, progress, models, threads, cache, allow)
+    every = [one for part in parts.values() for one in part]
+    tables = [(name, record) for name, record in every if is_table(record)]
+    return replace(found, notes=(*record_notes(every), *rate_notes(tables), *found.notes))
+
+
+def trials_of(machine: Machine, opened: Sequence[tuple[str, xr.Dataset]], role: str | None) -> list[Trial]:
+    """Trials of records over time and of tables of vectors, all of one role, or of the roles that they state."""
+    tables = [(name, record) for name, record in opened if is_table(record)]
+    others = [(name, record) for name, record in opened if not is_table(record)]
+    return [*make_trials(machine, others, role), *vector_trials(machine, tables, role)]
+
+
+def vector_trials(machine: Machine, opened: Sequence[tuple[str, xr.Dataset]], role: str | None = None) -> list[Trial]:
+    """Trials of tables of vectors; of six rows one is held out and one untouched, where no role is stated for all."""
+    for name, vectors in opened:
+        check_plane(machine, vectors.attrs.get("disc_position"), name)
+    found = [
+        replace(sweep, changes=known_changes(machine, vectors.attrs.get("changes"), name))
+        for name, vectors in opened
+        for sweep in make_sweeps(vectors, name, machine.film is not None, role or str(vectors.attrs.get("role", "")))
+    ]
+    for sweep in found:
+        check_ring(machine, sweep)
+    return list(found)
+
+
 def diagnose_trials(
     machine: Machine, trials: Sequence[Trial], effects: Iterable[str] | None, tolerance: float, progress: Progress,
     models: CompiledModels | None = None, threads: int = THREADS, cache: Cache | None = None,
@@ -92,11 +215,6 @@ def diagnose_trials(
     parts = {role: TwinComparison(models.twin, own, threads, cache=cache) for role, own in by_role.items() if own}
     found = DiagnosisRun(machine, models, parts, forms, trials, tolerance, progress, allow).run()
     return replace(found, notes=(*found.notes, *left_out))
-
-
-def _model(best: Hypothesis | None) -> str:
-    """Name of the model behind the last stage of the gap."""
-    return f"the model with {' and '.join(best.keys)}" if best is not None else "the re-calibrated model"
 
 
 def for_probes(forms: tuple[Form, ...], trials: Sequence[Trial]) -> tuple[tuple[Form, ...], list[str]]:
@@ -138,7 +256,10 @@ class DiagnosisRun:
         base = recalibrate(self.fitted, models.fine, self.tolerance, lambda: self.progress("calibrate"), models.law)
         sweeps = any(t.orders for t in self.fitted.trials)
         notes = limits(self.fitted.trials, self.machine.film is not None)
-        notes += self._scatter_note() + notes_on_changes({t.name: t.changes for t in self.trials})
+        if not self.fitted.scatter_known:
+            source = " and ".join(unknown_sources(self.fitted.trials))
+            notes.append(f"no repeats and no periods: the floor comes from {source}")
+        notes += notes_on_changes({t.name: t.changes for t in self.trials})
         beyond = strained(base)
         notes += [STRAINED.format(", ".join(beyond))] if beyond else []
         notes += [COMMON_DELAY] if any(t.clock for t in self.trials) else []
@@ -152,7 +273,8 @@ class DiagnosisRun:
             last, base = base.cost, relinearised(self.fitted, base, lambda: self.progress("calibrate"))
             if base.cost > enough * last:
                 break
-        apart = self._unsteady(base)
+        assert self.fitted.scatter is not None
+        apart = unsteady(self.fitted.trials, self.fitted.apart(base.point), self.fitted.scatter[0])
         flags = flagged(table(self.fitted, base.residual)) + apart
         for role in ("held_out", "untouched"):
             if role in self.parts:
@@ -186,17 +308,6 @@ class DiagnosisRun:
         gone = untouched_gone(untouched, untouched.residual(base.point), untouched.residual(best.fit.point))
         refused = objection(verdict.status, " with ".join(best.keys), gone)
         return (replace(verdict, status="unknown", best=None, rivals=()), [refused]) if refused else (verdict, [])
-
-    def _scatter_note(self) -> list[str]:
-        if self.fitted.scatter_known:
-            return []
-        source = " and ".join(unknown_sources(self.fitted.trials))
-        return [f"no repeats and no periods: the floor comes from {source}"]
-
-    def _unsteady(self, base: ParameterFit) -> list[Misfit]:
-        """Non-periodic response in the records to fit."""
-        assert self.fitted.scatter is not None
-        return unsteady(self.fitted.trials, self.fitted.apart(base.point), self.fitted.scatter[0])
 
     def _name(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit]
@@ -249,6 +360,9 @@ class DiagnosisRun:
         stages: list[ParameterPoint | None] = [ParameterPoint(), base.point, None if best is None else best.fit.point]
         gap = gap_dataset({role: (part, gap_of(part, stages)) for role, part in self.parts.items()})
         shown = {role: spectra_of(part, stages) for role, part in self.parts.items()}
+        model = "the re-calibrated model" if best is None else f"the model with {' and '.join(best.keys)}"
+        moved = self._moved_by_solver(comparison)
+        unsettled = [NOT_SETTLED.format(" and ".join(best.keys), moved)] if best and moved > UNSETTLED else []
         planner = self._planner(base, verdict, search, judged)
         return Diagnosis(
             status=verdict.status,
@@ -260,8 +374,8 @@ class DiagnosisRun:
             gap=gap,
             notes=(
                 *notes,
-                *self._unsettled(comparison, best),
-                *missed_bands((one for part in shown.values() for one in part), _model(best)),
+                *unsettled,
+                *missed_bands((one for part in shown.values() for one in part), model),
                 *map(null_sentence, null_vectors(proven, base.parameters)),
             ),
             calibration=calibration_of(*written, base.parameters) | self._clocks(final.point),
@@ -272,7 +386,7 @@ class DiagnosisRun:
             planner=planner,
             data_hash=data_hash(self.trials),
             spectra=shown,
-            tried=tuple(map(_row_of, verdict.tried)),
+            tried=tuple(h.as_dict() for h in verdict.tried),
         )
 
     def _odds(
@@ -291,7 +405,7 @@ class DiagnosisRun:
         """Planner of the next experiment, by allowed changes, longest experiment [min] and probability that settles."""
 
         def planned(allow: Iterable[str], longest: float, sure: float) -> ExperimentPlan:
-            from rotorsim.discrepancy.plan.ranking import plan_next, rivals_of  # experiments load when they are planned
+            from rotorsim.discrepancy.ranking import plan_next, rivals_of  # experiments load when they are planned
 
             fits = {h.keys: h.fit for h in sorted(verdict.fitted, key=lambda h: -h.fit.cost) if not h.failed} | {
                 (): base
@@ -316,11 +430,6 @@ class DiagnosisRun:
         classes = dict(zip(best.keys, verdict.classes, strict=False))
         return tuple(found_of(self.models.twin, f, proven, V, classes.get(f.key, (f.key,))) for f in best.forms)
 
-    def _unsettled(self, comparison: TwinComparison, best: Hypothesis | None) -> list[str]:
-        """Note on a motion that the solver does not settle with the named effects at work."""
-        moved = self._moved_by_solver(comparison)
-        return [] if best is None or moved <= UNSETTLED else [NOT_SETTLED.format(" and ".join(best.keys), moved)]
-
     def _moved_by_solver(self, comparison: TwinComparison) -> float:
         """Solver's error with the effects at work beyond that without them, in floors: root mean square."""
         moved = (comparison.correction - self.fitted.correction) / self.fitted.sigma
@@ -342,8 +451,3 @@ class DiagnosisRun:
         comparison = self.fitted.proven(fit.point, fine)
         again = fit_parameters(comparison, fit.point, fit.parameters, fit.J, progress=lambda: self.progress("show"))
         return comparison, again
-
-
-def _row_of(h: Hypothesis) -> dict[str, Any]:
-    """Row of a hypothesis that was tried, for the stored result."""
-    return {"effects": list(h.keys), "gone": h.gone, "cost": h.fit.cost, "held_out": h.held_out, "failed": h.failed}

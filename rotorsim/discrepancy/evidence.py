@@ -37,11 +37,11 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from rotorsim.base.constants import MPA
-from rotorsim.discrepancy.data.spectra import DataLayout, Trial
+from rotorsim.base.rounding import answer
+from rotorsim.discrepancy.calibration import FitParameter
+from rotorsim.discrepancy.data_vector import DataLayout, modulus
 from rotorsim.discrepancy.fit import ParameterFit
-from rotorsim.discrepancy.linear_algebra import answer
-from rotorsim.discrepancy.residuals.floor import modulus
-from rotorsim.discrepancy.twin.parameters import FitParameter
+from rotorsim.discrepancy.trial import Trial
 
 BAND = 25.0
 """Distance [Hz] over which the relative error of a response changes."""
@@ -99,10 +99,12 @@ def model_form(layout: DataLayout, trials: Sequence[Trial], size: np.ndarray) ->
     """Process of a comparison; size (n,) is the whitened magnitude that the error is relative to."""
     lines = lines_of(layout, trials)
     between = near(lines.points, smooth=lines.has_rows)
-    nodes = _nodes(float(lines.frequency.max()))
+    highest = float(lines.frequency.max())
+    nodes = np.linspace(0.0, max(highest, 1.0), min(max(int(np.ceil(highest / BAND)), 1), MOST_NODES) + 1)
+    hats = [np.interp(lines.frequency, nodes, row) for row in np.eye(len(nodes))]  # linear interpolation
     blocks = []
     for part in (part for channel in range(2) for part in _parts(layout, channel)):
-        ones = [np.where(part, size * hat, 0.0) for hat in _hats(lines.frequency, nodes)]
+        ones = [np.where(part, size * hat, 0.0) for hat in hats]
         columns = [one[:, None] * between[lines.point] for one in ones if one.any()]
         blocks += [np.concatenate(columns, axis=1)] if columns else []
     blocks = blocks or [np.zeros((len(size), 1))]
@@ -162,17 +164,6 @@ def _principal(U: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     s2, V = answer(np.linalg.eigh, U.T @ U)
     kept = s2 > LEAST * max(float(s2.max()), 1e-300)
     return U @ (V[:, kept] / np.sqrt(s2[kept])), s2[kept]
-
-
-def _nodes(highest: float) -> np.ndarray:
-    count = min(max(int(np.ceil(highest / BAND)), 1), MOST_NODES) + 1
-    return np.linspace(0.0, max(highest, 1.0), count)
-
-
-def _hats(frequency: np.ndarray, nodes: np.ndarray) -> list[np.ndarray]:
-    """Linear interpolation functions (n,) of the nodes."""
-    unit = np.eye(len(nodes))
-    return [np.interp(frequency, nodes, row) for row in unit]
 
 
 def _parts(layout: DataLayout, channel: int) -> list[np.ndarray]:

@@ -29,12 +29,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rotorsim.base.rounding import normal_root
-from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
-from rotorsim.discrepancy.residuals.comparison import TwinComparison, columns
-from rotorsim.discrepancy.residuals.floor import TOLERANCE
-from rotorsim.discrepancy.residuals.misfit import flagged, table
-from rotorsim.discrepancy.twin.parameters import (
+from rotorsim.base.rounding import NoAnswerError, answer, normal_root
+from rotorsim.discrepancy.calibration import (
     DIRECTIONS,
     LAW,
     MESH,
@@ -43,7 +39,9 @@ from rotorsim.discrepancy.twin.parameters import (
     calibration,
     within,
 )
-from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.discrepancy.comparison import SensitivityColumns, TwinComparison, flagged, table
+from rotorsim.discrepancy.data_vector import TOLERANCE
+from rotorsim.discrepancy.twin import Twin
 
 MOST_STEPS, MOST_DAMPING = 8, 1e4
 """Most steps of a fit, and damping from which on it ends."""
@@ -260,7 +258,7 @@ def recalibrate(
     parameters: tuple[FitParameter, ...] = calibration(comparison.twin, points)
     start = nearest(comparison, parameters, progress)
     comparison.set_floor(start, None, max(tolerance, ROUGH))
-    raw = columns(comparison, start, parameters, progress)
+    raw = SensitivityColumns(comparison).columns(start, parameters, progress)
     rough = fit_parameters(comparison, start, parameters, raw / comparison.sigma[:, None], steps=3, progress=progress)
     rough = closer(comparison, rough, progress)
     first = comparison.sigma.copy()

@@ -13,26 +13,26 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification import make_record
-from rotorsim.base import json_text as json
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.files import make_folder, replacing_all, write_json
 from rotorsim.base.hdf5 import write_netcdf
-from rotorsim.discrepancy.data.blocks import find_period
-from rotorsim.discrepancy.plan.experiments import PlannedRecord, campaign
-from rotorsim.discrepancy.search.candidates import Form, candidates
-from rotorsim.discrepancy.twin.parameters import (
+from rotorsim.base.input_files import parse_json
+from rotorsim.discrepancy.calibration import (
     DIRECTIONS,
     MESH,
     FitParameter,
     ParameterPoint,
     calibration,
 )
-from rotorsim.discrepancy.twin.plant import Twin, in_motion
+from rotorsim.discrepancy.candidates import Form, candidates
+from rotorsim.discrepancy.experiments import PlannedRecord, campaign
+from rotorsim.discrepancy.trial import find_period
+from rotorsim.discrepancy.twin import Twin, in_motion
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine, load_machine
 from rotorsim.plant.equilibrium import settle
-from rotorsim.plant.kernels.columns import COLUMNS
+from rotorsim.plant.kernels.layout import COLUMNS
 from rotorsim.plant.simulation import Simulation, split_columns
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ class SealedTruth:
 def read_truth(path: Path) -> SealedTruth:
     """Machine of a sealed truth; raises DataError where it cannot be read."""
     try:
-        table = json.loads(path.read_text(encoding="utf-8-sig"))
+        table = parse_json(path.read_text(encoding="utf-8-sig"))
         values = {FitParameter(str(name), 1.0): float(v) for name, v in table["fit_parameters"].items()}
         fixed = {str(name): float(v) for name, v in table["fixed"].items()}
         return SealedTruth(ParameterPoint(values, fixed), int(table["seed"]))
@@ -154,7 +154,7 @@ def record_of(
 
     A record that is `tiled` is one period of the response of a machine that has been running, again and again, with
     noise drawn outside the plant: equal to the whole run if no state lasts longer, at a third of its cost. `changes`
-    are made on purpose, by key of `twin.parameters`.
+    are made on purpose, by key of `calibration`.
     """
     speed, pressure = planned.experiment.initial()
     rows = planned.experiment.rows(0, planned.experiment.samples)

@@ -1,34 +1,53 @@
-"""`decide`: diagnose, plan, make the experiment and diagnose again, until one explanation is settled."""
+"""`decide`: diagnose, plan, make the experiment and diagnose again, until one explanation is settled.
+
+Its rig is a hidden machine that is simulated, or a folder into which measured records are put.
+"""
 
 from __future__ import annotations
 
+import json
 import shutil
+import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import make_folder
 from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.base.interrupt import undoing
-from rotorsim.discrepancy.diagnose_records import diagnose
-from rotorsim.discrepancy.explanation import NOTHING, SURE
-from rotorsim.discrepancy.outcome.files import write_plan
-from rotorsim.discrepancy.outcome.result import Diagnosis
-from rotorsim.discrepancy.outcome.steps import DecisionStep, DecisionSteps, read_steps
-from rotorsim.discrepancy.plan.allowed import allowed_here, check_allowed
-from rotorsim.discrepancy.plan.experiments import SET_UP, ExperimentOption
-from rotorsim.discrepancy.plan.ranking import ExperimentPlan, Proposal
-from rotorsim.discrepancy.residuals.floor import TOLERANCE
-from rotorsim.discrepancy.rigs import ExperimentRig, FolderRig, open_rig
-from rotorsim.discrepancy.twin.compiled_models import CompiledModels, Progress
+from rotorsim.discrepancy.calibration import CompiledModels, ParameterPoint, Progress
+from rotorsim.discrepancy.changes import known_changes
+from rotorsim.discrepancy.data_vector import TOLERANCE
+from rotorsim.discrepancy.decision import DecisionStep, DecisionSteps, allowed_here, check_allowed, read_steps
+from rotorsim.discrepancy.diagnosis import diagnose
+from rotorsim.discrepancy.experiments import SET_UP, ExperimentOption, PlannedRecord
+from rotorsim.discrepancy.files import write_plan
+from rotorsim.discrepancy.hidden_machine import read_truth, record_of, truth_twin
+from rotorsim.discrepancy.ranking import ExperimentPlan, Proposal
+from rotorsim.discrepancy.result import Diagnosis
+from rotorsim.discrepancy.twin import Twin
+from rotorsim.discrepancy.verdict import NOTHING, SURE
 from rotorsim.machine import Machine, load_machine
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 ShowSteps = Callable[[DecisionSteps], None]
 UNFINISHED = "unfinished"
 """Folder of what was computed, by which an interrupted loop resumes."""
+VIRTUAL = "virtual:"
+"""Prefix of the folder of a hidden machine."""
+FIRST_NOISE = 1000
+"""Number of the noise of the first new record: those of `hide` are lower."""
+LOOK = 1.0
+"""Time [s] between two looks into a folder."""
+READABLE = (".nc", ".csv", ".mat", ".wav", ".tdms", ".uff", ".unv")
+"""Endings of files that may be records."""
 
 
 def decide(
@@ -61,7 +80,7 @@ def decide(
     records : Datasets or paths
         Records to begin with: in place of those that were hidden with a truth, besides those of a folder.
     allow : names
-        What experiments may change (`plan.allowed.ALLOWED`); all for none.
+        What experiments may change (`decision.ALLOWED`); all for none.
     effects : names, optional
         Candidates.
     sure : float
@@ -161,7 +180,10 @@ class DecisionLoop:
                 self._keep(steps)
                 shutil.rmtree(self.folder / UNFINISHED, ignore_errors=True)
                 return replace(found, steps=steps, planned=None if end in ("budget", "decided") else found.planned)
-            found = replace(found, planned=_with_first(found.planned, best))
+            plan = found.planned
+            if plan is not None:  # the experiment that is made before the others
+                plan = replace(plan, proposals=(best, *(p for p in plan.proposals if p is not best)))
+            found = replace(found, planned=plan)
             steps = self._experiment(found, best, steps)
             self._keep(steps)
             if not steps.made:
@@ -250,14 +272,160 @@ class DecisionLoop:
         self.shown(steps)
 
 
-def _with_first(plan: ExperimentPlan | None, best: Proposal) -> ExperimentPlan | None:
-    """The plan with one experiment before the others."""
-    return None if plan is None else replace(plan, proposals=(best, *(p for p in plan.proposals if p is not best)))
-
-
 def _with_files(steps: DecisionSteps, first: Sequence[Any]) -> DecisionSteps:
     """Steps with the files to begin with, and those that have come since the loop was interrupted."""
     files = [str(r) for r in first if isinstance(r, Path)]
     if not steps.steps:
         return replace(steps, first=tuple(files))
     return steps.with_new([name for name in files if name not in (*steps.first, *steps.records)])
+
+
+class ExperimentRig(Protocol):
+    """Rig that makes the records of a loop."""
+
+    @property
+    def name(self) -> str:
+        """Name of the rig, as the command line gives it."""
+
+    def check(self, out: str | Path | None) -> None:
+        """Raise DataError where the rig is not there, or where results in `out` would be among its records."""
+
+    def begin(self, given: Sequence[Any]) -> list[Any]:
+        """Records to begin with, as Datasets or absolute paths, where others are `given`."""
+
+    def arrived(self) -> list[Any]:
+        """Absolute paths of records that have come since the last call of any of these, without being waited for."""
+
+    def run(self, option: ExperimentOption, number: int, waiting: Callable[[], None]) -> list[Any]:
+        """Records of an experiment, the loop's one of this number from 1; none if none came in time."""
+
+
+@dataclass(frozen=True)
+class VirtualRig:
+    """A machine that `hide` has made: its records to begin with, its hidden truth for new ones."""
+
+    folder: Path
+    machine: Machine
+
+    @property
+    def name(self) -> str:
+        """Name of the rig, as the command line gives it."""
+        return f"{VIRTUAL}{self.folder.resolve()}"
+
+    def check(self, out: str | Path | None) -> None:
+        """Raise DataError if the truth is missing, or if `out` lies in the folder of the hidden machine."""
+        refuse_same(out, self.folder)
+        self.truth  # noqa: B018  (found missing before hours of work)
+
+    def begin(self, given: Sequence[Any]) -> list[Any]:
+        """The records that are given, else those that were hidden with the truth."""
+        if given:
+            return list(given)
+        found = sorted((self.folder / "records").resolve().glob("*.nc"))
+        if not found:
+            raise DataError(f"{self.folder}: has no folder 'records'; give the folder that rotorsim hide has made")
+        return list(found)
+
+    @cached_property
+    def truth(self) -> Any:
+        """Sealed truth, which the diagnosis never reads."""
+        return read_truth(self.folder / "sealed" / "truth.json")
+
+    @cached_property
+    def twin(self) -> Twin:
+        """Plant of the hidden machine."""
+        return truth_twin(self.machine)
+
+    def arrived(self) -> list[Any]:
+        """No records: the machine is recorded by experiments alone."""
+        return []
+
+    def run(self, option: ExperimentOption, number: int, waiting: Callable[[], None]) -> list[Any]:
+        """Record of an experiment on the hidden machine."""
+        waiting()
+        return [record_on(self.machine, self.twin, self.truth.point, self.truth.seed, option, number)]
+
+
+def record_on(
+    machine: Machine, twin: Twin, point: ParameterPoint, seed: int, option: ExperimentOption, number: int
+) -> xr.Dataset:
+    """Record of an experiment on a hidden machine, which states what was changed on purpose."""
+    stated = option.changes(machine)
+    planned = PlannedRecord(f"next_{number}", "fit", option.experiment, FIRST_NOISE + number)
+    changes = known_changes(machine, stated, "next")
+    record = record_of(twin, planned, point, seed, tiled=True, changes=changes)
+    return record.assign_attrs(changes=json.dumps(stated)) if stated else record
+
+
+@dataclass(frozen=True)
+class FolderRig:
+    """A folder into which records are put, one after another, as their experiments were made."""
+
+    folder: Path
+    longest: float = 8 * 3600.0
+    """Time [s] to wait for a record."""
+    taken: set[Path] = field(default_factory=set)
+
+    @property
+    def name(self) -> str:
+        """Absolute path of the folder."""
+        return str(self.folder.resolve())
+
+    def check(self, out: str | Path | None) -> None:
+        """Raise DataError if the folder is missing, or if `out` is not given or lies in it."""
+        if not self.folder.is_dir():
+            raise DataError(f"--rig: {self.folder} is not a folder; make it and put the records there are into it")
+        if out is None:
+            raise DataError("decide: a rig that is a folder needs out, where the plan of the next experiment is put")
+        refuse_same(out, self.folder)
+
+    def begin(self, given: Sequence[Any]) -> list[Any]:
+        """The records that are given and those that are there and complete."""
+        self.taken.update(self._complete())
+        return [*given, *sorted(self.taken - {r for r in given if isinstance(r, Path)})]
+
+    def arrived(self) -> list[Any]:
+        """New records that are complete; one that still grows is waited for."""
+        new = self._complete() - self.taken
+        self.taken.update(new)
+        return sorted(new)
+
+    def run(self, option: ExperimentOption, number: int, waiting: Callable[[], None]) -> list[Any]:
+        """New records, as soon as there are any that do not grow any more."""
+        end = time.monotonic() + self.longest
+        while time.monotonic() < end:
+            waiting()
+            if new := self.arrived():
+                return new
+        return []
+
+    def _complete(self) -> set[Path]:
+        """Absolute paths of the records, once none of them grows any more."""
+        while True:
+            before = self._sizes()
+            time.sleep(LOOK if set(before) - self.taken else 0.2 * LOOK)
+            if before == self._sizes():
+                return {path for path, size in before.items() if size > 0}
+
+    def _sizes(self) -> dict[Path, int]:
+        found = {}
+        for path in self.folder.resolve().rglob("*"):
+            with suppress(FileNotFoundError):
+                if path.suffix.lower() in READABLE and path.is_file():
+                    found[path] = path.stat().st_size
+        return found
+
+
+def refuse_same(out: str | Path | None, folder: Path) -> None:
+    """Raise DataError for results in a rig's folder, where they would be taken for records."""
+    if out is not None and Path(out).resolve().is_relative_to(folder.resolve()):
+        raise DataError(f"--out: {out} is in the folder of the rig, {folder}; give another one")
+
+
+def open_rig(text: str, machine: Machine, longest: float = 8 * 3600.0) -> ExperimentRig:
+    """Rig from its text: virtual:FOLDER of `hide`, or a folder of records; raises DataError for neither."""
+    if text.startswith(VIRTUAL):
+        return VirtualRig(Path(text.removeprefix(VIRTUAL)), machine)
+    if ":" in text and not Path(text).exists():
+        raise DataError(f"--rig: '{text}' is neither virtual:FOLDER (of rotorsim hide) nor a folder; give one of these")
+    return FolderRig(Path(text), longest)

@@ -1,18 +1,22 @@
-"""Physical effects in families, one file each; importing this package registers the shipped ones.
+"""Physical effects in families: a file for each, with its name, is imported when the effect is asked for.
 
 The first use of `REGISTRY` loads the effects of installed packages, which find this package complete.
 """
 
-from importlib import import_module
-from pkgutil import walk_packages
 from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.public import refuse
-from rotorsim.effects.base import FILM_PORTS, PORTS, Effect, FilmEffect, SampledEffect, numeric_fields, param, register
-from rotorsim.effects.installed import registry
-
-for _module in walk_packages(__path__, f"{__name__}."):
-    import_module(_module.name)
+from rotorsim.effects.base import (
+    FILM_PORTS,
+    PORTS,
+    Effect,
+    FilmEffect,
+    SampledEffect,
+    numeric_fields,
+    param,
+    register,
+    registry,
+)
 
 if TYPE_CHECKING:
     from rotorsim.effects.base import REGISTRY

@@ -38,18 +38,28 @@ An effect file holds the equation and its source, a dataclass whose fields are m
 
 `p` is the record of the effect's own parameters in SI units, and of what `derived` adds. At its neutral values an
 effect leaves every bit of a trajectory as it is without it.
+
+An effect has its own data for a diagnosis: forms in which it may be missing, parameters that are calibrated, its role.
+Effects of installed packages are loaded by their entry points: whoever installs a package chose to run it. Nothing that
+a machine file or a record names is ever imported.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+import warnings
+from collections.abc import Callable
 from dataclasses import dataclass, fields
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from typing import Any, ClassVar, Self, TypeVar, dataclass_transform
 
 import numpy as np
 
+from rotorsim.base.errors import PackageLeftOut
+from rotorsim.base.public import Registry, modules_below
 from rotorsim.base.quantity import UNLIMITED, Quantity, declared, quantities
-from rotorsim.effects.diagnosis import CalibrationParameter, CandidateForm
 
 PORTS = (
     "force", "motion", "contact", "film", "gas", "heat", "injector", "plenum", "supply", "actuator", "sensor",
@@ -58,6 +68,78 @@ PORTS = (
 """Places where an effect acts; the head of this file has the signature of each port's kernel."""
 FILM_PORTS = ("contact", "film", "gas", "heat", "injector", "plenum", "supply", "actuator", "support")
 """Ports of the gas film and what feeds it: without a film these effects have nothing to act on."""
+
+ROLES = {
+    "candidate": "may be what a machine file lacks",
+    "scatter": "scatters readings: left out of the simulated means, part of the noise floor",
+    "known": "a load or a limit that is known: never looked for",
+    "set": "is set on purpose, for single records too, as these state: never looked for",
+    "asymmetric": "breaks the symmetry of the film, which is another plant: only on request",
+}
+"""Roles of an effect in a diagnosis."""
+INJECTOR_FLOW = "injector_flow"
+"""`scales` of a parameter whose value is the relative change of the flow of all injectors."""
+
+
+@dataclass(frozen=True)
+class CandidateForm:
+    """A form in which an effect may be missing: one parameter, with its phase, is fitted and others are held.
+
+    parameter, phase : names of parameters; no phase where it has none
+    step : change [SI] that moves a response by a few tenths of a micrometre
+    options : parameters that are held, with the values to try in turn
+    refine : shape parameters with a step, fitted too once an option was chosen
+    signed : whether the change may be negative
+    signature : forms of one signature are indistinguishable in every record of a rig
+    resembles : what would look the same but is not in the catalogue
+    with_weight : forms that make nearly the same response in a rotor with a weight share this name
+    from_value : parameter and value; a form that is found with at least that much of it may be another one of them
+    axes_only : known for sensors along x and y alone
+    alone_of : forms of the same kind of force share this name and are not combined
+    pinned : known for injectors with pins alone
+    prior : standard deviation [SI] that the size is taken to have before any record; ten steps where none is stated
+    """
+
+    parameter: str
+    step: float
+    phase: str = ""
+    options: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    refine: tuple[tuple[str, float], ...] = ()
+    signed: bool = True
+    signature: str = ""
+    resembles: str = ""
+    with_weight: str = ""
+    from_value: tuple[str, float] = ("", math.inf)
+    axes_only: bool = False
+    alone_of: str = ""
+    pinned: bool = False
+    prior: float | None = None
+
+
+@dataclass(frozen=True)
+class CalibrationParameter:
+    """A parameter that every diagnosis calibrates before it looks for anything.
+
+    step, sd : of finite differences, and standard deviation before the fit [SI]
+    low, high : limits of the change [SI]
+    phase : its phase, for a parameter that is an amplitude
+    trend : step and standard deviation of its trends over pressure and speed
+    film_only : in machines with a gas film only
+    scales : `INJECTOR_FLOW`, or nothing
+    place : which of the effect's own tables it is of
+    """
+
+    parameter: str
+    step: float
+    sd: float
+    low: float = -1e300
+    high: float = 1e300
+    phase: str = ""
+    trend: tuple[float, float] | None = None
+    film_only: bool = True
+    scales: str = ""
+    place: int = 0
+
 
 TURN = 6.283185307179586
 """A whole turn [rad]."""
@@ -128,17 +210,13 @@ class Effect:
     """Memory of its states, if it has any: 'short' (the beginning of a record), 'mean' (longer, unless the
     excitation has no mean) or 'long'."""
     role: ClassVar[str] = "candidate"
-    """Role in a diagnosis: one of `diagnosis.ROLES`."""
+    """Role in a diagnosis: one of `ROLES`."""
     forms: ClassVar[tuple[CandidateForm, ...]] = ()
     """Forms in which a diagnosis looks for it; where there are none they follow from its parameters."""
     calibration: ClassVar[tuple[CalibrationParameter, ...]] = ()
     """Parameters that a diagnosis calibrates."""
     cites: ClassVar[tuple[str, ...]] = ()
-    """Keys of its sources in `rotorsim/base/references/references.bib`; a user's own may write the whole reference."""
-    earlier_name: ClassVar[str] = ""
-    """Name of its table in machine files of earlier versions."""
-    earlier_keys: ClassVar[Mapping[str, str]] = {}
-    """Keys of earlier versions and the parameters that replace them."""
+    """Keys of its sources in `rotorsim/base/references.bib`; a user's own may write the whole reference."""
     random_part: ClassVar[str] = ""
     """Parameter that is the size of a random error, if it has one."""
     places: ClassVar[int] = 1
@@ -216,7 +294,10 @@ class SampledEffect(Effect):
 
 WHERE = ("position", "bearing")
 """Parameters that place an effect, which its kernel does not see."""
-REGISTRY: dict[str, type[Effect]] = {}
+SHIPPED = modules_below(__package__, Path(__file__).parent)
+"""Modules of the shipped effects by name."""
+del SHIPPED["base"]
+REGISTRY: Registry[type[Effect]] = Registry(SHIPPED)
 """Every known effect by its name; `register` adds one."""
 E = TypeVar("E", bound=Effect)
 
@@ -280,3 +361,40 @@ def numeric_fields(effect: type[Effect]) -> tuple[str, ...]:
     ('me', 'phase')
     """
     return (*(f.name for f in fields(effect) if f.name not in WHERE), *effect.extra)
+
+
+LEFT_OUT: dict[str, str] = {}
+"""Why the package of an effect could not be loaded, by the name of its entry point."""
+
+
+def registry() -> Registry[type[Effect]]:
+    """Every effect by name, with those of installed packages."""
+    while points := _waiting():
+        load_installed(points.pop())
+    return REGISTRY
+
+
+@cache
+def _waiting() -> list[EntryPoint]:
+    """Entry points that are not loaded yet; whoever loads one takes it away."""
+    return sorted(entry_points(group="rotorsim.effects"), reverse=True)
+
+
+def load_installed(point: EntryPoint) -> None:
+    """Import the module of an entry point, which registers its effects.
+
+    One that fails, such as a package written for another version, is a warning: everything else works without it, and
+    a machine file that has its effect is answered with the package and the reason.
+    """
+    try:
+        point.load()
+    except Exception as error:  # whatever foreign code raises when it is imported
+        package = point.dist.name if point.dist else point.module
+        text = str(error).partition(" (")[0] if isinstance(error, ImportError) else str(error)  # without the file
+        reason = f"{type(error).__name__}: {text}".splitlines()[0]
+        LEFT_OUT[point.name] = f"its package {package} could not be loaded ({reason}); update or uninstall it"
+        warnings.warn(
+            f"effect '{point.name}' of the package {package} is left out ({reason}); update or uninstall the package",
+            PackageLeftOut,
+            stacklevel=2,
+        )

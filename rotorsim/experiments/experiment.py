@@ -1,31 +1,96 @@
-"""Base of experiments: start point, duration and the inputs of any block of samples; registry of all experiments.
+"""Base of experiments: parameters, start point, duration and inputs of any block of samples; registry, functions.
 
 An experiment is a frozen dataclass. It knows no plant, draws from its `sequence` alone and computes any stretch of its
 rows without the ones before, so that hours take no more memory than seconds and the size of the blocks changes nothing.
-Its class carries all that follows from the experiment elsewhere: the example of its command, the figures of its page,
-the numbers of its summary and their rows in a table. `as_function` makes a function of it, `rotorsim experiment` a
-command.
+Its class carries all that follows from the experiment elsewhere: parameters, each declared by a `Quantity`, of which
+the options are made; the example of its command, the figures of its page, the numbers of its summary and their rows in
+a table. `as_function` makes a function of it, `rotorsim experiment` a command.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator
+from dataclasses import Field, dataclass, field, fields, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 import numpy as np
 
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.parameters import attributes, check_parameters, param
+from rotorsim.base.public import Registry, modules_below
+from rotorsim.base.quantity import Quantity, check_fields, declared, quantity_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from rotorsim.machine import Machine
+    from rotorsim.machine.schema import Machine
+
+LARGEST = 1e15
+"""Largest SI value of a parameter without limits of its own: its square is a number still."""
+
+
+def param(unit: str, doc: str, default: Any, *, low: float = -LARGEST, high: float = LARGEST, **limits: Any) -> Any:
+    """A parameter in SI: unit, sentence, default and the limits of its `Quantity`."""
+    example = default if isinstance(default, (int, float)) and default else None
+    return declared(default, Quantity(unit, doc, low=low, high=high, example=example, **limits))
+
+
+def sequence() -> Any:
+    """The field of an experiment that draws: the number of what it draws."""
+    doc = "Number of the random sequence; the seed makes the sensors' noise alone."
+    return param("1", doc, 0, low=0, high=2**53, multiple=1)
+
+
+def parameters(experiment: Any) -> Iterator[tuple[Field[Any], Quantity]]:
+    """Fields of an experiment (class or instance) that are parameters."""
+    for entry in fields(experiment):
+        quantity = quantity_of(entry)
+        if quantity is not None:
+            yield entry, quantity
+
+
+def check_parameters(experiment: Any) -> None:
+    """Make every parameter a plain number or word; raises DataError with one sentence for a bad one.
+
+    Warns Unusual of one far from all that is done.
+    """
+    from rotorsim.machine.plausibility import ask  # which reads the catalogue of effects: help of commands does without
+
+    for name, sentence in check_fields(experiment):
+        raise DataError(f"{name}: {sentence}")
+    for entry, known in parameters(experiment):
+        value = getattr(experiment, entry.name)
+        if value is not None and not isinstance(value, str):
+            ask(entry.name, value, known.unit)
+
+
+def ask_speeds(machine: Machine, experiment: Any) -> None:
+    """Question the speeds of an experiment at which the machine's rim would be too fast."""
+    from rotorsim.machine.limits import ask_rim_speed
+
+    for entry, known in parameters(experiment):
+        if known.unit == "rad/s" and getattr(experiment, entry.name) is not None:
+            ask_rim_speed(machine, getattr(experiment, entry.name), entry.name)
+
+
+def fastest(experiment: Any) -> float:
+    """Highest speed [rad/s] among the parameters of an experiment."""
+    speeds = [getattr(experiment, entry.name) for entry, known in parameters(experiment) if known.unit == "rad/s"]
+    return max((speed for speed in speeds if speed is not None), default=0.0)
+
+
+def attributes(experiment: Any) -> dict[str, Any]:
+    """Parameters as attributes of a record, SI; those that are not given are left out."""
+    values = {known.attribute or entry.name: getattr(experiment, entry.name) for entry, known in parameters(experiment)}
+    return {name: value for name, value in values.items() if value is not None}
+
 
 Kind = TypeVar("Kind", bound="type[Experiment]")
-EXPERIMENTS: dict[str, type[Experiment]] = {}
+EXPERIMENTS: Registry[type[Experiment]] = Registry(
+    modules_below("rotorsim.experiments.catalogue", Path(__file__).with_name("catalogue"))
+)
 """Every experiment by its name."""
 LONGEST = 1e6
 """Longest run [s]."""

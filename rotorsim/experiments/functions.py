@@ -8,10 +8,9 @@ from inspect import Parameter, Signature, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, cast, overload
 
+from rotorsim.base.display import did_you_mean
 from rotorsim.base.quantity import Quantity
-from rotorsim.base.sentences import did_you_mean
-from rotorsim.experiments.experiment import Experiment
-from rotorsim.experiments.parameters import parameters
+from rotorsim.experiments.experiment import Experiment, parameters
 
 if TYPE_CHECKING:
     import xarray as xr

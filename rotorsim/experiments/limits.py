@@ -10,9 +10,9 @@ import numpy as np
 from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import LimitError
 from rotorsim.experiments.recording import FEWEST
-from rotorsim.machine.running_limits import at_speed, first_passed, limits_of
+from rotorsim.machine.limits import at_speed, first_passed, limits_of
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.kernels.columns import COLUMNS, HEAT_COLUMNS
+from rotorsim.plant.kernels.layout import COLUMNS, HEAT_COLUMNS
 from rotorsim.plant.simulation import Simulation
 from rotorsim.plant.validity import beyond, choked_share
 

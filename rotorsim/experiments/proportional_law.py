@@ -17,13 +17,12 @@ import numpy as np
 
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import ControllerError
-from rotorsim.control.runtime.alarm import SENTENCES, code
-from rotorsim.control.runtime.guard import FARTHEST, OK, SENSOR, SIZE, guard
-from rotorsim.experiments.parameters import attributes, check_parameters, param
+from rotorsim.control.guard import FARTHEST, OK, SENSOR, SIZE, Guarded, guard
+from rotorsim.experiments.experiment import attributes, check_parameters, param
 
 
 @dataclass
-class ProportionalLaw:
+class ProportionalLaw(Guarded):
     """The law with the state of its filter; `centre` (2,) [m] is the position that asks for no reference.
 
     Examples
@@ -66,11 +65,6 @@ class ProportionalLaw:
         output = self.state.copy()
         guard(self.memory, SENSOR if bad else OK, output)
         return output
-
-    @property
-    def alarm(self) -> str | None:
-        """Why the law does not act fully now, as a sentence; None as long as it does."""
-        return SENTENCES.get(code(self.memory, 0))
 
     def attrs(self) -> dict[str, Any]:
         """Parameters for a record's attributes."""

@@ -3,7 +3,8 @@
 The file grows under a temporary name in the same folder and is moved to its own when it is closed, complete or
 interrupted. It is flushed every second: a kill costs what was recorded since, and the record where it hits the few
 milliseconds of a flush. The space for the next samples is reserved before they are written: a disk that takes no more
-ends the record, `write` raises WriteError, and what was written until then is kept.
+ends the record, `write` raises WriteError, and what was written until then is kept. `recover` brings records of killed
+runs back from their temporary files.
 """
 
 from __future__ import annotations
@@ -29,12 +30,15 @@ from rotorsim.base.files import (
     WriteError,
     check_target,
     followed,
+    left_behind,
     make_folder,
     replacing,
+    sweep,
+    target_of,
     temporary,
     write_error,
 )
-from rotorsim.base.hdf5 import DiskFile, trust_hdf5
+from rotorsim.base.hdf5 import DiskFile, check_hdf5, trust_hdf5
 
 CHUNK = 1000
 """Samples that are stored together."""
@@ -314,3 +318,65 @@ def _pieces(values: Values, first: int, step: int) -> Iterator[Values]:
     cuts = [0, *range(step - first % step, n, step), n]
     for start, end in pairwise(cuts):
         yield {name: value[start:end] for name, value in values.items()}
+
+
+ENDED = "killed"
+
+
+def recover(folder: Path) -> list[tuple[Path, int]]:
+    """Bring back what killed runs of this computer had recorded in a folder, and remove their other temporary files.
+
+    Parameters
+    ----------
+    folder : Path
+        Where records are written; need not exist.
+
+    Returns
+    -------
+    list of (Path, int)
+        Files NAME-killed.nc, NAME-killed-2.nc ... and their numbers of samples.
+
+    Raises
+    ------
+    OSError
+        If a file cannot be moved; it stays as it is.
+    """
+    sweep(folder)
+    found = []
+    for part in left_behind(folder, GROWING):
+        samples = _samples(part)
+        if samples < FEWEST:
+            part.unlink()
+            continue
+        path = _free(folder / target_of(part))
+        os.rename(part, path)
+        found.append((path, samples))
+    return found
+
+
+def duration(path: Path) -> float:
+    """Length [s] of a record that a run wrote."""
+    with h5py.File(path, "r") as file:
+        return float(len(file["time"]) / file.attrs["sample_rate_hz"])
+
+
+def _samples(part: Path) -> int:
+    """Samples in a temporary file, which is marked; 0 if it was killed before its first flush or within one."""
+    if check_hdf5(part) is not None:
+        return 0
+    with suppress(OSError, KeyError, RuntimeError), DiskFile(part, "r+") as disk:
+        with h5py.File(disk, "r+", track_order=True) as file:
+            samples = len(file["time"])
+            file.attrs["ended"] = ENDED  # in the space that was reserved for the samples to come
+        disk.finish()
+        return samples
+    return 0
+
+
+def _free(path: Path) -> Path:
+    """The first free name for what is left of a record."""
+    number, free = 1, path.with_stem(f"{path.stem}-{ENDED}")
+    while free.exists():
+        number += 1
+        free = path.with_stem(f"{path.stem}-{ENDED}-{number}")
+    return free

@@ -1,6 +1,7 @@
 """Execution of an experiment on a plant, in memory or streamed to a file with identical bits.
 
-Both take blocks of samples from the same iterator, so a record of hours needs the memory of one block.
+Both take blocks of samples from the same iterator, so a record of hours needs the memory of one block. A feedback loop
+acts one sample later, and its total reference is limited to the actuators' range.
 """
 
 from __future__ import annotations
@@ -14,26 +15,25 @@ import numpy as np
 
 from identification import make_record
 from rotorsim.base.constants import RIG_SAMPLE
+from rotorsim.base.display import track
 from rotorsim.base.errors import ControllerError, ConvergenceError, DataError, LimitError
 from rotorsim.base.files import WriteError
 from rotorsim.base.interrupt import Interrupt, asked
-from rotorsim.base.progress import track
-from rotorsim.experiments.experiment import Experiment, check_seed
+from rotorsim.experiments.experiment import Experiment, ask_speeds, check_seed, fastest, reference_range
 from rotorsim.experiments.limits import beyond_attrs, check_begin, choked, extremes, passed
-from rotorsim.experiments.loop import FeedbackLoop
-from rotorsim.experiments.parameters import ask_speeds, fastest
 from rotorsim.experiments.recording import FEWEST, Recording
 from rotorsim.machine.numerics import check_speed
-from rotorsim.plant.controller import alarms_of, as_controller, call
+from rotorsim.plant.controller import alarms_of, as_controller, ask, call
 from rotorsim.plant.equilibrium import describe
+from rotorsim.plant.locations import probe_coordinates
 from rotorsim.plant.plant import BLOCK, LONGEST as LONGEST_IN_MEMORY, Plant, as_plant
-from rotorsim.plant.probes import probe_coordinates
 from rotorsim.plant.simulation import Simulation, split_columns
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from rotorsim.machine import Machine
+    from rotorsim.plant.controller import Controller
 
 SNAPSHOTS = 6
 """Film pressures kept of a streamed run, evenly spaced over it."""
@@ -235,18 +235,12 @@ def begin(plant: Plant, experiment: Experiment, seed: int) -> Simulation:
     return simulation
 
 
-def _disc(simulation: Simulation) -> np.ndarray:
-    """Disc (2,) [m] now."""
-    return describe(simulation.assembly, simulation.w).disc
-
-
 def march(simulation: Simulation, experiment: Experiment, block: int = BLOCK) -> Iterator[tuple[np.ndarray, Values]]:
     """Blocks of time (n,) [s] and variables of the schema; an error of solver, controller or limit comes last."""
-    controller = getattr(experiment, "controller", None)
-    if controller is None:
-        loop = None
-    else:
-        loop = FeedbackLoop(as_controller(controller, lambda: _disc(simulation), experiment.Ts), experiment.Ts)
+    loop, controller = None, getattr(experiment, "controller", None)
+    if controller is not None:
+        given = as_controller(controller, lambda: describe(simulation.assembly, simulation.w).disc, experiment.Ts)
+        loop = FeedbackLoop(given, experiment.Ts)
     for first in range(0, experiment.samples, block):
         rows = experiment.rows(first, min(block, experiment.samples - first))
         before = simulation.save()
@@ -304,3 +298,41 @@ def _snapshot(file: Sink, simulation: Simulation) -> None:
         return
     speed = float(simulation.w[simulation.assembly.rotor.speed])
     file.snapshot(simulation.time, speed, *simulation.film_snapshot())
+
+
+class FeedbackLoop:
+    """The running loop: what the controller saw in a sample acts in the next one, added to the external reference."""
+
+    def __init__(self, controller: Controller, Ts: float) -> None:
+        self.controller = controller
+        self.output = np.zeros(2)
+        call(controller, "check_sampling", Ts)
+        call(controller, "reset")
+
+    def advance(self, simulation: Simulation, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Sample table and the input rows really applied, for rows whose reference is the external one.
+
+        A ConvergenceError or ControllerError carries both, up to the failure, in `where["table"]` and `where["rows"]`.
+        """
+        used = rows.copy()
+        tables: list[np.ndarray] = []
+        limit = reference_range(simulation.assembly.machine)
+        for k in range(len(rows)):
+            used[k, 2:4] = np.clip(rows[k, 2:4] + self.output, -limit, limit)
+            try:
+                tables.append(simulation.advance(used[k : k + 1]))
+            except ConvergenceError as error:
+                done = np.concatenate([*tables, error.where["table"]])
+                raise ConvergenceError(str(error), table=done, rows=used[:k]) from error
+            try:
+                self.output = self._ask(simulation, tables[-1], used[k])
+            except ControllerError as error:
+                raise ControllerError(str(error), table=np.concatenate(tables), rows=used[: k + 1]) from error
+        return np.concatenate(tables), used
+
+    def _ask(self, simulation: Simulation, table: np.ndarray, row: np.ndarray) -> np.ndarray:
+        seen: dict[str, Any] = split_columns(simulation.assembly, table, row[None])
+        speed = seen.get("speed_measured", seen["speed"])[0]
+        pressure = seen.get("pressure_measured", seen.get("pressure", row[1:2]))[0]
+        time = (simulation.samples - 1) * simulation.assembly.sampling_time
+        return ask(self.controller, seen["disc_measured"][0], float(speed), float(pressure), time, row[2:4])

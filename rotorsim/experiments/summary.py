@@ -1,18 +1,24 @@
-"""Summary of an experiment's record in engineering units, read in blocks."""
+"""Summaries in engineering units, read in blocks: of any experiment's record, and of a run over the speed.
+
+A run over the speed has extremes with their times and speeds, resonances, air consumption, whirl below 1X.
+"""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 
 from identification.records.sampling import nominal_rate
 from rotorsim.base.constants import TO_RPM, TO_UM
-from rotorsim.experiments.catalogue import EXPERIMENTS
+from rotorsim.base.errors import MachineFileError
+from rotorsim.experiments.experiment import EXPERIMENTS
 from rotorsim.experiments.limits import beyond_of
-from rotorsim.signals.orders import after_start, start_settled, start_transient
-from rotorsim.signals.probes import probe_numbers
-from rotorsim.signals.record_blocks import blocks, displacement_name
+from rotorsim.machine import Gas, Machine
+from rotorsim.signals.orders import after_start, find_resonances, start_settled, start_transient
+from rotorsim.signals.record_blocks import blocks, displacement_name, probe_numbers
+from rotorsim.signals.spectra import largest_sub_synchronous, waterfall
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,7 +35,7 @@ def summarise_experiment(record: xr.Dataset) -> dict[str, Any]:
         (x, y), rms and peak about the mean; largest_orbit_um from the mean, all of these without the start transient;
         smallest_film_um and contact_samples (None without a film); reference_peak_v and force_peak_n (x, y); and the
         `findings` of the experiment, such as the static_gain of a staircase or the deceleration of a coast-down.
-        `probes` of a record that has them, see `rotorsim.signals.probes.probe_numbers`; `beyond_checked_range`,
+        `probes` of a record that has them, see `rotorsim.signals.record_blocks.probe_numbers`; `beyond_checked_range`,
         sentences, of one beyond the range in which the model was checked.
     """
     name = str(record.attrs.get("experiment", ""))
@@ -79,3 +85,126 @@ def scan(record: xr.Dataset) -> dict[str, Any]:
 def sampling_rate(record: xr.Dataset) -> float:
     """Samples a second of a record [Hz]."""
     return nominal_rate(record["time"].values)
+
+
+def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | None = None) -> dict[str, Any]:
+    """Numbers of a run, ready for JSON, in engineering units (rpm, um 0-pk, kg/s, normal litres per minute).
+
+    Parameters
+    ----------
+    record : Dataset
+        The record; what it lacks (film, contact) is None in the answer.
+    tracked : Dataset
+        Of `track_orders`.
+    spectra : Dataset, optional
+        Of `waterfall`; made here if not given.
+
+    Returns
+    -------
+    dict
+        duration_s, samples, start_transient_s, start_settled, speed_rpm, peaks, largest_orbit, smallest_film,
+        contact, mass_flow, sub_synchronous.
+        A peak with ``local_maximum = False`` is a largest amplitude that is no resonance, with ``at_end`` "start" or
+        "end" in the first or last window. The start transient, see `start_transient`, is left out of peaks, of the
+        largest orbit and of sub_synchronous; it is in smallest_film and contact. The largest orbit is measured from the
+        slowly moving mean; it and the smallest film have ``at_end`` too. A record with probes also has `probes`, see
+        `rotorsim.signals.probes.probe_numbers`; one with several films `films`: by bearing smallest_um and flow_kg_s;
+        one beyond the range in which the model was checked `beyond_checked_range`, sentences.
+    """
+    spectra = waterfall(record) if spectra is None else spectra
+    begin = start_transient(record)
+    seen = _scan(record, tracked, begin)
+    flow, contact = seen.get("mass_flow"), seen.get("contact")
+    return {
+        "duration_s": seen["time"]["last"] - seen["time"]["first"],
+        "samples": int(record.sizes["time"]),
+        "start_transient_s": begin,
+        "start_settled": start_settled(record),
+        "speed_rpm": {k: seen["speed"][k] * TO_RPM for k in ("first", "last", "min", "max")},
+        "peaks": [p for n in tracked["order"].values for axis in "xy" for p in find_resonances(tracked, int(n), axis)],
+        "largest_orbit": _extreme(seen["radius"], "max", 0.0),
+        "smallest_film": _extreme(seen["h_min"], "min", begin) if "h_min" in seen else None,
+        **_of_films(record),
+        "contact": contact and {"samples": contact["positive"], "first_time_s": contact["first_time"],
+                                "first_rpm": contact["first_speed"]},
+        "mass_flow": flow and _flow(flow, normal_density(record)),
+        "sub_synchronous": largest_sub_synchronous(spectra),
+    } | ({"probes": numbers} if (numbers := probe_numbers(record)) else {}) | beyond_of(record)  # fmt: skip
+
+
+def _of_films(record: xr.Dataset) -> dict[str, Any]:
+    """Smallest thickness [um] and mean flow [kg/s] by bearing, of a record with several films."""
+    if "film_thickness" not in record:
+        return {}
+    names = [str(name) for name in record["bearing"].values]
+    low, total, count = np.full(len(names), np.inf), np.zeros(len(names)), 0
+    for block in blocks(record, ["film_thickness", "film_flow"]):
+        low = np.minimum(low, block["film_thickness"].min(axis=0))
+        total, count = total + block["film_flow"].sum(axis=0), count + len(block["film_flow"])
+    return {"films": {name: {"smallest_um": float(low[k]) * TO_UM, "flow_kg_s": float(total[k]) / count}
+                      for k, name in enumerate(names)}}  # fmt: skip
+
+
+def _extreme(seen: dict[str, Any], which: str, begin: float) -> dict[str, Any]:
+    """An extreme [um] with its speed and time; `at_end` where it lies in the first or last revolution, or the start."""
+    time, speed = seen[f"{which}_time"], seen[f"{which}_speed"]
+    revolution = 2 * np.pi / abs(speed) if speed else 0.0
+    at_end = "end" if time >= seen["last_time"] - revolution else ""
+    at_end = "start" if time <= max(seen["begin_time"] + revolution, begin) else at_end
+    return {"um": seen[which] * TO_UM, "rpm": speed * TO_RPM, "time_s": time, "at_end": at_end}
+
+
+def _flow(seen: dict[str, Any], density: float) -> dict[str, float]:
+    """Mass flow [kg/s] and in normal litres per minute (273.15 K, 101325 Pa)."""
+    mean = {"mean": seen["sum"] / seen["count"], "min": seen["min"], "max": seen["max"]}
+    return {f"{k}_kg_s": v for k, v in mean.items()} | {f"{k}_nl_min": v / density * 6e4 for k, v in mean.items()}
+
+
+def _scan(record: xr.Dataset, tracked: xr.Dataset, begin: float) -> dict[str, dict[str, Any]]:
+    """Extremes, sums and ends of all scalars and, from `begin` [s] on, of the disc's distance from its mean."""
+    name = displacement_name(record)
+    scalars = [v for v in ("time", "speed", "h_min", "mass_flow", "contact") if v in record.variables]
+    seen: dict[str, dict[str, Any]] = {}
+    for block in blocks(record, [*scalars, name]):
+        block["radius"] = np.hypot(*(block[name] - _centre(tracked, block["time"], block[name])).T)
+        for key in scalars:
+            _note(seen.setdefault(key, {}), block[key], block["time"], block["speed"])
+        on = block["time"] >= begin - 1e-9
+        if on.any():
+            _note(seen.setdefault("radius", {}), block["radius"][on], block["time"][on], block["speed"][on])
+    return seen
+
+
+def _centre(tracked: xr.Dataset, time: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """Slowly moving mean (n, 2) of the disc; of the block where the shaft stands still."""
+    if tracked.sizes["window"] == 0:
+        return d.mean(axis=0, keepdims=True)
+    return np.column_stack([np.interp(time, tracked["time"], tracked["mean"][:, i]) for i in range(2)])
+
+
+def _note(seen: dict[str, Any], values: np.ndarray, time: np.ndarray, speed: np.ndarray) -> None:
+    """Take a block into the running numbers of one variable."""
+    seen.setdefault("first", float(values[0]))
+    seen.setdefault("begin_time", float(time[0]))
+    seen["last"], seen["last_time"] = float(values[-1]), float(time[-1])
+    seen["sum"] = seen.get("sum", 0.0) + float(values.sum())
+    seen["count"] = seen.get("count", 0) + len(values)
+    positive = np.flatnonzero(values > 0)
+    seen["positive"] = seen.get("positive", 0) + len(positive)
+    if seen.setdefault("first_time", None) is None and positive.size:
+        seen["first_time"], seen["first_speed"] = float(time[positive[0]]), float(speed[positive[0]] * TO_RPM)
+    seen.setdefault("first_speed", None)
+    for key, i in (("min", values.argmin()), ("max", values.argmax())):
+        better = key not in seen or (values[i] < seen[key] if key == "min" else values[i] > seen[key])
+        if better:
+            seen |= {key: float(values[i]), f"{key}_time": float(time[i]), f"{key}_speed": float(speed[i])}
+
+
+def normal_density(record: xr.Dataset) -> float:
+    """Density [kg/m^3] of the machine's gas at 273.15 K and 101325 Pa; of air if the record names no machine."""
+
+    try:
+        gas = Machine.from_text(str(record.attrs.get("machine", ""))).gas
+    except MachineFileError:
+        gas = Gas()
+    return 101325 / (gas.R * 273.15)

@@ -1,18 +1,42 @@
-"""The live rig of a machine, served to the browser from one call."""
+"""Live rig served to the browser by a local web server: loopback only, protected by a token, no external resources.
+
+Malformed messages of a page are dropped, errors of the program are one line each on stderr, and the page is opened by a
+private file, which keeps the token out of command lines that all users can read. What computes is imported by
+`serve_rig` alone, so the page about an invalid machine comes at once.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import asyncio
+import logging
+import secrets
+import shutil
+import socket
+import sys
+import tempfile
+import webbrowser
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from html import escape
+from inspect import iscoroutinefunction
 from pathlib import Path
-from typing import Any
+from threading import Event
+from typing import TYPE_CHECKING, Any
 
-from rotorsim.live.rig.desk import Desk
-from rotorsim.live.rig.laws import read_laws
-from rotorsim.live.rig.records import Replay
-from rotorsim.live.rig.rig import Rig
-from rotorsim.live.rig.runner import Runner
-from rotorsim.live.server.server import run_desk
+from rotorsim.base.errors import DataError
+from rotorsim.base.interrupt import Interrupt
+from rotorsim.live.guard import LONGEST, Guard
 from rotorsim.machine import Machine, load_machine
+
+if TYPE_CHECKING:
+    from rotorsim.live.desk import Desk
+    from rotorsim.live.records import Replay
+
+HOST = "127.0.0.1"
+TRIES = 50
+GRACE = 10
+"""Seconds without any window after which the server ends."""
+Announce = Callable[[str, int], None]
 
 
 def print_address(address: str, taken: int) -> None:
@@ -63,20 +87,226 @@ def serve_rig(
     >>> import rotorsim as rs
     >>> rs.live.serve_rig("dtu_gas_bearing")  # doctest: +SKIP
     """
+    from rotorsim.live.desk import make_desk
+    from rotorsim.live.laws import read_laws
+    from rotorsim.live.records import Replay
+
     loaded = machine if isinstance(machine, Machine) else load_machine(machine)
     known = laws if isinstance(laws, Mapping) else read_laws([Path(path) for path in laws], loaded)
     played = record if isinstance(record, Replay | None) else Replay(Path(record))
     run_desk(make_desk(loaded, known, seed, Path(out), values, played), port, announce, browser, keep_open)
 
 
-def make_desk(
-    machine: Machine, laws: Mapping[str, Any], seed: int, out: Path, values: Mapping[str, Any] | None,
-    record: Replay | None,
-) -> Desk:  # fmt: skip
-    """Desk of a machine with the settings of a scene, or replaying a record."""
-    desk = Desk(Runner(Rig(machine, laws, seed)), machine, out)
-    if values is not None:
-        desk.arrange(dict(values))
-    if record is not None:
-        desk.runner.play(record)
-    return desk
+def free_port(wanted: int) -> tuple[socket.socket, int]:
+    """Listening socket at the wanted port or the next free one; raises DataError."""
+    for port in range(wanted, min(wanted + TRIES, 65536)):
+        listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        if sys.platform != "win32":
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind((HOST, port))
+            listener.listen()
+        except OSError:
+            listener.close()
+            continue
+        return listener, listener.getsockname()[1]
+    raise DataError(f"--port: none of {wanted} to {wanted + TRIES - 1} is free; give another")
+
+
+def application(desk: Desk) -> Any:
+    """Web application of a desk without access control: the page at / and its frames."""
+    import orjson
+    from fastapi import FastAPI, Response
+
+    from rotorsim.live.page import Board
+
+    app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+
+    @app.get("/frame")
+    def frame() -> Response:
+        body = orjson.dumps(desk.runner.frame())
+        return Response(body, media_type="application/json", headers={"cache-control": "no-store"})
+
+    @app.get("/settings")
+    def settings() -> Response:
+        return Response(orjson.dumps(desk.runner.rig.in_force()), media_type="application/json")
+
+    return _with_page(app, lambda: Board(desk))
+
+
+def _with_page(app: Any, root: Callable[[], object]) -> Any:
+    """The application with a page of what `root` puts there at /; other addresses are not found."""
+    from nicegui import ui
+
+    def page() -> None:
+        root()
+
+    ui.page("/")(page)
+    ui.run_with(app, title="rotorsim live", show_welcome_message=False, favicon="🌀", dark=None)
+    return app
+
+
+async def leave_when_empty(server: Any, visited: Event, patience: float) -> None:
+    """End the server some seconds after its last window was closed, or after `patience` if there never was one.
+
+    A page that is loaded anew is back before.
+    """
+    from nicegui import Client
+
+    alone = 0
+    while not server.should_exit:
+        await asyncio.sleep(1.0)
+        present = any(client.has_socket_connection for client in list(Client.instances.values()))
+        alone = 0 if present else alone + 1
+        server.should_exit = server.should_exit or alone >= (GRACE if visited.is_set() else patience)
+
+
+def complaint(name: str, problems: Iterable[str]) -> Any:
+    """Web page for an invalid machine: its problems, one sentence each."""
+    from fastapi import FastAPI
+    from nicegui import ui
+
+    printed = list(problems)
+
+    def root() -> None:
+        ui.label(f"rotorsim live: {name} cannot be run").classes("text-h6")
+        for problem in printed:
+            ui.label(problem).props('role="alert"').style("font-family: monospace; white-space: pre-wrap")
+        ui.label("Correct the file and start rotorsim live again.")
+
+    return _with_page(FastAPI(docs_url=None, redoc_url=None, openapi_url=None), root)
+
+
+def run_desk(desk: Desk, port: int, announce: Announce, show: bool, keep_open: bool) -> None:
+    """Run a desk's rig and serve its page; see `serve`."""
+    desk.runner.start()
+    try:
+        serve(application(desk), port, announce, show, keep_open)
+    finally:
+        desk.runner.close()
+
+
+def serve(
+    application: Any, port: int, announce: Announce, show: bool, keep_open: bool, patience: float = float("inf")
+) -> None:
+    """Serve until Ctrl-C or until the last window is closed; `announce` receives address and port.
+
+    `patience` [s] is how long the first window is waited for.
+    """
+    import uvicorn
+    from nicegui import app as pages
+
+    listener, taken = free_port(port)
+    token = secrets.token_urlsafe(24)
+    address = f"http://{HOST}:{taken}/?token={token}"
+    config = uvicorn.Config(
+        Guard(application, token, HOST, taken), log_config=None, access_log=False, ws_max_size=LONGEST,
+        timeout_graceful_shutdown=0,
+    )  # fmt: skip
+    server = uvicorn.Server(config)
+    quiet()
+    if not keep_open:
+        visited = Event()  # some windows stay for less than a second
+        pages.on_connect(visited.set)
+        pages.on_startup(lambda: leave_when_empty(server, visited, patience))
+    try:
+        with private_page(address) as page, Interrupt() as early:
+            pages.on_startup(lambda: setattr(server, "should_exit", server.should_exit or early.asked > 0))
+            announce(address, taken)
+            if show:
+                webbrowser.open(page)
+            server.run(sockets=[listener])
+    except KeyboardInterrupt:
+        pass
+    finally:
+        listener.close()
+
+
+LOGGERS = ("nicegui", "engineio", "socketio", "uvicorn", "asyncio")
+MOST = 50
+"""Lines that are written; a flood of faults shows nothing new."""
+ENDED = "graceful shutdown"
+"""Words that the server writes when it ends with pages open."""
+WITHOUT_MESSAGE = ("connect", "disconnect")
+"""Events that carry nothing from the page; the server library tries their handlers with more and fewer arguments."""
+MALFORMED = (KeyError, TypeError, ValueError, AttributeError, IndexError)
+
+
+class OneLine(logging.Handler):
+    """Log formatter with one line per entry."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.ERROR)
+        self.lines = 0
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Write a record to stderr."""
+        if ENDED in record.getMessage():
+            return
+        self.lines += 1
+        if self.lines > MOST:
+            return
+        error = record.exc_info[1] if record.exc_info else None
+        found = [" ".join(record.getMessage().split())] + ([f"{type(error).__name__}: {error}"] if error else [])
+        print(f"rotorsim live: {'; '.join(found)}"[:400], file=sys.stderr)
+        if self.lines == MOST:
+            print(f"rotorsim live: these were {MOST} lines; no more are written", file=sys.stderr)
+
+
+def quiet() -> None:
+    """Set up the server's logging, and drop malformed messages before they reach the page library."""
+    handler = OneLine()
+    for name in [name for name in logging.root.manager.loggerDict if name.startswith(tuple(f"{n}." for n in LOGGERS))]:
+        logging.getLogger(name).handlers = []  # engineio and socketio bring their own
+    for name in LOGGERS:
+        logger = logging.getLogger(name)
+        logger.handlers, logger.propagate = [handler], False
+        logger.setLevel(logging.ERROR)
+    from nicegui import core
+
+    for handlers in core.sio.handlers.values():
+        for event, handle in handlers.items():
+            if event not in WITHOUT_MESSAGE:
+                handlers[event] = dropping(handle)
+
+
+def dropping(handle: Callable[..., Any]) -> Callable[..., Any]:
+    """Message handler that drops unreadable messages; errors of controls are handled elsewhere."""
+    if iscoroutinefunction(handle):
+
+        async def waited(*arguments: Any) -> Any:
+            try:
+                return await handle(*arguments)
+            except MALFORMED:
+                return None
+
+        return waited
+
+    def called(*arguments: Any) -> Any:
+        try:
+            return handle(*arguments)
+        except MALFORMED:
+            return None
+
+    return called
+
+
+@contextmanager
+def private_page(address: str) -> Iterator[str]:
+    """Address of an owner-readable file that redirects to another address; raises DataError."""
+    folder = None
+    try:
+        folder = Path(tempfile.mkdtemp(prefix="rotorsim-live-"))
+        path = folder / "live.html"
+        path.touch(mode=0o600)
+        path.write_text(f'<meta http-equiv="refresh" content="0; url={escape(address)}">\n', encoding="utf-8")
+    except OSError as error:
+        if folder is not None:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise DataError(
+            f"{tempfile.gettempdir()}: takes no file ({error}); set TMPDIR to a folder with room"
+        ) from error
+    try:
+        yield path.as_uri()
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)

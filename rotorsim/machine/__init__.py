@@ -7,28 +7,27 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rotorsim.base.errors import MachineFileError
-from rotorsim.base.file_kinds import instead
+from rotorsim.base.input_files import instead
 from rotorsim.base.public import named
 from rotorsim.machine.bearings import LinearBearing, Point, Support, TableBearing
 from rotorsim.machine.catalogue import catalogue, describe
 from rotorsim.machine.file_text import read_text
-from rotorsim.machine.gas import Gas
 from rotorsim.machine.gas_film import (
     Foil,
+    Gas,
     GasFilm,
     Grooves,
     Injection,
-    Injector,
     Lobes,
     Orifices,
+    PinnedInjector,
     Steps,
 )  # fmt: skip
-from rotorsim.machine.limits import Checked, Limits
-from rotorsim.machine.numerics import Grid, Solver
+from rotorsim.machine.numerics import Checked, Grid, Limits, Solver
 from rotorsim.machine.overview import rows, si_numbers, summary
 from rotorsim.machine.plausibility import ask_machine
 from rotorsim.machine.probes import HousingAcceleration, HousingVelocity, ShaftProbe
-from rotorsim.machine.rotor import Disc, Material, Probe, Section, Shaft
+from rotorsim.machine.rotor import Disc, Probe, Section, Shaft, ShaftMaterial
 from rotorsim.machine.schema import Machine
 
 __all__ = [
@@ -42,17 +41,17 @@ __all__ = [
     "HousingAcceleration",
     "HousingVelocity",
     "Injection",
-    "Injector",
     "Limits",
     "LinearBearing",
     "Lobes",
     "Machine",
-    "Material",
     "Orifices",
+    "PinnedInjector",
     "Point",
     "Probe",
     "Section",
     "Shaft",
+    "ShaftMaterial",
     "ShaftProbe",
     "Solver",
     "Steps",

@@ -12,11 +12,10 @@ from typing import Any
 import tomlkit
 from tomlkit.items import InlineTable
 
-from rotorsim.base import toml_text as tomllib
+from rotorsim.base.display import did_you_mean, quote
 from rotorsim.base.errors import MachineFileError
-from rotorsim.base.file_kinds import instead
+from rotorsim.base.input_files import instead, parse_toml
 from rotorsim.base.quantity import Quantity, quantity_of
-from rotorsim.base.sentences import did_you_mean, quote
 from rotorsim.base.units import show
 from rotorsim.effects import Effect
 from rotorsim.machine.part import Part
@@ -50,7 +49,7 @@ def parse(text: str) -> dict[str, Any]:
     if not text.strip():
         raise MachineFileError("the machine file is empty; 'rotorsim machine new PATH' writes one to start from")
     try:
-        return tomllib.loads(text.removeprefix("\ufeff"))
+        return parse_toml(text.removeprefix("\ufeff"))
     except ValueError as error:
         raise MachineFileError(f"not a TOML file: {str(error)[:200]}; correct that line") from error
 

@@ -1,16 +1,29 @@
-"""Machine-file parts of the gas bearings: films with their orifices, injectors with pins."""
+r"""Machine-file parts of the gas bearings: the gas, films with their orifices, injectors with pins and their piezos.
+
+The viscosity of a common gas follows its temperature T by
+
+.. math:: \mu = \mu_0 \left(\frac{T}{T_0}\right)^{3/2} \frac{T_0 + S}{T + S}, \qquad T_0 = 273.15\ \mathrm{K}
+
+Viscosity hardly depends on pressure. Within 3 % of measurements between 200 K and 1000 K at moderate pressures. Source:
+Sutherland (1893); mu_0 and S from White (2011), table 1-2 and section 1.9 (air as in the standard atmosphere); helium
+fitted to White's power law; gas constants and ratios of heat capacities at 300 K from White (2011), appendix A.
+
+Cites: sutherland_1893, white_2011.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from math import pi, tau
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pydantic import Field
 
 from reynolds import sleeve as forms
 from reynolds.injector import Injector as Nozzle
+from rotorsim.base.errors import DataError
 from rotorsim.base.units import show
+from rotorsim.effects.film.gas_heating import sutherland
 from rotorsim.machine.bearings import BearingPart, Support
 from rotorsim.machine.part import Part, part_of, quantity
 
@@ -20,6 +33,107 @@ else:  # the same classes, which can also be read from a machine file
     Foil, Grooves, Lobes, Steps = (
         part_of(form, __name__) for form in (forms.Foil, forms.Grooves, forms.Lobes, forms.Steps)
     )
+
+
+FREEZING = 273.15
+"""Temperature [K] of the viscosities in `GASES`."""
+MISFIT = 0.05
+"""Relative difference from a gas's property from which a stated one is questioned."""
+
+
+class Properties(NamedTuple):
+    """Viscosity [Pa s] at `FREEZING`, Sutherland's constant [K], gas constant [J/(kg K)], ratio of heat capacities."""
+
+    viscosity: float
+    sutherland: float
+    gas_constant: float
+    heat_capacity_ratio: float
+
+
+GASES = {
+    "air": Properties(1.716e-5, 110.4, 287.05, 1.4),
+    "nitrogen": Properties(1.663e-5, 107.0, 296.80, 1.4),
+    "oxygen": Properties(1.919e-5, 139.0, 259.84, 1.395),
+    "argon": Properties(2.125e-5, 144.0, 208.13, 1.667),
+    "helium": Properties(1.87e-5, 79.4, 2077.1, 1.667),
+    "hydrogen": Properties(8.411e-6, 97.0, 4124.2, 1.405),
+    "carbon_dioxide": Properties(1.370e-5, 222.0, 188.92, 1.289),
+}
+
+
+class Gas(Part):
+    """The gas in film and injectors: ideal, isothermal in the film.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> round(1e6 * rs.machine.Gas(name="helium", temperature="40 degC").mu, 1)
+    20.6
+    """
+
+    name: Literal["air", "nitrogen", "oxygen", "argon", "helium", "hydrogen", "carbon_dioxide"] = Field(
+        default="air", description="Which gas it is; its properties hold where they are not given."
+    )
+    viscosity: float | None = quantity(
+        "Pa*s", "Dynamic viscosity; that of the gas at its temperature when not given.", None, above=0, high=1,
+        example=1.81e-5)  # fmt: skip
+    ambient_pressure: float = quantity("Pa", "Absolute ambient pressure.", 101325.0, above=0, high=1e8)
+    temperature: float = quantity("K", "Absolute temperature.", 293.15, above=0, high=5000)
+    gas_constant: float | None = quantity(
+        "J/(kg*K)", "Specific gas constant; that of the gas when not given.", None, above=0, high=1e5, example=287.05
+    )
+    heat_capacity_ratio: float | None = quantity(
+        "1", "Ratio of the heat capacities; that of the gas when not given.", None, above=1, high=2, example=1.4
+    )
+
+    @property
+    def law(self) -> float:
+        """Viscosity [Pa s] of the named gas at the temperature."""
+        known = GASES[self.name]
+        factor = getattr(sutherland, "py_func", sutherland)
+        return float(known.viscosity * factor(self.temperature / FREEZING - 1, known.sutherland / FREEZING))
+
+    @property
+    def mu(self) -> float:
+        """Viscosity [Pa s]."""
+        return self.law if self.viscosity is None else self.viscosity
+
+    @property
+    def R(self) -> float:
+        """Specific gas constant [J/(kg K)]."""
+        return GASES[self.name].gas_constant if self.gas_constant is None else self.gas_constant
+
+    @property
+    def kappa(self) -> float:
+        """Ratio of the heat capacities [1]."""
+        return GASES[self.name].heat_capacity_ratio if self.heat_capacity_ratio is None else self.heat_capacity_ratio
+
+    @property
+    def S(self) -> float:
+        """Sutherland's constant [K]."""
+        return GASES[self.name].sutherland
+
+    def absolute(self, pressure: float) -> float:
+        """Absolute pressure [Pa] for a gauge pressure [Pa]; raises DataError for one below vacuum."""
+        if not pressure > -self.ambient_pressure:
+            raise DataError(
+                f"pressure: {pressure:g} Pa gauge is below vacuum; give more than {-self.ambient_pressure:g} Pa"
+            )
+        return pressure + self.ambient_pressure
+
+    def doubts(self) -> Iterator[tuple[str, str]]:
+        """Given properties that are not those of the named gas at its temperature: fields and sentences."""
+        at = f"{self.name.replace('_', ' ')} at {show(self.temperature, 'K')}"
+        known = GASES[self.name]
+        for field, unit, own, way in (
+            ("viscosity", "Pa*s", self.law, "remove it and it follows the temperature"),
+            ("gas_constant", "J/(kg*K)", known.gas_constant, "give the gas by its name"),
+            ("heat_capacity_ratio", "1", known.heat_capacity_ratio, "give the gas by its name"),
+        ):
+            given = getattr(self, field)
+            if given is not None and abs(given / own - 1) > MISFIT:
+                right = show(float(f"{own:.4g}"), unit)
+                yield field, f"'{show(given, unit)}' is not that of {at}, '{right}'; {way}"
 
 
 class Orifices(Part):
@@ -172,7 +286,7 @@ class Injection(Part):
     pin_bias: float = quantity("m", "Travel of the pins at zero reference voltage.", low=0, high=1e-2, example=22.5e-6)
     pin_per_volt: float = quantity("m/V", "Travel of a pin per volt of reference.", low=0, high=1e-2, example=4.2e-6)
 
-    def nozzle(self, injector: Injector) -> Nozzle:
+    def nozzle(self, injector: PinnedInjector) -> Nozzle:
         """An injector as the film takes it."""
         return Nozzle(
             angle=injector.angle, offset=injector.offset, law=self.law, pin=self.pin_bias, seat_gap=self.seat_gap,
@@ -192,13 +306,13 @@ class Injection(Part):
             yield "minimum_gap", f"'{least}' is not below seat_gap '{most}'; make it smaller"
 
 
-class Injector(Part):
+class PinnedInjector(Part):
     """One injector.
 
     Examples
     --------
     >>> import rotorsim as rs
-    >>> rs.machine.Injector(angle="90 deg", reference="+y").offset
+    >>> rs.machine.PinnedInjector(angle="90 deg", reference="+y").offset
     0.0
     """
 
@@ -225,3 +339,30 @@ class Injector(Part):
         """Signs with which the references along x and y push its pin in, 0 for one that does not drive it."""
         sign = {"+": 1.0, "-": -1.0}.get(self.reference[0], 0.0)
         return sign if self.reference.endswith("x") else 0.0, sign if self.reference.endswith("y") else 0.0
+
+
+class Actuators(Part):
+    """Common data of the piezo actuators of all pins."""
+
+    mode: Literal["ideal", "voltage", "reference"] = Field(
+        description="'ideal' (pins follow at once, effects of the actuators idle), 'voltage' (the reference is the "
+        "amplifier's) or 'reference' (PD loop)."
+    )
+    sensitivity: float = quantity("m/V", "Stroke of a stack per volt, without hysteresis.", 4.5e-6, above=0, high=1e-3)
+    sensor_sensitivity: float = quantity(
+        "m/V", "Travel per volt of the pins' position sensors.", 4.5e-6, above=0, high=1e-3
+    )
+    lowest: float = quantity("V", "Lowest voltage of the amplifiers.", 0.0, low=-1e4, high=1e4)
+    highest: float = quantity("V", "Highest voltage of the amplifiers.", 10.0, low=-1e4, high=1e4)
+    reference_limit: float = quantity(
+        "V", "Largest reference that a controller or an experiment may give.", 5.0, above=0, high=1e4
+    )
+    pd_pole: float = quantity("1/s", "Pole of the PD law.", 101.0, above=0, high=1e6)
+    amplifier_lag: float = quantity("s", "Time constant of the amplifiers.", 4.2e-4, low=0, high=10)
+    stack_lag: float = quantity("s", "Time constant of the stacks.", 1e-4, low=0, high=10)
+
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """The amplifiers have a range."""
+        if self.lowest >= self.highest:
+            low, high = show(self.lowest, "V"), show(self.highest, "V")
+            yield "lowest", f"'{low}' is not below highest '{high}'; make it smaller"

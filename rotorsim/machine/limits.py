@@ -1,72 +1,135 @@
-"""Machine-file parts: limits at which a run ends, and the range in which the model was compared with measurements."""
+r"""Limits that a run of a machine may reach: speed of the rim, samples in a turn, temperature of a film.
+
+The rim of the rotor's widest part, of radius R, moves at v = Omega R. A solid disc bears there, at its centre,
+
+.. math:: \sigma = \frac{3 + \nu}{8}\,\rho v^2
+
+Speeds that would burst any rotor are questioned before a run (`ask_rim_speed`): the range of usual speeds alone lets
+6000 Hz pass where 6000 rpm are meant; a small spindle turns that fast, a rotor with a disc of 160 mm would have burst.
+
+Cites: timoshenko_1970.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import warnings
+from math import pi, sqrt
 
 import numpy as np
-from pydantic import Field
 
-from rotorsim.base.constants import MPA
+from rotorsim.base.constants import MPA, TO_RPM
+from rotorsim.base.errors import Unusual
 from rotorsim.base.units import show
-from rotorsim.machine.part import Part, quantity
+from rotorsim.effects.film.gas_heating import NOMINAL
+from rotorsim.machine.numerics import FEWEST, HOT, Limits, highest_sampled
+from rotorsim.machine.rotor import ShaftMaterial
+from rotorsim.machine.schema import Machine
 
-HOT = 423.15
-"""Temperature [K] from which on quenched bearing steel loses hardness and piezo stacks end, 150 degC."""
+
+def spin_stress(material: ShaftMaterial, rim: float) -> float:
+    """Stress [Pa] at the centre of a solid disc whose rim moves at `rim` [m/s]."""
+    return (3 + material.poisson_ratio) / 8 * material.density * rim**2
 
 
-class Limits(Part):
-    """Limits at which a run ends.
+def hottest(machine: Machine) -> float:
+    """Limit of the temperature [K]; infinite where none is given and the gas is fed warmer than `HOT`."""
+    given = limits_of(machine).temperature
+    if given is not None:
+        return given
+    return HOT if machine.gas.temperature < HOT else np.inf
 
-    Examples
-    --------
-    >>> import rotorsim as rs
-    >>> rs.machine.Limits(tip_speed="200 m/s").tip_speed
-    200.0
+
+def limits_of(machine: Machine) -> Limits:
+    """The limits of a machine, the default ones where its file gives none."""
+    return machine.limits or Limits()
+
+
+def first_passed(machine: Machine, speed: np.ndarray, rises: np.ndarray | None = None) -> tuple[int, str] | None:
+    """First sample beyond a limit, and the sentence; None if there is none.
+
+    Parameters
+    ----------
+    machine : Machine
+    speed : array (n,)
+        Speeds [rad/s].
+    rises : array (n, k), optional
+        Temperatures [K] above that of the gas, of any bodies.
     """
+    at, radius = largest_radius(machine)
+    limit, rims = limits_of(machine).tip_speed, np.abs(speed) * radius
+    warm, highest = _temperatures(machine, speed, rises), hottest(machine)
+    beyond = np.flatnonzero((rims > limit * (1 + 1e-12)) | (warm > highest))
+    if not beyond.size:
+        return None
+    first = int(beyond[0])
+    if warm[first] > highest:
+        what = f"{warm[first] - 273.15:.4g} degC in a film, above limits.temperature {highest - 273.15:.4g} degC"
+    else:
+        stress = spin_stress(machine.shaft.material, float(rims[first]))
+        what = (
+            f"the rim of {at}, radius {1e3 * radius:.3g} mm, moves at {rims[first]:.5g} m/s, above limits.tip_speed "
+            f"{limit:g} m/s (a solid disc of the shaft's material bears {stress / MPA:.3g} MPa there)"
+        )
+    return first, at_speed(float(speed[first]), what)
 
-    tip_speed: float = quantity(
-        "m/s", "Speed of the rim of the rotor's widest part; a solid disc of steel bears 810 MPa at 500 m/s.",
-        500.0, above=0, high=2000)  # fmt: skip
-    temperature: float | None = quantity(
-        "K", "Temperature of gas, journal or sleeve; 150 degC when not given, none where the gas is fed warmer.",
-        None, above=0, high=5000, example=HOT)  # fmt: skip
-    choked_feeds: float | None = quantity(
-        "1", "Share of a film's injectors and orifices that may be choked where they enter it; any when not given.",
-        None, low=0, high=1, example=0.5)  # fmt: skip
+
+def speed_limit(machine: Machine) -> tuple[float, str]:
+    """Highest speed [rad/s] that a run of a machine may have, and the limit that it reaches there."""
+    at, radius = largest_radius(machine)
+    limit = limits_of(machine).tip_speed
+    found = [
+        (highest_sampled(machine), f"a turn has {FEWEST} samples there"),
+        (limit / radius, f"the rim of {at} moves at limits.tip_speed {limit:g} m/s there"),
+    ]
+    rise, heating = friction_heat(machine)
+    room = hottest(machine) - machine.gas.temperature - rise
+    if machine.films and heating > 0 and room >= 0:
+        text = f"a film has limits.temperature {hottest(machine) - 273.15:.4g} degC there"
+        found.append((NOMINAL * np.sqrt(room / heating), text))
+    return min(found)
 
 
-class Checked(Part):
-    """Operating points at which the machine's model was compared with measurements; no run depends on it.
+def friction_heat(machine: Machine) -> tuple[float, float]:
+    """Rise [K] of the films' temperature at rest and the one that the nominal speed adds, stated by effects."""
+    effects = machine.effects.get("gas_heating", ())
+    return sum(e.rise for e in effects), sum(e.heating for e in effects)  # type: ignore[attr-defined]
 
-    Examples
-    --------
-    >>> import rotorsim as rs
-    >>> rs.load_machine("dtu_gas_bearing").checked.highest_pressure
-    700000.0
-    """
 
-    highest_speed: float = quantity("rad/s", "Highest speed.", low=0, high=1e6, example=628.3185307179587)
-    lowest_pressure: float = quantity("Pa", "Lowest gauge pressure of the supply.", 0.0, low=0, high=1e8, example=3e5)
-    highest_pressure: float | None = quantity(
-        "Pa", "Highest gauge pressure of the supply; any when not given.", None, low=0, high=1e8, example=7e5
-    )
-    against: str = Field("measurements", description="What it was compared with.")
+def at_speed(speed: float, what: str) -> str:
+    """Why a run ended at a speed [rad/s]."""
+    return f"ended at {speed * TO_RPM:.0f} rpm: {what}"
 
-    def problems(self) -> Iterator[tuple[str, str]]:
-        """The pressures are a range."""
-        if self.highest_pressure is not None and self.highest_pressure < self.lowest_pressure:
-            low, high = show(self.lowest_pressure, "Pa"), show(self.highest_pressure, "Pa")
-            yield "lowest_pressure", f"'{low}' is above highest_pressure '{high}'; make it smaller"
 
-    def holds(self, speed: float, pressure: float) -> bool:
-        """Whether an operating point [rad/s], [Pa] lies within, to 0.1 %."""
-        highest = np.inf if self.highest_pressure is None else 1.001 * self.highest_pressure
-        return abs(speed) <= 1.001 * self.highest_speed and 0.999 * self.lowest_pressure <= pressure <= highest
+def _temperatures(machine: Machine, speed: np.ndarray, rises: np.ndarray | None) -> np.ndarray:
+    """Highest temperature (n,) [K] in the films: that of the gas, and what friction adds where an effect states it."""
+    warm = np.full(len(speed), machine.gas.temperature if machine.films else -np.inf)
+    rise, heating = friction_heat(machine)
+    warm = warm + rise + heating * (speed / NOMINAL) ** 2
+    if rises is not None and rises.size:
+        warm = warm + np.maximum(rises.max(axis=1), 0.0)
+    return warm
 
-    @property
-    def pressures(self) -> str:
-        """The pressures as a text."""
-        if self.highest_pressure is None:
-            return f"from {self.lowest_pressure / MPA:g} MPa on"
-        return f"{self.lowest_pressure / MPA:g} to {self.highest_pressure / MPA:g} MPa"
+
+FASTEST = 1000.0
+"""Rim speed [m/s] that flywheels of carbon fibre hold; discs of steel burst at 500 to 700 m/s."""
+
+
+def largest_radius(machine: Machine) -> tuple[str, float]:
+    """Path and outer radius [m] of the part of the rotor that reaches furthest; a disc counts as uniform: m R^2 / 2."""
+    radii = {f"shaft.sections.{i}": s.outer_diameter / 2 for i, s in enumerate(machine.shaft.sections)}
+    radii |= {f"discs.{i}": sqrt(2 * disc.polar_inertia / disc.mass) for i, disc in enumerate(machine.discs)}
+    return max(radii.items(), key=lambda item: item[1])
+
+
+def ask_rim_speed(machine: Machine, speed: float, path: str = "speed") -> None:
+    """Warn of a rotational speed [rad/s] at which the rim is faster than `FASTEST`; `path` names the speed."""
+    place, radius = largest_radius(machine)
+    rim = abs(speed) * radius
+    if rim > FASTEST:
+        warnings.warn(
+            f"{path}: '{show(speed, 'rad/s')}' ({speed / (2 * pi):.4g} Hz) moves the rim of {place}, radius "
+            f"{1e3 * radius:.3g} mm, at {rim:.4g} m/s (rotors of steel burst at 500 to 700 m/s); check whether rpm or "
+            "Hz are meant",
+            Unusual,
+            stacklevel=3,
+        )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict
 from functools import lru_cache
 from importlib.resources import files
@@ -115,20 +115,17 @@ def citations(machine: Machine) -> dict[str, list[str]]:
     found["coupled step"] = list(cited_by("rotorsim.plant.kernels.modal_rotor"))
     if machine.film is not None:
         found["film"] = _of("reynolds", FILM)
-        found["sleeves"] = [key for module in _forms(machine) for key in cited_by(f"reynolds.{module}")]
+        found["sleeves"] = _of(
+            "reynolds", dict.fromkeys(name for film in machine.films for name in film.sleeve.modules)
+        )
         found["equilibrium"] = list(cited_by("rotorsim.plant.kernels.equilibrium_kernel"))
     if machine.injectors:
         found["injectors"] = list(cited_by("reynolds.injector"))
     if machine.actuators is not None:
-        found["actuators"] = list(cited_by("rotorsim.plant.kernels.piezo"))
+        found["actuators"] = list(cited_by("rotorsim.plant.kernels.injectors"))
     found |= {f"effects.{name}": list(REGISTRY[name].cites) for name in machine.effects}
     return {part: sorted_keys(keys) for part, keys in found.items() if keys}
 
 
-def _forms(machine: Machine) -> list[str]:
-    """Modules of `reynolds` for sleeves that are no plain cylinders."""
-    return list(dict.fromkeys(name for film in machine.films for name in film.sleeve.modules))
-
-
-def _of(package: str, modules: tuple[str, ...]) -> list[str]:
+def _of(package: str, modules: Iterable[str]) -> list[str]:
     return [key for module in modules for key in cited_by(f"{package}.{module}")]

@@ -23,7 +23,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from rotorsim.base.sentences import quote
+from rotorsim.base.display import quote
 from rotorsim.machine.part import Part, quantity as number
 
 LONGEST_NAME = 40

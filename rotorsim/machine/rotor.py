@@ -1,4 +1,4 @@
-"""Machine-file parts of the rotor: shaft, discs, probe."""
+"""Machine-file parts of the rotor: shaft, discs, the plane that is measured, the drive."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from rotorsim.machine.part import Part, quantity
 MOST_ELEMENTS = 1000
 
 
-class Material(Part):
+class ShaftMaterial(Part):
     """An isotropic elastic material.
 
     Examples
     --------
     >>> import rotorsim as rs
-    >>> rs.machine.Material(density="7850 kg/m^3", youngs_modulus="210 GPa", poisson_ratio=0.3).youngs_modulus
+    >>> rs.machine.ShaftMaterial(density="7850 kg/m^3", youngs_modulus="210 GPa", poisson_ratio=0.3).youngs_modulus
     210000000000.0
     """
 
@@ -58,14 +58,14 @@ class Shaft(Part):
     Examples
     --------
     >>> import rotorsim as rs
-    >>> steel = rs.machine.Material(density="7850 kg/m^3", youngs_modulus="210 GPa", poisson_ratio=0.3)
+    >>> steel = rs.machine.ShaftMaterial(density="7850 kg/m^3", youngs_modulus="210 GPa", poisson_ratio=0.3)
     >>> piece = rs.machine.Section(length="200 mm", outer_diameter="20 mm")
     >>> rs.machine.Shaft(material=steel, sections=[piece, piece]).end
     0.4
     """
 
     start: float = quantity("m", "Coordinate z of the left end.", 0.0, low=-100, high=100)
-    material: Material = Field(description="What the shaft is made of.")
+    material: ShaftMaterial = Field(description="What the shaft is made of.")
     sections: tuple[Section, ...] = Field(min_length=1, description="Pieces of the shaft, from left to right.")
     damping_ratio: float = quantity(
         "1", "Modal damping ratio of the shaft's own modes.", 0.0, low=0, high=0.5, example=0.01
@@ -128,4 +128,26 @@ class Probe(Part):
 
     position: float = quantity(
         "m", "Coordinate z of the sensors; the first disc when there is no probe.", low=-100, high=100, example=0.3
+    )
+
+
+class Drive(Part):
+    """Drive of the shaft, and the drag besides the film's once the drive is off."""
+
+    inertia: float | None = quantity(
+        "kg*m^2",
+        "Moment of inertia about the axis; that of shaft and discs when not given.",
+        None,
+        above=0,
+        high=1e6,
+        example=0.004,
+    )
+    dry_drag: float = quantity("N*m", "Constant torque against the rotation.", 0.0, low=0, high=1e6, example=16e-3)
+    viscous_drag: float = quantity("N*m*s", "Torque per speed against the rotation.", 0.0, low=0, high=1e6)
+    highest_speed: float | None = quantity(
+        "rad/s", "Highest speed the machine is made for; the sampling rate follows from it.",
+        None, above=0, high=1e6, example=6283.185307179586,
+    )  # fmt: skip
+    speed_recovery_time: float = quantity(
+        "s", "Time in which the drive takes deviations of the speed back.", 0.5, above=1e-3, high=1e3
     )

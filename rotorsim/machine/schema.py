@@ -14,9 +14,8 @@ from rotorsim.base.constants import TO_UM
 from rotorsim.base.display import Card
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.files import write_text
-from rotorsim.machine.checks import cross_check
+from rotorsim.machine.checks import cross_check, every_problem
 from rotorsim.machine.file_text import by_index, dumps, parse, with_value
-from rotorsim.machine.readable import every_problem
 from rotorsim.machine.tables import MachineTables
 from rotorsim.machine.values import branches, changed
 

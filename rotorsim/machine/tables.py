@@ -8,16 +8,13 @@ from pydantic import Discriminator, Field, InstanceOf, Tag, field_validator
 
 from rotorsim.effects import Effect
 from rotorsim.machine import numerics
-from rotorsim.machine.actuators import Actuators, Drive
 from rotorsim.machine.bearings import LinearBearing, TableBearing
-from rotorsim.machine.effect_tables import read_effects
-from rotorsim.machine.gas import Gas
-from rotorsim.machine.gas_film import GasFilm, Injection, Injector
-from rotorsim.machine.limits import Checked, Limits
-from rotorsim.machine.numerics import Grid, Solver
+from rotorsim.machine.gas_film import Actuators, Gas, GasFilm, Injection, PinnedInjector
+from rotorsim.machine.numerics import Checked, Grid, Limits, Solver
 from rotorsim.machine.part import Part
 from rotorsim.machine.probes import AnyProbe
-from rotorsim.machine.rotor import Disc, Probe, Shaft
+from rotorsim.machine.rotor import Disc, Drive, Probe, Shaft
+from rotorsim.machine.values import read_effects
 
 
 def _kind(bearing: Any) -> str | None:
@@ -43,7 +40,7 @@ class MachineTables(Part):
     bearings: tuple[Bearing, ...] = Field(min_length=1, description="Bearings: gas films, linear ones, tables.")
     gas: Gas = Field(Gas(), description="The gas in film and injectors.")
     injection: Injection | None = Field(None, description="What all injectors have in common.")
-    injectors: tuple[Injector, ...] = Field((), description="The injectors of the gas film.")
+    injectors: tuple[PinnedInjector, ...] = Field((), description="The injectors of the gas film.")
     actuators: Actuators | None = Field(None, description="Piezo actuators of the pins; ideal when not given.")
     drive: Drive = Field(Drive(), description="What turns and brakes the shaft.")
     probe: Probe | None = Field(None, description="Where displacement is measured; the first disc when not given.")
@@ -51,7 +48,7 @@ class MachineTables(Part):
     grid: Grid = Field(Grid(symmetry="auto"), description="Grid of the gas film.")
     solver: Solver = Field(Solver(), description="Step and tolerances.")
     effects: dict[str, tuple[InstanceOf[Effect], ...]] = Field({}, description="Physical effects by name.")
-    limits: Limits | None = Field(None, description="Where a run ends; see `rotorsim.machine.running_limits`.")
+    limits: Limits | None = Field(None, description="Where a run ends; see `rotorsim.machine.limits`.")
     checked: Checked | None = Field(None, description="Range in which the model was compared with measurements.")
     unusual: tuple[str, ...] = Field((), description="Paths of values that are meant, however unusual.")
 

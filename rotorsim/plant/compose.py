@@ -46,24 +46,10 @@ from rotorsim.base.cache import in_cache, key_of, source_files
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import WriteError, sweep, write_text
 from rotorsim.effects import Effect
-from rotorsim.plant.kernels import (
-    cosimulation,
-    entry,
-    equilibrium_kernel,
-    film_gap,
-    films,
-    lu,
-    modal_rotor,
-    motion_forces,
-    outputs,
-    piezo,
-    step,
-    supply,
-)  # fmt: skip
+from rotorsim.plant.kernels import entry, equilibrium_kernel, films, injectors, modal_rotor, sample, step
 from rotorsim.plant.kernels.effect_calls import FUNCTIONS, write_film_constants
-from rotorsim.plant.kernels.modal_rotor import RotorLayout
-from rotorsim.plant.kernels.motion_forces import SLOT
-from rotorsim.plant.kernels.rig_layout import RigLayout
+from rotorsim.plant.kernels.layout import RigLayout, RotorLayout
+from rotorsim.plant.kernels.modal_rotor import SLOT
 
 Array = np.ndarray
 
@@ -109,10 +95,8 @@ LINEAR_ENTRIES = ("linear_terms", "gap_terms")
 FILM_ENTRIES = ("newton", "refresh")
 SEVERAL_ENTRIES = ("begin_correction", "read_correction", "finish_correction", "refresh")
 """Kernels of a film that are compiled once for a grid, whatever the effects are: of one film, and of several."""
-SOURCES = (
-    lu, modal_rotor, motion_forces, films, piezo, supply, film_gap, outputs, step, entry, equilibrium_kernel,
-    cosimulation,
-)  # fmt: skip
+SOURCES = (modal_rotor, films, injectors, sample, step, equilibrium_kernel, entry)
+"""Templates of a machine's module."""
 KERNELS = ("kernel", "foundation", "warmed", "braking")
 """Kernels that an effect can have."""
 ENTRIES = tuple(name for name, _ in inspect.getmembers(KernelModule, inspect.isfunction) if not name.startswith("_"))
@@ -200,7 +184,7 @@ def is_compiled(module: Any, kernels: Sequence[str] = ("run",)) -> bool:
 
 
 def _sources_hash(calls: Sequence[Call]) -> str:
-    files = set(source_files("reynolds", "rotorsim/plant"))
+    files = set(source_files("reynolds", "rotorsim/plant/kernels", "rotorsim/plant/compose.py"))
     constants: set[str] = set()
     for call in calls:
         for kind in KERNELS:

@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rotorsim.base.constants import RIG_SAMPLE
-from rotorsim.base.errors import ControllerError, DataError
-from rotorsim.base.exchange.control_systems import (
+from rotorsim.base.control_systems import (
     DISC,
     REFERENCES,
     channel_order,
@@ -29,8 +28,9 @@ from rotorsim.base.exchange.control_systems import (
     matrices,
     period,
 )
+from rotorsim.base.errors import ControllerError, DataError
 from rotorsim.machine.schema import Machine
-from rotorsim.plant.kernels import columns
+from rotorsim.plant.kernels import layout
 from rotorsim.plant.simulation import Simulation
 
 
@@ -304,7 +304,7 @@ def plant_system(simulation: Simulation) -> Any:
         if kept["x"] is None or not (np.array_equal(kept["x"], x) and np.array_equal(kept["u"], u)):
             simulation.restore(x)
             table = simulation.advance(np.asarray(u, float)[None])
-            kept.update(x=np.array(x), u=np.array(u), disc=table[0, columns.DISC], after=simulation.save())
+            kept.update(x=np.array(x), u=np.array(u), disc=table[0, layout.DISC], after=simulation.save())
         return kept["disc"], kept["after"]
 
     system = control.NonlinearIOSystem(

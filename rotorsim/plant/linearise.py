@@ -11,6 +11,13 @@ in the model is called a delay.
 Pins are ideal here, `pin_per_volt` metres for a volt: actuators are fast against the rotor, and their hysteresis has no
 linear model. Forces that vary with the shaft angle (a crack) and the flow in a supply line are held.
 
+One LU factorisation gives the film's frequency response at complex frequency s: dynamic stiffness, damping, actuation.
+With A(s) = J + s S of `reynolds.perturbation` and L(s) = A^-T F_y' (two adjoint solves),
+
+.. math:: Z(s) = L'(J_X + s S_X), \qquad \delta F = -Z X - L' J_u u, \qquad
+          K + i\omega C = Z(i\omega), \qquad C(0) = L'(S_X - S A^{-1} J_X)
+
+Cites: hamrock_2004.
 Modes come from one search, that of `fe_shaft.modes`: all of a stated region, their number proven by the argument
 principle, and some outside it.
 """
@@ -24,20 +31,21 @@ from typing import Any
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse import csc_matrix
+from scipy.sparse.linalg import splu
 
 from fe_shaft.modes.pencil import OSCILLATES, Modes, Region
 from fe_shaft.modes.spectrum import modes_in
 from fe_shaft.modes.subspace import SMALL, around, settled
 from reynolds.injector import Injector
 from reynolds.perturbation import Kernels, LinearFilm, linear_film, side_by_side
+from rotorsim.base.control_systems import balanced, state_space
 from rotorsim.base.display import Card, Shown
 from rotorsim.base.errors import DataError
-from rotorsim.base.exchange.control_systems import balanced, state_space
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import first_of_largest
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import damping, rows, stiffness
-from rotorsim.plant.film_response import FilmAnswer, FilmResponse
 
 INPUTS = ("reference_x", "reference_y", "disc_force_x", "disc_force_y", "supply_pressure")
 OUTPUTS = ("disc_x", "disc_y")
@@ -62,6 +70,71 @@ def region_up_to(hints: np.ndarray, highest: float) -> Region:
     """
     reach = ABOVE * max(highest, 1.1 * float(np.sort(hints)[: 2 * FIRST].max()))
     return Region(reach, BELOW * reach, DAMPED)
+
+
+ORDERING = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+"""The pattern is symmetric and the diagonal large: half the fill of the default ordering."""
+
+
+@dataclass(frozen=True, eq=False)
+class FilmAnswer:
+    """The film at one complex frequency: `factor` of A, adjoint L (n, 2), dynamic stiffness Z (2, 2) [N/m]."""
+
+    factor: Any
+    L: np.ndarray
+    Z: np.ndarray
+
+    @property
+    def log_det(self) -> complex:
+        """Logarithm of det A up to a multiple of i pi that is the same at every frequency."""
+        return complex(np.log(self.factor.U.diagonal() + 0j).sum())
+
+
+@dataclass(frozen=True, eq=False)
+class FilmResponse:
+    """Answers of a linear film; frequencies asked twice are factored once."""
+
+    film: LinearFilm
+
+    @cached_property
+    def _pattern(self) -> tuple[Any, np.ndarray, dict[complex, FilmAnswer]]:
+        """J by columns, the places of its diagonal in the data, and what is known already."""
+        J = csc_matrix(self.film.J)
+        J.sum_duplicates()
+        columns = np.repeat(np.arange(J.shape[1]), np.diff(J.indptr))
+        places = np.flatnonzero(J.indices == columns)
+        assert len(places) == len(self.film.S)
+        return J, places, {}
+
+    def at(self, s: complex) -> FilmAnswer:
+        """The film's answer at s [rad/s], kept; real arithmetic at s = 0."""
+        known = self._pattern[2]
+        if s not in known:
+            known[s] = self.answer(s)
+        return known[s]
+
+    def answer(self, s: complex) -> FilmAnswer:
+        """The film's answer at s [rad/s], not kept."""
+        film, (J, places, _) = self.film, self._pattern
+        real = s == 0
+        data = J.data.copy() if real else J.data.astype(complex)
+        if not real:
+            data[places] += s * film.S
+        factor = splu(csc_matrix((data, J.indices, J.indptr), J.shape), **ORDERING)
+        L = factor.solve(np.ascontiguousarray(film.F_y.T, data.dtype), "T")
+        moved = film.J_X if real else film.J_X + s * film.S_X
+        return FilmAnswer(factor, L, L.T @ moved)
+
+    def coefficients(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
+        """K [N/m] and C [N s/m] (2, 2) at the whirl frequency omega [rad/s]; C at 0 is the limit."""
+        if omega:
+            Z = self.at(1j * omega).Z
+            return Z.real.copy(), Z.imag / omega
+        answer, film = self.at(0), self.film
+        return answer.Z, answer.L.T @ (film.S_X - film.S[:, None] * answer.factor.solve(film.J_X))
+
+
+__all__ = ["INPUTS", "OUTPUTS", "LinearPlant", "LinearRotor", "linearise"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -440,6 +513,3 @@ def _rotor(a: Assembly, w: np.ndarray, speed: float) -> tuple[LinearRotor, np.nd
     kept = np.ix_(moves, moves)
     rotor = LinearRotor(stiffness(a, w, speed)[kept], damping(a, w, speed)[kept], Bf[:, moves])
     return rotor, Bd[:, moves]
-
-
-__all__ = ["INPUTS", "OUTPUTS", "LinearPlant", "LinearRotor", "linearise"]

@@ -14,10 +14,10 @@ from fe_shaft import (
     Material,
     PointMass,
     ReducedRotor,
-    Rotor,
     ShaftElement,
     modal_reduction,
 )
+from fe_shaft.assembly import AssembledRotor
 from fe_shaft.elements import deflection
 from fe_shaft.reduction import add_springs
 from fe_shaft.static import loose_motions
@@ -96,16 +96,16 @@ class Mesh:
         return int(np.abs(self.nodes - z).argmin())
 
     @cached_property
-    def rotor(self) -> Rotor:
+    def rotor(self) -> AssembledRotor:
         """The finite-element rotor on its bearings without a film, housings and tables included."""
         return self._rotor(tables=True, films=False)
 
     @cached_property
-    def constant(self) -> Rotor:
+    def constant(self) -> AssembledRotor:
         """The rotor on what holds it at any speed: films and tables have no stiffness."""
         return self._rotor(tables=False, films=True)
 
-    def _rotor(self, tables: bool, films: bool) -> Rotor:
+    def _rotor(self, tables: bool, films: bool) -> AssembledRotor:
         bearings, masses = [], []
         for number, bearing in enumerate(self.machine.bearings):
             link = self._pedestals.get(number)
@@ -118,7 +118,7 @@ class Mesh:
             if link is not None and bearing.support is not None:
                 bearings.append(_ground(link, bearing.support))
                 masses.append(PointMass(link, m=bearing.support.mass))
-        return Rotor(self._elements(), self._discs(), bearings, masses)
+        return AssembledRotor(self._elements(), self._discs(), bearings, masses)
 
     @cached_property
     def _pedestals(self) -> dict[int, int]:
@@ -257,7 +257,7 @@ class Mesh:
     @cached_property
     def free_stiffness(self) -> np.ndarray:
         """Stiffness (ndof, ndof) of the shaft alone [N/m, N, N m]: without bearings."""
-        return Rotor(self._elements(), self._discs(), []).K()
+        return AssembledRotor(self._elements(), self._discs(), []).K()
 
     @property
     def shaft_stiffness(self) -> np.ndarray:

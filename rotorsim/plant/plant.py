@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from identification import make_record
-from rotorsim.base.display import Card, Shown
+from rotorsim.base.display import Card, Shown, track
 from rotorsim.base.errors import DataError
-from rotorsim.base.progress import track
 from rotorsim.base.quantity import whole_samples
 from rotorsim.base.units import parse
 from rotorsim.base.version import installed
@@ -32,7 +31,7 @@ from rotorsim.plant.controller import (
     provenance,
 )
 from rotorsim.plant.equilibrium import Equilibrium, describe, settle
-from rotorsim.plant.kernels.columns import (
+from rotorsim.plant.kernels.layout import (
     COLUMNS,
     DISC_READ,
     FORCE,
@@ -43,8 +42,7 @@ from rotorsim.plant.kernels.columns import (
     SPEED_READ,
     SUPPLY,
 )
-from rotorsim.plant.linearise import linearise
-from rotorsim.plant.probes import probe_coordinates
+from rotorsim.plant.locations import probe_coordinates
 from rotorsim.plant.simulation import Simulation, split_columns
 
 if TYPE_CHECKING:
@@ -119,6 +117,8 @@ class Plant(Shown):
         True
         """
         speed, pressure = point(speed, pressure)
+        from rotorsim.plant.linearise import linearise  # brings sparse eigenvalues
+
         return linearise(self.assembly, settle(self.assembly, speed, pressure), speed)
 
     def to_control(self, speed: float = 0.0, pressure: float = 0.0, seed: int = 0) -> Any:

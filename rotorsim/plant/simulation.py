@@ -14,7 +14,7 @@ from rotorsim.base.display import Card, Shown
 from rotorsim.base.errors import ConvergenceError, DataError
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import settle
-from rotorsim.plant.kernels.columns import AT, COLUMNS, FILM_COLUMNS, FORCE, HEAT_COLUMNS, REFERENCE, SUPPLY
+from rotorsim.plant.kernels.layout import AT, COLUMNS, FILM_COLUMNS, FORCE, HEAT_COLUMNS, REFERENCE, SUPPLY
 
 FINITE = ("supply pressure", "reference x", "reference y", "disc force x", "disc force y")
 """Inputs after the first, the speed, where NaN means that the drive is off."""

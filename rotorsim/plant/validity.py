@@ -28,8 +28,7 @@ from reynolds.injector import critical_ratio
 from rotorsim.base.constants import MPA, TO_RPM
 from rotorsim.base.errors import RotorsimError
 from rotorsim.base.rounding import DAMPED
-from rotorsim.machine.gas import Gas
-from rotorsim.machine.gas_film import GasFilm
+from rotorsim.machine.gas_film import Gas, GasFilm
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.plant import Plant, point
 from rotorsim.plant.simulation import Simulation

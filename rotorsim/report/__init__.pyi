@@ -7,6 +7,7 @@ from .comparison import (
     write_run_comparison as write_run_comparison,
 )
 from .control import write_design as write_design
+from .figure_files import save_figures as save_figures, save_png as save_png
 from .film import film_pressure as film_pressure
 from .linear import (
     critical_speed_map as critical_speed_map,
@@ -19,17 +20,22 @@ from .linear import (
 )
 from .operating_map import save_map_page as save_map_page
 from .orbit import filtered_orbits as filtered_orbits, orbits as orbits, probe_orbits as probe_orbits
-from .orders import bode as bode, full_spectrum as full_spectrum, waterfall as waterfall
-from .page.figure_files import save_figures as save_figures, save_png as save_png
-from .page.page import Block as Block, save_study_page as save_study_page
-from .record import write_report as write_report
+from .orders import (
+    bode as bode,
+    full_spectrum as full_spectrum,
+    runout_profile as runout_profile,
+    sensor_noise as sensor_noise,
+    spectra as spectra,
+    waterfall as waterfall,
+)
+from .page import Block as Block, save_study_page as save_study_page
+from .record import write as write, write_report as write_report
 from .responses import (
     frequency_response as frequency_response,
     hysteresis_loops as hysteresis_loops,
     ring_down as ring_down,
     static_gain as static_gain,
 )
-from .result import write as write
 from .scenes import (
     draw_modes as draw_modes,
     film_on_journal as film_on_journal,
@@ -37,7 +43,6 @@ from .scenes import (
     show_modes as show_modes,
     whirl_orbits as whirl_orbits,
 )
-from .spectrum import runout_profile as runout_profile, sensor_noise as sensor_noise, spectra as spectra
 from .sweep import sweep_figure as sweep_figure, write_sweep as write_sweep
 from .time_history import (
     against_time as against_time,

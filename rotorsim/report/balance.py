@@ -10,10 +10,10 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.balance import Assessment, Conditions, Correction, LeftOut
-from rotorsim.balance.results import estimate_table, result_rows
+from rotorsim.balance.unbalance import estimate_table, result_rows
 from rotorsim.base.constants import TO_UM
-from rotorsim.report.page.page import Block, Page, write_page
-from rotorsim.report.page.theme import INK, NEUTRAL, PIN_COLOURS, compact, style
+from rotorsim.report.page import Block, Page, write_page
+from rotorsim.report.theme import INK, NEUTRAL, PIN_COLOURS, compact, curve, style
 
 G_MM = 1e6
 """g mm in a kg m."""
@@ -65,8 +65,8 @@ def left_out_figure(tests: Mapping[str, LeftOut], conditions: Conditions) -> go.
         for k in range(len(names)):
             truth, found = test.truth[:, k] * G_MM, test.estimates[:, k] * G_MM
             lines = np.stack([truth, found, np.full(len(truth), np.nan)], axis=1).ravel()
-            figure.add_trace(go.Scatter(x=compact(lines.real), y=compact(lines.imag), mode="lines", hoverinfo="skip",
-                                        line={"color": INK, "width": 1}, showlegend=False), row, k + 1)  # fmt: skip
+            figure.add_trace(curve(lines.real, lines.imag, INK, width=1, hoverinfo="skip", showlegend=False),
+                             row, k + 1)  # fmt: skip
             for values, name, colour, symbol in (
                 (truth, "known", NEUTRAL, "circle-open"), (found, "estimated", PIN_COLOURS[1], "x-thin-open"),
             ):  # fmt: skip

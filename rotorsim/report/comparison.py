@@ -15,9 +15,9 @@ from rotorsim.analysis.campbell import critical_rows
 from rotorsim.analysis.unbalance_response import peak_of
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
-from rotorsim.report.page.page import Block, Page, write_page
-from rotorsim.report.page.theme import FAINTEST, INK, PIN_COLOURS, compact, next_to, phase_axes, phase_lag, style
-from rotorsim.report.page.units import quantity
+from rotorsim.report.page import Block, Page, write_page
+from rotorsim.report.theme import FAINTEST, INK, PIN_COLOURS, compact, curve, next_to, phase_axes, phase_lag, style
+from rotorsim.report.units import quantity
 from rotorsim.signals.orders import RunComparison
 
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
@@ -64,9 +64,10 @@ def common_kind(results: Results) -> str:
     return kind
 
 
-def line_look(number: int) -> dict[str, Any]:
-    """Line of a run or result by its number: colour and dashes."""
-    return {"color": PIN_COLOURS[number % len(PIN_COLOURS)], "width": 2, "dash": DASHES[number % len(DASHES)]}
+def line_look(number: int, name: str) -> dict[str, Any]:
+    """Look of the curves of a run or result by its number and name."""
+    return {"colour": PIN_COLOURS[number % len(PIN_COLOURS)], "width": 2, "dash": DASHES[number % len(DASHES)],
+            "digits": 6, "name": name, "legendgroup": name}  # fmt: skip
 
 
 def _responses(results: Results) -> go.Figure:
@@ -77,10 +78,9 @@ def _responses(results: Results) -> go.Figure:
         x = one["response_re"].sel(axis="x").values + 1j * one["response_im"].sel(axis="x").values
         speed, lag = found["speed"].values, phase_lag(np.nan_to_num(x))
         first = first or (lag, speed)
-        common = {"x": compact(speed * TO_RPM, 6), "mode": "lines", "name": name, "legendgroup": name,
-                  "line": line_look(number)}  # fmt: skip
-        figure.add_trace(go.Scatter(y=compact(one["major"].values * TO_UM), **common), 1, 1)
-        figure.add_trace(go.Scatter(y=compact(next_to(lag, speed, *first)), showlegend=False, **common), 2, 1)
+        rpm, look = speed * TO_RPM, line_look(number, name)
+        figure.add_trace(curve(rpm, one["major"].values * TO_UM, **look), 1, 1)
+        figure.add_trace(curve(rpm, next_to(lag, speed, *first), showlegend=False, **look), 2, 1)
     figure.update_yaxes(title_text="major half axis [µm 0-pk]", rangemode="tozero", row=1, col=1)
     phase_axes(figure, 2, "phase lag of x")
     figure.update_xaxes(title_text="speed [rpm]", row=2, col=1)
@@ -90,16 +90,13 @@ def _responses(results: Results) -> go.Figure:
 def _campbells(results: Results) -> go.Figure:
     figure = make_subplots(2, 1, shared_xaxes=True, row_heights=[0.65, 0.35], vertical_spacing=0.05)
     for number, (name, found) in enumerate(results.items()):
-        speed = compact(found["speed"].values * TO_RPM, 6)
+        speed, look = found["speed"].values * TO_RPM, line_look(number, name)
         for k in range(found.sizes["branch"]):
             one = found.isel(branch=k)
-            common = {"x": speed, "mode": "lines", "name": name, "legendgroup": name, "line": line_look(number)}
-            figure.add_trace(go.Scatter(y=compact(one["wn"].values * TO_HZ), showlegend=k == 0, **common), 1, 1)
-            figure.add_trace(go.Scatter(y=compact(one["log_dec"].values), showlegend=False, **common), 2, 1)
+            figure.add_trace(curve(speed, one["wn"].values * TO_HZ, showlegend=k == 0, **look), 1, 1)
+            figure.add_trace(curve(speed, one["log_dec"].values, showlegend=False, **look), 2, 1)
     longest = max(results.values(), key=lambda found: float(found["speed"].max()))["speed"].values
-    line = {"color": INK, "width": 1, "dash": "dash"}
-    figure.add_trace(go.Scatter(x=compact(longest * TO_RPM, 6), y=compact(longest * TO_HZ), mode="lines", name="1X",
-                                hoverinfo="skip", line=line), 1, 1)  # fmt: skip
+    figure.add_trace(curve(longest * TO_RPM, longest * TO_HZ, INK, "1X", 1, "dash", 6, hoverinfo="skip"), 1, 1)
     top = max(float(np.nanmax(found["wn"].values)) for found in results.values()) * TO_HZ
     figure.update_yaxes(title_text="natural frequency [Hz]", range=[0, 1.05 * top], row=1, col=1)
     figure.update_yaxes(title_text="log. decrement", row=2, col=1)
@@ -227,16 +224,16 @@ def overlay(found: RunComparison) -> go.Figure:
                            horizontal_spacing=0.08, row_heights=[0.6, 0.4], subplot_titles=titles)  # fmt: skip
     lags: dict[str, tuple[np.ndarray, np.ndarray]] = {}
     for number, (name, tracked) in enumerate(found.tracked.items()):
-        look = line_look(number)
+        look = line_look(number, name)
         for column, axis in enumerate(axes, 1):
             if axis not in tracked["axis"].values:
                 continue
             a = tracked["amplitude"].sel(order=found.order, axis=axis).values
             speed, lag = tracked["speed"].values, phase_lag(a, FAINTEST * float(np.abs(a).max(initial=0.0)))
             lag = next_to(lag, speed, *lags.setdefault(axis, (lag, speed)))
-            common = {"x": compact(speed * TO_RPM, 6), "name": name, "legendgroup": name, "line": look, "mode": "lines"}
-            figure.add_trace(go.Scatter(y=compact(np.abs(a) * TO_UM), showlegend=column == 1, **common), 1, column)
-            figure.add_trace(go.Scatter(y=compact(lag), showlegend=False, **common), 2, column)
+            rpm = speed * TO_RPM
+            figure.add_trace(curve(rpm, np.abs(a) * TO_UM, showlegend=column == 1, **look), 1, column)
+            figure.add_trace(curve(rpm, lag, showlegend=False, **look), 2, column)
     figure.update_xaxes(title_text="speed [rpm]", row=2)
     figure.update_yaxes(title_text="amplitude [µm 0-pk]", row=1, col=1)
     phase_axes(figure, 2)

@@ -1,7 +1,9 @@
-"""Pages of a control law: its design on the identified model, and its verification on the nonlinear plant."""
+"""Figures of identified models, and pages of a control law: its design on such a model, its verification."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +11,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.base.constants import MPA, TO_HZ, TO_RPM, TO_UM
+from rotorsim.base.constants import MPA, TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.control.law import Law
 from rotorsim.control.plants import sampled_plant
 from rotorsim.control.sampled_loop import (
@@ -23,12 +25,12 @@ from rotorsim.control.sampled_loop import (
     sweep,
 )
 from rotorsim.control.systems import largest
-from rotorsim.report.page.page import Block, Page, page_of, write_page
-from rotorsim.report.page.theme import AXIS_COLOURS, INK, NEUTRAL, PIN_COLOURS, SPECTRUM_SCALE, compact, style
-from rotorsim.report.page.units import quantity
+from rotorsim.report.page import Block, Page, page_of, write_page
+from rotorsim.report.theme import AXIS_COLOURS, INK, NEUTRAL, PIN_COLOURS, SPECTRUM_SCALE, compact, curve, style
+from rotorsim.report.units import quantity
 from rotorsim.verify import Verification
 from rotorsim.verify.runs import Run
-from rotorsim.verify.safe_speed import sentence
+from rotorsim.verify.transients import sentence
 
 LOUD = 10.0
 """End [um] of a waterfall's colour scale: what is far into the whirl would hide all else."""
@@ -95,9 +97,8 @@ def sensitivity_figure(law: Law, model: Any, points: list[tuple[float, float]]) 
         name, colour = _point(w, p), PIN_COLOURS[k % len(PIN_COLOURS)]
         curves = ((1, loop.So, "solid"), (2, loop.KS, "solid"), (3, loop.GS, "solid"), (3, loop.G, "dot"))
         for column, matrices, dash in curves:
-            figure.add_trace(go.Scatter(x=compact(loop.frequency), y=compact(largest(matrices)), name=name,
-                                        legendgroup=name, showlegend=column == 1,
-                                        line={"color": colour, "dash": dash, "width": 1.5}), 1, column)  # fmt: skip
+            figure.add_trace(curve(loop.frequency, largest(matrices), colour, name, 1.5, dash, mode=None,
+                                   legendgroup=name, showlegend=column == 1), 1, column)  # fmt: skip
     figure.update_xaxes(title_text="frequency [Hz]", type="log")
     figure.update_yaxes(type="log")
     return style(figure, 440)
@@ -124,8 +125,7 @@ def locus_figure(law: Law, model: Any, speed: float, pressure: float) -> go.Figu
     rows = root_locus(sampled_plant(model, speed, pressure, law.Ts), law_system(law, speed, pressure), gains)
     figure = go.Figure()
     turn = np.linspace(0, 2 * np.pi, 200)
-    figure.add_trace(go.Scatter(x=compact(np.cos(turn)), y=compact(np.sin(turn)), mode="lines", name="unit circle",
-                                line={"color": NEUTRAL, "width": 1}))  # fmt: skip
+    figure.add_trace(curve(np.cos(turn), np.sin(turn), NEUTRAL, "unit circle", 1))
     for k in range(rows.shape[1]):
         figure.add_trace(go.Scatter(x=compact(rows[:, k].real), y=compact(rows[:, k].imag), mode="markers",
                                     marker={"size": 3, "color": AXIS_COLOURS["x"]}, showlegend=False))  # fmt: skip
@@ -211,11 +211,9 @@ def runup_figure(alone: Run, held: Run) -> go.Figure:
         n = len(run.table) // window
         disc = run.disc[: n * window].reshape(n, window, 2)
         height = np.linalg.norm(disc - disc.mean(axis=1, keepdims=True), axis=2).max(axis=1) * TO_UM
-        figure.add_trace(go.Scatter(x=compact(run.time[: n * window : window]), y=compact(height), name=name,
-                                    line={"color": colour}))  # fmt: skip
+        figure.add_trace(curve(run.time[: n * window : window], height, colour, name, mode=None))
     speed = alone.column("speed")[::window] * TO_RPM
-    figure.add_trace(go.Scatter(x=compact(alone.time[::window]), y=compact(speed), name="speed",
-                                line={"color": NEUTRAL, "dash": "dot"}), secondary_y=True)  # fmt: skip
+    figure.add_trace(curve(alone.time[::window], speed, NEUTRAL, "speed", dash="dot", mode=None), secondary_y=True)
     figure.update_xaxes(title_text="time [s]")
     figure.update_yaxes(title_text="vibration [µm]", secondary_y=False)
     figure.update_yaxes(title_text="speed [rpm]", secondary_y=True, showgrid=False, dtick=1000)
@@ -232,9 +230,7 @@ def waterfall_figure(alone: Run, held: Run, highest: float = 400.0) -> go.Figure
         figure.add_trace(go.Heatmap(x=compact(frequency), y=rpm, z=compact(heights, 3), zmin=0, zmax=top,
                                     colorscale=SPECTRUM_SCALE, showscale=k == 1, colorbar={"title": "µm"}),
                          1, k + 1)  # fmt: skip
-        figure.add_trace(go.Scatter(x=compact(speed / (2 * np.pi)), y=rpm, mode="lines", name="1X",
-                                    showlegend=k == 0, line={"color": INK, "width": 1, "dash": "dot"}), 1,
-                         k + 1)  # fmt: skip
+        figure.add_trace(curve(speed / (2 * np.pi), rpm, INK, "1X", 1, "dot", showlegend=k == 0), 1, k + 1)
     figure.update_xaxes(title_text="frequency [Hz]", range=[0, highest])
     figure.update_yaxes(title_text="speed [rpm]", col=1)
     return style(figure, 520)
@@ -250,3 +246,59 @@ def spectra_of(run: Run, highest: float) -> tuple[np.ndarray, np.ndarray, np.nda
     frequency = np.fft.rfftfreq(y.shape[1], run.Ts)
     keep = frequency <= highest
     return run.column("speed")[: n * window].reshape(n, -1).mean(axis=1), frequency[keep], heights[:, keep]
+
+
+LINE = 60
+MARKS = (("circle", 7), ("x-thin-open", 8), ("diamond-open", 7))
+
+
+@dataclass(frozen=True)
+class ComparedQuantity:
+    """A quantity: title, values (k,) by the name of where they come from, surface f(speed, pressure) or None."""
+
+    title: str
+    values: dict[str, np.ndarray]
+    surface: Callable[[float, float], float] | None = None
+
+
+def over_speed(points: np.ndarray, panels: Sequence[ComparedQuantity]) -> go.Figure:
+    """A panel per quantity over speed [rpm], a colour per pressure, a mark per source; points (k, 2) [rad/s, Pa]."""
+    columns = 2
+    count = -(-len(panels) // columns)
+    figure = make_subplots(count, columns, subplot_titles=[p.title for p in panels], vertical_spacing=0.25 / count,
+                           horizontal_spacing=0.09)  # fmt: skip
+    for number, panel in enumerate(panels):
+        at = {"row": number // columns + 1, "col": number % columns + 1}
+        for k, pressure in enumerate(np.unique(np.round(points[:, 1], -3))):
+            chosen = np.abs(points[:, 1] - pressure) < 1500
+            colour = PIN_COLOURS[k % len(PIN_COLOURS)]
+            for trace in _traces(panel, points, chosen, float(pressure), colour, number == 0):
+                figure.add_trace(trace, **at)
+    figure.update_xaxes(title_text="speed [rpm]", row=count)
+    return style(figure, 240 * count + 160)
+
+
+def _traces(
+    panel: ComparedQuantity, points: np.ndarray, chosen: np.ndarray, pressure: float, colour: str, first: bool
+) -> list[go.Scatter]:
+    rpm, name, made = points[chosen, 0] * TO_RPM, f"{quantity(pressure * TO_MPA, 'MPa', '.2f')}", []
+    for (label, values), (symbol, size) in zip(panel.values.items(), MARKS, strict=False):
+        marker = {"color": colour, "symbol": symbol, "size": size, "line": {"color": colour, "width": 1.5}}
+        made.append(go.Scatter(x=compact(rpm), y=compact(np.asarray(values)[chosen]), mode="markers", marker=marker,
+                               name=f"{label}, {name}", legendgroup=name, showlegend=first))  # fmt: skip
+    if panel.surface is not None and chosen.any():
+        grid = np.linspace(points[chosen, 0].min(), points[chosen, 0].max(), LINE)
+        heights = np.array([panel.surface(float(w), pressure) for w in grid])
+        made.append(curve(grid * TO_RPM, heights, colour, name, 1, legendgroup=name, showlegend=False,
+                          hoverinfo="skip"))  # fmt: skip
+    return made
+
+
+def fits_by_model(rows: Sequence[tuple[str, dict[str, np.ndarray]]]) -> go.Figure:
+    """Validation fits [%], mean of x and y, by model; a line per operating point."""
+    figure = go.Figure()
+    for k, (at, fits) in enumerate(rows):
+        means, colour = [100 * float(np.mean(f)) for f in fits.values()], PIN_COLOURS[k % len(PIN_COLOURS)]
+        figure.add_trace(go.Scatter(x=list(fits), y=means, name=at, mode="lines+markers", line={"color": colour}))
+    figure.update_yaxes(title_text="fit on the second record [%]")
+    return style(figure, 420)

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
 
-from rotorsim.base.constants import TO_UM
+from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.discrepancy import Diagnosis
-from rotorsim.discrepancy.explanation import LEAST_SHOWN, NOTHING, Explanation, shown_share
-from rotorsim.discrepancy.outcome.gap import reduction
-from rotorsim.discrepancy.outcome.machine_file import difference
-from rotorsim.discrepancy.outcome.result import FORCE, NO_ACCURACY, NOTHING_BEYOND, PLAN_NEXT, LocatedEffect, located
-from rotorsim.discrepancy.outcome.steps import DecisionSteps
-from rotorsim.report import diagnosis_figures as plots
+from rotorsim.discrepancy.decision import DecisionSteps
+from rotorsim.discrepancy.gap import reduction
+from rotorsim.discrepancy.machine_file import difference
+from rotorsim.discrepancy.result import FORCE, NO_ACCURACY, NOTHING_BEYOND, PLAN_NEXT, LocatedEffect, located
+from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOTHING, Explanation, shown_share
 from rotorsim.report.machine_sketch import MARKS, machine_sketch
-from rotorsim.report.page.page import Block, Page, page_of
-from rotorsim.report.page.units import quantity
+from rotorsim.report.page import Block, Page, page_of
+from rotorsim.report.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, phase_axes, style
+from rotorsim.report.units import quantity
 
 METHOD = (
     "A simulated twin of the machine was run with the same speeds, pressures and excitation as the measured records. "
@@ -82,19 +85,21 @@ def _first_screen(d: Diagnosis) -> tuple[Block, ...]:
     places = located(d)
     sentences = [(f"{ALSO[one.role]}{one.sentence}", MARKS[one.role][1]) for one in places]
     marked = [(one.role, place) for one in places for place in one.places]
+    scattered = d.status == "unknown" and not d.localisation  # nothing is beyond the scatter of the records
+    meaning = NOTHING_BEYOND if scattered else MEANING[d.status]
     notes = f"{len(d.notes)} notes" if len(d.notes) > 1 else "a note"
     stages = {"nominal": "file as given", "with effect": "with the effect"}
     blocks = [
         Block("Where on the machine", "" if sentences else "Nothing is marked: no effect was found.",
               figure=machine_sketch(d.machine, marked), legend=sentences, tools=False),
-        Block("What to do next", next_step(d), texts=(_meaning(d),), anchor="next",
+        Block("What to do next", next_step(d), texts=(meaning,), anchor="next",
               link=(f"The limits of these records: {notes} below.", "notes") if d.notes else None),
         Block("Gap before and after", "Rms of measured less simulated; the line is the scatter of repeats.",
-              figure=plots.gap_by_role(d), tools=False,
-              legend=[(stages.get(name, name), colour) for name, colour in plots.stages_of(d).items()]),
+              figure=gap_by_role(d), tools=False,
+              legend=[(stages.get(name, name), colour) for name, colour in stages_of(d).items()]),
     ]  # fmt: skip
     if d.explanations:
-        blocks.insert(0, Block("How probable each explanation is", figure=plots.leading_odds(d), tools=False))
+        blocks.insert(0, Block("How probable each explanation is", figure=leading_odds(d), tools=False))
     return tuple(blocks)
 
 
@@ -108,11 +113,6 @@ def next_step(d: Diagnosis) -> str:
     if d.planned is not None:
         return f"{d.planned.sentence} {step}"
     return f"{step} {PLAN_NEXT}" if d.unplanned else step
-
-
-def _meaning(d: Diagnosis) -> str:
-    """Meaning of the verdict; of records without a group beyond their own scatter that alone."""
-    return MEANING[d.status] if d.status != "unknown" or d.localisation else NOTHING_BEYOND
 
 
 def _places(found: tuple[LocatedEffect, ...]) -> str:
@@ -133,7 +133,7 @@ def _blocks(d: Diagnosis) -> Iterator[Block]:
         "The gap, record by record",
         "Rms of measured less simulated, both channels. Grey: the file as given; orange: re-calibrated; blue: with the "
         "effect. The tick is the scatter of repeats, below which nothing can be seen.",
-        figure=plots.gap_bars(d),
+        figure=gap_bars(d),
     )
     yield _gap_table(d)
     yield from _bode(d)
@@ -143,7 +143,7 @@ def _blocks(d: Diagnosis) -> Iterator[Block]:
             "Where it disagrees",
             "Groups of lines whose residual, after re-calibration, is beyond the floor. 1X is the speed of the shaft, "
             "'slow' the mean and its drift, 'between' lines that nothing excites, 'unsteady' what does not repeat.",
-            figure=plots.flag_map(d),
+            figure=flag_map(d),
             texts=[f"Largest residual: {'; '.join(largest)}."] if largest else (),
         )
         yield from _spectra(d)
@@ -238,7 +238,7 @@ def _bode(d: Diagnosis) -> Iterator[Block]:
             yield Block(
                 f"{name[:1].upper()}{name[1:]}: {order}X over the speed",
                 "Points: measured, all roles. Grey: the file as given; orange: re-calibrated; blue: with the effect.",
-                figure=plots.bode(parts, number, bool(d.effects)),
+                figure=bode(parts, number, bool(d.effects)),
             )
 
 
@@ -251,9 +251,9 @@ def _spectra(d: Diagnosis) -> Iterator[Block]:
     untouched = [("Spectrum of an untouched record", s) for s in d.spectra.get("untouched", [])[:1]]
     for title, one in worst + untouched:
         text = "Lines of measured and of what is left."
-        yield Block(f"{title}: {one['point']}", text, figure=plots.spectra(one, named))
+        yield Block(f"{title}: {one['point']}", text, figure=spectra(one, named))
     text = "Residual spectra of all records, one scale."
-    yield Block("What is left over the speed", text, figure=plots.waterfall(d, named))
+    yield Block("What is left over the speed", text, figure=waterfall(d, named))
 
 
 def _unknown(unknown: dict[str, Any]) -> Block:
@@ -278,3 +278,209 @@ def _tried(d: Diagnosis) -> Block:
     ]
     heads = ("explanation", "excess gone", "sum of squares", "excess at held-out points")
     return Block("Everything that was re-fitted", heads=heads, rows=rows, folded=True)
+
+
+COLOURS = {"nominal": "#8a949e", "re-calibrated": AXIS_COLOURS["y"], "with effect": AXIS_COLOURS["x"]}
+
+
+def flag_map(diagnosis: Diagnosis) -> go.Figure:
+    """Flagged groups of lines over operating points: size of the residual over the floor."""
+    flags = diagnosis.localisation
+    points = list(dict.fromkeys(f"{f.record}: {f.point}" for f in sorted(flags, key=lambda f: f.number)))
+    groups = list(dict.fromkeys(f"{f.group}, {f.channel}" for f in sorted(flags, key=lambda f: (f.group, f.channel))))
+    z = np.full((len(points), len(groups)), np.nan)
+    texts = [[""] * len(groups) for _ in points]
+    for f in flags:
+        texts[points.index(f"{f.record}: {f.point}")][groups.index(f"{f.group}, {f.channel}")] = f.place
+        z[points.index(f"{f.record}: {f.point}"), groups.index(f"{f.group}, {f.channel}")] = f.rms / f.floor
+    figure = go.Figure(
+        go.Heatmap(
+            z=compact(z), x=groups, y=points, colorscale=SPECTRUM_SCALE, zmin=0,
+            colorbar={"title": "residual<br>over floor"},
+            text=texts, hovertemplate="%{y}<br>%{x}<br>%{z:.3g} times the floor<br>%{text}<extra></extra>",
+        )
+    )  # fmt: skip
+    figure = style(figure, max(280, 160 + 34 * len(points)))
+    figure.update_yaxes(autorange="reversed", automargin=True)
+    figure.update_xaxes(automargin=True)
+    return figure
+
+
+def gap_bars(diagnosis: Diagnosis) -> go.Figure:
+    """Gap of every record and both channels together: nominal, re-calibrated, with the effect, and the scatter."""
+    gap = diagnosis.gap
+    total = np.sqrt(np.nansum(gap["gap"].values ** 2, axis=1)) * TO_UM
+    order = np.argsort([("fit", "held_out", "untouched").index(r) for r in gap["role"].values], kind="stable")
+    names: list[str] = []
+    for i in order:
+        name = f"{gap['role'].values[i].replace('_', ' ')}: {gap['point'].values[i]}"
+        again = sum(n.startswith(name) for n in names)
+        names.append(f"{name}, again" + ("" if again == 1 else f" ({again})") if again else name)
+    figure = go.Figure()
+    for s, (stage, colour) in enumerate(COLOURS.items()):
+        if stage == "with effect" and not diagnosis.effects:
+            continue
+        figure.add_bar(y=names, x=compact(total[order, s]), name=stage, marker_color=colour, orientation="h")
+    figure.add_scatter(
+        y=names, x=compact(total[order, 3]), name="scatter of repeats", mode="markers",
+        marker={"symbol": "line-ns", "size": 14, "line": {"width": 2, "color": INK}},
+    )  # fmt: skip
+    figure = style(figure, 120 + 34 * len(names), barmode="group")
+    figure.update_yaxes(autorange="reversed", automargin=True)
+    figure.update_xaxes(title="gap [µm rms]", rangemode="tozero")
+    return figure
+
+
+def spectra(shown: dict[str, Any], with_effect: bool) -> go.Figure:
+    """Lines of one record: measured, residual re-calibrated and with the effect, floor."""
+    channels = shown["channels"]
+    titles = [f"disc, {channel}" for channel in channels]
+    figure = make_subplots(rows=len(channels), cols=1, shared_xaxes=True, subplot_titles=titles, vertical_spacing=0.1)
+    f = compact(shown["frequency"])
+    for c in range(len(channels)):
+        first = c == 0
+        lines = [("measured", shown["measured"][c], "#8a949e", 1), ("re-calibrated", shown["stages"][1][c],
+                 COLOURS["re-calibrated"], 1.4)]  # fmt: skip
+        if with_effect:
+            lines.append(("with effect", shown["stages"][2][c], COLOURS["with effect"], 1.4))
+        lines.append(("floor", shown["floor"][c], NEUTRAL, 1.4))
+        for name, y, colour, width in lines:
+            figure.add_scatter(
+                x=f, y=compact(y * TO_UM), name=name, showlegend=first, legendgroup=name, mode="lines",
+                line={"color": colour, "width": width, "dash": "dot" if name == "floor" else "solid"}, row=c + 1, col=1,
+            )  # fmt: skip
+    figure = style(figure, 560 if len(channels) > 1 else 360)
+    figure.update_yaxes(type="log", title="amplitude [µm 0-pk]", exponentformat="power")
+    figure.update_xaxes(title="frequency [Hz]", row=len(channels), col=1)
+    return figure
+
+
+def bode(parts: list[dict[str, Any]], number: int, with_effect: bool) -> go.Figure:
+    """Amplitude and phase lag of one order over the speed: measured and simulated, before and after.
+
+    `parts` are the parts of one table, whose rows belong to different roles.
+    """
+    channels = parts[0]["channels"]
+    titles = [f"{what}, disc, {channel}" for what in ("amplitude", "phase lag") for channel in channels]
+    figure = make_subplots(rows=2, cols=len(channels), shared_xaxes=True, subplot_titles=titles, vertical_spacing=0.1)
+    order = np.argsort(np.concatenate([p["speeds"] for p in parts]))
+    speeds = np.concatenate([p["speeds"] for p in parts])[order] * TO_RPM
+
+    def joined(vectors: list[np.ndarray]) -> np.ndarray:
+        return np.concatenate([v[:, number] for v in vectors], axis=1)[:, order]
+
+    curves = [("measured", joined([p["measured_vectors"] for p in parts]), INK, "markers")]
+    for stage, (name, colour) in enumerate(COLOURS.items()):
+        if name != "with effect" or with_effect:
+            curves.append((name, joined([p["simulated_vectors"][stage] for p in parts]), colour, "lines"))
+    middle = [np.pi / 2, np.pi / 2]
+    for name, values, colour, mode in curves:
+        for c in range(len(channels)):
+            lag = np.unwrap(-np.angle(values[c]))
+            lag -= 2 * np.pi * np.round((np.median(lag) - middle[c]) / (2 * np.pi))
+            middle[c] = float(np.median(lag)) if name == "measured" else middle[c]
+            for row, y in ((1, np.abs(values[c]) * TO_UM), (2, np.degrees(lag))):
+                figure.add_scatter(
+                    x=compact(speeds), y=compact(y), name=name, mode=mode, legendgroup=name,
+                    showlegend=row == 1 and c == 0, marker={"color": colour, "size": 4},
+                    line={"color": colour, "width": 1.6}, row=row, col=c + 1,
+                )  # fmt: skip
+    figure = style(figure, 560)
+    figure.update_yaxes(title="amplitude [µm 0-pk]", row=1, col=1)
+    phase_axes(figure, 2)
+    figure.update_xaxes(title="speed [rpm]", row=2)
+    return figure
+
+
+def waterfall(diagnosis: Diagnosis, with_effect: bool) -> go.Figure:
+    """Residual spectra of all records over the speed, before and after, disc x."""
+    every = sorted((s for part in diagnosis.spectra.values() for s in part), key=lambda s: s["speed"])
+    columns = 2 if with_effect else 1
+    titles = ("re-calibrated", "with effect")[:columns]
+    figure = make_subplots(rows=1, cols=columns, shared_yaxes=True, subplot_titles=titles, horizontal_spacing=0.05)
+    top = max(float(s["stages"][1].max()) for s in every) * TO_UM
+    for k in range(columns):
+        for n, s in enumerate(every):
+            size = np.hypot(*s["stages"][k + 1]) * TO_UM
+            height = n + 1.6 * size / top
+            figure.add_scatter(
+                x=compact(s["frequency"]), y=compact(height), mode="lines", showlegend=False, fill=None,
+                line={"color": list(COLOURS.values())[k + 1], "width": 1}, hovertext=s["point"], row=1, col=k + 1,
+            )  # fmt: skip
+        figure.update_xaxes(title="frequency [Hz]", row=1, col=k + 1)
+    figure = style(figure, 140 + 38 * len(every))
+    figure.update_yaxes(
+        tickvals=list(range(len(every))), ticktext=[f"{s['speed'] * TO_RPM:.0f}" for s in every], title="", col=1, row=1
+    )
+    figure.update_yaxes(title="speed [rpm]", col=1)
+    return figure
+
+
+MOST, ALIKE = 5, 2
+"""Explanations with a bar of their own, and indistinguishable ones that are named with it."""
+LINE = 26
+"""Characters of a line of a bar's name."""
+ROLES = {"fit": "fitted", "held_out": "held out", "untouched": "untouched"}
+
+
+def leading_odds(diagnosis: Diagnosis) -> go.Figure:
+    """Probability [%] of the leading explanations; the rest together."""
+    shown = [e for e in diagnosis.explanations if e.probability >= LEAST_SHOWN]
+    rest = sum(e.probability for e in diagnosis.explanations) - sum(e.probability for e in shown[:MOST])
+    bars = [(_name(e), e.probability, NEUTRAL if e.beyond or not e.effects else COLOURS["with effect"])
+            for e in shown[:MOST]]  # fmt: skip
+    bars += [("all others", rest, COLOURS["nominal"])] if rest >= 0.005 else []
+    names, shares, colours = (list(column) for column in zip(*bars, strict=True))
+    figure = go.Figure(
+        go.Bar(
+            x=[100 * share for share in shares], y=names, orientation="h", marker_color=colours, width=0.62,
+            text=[f"<b>{shown_share(share)}</b>" for share in shares], textposition="outside", cliponaxis=False,
+            hovertemplate="%{y}<br>%{x:.3g} %<extra></extra>",
+        )
+    )  # fmt: skip
+    lines = sum(max(2, 1 + name.count("<br>")) for name in names)
+    style(figure, max(170, 65 + 20 * lines))
+    figure.update_layout(margin={"r": 72, "t": 8, "b": 42}, dragmode=False)
+    figure.update_yaxes(autorange="reversed", automargin=True, ticks="", fixedrange=True)
+    figure.update_xaxes(title="probability [%]", range=[0, 100], fixedrange=True)
+    return figure
+
+
+def _name(one: Explanation) -> str:
+    """Name in lines, with the explanations that no record distinguishes from it."""
+    alike = [" with ".join(keys) for keys in one.alike]
+    texts = [one.name, *(f"or {name}" for name in alike[:ALIKE])]
+    texts += [f"or {len(alike) - ALIKE} more"] if len(alike) > ALIKE else []
+    return "<br>".join(line for text in texts for line in wrap(text, LINE, break_on_hyphens=False))
+
+
+def stages_of(diagnosis: Diagnosis) -> dict[str, str]:
+    """Stages of the gap that a diagnosis has, with their colours."""
+    return {name: colour for name, colour in COLOURS.items() if name != "with effect" or diagnosis.effects}
+
+
+def gap_by_role(diagnosis: Diagnosis) -> go.Figure:
+    """Gap [um rms] of the records of each role: file as given, re-calibrated, with the effect, and the scatter."""
+    gap = diagnosis.gap
+    squares = np.nansum(gap["gap"].values ** 2, axis=1)
+    own = {role: squares[gap["role"].values == role] for role in ROLES}
+    own = {role: of_role for role, of_role in own.items() if len(of_role)}
+    names = [f"{len(of_role)} {ROLES[role]}" for role, of_role in own.items()]
+    size = np.array([np.sqrt(of_role.mean(axis=0)) for of_role in own.values()]).reshape(len(own), -1) * TO_UM
+    figure = go.Figure()
+    for stage, (name, colour) in enumerate(COLOURS.items()):
+        if name in stages_of(diagnosis):
+            figure.add_bar(
+                y=names, x=compact(size[:, stage]), name=name, orientation="h",
+                marker_color=colour, texttemplate="%{x:.2g}", textposition="outside", cliponaxis=False,
+                textfont={"size": 11}, constraintext="none",
+            )  # fmt: skip
+    figure.add_scatter(
+        y=names, x=compact(size[:, 3]), name="scatter", mode="markers",
+        marker={"symbol": "line-ns", "size": 34, "line": {"width": 2, "color": INK}},
+    )  # fmt: skip
+    style(figure, 66 + 47 * len(names), barmode="group", bargap=0.12, dragmode=False)
+    figure.update_layout(margin={"r": 45, "t": 6, "b": 42}, showlegend=False)
+    figure.update_yaxes(autorange="reversed", automargin=True, ticks="", fixedrange=True)
+    figure.update_xaxes(title="gap [µm rms]", rangemode="tozero", fixedrange=True)
+    return figure

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -11,12 +12,11 @@ from plotly.subplots import make_subplots
 
 from rotorsim.analysis.campbell import critical_rows, modes_line, searched_line
 from rotorsim.analysis.unbalance_response import ENDS, peak_of
-from rotorsim.base import toml_text as tomllib
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
-from rotorsim.report.page.page import Block, Page, write_page
-from rotorsim.report.page.theme import INK, PIN_COLOURS, compact, phase_axes, phase_lag, style
-from rotorsim.report.page.units import quantity
+from rotorsim.report.page import Block, Page, machine_entry, write_page
+from rotorsim.report.theme import INK, PIN_COLOURS, compact, curve, phase_axes, phase_lag, style
+from rotorsim.report.units import quantity
 
 SYMBOLS = {"forward": "triangle-up", "backward": "triangle-down", "mixed": "circle", "": "circle"}
 ROWS = 60
@@ -46,13 +46,11 @@ def shaft_campbell(found: xr.Dataset) -> go.Figure:
         marks = [SYMBOLS[str(sense)] for sense in one["whirl"].values]
         colour = PIN_COLOURS[k % len(PIN_COLOURS)]
         for row, name, scale in ((1, "wn", TO_HZ), (2, "log_dec", 1.0)):
-            figure.add_trace(
-                go.Scatter(x=compact(speed), y=compact(one[name].values * scale), mode="lines+markers",
-                           name=f"mode {k + 1}", legendgroup=str(k), showlegend=row == 1,
-                           line={"color": colour, "dash": "solid" if k < len(PIN_COLOURS) else "dot"},
-                           marker={"symbol": marks, "size": 6}), row, 1)  # fmt: skip
-    figure.add_trace(go.Scatter(x=compact(speed), y=compact(np.abs(speed) / 60), mode="lines", name="1X",
-                                hoverinfo="skip", line={"color": INK, "width": 1, "dash": "dash"}), 1, 1)  # fmt: skip
+            figure.add_trace(curve(speed, one[name].values * scale, colour, f"mode {k + 1}",
+                                   dash="solid" if k < len(PIN_COLOURS) else "dot", mode="lines+markers",
+                                   legendgroup=str(k), showlegend=row == 1,
+                                   marker={"symbol": marks, "size": 6}), row, 1)  # fmt: skip
+    figure.add_trace(curve(speed, np.abs(speed) / 60, INK, "1X", 1, "dash", hoverinfo="skip"), 1, 1)
     _add_criticals(figure, found)
     top = float(np.nanmax(found["wn"].values)) * TO_HZ
     figure.update_yaxes(title_text="natural frequency [Hz]", range=[0, 1.05 * top], row=1, col=1)
@@ -70,9 +68,8 @@ def _add_criticals(figure: go.Figure, found: xr.Dataset) -> None:
     for order in np.unique(found["critical_order"].values[inside]).tolist():
         one = found.isel(critical=inside & (found["critical_order"].values == order))
         if order > 1:
-            figure.add_trace(go.Scatter(x=compact(speeds * TO_RPM), y=compact(np.abs(speeds) * TO_HZ * order),
-                                        mode="lines", name=f"{order:.0f}X", hoverinfo="skip", showlegend=False,
-                                        line={"color": INK, "width": 0.7, "dash": "dot"}), 1, 1)  # fmt: skip
+            figure.add_trace(curve(speeds * TO_RPM, np.abs(speeds) * TO_HZ * order, INK, f"{order:.0f}X", 0.7, "dot",
+                                   hoverinfo="skip", showlegend=False), 1, 1)  # fmt: skip
         x, text = one["critical_speed"].values * TO_RPM, [f"damping {z:.3g}" for z in one["critical_zeta"].values]
         figure.add_trace(go.Scatter(x=compact(x, 7), y=compact(np.abs(x) / 60 * order, 7), mode="markers", text=text,
                                     name=f"critical {order:.0f}X",
@@ -91,9 +88,8 @@ def critical_speed_map(found: xr.Dataset) -> go.Figure:
     _need(found, "critical_speed_map", "stiffness", "wn")
     figure = go.Figure()
     for k in range(found.sizes["mode"]):
-        figure.add_trace(go.Scatter(x=compact(found["stiffness"].values), y=compact(found["wn"].values[k] * TO_RPM),
-                                    mode="lines", name=f"mode {k + 1}",
-                                    line={"color": PIN_COLOURS[k % len(PIN_COLOURS)]}))  # fmt: skip
+        figure.add_trace(curve(found["stiffness"].values, found["wn"].values[k] * TO_RPM,
+                               PIN_COLOURS[k % len(PIN_COLOURS)], f"mode {k + 1}"))  # fmt: skip
     figure.update_xaxes(title_text="stiffness of a bearing [N/m]", type="log", exponentformat="power")
     figure.update_yaxes(title_text="critical speed [rpm]", type="log", dtick=1)
     return style(figure, 460)
@@ -123,7 +119,7 @@ def campbell_page(found: xr.Dataset, stiffness: xr.Dataset | None) -> Page:
     """Page of a Campbell diagram with critical speeds, and a critical speed map where `stiffness` is given."""
     text = (
         "Triangles up whirl forward at the measuring plane, down backward. Rings mark critical speeds. Lines end where "
-        "a mode leaves the region that is looked at or the film does not carry."
+        "a mode leaves the region that is searched or the film does not carry."
     )
     orders = ("order", "speed [rpm]", "natural frequency", "damping ratio", "amplification", "whirl", "mode")
     sure = f"Modes: {modes_line(found)}. Critical speeds are searched from {searched_line(found)}."
@@ -137,7 +133,9 @@ def campbell_page(found: xr.Dataset, stiffness: xr.Dataset | None) -> Page:
         text = "Undamped, of the rotor on bearings of one stiffness each; films are springs here."
         blocks.append(Block("Critical speeds over the bearings' stiffness", text, figure=critical_speed_map(stiffness)))
     return Page(
-        f"{name(found)}: Campbell diagram", f"{at(found)} The lowest modes of the region.{warned(found)}", blocks
+        f"{machine_entry(found.attrs)}: Campbell diagram",
+        f"{at(found)} The lowest modes of the region.{warned(found)}",
+        blocks,
     )
 
 
@@ -176,8 +174,7 @@ def unbalance_response(found: xr.Dataset, nodes: tuple[int, ...] | None = None) 
         one = found.isel(node=node)
         colour, name = PIN_COLOURS[k % len(PIN_COLOURS)], f"z = {quantity(float(one['z']) * 1e3, 'mm', '.0f')}"
         for row, values in ((1, one["major"].values * TO_UM), (2, phase_lag(one["x"].values))):
-            figure.add_trace(go.Scatter(x=compact(speed), y=compact(values), mode="lines", name=name, legendgroup=name,
-                                        showlegend=row == 1, line={"color": colour}), row, 1)  # fmt: skip
+            figure.add_trace(curve(speed, values, colour, name, legendgroup=name, showlegend=row == 1), row, 1)
     figure.update_yaxes(title_text="major half axis [µm]", type="log", row=1, col=1)
     phase_axes(figure, 2, "phase lag of x")
     figure.update_xaxes(title_text="speed [rpm]", row=2, col=1)
@@ -195,16 +192,15 @@ def response_figure(found: xr.Dataset, places: tuple[str, ...] | None = None) ->
     """
     chosen = list(places or distinct(found))
     figure = make_subplots(2, 1, shared_xaxes=True, row_heights=[0.62, 0.38], vertical_spacing=0.06)
-    speed = compact(found["speed"].values * TO_RPM, 6)
+    speed = found["speed"].values * TO_RPM
     for k, place in enumerate(chosen):
         one = found.sel(place=place)
         x = one["response_re"].sel(axis="x").values + 1j * one["response_im"].sel(axis="x").values
         lag = -np.degrees(np.unwrap(np.angle(x)))
         lag -= 360 * np.round(np.nanmin(lag) / 360) if np.isfinite(lag).any() else 0.0
-        common = {"x": speed, "mode": "lines", "name": place, "legendgroup": place,
-                  "line": {"color": PIN_COLOURS[k % len(PIN_COLOURS)], "width": 2}}  # fmt: skip
-        figure.add_trace(go.Scatter(y=compact(one["major"].values * TO_UM), **common), 1, 1)
-        figure.add_trace(go.Scatter(y=compact(lag), showlegend=False, **common), 2, 1)
+        look: dict[str, Any] = {"colour": PIN_COLOURS[k % len(PIN_COLOURS)], "name": place, "width": 2, "digits": 6}
+        figure.add_trace(curve(speed, one["major"].values * TO_UM, legendgroup=place, **look), 1, 1)
+        figure.add_trace(curve(speed, lag, legendgroup=place, showlegend=False, **look), 2, 1)
     figure.update_yaxes(title_text="major half axis [µm 0-pk]", rangemode="tozero", row=1, col=1)
     figure.update_yaxes(title_text="phase lag of x [deg]", dtick=90, autorange="reversed", row=2, col=1)
     figure.update_xaxes(title_text="speed [rpm]", row=2, col=1)
@@ -252,7 +248,7 @@ def response_page(found: xr.Dataset) -> Page:
               peaks(found)),
         Block("Speed by speed", "" if step == 1 else "Every speed is in the files.", head, rows),
     ]  # fmt: skip
-    return Page(f"{name(found)}: unbalance response", about, blocks)
+    return Page(f"{machine_entry(found.attrs)}: unbalance response", about, blocks)
 
 
 def peaks(found: xr.Dataset) -> list[tuple[str, str, float, str]]:
@@ -266,11 +262,6 @@ def peaks(found: xr.Dataset) -> list[tuple[str, str, float, str]]:
 def warned(found: xr.Dataset) -> str:
     """Sentences about the speeds at which a result does not hold, after a space; empty without any."""
     return "".join(f" Warning: {sentence}." for sentence in str(found.attrs.get("warnings", "")).splitlines())
-
-
-def name(found: xr.Dataset) -> str:
-    """Name of the machine of a result."""
-    return str(tomllib.loads(str(found.attrs["machine"])).get("name", "Unnamed machine"))
 
 
 def at(found: xr.Dataset) -> str:
@@ -290,9 +281,8 @@ def sag(found: xr.Dataset) -> go.Figure:
     _need(found, "sag", "x", "y", "z")
     figure = go.Figure()
     for axis, colour in zip("xy", PIN_COLOURS, strict=False):
-        figure.add_trace(go.Scatter(x=compact(found["z"].values * 1e3), y=compact(found[axis].values * TO_UM),
-                                    mode="lines+markers", name=axis, marker={"size": 5},
-                                    line={"color": colour}))  # fmt: skip
+        figure.add_trace(curve(found["z"].values * 1e3, found[axis].values * TO_UM, colour, axis,
+                               mode="lines+markers", marker={"size": 5}))  # fmt: skip
     figure.update_xaxes(title_text="position along the shaft [mm]")
     figure.update_yaxes(title_text="displacement [µm]")
     return style(figure, 380)

@@ -9,16 +9,17 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from rotorsim.base import toml_text as tomllib
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
-from rotorsim.report.page.page import Block, Page, write_page
-from rotorsim.report.page.theme import INK, PIN_COLOURS, compact, faint, style
-from rotorsim.report.page.units import quantity
+from rotorsim.report.page import Block, Page, machine_entry, write_page
+from rotorsim.report.theme import INK, PIN_COLOURS, compact, curve, faint, style
+from rotorsim.report.units import quantity
 
 UNSAFE, UNKNOWN = "#7a3b3b", "#5f6b73"
 MAP_SCALE = [[0, "#ffffff"], [0.5, "#cfe2f1"], [1, "#6fa9d6"]]
 """Light enough for numbers on the lines and for the shade above."""
 DASHES = ("solid", "dash", "dot", "dashdot")
+WHIRLS = {"forward": "triangle-up", "backward": "triangle-down"}
+"""Mark of each sense of whirl; others are circles."""
 EQUAL = 1e-6
 """Relative difference below which values count as one."""
 HEADS = ("speed [rpm]", "pressure [MPa]", "eccentricity ratio", "lower mode [Hz]", "its damping ratio",
@@ -58,14 +59,7 @@ def save_map_page(found: xr.Dataset, path: str | Path, units: str = "metric", fi
 
 def map_page(found: xr.Dataset) -> Page:
     """Page of an operating map; of further axes the first value is drawn."""
-    return Page(f"{_name(found)}: operating map", _about(found), blocks(plane(found)))
-
-
-def _name(found: xr.Dataset) -> str:
-    try:
-        return str(tomllib.loads(str(found.attrs.get("machine", ""))).get("name", "Unnamed machine"))
-    except tomllib.TOMLDecodeError:
-        return "Unnamed machine"
+    return Page(f"{machine_entry(found.attrs)}: operating map", _about(found), blocks(plane(found)))
 
 
 def _about(found: xr.Dataset) -> str:
@@ -91,9 +85,9 @@ def blocks(one: xr.Dataset) -> list[Block]:
     if one.sizes["speed"] > 1 and one.sizes["pressure"] > 1 and varying(one):
         shaded = (
             f"Shaded red: not carried by the film, a mode grows, or within {margin:g} % of a critical speed, where the "
-            f"speed equals the natural frequency of a mode that amplifies {least:.3g} times or more (looked for beyond "
+            f"speed equals the natural frequency of a mode that amplifies {least:.3g} times or more (searched beyond "
             "the ends of the map as far as it matters). "
-            + ("Shaded grey: not known, because not all modes could be looked for. " if unknown else "")
+            + ("Shaded grey: not known, because not every mode could be searched. " if unknown else "")
             + "Whirl ratio: 1 a forward circle, 0 a line, -1 a backward circle. "
             + "".join(f"All over the map: {title} {value:.4g}. " for title, value in constants(one))
         ).strip()
@@ -245,9 +239,8 @@ def campbell_figure(found: xr.Dataset, pressures: int = 3) -> go.Figure:
     for k, i in enumerate(chosen):
         _add_modes(figure, found.isel(pressure=int(i)), speed, PIN_COLOURS[k % len(PIN_COLOURS)])
     for order in (1, 2, 3):
-        figure.add_trace(go.Scatter(x=compact(speed), y=compact(order * np.abs(speed) / 60), mode="lines",
-                                    name=f"{order}X", hoverinfo="skip",
-                                    line={"color": INK, "width": 1, "dash": DASHES[order]}), 1, 1)  # fmt: skip
+        figure.add_trace(curve(speed, order * np.abs(speed) / 60, INK, f"{order}X", 1, DASHES[order],
+                               hoverinfo="skip"), 1, 1)  # fmt: skip
     _add_crossings(figure, found)
     first = np.where(np.isnan(wn), np.inf, wn).min(axis=2)[:, :2]
     top = 1.15 * max(first[np.isfinite(first)].max(), np.abs(speed).max() / 60)
@@ -265,15 +258,14 @@ def _add_modes(figure: go.Figure, one: xr.Dataset, speed: np.ndarray, colour: st
         if not np.isfinite(one["branch_wn"].isel(branch=branch)).any():
             continue
         sense = [_sense(v) for v in one["branch_whirl_ratio"].isel(branch=branch).values]
-        look = {"color": colour, "width": 2, "dash": DASHES[branch % len(DASHES)]}
+        symbols = [WHIRLS.get(s, "circle") for s in sense]
         for row, name, scale in ((1, "branch_wn", TO_HZ), (2, "branch_zeta", 1.0)):
-            figure.add_trace(
-                go.Scatter(x=compact(speed), y=compact(one[name].isel(branch=branch).values * scale),
-                           mode="lines+markers", name=f"{label}, mode {branch + 1}", legendgroup=f"{label}{branch}",
-                           showlegend=row == 1, line=look, text=sense,
-                           marker={"symbol": ["triangle-up" if s == "forward" else "triangle-down" if s == "backward"
-                                              else "circle" for s in sense], "size": 7},
-                           hovertemplate="%{x:.0f} rpm: %{y:.4g}, %{text}<extra></extra>"), row, 1)  # fmt: skip
+            figure.add_trace(curve(speed, one[name].isel(branch=branch).values * scale, colour,
+                                   f"{label}, mode {branch + 1}", 2, DASHES[branch % len(DASHES)],
+                                   mode="lines+markers", legendgroup=f"{label}{branch}", showlegend=row == 1,
+                                   text=sense, marker={"symbol": symbols, "size": 7},
+                                   hovertemplate="%{x:.0f} rpm: %{y:.4g}, %{text}<extra></extra>"),
+                             row, 1)  # fmt: skip
 
 
 def _sense(ratio: float) -> str:
@@ -319,11 +311,9 @@ def _add_coefficients(figure: go.Figure, one: xr.Dataset, row: int) -> None:
         for column, (name, scale) in enumerate((("film_stiffness", 1e-6), ("film_damping", 1e-3)), 1):
             for k, (i, j) in enumerate(((0, 0), (0, 1), (1, 0), (1, 1))):
                 values = one[name].isel(at=a, axis=i, to=j).values * scale
-                figure.add_trace(
-                    go.Scatter(x=compact(x), y=compact(values), mode="lines+markers",
-                               name=f"{'xy'[i]}{'xy'[j]}, {one['at'].values[a]}", legendgroup=f"{a}{k}",
-                               showlegend=column == row == 1, marker={"size": 5},
-                               line={"color": PIN_COLOURS[k], "dash": DASHES[a % 4]}), row, column)  # fmt: skip
+                figure.add_trace(curve(x, values, PIN_COLOURS[k], f"{'xy'[i]}{'xy'[j]}, {one['at'].values[a]}",
+                                       dash=DASHES[a % 4], mode="lines+markers", legendgroup=f"{a}{k}",
+                                       showlegend=column == row == 1, marker={"size": 5}), row, column)  # fmt: skip
 
 
 def has_onset(found: xr.Dataset) -> bool:
@@ -335,13 +325,11 @@ def onset_figure(found: xr.Dataset) -> go.Figure:
     """Whirl onset over pressure and lift-off pressure over speed, as far as they were found."""
     figure = go.Figure()
     if "onset_speed" in found:
-        figure.add_trace(go.Scatter(x=compact(found["onset_speed"].values * TO_RPM), mode="lines+markers",
-                                    y=compact(found["pressure"].values * TO_MPA), name="whirl onset",
-                                    line={"color": UNSAFE}))  # fmt: skip
+        x, y = found["onset_speed"].values * TO_RPM, found["pressure"].values * TO_MPA
+        figure.add_trace(curve(x, y, UNSAFE, "whirl onset", mode="lines+markers"))
     if "lift_off_pressure" in found:
-        figure.add_trace(go.Scatter(x=compact(found["speed"].values * TO_RPM), mode="lines+markers", name="lift-off",
-                                    y=compact(found["lift_off_pressure"].values * TO_MPA),
-                                    line={"color": PIN_COLOURS[0]}))  # fmt: skip
+        x, y = found["speed"].values * TO_RPM, found["lift_off_pressure"].values * TO_MPA
+        figure.add_trace(curve(x, y, PIN_COLOURS[0], "lift-off", mode="lines+markers"))
     figure.update_xaxes(title_text="speed [rpm]")
     figure.update_yaxes(title_text="pressure [MPa]", rangemode="tozero")
     return style(figure, 420)

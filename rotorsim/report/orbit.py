@@ -13,11 +13,10 @@ from plotly.subplots import make_subplots
 from identification.records.sensors import probe_outputs
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.plant.journal_room import journal_room
-from rotorsim.report.page.theme import GRID, INK, NEUTRAL, compact, faint, style
-from rotorsim.report.page.units import displacement, quantity
 from rotorsim.report.run import AnalysedRun, end_of_run, need_orders, need_turns, record_section
-from rotorsim.signals.probes import probe_planes
-from rotorsim.signals.record_blocks import displacement_name, need
+from rotorsim.report.theme import GRID, INK, NEUTRAL, compact, faint, style
+from rotorsim.report.units import displacement, quantity
+from rotorsim.signals.record_blocks import displacement_name, need, probe_planes
 
 TURNS, MOST_POINTS, MOST_ORBITS = 4, 1500, 4
 COLOURS = {"disc": "#0072B2", "journal": NEUTRAL}

@@ -1,4 +1,4 @@
-"""Page of a record: its sections in order, with tables of settings, results and provenance."""
+"""Page of a record: its sections in order, with tables of settings, results and provenance; page of any result."""
 
 from __future__ import annotations
 
@@ -7,31 +7,30 @@ from collections.abc import Iterator, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
-from rotorsim.base import toml_text as tomllib
 from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import show, split
-from rotorsim.experiments import EXPERIMENTS, ProportionalLaw
+from rotorsim.experiments.experiment import EXPERIMENTS, parameters
 from rotorsim.experiments.limits import BEYOND, sentences
-from rotorsim.experiments.parameters import parameters
-from rotorsim.report import film, orbit, orders, responses, spectrum, time_history
+from rotorsim.report import film, orbit, orders, responses, time_history
 from rotorsim.report.film import feed_word
-from rotorsim.report.page.page import Block, Page, check_wanted, page_of, write_page
-from rotorsim.report.page.units import number, quantity
+from rotorsim.report.page import RESULT_PAGES, Block, Page, check_wanted, machine_entry, page_of, write_page
 from rotorsim.report.run import RUNS, SECTIONS, AnalysedRun, RecordSection, analyse, end_of_run
-from rotorsim.signals.probes import SHOWN
-from rotorsim.signals.record_blocks import MissingError, open_record
+from rotorsim.report.units import number, quantity
+from rotorsim.signals.record_blocks import SHOWN, MissingError, open_record
 
-CHAPTERS = (orders, orbit, spectrum, responses, time_history, film)
+if TYPE_CHECKING:
+    from rotorsim.discrepancy import Diagnosis
+    from rotorsim.verify import Verification
+
+CHAPTERS = (orders, orbit, responses, time_history, film)
 """Modules that register sections."""
-EXPECTED = {name: kind.figures for name, kind in EXPERIMENTS.items()}
-"""Sections of each experiment in order; where one of these cannot be made, the page states the reason."""
 POSSIBLE = ("static_gain", "hysteresis_loops", "ring_down", "response_to_force", "response_to_reference", "excitation",
             "spectra", "filtered_orbits")  # fmt: skip
 """Sections that are added, if they can be made, for a record that does not name its experiment."""
@@ -103,6 +102,29 @@ def write_report(
         write_page(lambda: record_page(opened), html_path, units, figures)
 
 
+def write(
+    result: Diagnosis | Verification | xr.Dataset, path: str | Path, units: str = "metric", figures: str | None = None
+) -> Path:
+    """Write the HTML report of a diagnosis, a verification or a record, complete or not at all.
+
+    `units` are "metric" or "imperial"; with `figures` "png", "svg" or "csv" every figure is a file too. Raises
+    DataError for others and for any other type, WriteError for a path that cannot be written.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.report.write(record, "page.html").name
+    'page.html'
+    """
+    from rotorsim.report import control, diagnosis  # noqa: F401 they register the pages of their results
+
+    make = next((maker for kind, maker in RESULT_PAGES.items() if isinstance(result, kind)), None)
+    if make is None:
+        given = type(result).__name__
+        raise DataError(f"report: {given} is not a Diagnosis, a Verification or a record; for a file use write_report")
+    return write_page(lambda: make(result), path, units, figures)
+
+
 @page_of(xr.Dataset)
 def record_page(record: xr.Dataset) -> Page:
     """Page of an open record; raises DataError for one without a displacement of the disc."""
@@ -111,7 +133,8 @@ def record_page(record: xr.Dataset) -> Page:
 
 def run_page(run: AnalysedRun) -> Page:
     """Page of an analysed run."""
-    name, description = _machine_title(run)
+    name = machine_entry(run.record.attrs)
+    description = machine_entry(run.record.attrs, "description", "")
     made = list(made_sections(run))
     blocks: list[Block | tuple[Block, ...]] = [Block("Results", rows=results(run))]
     blocks += [
@@ -130,15 +153,6 @@ def run_page(run: AnalysedRun) -> Page:
     return Page(
         name, f"{kind.capitalize()}. {description}", blocks, _key_numbers(run), _warnings(run), f"{name}: {kind}"
     )
-
-
-def _machine_title(run: AnalysedRun) -> tuple[str, str]:
-    """Name and description of the machine, as far as its text can be read."""
-    try:
-        machine = tomllib.loads(str(run.record.attrs.get("machine", "")))
-    except tomllib.TOMLDecodeError:
-        machine = {}
-    return str(machine.get("name", "Unnamed machine")), str(machine.get("description", ""))
 
 
 def _warnings(run: AnalysedRun) -> list[str]:
@@ -175,9 +189,9 @@ class MadeSection:
 
 
 def made_sections(run: AnalysedRun) -> Iterator[MadeSection]:
-    """Sections of a run's page in order, those left out with their reason."""
-    expected = EXPECTED.get(run.kind, EXPECTED["runup"])
-    possible = () if run.kind in EXPECTED else POSSIBLE
+    """Sections of a run's page in order; those that its experiment expects are left out with the reason."""
+    expected = EXPERIMENTS[run.kind if run.kind in EXPERIMENTS else "runup"].figures
+    possible = () if run.kind in EXPERIMENTS else POSSIBLE
     levels = False
     for name in (*expected, *possible, *ADDED):
         if name == "response_to_reference" and levels and name in possible:
@@ -229,7 +243,9 @@ def _shown(value: Any, form: str, scale: float) -> str:
 def quantities(attrs: Mapping[Any, Any]) -> dict[str, Quantity]:
     """Quantity of every attribute that is a parameter of the experiment, its excitations, harmonics or built-in law."""
     found = _of(EXPERIMENTS.get(str(attrs.get("experiment"))))
-    if attrs.get("controller") == ProportionalLaw.__name__:
+    if attrs.get("controller") == "ProportionalLaw":
+        from rotorsim.experiments.proportional_law import ProportionalLaw
+
         found |= _of(ProportionalLaw) | dict.fromkeys(("centre_x", "centre_y"), CENTRE)
     for key in map(str, attrs):
         if named := EXCITATION.fullmatch(key):
@@ -247,7 +263,7 @@ def _of(kind: Any) -> dict[str, Quantity]:
 
 
 def with_unit(value: float, unit: str) -> str:
-    """A number in SI as a text of six digits in a unit that people use."""
+    """A number in SI as a text of six digits in a unit of engineers."""
     text, shown = split(show(float(value), unit))
     return quantity(float(text), shown, ".6g").strip()
 

@@ -8,13 +8,13 @@ import xarray as xr
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_UM
-from rotorsim.report.page.theme import AXIS_COLOURS, INK, PIN_COLOURS, compact, faint, style
-from rotorsim.report.page.units import displacement, quantity
 from rotorsim.report.run import AnalysedRun, analyse, record_section, sensed
+from rotorsim.report.theme import AXIS_COLOURS, INK, PIN_COLOURS, compact, curve, faint, style
+from rotorsim.report.units import displacement, quantity
 from rotorsim.signals import impact
-from rotorsim.signals.frequency_response import Transfer, peak_of, welch_transfer
 from rotorsim.signals.impact import RingDown
 from rotorsim.signals.record_blocks import need, sampling_time
+from rotorsim.signals.spectra import Transfer, peak_of, welch_transfer
 from rotorsim.signals.static_gain import Branches, HysteresisLoop, loops as loops_of, static_gain as gains_of
 
 UNITS = {"reference": "µm/V", "disc_force": "µm/N"}
@@ -37,10 +37,6 @@ def _per_volt(run: AnalysedRun) -> Transfer:
     need("reference" in run.record, "The record has no reference of the actuators.")
     need("reference" in run.driven, "The reference of the actuators does not change.")
     return welch_transfer(run.record, run.driven["reference"], "reference", run.output, _reach(run))
-
-
-def _per_newton(run: AnalysedRun) -> Transfer:
-    return impact.impact_transfer(run.record, run.output, _reach(run))
 
 
 def _reach(run: AnalysedRun) -> float:
@@ -70,7 +66,10 @@ def response_to_reference(run: AnalysedRun, transfer: Transfer) -> go.Figure:
     return transfer_figure(transfer)
 
 
-@record_section("Frequency response of the disc to the force", _per_newton, transfer_caption)
+@record_section(
+    "Frequency response of the disc to the force",
+    lambda run: impact.impact_transfer(run.record, run.output, _reach(run)), transfer_caption,
+)  # fmt: skip
 def response_to_force(run: AnalysedRun, transfer: Transfer) -> go.Figure:
     """Response of the disc to impacts [um/N]: magnitude over phase over coherence, a column an input."""
     return transfer_figure(transfer)
@@ -145,10 +144,6 @@ def _gaps(phase: np.ndarray) -> np.ndarray:
     return np.where(np.append(False, jumps), np.nan, phase)
 
 
-def _ring_downs(run: AnalysedRun) -> list[RingDown]:
-    return impact.ring_downs(run.record, run.output)
-
-
 def ring_down_caption(run: AnalysedRun, downs: list[RingDown]) -> str:
     """Frequency and damping after each pulse."""
     return " ".join(_decay_sentence(down) for down in downs) + sensed(run)
@@ -168,7 +163,7 @@ def _decay_sentence(down: RingDown) -> str:
     return text
 
 
-@record_section("Impact and ring-down", _ring_downs, ring_down_caption)
+@record_section("Impact and ring-down", lambda run: impact.ring_downs(run.record, run.output), ring_down_caption)
 def ring_down(run: AnalysedRun, downs: list[RingDown]) -> go.Figure:
     """Force pulse [N] and ring-down of the disc [um] after impacts, with the fitted decay.
 
@@ -195,9 +190,9 @@ def _add_force(figure: go.Figure, down: RingDown, column: int) -> None:
     dt = (time[-1] - time[0]) / (len(time) - 1)
     near = (time >= (PULSE_REACH[0] * length - 2) * dt) & (time <= (PULSE_REACH[1] * length) * dt)
     force = down.values["force"][near, down.pulse.axis]
-    figure.add_trace(go.Scatter(x=compact(time[near] * 1e3), y=compact(force), mode="lines+markers", marker={"size": 4},
-                                line={"color": INK, "width": 1.5}, showlegend=False,
-                                hovertemplate="%{y:.3g} N at %{x:.1f} ms<extra></extra>"), 1, column)  # fmt: skip
+    figure.add_trace(curve(time[near] * 1e3, force, INK, width=1.5, mode="lines+markers", marker={"size": 4},
+                           showlegend=False, hovertemplate="%{y:.3g} N at %{x:.1f} ms<extra></extra>"),
+                     1, column)  # fmt: skip
 
 
 def _add_motion(figure: go.Figure, down: RingDown, column: int) -> None:
@@ -216,10 +211,9 @@ def _add_motion(figure: go.Figure, down: RingDown, column: int) -> None:
     at = np.linspace(0, float(time[shown][-1]), 120)
     size = down.decay.amplitude * np.exp(-down.decay.rate * at) * TO_UM
     for sign in (1, -1):
-        figure.add_trace(go.Scatter(x=compact(at), y=compact(sign * size), mode="lines", hoverinfo="skip",
-                                    name="fitted envelope", legendgroup="fit", legendrank=2,
-                                    showlegend=column == 1 and sign > 0,
-                                    line={"color": INK, "width": 1.3, "dash": "dash"}), 2, column)  # fmt: skip
+        figure.add_trace(curve(at, sign * size, INK, "fitted envelope", 1.3, "dash", hoverinfo="skip",
+                               legendgroup="fit", legendrank=2, showlegend=column == 1 and sign > 0),
+                         2, column)  # fmt: skip
 
 
 def _end(down: RingDown) -> int:
@@ -228,10 +222,6 @@ def _end(down: RingDown) -> int:
     if down.decay is None or down.decay.rate <= 0:
         return len(time)
     return max(50, int(np.searchsorted(time, np.log(50) / down.decay.rate)))
-
-
-def _gain(run: AnalysedRun) -> list[Branches]:
-    return gains_of(run.holds)
 
 
 def gain_caption(run: AnalysedRun, gains: list[Branches]) -> str:
@@ -256,7 +246,7 @@ def gain_caption(run: AnalysedRun, gains: list[Branches]) -> str:
     return " ".join(parts) + sensed(run)
 
 
-@record_section("Static gain", _gain, gain_caption)
+@record_section("Static gain", lambda run: gains_of(run.holds), gain_caption)
 def static_gain(run: AnalysedRun, gains: list[Branches]) -> go.Figure:
     """Rests of the disc [um] over the reference [V] of a staircase, with line and deviations.
 
@@ -294,9 +284,8 @@ def _rests(gain: Branches, um: np.ndarray, rising: bool, axis: str, legend: bool
 
 def _add_fit(figure: go.Figure, gain: Branches, k: int, axis: str, column: int) -> None:
     ends = np.array([gain.reference.min(), gain.reference.max()])
-    figure.add_trace(go.Scatter(x=compact(ends), y=compact(gain.gain[k] * ends * TO_UM), mode="lines", hoverinfo="skip",
-                                line={"color": faint(AXIS_COLOURS[axis], 0.6), "width": 1.5},
-                                showlegend=False), 1, column)  # fmt: skip
+    figure.add_trace(curve(ends, gain.gain[k] * ends * TO_UM, faint(AXIS_COLOURS[axis], 0.6), width=1.5,
+                           hoverinfo="skip", showlegend=False), 1, column)  # fmt: skip
 
 
 def _loops(run: AnalysedRun) -> list[HysteresisLoop]:
@@ -343,8 +332,6 @@ def hysteresis_loops(run: AnalysedRun, loops: list[HysteresisLoop]) -> go.Figure
 def _loop(loop: HysteresisLoop) -> go.Scatter:
     colour = PIN_COLOURS[(loop.injector - 1) % len(PIN_COLOURS)]
     symbols = [SYMBOLS[bool(r)] for r in loop.rising]
-    return go.Scatter(
-        x=compact(loop.reference), y=compact(loop.pin * TO_UM), mode="lines+markers", name=f"pin {loop.injector}",
-        line={"color": colour, "width": 1.3}, marker={"symbol": symbols, "size": 7},
-        hovertemplate=f"pin {loop.injector}: %{{y:.4g}} µm at %{{x:.3g}} V<extra></extra>",
-    )  # fmt: skip
+    return curve(loop.reference, loop.pin * TO_UM, colour, f"pin {loop.injector}", 1.3, mode="lines+markers",
+                 marker={"symbol": symbols, "size": 7},
+                 hovertemplate=f"pin {loop.injector}: %{{y:.4g}} µm at %{{x:.3g}} V<extra></extra>")  # fmt: skip

@@ -13,7 +13,7 @@ import xarray as xr
 
 from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import DataError, MachineFileError
-from rotorsim.experiments.run_summary import summarise
+from rotorsim.experiments.summary import summarise
 from rotorsim.machine import Machine
 from rotorsim.signals.orders import track_orders
 from rotorsim.signals.record_blocks import (
@@ -180,7 +180,7 @@ class AnalysedRun:
         return data["time"].values, "time [s]"
 
     def need_turning(self, least: float = 1.0) -> None:
-        """Raise MissingError unless the shaft's angle is known and turns so many revolutions."""
+        """Raise MissingError unless the shaft's angle is known and turns `least` revolutions."""
         need(self.angle_known, "The record holds no shaft angle, so nothing can be drawn over it.")
         need(self.revolutions > 1e-3, "The shaft stands still.")
         need(self.revolutions >= least,

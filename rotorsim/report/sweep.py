@@ -9,14 +9,14 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from rotorsim.analysis.sweeps.definition import SweepQuantity
-from rotorsim.analysis.sweeps.sweep import SweepResult, heading, text_of
-from rotorsim.base import toml_text as tomllib
+from rotorsim.analysis.sweep import SweepResult, heading, text_of
+from rotorsim.analysis.sweep_definition import SweepQuantity
 from rotorsim.base.constants import TO_MPA, TO_RPM
+from rotorsim.base.input_files import parse_toml
 from rotorsim.report.operating_map import MAP_SCALE
-from rotorsim.report.page.page import Block, Page, write_page
-from rotorsim.report.page.theme import INK, PIN_COLOURS, compact, style
-from rotorsim.report.page.units import quantity
+from rotorsim.report.page import Block, Page, machine_entry, write_page
+from rotorsim.report.theme import INK, PIN_COLOURS, compact, curve, style
+from rotorsim.report.units import quantity
 
 MOST_AXES = 3
 """Axes of a chart: two of a contour, one of small multiples."""
@@ -50,8 +50,9 @@ def write_sweep(result: SweepResult, path: str | Path, units: str = "metric", fi
 
 def sweep_page(result: SweepResult) -> Page:
     """Page of a sweep: best points, cells without a result, a chart of each quantity, a table of the cells."""
-    name = str(tomllib.loads(str(result.data.attrs["machine"])).get("name", "Unnamed machine"))
+    name = str(parse_toml(str(result.data.attrs["machine"])).get("name", "Unnamed machine"))
     return Page(f"{name}: sweep", _about(result), _blocks(result))
+    return Page(f"{machine_entry(result.data.attrs)}: sweep", _about(result), _blocks(result))
 
 
 def _about(result: SweepResult) -> str:
@@ -122,9 +123,8 @@ def sweep_figure(result: SweepResult, quantity: str) -> go.Figure | None:
 
 def _line(data: xr.Dataset, values: xr.DataArray, shown: SweepQuantity, axis: str) -> go.Figure:
     figure = go.Figure(
-        go.Scatter(x=compact(data[axis].values), y=compact(values.values), mode="lines+markers", showlegend=False,
-                   line={"color": PIN_COLOURS[0], "width": 2})
-    )  # fmt: skip
+        curve(data[axis].values, values.values, PIN_COLOURS[0], width=2, mode="lines+markers", showlegend=False)
+    )
     k = _best(values, shown)[0]
     figure.add_trace(_mark([float(data[axis][k])], [float(values[k])], shown))
     figure.update_xaxes(title_text=heading(data, axis))

@@ -11,12 +11,21 @@ from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.report.film import feed_word
-from rotorsim.report.page.theme import AXIS_COLOURS, NEUTRAL, PIN_COLOURS, compact, faint, style
-from rotorsim.report.page.units import quantity
 from rotorsim.report.run import AnalysedRun, end_of_run, record_section
+from rotorsim.report.theme import AXIS_COLOURS, NEUTRAL, PIN_COLOURS, compact, curve, faint, style
+from rotorsim.report.units import quantity
 from rotorsim.signals.orders import Deceleration, deceleration_of
-from rotorsim.signals.probes import READINGS, SHOWN, names, units
-from rotorsim.signals.record_blocks import Envelope, displacement_name, envelopes, eventful_stretch, need
+from rotorsim.signals.record_blocks import (
+    READINGS,
+    SHOWN,
+    Envelope,
+    displacement_name,
+    envelopes,
+    eventful_stretch,
+    need,
+    probe_names,
+    probe_units,
+)
 
 FILM_COLOURS = (NEUTRAL, "#CC79A7", "#E69F00", "#56B4E9")
 CONTACT_COLOUR = "#CC3311"
@@ -251,7 +260,7 @@ def probe_readings(run: AnalysedRun, _: None) -> go.Figure:
     >>> record = rs.experiments.runup("probes.toml", stop=300.0)  # doctest: +SKIP
     >>> figure = rs.report.probe_readings(record)  # doctest: +SKIP
     """
-    known, scales = names(run.record), [SHOWN[unit] for unit in units(run.record)]
+    known, scales = probe_names(run.record), [SHOWN[unit] for unit in probe_units(run.record)]
     data = envelopes(run.record, [READINGS])[READINGS]
     figure = make_subplots(len(known), 1, shared_xaxes=True, vertical_spacing=0.12 / (len(known) + 2))
     for k, (name, (unit, scale)) in enumerate(zip(known, scales, strict=True)):
@@ -288,8 +297,8 @@ def deceleration_curve(run: AnalysedRun, found: Deceleration) -> go.Figure:
     figure = make_subplots(2, 1, shared_xaxes=True, vertical_spacing=0.06)
     for row, values, unit in ((1, found.speed, "rpm"), (2, found.rate, "rpm/s")):
         hover = f"%{{y:.4g}} {unit} at %{{x:.2f}} s<extra></extra>"
-        figure.add_trace(go.Scatter(x=compact(found.time), y=compact(values * TO_RPM), mode="lines", showlegend=False,
-                                    line={"color": NEUTRAL, "width": 2}, hovertemplate=hover), row, 1)  # fmt: skip
+        trace = curve(found.time, values * TO_RPM, NEUTRAL, width=2, showlegend=False, hovertemplate=hover)
+        figure.add_trace(trace, row, 1)
     figure.update_yaxes(title_text="speed [rpm]", rangemode="tozero", row=1)
     figure.update_yaxes(title_text="deceleration<br>[rpm/s]", rangemode="tozero", row=2)
     figure.update_xaxes(title_text="time [s]", row=2)

@@ -1,4 +1,3 @@
-from .frequency_response import Transfer as Transfer, welch_transfer as welch_transfer
 from .impact import (
     Decay as Decay,
     Pulse as Pulse,
@@ -17,7 +16,18 @@ from .orders import (
     find_resonances as find_resonances,
     track_orders as track_orders,
 )
-from .probes import RunoutProfile as RunoutProfile, probe_planes as probe_planes, runout_of as runout_of
-from .record_blocks import MissingError as MissingError, open_record as open_record, prepared as prepared
-from .spectra import Spectrum as Spectrum, spectrum_of as spectrum_of
+from .record_blocks import (
+    MissingError as MissingError,
+    RunoutProfile as RunoutProfile,
+    open_record as open_record,
+    prepared as prepared,
+    probe_planes as probe_planes,
+    runout_of as runout_of,
+)
+from .spectra import (
+    Spectrum as Spectrum,
+    Transfer as Transfer,
+    spectrum_of as spectrum_of,
+    welch_transfer as welch_transfer,
+)
 from .static_gain import static_gain_map as static_gain_map

@@ -20,8 +20,8 @@ import xarray as xr
 from scipy.signal import butter, find_peaks, sosfiltfilt
 
 from identification.records.frequency_response import CrossSpectra
-from rotorsim.signals.frequency_response import Transfer, solve
 from rotorsim.signals.record_blocks import MissingError, Values, blocks, need, sampling_time
+from rotorsim.signals.spectra import Transfer, solve
 
 THRESHOLD = 0.05
 """A pulse is where the force exceeds this share of its largest value."""
@@ -55,7 +55,7 @@ class Pulse:
 
 
 def find_pulses(record: xr.Dataset, name: str = "disc_force") -> list[Pulse]:
-    """All impacts of a record; raises MissingError where the force does not act in short pulses.
+    """Impacts of a record; raises MissingError where the force does not act in short pulses.
 
     Examples
     --------

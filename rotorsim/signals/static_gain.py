@@ -59,12 +59,8 @@ def find_holds(record: xr.Dataset, shortest: int) -> tuple[np.ndarray, np.ndarra
 def rest(record: xr.Dataset, output: str, shortest: int | None = None, share: float = 0.5) -> Holds:
     """Mean positions in the last `share` of every hold, over whole revolutions where the shaft makes one in it.
 
-    Records of any length: displacements are read in blocks, and only if the reference takes enough levels.
-
-    Raises
-    ------
-    MissingError
-        If neither axis of the reference rests at three levels.
+    Records of any length: displacements are read in blocks, and only if the reference takes enough levels. Raises
+    MissingError if neither axis of the reference rests at three levels.
     """
     need("reference" in record, "The record has no reference of the actuators.")
     least = max(2, round(LEAST / sampling_time(record))) if shortest is None else shortest
@@ -164,8 +160,6 @@ def static_gain_map(record: xr.Dataset, share: float = 0.5, variable: str | None
     >>> rs.signals.static_gain_map(steps)["gain"].dims
     ('output', 'input')
     """
-    import xarray as xr
-
     if not 0 < share <= 1:
         raise DataError(f"share = {share}: must be above 0 and at most 1; give e.g. 0.5")
     if record.attrs.get("experiment") in EXCITED:

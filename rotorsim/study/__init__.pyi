@@ -1,3 +1,7 @@
 from .identification_vs_physics import Study as Study, study as study
-from .identify_records import campaign_sources as campaign_sources, sources_of as sources_of
-from .plans import StudyGrid as StudyGrid, run as run
+from .identify_records import (
+    StudyGrid as StudyGrid,
+    campaign_sources as campaign_sources,
+    run as run,
+    sources_of as sources_of,
+)

@@ -17,9 +17,9 @@ import numpy as np
 
 import identification as idn
 from identification.campaign import identify_source
+from identification.local.confidence import project
 from identification.local.fits import actuator_signals
-from identification.local.goodness import project
-from identification.local.start import levy
+from identification.local.greybox import levy
 from identification.records.frequency_response import FrequencyResponse
 from rotorsim.analysis.supply import regulator_pressure
 from rotorsim.base.constants import TO_MPA, TO_RPM, TO_UM
@@ -30,6 +30,26 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from rotorsim.plant.plant import Plant
+
+MODELS = ("3", "2")
+"""Models of every local point."""
+RECIPE = idn.Prefilter(median=3)
+"""The thesis' prefilter: a running median of three. Its Model 3 has no dead time."""
+NEAR = (5.0, 1e4)
+"""Tolerances [rad/s] and [Pa] within which two records are at the same operating point."""
+Progress = Callable[[], None]
+LINES = 60
+"""Number of frequencies at which responses are compared."""
+SWEEP = (4, 5, 6, 7, 8)
+"""Orders of the black-box models that are compared."""
+Row = tuple[str, dict[str, np.ndarray]]
+ROLES = ("identification", "validation", "centre", "extra", "extra_second")
+HEADS = ("rpm", "MPa", "f1", "f1 phys", "f2", "f2 phys", "zeta1", "z1 phys", "zeta2", "z2 phys", "Gxx", "Gxx phys",
+         "Gyy", "Gyy phys", "Gxy", "Gxy phys", "Gyx", "Gyx phys", "delay x", "film x", "delay y", "film y", "fit x",
+         "fit y", "ceil x", "ceil y")  # fmt: skip
+"""Heads of the table over the grid."""
+GAINS = ((0, 0), (1, 1), (0, 1), (1, 0))
+"""Entries of the static gain in the table, in the order of its columns."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,15 +77,6 @@ def physics(plant: Plant, speed: float, pressure: float) -> Physics:
     response = FrequencyResponse(omega, G, ones, ones, 1)
     KDB = levy(response, peak, np.exp(-1j * omega * found.delay.mean()))
     return Physics(found.wn[:2], found.zeta[:2], found.static_gain, found.delay, KDB)
-
-
-MODELS = ("3", "2")
-"""Models of every local point."""
-RECIPE = idn.Prefilter(median=3)
-"""The thesis' prefilter: a running median of three. Its Model 3 has no dead time."""
-NEAR = (5.0, 1e4)
-"""Tolerances [rad/s] and [Pa] within which two records are at the same operating point."""
-Progress = Callable[[], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,10 +158,6 @@ def runout_amplitudes(record: xr.Dataset, steady: xr.Dataset | None) -> tuple[np
     return before, after
 
 
-LINES = 60
-"""Number of frequencies at which responses are compared."""
-
-
 @dataclass(frozen=True, eq=False)
 class Coherent:
     """Relative distance (k,) of frequency responses at the other points: surfaces of Model 3, and of black-box models
@@ -191,11 +198,6 @@ def _response_distances(models: Sequence[idn.LinearModel], points: Sequence[Loca
         wanted = one.model.transfer(omega)
         found.append(np.linalg.norm(model.transfer(omega) - wanted) / np.linalg.norm(wanted))
     return np.array(found)
-
-
-SWEEP = (4, 5, 6, 7, 8)
-"""Orders of the black-box models that are compared."""
-Row = tuple[str, dict[str, np.ndarray]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,19 +243,12 @@ class Study:
         return np.array([(r.speed, r.pressure) for r in self.results])
 
 
-def _no_progress() -> None:
-    pass
-
-
-ROLES = ("identification", "validation", "centre", "extra", "extra_second")
-
-
 def study(
     plant: Plant,
     sources: Sequence[idn.Source],
     workers: int = 1,
     order: int = 2,
-    progress: Progress = _no_progress,
+    progress: Progress = lambda: None,
     compared: Sequence[tuple[float, float]] | None = None,
 ) -> Study:
     """The study of records with the roles ROLES: of the grid, between its points, and at extra points.
@@ -299,18 +294,14 @@ def _study(
     extra, missed = make_locals(by_role["extra"], by_role["extra_second"], each, progress)
     results, held = ([point.found["3"] for point in some] for some in (points, centres))
     lpv, refined = (idn.fit_lpv(results, order, held, refine=name) for name in ("none", "frequency"))
-    chosen = _some(points) if compared is None else at_points([*points, *extra], compared)
+    few = [points[k] for k in sorted({0, len(points) // 2, len(points) - 1})]
+    chosen = few if compared is None else at_points([*points, *extra], compared)
     sweep, actuators = compare_models(chosen, each)
     return Study(
         points, [physics(plant, r.speed, r.pressure) for r in results], centres, extra, lpv, refined,
         idn.fit_lpv([point.found["2"] for point in points], order), _distances(lpv, refined, results, held),
         sweep, actuators, coherent(points, each), [*failed, *lost, *missed],
     )  # fmt: skip
-
-
-def _some(points: Sequence[LocalModels]) -> list[LocalModels]:
-    """The first, the middle and the last point."""
-    return [points[k] for k in sorted({0, len(points) // 2, len(points) - 1})]
 
 
 def compare_models(
@@ -356,14 +347,6 @@ def _distances(
             found |= {f"plain, {where}": idn.distance(lpv, at, values)}
             found |= {f"refined, {where}": idn.distance(refined, at, values)}
     return found
-
-
-HEADS = ("rpm", "MPa", "f1", "f1 phys", "f2", "f2 phys", "zeta1", "z1 phys", "zeta2", "z2 phys", "Gxx", "Gxx phys",
-         "Gyy", "Gyy phys", "Gxy", "Gxy phys", "Gyx", "Gyx phys", "delay x", "film x", "delay y", "film y", "fit x",
-         "fit y", "ceil x", "ceil y")  # fmt: skip
-"""Heads of the table over the grid."""
-GAINS = ((0, 0), (1, 1), (0, 1), (1, 0))
-"""Entries of the static gain in the table, in the order of its columns."""
 
 
 def rows(study: Study, kind: str = "3") -> list[list[float]]:

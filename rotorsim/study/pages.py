@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.constants import TO_UM
-from rotorsim.report.identification import ComparedQuantity, fits_by_model, over_speed
-from rotorsim.report.page.page import Block
+from rotorsim.report.control import ComparedQuantity, fits_by_model, over_speed
+from rotorsim.report.page import Block
 from rotorsim.study.identification_vs_physics import HEADS, Study, rows, summary
 
 DERIVED = (

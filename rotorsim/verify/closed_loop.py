@@ -22,8 +22,7 @@ import numpy as np
 import identification as idn
 from rotorsim.base.constants import KRPM, TO_UM
 from rotorsim.base.display import Reported
-from rotorsim.base.errors import RotorsimError
-from rotorsim.control.errors import LawError
+from rotorsim.base.errors import LawError, RotorsimError
 from rotorsim.control.law import Law
 from rotorsim.control.plants import point_text
 from rotorsim.control.sampled_loop import closed_poles, law_system, loop_of, smallest_damping

@@ -15,8 +15,8 @@ import numpy as np
 
 from rotorsim.base.cache import key_of, sources_hash
 from rotorsim.base.constants import RIG_SAMPLE
+from rotorsim.base.control_systems import is_linear
 from rotorsim.base.errors import ConvergenceError
-from rotorsim.base.exchange.control_systems import is_linear
 from rotorsim.control.law import LIMIT, Law
 from rotorsim.experiments.experiment import reference_range
 from rotorsim.experiments.limits import choked, passed
@@ -32,7 +32,7 @@ from rotorsim.plant.controller import (
     check_any_controller,
     name_of,
 )
-from rotorsim.plant.kernels.columns import COLUMNS, READ
+from rotorsim.plant.kernels.layout import COLUMNS, READ
 from rotorsim.plant.simulation import Simulation
 
 NEVER = 10**15
@@ -221,7 +221,7 @@ def as_law(given: Any) -> AnyLaw:
 
 
 TEXT = '''from reynolds.jit import kernel
-from rotorsim.control.runtime.kernels import clip, step
+from rotorsim.control.law_kernel import clip, step
 from {plant} import run
 
 
@@ -259,5 +259,5 @@ def run_loop(w, ix, P, rows, out, n, row, line, lw, table, axes, L, S, command, 
 def loop_module(assembly: Assembly) -> ModuleType:
     """The module with `run_loop` for a machine."""
     text = TEXT.format(plant=assembly.module.__name__, read=READ)
-    key = key_of(text, sources_hash("rotorsim/control/runtime"))
+    key = key_of(text, sources_hash("rotorsim/control/guard.py", "rotorsim/control/law_kernel.py"))
     return load_module(f"rotorsim_loop_{key[:16]}", lambda: text)

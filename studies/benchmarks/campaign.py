@@ -13,9 +13,9 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 
-from rotorsim.campaign.collection import collect
 from rotorsim.campaign.plan import Plan
 from rotorsim.campaign.read_plan import load_plan, make_plan
+from rotorsim.campaign.records import collect
 from rotorsim.campaign.run import CampaignOutcome, Settings, run_campaign
 from rotorsim.campaign.store import open_store
 from studies.benchmarks.result import Figure

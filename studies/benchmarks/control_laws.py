@@ -17,12 +17,11 @@ from identification.lpv.model import LpvModel
 from rotorsim.base.constants import KRPM
 from rotorsim.control import Law
 from rotorsim.control.designs import h2_scheduled, lpv
-from rotorsim.control.designs.hinf_synthesis import solve
-from rotorsim.control.designs.weighted_plant import Weights, mixed_sensitivity
+from rotorsim.control.designs.hinf_synthesis import Weights, mixed_sensitivity, solve
+from rotorsim.control.law_kernel import refresh, steps
 from rotorsim.control.plants import design_plant
-from rotorsim.control.runtime.kernels import refresh, steps
 from rotorsim.control.sampled_loop import sweep
-from rotorsim.live.rig.laws import SHIPPED
+from rotorsim.live.laws import SHIPPED
 from studies.benchmarks.result import Figure
 
 SAMPLES = 20_000

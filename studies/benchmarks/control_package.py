@@ -15,14 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from identification.local.discretise import zero_order_hold
+from identification.local.simulation import zero_order_hold
 from rotorsim.base.constants import KRPM, RIG_SAMPLE
-from rotorsim.base.exchange.control_systems import control_package
+from rotorsim.base.control_systems import control_package
 from rotorsim.control.designs import lqr
-from rotorsim.control.designs.hinf_synthesis import solve
-from rotorsim.control.designs.weighted_plant import Generalised, Weights, mixed_sensitivity
+from rotorsim.control.designs.hinf import truncated
+from rotorsim.control.designs.hinf_synthesis import Generalised, Weights, mixed_sensitivity, solve
 from rotorsim.control.plants import design_plant, sampled_plant
-from rotorsim.control.reduction import truncated
 from rotorsim.control.sampled_loop import closed_poles, law_system, loop_of
 from rotorsim.control.systems import System, largest, response, sampled_riccati, tustin
 from studies.benchmarks.control_laws import rig_model

@@ -16,19 +16,18 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.errors import RotorsimError
-from rotorsim.discrepancy.data.intake import open_records
-from rotorsim.discrepancy.data.spectra import make_layout
-from rotorsim.discrepancy.diagnose_records import diagnose, trials_of
-from rotorsim.discrepancy.explanation import SURE
+from rotorsim.discrepancy.calibration import CompiledModels
+from rotorsim.discrepancy.candidates import candidates, class_of
+from rotorsim.discrepancy.comparison import THREADS, simulate
+from rotorsim.discrepancy.data_vector import make_layout
+from rotorsim.discrepancy.decision import DecisionStep, DecisionSteps
+from rotorsim.discrepancy.diagnosis import diagnose, trials_of
+from rotorsim.discrepancy.experiments import ExperimentOption, options
 from rotorsim.discrepancy.hidden_machine import HiddenTruth, hide, truth_twin
-from rotorsim.discrepancy.loop import decide
-from rotorsim.discrepancy.outcome.steps import DecisionStep, DecisionSteps
-from rotorsim.discrepancy.plan.experiments import ExperimentOption, options
-from rotorsim.discrepancy.residuals.comparison import THREADS, simulate
-from rotorsim.discrepancy.rigs import record_on
-from rotorsim.discrepancy.search.candidates import candidates, class_of
-from rotorsim.discrepancy.twin.compiled_models import CompiledModels
-from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.discrepancy.loop import decide, record_on
+from rotorsim.discrepancy.records import open_records
+from rotorsim.discrepancy.twin import Twin
+from rotorsim.discrepancy.verdict import SURE
 from rotorsim.machine import Machine, load_machine
 from studies.benchmarks.detectable import Detectable
 from studies.benchmarks.diagnose import STEP

@@ -11,13 +11,13 @@ from math import inf, sqrt
 
 import numpy as np
 
-from rotorsim.discrepancy.data.intake import make_trials, open_records
+from rotorsim.discrepancy.calibration import CompiledModels
+from rotorsim.discrepancy.candidates import Screening, candidates, screen
+from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.fit import recalibrate, relinearised
 from rotorsim.discrepancy.hidden_machine import HiddenTruth, hide
-from rotorsim.discrepancy.residuals.comparison import TwinComparison
-from rotorsim.discrepancy.search.candidates import Screening, candidates, screen
-from rotorsim.discrepancy.twin.compiled_models import CompiledModels
-from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.discrepancy.records import make_trials, open_records
+from rotorsim.discrepancy.twin import Twin
 from rotorsim.machine import Machine
 
 CHI2 = 50.0

@@ -20,11 +20,11 @@ import numpy as np
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.files import write_text
 from rotorsim.discrepancy import diagnose
+from rotorsim.discrepancy.calibration import CompiledModels
+from rotorsim.discrepancy.candidates import candidates
+from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.hidden_machine import truth_twin
-from rotorsim.discrepancy.outcome.gap import reduction
-from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.twin.compiled_models import CompiledModels
-from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.discrepancy.twin import Twin
 from rotorsim.machine import Machine, load_machine
 from studies.benchmarks.detectable import Detectable
 from studies.benchmarks.hidden_case import KINDS, hidden_case

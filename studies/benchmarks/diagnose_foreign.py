@@ -25,8 +25,8 @@ from reynolds.jit import inlined
 from rotorsim.base.constants import MPA
 from rotorsim.base.errors import RotorsimError
 from rotorsim.discrepancy import Diagnosis, diagnose, hide
+from rotorsim.discrepancy.experiments import HIGH, LOW, PERIOD, PERIODS, SPACING, PlannedRecord
 from rotorsim.discrepancy.hidden_machine import draw, record_of, truth_twin
-from rotorsim.discrepancy.plan.experiments import HIGH, LOW, PERIOD, PERIODS, SPACING, PlannedRecord
 from rotorsim.effects import REGISTRY, Effect, param, register
 from rotorsim.experiments import Multisine
 from rotorsim.machine import load_machine

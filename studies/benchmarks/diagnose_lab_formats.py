@@ -29,9 +29,9 @@ sys.path.append(str(Path(__file__).resolve().parents[2]))
 import identification as idn
 from rotorsim.base.errors import RotorsimError
 from rotorsim.discrepancy import diagnose
+from rotorsim.discrepancy.calibration import CompiledModels
+from rotorsim.discrepancy.candidates import candidates
 from rotorsim.discrepancy.hidden_machine import truth_twin
-from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.twin.compiled_models import CompiledModels
 from rotorsim.machine import load_machine
 from studies.benchmarks.diagnose import STEP
 from studies.benchmarks.hidden_case import KINDS, hidden_case

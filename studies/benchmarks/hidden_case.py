@@ -11,11 +11,11 @@ import numpy as np
 
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import hide
+from rotorsim.discrepancy.calibration import REFERENCE_PRESSURE, FitParameter, flow_key
+from rotorsim.discrepancy.candidates import candidates
+from rotorsim.discrepancy.experiments import PlannedRecord
 from rotorsim.discrepancy.hidden_machine import HiddenTruth, draw
-from rotorsim.discrepancy.plan.experiments import PlannedRecord
-from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.twin.parameters import REFERENCE_PRESSURE, FitParameter, flow_key
-from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.discrepancy.twin import Twin
 from rotorsim.machine import Machine
 
 KINDS = ("none", "single", "single", "pair", "foreign", "single", "left_out", "law", "noise", "single")

@@ -10,7 +10,7 @@ from typing import Any
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
-from rotorsim.discrepancy.explanation import NOTHING, SURE
+from rotorsim.discrepancy.verdict import NOTHING, SURE
 
 
 @dataclass(frozen=True)

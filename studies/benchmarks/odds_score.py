@@ -17,8 +17,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from scipy.special import erfinv
 
-from rotorsim.discrepancy.explanation import Explanation
-from rotorsim.discrepancy.search.candidates import class_of
+from rotorsim.discrepancy.candidates import class_of
+from rotorsim.discrepancy.verdict import Explanation
 
 EDGES = (0.0, 0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.99, 1.0)
 """Edges of the bins of probability; finer where most cases are."""

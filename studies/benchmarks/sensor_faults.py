@@ -15,8 +15,8 @@ import numpy as np
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.control import Law
 from rotorsim.control.designs import h2_scheduled, hinf, lead, lqr, placement
+from rotorsim.control.guard import BAD, FADE, LEAST, SLOW
 from rotorsim.control.law import LIMIT
-from rotorsim.control.runtime.guard import BAD, FADE, LEAST, SLOW
 from rotorsim.plant import Plant
 from studies.benchmarks.control_laws import rig_model
 from studies.benchmarks.result import Figure

@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 import identification as idn
-from identification.local.greybox import STRUCTURES, Structure, modes
+from identification.local.greybox import STRUCTURES, modes
+from identification.local.structures import Structure
 from identification.records.frequency_response import FrequencyResponse
 from rotorsim.analysis.supply import regulator_pressure
 from rotorsim.base.constants import RPM

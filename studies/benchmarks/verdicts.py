@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorsim.discrepancy import Diagnosis
+from rotorsim.discrepancy.calibration import DIRECTIONS, contributions, setting
+from rotorsim.discrepancy.candidates import class_of, signature_of
 from rotorsim.discrepancy.hidden_machine import HiddenTruth
-from rotorsim.discrepancy.search.candidates import class_of, signature_of
-from rotorsim.discrepancy.twin.parameters import DIRECTIONS, contributions, setting
-from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.discrepancy.twin import Twin
 from studies.benchmarks import odds_score as score
 from studies.benchmarks.hidden_case import KINDS
 from studies.benchmarks.result import Figure

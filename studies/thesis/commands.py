@@ -11,14 +11,14 @@ import typer
 from identification import load_model
 from identification.lpv.model import LpvModel
 from rotorsim.base.cache import key_of
+from rotorsim.base.display import line
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import replacing_all, write_json, write_text
-from rotorsim.base.progress import line
 from rotorsim.commands.options import AsJson, Jobs, MachineName, PageOptions, StudyFolder, plant_of, resumable
 from rotorsim.commands.registry import example
 from rotorsim.commands.results import refuse_campaign, study as study_folder
 from rotorsim.plant import Plant
-from rotorsim.report.page.page import save_study_page
+from rotorsim.report.page import save_study_page
 from studies.thesis.cached_cases import Progress
 from studies.thesis.claims.control_numbers import control_left_out, control_numbers
 from studies.thesis.claims.edited import edited, edited_block, edited_markdown

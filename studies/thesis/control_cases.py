@@ -27,7 +27,6 @@ from rotorsim.report.control import spectra_of
 from rotorsim.verify import closed_loop
 from rotorsim.verify.closed_loop import other_machines
 from rotorsim.verify.runs import Run, run_rows, steady_rows
-from rotorsim.verify.safe_speed import safe_speed
 from rotorsim.verify.transients import (
     ImpactResponse,
     amplitude,
@@ -36,6 +35,7 @@ from rotorsim.verify.transients import (
     impact_responses,
     ring_down,
     runup,
+    safe_speed,
 )
 
 Point = tuple[float, float]

@@ -8,7 +8,7 @@ import numpy as np
 
 from rotorsim.base.constants import TO_HZ
 from rotorsim.machine import load_machine
-from rotorsim.report.page.page import Block
+from rotorsim.report.page import Block
 from studies.thesis.claims.judge import MET, NOT_MET
 from studies.thesis.claims.targets import Target
 from studies.thesis.control_study import ControlStudy

@@ -9,7 +9,7 @@ import xarray as xr
 
 from fe_shaft.modes.pencil import Region
 from fe_shaft.modes.subspace import everything
-from rotorsim.analysis.lift_off import EXACT, lowest
+from rotorsim.analysis.load_capacity import EXACT, lowest
 from rotorsim.analysis.safe_region import safe_region
 from rotorsim.analysis.whirl_onset import LeastDamped, first_loss
 from rotorsim.base.errors import NoLiftOffError

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from rotorsim.analysis.calibrate import CalibrationRow, calibrate, judge, verdict
-from rotorsim.analysis.figures import figures
+from rotorsim.analysis.calibrate import CalibrationRow, calibrate, figures, judge, verdict
 from rotorsim.analysis.targets import Target, read_targets, shipped
 from rotorsim.base.errors import DataError
 from rotorsim.machine import load_machine

@@ -9,8 +9,8 @@ from direct_search import all_eigenvalues, crossings
 from mirror import mirrored
 from random_machines import COUNT, random_machine
 from rotorsim.analysis import campbell, map_machine, mode_shapes
+from rotorsim.analysis.calibrate import figures
 from rotorsim.analysis.campbell import highest_speed
-from rotorsim.analysis.figures import figures
 from rotorsim.analysis.modes_over_speed import modes_over_speed
 from rotorsim.plant import Plant
 from rotorsim.plant.linearise import LinearPlant, region_up_to

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rotorsim.balance import Conditions, Plane, Reading, assess, estimate, fit_influence, leave_one_out
-from rotorsim.balance.results import result_rows, summary, unbalance_csv
+from rotorsim.balance.unbalance import result_rows, summary, unbalance_csv
 from rotorsim.base.errors import DataError
 
 

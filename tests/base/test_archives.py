@@ -10,10 +10,10 @@ import pytest
 from scipy.io import savemat
 
 import rotorsim as rs
+from rotorsim.base import input_files
 from rotorsim.base.errors import DataError, RotorsimError
-from rotorsim.base.exchange import archive
-from rotorsim.base.exchange.archive import ArchiveError, read_archive, unpack
-from rotorsim.discrepancy.outcome.files import from_bytes
+from rotorsim.base.input_files import ArchiveError, read_archive, unpack
+from rotorsim.discrepancy.files import from_bytes
 
 
 def zipped(files, method=zipfile.ZIP_DEFLATED, **attributes):
@@ -38,7 +38,7 @@ def patched(data, position, value, form="<H"):
 def test_an_archive_comes_back_as_it_was_written(tmp_path):
     rng = np.random.default_rng(0)
     files = {f"folder {k}/file_{k}.bin": rng.bytes(k) for k in range(0, 3000, 300)} | {"ä.csv": b"0" * 5_000_000}
-    for method in archive.METHODS:
+    for method in input_files.METHODS:
         (tmp_path / "a.zip").write_bytes(zipped(files.items(), method))
         assert read_archive(tmp_path / "a.zip") == files
     unpack(files, tmp_path / "out")

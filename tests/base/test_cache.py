@@ -10,14 +10,14 @@ from fuzzing.disk import largest_file
 from rotorsim.base.cache import ROOT, Cache, key_of, source_files, sources_hash
 from rotorsim.base.files import WriteError
 from rotorsim.campaign import store
-from rotorsim.discrepancy.residuals import comparison
+from rotorsim.discrepancy import comparison
 from studies.thesis import stage_key
 
 PACKAGES = ("reynolds", "fe_shaft", "identification", "rotorsim", "fmu", "studies")
 STUDIES = Path(studies.__file__).parent
 RESULTS = {
-    "response": (comparison.SOURCES, "rotorsim.discrepancy.residuals.comparison"),
-    "sensitivity": (comparison.SOURCES, "rotorsim.discrepancy.residuals.comparison"),
+    "response": (comparison.SOURCES, "rotorsim.discrepancy.comparison"),
+    "sensitivity": (comparison.SOURCES, "rotorsim.discrepancy.comparison"),
     "record": (store.SOURCES, "rotorsim.campaign.worker"),
     "design": (stage_key.SOURCES["control"], "rotorsim.control"),
     "verification": (stage_key.SOURCES["verify"], "studies.thesis.control_cases"),

@@ -9,7 +9,7 @@ import xarray as xr
 
 import rotorsim as rs
 from rotorsim.base.display import Card, html, several, text
-from rotorsim.discrepancy.outcome.machine_file import IdentifiedEffect
+from rotorsim.discrepancy.machine_file import IdentifiedEffect
 
 RIG = Path(__file__).parents[1] / "control" / "rig_model.json"
 

@@ -6,7 +6,7 @@ import fe_shaft
 import identification as idn
 import reynolds
 import rotorsim as rs
-from rotorsim.base.sentences import listing, quote
+from rotorsim.base.display import listing, quote
 
 
 @pytest.mark.parametrize(

@@ -1,17 +1,19 @@
 """Texts of other people: nesting without bound, names that a terminal would obey, characters that no encoding takes."""
 
+import json
 import os
 import subprocess
 import sys
+import tomllib
 
 import pytest
 
 import rotorsim as rs
 from rotorsim.analysis.targets import read_targets
-from rotorsim.base import json_text, toml_text
 from rotorsim.base.cache import ROOT
+from rotorsim.base.display import visible
 from rotorsim.base.errors import RotorsimError
-from rotorsim.base.sentences import visible
+from rotorsim.base.input_files import parse_json, parse_toml
 from rotorsim.commands.options import Console
 from rotorsim.discrepancy.hidden_machine import read_truth
 
@@ -24,22 +26,22 @@ DEEP = {
 
 @pytest.mark.parametrize("deep", DEEP)
 def test_json_that_is_nested_deeply_is_an_error_of_json(deep):
-    with pytest.raises(json_text.JSONDecodeError):
-        json_text.loads(DEEP[deep])
+    with pytest.raises(json.JSONDecodeError):
+        parse_json(DEEP[deep])
 
 
 @pytest.mark.parametrize(
     "text", ["a = " + "[" * 5000 + "]" * 5000, "a = " + "[" * 300 + "]" * 300, ("a." * 2000) + "b = 1"]
 )
 def test_toml_that_is_nested_deeply_is_an_error_of_toml(text):
-    with pytest.raises(toml_text.TOMLDecodeError):
-        toml_text.loads(text)
+    with pytest.raises(tomllib.TOMLDecodeError):
+        parse_toml(text)
 
 
 def test_what_is_nested_as_files_are_is_read_as_before():
     value = {"a": [[1.5, None], {"b": [True, "x"]}] * 3}
-    assert json_text.loads(json_text.dumps(value)) == value
-    assert toml_text.loads("[a.b]\nc = [[1, 2], [3]]") == {"a": {"b": {"c": [[1, 2], [3]]}}}
+    assert parse_json(json.dumps(value)) == value
+    assert parse_toml("[a.b]\nc = [[1, 2], [3]]") == {"a": {"b": {"c": [[1, 2], [3]]}}}
 
 
 READERS = {

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rotorsim.base.exchange.plain_data import from_plain, to_plain
+from rotorsim.base.plain_data import from_plain, to_plain
 
 
 @dataclass(frozen=True)

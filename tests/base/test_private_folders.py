@@ -13,8 +13,7 @@ import pytest
 
 from rotorsim.base import cache
 from rotorsim.base.cache import ROOT, OpenFolderError, in_cache, private_folder
-from rotorsim.base.files import ORDER, _node, finish_sets, write_text
-from rotorsim.base.lock import Lock
+from rotorsim.base.files import ORDER, Lock, _node, finish_sets, write_text
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="folders have no owner and mode there")
 two_users = pytest.mark.skipif(

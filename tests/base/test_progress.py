@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 
-from rotorsim.base.progress import bar, counter, end_line, line, track
+from rotorsim.base.display import bar, counter, end_line, line, track
 
 
 def show():

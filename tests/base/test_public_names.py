@@ -9,7 +9,9 @@ from types import ModuleType
 
 import pytest
 
+import identification as idn
 import rotorsim as rs
+from rotorsim.base import public as public_names
 from rotorsim.base.public import _listed
 
 PACKAGES = [name for name in dir(rs) if isinstance(getattr(rs, name), ModuleType)]
@@ -80,6 +82,17 @@ def test_the_hint_knows_the_names_of_every_package_without_its_import():
         assert sorted(_listed(public(name).__name__)) == dir(public(name)), name
 
 
+def test_the_import_of_a_module_from_a_package_looks_for_no_similar_name(monkeypatch):
+    def look(*names):
+        raise AssertionError("looked for a similar name")
+
+    monkeypatch.setattr(public_names, "closest", look)
+    with pytest.raises(AttributeError):
+        public_names.refuse("reynolds", "film", ["GasBearing"])
+    with pytest.raises(AssertionError):
+        public_names.refuse("reynolds", "filn", ["GasBearing"])
+
+
 def test_a_name_like_no_other_points_to_the_list():
     with pytest.raises(AttributeError, match=r"^rotorsim has no 'qqq'; dir\(rotorsim\) lists its names$"):
         rs.qqq  # noqa: B018
@@ -93,6 +106,29 @@ assert len(set(sys.modules) - before) < {FEW}, sorted(set(sys.modules) - before)
 print(*sorted(set({HEAVY!r}) & set(sys.modules)))"""
     ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert (ran.stdout, ran.stderr) == ("\n", "")
+
+
+def test_a_machine_imports_the_effects_that_it_has_and_an_experiment_its_own_file():
+    code = (
+        "import sys, rotorsim as rs; machine = rs.load_machine('dtu_gas_bearing'); rs.experiments.EXPERIMENTS['prbs']; "
+        "print(*machine.effects); print(*(n for n in sys.modules if n.count('.') == 3))"
+    )
+    given, loaded = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout.splitlines()
+    effects = {name.rpartition(".")[2] for name in loaded.split() if name.startswith("rotorsim.effects.")}
+    assert set(given.split()) <= effects and "crack" in rs.effects.REGISTRY and "crack" not in effects
+    experiments = {name for name in loaded.split() if name.startswith("rotorsim.experiments.catalogue.")}
+    assert experiments == {"rotorsim.experiments.catalogue.prbs"} and len(rs.experiments.EXPERIMENTS) > 5
+
+
+def test_a_registry_lists_what_it_has_not_imported():
+    known = public_names.Registry(public_names.modules_below("identification", Path(idn.__file__).parent))
+    assert "errors" in known and len(known) == len(set(known)) > 5 and known.get("nothing") is None
+    with pytest.raises(KeyError):  # a module that registers nothing under its name
+        known["errors"]
+    known["own"] = 1
+    assert known.pop("own") == 1 and "own" not in known and list(known)[-1] != "own"
 
 
 def test_every_public_call_and_class_has_a_docstring():

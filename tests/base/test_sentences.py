@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from rotorsim.base.sentences import told_apart
+from rotorsim.base.display import told_apart
 
 
 @pytest.mark.parametrize(

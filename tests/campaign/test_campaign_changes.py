@@ -8,14 +8,13 @@ import pytest
 import xarray as xr
 
 from identification.records.mapping import parse
-from rotorsim.campaign.errors import PlanError
-from rotorsim.campaign.known_changes import with_changes
-from rotorsim.campaign.plan import Case
+from rotorsim.campaign.axes import PlanError
+from rotorsim.campaign.plan import Case, with_changes
 from rotorsim.campaign.read_plan import make_plan
 from rotorsim.campaign.simulate_case import solve
 from rotorsim.campaign.store import make_store, record_path
 from rotorsim.cli import main
-from rotorsim.discrepancy.data.changes import known_changes
+from rotorsim.discrepancy.changes import known_changes
 from rotorsim.experiments import EXPERIMENTS, run
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant

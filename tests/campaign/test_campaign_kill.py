@@ -9,7 +9,6 @@ import sqlite3
 import subprocess
 import sys
 from contextlib import closing, contextmanager, suppress
-from importlib import import_module
 from pathlib import Path
 
 import psutil
@@ -18,12 +17,11 @@ import xarray as xr
 
 from rotorsim.base.processes import ProcessDiedError
 from rotorsim.campaign import Settings, open_store, run_campaign
-from rotorsim.campaign.cluster import Tls
-from rotorsim.campaign.errors import ClusterError, StoreError
-from rotorsim.campaign.index import DONE, FAILED, PENDING
 from rotorsim.campaign.read_plan import make_plan
-from rotorsim.campaign.store import make_store, part_path, record_path
-from rotorsim.campaign.worker import PHYSICS, prepare, solve
+from rotorsim.campaign.scheduler import ClusterError, Tls
+from rotorsim.campaign.simulate_case import PHYSICS
+from rotorsim.campaign.store import DONE, FAILED, PENDING, StoreError, make_store, part_path, record_path
+from rotorsim.campaign.worker import prepare, solve
 from waiting import PATIENCE, until
 
 pytestmark = [
@@ -101,7 +99,7 @@ def assert_whole(folder, undisturbed):
 
 def solved_here(plan, folder, physics):
     """Records of the same cases, one after the other in this process, without workers."""
-    store, solve = make_store(make_plan(plan), folder), import_module(PHYSICS[physics]).solve
+    store, solve = make_store(make_plan(plan), folder), PHYSICS[physics][1]
     for one in store.plan.cases():
         solve(folder, one.case, next(iter(store.plan.machines.values())), store.plan.summary)
     return records(folder)
@@ -246,14 +244,14 @@ def test_workers_with_other_versions_are_refused_and_tls_asks_for_a_certificate(
             run_campaign(plan, folder, Settings(scheduler=address, tls=tls))
         with pytest.raises(ClusterError, match="is not a TLS address; write tls://host:port"):
             run_campaign(plan, folder, Settings(scheduler=address.replace("tls", "tcp"), tls=tls))
-        monkeypatch.setattr("rotorsim.campaign.cluster.CONNECT", 1.0)
+        monkeypatch.setattr("rotorsim.campaign.scheduler.CONNECT", 1.0)
         for wrong in (address, address.replace("tls", "tcp")):
             with pytest.raises(ClusterError, match="cannot be reached within 1 s"):
                 run_campaign(plan, folder, Settings(scheduler=wrong))
 
 
 def test_a_scheduler_that_cannot_be_reached_is_one_sentence(tmp_path, monkeypatch):
-    monkeypatch.setattr("rotorsim.campaign.cluster.CONNECT", 1.0)
+    monkeypatch.setattr("rotorsim.campaign.scheduler.CONNECT", 1.0)
     for address in ("tcp://127.0.0.1:9", "no address", "tls://127.0.0.1:9"):
         with pytest.raises(ClusterError, match=rf"scheduler {address}: cannot be reached within 1 s") as caught:
             run_campaign(make_plan(SLEEPING.format(2, "1 ms")), tmp_path / "s", Settings(scheduler=address))
@@ -295,7 +293,7 @@ def test_a_case_that_raises_has_its_sentence_and_a_fault_of_the_program_its_trac
     failed, done = (run_order(order(tmp_path / "store", number)) for number in (0, 1))
     assert failed["status"] == "failed" and "lift" in failed["error"] and "\n" not in failed["error"]
     assert "trace" not in failed and done["status"] == "done" and done["bytes"] > 0
-    monkeypatch.setattr("rotorsim.campaign.stub.solve", lambda *arguments: 1 / 0)
+    monkeypatch.setitem(PHYSICS, "stub", (PHYSICS["stub"][0], lambda *arguments: 1 / 0))
     fault = run_order(order(tmp_path / "store", 0, "stub"))
     assert fault["status"] == "failed" and fault["error"].startswith("ZeroDivisionError: division by zero; this is a")
     assert "1 / 0" in fault["trace"]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rotorsim.campaign import load_plan, shipped_plans
-from rotorsim.campaign.errors import PlanError
+from rotorsim.campaign.axes import PlanError
 from rotorsim.campaign.plan import Case, differences
 from rotorsim.campaign.read_plan import make_plan
 

@@ -5,9 +5,7 @@ import json
 import pytest
 
 from rotorsim.campaign import scheduler as pumping
-from rotorsim.campaign.cluster import ClusterWorkers
-from rotorsim.campaign.errors import ClusterError
-from rotorsim.campaign.scheduler import LARGEST, TASK, Pump
+from rotorsim.campaign.scheduler import LARGEST, TASK, ClusterError, ClusterWorkers, Pump
 
 
 class KilledWorker(Exception):  # noqa: N818 - the name that Dask gives it

@@ -14,13 +14,11 @@ import pytest
 import xarray as xr
 
 from identification import validate
-from rotorsim.base.lock import BusyError, Lock
+from rotorsim.base.files import BusyError, Lock
 from rotorsim.campaign import collect, open_store, write_table
-from rotorsim.campaign.errors import StoreError
-from rotorsim.campaign.index import DONE, FAILED, PENDING
 from rotorsim.campaign.read_plan import make_plan
 from rotorsim.campaign.simulate_case import StorageError, solve
-from rotorsim.campaign.store import make_store, parts_folder, record_path
+from rotorsim.campaign.store import DONE, FAILED, PENDING, StoreError, make_store, parts_folder, record_path
 from rotorsim.experiments import EXPERIMENTS, run
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant

@@ -8,8 +8,17 @@ from rotorsim.base.constants import KRPM
 from rotorsim.base.rounding import unstable_poles
 from rotorsim.control import DesignError
 from rotorsim.control.designs.h2_scheduled import h2_controller
-from rotorsim.control.designs.hinf_synthesis import Bounds, bounds, controller, enclosed, solve
-from rotorsim.control.designs.weighted_plant import Generalised, Weights, closed, mixed_sensitivity
+from rotorsim.control.designs.hinf_synthesis import (
+    Bounds,
+    Generalised,
+    Weights,
+    bounds,
+    closed,
+    controller,
+    enclosed,
+    mixed_sensitivity,
+    solve,
+)
 from rotorsim.control.plants import design_plant
 from rotorsim.control.systems import System, block_diag, gain, peak_gain, series, side_by_side
 

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from rotorsim.control import Law
-from rotorsim.control.runtime.alarm import SENTENCES
-from rotorsim.control.runtime.guard import ALARM, BEGIN, FADE, HOLD, LEAST, RANGE, SENSOR, SIZE, STEP, guard
-from rotorsim.control.runtime.kernels import steps
+from rotorsim.control.guard import ALARM, BEGIN, FADE, HOLD, LEAST, RANGE, SENSOR, SENTENCES, SIZE, STEP, guard
+from rotorsim.control.law_kernel import steps
 
 BAD = (np.nan, np.inf, -np.inf)
 POINT = (150.0, 4e5)

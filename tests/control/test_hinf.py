@@ -6,10 +6,9 @@ import pytest
 from rotorsim.base.constants import KRPM
 from rotorsim.control import DesignError
 from rotorsim.control.designs import hinf
-from rotorsim.control.designs.hinf_synthesis import controller, solve
-from rotorsim.control.designs.weighted_plant import Weights, closed, mixed_sensitivity
+from rotorsim.control.designs.hinf import coprime_truncated
+from rotorsim.control.designs.hinf_synthesis import Weights, closed, controller, mixed_sensitivity, solve
 from rotorsim.control.plants import design_plant
-from rotorsim.control.reduction import coprime_truncated
 from rotorsim.control.sampled_loop import model_loop
 from rotorsim.control.systems import System, gain, peak_gain, response
 
@@ -53,7 +52,7 @@ def test_the_norm_of_a_resonance_is_the_closed_form():
 
 def test_an_integrator_has_the_gamma_of_its_closed_form():
     """x' = w + u, z = (x, u), y = x + n: the H-infinity optimum of LQG data A = 0, B = C = 1 is sqrt(2)."""
-    from rotorsim.control.designs.weighted_plant import Generalised
+    from rotorsim.control.designs.hinf_synthesis import Generalised
 
     one, zero = np.ones((1, 1)), np.zeros((1, 1))
     P = Generalised(zero, np.array([[1.0, 0.0]]), one, np.array([[1.0], [0.0]]), one, np.zeros((2, 2)),

@@ -10,8 +10,8 @@ from scipy.io import loadmat, savemat
 
 import rotorsim as rs
 from identification.errors import ModelError
+from rotorsim.base.errors import LawError
 from rotorsim.control.designs import lqr
-from rotorsim.control.errors import LawError
 
 RIG = Path(__file__).parent / "rig_model.json"
 

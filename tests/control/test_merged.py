@@ -9,12 +9,12 @@ from identification import LinearModel
 from rotorsim.base.constants import KRPM
 from rotorsim.control import DesignError
 from rotorsim.control.designs import lqr, p
-from rotorsim.control.designs.weight_search import MARGIN, candidates, chosen
-from rotorsim.control.designs.weighted_plant import RIG, Weights
+from rotorsim.control.designs.hinf_synthesis import RIG, Weights
 from rotorsim.control.plants import design_plant, is_delayed_model_3, is_model_2, merged, sampled_plant, scaled_model
 from rotorsim.control.sampled_loop import hit_ratios, hit_responses
 from rotorsim.control.systems import System, response
 from studies.benchmarks.control_laws import rig_model
+from studies.thesis.weight_search import MARGIN, candidates, chosen
 
 pytestmark = pytest.mark.numerical
 

@@ -5,8 +5,7 @@ import pytest
 
 import rotorsim as rs
 from identification.errors import ModelError
-from rotorsim.base.errors import ControllerError, DataError
-from rotorsim.control.errors import LawError
+from rotorsim.base.errors import ControllerError, DataError, LawError
 
 control = pytest.importorskip("control")
 P, W = 0.5e6, 300.0

@@ -9,10 +9,10 @@ from rotorsim.base.constants import KRPM
 from rotorsim.base.rounding import DECAYS
 from rotorsim.control import DesignError
 from rotorsim.control.designs import lqr
+from rotorsim.control.designs.hinf import balanced, truncated
 from rotorsim.control.designs.p import Spec, make
 from rotorsim.control.designs.placement import _distinct
 from rotorsim.control.plants import axis_modes, check_modes, design_plant
-from rotorsim.control.reduction import balanced, truncated
 from rotorsim.control.sampled_loop import Sweep, check_loop
 from rotorsim.control.systems import System, block_diag, response
 

@@ -7,9 +7,8 @@ import pytest
 
 from rotorsim.base.rounding import unstable_poles
 from rotorsim.control import DesignError, hinf, uncertainty_between
-from rotorsim.control.designs.hinf_synthesis import bounds, controller
-from rotorsim.control.designs.uncertain import uncertain, uncertain_loop_norm
-from rotorsim.control.designs.weighted_plant import Weights, closed, mixed_sensitivity
+from rotorsim.control.designs.hinf import uncertain, uncertain_loop_norm
+from rotorsim.control.designs.hinf_synthesis import Weights, bounds, closed, controller, mixed_sensitivity
 from rotorsim.control.plants import design_plant
 from rotorsim.control.systems import System
 

@@ -12,14 +12,14 @@ from rotorsim.experiments import Impact, controlled
 from rotorsim.machine import Limits, Machine
 from rotorsim.plant import Plant
 from rotorsim.report.control import verification_page
-from rotorsim.report.page.page import html
+from rotorsim.report.page import html
 from rotorsim.verify import SafeSpeed, Verification, closed_loop, safe_speed
 from rotorsim.verify.closed_loop import Criteria, _impact_rows, at_most, below, edited, other_machines, worst_ratio
 from rotorsim.verify.runs import Frozen, Run, run_rows, steady_rows
-from rotorsim.verify.safe_speed import comparison
 from rotorsim.verify.transients import (
     ImpactResponse,
     changing,
+    comparison,
     envelope_damping,
     excursion,
     impact_answers,
@@ -55,6 +55,7 @@ def test_control_lowers_the_response_to_hits_in_both_directions(plant, model):
         assert not after.touched
 
 
+@pytest.mark.slow
 def test_a_plant_of_another_rate_answers_to_hits_and_a_law_of_its_rate_as_at_the_rigs(plant, model):
     fine = Plant(plant.machine.with_({"solver.sampling_rate": 1e4}))
     assert fine.machine.sampling_time == pytest.approx(1e-4)

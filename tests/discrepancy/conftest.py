@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rotorsim.discrepancy.calibration import GRID, CompiledModels
+from rotorsim.discrepancy.experiments import campaign
 from rotorsim.discrepancy.hidden_machine import HiddenTruth, draw, record_of
-from rotorsim.discrepancy.plan.experiments import campaign
-from rotorsim.discrepancy.twin.compiled_models import GRID, CompiledModels
-from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.discrepancy.twin import Twin
 from rotorsim.machine import load_machine
 
 NOISE, FINE = 1e-7, 5e-5

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from rotorsim.base.constants import RIG_SAMPLE
-from rotorsim.discrepancy.data.blocks import broken_orders, on_lines
-from rotorsim.discrepancy.data.spectra import HIGHEST, block_lines
+from rotorsim.discrepancy.trial import HIGHEST, block_lines, broken_orders, on_lines
 
 LENGTH, BLOCKS, START = 2000, 4, 300
 WINDOW = (START, LENGTH, BLOCKS)

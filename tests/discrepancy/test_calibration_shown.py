@@ -1,6 +1,6 @@
 """Calibration as a diagnosis shows it: changes with the unit of what they change, relative ones without."""
 
-from rotorsim.discrepancy.outcome.machine_file import CLOCK, Findings
+from rotorsim.discrepancy.machine_file import CLOCK, Findings
 from rotorsim.machine import load_machine
 
 

@@ -7,11 +7,11 @@ import pytest
 
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import hide
-from rotorsim.discrepancy.data.blocks import clock_offset, delayed, drift_of, without_drift
-from rotorsim.discrepancy.data.intake import make_trial, make_trials, open_records
+from rotorsim.discrepancy.calibration import ParameterPoint
+from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.hidden_machine import HiddenTruth, truth_twin
-from rotorsim.discrepancy.residuals.comparison import TwinComparison
-from rotorsim.discrepancy.twin.parameters import ParameterPoint
+from rotorsim.discrepancy.records import make_trial, make_trials, open_records
+from rotorsim.discrepancy.trial import clock_offset, delayed, drift_of, without_drift
 from rotorsim.machine import load_machine
 
 F = np.arange(1, 200) * 1.25

@@ -5,10 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
+from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.diagnosis import UNSETTLED, DiagnosisRun
-from rotorsim.discrepancy.residuals.comparison import TwinComparison
-from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
-from rotorsim.discrepancy.twin.plant import NO_SOLUTION
+from rotorsim.discrepancy.twin import NO_SOLUTION
 
 LINES = 3
 AWAY = ParameterPoint({FitParameter("shaft_damping", 0.1): 2.0})

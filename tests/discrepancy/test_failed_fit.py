@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from rotorsim.base.rounding import NoAnswerError
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
+from rotorsim.discrepancy.candidates import Form
 from rotorsim.discrepancy.fit import ParameterFit
-from rotorsim.discrepancy.linear_algebra import NoAnswerError
-from rotorsim.discrepancy.search.candidates import Form
-from rotorsim.discrepancy.search.hypotheses import EffectSearch, share_gone
-from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
+from rotorsim.discrepancy.hypotheses import EffectSearch, share_gone
 
 GAIN, SIZE = FitParameter("gain", 0.1), FitParameter("size", 0.1)
 FORM = Form("runout", "runout.roughness", (SIZE,))
@@ -31,8 +31,8 @@ class Response:
 
 
 def search(comparison, monkeypatch):
-    monkeypatch.setattr("rotorsim.discrepancy.search.hypotheses.table", lambda comparison, residual: residual)
-    monkeypatch.setattr("rotorsim.discrepancy.search.hypotheses.excess", lambda r: float(r @ r) - 4)
+    monkeypatch.setattr("rotorsim.discrepancy.hypotheses.table", lambda comparison, residual: residual)
+    monkeypatch.setattr("rotorsim.discrepancy.hypotheses.excess", lambda r: float(r @ r) - 4)
     base = ParameterFit((GAIN,), ParameterPoint({GAIN: 0.0}), np.full(4, 2.0), np.zeros((4, 1)), 16.0)
     return EffectSearch(comparison, None, base, (FORM,), {FORM.label: np.ones((4, 1))}, 12.0, 0.0)
 

@@ -5,11 +5,11 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
+from rotorsim.discrepancy.calibration import REFERENCE_SPEED, FitParameter, ParameterPoint, contributions, setting
+from rotorsim.discrepancy.candidates import Form, class_of, screen
 from rotorsim.discrepancy.fit import ParameterFit, covariance, fit_parameters, sd_of_polar, singular_directions
-from rotorsim.discrepancy.outcome.result import EXIT_CODES
-from rotorsim.discrepancy.search.candidates import Form, class_of, screen
-from rotorsim.discrepancy.twin.parameters import REFERENCE_SPEED, FitParameter, ParameterPoint, contributions, setting
-from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.discrepancy.result import EXIT_CODES
+from rotorsim.discrepancy.twin import Twin
 from rotorsim.effects import REGISTRY
 from rotorsim.effects.base import forms_of_parameters
 from rotorsim.machine import load_machine

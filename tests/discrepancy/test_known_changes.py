@@ -11,10 +11,10 @@ from identification.errors import ReadError
 from identification.records.mapping import parse
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import diagnose
-from rotorsim.discrepancy.data.changes import known_changes
+from rotorsim.discrepancy.calibration import FitParameter, contributions, setting
+from rotorsim.discrepancy.changes import known_changes
+from rotorsim.discrepancy.experiments import campaign
 from rotorsim.discrepancy.hidden_machine import draw, record_of
-from rotorsim.discrepancy.plan.experiments import campaign
-from rotorsim.discrepancy.twin.parameters import FitParameter, contributions, setting
 from rotorsim.machine import load_machine
 
 WEIGHT = {"me": 3e-5, "phase": math.radians(70)}

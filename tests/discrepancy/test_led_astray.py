@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy import diagnose, hide
+from rotorsim.discrepancy import diagnose, hide, hypotheses
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
+from rotorsim.discrepancy.candidates import Form, candidates
+from rotorsim.discrepancy.comparison import Misfit
 from rotorsim.discrepancy.fit import ParameterFit, strained
 from rotorsim.discrepancy.hidden_machine import HiddenTruth, truth_twin
-from rotorsim.discrepancy.residuals.misfit import Misfit
-from rotorsim.discrepancy.search import hypotheses
-from rotorsim.discrepancy.search.candidates import Form, candidates
-from rotorsim.discrepancy.search.hypotheses import EffectSearch
-from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
+from rotorsim.discrepancy.hypotheses import EffectSearch
 from rotorsim.machine import load_machine
 
 GAIN, SIZE = FitParameter("gain", 0.1, 1.0, -6.0, 6.0), FitParameter("size", 0.1)
@@ -36,8 +35,8 @@ class Response:
 def search(gain, monkeypatch):
     """A search whose calibration stands at a gain."""
     for name, stub in (("table", lambda comparison, residual: residual), ("excess", lambda r: float(r @ r))):
-        monkeypatch.setattr(f"rotorsim.discrepancy.search.hypotheses.{name}", stub)
-    monkeypatch.setattr("rotorsim.discrepancy.search.hypotheses.within_form_error", lambda c, before, after: False)
+        monkeypatch.setattr(f"rotorsim.discrepancy.hypotheses.{name}", stub)
+    monkeypatch.setattr("rotorsim.discrepancy.hypotheses.within_form_error", lambda c, before, after: False)
     comparison, point = Response(), ParameterPoint({GAIN: gain})
     r = comparison.residual(point)
     base = ParameterFit((GAIN,), point, r, comparison.jacobian(point, (GAIN,)), float(r @ r))
@@ -67,8 +66,8 @@ def test_what_the_calibration_has_taken_up_is_fitted_on_where_nothing_is_flagged
     astray, rounds = search(1.0, monkeypatch), []
     astray.before = search(0.0, monkeypatch)
     astray.base_excess = astray.before.base_excess = excess
-    monkeypatch.setattr("rotorsim.discrepancy.search.hypotheses.within_form_error", lambda c, before, after: True)
-    monkeypatch.setattr("rotorsim.discrepancy.search.hypotheses.share_gone", lambda left, before: 1.0)
+    monkeypatch.setattr("rotorsim.discrepancy.hypotheses.within_form_error", lambda c, before, after: True)
+    monkeypatch.setattr("rotorsim.discrepancy.hypotheses.share_gone", lambda left, before: 1.0)
     monkeypatch.setattr(EffectSearch, "polished", lambda self, h: rounds.append(h.keys) or h)
     assert [h.keys for h in astray.best_singles()] == [(FORM.key,)]
     assert bool(rounds) == goes_on

@@ -8,9 +8,9 @@ import pytest
 from scipy.linalg import expm
 
 from rotorsim import discrepancy
+from rotorsim.base.rounding import NoAnswerError, answer
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
 from rotorsim.discrepancy.fit import ParameterFit, fit_parameters
-from rotorsim.discrepancy.linear_algebra import NoAnswerError, answer
-from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
 
 PARAMETER = FitParameter("a", 0.1)
 

@@ -11,13 +11,11 @@ import pytest
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.hdf5 import write_netcdf
-from rotorsim.discrepancy import decide, rigs
-from rotorsim.discrepancy.explanation import Explanation
+from rotorsim.discrepancy import decide, loop
+from rotorsim.discrepancy.decision import ALLOWED, FILE, OTHERS, DecisionStep, DecisionSteps, read_steps
 from rotorsim.discrepancy.hidden_machine import read_truth
-from rotorsim.discrepancy.loop import DecisionLoop, _with_files
-from rotorsim.discrepancy.outcome.steps import FILE, OTHERS, DecisionStep, DecisionSteps, read_steps
-from rotorsim.discrepancy.plan.allowed import ALLOWED
-from rotorsim.discrepancy.rigs import FolderRig, VirtualRig, open_rig
+from rotorsim.discrepancy.loop import DecisionLoop, FolderRig, VirtualRig, _with_files, open_rig
+from rotorsim.discrepancy.verdict import Explanation
 from small_diagnosis import small_diagnosis
 from studies.benchmarks.decide import HiddenRig, loop_figures
 from studies.benchmarks.loop_case import LoopCase, Rejected, counted, read_cases, write_cases
@@ -123,7 +121,7 @@ def test_a_folder_gives_what_is_new_once_it_does_not_grow(tmp_path, monkeypatch)
                 file.write(b"more")
 
     rig = FolderRig(tmp_path, longest=20.0, taken={tmp_path / "old.nc"})
-    monkeypatch.setattr(rigs, "time", SimpleNamespace(monotonic=lambda: clock[0], sleep=sleep))
+    monkeypatch.setattr(loop, "time", SimpleNamespace(monotonic=lambda: clock[0], sleep=sleep))
     assert rig.run(OPTION, 1, lambda: None) == [tmp_path / "new.nc"] and clock[0] >= stop
     stop = 0.0
     assert FolderRig(tmp_path).begin(["given"]) == ["given", tmp_path / "new.nc", tmp_path / "old.nc"]
@@ -168,9 +166,9 @@ class Scripted(DecisionLoop):
 def scripted(machine, folder, out, meanwhile, waiting=lambda stage: None, enough=3):
     """A loop with records in `folder`; the functions are called in each diagnosis and in each wait for a record."""
     rig = FolderRig(folder, longest=1.5)
-    loop = Scripted(machine, rig, 30.0, tuple(ALLOWED), False, None, 0.95, out, None, waiting, lambda steps: None,
+    running = Scripted(machine, rig, 30.0, tuple(ALLOWED), False, None, 0.95, out, None, waiting, lambda steps: None,
                     object(), 0.004, meanwhile=meanwhile, enough=enough)  # fmt: skip
-    return loop.run(rig.begin([]), read_steps(out, ASKED)).steps
+    return running.run(rig.begin([]), read_steps(out, ASKED)).steps
 
 
 @pytest.mark.parametrize(("alike", "names"), [(False, ["weighed", "plain"]), (True, ["plain"])])
@@ -180,10 +178,10 @@ def test_records_of_one_mapping_are_not_asked_to_state_a_change_of_their_own(mac
     plan = OnePlan(tuple(SimpleNamespace(option=SimpleNamespace(name=n, stated=n == "weighed"))
                          for n in ("weighed", "plain")))  # fmt: skip
     found = SimpleNamespace(plan=lambda allow, sure: asked.append((allow, sure)) or plan)
-    loop = DecisionLoop(
+    begun = DecisionLoop(
         machine, None, 30.0, tuple(ALLOWED), alike, None, 0.9, tmp_path, None, print, print, None, 0.004
     )
-    assert [p.option.name for p in loop._next_plan(found).proposals] == names
+    assert [p.option.name for p in begun._next_plan(found).proposals] == names
     assert asked == [(tuple(ALLOWED), 0.9)]
 
 
@@ -198,10 +196,10 @@ def folders(tmp_path) -> tuple[Path, Path]:
 
 def test_the_probability_that_ends_a_loop_is_that_which_its_plans_forecast(machine, folders):
     rig, out = folders
-    loop = Scripted(machine, FolderRig(rig, longest=0.1), 30.0, ("speed",), False, None, 0.8, out, None,
+    running = Scripted(machine, FolderRig(rig, longest=0.1), 30.0, ("speed",), False, None, 0.8, out, None,
                     lambda stage: None, lambda steps: None, object(), 0.004, meanwhile=lambda count: None)  # fmt: skip
-    loop.run(loop.rig.begin([]), DecisionSteps({}))
-    assert loop.asked == (("speed",), np.inf, 0.8)
+    running.run(running.rig.begin([]), DecisionSteps({}))
+    assert running.asked == (("speed",), np.inf, 0.8)
 
 
 def test_a_record_that_comes_before_an_experiment_is_proposed_is_not_that_of_the_experiment(machine, folders):

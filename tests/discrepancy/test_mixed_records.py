@@ -7,14 +7,13 @@ import pytest
 
 from identification import make_record, make_vectors
 from rotorsim.discrepancy import diagnose, runup_vectors
-from rotorsim.discrepancy.data.intake import limits, make_trials
-from rotorsim.discrepancy.data.spectra import make_layout
-from rotorsim.discrepancy.data.sweeps import TOLERANCE, is_table, make_sweeps, sweeps, with_tables
-from rotorsim.discrepancy.diagnose_records import trials_of
+from rotorsim.discrepancy.comparison import TwinComparison
+from rotorsim.discrepancy.data_vector import floor, make_layout, repeat_scatter, unknown_sources
+from rotorsim.discrepancy.diagnosis import trials_of
+from rotorsim.discrepancy.experiments import PlannedRecord
 from rotorsim.discrepancy.hidden_machine import record_of
-from rotorsim.discrepancy.plan.experiments import PlannedRecord
-from rotorsim.discrepancy.residuals.comparison import TwinComparison
-from rotorsim.discrepancy.residuals.floor import floor, repeat_scatter, unknown_sources
+from rotorsim.discrepancy.records import limits, make_trials
+from rotorsim.discrepancy.run_ups import TOLERANCE, is_table, make_sweeps, sweeps, with_tables
 from rotorsim.experiments import Coastdown
 
 EFFECTS = ("coupling", "runout", "shaft_bow")

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from identification import make_vectors
-from rotorsim.discrepancy.data.spectra import make_layout, planned_trial
-from rotorsim.discrepancy.data.sweeps import make_sweeps
+from rotorsim.discrepancy.data_vector import make_layout
 from rotorsim.discrepancy.evidence import BAND, SPEED, lines_of, model_form
+from rotorsim.discrepancy.run_ups import make_sweeps
+from rotorsim.discrepancy.trial import planned_trial
 
 HZ = 2 * np.pi
 SPEEDS = HZ * np.linspace(10.0, 33.0, 24)

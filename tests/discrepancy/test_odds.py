@@ -5,14 +5,13 @@ import pytest
 from scipy.integrate import quad
 
 from rotorsim.base.errors import DataError
+from rotorsim.discrepancy.calibration import STEPS, FitParameter
+from rotorsim.discrepancy.candidates import candidates, prior_sizes
 from rotorsim.discrepancy.evidence import SIZES, USUAL, ModelForm, log_evidence, one_sided, unexplained_gain, weights
-from rotorsim.discrepancy.explanation import Explanation, shown_share
-from rotorsim.discrepancy.odds import _merged
-from rotorsim.discrepancy.search.candidates import candidates, prior_sizes
-from rotorsim.discrepancy.twin.parameters import STEPS, FitParameter
-from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.discrepancy.twin import Twin
+from rotorsim.discrepancy.verdict import Explanation, _merged, shown_share
 from rotorsim.effects import REGISTRY
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import CandidateForm
 from rotorsim.machine import load_machine
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.data.intake import check_turns, make_trial, make_trials
-from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.discrepancy.records import check_turns, make_trial, make_trials
+from rotorsim.discrepancy.twin import Twin
 from rotorsim.experiments import steady
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
@@ -20,6 +20,7 @@ def record():
     return steady(Plant("plain_rotor"), SPEED, 0.0, duration=2.0)
 
 
+@pytest.mark.slow
 def test_the_twin_of_a_fast_machine_runs_at_the_rate_of_the_records(record):
     plain = load_machine("plain_rotor")
     fast = plain.with_({"solver.sampling_rate": 20e3, "solver.time_step": 5e-5})

@@ -36,9 +36,12 @@ if "belt" not in REGISTRY:
     print(json.dumps({}))
     raise SystemExit
 from fmu.model import PlantUnit
+from rotorsim.discrepancy.candidates import candidates
+from rotorsim.discrepancy.twin import Twin
+from rotorsim.live.rig.settings import equip, sliders
 from rotorsim.discrepancy.search.candidates import candidates
 from rotorsim.discrepancy.twin.plant import Twin
-from rotorsim.live.rig.settings import equip, sliders
+from rotorsim.live.settings import equip, sliders
 from rotorsim.machine.catalogue import catalogue
 from rotorsim.plant import Plant
 machine = load_machine("plain_rotor").replace("effects.belt.pull", "5 N")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.twin.plant import in_motion
+from rotorsim.discrepancy.twin import in_motion
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 from rotorsim.plant.equilibrium import settle

@@ -8,13 +8,11 @@ import pytest
 
 from rotorsim.base.errors import DataError
 from rotorsim.campaign import load_plan
-from rotorsim.discrepancy.data.spectra import Trial, make_layout
-from rotorsim.discrepancy.data.sweeps import empty_sweep
+from rotorsim.discrepancy.data_vector import make_layout
+from rotorsim.discrepancy.decision import ALLOWED, check_allowed
 from rotorsim.discrepancy.evidence import ModelForm, log_evidence
-from rotorsim.discrepancy.explanation import Explanation
-from rotorsim.discrepancy.plan.allowed import ALLOWED, check_allowed
-from rotorsim.discrepancy.plan.experiments import campaign, options
-from rotorsim.discrepancy.plan.forecast import (
+from rotorsim.discrepancy.experiments import campaign, options
+from rotorsim.discrepancy.forecast import (
     CurrentOdds,
     Outlook,
     PredictedResponse,
@@ -24,7 +22,10 @@ from rotorsim.discrepancy.plan.forecast import (
     outlook,
     separation,
 )
-from rotorsim.discrepancy.plan.ranking import ExperimentPlan, ExperimentRanking, Proposal, _of_class, rivals_of
+from rotorsim.discrepancy.ranking import ExperimentPlan, ExperimentRanking, Proposal, _of_class, rivals_of
+from rotorsim.discrepancy.run_ups import empty_sweep
+from rotorsim.discrepancy.trial import Trial
+from rotorsim.discrepancy.verdict import Explanation
 from rotorsim.experiments import Coastdown, Impact, Multisine, Runup, Steady
 from rotorsim.machine import load_machine
 

@@ -5,12 +5,11 @@ import pytest
 
 from identification import from_arrays
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.data.intake import make_trial
+from rotorsim.discrepancy.calibration import ParameterPoint
+from rotorsim.discrepancy.comparison import TwinComparison
+from rotorsim.discrepancy.experiments import campaign
 from rotorsim.discrepancy.hidden_machine import record_of
-from rotorsim.discrepancy.plan.experiments import campaign
-from rotorsim.discrepancy.residuals.comparison import TwinComparison
-from rotorsim.discrepancy.residuals.plausibility import check_after, check_before
-from rotorsim.discrepancy.twin.parameters import ParameterPoint
+from rotorsim.discrepancy.records import check_after, check_before, make_trial
 
 WANTED = ("fit_2", "fit_3", "fit_5")
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from rotorsim.base.cache import Cache
-from rotorsim.discrepancy.data.intake import make_trial
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
+from rotorsim.discrepancy.comparison import TwinComparison
+from rotorsim.discrepancy.experiments import campaign
 from rotorsim.discrepancy.hidden_machine import record_of
-from rotorsim.discrepancy.plan.experiments import campaign
-from rotorsim.discrepancy.residuals.comparison import TwinComparison
-from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
+from rotorsim.discrepancy.records import make_trial
 
 
 def test_a_response_is_computed_once_for_every_place(machine, models, tmp_path):

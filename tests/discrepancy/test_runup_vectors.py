@@ -7,7 +7,7 @@ from identification import make_record, read, save
 from rotorsim.base.errors import DataError
 from rotorsim.cli import main
 from rotorsim.discrepancy import runup_vectors
-from rotorsim.discrepancy.data.sweeps import make_sweeps
+from rotorsim.discrepancy.run_ups import make_sweeps
 
 RATE = 40.0
 

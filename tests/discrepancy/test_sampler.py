@@ -8,14 +8,14 @@ taken again by importance sampling from a wider normal distribution.
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.data.intake import make_trials, open_records
+from rotorsim.discrepancy.calibration import ParameterPoint, calibration
+from rotorsim.discrepancy.candidates import candidates
+from rotorsim.discrepancy.comparison import TwinComparison
+from rotorsim.discrepancy.data_vector import TOLERANCE
 from rotorsim.discrepancy.evidence import SIZES, log_evidence, model_form, prior_sizes, weights, whitened_size
 from rotorsim.discrepancy.fit import ParameterFit, fit_parameters
-from rotorsim.discrepancy.odds import TEMPERATURE
-from rotorsim.discrepancy.residuals.comparison import TwinComparison
-from rotorsim.discrepancy.residuals.floor import TOLERANCE
-from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.twin.parameters import ParameterPoint, calibration
+from rotorsim.discrepancy.records import make_trials, open_records
+from rotorsim.discrepancy.verdict import TEMPERATURE
 
 pytestmark = pytest.mark.nightly
 CASES = [("coupling.force_2x", 4), ("runout.amplitude_1x", 6), ("runout.amplitude_2x", 7), ("shaft_bow.bow", 8),

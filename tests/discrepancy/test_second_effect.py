@@ -5,12 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from rotorsim.discrepancy import hypotheses
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
+from rotorsim.discrepancy.candidates import Form, alike_by_weight, of_one_force, same_class
+from rotorsim.discrepancy.comparison import Misfit
 from rotorsim.discrepancy.fit import ParameterFit
-from rotorsim.discrepancy.residuals.misfit import Misfit
-from rotorsim.discrepancy.search import hypotheses
-from rotorsim.discrepancy.search.candidates import Form, alike_by_weight, of_one_force, same_class
-from rotorsim.discrepancy.search.hypotheses import EffectSearch, cancel, within_form_error
-from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
+from rotorsim.discrepancy.hypotheses import EffectSearch, cancel, within_form_error
 
 
 def test_responses_that_cancel_are_noticed_and_others_are_not(rng):

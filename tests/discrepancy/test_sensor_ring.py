@@ -14,21 +14,20 @@ from identification.records.mapping import parse
 from rotorsim.base.errors import DataError
 from rotorsim.campaign import load_plan
 from rotorsim.discrepancy import diagnose, runup_vectors
-from rotorsim.discrepancy.data.changes import RING_KEY, known_changes, ring_angle, with_ring
-from rotorsim.discrepancy.data.intake import check_ring, make_trial, make_trials
-from rotorsim.discrepancy.data.sweeps import empty_sweep
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, setting
+from rotorsim.discrepancy.candidates import candidates
+from rotorsim.discrepancy.changes import RING_KEY, known_changes, ring_angle, with_ring
+from rotorsim.discrepancy.comparison import TwinComparison, flagged, simulate, table
+from rotorsim.discrepancy.data_vector import repeats
+from rotorsim.discrepancy.experiments import RING_ANGLE, campaign, options
+from rotorsim.discrepancy.forecast import Forecast, Outlook, on_turned_ring
+from rotorsim.discrepancy.gap import equivalent_force
 from rotorsim.discrepancy.hidden_machine import draw, record_of
-from rotorsim.discrepancy.plan.experiments import RING_ANGLE, campaign, options
-from rotorsim.discrepancy.plan.forecast import Forecast, Outlook, on_turned_ring
-from rotorsim.discrepancy.plan.ranking import ExperimentPlan, Proposal
-from rotorsim.discrepancy.residuals.comparison import TwinComparison, simulate
-from rotorsim.discrepancy.residuals.equivalent_force import equivalent_force
-from rotorsim.discrepancy.residuals.floor import repeats
-from rotorsim.discrepancy.residuals.misfit import flagged, table
-from rotorsim.discrepancy.rigs import record_on
-from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint, setting
-from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.discrepancy.loop import record_on
+from rotorsim.discrepancy.ranking import ExperimentPlan, Proposal
+from rotorsim.discrepancy.records import check_ring, make_trial, make_trials
+from rotorsim.discrepancy.run_ups import empty_sweep
+from rotorsim.discrepancy.twin import Twin
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise
 

@@ -5,7 +5,7 @@ import pytest
 
 from identification import make_record
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.data.intake import make_trials, record_notes
+from rotorsim.discrepancy.records import make_trials, record_notes
 from rotorsim.machine import load_machine
 
 N = 5000

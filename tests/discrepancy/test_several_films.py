@@ -7,10 +7,10 @@ import pytest
 
 from rotorsim.base.errors import MachineFileError
 from rotorsim.discrepancy import diagnose
-from rotorsim.discrepancy.outcome.machine_file import Findings, IdentifiedEffect, extended
-from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.twin.parameters import calibration
-from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.discrepancy.calibration import calibration
+from rotorsim.discrepancy.candidates import candidates
+from rotorsim.discrepancy.machine_file import Findings, IdentifiedEffect, extended
+from rotorsim.discrepancy.twin import Twin
 from rotorsim.experiments.catalogue.impact import Impact
 from rotorsim.experiments.running import run
 from rotorsim.machine import load_machine

@@ -14,17 +14,15 @@ from identification.records.mapping import load_mapping
 from identification.records.sensors import DISPLACEMENTS
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import diagnose, hide
-from rotorsim.discrepancy.data.sweeps import make_sweeps, ramp
-from rotorsim.discrepancy.diagnose_records import vector_trials
-from rotorsim.discrepancy.diagnosis import for_probes
+from rotorsim.discrepancy.calibration import CompiledModels
+from rotorsim.discrepancy.candidates import candidates
+from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
+from rotorsim.discrepancy.data_vector import repeat_scatter, repeats
+from rotorsim.discrepancy.diagnosis import for_probes, vector_trials
 from rotorsim.discrepancy.fit import recalibrate, relinearised
-from rotorsim.discrepancy.outcome.gap import missed_bands, reduction
-from rotorsim.discrepancy.residuals.comparison import TwinComparison
-from rotorsim.discrepancy.residuals.floor import repeat_scatter, repeats
-from rotorsim.discrepancy.residuals.misfit import flagged, table
-from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.twin.compiled_models import CompiledModels
-from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.discrepancy.gap import missed_bands, reduction
+from rotorsim.discrepancy.run_ups import make_sweeps, ramp
+from rotorsim.discrepancy.twin import Twin
 from rotorsim.machine import load_machine
 
 KIT = Path(__file__).parents[2] / "docs" / "rk4"

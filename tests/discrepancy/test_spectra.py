@@ -5,11 +5,10 @@ import pytest
 
 from identification import from_arrays
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.data.blocks import find_period
-from rotorsim.discrepancy.data.intake import limits, make_trial
-from rotorsim.discrepancy.data.spectra import block_lines, make_layout
-from rotorsim.discrepancy.residuals.floor import repeat_scatter, repeats
-from rotorsim.discrepancy.residuals.misfit import tone, unsteady
+from rotorsim.discrepancy.comparison import tone, unsteady
+from rotorsim.discrepancy.data_vector import make_layout, repeat_scatter, repeats
+from rotorsim.discrepancy.records import limits, make_trial
+from rotorsim.discrepancy.trial import block_lines, find_period
 from rotorsim.experiments import Multisine
 
 RATE = 5000

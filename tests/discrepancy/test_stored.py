@@ -14,7 +14,7 @@ import pytest
 from rotorsim.base.errors import DataError
 from rotorsim.cli import main
 from rotorsim.discrepancy import Diagnosis, diagnose, load_diagnosis, reduction, save_diagnosis
-from rotorsim.discrepancy.outcome.files import StoredPlan
+from rotorsim.discrepancy.files import StoredPlan
 from small_diagnosis import blocked, small_diagnosis
 
 PLAN = {"sentence": "Next: impact.", "entropy_bit": 1.0, "rivals": ["a", "b"], "unbreakable": [],
@@ -151,7 +151,7 @@ def test_files_that_cannot_be_used_are_refused_in_a_sentence(case, stored, tmp_p
 
 def test_fields_that_do_not_fit_are_refused_with_their_place(stored, monkeypatch):
     """As of a file of another version that has the same number."""
-    monkeypatch.setattr("rotorsim.discrepancy.outcome.files._seal", lambda arrays: np.zeros(0))
+    monkeypatch.setattr("rotorsim.discrepancy.files._seal", lambda arrays: np.zeros(0))
     rewrite(stored, lambda arrays: arrays.update(seal=np.zeros(0)))
     rewrite(stored, content_as(fields={"status": "named"}))
     with pytest.raises(DataError, match=r"another version of rotorsim \(effects is missing\)"):

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from rotorsim.analysis.supply import regulator_pressure
-from rotorsim.discrepancy.data.intake import make_trial
-from rotorsim.discrepancy.residuals.comparison import TwinComparison
-from rotorsim.discrepancy.twin.parameters import ParameterPoint
-from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.discrepancy.calibration import ParameterPoint
+from rotorsim.discrepancy.comparison import TwinComparison
+from rotorsim.discrepancy.records import make_trial
+from rotorsim.discrepancy.twin import Twin
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 from rotorsim.study.identification_vs_physics import physics
@@ -49,6 +49,7 @@ def test_without_a_line_the_supply_is_the_reading():
     assert regulator_pressure(plant.assembly, SPEED, 0.4e6) == 0.4e6
 
 
+@pytest.mark.slow
 def test_a_record_of_a_machine_with_a_droop_agrees_with_its_file(machine, record):
     """Mean, 1X and the rest within the noise of 0.33 um; counted twice the line costs 20 % of the response."""
     twin, trial = Twin(machine, (32, 8), 2e-4, only=("supply_droop",)), make_trial(record)

@@ -4,9 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from rotorsim.discrepancy.explanation import Explanation
-from rotorsim.discrepancy.odds import by_odds, joined_classes
-from rotorsim.discrepancy.search.verdict import SearchVerdict
+from rotorsim.discrepancy.verdict import Explanation, SearchVerdict, by_odds, joined_classes
 
 KNOWN = ("coupling.force_2x", "runout.amplitude_1x", "runout.amplitude_2x", "shaft_bow.bow")
 COUPLING, RUNOUT, BOW = ("coupling.force_2x",), ("runout.amplitude_2x",), ("shaft_bow.bow",)

@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
+from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.fit import ParameterFit, covariance, fall, finished, fit_parameters
-from rotorsim.discrepancy.residuals.comparison import TwinComparison
-from rotorsim.discrepancy.twin.parameters import FitParameter, ParameterPoint
-from rotorsim.discrepancy.twin.plant import of_bearing
+from rotorsim.discrepancy.twin import of_bearing
 
 pytestmark = pytest.mark.numerical
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.residuals.misfit import Misfit
-from rotorsim.discrepancy.search import verdict
-from rotorsim.discrepancy.search.verdict import objection, untouched_gone
+from rotorsim.discrepancy import verdict
+from rotorsim.discrepancy.comparison import Misfit
+from rotorsim.discrepancy.verdict import objection, untouched_gone
 
 
 def group(rms, name="2X", floor=1e-8, n=50):

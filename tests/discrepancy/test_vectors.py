@@ -6,10 +6,10 @@ import pytest
 from identification import make_vectors
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import diagnose
-from rotorsim.discrepancy.data.sweeps import RATE, make_sweeps, ramp, rate_notes, track
+from rotorsim.discrepancy.calibration import contributions, setting
+from rotorsim.discrepancy.data_vector import repeat_scatter
 from rotorsim.discrepancy.hidden_machine import draw
-from rotorsim.discrepancy.residuals.floor import repeat_scatter
-from rotorsim.discrepancy.twin.parameters import contributions, setting
+from rotorsim.discrepancy.run_ups import RATE, make_sweeps, ramp, rate_notes, track
 
 SPEEDS = 2 * np.pi * np.arange(8.0, 38.0, 1.0)
 

@@ -4,17 +4,15 @@ import numpy as np
 import pytest
 
 from identification import make_vectors
-from rotorsim.discrepancy.data.sweeps import make_sweeps
-from rotorsim.discrepancy.outcome.gap import rms, spectra_of
-from rotorsim.discrepancy.residuals.comparison import TwinComparison
-from rotorsim.discrepancy.residuals.equivalent_force import equivalent_force
-from rotorsim.discrepancy.residuals.misfit import flagged, table
-from rotorsim.discrepancy.twin.parameters import ParameterPoint
-from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.discrepancy.calibration import ParameterPoint
+from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
+from rotorsim.discrepancy.gap import equivalent_force, rms, spectra_of
+from rotorsim.discrepancy.run_ups import make_sweeps
+from rotorsim.discrepancy.twin import Twin
 from rotorsim.machine import load_machine
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise
-from rotorsim.report.diagnosis_figures import bode
+from rotorsim.report.diagnosis import bode
 
 SPEEDS = 2 * np.pi * np.arange(8.0, 38.0, 1.0)
 

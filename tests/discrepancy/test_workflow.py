@@ -7,8 +7,8 @@ import pytest
 
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy import diagnose, hide
-from rotorsim.discrepancy.outcome.gap import reduction
-from rotorsim.discrepancy.outcome.machine_file import difference
+from rotorsim.discrepancy.gap import reduction
+from rotorsim.discrepancy.machine_file import difference
 from rotorsim.machine import load_machine
 
 pytestmark = pytest.mark.slow

@@ -7,7 +7,7 @@ import tomlkit
 from rotorsim.machine import machine_text
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
-from rotorsim.plant.kernels.columns import COLUMNS
+from rotorsim.plant.kernels.layout import COLUMNS
 
 SAMPLE = 2e-4
 PIN = len(COLUMNS)

@@ -83,8 +83,6 @@ def test_the_command_lists_all_effects_and_shows_one(capsys):
     assert code == 0 and "[effects.crack]" in out and "weight_direction" in out and "Gasch (1993)" in out
     code, out, err = run(capsys, "crak")
     assert code == 2 and not out and err == "crak: unknown effect; did you mean 'crack'?\n"
-    code, out, err = run(capsys, "viscosity")
-    assert code == 2 and not out and err.startswith("viscosity: is called '")
 
 
 def test_an_effect_without_text_shows_what_there_is(capsys):

@@ -8,7 +8,7 @@ import pytest
 
 from reynolds import GasBearing, Injector
 from rotorsim.base.errors import NoLiftOffError
-from rotorsim.machine.gas import GASES
+from rotorsim.machine.gas_film import GASES
 from rotorsim.plant.equilibrium import coupled_effects
 
 SAMPLE = 2e-4

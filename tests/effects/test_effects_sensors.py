@@ -8,7 +8,7 @@ import pytest
 from rotorsim.effects.sensors.sensor_delay import LENGTH, sensor_delay
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
-from rotorsim.plant.kernels.columns import READ
+from rotorsim.plant.kernels.layout import READ
 
 SAMPLE = 2e-4
 HZ = 2 * np.pi
@@ -192,7 +192,7 @@ def test_the_normal_deviates_are_those_of_twelve_uniform_ones():
     """Irwin & Hall: variance 1, kurtosis 3 - 6/60; 4e5 deviates have standard errors of .002 and .015, bounds at 4."""
     from numba import njit
 
-    from rotorsim.effects.sensors.random_numbers import normal
+    from rotorsim.effects.sensors import normal
 
     @njit
     def draw(n):

@@ -14,7 +14,7 @@ import identification as idn
 import rotorsim as rs
 from rotorsim.campaign import collect
 from rotorsim.campaign.read_plan import make_plan
-from rotorsim.campaign.record_files import write_record
+from rotorsim.campaign.records import write_record
 from rotorsim.campaign.simulate_case import solve
 from rotorsim.campaign.store import make_store, record_path
 from rotorsim.experiments import Steady, record, run
@@ -49,8 +49,8 @@ def converted_from_csv(plant: rs.Plant, folder: Path) -> Path:
 
 
 def recorded_live(plant: rs.Plant, folder: Path) -> Path:
-    from rotorsim.live.rig.records import Recorder
-    from rotorsim.live.rig.rig import Rig
+    from rotorsim.live.records import Recorder
+    from rotorsim.live.rig import Rig
 
     rig = Rig(plant.machine, {})
     recorder = Recorder(rig, folder / "live.nc")
@@ -60,7 +60,10 @@ def recorded_live(plant: rs.Plant, folder: Path) -> Path:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("write", [streamed, saved, written_by_a_campaign, converted_from_csv, recorded_live])
+@pytest.mark.parametrize(
+    "write",
+    [streamed, saved, written_by_a_campaign, converted_from_csv, pytest.param(recorded_live, marks=pytest.mark.slow)],
+)
 def test_plain_xarray_finds_the_axes_of_a_file_by_their_names(
     plant: rs.Plant, tmp_path: Path, write: Callable[[rs.Plant, Path], Path], engine: str
 ) -> None:

@@ -5,9 +5,8 @@ import pytest
 import xarray as xr
 
 import rotorsim as rs
-from rotorsim.base.errors import ControllerError, ConvergenceError, DataError
+from rotorsim.base.errors import ControllerError, ConvergenceError, DataError, LawError
 from rotorsim.control.designs import lqr
-from rotorsim.control.errors import LawError
 from rotorsim.experiments import Controlled, ProportionalLaw, record
 from rotorsim.plant import Plant
 from rotorsim.verify.transients import envelope_damping

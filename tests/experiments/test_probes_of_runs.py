@@ -12,14 +12,14 @@ from rotorsim.cli import main
 from rotorsim.experiments.catalogue.steady import Steady
 from rotorsim.experiments.running import record, run
 from rotorsim.experiments.summary import summarise_experiment
-from rotorsim.live.rig.records import Replay
-from rotorsim.live.rig.rig import Rig
-from rotorsim.live.rig.runner import Runner
+from rotorsim.live.records import Replay
+from rotorsim.live.rig import Rig
+from rotorsim.live.runner import Runner
 from rotorsim.machine import Machine, machine_text
 from rotorsim.plant import Plant
 from rotorsim.report.record import made_sections
 from rotorsim.report.run import analyse
-from rotorsim.signals.probes import probe_planes
+from rotorsim.signals.record_blocks import probe_planes
 
 PAGE = Path(__file__).parents[2] / "docs" / "probes.md"
 PROBE = '\n[[probes]]\nname = "{}"\nposition = "{} mm"\nangle = "{} deg"\nquantity = "{}"\nsensitivity = "{}"\n'

@@ -17,8 +17,7 @@ from fuzzing.disk import largest_file
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.files import WriteError
 from rotorsim.experiments import recording
-from rotorsim.experiments.recording import CHUNK, Recording
-from rotorsim.experiments.recovery import recover
+from rotorsim.experiments.recording import CHUNK, Recording, recover
 
 BLOCKS, SAMPLES = 4, 5000
 PATHS = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "support")]

@@ -11,7 +11,7 @@ import xarray as xr
 
 from identification import make_record
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.run_summary import summarise
+from rotorsim.experiments.summary import summarise
 from rotorsim.signals.orders import track_orders
 from rotorsim.signals.record_blocks import BLOCK, blocks, open_record
 from rotorsim.signals.spectra import largest_sub_synchronous, waterfall

@@ -11,9 +11,9 @@ import xarray as xr
 from fault_injection.checks import SAMPLE
 from fuzzing.disk import largest_file
 from rotorsim.base.files import WriteError
-from rotorsim.experiments.recovery import recover
-from rotorsim.live.rig.records import Recorder
-from rotorsim.live.rig.rig import Rig
+from rotorsim.experiments.recording import recover
+from rotorsim.live.records import Recorder
+from rotorsim.live.rig import Rig
 from rotorsim.machine import load_machine
 
 pytestmark = [pytest.mark.slow, pytest.mark.nightly]
@@ -22,8 +22,8 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 from rotorsim.experiments import recording
-from rotorsim.live.rig.records import Recorder
-from rotorsim.live.rig.rig import Rig
+from rotorsim.live.records import Recorder
+from rotorsim.live.rig import Rig
 from rotorsim.machine import load_machine
 recording.FLUSH = 0.0
 rig = Rig(load_machine("plain_rotor"), {}, 0)

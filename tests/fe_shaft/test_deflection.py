@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from fe_shaft import Material, ShaftElement
-from fe_shaft.elements import deflection, stiffness_matrix
-from fe_shaft.shapes import section
+from fe_shaft.elements import deflection, section, stiffness_matrix
 
 
 @pytest.mark.parametrize("share", [0.1, 0.37, 0.5, 0.93])

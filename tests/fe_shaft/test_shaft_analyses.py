@@ -176,14 +176,14 @@ def test_pedestals_put_two_springs_in_series_when_they_are_light():
 
 def test_orbit_of_a_node_has_the_axes_of_its_amplitudes():
     """X = 2, Y = -i: x = 2 cos, y = sin, forward; turned by 30 degrees its major axis is at 30 degrees."""
-    from fe_shaft import whirl
+    from fe_shaft.modal import half_axes, inclination
 
     turn = np.exp(1j * np.pi / 6)
     x, y = np.array([2.0, 2 * turn.real + 1j * turn.imag]), np.array([-1j, 2 * turn.imag - 1j * turn.real])
-    major, minor = whirl.half_axes(x, y)
+    major, minor = half_axes(x, y)
     assert major == pytest.approx([2, 2])
     assert minor == pytest.approx([1, 1])
-    assert whirl.inclination(x, y) == pytest.approx([0, np.pi / 6])
+    assert inclination(x, y) == pytest.approx([0, np.pi / 6])
 
 
 def test_rotor_of_ross_is_read_by_its_attributes_and_written_again():

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from fe_shaft import BearingElement, DiskElement, Material, Rotor, ShaftElement, analytic, modal, steel
+from fe_shaft import BearingElement, DiskElement, Material, Rotor, ShaftElement, modal, steel
+from tests.support import shaft_closed_forms
 
 pytestmark = pytest.mark.numerical
 
@@ -51,7 +52,7 @@ def order(sizes: list[int], errors: np.ndarray) -> float:
 def test_closed_form_gives_the_reference_frequencies_of_the_spinning_pinned_shaft(speed):
     """Reference numbers carry ten digits."""
     for mode, expected in enumerate(TIMOSHENKO[speed], start=1):
-        pair = analytic.timoshenko_pinned_frequencies(1.0, 0.1, steel, mode, speed)
+        pair = shaft_closed_forms.timoshenko_pinned_frequencies(1.0, 0.1, steel, mode, speed)
         assert (pair.backward, pair.forward) == pytest.approx(expected, rel=1e-9)
 
 
@@ -74,15 +75,15 @@ def test_timoshenko_frequencies_converge_with_the_square_of_the_element_length(s
 def test_euler_frequencies_converge_with_the_fourth_power_of_the_element_length():
     """Hermite cubics: fourth order; modes 2 and 3, whose errors stay above rounding (3.99, 3.98)."""
     sizes = [10, 20, 40]
-    exact = [analytic.euler_pinned_frequency(1.0, 0.1, steel, mode) for mode in (2, 3)]
+    exact = [shaft_closed_forms.euler_pinned_frequency(1.0, 0.1, steel, mode) for mode in (2, 3)]
     errors = np.array([pinned(n, **EULER)[[2, 4]] / exact - 1 for n in sizes])
     assert [order(sizes, column) for column in errors.T] == pytest.approx([4.0, 4.0], abs=0.05)
 
 
 def test_timoshenko_closed_form_tends_to_euler_for_a_slender_shaft():
     """Shear and rotary inertia lower the frequency by (pi d / L)^2 (1 + E / kappa G) / 32 = 1.2e-6."""
-    pair = analytic.timoshenko_pinned_frequencies(10.0, 0.01, steel, 1)
-    euler = analytic.euler_pinned_frequency(10.0, 0.01, steel, 1)
+    pair = shaft_closed_forms.timoshenko_pinned_frequencies(10.0, 0.01, steel, 1)
+    euler = shaft_closed_forms.euler_pinned_frequency(10.0, 0.01, steel, 1)
     assert pair.forward == pytest.approx(euler, rel=2e-6)
     assert pair.forward < euler
 
@@ -102,7 +103,7 @@ def test_overhung_disc_on_a_massless_shaft_whirls_at_stodolas_frequencies(rpm):
     rotor = Rotor([shaft], [DiskElement(1, 1.5, 0.001858625, 0.003675)])
     wn = frequencies(rotor, [0, 1, 2, 3], rpm * RAD_S)
     assert wn == pytest.approx(STODOLA[rpm], rel=2e-9)
-    pairs = analytic.overhung_disc_frequencies(0.3, 0.02, 211e9, 1.5, 0.001858625, 0.003675, rpm * RAD_S)
+    pairs = shaft_closed_forms.overhung_disc_frequencies(0.3, 0.02, 211e9, 1.5, 0.001858625, 0.003675, rpm * RAD_S)
     assert [f for pair in pairs for f in (pair.backward, pair.forward)] == pytest.approx(STODOLA[rpm], rel=2e-9)
 
 
@@ -122,8 +123,8 @@ def test_jeffcott_rotor_answers_unbalance_as_the_closed_form_does():
     w = np.array([200.0, 429.106323, 400.0])
     q = jeffcott().run_unbalance_response(2, 2e-5, 0.0, w).response
     assert np.abs(q[8]) == pytest.approx([2.7746283e-6, 2.86070882e-4, 6.434245e-5], rel=1e-6)
-    k = analytic.jeffcott_stiffness(0.6, 0.02, 211e9)
-    assert q[8] == pytest.approx(analytic.jeffcott_unbalance(k, 2.0, 30.0, 2e-5, w), rel=1e-6)
+    k = shaft_closed_forms.jeffcott_stiffness(0.6, 0.02, 211e9)
+    assert q[8] == pytest.approx(shaft_closed_forms.jeffcott_unbalance(k, 2.0, 30.0, 2e-5, w), rel=1e-6)
 
 
 def test_unbalance_turns_forward_from_its_phase_angle():
@@ -139,5 +140,5 @@ def test_shaft_sags_between_its_supports_by_the_closed_form():
     rotor = Rotor([ShaftElement(0.25, 0.0, 0.1) for _ in range(4)], [], ends)
     result = rotor.run_static()
     sag = result.displacement[1] - result.displacement[9]
-    assert sag == pytest.approx(analytic.pinned_sag(1.0, 0.1, steel, 9.80665), rel=1e-8)
+    assert sag == pytest.approx(shaft_closed_forms.pinned_sag(1.0, 0.1, steel, 9.80665), rel=1e-8)
     assert result.bearing_forces == pytest.approx(np.array([[0, 1], [0, 1]]) * rotor.mass * 9.80665 / 2)

@@ -14,11 +14,11 @@ from fe_shaft import (
     Rotor,
     ShaftElement,
     ShaftError,
-    analytic,
     elements,
     modal_reduction,
     steel,
 )
+from tests.support import shaft_closed_forms
 
 pytestmark = pytest.mark.numerical
 
@@ -82,7 +82,7 @@ def test_cone_converges_faster_than_steps_of_cylinders():
 
 def test_internal_coordinates_raise_the_order_from_two_to_four_and_more():
     """Three frequencies of the pinned Timoshenko shaft; reference with ten digits, so errors above 3e-10 count."""
-    exact = [analytic.timoshenko_pinned_frequencies(1.0, 0.1, steel, mode).forward for mode in (1, 2, 3)]
+    exact = [shaft_closed_forms.timoshenko_pinned_frequencies(1.0, 0.1, steel, mode).forward for mode in (1, 2, 3)]
     sizes = [4, 6, 8, 12]
     plain = np.array([pinned(n).run_modal(0.0).wn[:6:2] / exact - 1 for n in sizes])
     better = np.array([pinned(n, internal=True).run_modal(0.0).wn[:6:2] / exact - 1 for n in sizes])
@@ -110,7 +110,7 @@ def test_internal_coordinates_change_no_static_answer():
 def test_tension_raises_the_frequency_of_the_pinned_shaft_by_the_closed_form(force):
     """w^2 = w0^2 (1 + F L^2 / (pi^2 E I)) for an Euler shaft; its 12 elements err by 4e-6."""
     element = {"axial_force": force, **EULER}
-    euler = analytic.euler_pinned_frequency(1.0, 0.1, steel, 1)
+    euler = shaft_closed_forms.euler_pinned_frequency(1.0, 0.1, steel, 1)
     ratio = 1 + force / (np.pi**2 * 211e9 * np.pi * 0.1**4 / 64)
     assert pinned(12, **element).run_modal(0.0).wn[0] == pytest.approx(euler * np.sqrt(ratio), rel=5e-6)
 
@@ -232,7 +232,7 @@ def test_damping_in_bearings_pushes_the_onset_up():
     eta, m, L, d = 1e-4, 200.0, 0.6, 0.02
     light = Material("light", rho=10.0, E=211e9, Poisson=0.3)
     shaft = [ShaftElement(L / 2, 0.0, d, material=light, shear_effects=False, eta_v=eta) for _ in range(2)]
-    k = analytic.jeffcott_stiffness(L, d, 211e9)
+    k = shaft_closed_forms.jeffcott_stiffness(L, d, 211e9)
     c_i, c_e = eta * k, 0.5 * eta * k
     rotor = Rotor(shaft, [DiskElement(1, m, 0.5, 0.0)], [BearingElement(1, 0.0, c_e)], pinned=[0, 2])
     onset = rotor.run_stability(np.linspace(0.2, 3.0, 15) * np.sqrt(k / m)).onset

@@ -5,9 +5,8 @@ import pytest
 
 from fe_shaft import BearingElement, DiskElement, Rotor, ShaftElement, modal
 from fe_shaft.campbell import run_campbell
-from fe_shaft.critical import run_critical_speed
+from fe_shaft.critical import run_critical_speed, run_ucs
 from fe_shaft.stability import run_stability
-from fe_shaft.ucs import run_ucs
 
 pytestmark = pytest.mark.numerical
 SPEEDS = np.linspace(0, 5000, 6)
@@ -23,7 +22,9 @@ def on_ends(n, k, c=0.0):
     return rotor(n, [BearingElement(0, k, c), BearingElement(n, k, c)])
 
 
-@pytest.mark.parametrize(("n", "k"), [(10, 1e3), (30, 1e3), (10, 1e6)])
+@pytest.mark.parametrize(
+    ("n", "k"), [(10, 1e3), *(pytest.param(*case, marks=pytest.mark.slow) for case in ((30, 1e3), (10, 1e6)))]
+)
 def test_an_undamped_rotor_is_neither_damped_nor_unstable(n, k):
     """Fine elements on soft bearings: the largest eigenvalue is 1e5 times the lowest."""
     found = run_stability(on_ends(n, k), SPEEDS)

@@ -16,8 +16,7 @@ from rotorsim.control import LawError, lqr
 @pytest.fixture(scope="module")
 def exported(gcc, tmp_path_factory):
     """Return the unit and its files by FMI version."""
-    from fmu.binaries import choose
-    from fmu.export import export
+    from fmu.export import choose, export
 
     unit = LawUnit(scheduled_law(bias=(0.5, -0.2)))
     return unit, export(unit, tmp_path_factory.mktemp("law") / "law.fmu", (2, 3), choose("host"))
@@ -76,8 +75,7 @@ def test_a_law_unit_holds_fades_out_and_comes_back_with_the_bits_of_the_law(expo
 
 def test_a_law_unit_with_plausibility_limits_has_the_bits_of_the_law(gcc, tmp_path):
     """Spikes, frozen, reversed and swapped sensors, a displacement out of range, lost speed, samples missing often."""
-    from fmu.binaries import choose
-    from fmu.export import export
+    from fmu.export import choose, export
     from fmu.importer import ImportedUnit
 
     unit = LawUnit(plausible_law())
@@ -139,7 +137,7 @@ def test_every_check_of_the_command_passes_for_a_law(exported, version):
 
 
 def test_a_file_that_is_no_law_is_refused(tmp_path):
-    from fmu.kinds import law_unit
+    from fmu.export import law_unit
 
     (tmp_path / "no.json").write_text(json.dumps({"kind": "linear"}))
     with pytest.raises(LawError, match="not a law"):
@@ -235,8 +233,7 @@ RATED = [-5e5, -1.8e4, 2.4e4, -5.5e5, -110, -7, 7, -75, 3.6e5, -7e4, 6e4, 3.9e5,
 
 
 def test_a_law_designed_on_model_2_with_rates_has_the_bits_of_the_law(gcc, tmp_path):
-    from fmu.binaries import choose
-    from fmu.export import export
+    from fmu.export import choose, export
     from fmu.importer import ImportedUnit
 
     model = LinearModel(*STRUCTURES["2-rate"].matrices(np.array(RATED)), speed=0.0, pressure=3e5)

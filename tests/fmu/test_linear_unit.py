@@ -12,9 +12,7 @@ from rotorsim.base.errors import DataError
 @pytest.fixture(scope="module")
 def exported(gcc, tmp_path_factory):
     """Return model and files by FMI version for a kind of LPV model; each is exported once."""
-    from fmu.binaries import choose
-    from fmu.export import export
-    from fmu.kinds import linear_unit
+    from fmu.export import choose, export, linear_unit
 
     known = {}
 
@@ -172,7 +170,7 @@ def test_numbers_that_are_none_are_refused(both, value):
 
 
 def test_files_that_are_no_lpv_model_are_refused(tmp_path):
-    from fmu.kinds import linear_unit
+    from fmu.export import linear_unit
 
     with pytest.raises(DataError, match=r"model: .*is not there.*or take 'plant'"):
         linear_unit(tmp_path / "no.json")

@@ -12,7 +12,7 @@ from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.fmu import unit_of
 
 RIG = Path(__file__).parents[1] / "control" / "rig_model.json"
-LAW = Path(rs.__file__).parent / "live" / "rig" / "shipped" / "hinf.json"
+LAW = Path(rs.__file__).parent / "live" / "shipped" / "hinf.json"
 
 
 @pytest.mark.parametrize(

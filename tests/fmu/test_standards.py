@@ -15,9 +15,7 @@ KINDS = ("1", "2", "3", "blackbox")
 @pytest.fixture(scope="session")
 def all_files(files, model, tmp_path_factory):
     """Return every kind of unit and system by name, of FMI 2.0 and 3.0."""
-    from fmu.binaries import choose
-    from fmu.export import export
-    from fmu.kinds import linear_unit
+    from fmu.export import choose, export, linear_unit
     from fmu.law_unit import LawUnit
     from fmu.ssp import write_system
 

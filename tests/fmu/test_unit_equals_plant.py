@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fmu.check import plant_outputs
-from fmu.reference import reference_inputs
+from fmu.importer import reference_inputs
 
 SAMPLE = 2e-4
 
@@ -52,7 +52,7 @@ def test_outputs_read_before_initialisation_ends_are_those_after_it(unit, model)
 
 
 def test_a_parameter_set_in_the_unit_acts_as_in_the_machine_file(unit, fresh, model):
-    from fmu.kinds import plant_unit
+    from fmu.export import plant_unit
     from rotorsim.plant import Plant
 
     machine = model.plant.machine.replace("effects.unbalance.me", "12 g*mm").replace("effects.creep.gain", 0.05)

@@ -74,8 +74,7 @@ def test_every_function_of_both_standards_is_there(files):
 
 
 def test_the_same_model_gives_the_same_bytes(files, model, tmp_path):
-    from fmu.binaries import choose
-    from fmu.export import export
+    from fmu.export import choose, export
 
     again = export(model, tmp_path / "rig.fmu", (2, 3), choose("host"))
     assert all(again[v].read_bytes() == files[v].read_bytes() for v in (2, 3))
@@ -83,7 +82,7 @@ def test_the_same_model_gives_the_same_bytes(files, model, tmp_path):
 
 @pytest.mark.slow
 def test_objects_compiled_again_have_the_same_bytes(model, tmp_path, monkeypatch):
-    from fmu.binaries import build, choose
+    from fmu.export import build, choose
 
     libraries = []
     for k in range(2):
@@ -144,26 +143,26 @@ def test_a_folder_that_cannot_be_written_is_refused_before_compiling(capsys, tmp
 
 
 def test_without_a_compiler_the_user_learns_which_to_install(model, tmp_path, monkeypatch):
-    from fmu import binaries
-    from fmu.binaries import choose
+    from fmu import export as exporting
+    from fmu.export import choose
 
     monkeypatch.delenv("CC", raising=False)
-    monkeypatch.setattr(binaries.shutil, "which", lambda name: None)
-    monkeypatch.setattr(binaries.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(exporting.shutil, "which", lambda name: None)
+    monkeypatch.setattr(exporting.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(DataError, match=r"no compiler for .* is here; install gcc, or pip install 'rotorsim\[fmu\]'"):
-        binaries.build(model, choose("host"), "portable", tmp_path)
+        exporting.build(model, choose("host"), "portable", tmp_path)
     with pytest.raises(DataError, match=r"targets: .* need zig, which is not here; install it with pip install"):
-        binaries.build(model, choose("x86_64-windows"), "portable", tmp_path)
+        exporting.build(model, choose("x86_64-windows"), "portable", tmp_path)
 
 
 def test_who_has_gcc_but_no_zig_is_not_asked_to_install_gcc_for_another_platform(gcc, model, tmp_path, monkeypatch):
-    from fmu import binaries
-    from fmu.binaries import choose
+    from fmu import export as exporting
+    from fmu.export import choose
 
-    found = binaries.importlib.util.find_spec
-    monkeypatch.setattr(binaries.importlib.util, "find_spec", lambda name: None if name == "ziglang" else found(name))
+    found = exporting.importlib.util.find_spec
+    monkeypatch.setattr(exporting.importlib.util, "find_spec", lambda name: None if name == "ziglang" else found(name))
     with pytest.raises(DataError) as refused:
-        binaries.build(model, choose("host,x86_64-windows"), "portable", tmp_path)
+        exporting.build(model, choose("host,x86_64-windows"), "portable", tmp_path)
     assert "zig" in str(refused.value) and "gcc" not in str(refused.value)
 
 
@@ -176,7 +175,7 @@ def test_a_file_that_is_no_unit_is_refused(capsys, tmp_path, command):
 
 
 def test_the_workspace_survives_its_encoding(model):
-    from fmu.tables import runs
+    from fmu.model import runs
 
     w = model.assembly.w
     assert np.concatenate([np.full(n, x) for n, x in runs(w)]).tobytes() == w.tobytes()

@@ -30,7 +30,9 @@ def has_sanitisers(gcc, folder):
     return built.returncode == 0 and run(folder / "t").returncode == 0
 
 
-@pytest.fixture(params=["plant", "linear", "sampled", "law"])
+@pytest.fixture(
+    params=["plant", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("linear", "sampled", "law"))]
+)
 def unit_model(request, model):
     """Return a plant, identified models of continuous and of sampled time, and a law."""
     from fmu.law_unit import LawUnit
@@ -46,9 +48,8 @@ def unit_model(request, model):
 @pytest.mark.skipif(sys.platform != "linux", reason="the drivers are built for Linux")
 @pytest.mark.parametrize("driver", ["driver", "state_machine"])
 def test_a_driver_finishes_and_the_sanitisers_find_nothing(gcc, unit_model, tmp_path, driver):
-    from fmu.binaries import fmi_headers, host
+    from fmu.export import fmi_headers, host, write_sources
     from fmu.kernel_object import ObjectTarget
-    from fmu.kinds import write_sources
 
     if not has_sanitisers(gcc, tmp_path):
         pytest.skip("gcc has no sanitisers here")

@@ -5,7 +5,7 @@ import threading
 import numpy as np
 import pytest
 
-from fmu.reference import reference_inputs
+from fmu.importer import reference_inputs
 
 SAMPLE = 2e-4
 OUTPUTS = ["disc.x", "disc.y", "meas.disc_x", "meas.speed", "meas.pressure", "film.h_min"]

@@ -65,7 +65,7 @@ def test_a_full_disk_leaves_the_unit_that_was_there(lpv, tmp_path):
         assert code == 2 and (folder / "unit.fmu").read_bytes() == b"an older unit" and len(files(folder)) == 1
 
 
-@pytest.mark.parametrize("size", ["4k", "60k", "120k"])
+@pytest.mark.parametrize("size", ["60k", *(pytest.param(size, marks=pytest.mark.slow) for size in ("4k", "120k"))])
 def test_a_full_disk_of_temporary_files_is_named(lpv, tmp_path, size):
     with disk(tmp_path / "disk", f"size={size}") as folder:
         code, message = ended("export", "--model", lpv, "--out", tmp_path / "unit.fmu", TMPDIR=str(folder))
@@ -108,9 +108,8 @@ def child_of(process):
 
 
 def test_compiling_is_announced_once_nothing_else_forbids_the_export(model, files, tmp_path, monkeypatch):
-    from fmu import binaries, kernel_object
-    from fmu.binaries import choose
-    from fmu.export import COMPILING, export
+    from fmu import export as exporting, kernel_object
+    from fmu.export import COMPILING, choose, export
 
     received = []
     export(model, tmp_path / "kept.fmu", (3,), choose("host"), announce=received.append)
@@ -126,7 +125,7 @@ def test_compiling_is_announced_once_nothing_else_forbids_the_export(model, file
     monkeypatch.setattr(kernel_object, "_compile", stop)
     with pytest.raises(DataError):
         export(model, tmp_path / "no folder" / "new.fmu", (3,), choose("host"), announce=received.append)
-    monkeypatch.setattr(binaries.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(exporting.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(DataError, match="need zig"):
         export(model, tmp_path / "new.fmu", (3,), choose("host,x86_64-windows"), announce=received.append)
     assert received == []

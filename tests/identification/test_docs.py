@@ -5,8 +5,8 @@ import tomllib
 from pathlib import Path
 
 import identification as idn
-from identification.records.column_names import meaning
 from identification.records.mapping import load_mapping
+from identification.records.proposal import meaning
 
 PAGE = (Path(__file__).parents[2] / "docs" / "data.md").read_text()
 

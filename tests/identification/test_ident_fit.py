@@ -7,9 +7,9 @@ from scipy.linalg import expm
 
 import identification as idn
 from identification.local.blackbox import FullStateSpace
-from identification.local.discretise import exponential, sampled
 from identification.local.greybox import STRUCTURES, actuator_poles, modes
 from identification.local.least_squares import FitProblem, GreyBox, Predictor
+from identification.local.simulation import exponential, sampled
 
 pytestmark = pytest.mark.numerical
 
@@ -142,7 +142,7 @@ def test_model_3_finds_the_model_that_made_the_data(seed):
     assert found.residuals.independent
 
 
-@pytest.mark.parametrize("count", [20, pytest.param(200, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [5, pytest.param(200, marks=pytest.mark.slow)])
 def test_in_many_records_the_truth_lies_within_three_standard_deviations(count):
     frequencies, dampings, inside = [], [], []
     for seed in range(count):

@@ -91,20 +91,20 @@ def test_a_model_survives_its_file(template, tmp_path):
 @pytest.mark.parametrize("text", ["", "{}", "[1]", '{"kind": "lpv"}', '{"kind": "linear"}'])
 def test_a_file_that_is_no_model_ends_in_a_sentence(tmp_path, text):
     (tmp_path / "bad.json").write_text(text)
-    with pytest.raises(idn.ModelError, match="is not a model"):
+    with pytest.raises(idn.ModelError, match="model"):
         idn.load_model(tmp_path / "bad.json")
 
 
 def test_extrapolation_is_warned_of_and_marked(template):
     lpv = idn.fit_lpv(results(template))
     assert not lpv.at(300.0, 5e5).extrapolated
-    with pytest.warns(idn.ExtrapolationWarning, match="lies outside"):
+    with pytest.warns(idn.ExtrapolationWarning, match="rad/s"):
         assert lpv.at(900.0, 5e5).extrapolated
 
 
 def test_too_few_points_are_refused(template):
     few = results(template)
-    with pytest.raises(idn.UnfitError, match="different pressures, order 2 needs 3"):
+    with pytest.raises(idn.UnfitError, match="pressures, order 2 needs 3"):
         idn.fit_lpv([r for r in few if r.pressure < 4.5e5])
     with pytest.raises(idn.UnfitError, match="5 points, surfaces of order 2 need 6"):
         idn.fit_lpv([few[i] for i in (0, 5, 10, 15, 19)])
@@ -120,7 +120,7 @@ def test_frozen_scheduling_simulates_the_frozen_model_and_a_ramp_ends_like_it(te
     speed = np.interp(np.arange(5000), [0, 2000], [0.0, 300.0])
     moving = lpv.simulate(u, speed, 5e5, TS)
     assert np.abs(moving[4500:] - frozen[4500:]).max() < 1e-9
-    with pytest.raises(idn.ModelError, match="neither a number nor 5000 samples"):
+    with pytest.raises(idn.ModelError, match="5000 samples"):
         lpv.simulate(u, np.zeros(3), 5e5, TS)
 
 

@@ -41,13 +41,11 @@ def test_its_name_and_its_intervals(found):
 
 def test_a_dead_time_and_a_frequency_response_are_refused_in_a_sentence():
     data = moved(RATES, RATED, seconds=3.0)
-    with pytest.raises(idn.UnfitError, match="model 2-rate; only model 3 has a dead time"):
+    with pytest.raises(idn.UnfitError, match=r"identify.dead_time: .* 2-rate"):
         idn.identify(data, RATED, dead_time=5e-4)
     response = idn.frequency_response(data["reference"].values, data["disc_measured"].values, TS)
     for model in (RATED, 2):
-        with pytest.raises(
-            idn.UnfitError, match="which is found from pins to disc: such a response has none; choose 1"
-        ):
+        with pytest.raises(idn.UnfitError, match="2-rate"):
             idn.fit_frequency_response(response, model)
 
 
@@ -66,7 +64,7 @@ def test_surfaces_are_refined_by_frequency_responses_and_not_over_all_records(gr
     results, records = grid
     near = idn.fit_lpv(results, order=1, refine="frequency").at(150.0, 4e5)
     np.testing.assert_allclose(near.wn[:2], modes(RATES)[0], rtol=2e-3)
-    with pytest.raises(idn.UnfitError, match="'global' does not do model 2-rate; take model 1 or 3, or 'frequency'"):
+    with pytest.raises(idn.UnfitError, match=r"fit_lpv.refine: 'global' .* 2-rate"):
         idn.fit_lpv(results, order=1, refine="global", signals=[lambda one=one: idn.filtered(one) for one in records])
 
 
@@ -93,7 +91,7 @@ def test_laws_are_designed_on_it_and_on_surfaces_of_it(found, grid, design):
 
 
 def test_a_recursive_estimate_does_not_start_from_it(found):
-    with pytest.raises(idn.ModelError, match=r"10 states.*give a continuous model of six states"):
+    with pytest.raises(idn.ModelError, match=r"recursive.start: 10 states"):
         idn.RecursiveLpv(found.model, TS, (0.0, 600.0), (3e5, 6e5))
 
 

@@ -45,14 +45,14 @@ def test_samples_that_are_not_finite_are_gaps_of_a_frequency_response():
 
 def test_unfit_samples_of_a_frequency_response_are_refused():
     u, y = np.ones((100, 2)), np.ones((100, 2))
-    with pytest.raises(UnfitError, match="0 samples in the longest stretch of finite ones"):
+    with pytest.raises(UnfitError, match="frequency_response: 0 samples"):
         idn.frequency_response(u, np.nan * y, TS)
     with pytest.raises(UnfitError, match="10 samples"):
         idn.frequency_response(u[:10], y[:10], TS)
     for one, other in ((u[:, 0], y), (u, y[:5])):
-        with pytest.raises(UnfitError, match="one row a sample"):
+        with pytest.raises(UnfitError, match="frequency_response: u"):
             idn.frequency_response(one, other, TS)
-    with pytest.raises(UnfitError, match="cut them out by whole periods"):
+    with pytest.raises(UnfitError, match="periodic_response"):
         idn.periodic_response(u, np.nan * y, TS, 10 * TS)
 
 
@@ -75,7 +75,7 @@ def test_a_response_without_noise_gives_back_its_parameters(Ts):
     assert np.all(np.isnan(found.misfit)) and found.fit.min() > 0.999999
 
 
-@pytest.mark.parametrize("Ts", [0.0, TS])
+@pytest.mark.parametrize("Ts", [pytest.param(0.0, marks=pytest.mark.slow), TS])
 def test_stated_intervals_of_a_noisy_response_hold_the_parameters(Ts):
     z = []
     for seed in range(25):
@@ -119,7 +119,7 @@ def test_a_structure_of_ones_own_with_bounds_is_fitted_too_and_ambiguities_are_n
     double = idn.Structure(
         "double", (*own.parameters, "more"), lambda t: own.matrices(np.r_[t[:13], t[13] * t[14]]), (*TRUTH, 1.0)
     )
-    with pytest.raises(UnfitError, match="p_y and more change it only together"):
+    with pytest.raises(UnfitError, match="p_y"):
         idn.fit_frequency_response(noisy(0), double)
 
 
@@ -173,24 +173,24 @@ G0 = np.ones((5, 2, 2), complex)
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (lambda: idn.fit_frequency_response(noisy(0), 2), "choose 1, 3 or a Structure"),
-        (lambda: idn.identify(noisy(0), 3), "fit_frequency_response takes it"),
-        (lambda: idn.fit_frequency_response(noisy(0), 3, band=(420, 500)), "0 lines.*widen the band"),
+        (lambda: idn.fit_frequency_response(noisy(0), 2), "model 2"),
+        (lambda: idn.identify(noisy(0), 3), "fit_frequency_response"),
+        (lambda: idn.fit_frequency_response(noisy(0), 3, band=(420, 500)), "0 lines between 420 and 500 Hz"),
         (lambda: idn.fit_frequency_response(noisy(0), 3, band=(100, 102)), "parameters need 28"),
-        (lambda: idn.fit_frequency_response(replace(noisy(0), G=noisy(0).G[:, :1]), 3), "two outputs by two inputs"),
+        (lambda: idn.fit_frequency_response(replace(noisy(0), G=noisy(0).G[:, :1]), 3), r"\(f, 2, 2\)"),
         (lambda: idn.fit_frequency_response(replace(noisy(0), G=noisy(0).G * np.nan), 3), "0 lines"),
         (lambda: idn.fit_frequency_response(noisy(0), 3, start=TRUTH[:3]), "3 values"),
         (lambda: idn.fit_frequency_response(noisy(0), 3, start=-TRUTH), "above zero|unstable"),
-        (lambda: idn.fit_frequency_response(noisy(0), replace(STRUCTURES["3"], name="mine")), "has no start"),
+        (lambda: idn.fit_frequency_response(noisy(0), replace(STRUCTURES["3"], name="mine")), "start"),
         (lambda: idn.measured_response(OMEGA[::-1], noisy(0).G), "ascending"),
         (lambda: idn.measured_response(OMEGA, noisy(0).G[:5]), "ascending"),
-        (lambda: idn.measured_response(OMEGA[:5], G0, np.zeros((5, 2, 2))), "each above zero"),
-        (lambda: idn.measured_response(OMEGA[:5], G0, np.ones((5, 2))), "each above zero"),
-        (lambda: idn.periodic_response(np.ones((100, 2)), np.ones((100, 2)), TS, 1.0), "three periods"),
+        (lambda: idn.measured_response(OMEGA[:5], G0, np.zeros((5, 2, 2))), "measured_response.sd"),
+        (lambda: idn.measured_response(OMEGA[:5], G0, np.ones((5, 2))), "measured_response.sd"),
+        (lambda: idn.periodic_response(np.ones((100, 2)), np.ones((100, 2)), TS, 1.0), "period 1 s"),
         (lambda: idn.periodic_response(np.ones((100, 2)), np.ones((100, 2)), TS, 3.3 * TS), "whole number"),
         (
             lambda: idn.periodic_response(*(np.random.default_rng(0).normal(size=(90, 2)),) * 2, TS, 30 * TS),
-            "one input alone",
+            "periodic_response",
         ),
     ],
 )

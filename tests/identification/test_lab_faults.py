@@ -5,7 +5,7 @@ import pytest
 
 import identification as idn
 from identification.errors import ReadError, SchemaError
-from identification.records.table import clipped, dead
+from identification.records.columns import clipped, dead
 
 RATE = 5000
 T = np.arange(4 * RATE) / RATE
@@ -72,7 +72,7 @@ def test_a_single_probe_is_a_reading_along_its_angle(lab):
 
 def test_without_a_living_probe_there_is_no_record(lab):
     file = lab(A=np.zeros_like(T), B=np.zeros_like(T), C=None)
-    with pytest.raises(ReadError, match=r"none is left .*A is dead"):
+    with pytest.raises(ReadError, match=r"probes: .*A is dead"):
         idn.read(file, MAPPING)
 
 
@@ -80,7 +80,7 @@ def test_clipped_probes_are_refused_with_their_limit(lab):
     limit = 0.06
     record = idn.load(lab(A=np.clip(seen(45), -limit, limit)), MAPPING)
     assert record.attrs["clipped"][0].startswith("A: rests at -0.06 V for")
-    with pytest.raises(SchemaError, match=r"clipped signal: A: rests at -0\.06 V"):
+    with pytest.raises(SchemaError, match=r"A: .* -0\.06 V"):
         idn.read(lab(A=np.clip(seen(45), -limit, limit)), MAPPING)
 
 
@@ -114,7 +114,7 @@ def test_a_channel_without_any_value_is_left_out_of_the_cut(lab):
         "channels": {"pressure": {"column": "spare", "unit": "Pa"}}})  # fmt: skip
     (piece,) = idn.whole_stretches(record)
     assert "pressure" not in piece and "pressure has no value and was left out" in idn.notes_of(piece)[0]
-    with pytest.raises(SchemaError, match="no whole stretch of 9 s"):
+    with pytest.raises(SchemaError, match="9 s"):
         idn.whole_stretches(record, 9.0)
 
 
@@ -133,9 +133,9 @@ def test_the_disc_is_the_plane_that_is_chosen_and_others_are_readings(lab):
     record = idn.read(lab(), MAPPING | {"probes": near | far, "disc": {"position": "150 mm"}})
     np.testing.assert_allclose(record["disc_measured"].sel(axis="y"), Y, atol=1e-10)
     assert record["probe"].values.tolist() == ["C"] and float(record["probe_position"][0]) == 0.52
-    with pytest.raises(ReadError, match=r"several planes \(A 150 mm, B 150 mm, C 520 mm\); state the disc's"):
+    with pytest.raises(ReadError, match=r"A 150 mm, B 150 mm, C 520 mm"):
         idn.read(lab(), MAPPING | {"probes": near | far})
-    with pytest.raises(ReadError, match="no probe at 300 mm"):
+    with pytest.raises(ReadError, match=r"disc.position: .*300 mm"):
         idn.read(lab(), MAPPING | {"probes": near | far, "disc": {"position": "300 mm"}})
 
 
@@ -155,12 +155,12 @@ def test_the_gap_voltage_of_a_dc_coupled_probe_is_taken_off(lab):
 @pytest.mark.parametrize(
     ("probe", "shown"),
     [
-        ({"coupling": "ac"}, "probes.A.coupling: 'ac'; write AC or DC"),
-        ({"coupling": "AC", "gap": "-10 V"}, "probes.A.gap: an AC-coupled probe has no gap voltage"),
-        ({"gap": -10}, "probes.A.gap: -10 is not a voltage with its unit"),
-        ({"gap": "10 mil"}, "probes.A.gap: unit 'mil' is not a known unit of voltage"),
-        ({"position": "150"}, "probes.A.position: '150' is not a length with its unit"),
-        ({"unit": "um", "sensitivity": None, "gap": "-10 V"}, "probes.A.gap: the column is not in volts"),
+        ({"coupling": "ac"}, "probes.A.coupling: 'ac'"),
+        ({"coupling": "AC", "gap": "-10 V"}, "probes.A.gap: .*AC"),
+        ({"gap": -10}, "probes.A.gap: -10"),
+        ({"gap": "10 mil"}, "probes.A.gap: unit 'mil'"),
+        ({"position": "150"}, "probes.A.position: '150'"),
+        ({"unit": "um", "sensitivity": None, "gap": "-10 V"}, "probes.A.gap"),
     ],
 )
 def test_wrong_entries_of_a_probe_are_named(lab, probe, shown):
@@ -173,7 +173,7 @@ def test_a_file_that_mixes_units_is_refused_where_the_mapping_states_none(tmp_pa
     rows = "\n".join(f"{t:.4f},{x * 1e6:.6f},{y / 25.4e-6:.6f}" for t, x, y in zip(T[:99], X, Y, strict=False))
     (tmp_path / "a.csv").write_text(f"t [s],X [um],Y [mil]\n{rows}\n")
     probes = {"A": {"column": "X", "angle": "0 deg"}, "B": {"column": "Y", "angle": "90 deg"}}
-    with pytest.raises(ReadError, match=r"mixes units \(probes.A in um, probes.B in mil\); state the unit of each"):
+    with pytest.raises(ReadError, match=r"probes.A in um, probes.B in mil"):
         idn.read(tmp_path / "a.csv", {"time": {"column": "t"}, "probes": probes})
     stated = {name: part | {"unit": unit} for (name, part), unit in zip(probes.items(), ("um", "mil"), strict=True)}
     record = idn.read(tmp_path / "a.csv", {"time": {"column": "t"}, "probes": stated})

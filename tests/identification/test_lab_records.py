@@ -46,9 +46,9 @@ def test_the_edge_the_level_and_pulses_of_a_turn():
 @pytest.mark.parametrize(
     ("change", "shown"),
     [
-        (lambda v: np.zeros_like(v), "never passes its level"),
-        (lambda v: np.where(np.arange(v.size) < v.size // 100, v, -1.0), "pulses; at least 4"),
-        (lambda v: np.where(np.abs(np.arange(v.size) / RATE - 2) < 0.015, -1.0, v), "a pulse is missing"),
+        (lambda v: np.zeros_like(v), "level"),
+        (lambda v: np.where(np.arange(v.size) < v.size // 100, v, -1.0), "[0-3] pulses.* 4"),
+        (lambda v: np.where(np.abs(np.arange(v.size) / RATE - 2) < 0.015, -1.0, v), "near [12]"),
     ],
 )
 def test_a_keyphasor_that_cannot_be_followed_is_refused(change, shown):
@@ -121,15 +121,15 @@ def test_a_minute_at_51_kHz_takes_no_step_of_python_a_sample():
 @pytest.mark.parametrize(
     ("change", "shown"),
     [
-        ({"keyphasor": {"A": {"column": "key"}, "B": {"column": "A"}}}, r"2 keyphasors \(A, B\); keep the one"),
-        ({"keyphasor": [{"column": "key"}, {"column": "A"}]}, "2 keyphasors; keep the one"),
-        ({"probes": MAPPING["probes"] | {"B": MAPPING["probes"]["A"]}}, "do not see both x and y"),
-        ({"probes": {"A": {"column": "A", "unit": "um"}}}, "probes.A.angle: is missing"),
+        ({"keyphasor": {"A": {"column": "key"}, "B": {"column": "A"}}}, r"keyphasor: 2 .*\(A, B\)"),
+        ({"keyphasor": [{"column": "key"}, {"column": "A"}]}, "keyphasor: 2"),
+        ({"probes": MAPPING["probes"] | {"B": MAPPING["probes"]["A"]}}, "probes A, B: .* x and y"),
+        ({"probes": {"A": {"column": "A", "unit": "um"}}}, "probes.A.angle"),
         ({"keyphasor": {"column": "key", "unit": "V", "edge": "up"}}, "keyphasor.edge"),
         ({"keyphasor": {"column": "key", "unit": "V", "pulses": 0}}, "keyphasor.pulses"),
-        ({"keyphasor": {"column": "A", "unit": "V", "Level": "1 V"}}, "unknown entry 'Level'"),
-        ({"channels": {"angle": {"column": "A", "unit": "rad"}}}, "are the same angle; remove one"),
-        ({"channels": {"disc_measured": {"x": {"column": "A", "unit": "V"}}}}, "are the same motion; remove one"),
+        ({"keyphasor": {"column": "A", "unit": "V", "Level": "1 V"}}, "keyphasor: .*'Level'"),
+        ({"channels": {"angle": {"column": "A", "unit": "rad"}}}, r"\[channels.angle\]"),
+        ({"channels": {"disc_measured": {"x": {"column": "A", "unit": "V"}}}}, r"\[channels.disc_measured\]"),
     ],
 )
 def test_wrong_entries_are_named(tmp_path, change, shown):
@@ -141,15 +141,15 @@ def test_wrong_entries_are_named(tmp_path, change, shown):
 def test_rates_that_cannot_be_are_refused():
     t = np.arange(1000) / 5000
     record = idn.make_record(t, {"disc": np.zeros((1000, 2))})
-    with pytest.raises(SchemaError, match="would invent"):
+    with pytest.raises(SchemaError, match="Hz"):
         idn.resample(record, 10000.0)
     turning = record.assign(speed=("time", np.full(1000, 400 * np.pi), {"units": "rad/s"}))
     assert idn.resample(turning, 2500.0, 3).sizes["time"] == 500
-    with pytest.raises(SchemaError, match="1000 Hz is too low for 3X, which goes up to 600 Hz; take a rate of 1500 Hz"):
+    with pytest.raises(SchemaError, match=r"1000 Hz .*3X.* 600 Hz.* 1500 Hz"):
         idn.resample(turning, 1000.0, 3)
-    with pytest.raises(SchemaError, match="has no speed, so that no order can be kept"):
+    with pytest.raises(SchemaError, match="no speed"):
         idn.resample(record, 1000.0, 3)
-    with pytest.raises(SchemaError, match="no simple ratio"):
+    with pytest.raises(SchemaError, match=r"Hz and .* Hz"):
         idn.resample(record, 1234.5678901)
 
 

@@ -83,9 +83,9 @@ def test_probes_that_make_no_plane_are_refused(probed, names, sentence):
 
 
 def test_a_record_without_probes_or_with_two_of_one_name_is_refused(probed, record):
-    with pytest.raises(idn.SchemaError, match="no probe_measured; the choice of probes needs"):
+    with pytest.raises(idn.SchemaError, match="no probe_measured"):
         probe_outputs(record, ("A", "B"))
-    with pytest.raises(idn.SchemaError, match="give each probe a name of its own"):
+    with pytest.raises(idn.SchemaError, match=r"record\.probe: "):
         idn.validate(probed.assign_coords(probe=["A", "A", "B", "C"]))
     with pytest.raises(idn.SchemaError, match="4 probes, but 0 of 'probe'"):
         idn.from_arrays(np.arange(200) / 5000, None, None, probe_measured=np.zeros((200, 4)))

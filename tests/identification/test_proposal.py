@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import identification as idn
-from identification.records.table import Column, DataTable
+from identification.records.columns import Column, DataTable
 
 T = np.arange(2000) / 5000
 W = 100 * np.pi

@@ -9,8 +9,8 @@ import pytest
 
 import identification as idn
 from identification import readers
-from identification.readers.registry import READERS, reader, reader_of
-from identification.records.table import Column, DataTable
+from identification.readers import READERS, reader, reader_of
+from identification.records.columns import Column, DataTable
 
 OWN = b"TWO1"
 
@@ -30,7 +30,7 @@ def two():
 
 
 def test_every_module_of_the_readers_registers_one():
-    modules = [name for _, name, _ in iter_modules(readers.__path__) if name != "registry"]
+    modules = [name for _, name, _ in iter_modules(readers.__path__)]
     assert len(modules) >= 6
     registered = {one.function.__module__ for one in READERS}
     assert registered == {import_module(f"identification.readers.{name}").__name__ for name in modules}
@@ -42,6 +42,15 @@ def test_a_format_of_ones_own_is_read_as_a_record(two, written, name):
     record = idn.read(written(name, OWN + values.tobytes()))
     np.testing.assert_allclose(record["disc_measured"].values, 1e-6 * values)
     assert record.attrs["source_format"] == "TWO"
+
+
+def test_what_a_reader_of_ones_own_raises_on_damage_is_one_error_with_the_files_name(two, written):
+    """Seventeen values are no pairs: the reader raises ValueError."""
+    path = written("run.two", OWN + np.arange(17.0).tobytes())
+    for look in (idn.read, idn.columns):
+        with pytest.raises(idn.ReadError, match=r"run\.two") as caught:
+            look(path)
+        assert isinstance(caught.value.__cause__, Exception)
 
 
 def test_a_file_that_does_not_begin_like_its_suffix_is_refused(two, written):

@@ -106,7 +106,7 @@ BAD = {
     "response function": (ascii58("angle", function=4), "holds functions of type 4 and no time response"),
     "frequency": (ascii58("angle", abscissa=18), "has an abscissa other than time"),
     "nothing": (b"    -1\n    15\n    -1\n", "holds no time response in a dataset 58"),
-    "two clocks": (ascii58("disc_x") + ascii58("disc_y", step=1e-4), "on different clocks"),
+    "two clocks": (ascii58("disc_x") + ascii58("disc_y", step=1e-4), "is sampled every"),
     "word": (ascii58("angle").replace(b"1.5000", b"=cmd()"), "holds what is not a number"),
     "long line": (ascii58("angle").replace(b"\n    -1\n", b"9" * 100 + b"\n    -1\n"), "longer than its format"),
     "rubbish between": (GOOD + b"rubbish\n", "where a dataset begins with -1"),

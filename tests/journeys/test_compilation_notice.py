@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from rotorsim.commands.diagnosis.output import STAGES, Stages
+from rotorsim.commands.diagnosis_output import STAGES, Stages
 from rotorsim.commands.options import note_compiling
-from rotorsim.discrepancy.twin import compiled_models
+from rotorsim.discrepancy import calibration
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 from rotorsim.plant.compose import FILM_ENTRIES
@@ -60,9 +60,9 @@ def test_every_command_notes_it_in_a_pipe_and_its_json_stays_whole(run, tmp_path
 
 def test_a_diagnosis_notes_it_before_it_compiles_anything(monkeypatch):
     order = []
-    monkeypatch.setattr(compiled_models, "is_compiled", lambda module: False)
-    monkeypatch.setattr(compiled_models, "other_law", lambda twin: order.append("equilibrium"))
-    compiled_models.CompiledModels.of(load_machine("plain_rotor"), progress=order.append)
+    monkeypatch.setattr(calibration, "is_compiled", lambda module: False)
+    monkeypatch.setattr(calibration, "other_law", lambda twin: order.append("equilibrium"))
+    calibration.CompiledModels.of(load_machine("plain_rotor"), progress=order.append)
     assert order == ["compile", "equilibrium"]
 
 

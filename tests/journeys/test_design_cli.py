@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from identification import load_model
-from rotorsim.base import progress
+from rotorsim.base import display
 from rotorsim.control import load_law
 
 MODEL = Path(__file__).parent.parent / "control" / "rig_model.json"
@@ -29,7 +29,7 @@ def test_a_terminal_shows_the_steps_of_a_long_design_and_a_pipe_none(run, tmp_pa
     command = ("design", "lpv", MODEL, "--spec", "grid=3x3", "--spec", "table=3x3", "--spec", "validation=3x3")
     _, _, err = run(*command, "--spec", "bound=1e-3", "--out", tmp_path / "law.json")
     assert "inequalities ..." not in err and err.startswith("lpv: no Y(q)")
-    monkeypatch.setattr(progress, "on_terminal", lambda: True)
+    monkeypatch.setattr(display, "on_terminal", lambda: True)
     _, _, err = run(*command, "--spec", "bound=1e-3", "--out", tmp_path / "law.json")
     assert "design lpv: smallest gamma: " in err and err.split("\r")[-1].startswith("\x1b[Klpv: no Y(q)")
 
@@ -168,6 +168,7 @@ def test_a_law_for_another_machine_runs_with_a_warning(run, tmp_path):
     ]
 
 
+@pytest.mark.slow
 def test_a_law_is_verified_on_the_machine(run, tmp_path):
     run("design", "lqr", MODEL, "--out", tmp_path / "lqr.json")
     short = ("--duration", "0.2 s", "--pressure", "0.6 MPa", "--no-report", "--json")

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from rotorsim.base.errors import DataError
-from rotorsim.commands.diagnosis.diagnose import unfinished
+from rotorsim.commands.diagnosis import unfinished
+from rotorsim.discrepancy.calibration import GRID
+from rotorsim.discrepancy.candidates import candidates
+from rotorsim.discrepancy.experiments import campaign
 from rotorsim.discrepancy.hidden_machine import draw, record_of, write
-from rotorsim.discrepancy.plan.experiments import campaign
-from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.twin.compiled_models import GRID
-from rotorsim.discrepancy.twin.plant import Twin
+from rotorsim.discrepancy.twin import Twin
 from rotorsim.machine import load_machine
 
 EFFECTS = ("coupling", "runout", "shaft_bow")
@@ -134,7 +134,7 @@ def test_what_an_interrupted_diagnosis_computed_waits_for_the_same_command(tmp_p
     ("command", "work"),
     [
         (("diagnose", "plain_rotor", "x.nc"), "rotorsim.discrepancy.diagnose"),
-        (("study", "identification-vs-physics"), "rotorsim.study.plans.run"),
+        (("study", "identification-vs-physics"), "rotorsim.study.identify_records.run"),
     ],
 )
 def test_ctrl_c_states_that_the_same_command_continues(run, tmp_path, monkeypatch, command, work):

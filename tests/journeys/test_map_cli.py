@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rotorsim.report.pictures import lacking
+from rotorsim.report.scenes import lacking
 
 RIG = ["--grid", "16x4", "--set", "actuators.mode=ideal"]
 

@@ -5,7 +5,7 @@ import json
 import pytest
 import xarray as xr
 
-from rotorsim.base.file_kinds import READ_BY
+from rotorsim.base.input_files import READ_BY
 from rotorsim.machine import machine_text
 from rotorsim.plant import Plant
 
@@ -49,7 +49,7 @@ def made(tmp_path_factory):
         (folder / name).write_text(text)
     (folder / "run.csv").write_text("t [s],a [um]\n0,1\n1e-3,1\n")
     from rotorsim.analysis import mode_shapes, operating_map
-    from rotorsim.discrepancy.outcome.gap import gap_dataset
+    from rotorsim.discrepancy.gap import gap_dataset
 
     plant = Plant("plain_rotor")
     operating_map(plant, [0.0, 100.0], [0.0]).to_netcdf(folder / "map.nc", engine="h5netcdf")

@@ -6,14 +6,14 @@ import pytest
 
 import identification as idn
 from rotorsim.base.constants import RPM
-from rotorsim.study.plans import StudyGrid
+from rotorsim.study.identify_records import StudyGrid
 
 SMALL = StudyGrid((0.0, 3000 * RPM), (0.4e6, 0.6e6), duration=3.0)  # where the orbit of the imbalance is small
 
 
 @pytest.mark.slow
 def test_a_study_of_four_points_ends_in_models_and_a_report(run, tmp_path, monkeypatch):
-    monkeypatch.setattr("rotorsim.study.plans.QUICK", SMALL)
+    monkeypatch.setattr("rotorsim.study.identify_records.QUICK", SMALL)
     out = tmp_path / "study"
     command = ("study", "identification-vs-physics", "--quick", "--surfaces", "1", "--out", out, "--jobs", "1")
     code, text, err = run(*command, "--json")

@@ -9,7 +9,7 @@ import pytest
 from rotorsim.base.errors import Unusual
 from rotorsim.campaign.read_plan import make_plan
 from rotorsim.experiments import Impact, Runup, Steady
-from rotorsim.experiments.parameters import ask_speeds
+from rotorsim.experiments.experiment import ask_speeds
 from rotorsim.machine import Machine, load_machine, machine_text, shipped_machines
 from rotorsim.machine.plausibility import ask_machine
 

@@ -20,16 +20,15 @@ from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import RotorsimError
 from rotorsim.control.sampled_loop import closed_poles
 from rotorsim.control.systems import System, held, late, series
-from rotorsim.live.rig.controls import OFF
-from rotorsim.live.rig.desk import Desk
-from rotorsim.live.rig.laws import read_laws, running
-from rotorsim.live.rig.rig import Rig
-from rotorsim.live.rig.runner import Runner
-from rotorsim.live.rig.stability_check import law_of, pins
-from rotorsim.live.server.server import application, serve
+from rotorsim.live.desk import Desk
+from rotorsim.live.laws import law_of, pins, read_laws, running
+from rotorsim.live.rig import Rig
+from rotorsim.live.runner import Runner
+from rotorsim.live.serving import application, serve
+from rotorsim.live.settings import OFF
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
-from rotorsim.plant.kernels.columns import AT, READ
+from rotorsim.plant.kernels.layout import AT, READ
 
 KEPT = 60_000
 """Samples of a run that are kept: 12 s."""

@@ -4,9 +4,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from rotorsim.live.rig.laws import read_laws
-from rotorsim.live.rig.rig import Rig
-from rotorsim.live.rig.stability_check import DECAY, FEWEST
+from rotorsim.live.laws import DECAY, FEWEST, read_laws
+from rotorsim.live.rig import Rig
 from rotorsim.machine import load_machine
 from waiting import until
 

@@ -3,7 +3,7 @@
 import pytest
 
 from coarse_rig import RPM, make_rig
-from rotorsim.live.rig.runner import Runner
+from rotorsim.live.runner import Runner
 
 
 @pytest.fixture

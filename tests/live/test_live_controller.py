@@ -5,8 +5,7 @@ import pytest
 
 from coarse_rig import RPM, make_rig, ran, shown
 from rotorsim.control import plausibility_of
-from rotorsim.live.rig.laws import read_laws
-from rotorsim.live.rig.stability_check import StabilityVerdict, motion
+from rotorsim.live.laws import StabilityVerdict, motion, read_laws
 from studies.benchmarks.control_laws import rig_model
 from waiting import until
 

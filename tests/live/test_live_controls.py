@@ -9,9 +9,9 @@ from hypothesis import given, strategies as st
 
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
-from rotorsim.live.rig.controls import Control
-from rotorsim.live.rig.desk import Scene, load_scene
-from rotorsim.live.rig.samples import Hammer, History, hit, ramp
+from rotorsim.live.desk import Scene, load_scene
+from rotorsim.live.rig import Hammer, History, hit, ramp
+from rotorsim.live.settings import Control
 from rotorsim.machine import machine_text
 
 GAP = Control("clearance_growth.growth", "growth", "um", 1e-6, -20e-6, 20e-6, 0.0)

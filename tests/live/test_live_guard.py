@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from rotorsim.live.server import guard
-from rotorsim.live.server.guard import LONGEST, MOST, Guard
+from rotorsim.live import guard
+from rotorsim.live.guard import LONGEST, MOST, Guard
 
 PLACE = "127.0.0.1:8750"
 TOKEN = "right"

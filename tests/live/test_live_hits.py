@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from coarse_rig import RPM, make_rig
-from rotorsim.live.rig.modes import BEFORE, LEAD, RING, modes_at, read_ringdown
+from rotorsim.live.modes import BEFORE, LEAD, RING, modes_at, read_ringdown
 
 
 def ringing(rig, axis, clearance=25e-6):

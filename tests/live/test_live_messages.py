@@ -4,7 +4,7 @@ import logging
 
 import pytest
 
-from rotorsim.live.server.server import MOST, OneLine, quiet
+from rotorsim.live.serving import MOST, OneLine, quiet
 
 
 def test_a_flood_of_log_lines_ends_with_a_line_that_reports_it(capsys):

@@ -5,11 +5,11 @@ import pytest
 
 import identification as idn
 from coarse_rig import coarse
-from rotorsim.live.rig.frame import HIGHEST, SPECTRUM, Geometry, make_frame
-from rotorsim.live.rig.laws import read_laws
-from rotorsim.live.rig.pacing import Pacer
-from rotorsim.live.rig.records import Recorder, Replay
-from rotorsim.live.rig.rig import Rig
+from rotorsim.live.frame import HIGHEST, SPECTRUM, Geometry, make_frame
+from rotorsim.live.laws import read_laws
+from rotorsim.live.records import Recorder, Replay
+from rotorsim.live.rig import Rig
+from rotorsim.live.runner import Pacer
 from rotorsim.machine import load_machine
 
 RATE = 50e3
@@ -58,7 +58,7 @@ def test_a_recording_has_the_machine_s_clock(turbo, tmp_path):
 
 def test_the_pace_counts_samples_of_the_machine(monkeypatch):
     now = [0.0]
-    monkeypatch.setattr("rotorsim.live.rig.pacing.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("rotorsim.live.runner.time.monotonic", lambda: now[0])
     pacer = Pacer(1 / RATE)
     now[0] = 0.01
     pacer.count(500)

@@ -5,10 +5,10 @@ import pytest
 
 import rotorsim as rs
 from coarse_rig import RPM, make_rig, ran, shown
-from rotorsim.live.rig.modes import RigModes, modes_at
-from rotorsim.live.rig.readings import another_growing
-from rotorsim.live.rig.runner import Runner
-from rotorsim.plant.kernels.columns import READ
+from rotorsim.live.frame import another_growing
+from rotorsim.live.modes import RigModes, modes_at
+from rotorsim.live.runner import Runner
+from rotorsim.plant.kernels.layout import READ
 from waiting import until
 
 

@@ -11,9 +11,9 @@ import identification as idn
 from coarse_rig import RPM, make_rig, ran
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
-from rotorsim.live.rig.records import Replay
-from rotorsim.live.rig.runner import Runner
-from rotorsim.live.rig.stability_check import StabilityVerdict
+from rotorsim.live.laws import StabilityVerdict
+from rotorsim.live.records import Replay
+from rotorsim.live.runner import Runner
 
 
 def test_a_record_is_of_the_schema_and_replays_the_frames_of_the_run(tmp_path):

@@ -8,11 +8,11 @@ import pytest
 
 from coarse_rig import RPM, coarse, make_rig
 from rotorsim.base.errors import DataError, MachineFileError
-from rotorsim.live.rig.laws import read_laws
-from rotorsim.live.rig.rig import SCATTER, Rig
-from rotorsim.live.rig.settings import equip, with_value
+from rotorsim.live.laws import read_laws
+from rotorsim.live.rig import SCATTER, Rig
+from rotorsim.live.settings import equip, with_value
 from rotorsim.plant import Plant
-from rotorsim.plant.kernels.columns import AT
+from rotorsim.plant.kernels.layout import AT
 
 
 def fresh(changes=()):

@@ -9,12 +9,11 @@ from coarse_rig import RPM, coarse, make_rig, ran, shown
 from rotorsim.analysis.unbalance_response import unbalance_response, unbalances_of
 from rotorsim.analysis.whirl_onset import whirl_onset
 from rotorsim.base.errors import DataError
-from rotorsim.live.rig.desk import Desk
-from rotorsim.live.rig.laws import read_laws
-from rotorsim.live.rig.rig import Rig
-from rotorsim.live.rig.runner import Runner
-from rotorsim.live.rig.settings import RigSettings, equip
-from rotorsim.live.rig.tour import stops
+from rotorsim.live.desk import Desk, stops
+from rotorsim.live.laws import read_laws
+from rotorsim.live.rig import Rig
+from rotorsim.live.runner import Runner
+from rotorsim.live.settings import RigSettings, equip
 from rotorsim.machine import Machine, load_machine, machine_text
 
 ACTUATORS = ("actuators", "effects.hysteresis", "effects.creep")

@@ -139,24 +139,3 @@ def test_an_unknown_name_lists_the_shipped_machines():
         match=r"'rig' is neither a shipped machine \(aerostatic_spindle, bently_rk4, dtu_gas_bearing, .* or a path",
     ):
         load_machine("rig")
-
-
-EARLIER_KEYS = [
-    ("reference_limit =", "limit =", "actuators.limit: is called 'reference_limit' now; rename it"),
-    ("pd_pole =", "pole =", "actuators.pole: is called 'pd_pole' now; rename it"),
-    ("sensor_sensitivity =", "transducer =", "actuators.transducer: is called 'sensor_sensitivity' now; rename it"),
-    ("dry_drag =", 'time = "1 s"\ndry_drag =', "drive.time: is called 'speed_recovery_time' now; rename it"),
-    ("amplitude_1x =", "first =", "effects.runout.first: is called 'amplitude_1x' now; rename it"),
-    ("phase_3x =", "third_phase =", "effects.runout.third_phase: is called 'phase_3x' now; rename it"),
-    ("force_2x =", "second =", "effects.coupling.second: is called 'force_2x' now; rename it"),
-    ("[effects.creep]", "[effects.viscosity]\n[effects.creep]", "effects.viscosity: is called 'gas_heating' now"),
-]
-
-
-@pytest.mark.parametrize(
-    ("now", "earlier", "sentence"), EARLIER_KEYS, ids=[row[2].split(":")[0] for row in EARLIER_KEYS]
-)
-def test_a_key_of_an_earlier_version_is_answered_with_its_new_name(now, earlier, sentence):
-    with pytest.raises(MachineFileError) as caught:
-        Machine.from_text(RIG.replace(now, earlier, 1))
-    assert sentence in str(caught.value)

@@ -6,7 +6,7 @@ import pytest
 
 from rotorsim.base.errors import Unusual
 from rotorsim.machine import Gas, Machine, load_machine
-from rotorsim.machine.gas import GASES
+from rotorsim.machine.gas_film import GASES
 from rotorsim.machine.plausibility import ask_machine
 from rotorsim.plant.assemble import make_films
 

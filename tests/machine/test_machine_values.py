@@ -141,8 +141,3 @@ def test_a_table_in_place_of_a_value_is_answered_with_a_field_that_is_there(path
     with pytest.raises(MachineFileError) as caught:
         machine.replace(advice, "much")
     assert "unknown field" not in str(caught.value) and "several" not in str(caught.value)
-
-
-def test_an_earlier_key_is_answered_with_its_new_name():
-    with pytest.raises(MachineFileError, match=r"drive\.time: is called 'speed_recovery_time' now; rename it"):
-        load_machine("dtu_gas_bearing").with_({"drive.time": 1.0})

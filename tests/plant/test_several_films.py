@@ -10,7 +10,7 @@ from rotorsim.analysis import whirl_onset
 from rotorsim.base.errors import MachineFileError
 from rotorsim.machine import Machine, load_machine, summary
 from rotorsim.plant import Plant
-from rotorsim.plant.kernels.columns import COLUMNS
+from rotorsim.plant.kernels.layout import COLUMNS
 
 FILM = """
 [[bearings]]

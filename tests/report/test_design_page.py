@@ -8,7 +8,7 @@ import pytest
 import rotorsim as rs
 from identification import load_model
 from rotorsim.report.control import damping_figure
-from rotorsim.report.page.figure_files import figures_of
+from rotorsim.report.figure_files import figures_of
 
 MODEL = Path(__file__).parents[1] / "control" / "rig_model.json"
 

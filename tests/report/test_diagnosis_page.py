@@ -5,16 +5,16 @@ from dataclasses import replace
 
 import pytest
 
-from rotorsim.discrepancy.outcome.files import StoredPlan
-from rotorsim.discrepancy.outcome.machine_file import IdentifiedEffect
-from rotorsim.discrepancy.outcome.result import NO_ACCURACY, PLAN_NEXT, located
-from rotorsim.discrepancy.outcome.steps import DecisionSteps
+from rotorsim.discrepancy.decision import DecisionSteps
+from rotorsim.discrepancy.files import StoredPlan
+from rotorsim.discrepancy.machine_file import IdentifiedEffect
+from rotorsim.discrepancy.result import NO_ACCURACY, PLAN_NEXT, located
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import load_machine
 from rotorsim.plant.locations import acting_places, nozzles
 from rotorsim.report.diagnosis import diagnosis_page, next_step
 from rotorsim.report.machine_sketch import MARKS, machine_sketch
-from rotorsim.report.page.page import html
+from rotorsim.report.page import html
 from small_diagnosis import blocked, runout, small_diagnosis
 
 

@@ -11,10 +11,9 @@ from plotly.subplots import make_subplots
 
 import rotorsim as rs
 from rotorsim.base.errors import DataError
-from rotorsim.report.page.figure_data import figure_csv, imperial_figure
-from rotorsim.report.page.figure_files import figures_of
-from rotorsim.report.page.page import Block, Page, figures, html, plain_page, save_study_page
-from rotorsim.report.page.units import (
+from rotorsim.report.figure_files import figure_csv, figures_of, imperial_figure
+from rotorsim.report.page import Block, Page, figures, html, plain_page, save_study_page
+from rotorsim.report.units import (
     IMPERIAL,
     displacement,
     label,

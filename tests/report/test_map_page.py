@@ -16,7 +16,7 @@ from rotorsim.report.operating_map import (
     onset_figure,
     varying,
 )
-from rotorsim.report.page.page import Page, html
+from rotorsim.report.page import Page, html
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from rotorsim.report.page.page import Block, save_study_page
-from rotorsim.report.page.theme import style
+from rotorsim.report.page import Block, save_study_page
+from rotorsim.report.theme import style
 from small_diagnosis import blocked, small_diagnosis
 from waiting import window as window_of
 

@@ -6,7 +6,7 @@ import pytest
 import rotorsim as rs
 from fe_shaft import BearingElement, DiskElement, Rotor, ShaftElement, steel
 from identification import make_vectors
-from rotorsim.report.diagnosis_figures import bode
+from rotorsim.report.diagnosis import bode
 
 SPEED = np.linspace(50.0, 400.0, 200)
 PEAK = 1e-6 / (1 - (SPEED / 200) ** 2 + 0.1j * SPEED / 200)

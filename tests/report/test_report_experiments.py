@@ -20,8 +20,9 @@ from xarray.core import indexing
 import rotorsim.report as report
 from identification import make_record
 from rotorsim.base.errors import DataError
-from rotorsim.report.page.page import html
-from rotorsim.report.record import EXPECTED, made_sections, provenance, record_page, write_report
+from rotorsim.experiments.experiment import EXPERIMENTS
+from rotorsim.report.page import html
+from rotorsim.report.record import made_sections, provenance, record_page, write_report
 from rotorsim.report.run import SECTIONS, analyse
 from rotorsim.signals.record_blocks import MissingError
 
@@ -107,7 +108,7 @@ def _finite(trace: Any) -> int:
 @pytest.mark.parametrize("kind", sorted(SAMPLES))
 def test_each_experiment_gets_its_figures_and_none_is_empty(kind: str) -> None:
     made = shown(SAMPLES[kind]())
-    for title in (SECTIONS[name].title for name in EXPECTED[kind]):
+    for title in (SECTIONS[name].title for name in EXPERIMENTS[kind].figures):
         assert isinstance(made[title], go.Figure), (title, made[title])
     assert isinstance(made["Measured against true displacement"], go.Figure)
     for title, figure in made.items():
@@ -115,7 +116,7 @@ def test_each_experiment_gets_its_figures_and_none_is_empty(kind: str) -> None:
             assert_not_empty(figure, title)
 
 
-@pytest.mark.parametrize("kind", sorted(EXPECTED))
+@pytest.mark.parametrize("kind", sorted(EXPERIMENTS))
 @pytest.mark.parametrize(("speed", "seconds"), [(0.0, 2.0), (0.0, 0.01), (50.0, 0.01), (50.0, 0.15)])
 def test_short_and_standing_records_have_reasons_instead_of_empty_figures(
     kind: str, speed: float, seconds: float
@@ -124,7 +125,7 @@ def test_short_and_standing_records_have_reasons_instead_of_empty_figures(
     for title, figure in made.items():
         if isinstance(figure, go.Figure):
             assert_not_empty(figure, title)
-    for title in (SECTIONS[name].title for name in EXPECTED[kind]):
+    for title in (SECTIONS[name].title for name in EXPERIMENTS[kind].figures):
         assert isinstance(made[title], go.Figure) or made[title].endswith("."), title
 
 
@@ -234,7 +235,7 @@ def test_a_record_without_a_displacement_is_refused() -> None:
 
 
 def test_naming_reports_does_not_import_a_plot_library() -> None:
-    code = "import sys, rotorsim.report, rotorsim.signals.frequency_response; sys.exit('plotly' in sys.modules)"
+    code = "import sys, rotorsim.report, rotorsim.signals.spectra; sys.exit('plotly' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

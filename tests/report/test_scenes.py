@@ -7,7 +7,7 @@ import pytest
 
 import rotorsim as rs
 from rotorsim.base.errors import DataError
-from rotorsim.report import pictures
+from rotorsim.report import scenes
 from rotorsim.report.scenes import whirl_sense
 
 SIZE = (320, 180)
@@ -26,10 +26,10 @@ def motion(plant):
 @pytest.fixture
 def small(monkeypatch):
     """Small pictures, where pyvista draws on this computer at all."""
-    if missing := pictures.lacking():
+    if missing := scenes.lacking():
         pytest.skip(missing)
-    monkeypatch.setattr(pictures, "SIZE", SIZE)
-    monkeypatch.setattr(pictures.save, "__defaults__", (SIZE, 24))
+    monkeypatch.setattr(scenes, "SIZE", SIZE)
+    monkeypatch.setattr(scenes.save, "__defaults__", (SIZE, 24))
 
 
 def test_the_disc_of_a_motion_is_that_of_the_simulation(plant, motion):
@@ -70,39 +70,39 @@ def test_pictures_show_something_and_films_have_their_frames(plant, motion, smal
 @pytest.mark.parametrize("name", ["mode.bmp", "mode"])
 def test_another_ending_is_refused_before_anything_is_drawn(name, tmp_path):
     with pytest.raises(DataError, match=r"ends in neither of \.png, \.gif, \.mp4; name e\.g\. mode\.gif"):
-        pictures.save(tmp_path / name, None, 1)
+        scenes.save(tmp_path / name, None, 1)
 
 
 def test_a_film_without_ffmpeg_names_the_gif(monkeypatch, tmp_path):
-    monkeypatch.setattr(pictures.shutil, "which", lambda name: None)
+    monkeypatch.setattr(scenes.shutil, "which", lambda name: None)
     with pytest.raises(DataError, match=r"film\.mp4: needs the program ffmpeg, .* name a \.gif"):
-        pictures.save(tmp_path / "film.mp4", None, 1)
+        scenes.save(tmp_path / "film.mp4", None, 1)
 
 
 def test_without_pyvista_one_sentence_names_it(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "pyvista", None)
     with pytest.raises(DataError, match=r"need pyvista; 'pip install pyvista'"):
-        pictures.save(tmp_path / "film.png", None, 1)
+        scenes.save(tmp_path / "film.png", None, 1)
 
 
 def test_a_computer_without_a_graphics_library_is_named_before_anything_is_drawn(monkeypatch, tmp_path):
     pytest.importorskip("pyvista")
     monkeypatch.setattr("sys.platform", "linux")
-    monkeypatch.setattr(pictures, "GRAPHICS", ("libnone.so.1",))
+    monkeypatch.setattr(scenes, "GRAPHICS", ("libnone.so.1",))
     with pytest.raises(DataError, match="there is none on this computer; install libegl1 or libosmesa6"):
-        pictures.save(tmp_path / "film.png", None, 1)
+        scenes.save(tmp_path / "film.png", None, 1)
 
 
 def test_a_computer_that_cannot_draw_gets_the_way_out(monkeypatch, tmp_path):
     pv = pytest.importorskip("pyvista")
-    monkeypatch.setattr(pictures, "lacking", str)
+    monkeypatch.setattr(scenes, "lacking", str)
 
     def refuse(**settings):
         raise RuntimeError("no OpenGL")
 
     monkeypatch.setattr(pv, "Plotter", refuse)
     with pytest.raises(DataError, match=r"cannot draw on this computer \(no OpenGL\); install its graphics libraries"):
-        pictures.save(tmp_path / "film.png", None, 1)
+        scenes.save(tmp_path / "film.png", None, 1)
 
 
 def test_a_mode_or_film_that_is_not_there_is_refused(plant, motion, tmp_path):

@@ -68,10 +68,10 @@ def test_peaks_far_apart_are_not_compared():
 @pytest.mark.parametrize(
     ("runs", "order", "sentence"),
     [
-        ({"a": vectors(1e-6)}, 1, "1 run; give at least two"),
-        ({"a": vectors(1e-6), "b": vectors(1e-6)}, 2, "a: holds no 2X; its orders are 1"),
+        ({"a": vectors(1e-6)}, 1, "compare: 1 run"),
+        ({"a": vectors(1e-6), "b": vectors(1e-6)}, 2, "a: .*2X.* 1"),
         ({"a": vectors(1e-6), "b": record(1e-6).drop_vars("disc")}, 1, "b: .*disc"),
-        ({"a": vectors(1e-6), "b": record(1e-6).isel(time=slice(0, 100))}, 1, "b: the shaft does not turn"),
+        ({"a": vectors(1e-6), "b": record(1e-6).isel(time=slice(0, 100))}, 1, "b: .*1X"),
     ],
 )
 def test_what_cannot_be_compared_is_refused(runs, order, sentence):
@@ -170,7 +170,7 @@ def test_a_mapping_is_read_whatever_the_files(tmp_path, capsys):
 
 @pytest.mark.parametrize("runs", [[vectors(1e-6), vectors(2e-6)], vectors(1e-6)])
 def test_runs_without_names_are_refused(runs):
-    with pytest.raises(DataError, match=r"runs: a (list|Dataset); give Datasets by name, e\.g\. \{'before': first"):
+    with pytest.raises(DataError, match=r"runs: a (list|Dataset)"):
         compare_runs(runs)
 
 

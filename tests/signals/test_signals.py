@@ -10,12 +10,10 @@ import xarray as xr
 from scipy.signal import lfilter
 
 from identification import make_record
-from rotorsim.signals.frequency_response import welch_transfer
 from rotorsim.signals.impact import decay_of, find_pulses, impact_transfer, ring_downs, steady_motion
 from rotorsim.signals.orders import deceleration_of
-from rotorsim.signals.probes import runout_of
-from rotorsim.signals.record_blocks import MissingError, blocks, eventful_stretch, prepared
-from rotorsim.signals.spectra import difference_of, spectrum_of
+from rotorsim.signals.record_blocks import MissingError, blocks, eventful_stretch, prepared, runout_of
+from rotorsim.signals.spectra import difference_of, spectrum_of, welch_transfer
 from rotorsim.signals.static_gain import branch_distance, directions, find_holds, loops, rest, static_gain
 
 FS = 1000.0
@@ -164,7 +162,7 @@ def test_rests_of_a_long_record_are_read_in_blocks_of_bounded_memory() -> None:
 def test_displacements_are_not_read_without_three_levels(monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[tuple[str, ...]] = []
     monkeypatch.setattr("rotorsim.signals.static_gain.blocks", lambda r, n: read.append(tuple(n)) or blocks(r, n))
-    with pytest.raises(MissingError, match=r"rests at 2 levels for 0.1 s or longer; a gain takes 3\."):
+    with pytest.raises(MissingError, match=r"2 levels for 0\.1 s.* 3"):
         rest(long_rests([0, 1]), "disc")
     assert read == [("reference",)]
 

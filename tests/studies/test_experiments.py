@@ -9,8 +9,7 @@ import rotorsim as rs
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.control import DesignError
 from rotorsim.control.designs import lead
-from rotorsim.control.designs.hinf_synthesis import controller
-from rotorsim.control.designs.weighted_plant import closed
+from rotorsim.control.designs.hinf_synthesis import closed, controller
 from rotorsim.control.systems import peak_gain
 from studies.thesis.claims.judge import MET, NEAR, NOT_MET
 from studies.thesis.experiments import limit, measures

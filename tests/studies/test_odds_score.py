@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from rotorsim.discrepancy.explanation import Explanation
+from rotorsim.discrepancy.verdict import Explanation
 from studies.benchmarks import odds_score as score
 
 KNOWN = {"weak_injector.blocked of injector 1", "unequal_pressure.deviation of injector 1", "coupling.force_2x"}

@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from rotorsim.control.designs.weight_search import POINTS as CHOSEN_AT
-from rotorsim.study.plans import StudyGrid
+from rotorsim.study.identify_records import StudyGrid
 from rotorsim.verify.transients import POINTS as TWENTY
 from studies.thesis.claims.judge import (
     MET,
@@ -21,6 +20,7 @@ from studies.thesis.claims.judge import (
     judge_figure,
 )
 from studies.thesis.claims.rules import claims, points
+from studies.thesis.weight_search import POINTS as CHOSEN_AT
 
 FIGURES = {f"{claim.number}.{figure.name}": figure for claim in claims() for figure in claim.figures}
 NUMBERS = {key: figure for key, figure in FIGURES.items() if figure.kind != NOT_COMPARABLE}

@@ -8,10 +8,10 @@ import numpy as np
 import xarray as xr
 
 from rotorsim.discrepancy import Diagnosis
-from rotorsim.discrepancy.explanation import Explanation
-from rotorsim.discrepancy.outcome.gap import STAGES
-from rotorsim.discrepancy.outcome.machine_file import IdentifiedEffect
-from rotorsim.discrepancy.residuals.misfit import Misfit
+from rotorsim.discrepancy.comparison import Misfit
+from rotorsim.discrepancy.gap import STAGES
+from rotorsim.discrepancy.machine_file import IdentifiedEffect
+from rotorsim.discrepancy.verdict import Explanation
 from rotorsim.machine import load_machine
 
 POINTS = {"fit_1": "fit", "fit_2": "fit", "held_out_1": "held_out", "untouched_1": "untouched"}

@@ -17,10 +17,8 @@ sys.path.insert(0, str(Path(__file__).parents[3] / "tests/fmu"))
 from law_models import scheduled_law
 from lpv_models import make_lpv
 
-from fmu.binaries import choose
 from fmu.check import moving_inputs, simulated
-from fmu.export import export
-from fmu.kinds import linear_unit, plant_unit
+from fmu.export import choose, export, linear_unit, plant_unit
 from fmu.law_unit import INPUTS, OUTPUTS, LawUnit, answered
 from fmu.ssp import write_system
 from rotorsim.plant import Plant

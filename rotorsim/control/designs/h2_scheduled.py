@@ -29,6 +29,9 @@ import numpy as np
 from scipy.linalg import solve_continuous_are
 
 from rotorsim.base.constants import KRPM, RIG_SAMPLE
+from rotorsim.base.errors import DesignError
+from rotorsim.control.designs.hinf_synthesis import Generalised, high_pass, notch
+from rotorsim.control.designs.lpv_problem import functions, scaled
 from rotorsim.control.designs.specification import (
     Specification,
     count,
@@ -38,8 +41,6 @@ from rotorsim.control.designs.specification import (
     register,
     sampling_time,
 )
-from rotorsim.control.designs.weighted_plant import Generalised, high_pass, notch
-from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import constant_law, discrete, make_law, over_grid, table_axes
 from rotorsim.control.plants import Model, design_plant, point_text, sampled_plant
@@ -122,7 +123,7 @@ class Surfaces:
 
     def at(self, speed: float, pressure: float) -> System:
         """The interpolated controller."""
-        basis = monomials(self.exponents, scaled(self.low, self.high, np.array([[speed, pressure]])))[0]
+        basis = functions(self.exponents, scaled(self.low, self.high, np.array([speed, pressure])))
         whole, n = np.tensordot(basis, self.coefficients, 1), self.states
         return System(whole[:n, :n], whole[:n, n:], whole[n:, :n], whole[n:, n:])
 
@@ -132,22 +133,12 @@ def exponents(order: int) -> tuple[tuple[int, int], ...]:
     return tuple((i, total - i) for total in range(order + 1) for i in range(total, -1, -1))
 
 
-def scaled(low: np.ndarray, high: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Points (k, 2) scaled to [-1, 1]."""
-    return np.asarray((points - (low + high) / 2) / np.where(high > low, (high - low) / 2, 1.0))
-
-
-def monomials(powers: tuple[tuple[int, int], ...], points: np.ndarray) -> np.ndarray:
-    """Values (k, t) at scaled points (k, 2)."""
-    return np.array([points[:, 0] ** i * points[:, 1] ** j for i, j in powers]).T
-
-
 def fit(points: np.ndarray, systems: list[System], order: int) -> Surfaces:
     """Least squares through controllers of one basis at points (k, 2) [rad/s, Pa]."""
     low, high = points.min(axis=0), points.max(axis=0)
     powers = exponents(order)
     whole = np.array([np.block([[s.A, s.B], [s.C, s.D]]) for s in systems])
-    found = np.linalg.lstsq(monomials(powers, scaled(low, high, points)), whole.reshape(len(whole), -1), rcond=None)[0]
+    found = np.linalg.lstsq(functions(powers, scaled(low, high, points)), whole.reshape(len(whole), -1), rcond=None)[0]
     return Surfaces(found.reshape(len(powers), *whole.shape[1:]), powers, low, high, systems[0].order)
 
 
@@ -156,9 +147,6 @@ def held_out(rows: int, columns: int) -> np.ndarray:
     i, j = np.divmod(np.arange(rows * columns), columns)
     corner = ((i == 0) | (i == rows - 1)) & ((j == 0) | (j == columns - 1))
     return ((i + 2 * j) % 3 == 1) & ~corner
-
-
-__all__ = ["H2Weights", "Spec", "design", "local"]
 
 
 @dataclass(frozen=True)
@@ -251,6 +239,3 @@ def imbalance_response(model: Model, K: System | None, speed: float, pressure: f
     z = np.array([np.exp(1j * speed * Ts)])
     So = np.linalg.inv(np.eye(2) - response(sampled, z)[0] @ response(K, z)[0])
     return float(np.linalg.norm(So @ turning))
-
-
-__all__ = ["H2Weights", "Spec", "design", "local"]

@@ -8,6 +8,20 @@ not given them. The solver's word counts for nothing: the thesis' inequalities T
 rates included, are checked by their eigenvalues on a fine grid, which also gives the gamma that is reported: while q
 moves no faster, no disturbance is amplified by more. Gamma depends on `eps` and on the bound on X and Y, in the
 balanced states.
+
+The controller of a solution (X(q), Y(q), gamma) has D_K = 0; the two rows that hold B^ and C^ are stationary where
+
+.. math:: \begin{bmatrix} 0 & D_{21} & 0\\ D_{21}^T & -\gamma I & D_{11}^T\\ 0 & D_{11} & -\gamma I\end{bmatrix}
+          \begin{bmatrix} \hat B^T\\ *\\ * \end{bmatrix} = -\begin{bmatrix} C_2\\ B_1^T X\\ C_1 \end{bmatrix}, \quad
+          \begin{bmatrix} 0 & D_{12}^T & 0\\ D_{12} & -\gamma I & D_{11}\\ 0 & D_{11}^T & -\gamma I\end{bmatrix}
+          \begin{bmatrix} \hat C\\ *\\ * \end{bmatrix} = -\begin{bmatrix} B_2^T\\ C_1 Y\\ B_1^T \end{bmatrix}
+
+and A^ cancels the (2, 1) block. Its states are those of the plant as estimated, N = -X and M' = Y - X^-1. It is not
+given the rate of q: what it would add for that, X dY/dt + N dM'/dt, is -dX/dt X^-1 in these states, zero for a constant
+X and small else (with M = I as in the thesis it is X dY/dt). T2 is checked with it.
+Source: Gahinet (1996), explicit controller formulas for LMI-based synthesis; Apkarian, Adams (1998) for the rates.
+
+Cites: apkarian_1998, gahinet_1996, thesis.
 """
 
 from __future__ import annotations
@@ -18,11 +32,19 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorsim.base.constants import KRPM, MPA
-from rotorsim.base.progress import Report, silent
+from rotorsim.base.display import Report, silent
+from rotorsim.base.errors import DesignError
 from rotorsim.base.rounding import definite
-from rotorsim.control.designs.hinf_synthesis import balance, rescaled
-from rotorsim.control.designs.lpv_controller import Solution, controller_at, performance, separation
-from rotorsim.control.designs.lpv_problem import Sought, SynthesisGrid, synthesise
+from rotorsim.control.designs.hinf_synthesis import (
+    MILD,
+    RIG,
+    Generalised,
+    Weights,
+    balance,
+    mixed_sensitivity,
+    rescaled,
+)
+from rotorsim.control.designs.lpv_problem import Solution, Sought, SynthesisGrid, scaled, synthesise
 from rotorsim.control.designs.specification import (
     Specification,
     count,
@@ -32,12 +54,11 @@ from rotorsim.control.designs.specification import (
     register,
     sampling_time,
 )
-from rotorsim.control.designs.weighted_plant import MILD, RIG, Generalised, Weights, mixed_sensitivity
-from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import discrete, make_law, over_grid, table_axes
 from rotorsim.control.plants import MILLI, Model, design_plant, point_text
 from rotorsim.control.sampled_loop import check_loop
+from rotorsim.control.systems import System
 
 
 @dataclass(frozen=True)
@@ -83,7 +104,7 @@ PRESETS = {
     "rig": LpvSpec(weights=RIG, delay=None, backoff=1.02),
     "mild": LpvSpec(weights=MILD),
 }
-"""'rig' and 'mild' are for the virtual rig and Model 2; see `rotorsim.control.designs.weighted_plant`."""
+"""'rig' and 'mild' are for the virtual rig and Model 2; see `rotorsim.control.designs.hinf_synthesis`."""
 
 
 @register("LPV synthesis over speed and pressure (E)")
@@ -107,7 +128,7 @@ def design(model: Model, spec: LpvSpec | None = None, progress: Report = silent)
 
     progress("table")
     grid = over_grid(speeds, pressures, lambda w, p: discrete(
-        controller_at(at(w, p), made.solution, scaled_point(made, w, p)), spec.Ts))  # fmt: skip
+        controller_at(at(w, p), made.solution, scaled(made.low, made.high, np.array([w, p]))), spec.Ts))  # fmt: skip
     about = {"optimal_gamma": made.optimal, "eps": spec.eps, "bound": spec.bound, "inside": made.solution.inside,
              "speed_rate": spec.speed_rate, "pressure_rate": spec.pressure_rate}  # fmt: skip
     law = make_law(
@@ -126,8 +147,8 @@ def synthesis(model: Model, spec: LpvSpec, progress: Report = silent) -> Designe
     plants = [generalised(model, spec, w, p) for w, p in points]
     scale = balance(plants)
     low, high = np.array([speeds[0], pressures[0]]), np.array([speeds[-1], pressures[-1]])
-    scaled = np.array([_scaled(low, high, w, p) for w, p in points])
-    grid = SynthesisGrid(scaled, tuple(rescaled(P, scale) for P in plants), scaled_rates(spec, low, high))
+    scaled_points = scaled(low, high, np.array(points))
+    grid = SynthesisGrid(scaled_points, tuple(rescaled(P, scale) for P in plants), scaled_rates(spec, low, high))
     sought = Sought(spec.order_X, spec.order_Y, spec.eps, spec.bound)
     made = None
     if plants[0].D21.shape[0] == plants[0].D21.shape[1]:  # y shows all disturbances: Y's inequality binds alone
@@ -169,18 +190,16 @@ def validated(model: Model, spec: LpvSpec, made: Designed, size: tuple[int, int]
     """
     speeds, pressures = made_axis(made, 0, size[0]), made_axis(made, 1, size[1])
     points = np.array([(w, p) for w in speeds for p in pressures])
-    scaled = np.array([scaled_point(made, *q) for q in points])
+    at = scaled(made.low, made.high, points)
     plants = [scaled_plant(model, spec, float(w), float(p), made.scale) for w, p in points]
     stacked = Generalised(*(np.array([getattr(P, name) for P in plants]) for name in Generalised._fields))
-    T1 = separation(made.solution, scaled)
+    T1 = separation(made.solution, at)
     if np.all(definite(T1)):
         for factor in (1.0, 1.001, 1.005, 1.02, 1.05):
             solution = replace(made.solution, gamma=made.solution.gamma * factor)
-            if all(np.all(definite(-performance(stacked, solution, scaled, rate))) for rate in solution.corners):
+            if all(np.all(definite(-performance(stacked, solution, at, rate))) for rate in solution.corners):
                 return solution.gamma
-    T2 = [
-        np.linalg.eigvalsh(performance(stacked, made.solution, scaled, rate))[:, -1] for rate in made.solution.corners
-    ]
+    T2 = [np.linalg.eigvalsh(performance(stacked, made.solution, at, rate))[:, -1] for rate in made.solution.corners]
     low, high = np.linalg.eigvalsh(T1)[:, 0], np.max(T2, axis=0)
     k = int(np.argmax(np.maximum(-low, high)))
     raise DesignError(
@@ -199,19 +218,93 @@ def scaled_plant(model: Model, spec: LpvSpec, speed: float, pressure: float, sca
     return rescaled(generalised(model, spec, speed, pressure), scale)
 
 
-def scaled_point(made: Designed, speed: float, pressure: float) -> np.ndarray:
-    """q in [-1, 1]^2."""
-    return _scaled(made.low, made.high, speed, pressure)
-
-
 def made_axis(made: Designed, index: int, count: int) -> np.ndarray:
     """Speeds (0) or pressures (1) over the range of the design."""
     return np.linspace(made.low[index], made.high[index], count)
 
 
-def _scaled(low: np.ndarray, high: np.ndarray, speed: float, pressure: float) -> np.ndarray:
-    half = np.where(high > low, (high - low) / 2, 1.0)
-    return (np.array([speed, pressure]) - (low + high) / 2) / half
+class Hats(NamedTuple):
+    """A^, B^, C^ of thesis eq. (E.18); D_K is zero."""
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
 
 
-__all__ = ["Spec", "Weights", "design", "synthesis", "validated"]
+def _t(M: np.ndarray) -> np.ndarray:
+    return np.swapaxes(M, -1, -2)
+
+
+def _like(M: np.ndarray, many: tuple[int, ...]) -> np.ndarray:
+    """A constant matrix for each of many points."""
+    return np.broadcast_to(M, (*many, *M.shape[-2:]))
+
+
+def hats(P: Generalised, X: np.ndarray, Y: np.ndarray, gamma: float) -> Hats:
+    """A^, B^, C^ at one operating point, or at many if the matrices of P and X are stacked (..., n, n)."""
+    B = _t(_row(P.D21, P.D11, gamma, P.C2, _t(P.B1) @ X, P.C1))
+    C = _row(_t(P.D12), _t(P.D11), gamma, _t(P.B2), P.C1 @ Y, _t(P.B1))
+    low = np.concatenate([_t(X @ P.B1 + B @ P.D21), P.C1], axis=-2)
+    right = np.concatenate([_t(P.B1), P.C1 @ Y + P.D12 @ C], axis=-2)
+    nw, nz, many = P.B1.shape[-1], P.C1.shape[-2], P.A.shape[:-2]
+    Delta = np.block(
+        [[_like(gamma * np.eye(nw), many), -_t(P.D11)], [-P.D11, _like(gamma * np.eye(nz), many)]]
+    )  # fmt: skip
+    A = -(_t(P.A) + _t(low) @ np.linalg.solve(Delta, right))
+    return Hats(A, B, C)
+
+
+def _row(D: np.ndarray, D11: np.ndarray, gamma: float, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """First rows of the solution of one of the two systems."""
+    k, m = D.shape[-2:]
+    p, many = D11.shape[-2], D.shape[:-2]
+    left = np.block(
+        [
+            [_like(np.zeros((k, k)), many), D, _like(np.zeros((k, p)), many)],
+            [_t(D), _like(-gamma * np.eye(m), many), _t(D11)],
+            [_like(np.zeros((p, k)), many), D11, _like(-gamma * np.eye(p), many)],
+        ]
+    )
+    return np.asarray(-np.linalg.solve(left, np.concatenate([a, b, c], axis=-2))[..., :k, :])
+
+
+def controller_at(P: Generalised, solution: Solution, point: np.ndarray) -> System:
+    """The controller at a scaled operating point (thesis eq. E.24), in the states of the plant."""
+    X, Y = solution.X.at(point), solution.Y.at(point)
+    hat = hats(P, X, Y, solution.gamma)
+    inner = hat.A - X @ P.A @ Y - hat.B @ P.C2 @ Y - X @ P.B2 @ hat.C
+    right = np.vstack([inner, hat.C]) @ np.linalg.solve(X @ Y - np.eye(P.order), X)  # M'^-1 = (X Y - I)^-1 X
+    n = P.order
+    left = -np.linalg.solve(X, np.hstack([right[:n], hat.B]))
+    return System(left[:, :n], left[:, n:], right[n:], np.zeros((P.B2.shape[1], P.C2.shape[0])))
+
+
+def separation(solution: Solution, points: np.ndarray) -> np.ndarray:
+    """T1 (k, ., .) of thesis eq. (E.18), positive definite where I - X Y is regular, at scaled points (k, 2)."""
+    X, Y = solution.X.at(points), solution.Y.at(points)
+    eye = _like(np.eye(X.shape[-1]), X.shape[:-2])
+    return np.block([[X, eye], [eye, Y]])
+
+
+def performance(P: Generalised, solution: Solution, points: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """T2 (k, ., .) of thesis eq. (E.18) with the rates of X and Y, negative definite where the loop keeps gamma.
+
+    Of the controller that `controller_at` builds, at scaled points (k, 2) that move at `rate` (2,) [1/ms]. The matrices
+    of P are stacked over the points, (k, n, n) and so on.
+    """
+    X, Y, g = solution.X.at(points), solution.Y.at(points), solution.gamma
+    dX, dY = solution.X.rate(points, rate), solution.Y.rate(points, rate)
+    hat = hats(P, X, Y, g)
+    many = P.A.shape[:-2]
+    a, b = X @ P.A + hat.B @ P.C2, P.A @ Y + P.B2 @ hat.C
+    c, d = _t(X @ P.B1 + hat.B @ P.D21), P.C1 @ Y + P.D12 @ hat.C
+    nw, nz = P.B1.shape[-1], P.C1.shape[-2]
+    cross = _t(hat.A) + P.A + np.linalg.solve(X, dX)  # the last is what the controller does not add
+    return np.block(
+        [
+            [a + _t(a) + dX, _t(cross), _t(c), _t(P.C1)],
+            [cross, b + _t(b) - dY, P.B1, _t(d)],
+            [c, _t(P.B1), _like(-g * np.eye(nw), many), _t(P.D11)],
+            [P.C1, d, P.D11, _like(-g * np.eye(nz), many)],
+        ]
+    )

@@ -1,4 +1,4 @@
-r"""LMI problem of the LPV synthesis on a grid of operating points, with the controller variables eliminated.
+r"""Matrix inequalities of the LPV synthesis on a grid of operating points, and their solution by cutting planes.
 
 .. math:: N_X^T \begin{bmatrix} \dot X + A^T X + X A & X B_1 & C_1^T\\ \cdot & -\gamma I & D_{11}^T\\
           \cdot & \cdot & -\gamma I \end{bmatrix} N_X \prec 0, \quad
@@ -6,34 +6,39 @@ r"""LMI problem of the LPV synthesis on a grid of operating points, with the con
           \cdot & \cdot & -\gamma I \end{bmatrix} N_Y \prec 0, \quad
           \begin{bmatrix} X & I\\ I & Y \end{bmatrix} \succeq 0
 
-N_X spans what y does not see (C2, D21), N_Y what u does not move (B2, D12). X(q), Y(q) are polynomials in q; the
-inequalities hold at the corners of the box of q's rates. With the controller's variables they are 30 x 30 and 1723
-unknowns (thesis eq. E.18, where Y is constant and rates are neglected).
+The controller's variables are eliminated: N_X spans what y does not see (C2, D21), N_Y what u does not move (B2, D12).
+With them the inequalities are 30 x 30 and have 1723 unknowns (thesis eq. E.18, where Y is constant and rates are
+neglected). The Lyapunov matrices X(q), Y(q) are polynomials in the scaled operating point:
+
+.. math:: X(q) = \sum_k q_1^{i_k} q_2^{j_k} X_k, \qquad
+          \dot X = \frac{\partial X}{\partial q_1} \dot q_1 + \frac{\partial X}{\partial q_2} \dot q_2
+
+dX/dt is linear in the rate of q: what holds at the corners of a box of rates holds within.
 Source: Apkarian, Adams (1998); Gahinet, Apkarian (1994).
 
-Cites: apkarian_1998, gahinet_1994, thesis.
+Linear matrix inequalities in symmetric matrices, F_0 + sum_k x_k F_k >= 0, are assembled directly for the solver
+Clarabel. Its status is not believed anywhere: who uses a solution checks it by eigenvalues. Many inequalities with a
+margin are imposed as a solution of fewer breaks them (cutting planes). Each round solves the inequalities imposed so
+far and imposes the worst that are broken by it; it ends when every inequality keeps half of its margin, up to a
+tolerance. The optimum of each round bounds that of all inequalities.
+
+Cites: apkarian_1998, boyd_1994, gahinet_1994, thesis.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import product
+from typing import NamedTuple
 
 import numpy as np
+from scipy import sparse
 from scipy.linalg import null_space
 
-from rotorsim.base.progress import Report, silent
-from rotorsim.control.designs.lmi import Inequality, minimise, symmetric_basis
-from rotorsim.control.designs.lpv_controller import (
-    Exponents,
-    Polynomial,
-    Solution,
-    corners,
-    derivatives,
-    exponents,
-    functions,
-)
-from rotorsim.control.designs.weighted_plant import Generalised
+from rotorsim.base.display import Report, silent
+from rotorsim.base.errors import DesignError
+from rotorsim.control.designs.hinf_synthesis import Generalised
 
 GAMMA_SLACK, TOLERANCE = 3e-3, 2e-3
 """Tolerance of the smallest gamma as a share of it, and of the inequalities by their eigenvalues."""
@@ -41,6 +46,79 @@ MARGIN_X, MARGIN_Y = 0.3, 0.01
 """Distances from zero that the inequalities of X and of Y keep per unit of `inside`; X Y >= (1 + inside)^2."""
 KEPT = 0.5
 """Share of the margins that every grid point keeps."""
+GAP = 1e-4
+"""Relative gap at which the solver stops: a gamma to four digits."""
+MOST = 8
+"""Inequalities of a kind that a round adds."""
+Exponents = tuple[tuple[int, int], ...]
+
+
+def exponents(order: int, moves: tuple[bool, bool] = (True, True)) -> Exponents:
+    """Exponents of both scaled coordinates up to a total degree; (0, 0) alone for order 0.
+
+    `moves` leaves out a coordinate that has one value in the range.
+    """
+    pairs = [(i, j) for i, j in product(range(order + 1), repeat=2) if i + j <= order]
+    kept = [(i, j) for i, j in pairs if (moves[0] or not i) and (moves[1] or not j)]
+    return tuple(sorted(kept, key=lambda pair: (sum(pair), pair[0] * pair[1], -pair[0])))
+
+
+def scaled(low: np.ndarray, high: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Operating points (..., 2) of the range `low` to `high` (2,) scaled to [-1, 1]."""
+    return np.asarray((points - (low + high) / 2) / np.where(high > low, (high - low) / 2, 1.0))
+
+
+def functions(powers: Exponents, points: np.ndarray) -> np.ndarray:
+    """Monomials (..., t) at scaled points (..., 2)."""
+    return np.stack([points[..., 0] ** i * points[..., 1] ** j for i, j in powers], axis=-1)
+
+
+def derivatives(powers: Exponents, points: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """Time derivatives (..., t) of the monomials where the scaled point moves at `rate` (2,)."""
+    x, y = points[..., 0], points[..., 1]
+    found = [(i * x ** max(i - 1, 0) * y**j) * rate[0] + (j * x**i * y ** max(j - 1, 0)) * rate[1] for i, j in powers]
+    return np.stack(found, axis=-1)
+
+
+def corners(rates: np.ndarray) -> np.ndarray:
+    """Corners (v, 2) of the box of rates -rates to rates; a rate of zero has one value."""
+    return np.array(list(product(*[(-r, r) if r else (0.0,) for r in rates])))
+
+
+@dataclass(frozen=True, eq=False)
+class Polynomial:
+    """Symmetric matrix polynomial: coefficients (t, n, n) of t monomials."""
+
+    powers: Exponents
+    coefficients: np.ndarray
+
+    def at(self, points: np.ndarray) -> np.ndarray:
+        """Values (..., n, n) at scaled points (..., 2)."""
+        return np.asarray(np.tensordot(functions(self.powers, points), self.coefficients, 1))
+
+    def rate(self, points: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        """Time derivatives (..., n, n) at scaled points (..., 2) that move at `rate` (2,)."""
+        return np.asarray(np.tensordot(derivatives(self.powers, points, rate), self.coefficients, 1))
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """X(q), Y(q), gamma, and the largest rates (2,) of the scaled point [1/ms] that they are made for.
+
+    X Y >= (1 + inside)^2, which keeps I - X Y well conditioned; the inequalities keep a margin in proportion to it.
+    """
+
+    X: Polynomial
+    Y: Polynomial
+    gamma: float
+    rates: np.ndarray
+    inside: float = 0.0
+
+    @property
+    def corners(self) -> np.ndarray:
+        """Corners (v, 2) of the box of rates; one, at rest, if neither matrix depends on q."""
+        still = len(self.X.powers) == len(self.Y.powers) == 1
+        return np.zeros((1, 2)) if still else corners(self.rates)
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,3 +335,120 @@ def fault(sought: Sought, gamma: float | None) -> str:
     if gamma is None:
         return f"lpv: no X(q), Y(q) below {bound} keep X Y >= 1 and their inequalities; raise bound or lower eps"
     return f"lpv: no X(q), Y(q) below {bound} keep their inequalities at gamma = {gamma:.4g}; raise backoff or bound"
+
+
+@dataclass
+class LmiProblem:
+    """Minimise c'x subject to matrix inequalities; `variables` is the length of x."""
+
+    variables: int
+    blocks: list[tuple[int, np.ndarray, sparse.csc_matrix]] = field(default_factory=list)
+
+    def add(self, constant: np.ndarray, terms: list[tuple[int, np.ndarray]]) -> None:
+        """constant + sum of terms >= 0; a term is the index of its first variable and matrices (k, n, n)."""
+        rows = vector(constant)
+        parts = [sparse.coo_matrix(vector(matrices).T) for _, matrices in terms]
+        data = np.concatenate([part.data for part in parts])
+        i = np.concatenate([part.row for part in parts])
+        j = np.concatenate([part.col + first for part, (first, _) in zip(parts, terms, strict=True)])
+        coefficients = sparse.csc_matrix((data, (i, j)), shape=(len(rows), self.variables))
+        self.blocks.append((len(constant), rows, coefficients))
+
+    def minimise(self, cost: np.ndarray, what: str) -> np.ndarray:
+        """The solution x; raises DesignError, `what` and the solver's word, if it found none."""
+        import clarabel
+
+        A = -sparse.vstack([block for _, _, block in self.blocks], format="csc")
+        b = np.concatenate([rows for _, rows, _ in self.blocks])
+        cones = [clarabel.PSDTriangleConeT(n) for n, _, _ in self.blocks]
+        settings = clarabel.DefaultSettings()
+        settings.verbose = False
+        settings.max_threads = 1
+        settings.max_iter = 150
+        settings.tol_gap_rel = settings.tol_gap_abs = GAP
+        P = sparse.csc_matrix((self.variables, self.variables))
+        found = clarabel.DefaultSolver(P, np.asarray(cost, float), A, b, cones, settings).solve()
+        x = np.asarray(found.x)
+        if "Infeasible" in str(found.status) or not np.all(np.isfinite(x)):
+            raise DesignError(f"{what} ({found.status})")
+        return x
+
+
+def triangle(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rows, columns and factors by which the upper triangle (column by column) becomes a vector with the same norm."""
+    columns, rows = np.tril_indices(n)
+    return rows, columns, np.where(rows == columns, 1.0, np.sqrt(2.0))
+
+
+def vector(matrices: np.ndarray) -> np.ndarray:
+    """Symmetric matrices (..., n, n) as vectors (..., n (n + 1)/2)."""
+    rows, columns, factors = triangle(matrices.shape[-1])
+    return np.asarray(matrices[..., rows, columns] * factors)
+
+
+def symmetric_basis(n: int) -> np.ndarray:
+    """Basis (n (n + 1)/2, n, n) of the symmetric matrices."""
+    rows, columns, _ = triangle(n)
+    made = np.zeros((len(rows), n, n))
+    k = np.arange(len(rows))
+    made[k, rows, columns] = made[k, columns, rows] = 1.0
+    return made
+
+
+class Inequality(NamedTuple):
+    """One inequality: `kind` and `place` group it, terms are (first variable, factor, matrices (k, n, n))."""
+
+    kind: str
+    place: int
+    constant: np.ndarray
+    terms: list[tuple[int, float, np.ndarray]]
+    margin: float
+
+    def excess(self, x: np.ndarray) -> float:
+        """Smallest eigenvalue at x less half the margin; negative where it is broken."""
+        value = self.constant.copy()
+        for first, factor, matrices in self.terms:
+            value += factor * np.tensordot(x[first : first + len(matrices)], matrices, 1)
+        return float(np.linalg.eigvalsh(value)[0] - self.margin / 2)
+
+    def impose(self, problem: LmiProblem) -> None:
+        """Add it to a problem with its margin."""
+        merged: dict[int, np.ndarray] = {}
+        for first, factor, matrices in self.terms:
+            merged[first] = merged.get(first, 0.0) + factor * matrices
+        problem.add(self.constant - self.margin * np.eye(len(self.constant)), list(merged.items()))
+
+
+def minimise(
+    cost: np.ndarray, inequalities: Sequence[Inequality], start: Sequence[int], what: str, slack: float,
+    tolerance: float = 0.0, progress: Report = silent,
+) -> np.ndarray:  # fmt: skip
+    """The x of least cost'x that keeps all inequalities, first solved with those of the indices `start`.
+
+    They are judged with the share `slack` of the last variable added to it, and up to `tolerance`. Raises DesignError,
+    `what` and the solver's word, if there is no solution. `progress` is given the counts of each round.
+    """
+    imposed = set(start)
+    while True:
+        progress(f"{len(imposed)} of {len(inequalities)} inequalities")
+        problem = LmiProblem(len(cost))
+        for k in sorted(imposed):
+            inequalities[k].impose(problem)
+        x = problem.minimise(cost, what)
+        judged = np.append(x[:-1], x[-1] * (1 + slack))
+        broken = [(one.excess(judged), k) for k, one in enumerate(inequalities) if k not in imposed]
+        worst = worst_of(inequalities, [pair for pair in broken if pair[0] < -tolerance])
+        if not worst:
+            return x
+        imposed |= worst
+
+
+def worst_of(inequalities: Sequence[Inequality], broken: list[tuple[float, int]]) -> set[int]:
+    """The worst at each place, up to MOST of a kind."""
+    places: dict[tuple[str, int], int] = {}
+    for _, k in sorted(broken):
+        places.setdefault((inequalities[k].kind, inequalities[k].place), k)
+    found: dict[str, list[int]] = {}
+    for (kind, _), k in places.items():
+        found.setdefault(kind, []).append(k)
+    return {k for own in found.values() for k in own[:MOST]}

@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorsim.base.constants import KRPM, MPA
-from rotorsim.control.designs.observers import observer_law
 from rotorsim.control.designs.specification import (
     Specification,
     number,
@@ -26,10 +25,9 @@ from rotorsim.control.designs.specification import (
     supply_pressure,
 )
 from rotorsim.control.law import Law
-from rotorsim.control.law_from_system import constant_law
+from rotorsim.control.law_from_system import proved_law
 from rotorsim.control.plants import Model, check_modes, design_plant, sampled_plant
-from rotorsim.control.sampled_loop import check_loop
-from rotorsim.control.systems import System, sampled_riccati
+from rotorsim.control.systems import System, observer_law, sampled_riccati
 
 
 @dataclass(frozen=True)
@@ -66,9 +64,7 @@ def design(model: Model, spec: LqrSpec | None = None) -> Law:
     """The law; raises DesignError if two weights are too far apart, or a mode is not moved or seen."""
     spec = spec or LqrSpec()
     found = gains(model, spec)
-    law = constant_law("lqr", model, observer_law(found.plant, found.F, found.L), spec)
-    check_loop(law, model, [(spec.speed, spec.pressure)])
-    return law
+    return proved_law("lqr", model, observer_law(found.plant, found.F, found.L), spec)
 
 
 def gains(model: Model, spec: LqrSpec) -> Gains:

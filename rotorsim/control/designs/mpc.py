@@ -21,22 +21,15 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, MPA
-from rotorsim.base.errors import OtherMachine
+from rotorsim.base.errors import DesignError, OtherMachine
 from rotorsim.control.designs.lqr import Gains, LqrSpec, gains
 from rotorsim.control.designs.specification import (
-    Specification,
     count,
     number,
-    sampling_time,
-    shaft_speed,
-    supply_pressure,
 )
-from rotorsim.control.errors import DesignError
+from rotorsim.control.guard import FARTHEST, OK, SENSOR, SIZE, Guarded, guard
 from rotorsim.control.law import LIMIT, other_machine
 from rotorsim.control.plants import Model
-from rotorsim.control.runtime import alarm
-from rotorsim.control.runtime.guard import FARTHEST, LOST, OK, SENSOR, SIZE, guard
 from rotorsim.control.systems import System
 
 DIRECTIONS = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, -1.0]]) / np.array([[1], [1], [2**0.5], [2**0.5]])
@@ -51,26 +44,19 @@ SETTINGS = {
 
 
 @dataclass(frozen=True)
-class PredictiveSpec(Specification):
+class PredictiveSpec(LqrSpec):
     """Operating point, weights and noise levels as of `lqr`; horizon and limits.
 
     `film_at_rest` and `journal_per_disc` are by default those of the shipped rig, the first at rest and 0.3 MPa, where
     it is thinnest; give those of another machine or point, the first from ``plant.equilibrium(speed, pressure).h_min``.
     """
 
-    speed: float = shaft_speed(3 * KRPM)
-    pressure: float = supply_pressure(0.5 * MPA)
-    y: float = number(1.0, "um", "Displacement y_0 that costs as much as u_0.", above=0)
-    u: float = number(0.5, "V", "Reference u_0 that costs as much as y_0.", above=0)
-    force: float = number(0.3, "um/ms", "Standard deviation of the velocities' disturbance.", above=0)
-    noise: float = number(0.33, "um", "Standard deviation of the sensors' noise.", above=0)
     horizon: int = count(20, "Samples that are looked ahead.")
     limit: float = number(LIMIT, "V", "Largest reference.", above=0)
     film: float = number(5.0, "um", "Least film thickness.", above=0)
     film_at_rest: float = number(17.0, "um", "Least film thickness in the equilibrium.", above=0)
     journal_per_disc: float = number(0.4, "1", "Displacement of the journal for that of the disc.", above=0)
     average: float = number(0.2, "s", "Time in which the centre is sought.", low=0)
-    Ts: float = sampling_time()
 
     @property
     def reach(self) -> float:
@@ -99,12 +85,12 @@ def design(model: Model, spec: PredictiveSpec | None = None) -> Predictive:
             f"mpc.film = {spec.film:g} um: the film is {spec.film_at_rest:g} um thick at rest already; "
             "allow a thinner one"
         )
-    found = gains(model, LqrSpec(spec.speed, spec.pressure, spec.y, spec.u, spec.force, spec.noise, spec.Ts))
+    found = gains(model, spec)
     return Predictive(spec, found, Program(spec, found), machine=str(getattr(model, "machine", "")))
 
 
 @dataclass(eq=False, repr=False)
-class Predictive:
+class Predictive(Guarded):
     """The running controller; what it has measured is in um from its centre, what acts in V from the mean then.
 
     `machine` is name and fingerprint of the model's machine, empty where unknown.
@@ -188,21 +174,6 @@ class Predictive:
         """Estimate of the next sample's state under an output (2,) [V], which the last two states then hold."""
         self.state = self.gains.plant.A @ self.state + self.gains.plant.B @ output
 
-    @property
-    def alarm(self) -> str | None:
-        """Why the controller does not act fully now, as a sentence; None as long as it does."""
-        return alarm.SENTENCES.get(alarm.code(self.memory, 0))
-
-    @property
-    def bad_samples(self) -> int:
-        """Number of bad samples since the last reset."""
-        return int(self.memory[LOST])
-
-    @property
-    def past_alarms(self) -> str:
-        """Bad samples since the last reset, as a sentence; empty if there were none."""
-        return alarm.past(self.memory, 0)
-
 
 class Program:
     """Quadratic program of a sample over the references of the horizon (2 N,) and the excess s of the film's limit."""
@@ -282,6 +253,3 @@ def solver(H: np.ndarray, q: np.ndarray, A: np.ndarray, low: np.ndarray, high: n
     made = osqp.OSQP()
     made.setup(csc_matrix(triu(csc_matrix(H))), q, csc_matrix(A), low, high, **SETTINGS)
     return made
-
-
-__all__ = ["Predictive", "Program", "Spec", "design"]

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, MPA
+from rotorsim.base.constants import MPA
 from rotorsim.control.designs.specification import (
     Specification,
     count,
@@ -74,6 +74,3 @@ def make(spec: ProportionalSpec, model: Model | None = None) -> Law:
     axes = (low_pass(spec.low_pass, spec.order),) * 2
     gains = gain(np.diag([spec.kappa_x, spec.kappa_y]) / spec.transducer)
     return constant_law("p", model, discrete(series(side_by_side(*axes), gains), spec.Ts), spec)
-
-
-__all__ = ["KRPM", "Spec", "design", "make"]

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorsim.base.constants import KRPM, MPA
+from rotorsim.base.errors import DesignError
 from rotorsim.base.rounding import ALIKE
-from rotorsim.control.designs.observers import observer_law
 from rotorsim.control.designs.specification import (
     Specification,
     number,
@@ -21,12 +21,10 @@ from rotorsim.control.designs.specification import (
     shaft_speed,
     supply_pressure,
 )
-from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
-from rotorsim.control.law_from_system import constant_law
+from rotorsim.control.law_from_system import proved_law
 from rotorsim.control.plants import Model, check_modes, design_plant, short_sampled_plant
-from rotorsim.control.sampled_loop import check_loop
-from rotorsim.control.systems import System
+from rotorsim.control.systems import System, observer_law
 
 
 @dataclass(frozen=True)
@@ -66,9 +64,7 @@ def design(model: Model, spec: PlacementSpec | None = None) -> Law:
         L = _observer(plant, spec.observer)
     except ValueError as error:
         raise DesignError(f"placement: the poles cannot be placed ({error}); take another share or observer") from error
-    law = constant_law("placement", model, observer_law(plant, F, L), spec)
-    check_loop(law, model, [(spec.speed, spec.pressure)])
-    return law
+    return proved_law("placement", model, observer_law(plant, F, L), spec)
 
 
 def _observer(plant: System, faster: float) -> np.ndarray:

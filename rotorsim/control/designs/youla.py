@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rotorsim.base.constants import KRPM, MPA
+from rotorsim.base.errors import DesignError
 from rotorsim.control.designs import h2_scheduled
 from rotorsim.control.designs.h2_scheduled import with_integrator
 from rotorsim.control.designs.specification import (
@@ -27,11 +28,9 @@ from rotorsim.control.designs.specification import (
     shaft_speed,
     supply_pressure,
 )
-from rotorsim.control.errors import DesignError
 from rotorsim.control.law import Law
-from rotorsim.control.law_from_system import constant_law, discrete, no_antiwindup, table_axes
+from rotorsim.control.law_from_system import discrete, no_antiwindup, proved_law, table_axes
 from rotorsim.control.plants import Model, sampled_plant
-from rotorsim.control.sampled_loop import check_loop
 from rotorsim.control.systems import System, added, feedback, gain
 
 
@@ -63,9 +62,7 @@ def design(model: Model, spec: YoulaSpec | None = None) -> Law:
                 )
                 blend = added(blend, feedback(K, plant), a * b)
     K = feedback(blend, System(plant.A, plant.B, -plant.C, -plant.D))
-    law = constant_law("youla", model, K, spec, antiwindup=no_antiwindup)
-    check_loop(law, model, [(spec.speed, spec.pressure)])
-    return law
+    return proved_law("youla", model, K, spec, antiwindup=no_antiwindup)
 
 
 def _corners(axis: np.ndarray, value: float, name: str) -> list[tuple[float, float]]:

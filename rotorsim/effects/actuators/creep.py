@@ -7,8 +7,7 @@ time constant is thousands of substeps. Source: Kuhnen & Janocha (1998); thesis 
 """
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import Effect, param, register
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import CandidateForm, Effect, param, register
 
 
 @inlined

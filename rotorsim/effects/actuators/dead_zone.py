@@ -10,8 +10,7 @@ nonlinearities.
 from typing import Any
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import Effect, param, register
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import CandidateForm, Effect, param, register
 
 
 @inlined

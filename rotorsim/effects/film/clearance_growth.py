@@ -11,9 +11,8 @@ import math
 from typing import Any
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import FilmEffect, param, register
-from rotorsim.effects.diagnosis import CalibrationParameter, CandidateForm
-from rotorsim.effects.film.gap_limit import closed_gap
+from rotorsim.effects.base import CalibrationParameter, CandidateForm, FilmEffect, param, register
+from rotorsim.effects.film import closed_gap
 
 NOMINAL = 2 * math.pi * 100
 

@@ -13,8 +13,7 @@ import math
 from typing import Any
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import FilmEffect, param, register
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import CandidateForm, FilmEffect, param, register
 
 NOMINAL = 2 * math.pi * 100
 
@@ -38,7 +37,6 @@ def gas_heating(t, speed, p):
 class GasHeating(FilmEffect):
     """Warmer gas: higher viscosity."""
 
-    earlier_name = "viscosity"
     port = "gas"
     kernel = gas_heating
     cites = ("sutherland_1893", "white_2011")

@@ -12,7 +12,7 @@ from typing import Any
 
 from reynolds.jit import inlined
 from rotorsim.effects.base import FilmEffect, param, register
-from rotorsim.effects.film.gap_limit import closed_gap
+from rotorsim.effects.film import closed_gap
 
 
 @inlined

@@ -10,9 +10,8 @@ import math
 from typing import Any
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import TURN, FilmEffect, param, register
-from rotorsim.effects.diagnosis import CandidateForm
-from rotorsim.effects.film.gap_limit import closed_gap
+from rotorsim.effects.base import TURN, CandidateForm, FilmEffect, param, register
+from rotorsim.effects.film import closed_gap
 
 
 @inlined

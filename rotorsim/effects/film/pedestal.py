@@ -13,8 +13,7 @@ import math
 from typing import Any
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import TURN, FilmEffect, param, register
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import TURN, CandidateForm, FilmEffect, param, register
 
 
 @inlined

@@ -9,8 +9,7 @@ first order; lifts an assumption of the Reynolds equation.
 """
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import FilmEffect, param, register
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import CandidateForm, FilmEffect, param, register
 
 
 @inlined

@@ -14,8 +14,7 @@ import math
 from typing import Any
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import Effect, param, register
-from rotorsim.effects.diagnosis import CalibrationParameter, CandidateForm
+from rotorsim.effects.base import CalibrationParameter, CandidateForm, Effect, param, register
 
 
 @inlined

@@ -8,8 +8,7 @@ Source: Newton's law in an accelerated frame; ISO 10816 for sizes.
 import math
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import TURN, Effect, param, register
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import TURN, CandidateForm, Effect, param, register
 
 
 @inlined

@@ -11,10 +11,7 @@ Sekhar & Prabhu (1995); the thesis (E.5.2) sees their resonances at one half and
 import math
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import TURN, Effect, param, register
-from rotorsim.effects.diagnosis import CandidateForm
-
-EARLIER = {"second": "force_2x", "third": "force_3x", "second_phase": "phase_2x", "third_phase": "phase_3x"}
+from rotorsim.effects.base import TURN, CandidateForm, Effect, param, register
 
 
 @inlined
@@ -35,7 +32,6 @@ class Coupling(Effect):
     kernel = coupling
     cites = ("gibbons_1976", "sekhar_1995", "thesis")
     place = "start"
-    earlier_keys = EARLIER
     forms = (
         # a shaft of unequal stiffness that the weight bends makes a force at 2X that turns forward, too
         CandidateForm(

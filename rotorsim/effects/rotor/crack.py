@@ -15,8 +15,7 @@ import math
 from typing import Any
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import TURN, Effect, param, register
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import TURN, CandidateForm, Effect, param, register
 
 
 @inlined

@@ -9,8 +9,7 @@ Genta (2005), Dynamics of Rotating Systems, chapter 3.
 """
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import Effect, param, register
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import CandidateForm, Effect, param, register
 
 
 @inlined

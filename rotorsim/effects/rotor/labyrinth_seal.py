@@ -17,8 +17,7 @@ Turbomachinery Rotordynamics, chapter 5. Assumes: small motion about the centre,
 """
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import Effect, param, register
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import CandidateForm, Effect, param, register
 
 
 @inlined

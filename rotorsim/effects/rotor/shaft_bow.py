@@ -11,8 +11,7 @@ Source: Nicholas, Gunter & Allaire (1976), Effect of residual shaft bow on unbal
 import math
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import TURN, Effect, param, register
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import TURN, CandidateForm, Effect, param, register
 
 
 @inlined

@@ -10,8 +10,7 @@ Source: Holmes (1986) and any text on drives; turbines ripple at their blade num
 import math
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import TURN, Effect, param, register
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import TURN, CandidateForm, Effect, param, register
 
 
 @inlined

@@ -7,7 +7,7 @@ on the gauge injection pressure. Source: data sheets give 0.25 % of full scale.
 
 from reynolds.jit import inlined
 from rotorsim.effects.base import Effect, param, register
-from rotorsim.effects.sensors.random_numbers import normal
+from rotorsim.effects.sensors import normal
 
 
 @inlined

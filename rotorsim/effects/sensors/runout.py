@@ -14,16 +14,13 @@ import math
 from typing import Any
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import TURN, Effect, param, register
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import TURN, CandidateForm, Effect, param, register
 
 FIRST = 4
 """Lowest order of the rough surface."""
 LAST = 24
 """Highest order of the rough surface."""
 GOLDEN = 0.6180339887498949
-EARLIER = {f"{old}{end}": f"{new}_{n}x" for n, old in enumerate(("first", "second", "third"), 1)
-           for end, new in (("", "amplitude"), ("_phase", "phase"))}  # fmt: skip
 
 
 @inlined
@@ -56,13 +53,12 @@ def runout(w, reading, state, seed, sample, p):
 
 
 @register
-class Runout(Effect):
+class SurfaceRunout(Effect):
     """Mechanical and electrical runout of the disc's surface."""
 
     port = "sensor"
     kernel = runout
     cites = ("api_670", "schroeder_1970", "thesis")
-    earlier_keys = EARLIER
     forms = (
         CandidateForm(
             "amplitude_1x", 2e-7, "phase_1x",

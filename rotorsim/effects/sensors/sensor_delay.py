@@ -10,8 +10,7 @@ from typing import Any
 
 from reynolds.jit import inlined
 from rotorsim.base.units import show
-from rotorsim.effects.base import SampledEffect, param, register
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import CandidateForm, SampledEffect, param, register
 
 LENGTH = 64
 """Samples kept of each axis."""

@@ -7,8 +7,7 @@ Source: API 670 for sizes: +-5 % of incremental scale factor, mounting within a 
 """
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import Effect, param, register
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import CandidateForm, Effect, param, register
 
 
 @inlined

@@ -7,8 +7,7 @@ and the laminar losses of a narrow gap do. Source: Pierart & Santos (2015) for t
 """
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import FilmEffect, param, register
-from rotorsim.effects.diagnosis import INJECTOR_FLOW, CalibrationParameter, CandidateForm
+from rotorsim.effects.base import INJECTOR_FLOW, CalibrationParameter, CandidateForm, FilmEffect, param, register
 
 
 @inlined

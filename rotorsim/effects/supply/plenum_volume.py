@@ -11,8 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import FilmEffect, param, register
-from rotorsim.effects.diagnosis import CalibrationParameter, CandidateForm
+from rotorsim.effects.base import CalibrationParameter, CandidateForm, FilmEffect, param, register
 from rotorsim.effects.supply.weak_injector import no_such_injector
 
 

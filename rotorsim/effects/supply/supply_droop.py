@@ -10,8 +10,7 @@ linearly; T = 0 follows at once. At rest P_l = P - R m. Source: Blackburn, Reeth
 import math
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import Effect, param, register
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import CandidateForm, Effect, param, register
 
 
 @inlined

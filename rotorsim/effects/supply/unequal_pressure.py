@@ -9,8 +9,7 @@ so a choked seat is indistinguishable from a blocked one.
 from typing import Any
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import FilmEffect, param, register
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import CandidateForm, FilmEffect, param, register
 from rotorsim.effects.supply.weak_injector import no_such_injector
 
 

@@ -9,8 +9,7 @@ that follows with less travel. Source: continuity through the seat's curtain, in
 from typing import Any
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import FilmEffect, param, register
-from rotorsim.effects.diagnosis import CandidateForm
+from rotorsim.effects.base import CandidateForm, FilmEffect, param, register
 
 
 @inlined

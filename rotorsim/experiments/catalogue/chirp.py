@@ -17,9 +17,8 @@ from typing import ClassVar
 import numpy as np
 
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, PointExperiment, register
+from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, PointExperiment, param, register
 from rotorsim.experiments.functions import as_function
-from rotorsim.experiments.parameters import param
 
 
 @register

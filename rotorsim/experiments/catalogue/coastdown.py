@@ -10,9 +10,8 @@ import numpy as np
 from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.experiments.catalogue.runup import Runup, ramp_time
-from rotorsim.experiments.experiment import Experiment, register
+from rotorsim.experiments.experiment import Experiment, param, register
 from rotorsim.experiments.functions import as_function
-from rotorsim.experiments.parameters import param
 
 if TYPE_CHECKING:
     import xarray as xr

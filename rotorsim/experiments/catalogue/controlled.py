@@ -13,12 +13,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from rotorsim.base import toml_text
 from rotorsim.base.errors import DataError
+from rotorsim.base.input_files import parse_toml
 from rotorsim.base.units import parse
-from rotorsim.experiments.catalogue.given import Given
-from rotorsim.experiments.experiment import REFERENCE_LIMIT, Experiment, PointExperiment, register
-from rotorsim.experiments.parameters import param
+from rotorsim.experiments.catalogue.steady import Given
+from rotorsim.experiments.experiment import REFERENCE_LIMIT, Experiment, PointExperiment, param, register
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -122,7 +121,7 @@ class Controlled(PointExperiment):
 
 def _range_of(record: xr.Dataset) -> float:
     """Largest reference [V] of the machine that a record names; see `reference_range`."""
-    actuators = toml_text.loads(str(record.attrs.get("machine", ""))).get("actuators", {})
+    actuators = parse_toml(str(record.attrs.get("machine", ""))).get("actuators", {})
     if "reference_limit" not in actuators:
         return REFERENCE_LIMIT
     return min(parse(actuators["reference_limit"], "V"), REFERENCE_LIMIT)

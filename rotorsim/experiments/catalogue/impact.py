@@ -18,9 +18,8 @@ import numpy as np
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import show
-from rotorsim.experiments.experiment import PointExperiment, generator, pair, register
+from rotorsim.experiments.experiment import PointExperiment, generator, pair, param, register, sequence
 from rotorsim.experiments.functions import as_function
-from rotorsim.experiments.parameters import param, sequence
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -19,9 +19,16 @@ from typing import ClassVar
 import numpy as np
 
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, PointExperiment, generator, register
+from rotorsim.experiments.experiment import (
+    DRIVEN,
+    REFERENCE_LIMIT,
+    PointExperiment,
+    generator,
+    param,
+    register,
+    sequence,
+)
 from rotorsim.experiments.functions import as_function
-from rotorsim.experiments.parameters import param, sequence
 
 KEY = 2
 """First key of this experiment's random numbers."""

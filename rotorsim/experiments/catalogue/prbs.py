@@ -17,9 +17,8 @@ from typing import ClassVar
 import numpy as np
 
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import REFERENCE_LIMIT, PointExperiment, generator, register
+from rotorsim.experiments.experiment import REFERENCE_LIMIT, PointExperiment, generator, param, register, sequence
 from rotorsim.experiments.functions import as_function
-from rotorsim.experiments.parameters import param, sequence
 
 GROUP = 256
 """Bits drawn together."""

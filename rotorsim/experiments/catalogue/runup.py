@@ -10,8 +10,7 @@ import numpy as np
 
 from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import LONGEST, Experiment, register
-from rotorsim.experiments.parameters import param
+from rotorsim.experiments.experiment import LONGEST, Experiment, param, register
 
 if TYPE_CHECKING:
     import xarray as xr

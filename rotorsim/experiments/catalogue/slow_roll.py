@@ -14,9 +14,8 @@ import numpy as np
 from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import show
-from rotorsim.experiments.experiment import PointExperiment, pair, register
+from rotorsim.experiments.experiment import PointExperiment, pair, param, register
 from rotorsim.experiments.functions import as_function
-from rotorsim.experiments.parameters import param
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -15,9 +15,8 @@ import numpy as np
 
 from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, PointExperiment, pair, register
+from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, PointExperiment, pair, param, register
 from rotorsim.experiments.functions import as_function
-from rotorsim.experiments.parameters import param
 
 if TYPE_CHECKING:
     import xarray as xr

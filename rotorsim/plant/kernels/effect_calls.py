@@ -23,8 +23,7 @@ from typing import Any
 from reynolds.grid import FilmGrid, make_layout
 from reynolds.jit import inlined
 from rotorsim.effects import PORTS, Effect
-from rotorsim.plant.kernels.modal_rotor import make_rotor_layout
-from rotorsim.plant.kernels.rig_layout import make_rig_layout
+from rotorsim.plant.kernels.layout import make_rig_layout, make_rotor_layout
 
 FILM = make_layout(FilmGrid(0.02, 0.04, 8, 4), 0, [], [])
 ROTOR = make_rotor_layout(4, FILM, 0, 1, 0)

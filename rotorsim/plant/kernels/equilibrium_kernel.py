@@ -30,13 +30,11 @@ from rotorsim.plant.kernels.effect_calls import (
     rotating_damping,
     steady_forces,
 )
-from rotorsim.plant.kernels.entry import prepare, warm_films
-from rotorsim.plant.kernels.film_gap import least_gap
-from rotorsim.plant.kernels.films import film_part
-from rotorsim.plant.kernels.lu import factor_matrix, solve_matrix
-from rotorsim.plant.kernels.modal_rotor import add_force, add_tables, project
+from rotorsim.plant.kernels.films import film_part, least_gap
+from rotorsim.plant.kernels.injectors import flow_of_injectors
+from rotorsim.plant.kernels.modal_rotor import add_force, add_tables, factor_matrix, project, solve_matrix
+from rotorsim.plant.kernels.sample import prepare, warm_films
 from rotorsim.plant.kernels.step import factorise, solve_film
-from rotorsim.plant.kernels.supply import flow_of_injectors
 
 DAMPING = 2e3
 """Damper [N s/m] on the journal while it settles."""

@@ -13,143 +13,29 @@ Damping that turns with the shaft, a time beta times its stiffness K_s, acts on 
 -beta K_s (v - Omega e_z x q): it adds beta K_s to C and the circulatory Omega beta N to K. A bearing that is a table
 over the speed adds B' K(Omega) B to K and B' C(Omega) B to C, with the rows B of its displacement.
 
-Cites: benfield_1971, friswell_2010.
+LU factorisation with row exchanges of small dense matrices in a flat workspace.
+
+Implicit treatment of forces that depend on the shaft's local motion.
+
+Each force is evaluated at a guess x_g of the stage's displacement (velocity (x_g - x_r) / (a dt)); the stage is solved
+with it; where it leads to a displacement x at which the force is another one, W |F(x) - F(x_g)| above the limit, the
+guess is corrected by Newton's method with the node's own compliance W = (a dt)^2 Phi T Phi':
+
+.. math:: x_g \leftarrow x_g + (I - W F')^{-1}\,(x - x_g).
+
+A slot of 16 doubles holds for each force: guess (2), x_r (2), force (2), W (4).
+
+Cites: benfield_1971, friswell_2010, golub_2013.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-from reynolds.grid import Layout
 from reynolds.jit import inlined
 from reynolds.ring import invert_block
 from reynolds.transient import MID, OLD, TO_MID
 
 SPEED_STEP = 0.1
 """Change of speed [rad/s] after which the stage matrix is formed again."""
-
-VECTORS = ("q", "v", "q_old", "v_old", "a_old", "q_mid", "v_mid", "q_rhs", "v_rhs", "f", "free")
-MATRICES = ("K", "C", "G", "T", "TK", "KT", "KS", "N")
-SCALARS = (
-    "time", "angle", "turns", "speed", "acceleration", "order", "matrix_speed", "matrix_step",
-    "disc_fx", "disc_fy", "touched", "substeps",
-)  # fmt: skip
-PAIRS = ("journal_start", "journal_free", "journal_before", "journal_force", "contact_push")
-"""x, y of every journal: what the stage starts from, where it goes without a force, where it was before a correction,
-the force on it, the contact's part of it at no displacement."""
-FILM_MATRICES = {"compliance": "journal_b", "journal_a": "journal_a", "static_a": "static_a"}
-FILM_PAIRS = {"journal_rhs": "journal_rhs", "static_rhs": "static_rhs"}
-"""Matrices (2f, 2f) and right-hand sides (2f) of all journals; those of a single film lie in the film's own part."""
-
-
-class RotorLayout(NamedTuple):
-    """Sizes and offsets (in doubles) of the rotor's part of a workspace."""
-
-    n: int
-    n_machine: int
-    n_housings: int
-    n_films: int
-    n_contact: int
-    turning: int
-    n_tables: int
-    n_points: int
-    q: int
-    v: int
-    q_old: int
-    v_old: int
-    a_old: int
-    q_mid: int
-    v_mid: int
-    q_rhs: int
-    v_rhs: int
-    f: int
-    free: int
-    K: int
-    C: int
-    G: int
-    T: int
-    TK: int
-    KT: int
-    KS: int
-    N: int
-    to_journal: int
-    journal: int
-    disc: int
-    time: int
-    angle: int
-    turns: int
-    speed: int
-    acceleration: int
-    order: int
-    matrix_speed: int
-    matrix_step: int
-    disc_fx: int
-    disc_fy: int
-    touched: int
-    substeps: int
-    contact: int
-    contact_k: int
-    journal_start: int
-    journal_free: int
-    journal_before: int
-    journal_force: int
-    contact_push: int
-    shapes: int
-    compliance: int
-    journal_a: int
-    static_a: int
-    journal_rhs: int
-    static_rhs: int
-    small: int
-    small_matrix: int
-    table_rows: int
-    table_speeds: int
-    table_values: int
-    size: int
-
-
-def make_rotor_layout(
-    n_modes: int,
-    film: Layout,
-    n_shapes: int,
-    n_films: int,
-    n_contact: int,
-    n_supports: int = 0,
-    turning: bool = False,
-    tables: tuple[int, int] = (0, 0),
-    n_housings: int = 0,
-) -> RotorLayout:
-    """Layout behind `n_films` films laid out as `film` (one that is not used, without films).
-
-    n_modes counts both planes and two for each of the `n_housings` in the machine file, `shapes` holds (2, n) rows for
-    each effect. Every resonance of an effect adds two modal coordinates behind; `turning`: the shaft has damping in its
-    own frame; `tables`: bearings that are tables, and the speeds at which they stand.
-    """
-    n_machine, n_modes = n_modes, n_modes + 2 * n_supports
-    journals, borders = max(n_films, 1), n_films * film.n_border
-    sizes = dict.fromkeys(VECTORS, n_modes) | dict.fromkeys(MATRICES, n_modes**2)
-    sizes |= {"to_journal": 2 * n_modes * journals, "journal": 2 * n_modes * journals, "disc": 2 * n_modes}
-    sizes |= dict.fromkeys(SCALARS, 1) | dict.fromkeys(PAIRS, 2 * journals)
-    sizes |= {"contact": journals, "contact_k": 4 * journals, "shapes": 2 * n_modes * max(n_shapes, 1)}
-    own = {name: getattr(film, place) for name, place in (FILM_MATRICES | FILM_PAIRS).items()}
-    if n_films > 1:
-        own = {}
-        sizes |= dict.fromkeys(FILM_MATRICES, 4 * n_films**2) | dict.fromkeys(FILM_PAIRS, 2 * n_films)
-    sizes |= {"small": borders, "small_matrix": borders**2} if n_films > 1 else {"small": 0, "small_matrix": 0}
-    n_tables, n_points = tables
-    sizes |= {"table_rows": 2 * n_modes * n_tables, "table_speeds": n_points, "table_values": 8 * n_tables * n_points}
-    offsets, at = {}, journals * film.size
-    for name, size in sizes.items():
-        offsets[name], at = at, at + (size if name in SCALARS else (size + 7) // 8 * 8)
-    flags = {
-        "n_films": n_films,
-        "n_contact": n_contact,
-        "turning": int(turning),
-        "n_housings": n_housings,
-        "n_tables": n_tables,
-        "n_points": n_points,
-    }
-    return RotorLayout(n=n_modes, n_machine=n_machine, size=at, **flags, **offsets, **own)
 
 
 @inlined
@@ -296,3 +182,117 @@ def end_rotor_stage(w, R, stage, adt):
             w[R.a_old + m] = (w[R.v + m] - w[R.v_rhs + m]) / adt
             w[R.q_old + m] = w[R.q + m]
             w[R.v_old + m] = w[R.v + m]
+
+
+@inlined
+def factor_matrix(w, A, pivots, n):
+    """LU factors of the n x n matrix at offset A in its place; the rows exchanged go to offset `pivots`."""
+    for c in range(n):
+        best = c
+        for r in range(c + 1, n):
+            if abs(w[A + c * n + r]) > abs(w[A + c * n + best]):
+                best = r
+        w[pivots + c] = best
+        if best != c:
+            for k in range(n):
+                w[A + k * n + c], w[A + k * n + best] = w[A + k * n + best], w[A + k * n + c]
+        for r in range(c + 1, n):
+            w[A + c * n + r] /= w[A + c * n + c]
+        for k in range(c + 1, n):
+            for r in range(c + 1, n):
+                w[A + k * n + r] -= w[A + c * n + r] * w[A + k * n + c]
+
+
+@inlined
+def solve_matrix(w, A, pivots, b, n):
+    """Solve in place for the right-hand side at offset b, with the factors of `factor_matrix`."""
+    for c in range(n):
+        best = int(w[pivots + c])
+        w[b + c], w[b + best] = w[b + best], w[b + c]
+    for c in range(n):
+        for r in range(c + 1, n):
+            w[b + r] -= w[A + c * n + r] * w[b + c]
+    for back in range(n):
+        c = n - 1 - back
+        w[b + c] /= w[A + c * n + c]
+        for r in range(c):
+            w[b + r] -= w[A + c * n + r] * w[b + c]
+
+
+GUESS, START, FORCE, COMPLIANCE = 0, 2, 4, 6
+SLOT = 16
+NUDGE = 1e-9
+"""Displacement [m] of the difference quotient that gives F'."""
+
+
+@inlined
+def form_compliance(w, R, shape, slot, adt):
+    """W of one force into its slot; after the rotor's stage matrix has been formed."""
+    n = R.n
+    for a in range(2):
+        for b in range(2):
+            value = 0.0
+            for c in range(n):
+                column = 0.0
+                for r in range(n):
+                    column += w[shape + a * n + r] * w[R.T + c * n + r]
+                value += column * w[shape + b * n + c]
+            w[slot + COMPLIANCE + 2 * a + b] = adt * adt * value
+
+
+@inlined
+def guess(w, R, shape, slot, tau):
+    """Displacement after tau by Taylor's series from the step's start."""
+    x, y = project(w, R, shape, R.q_old)
+    vx, vy = project(w, R, shape, R.v_old)
+    ax, ay = project(w, R, shape, R.a_old)
+    w[slot + GUESS] = x + tau * (vx + 0.5 * tau * ax)
+    w[slot + GUESS + 1] = y + tau * (vy + 0.5 * tau * ay)
+    w[slot + START], w[slot + START + 1] = project(w, R, shape, R.q_rhs)
+
+
+@inlined
+def velocity(w, slot, x, y, adt):
+    """Velocity at the stage's end that goes with the displacement (x, y)."""
+    return (x - w[slot + START]) / adt, (y - w[slot + START + 1]) / adt
+
+
+@inlined
+def miss(w, slot, fx, fy):
+    """Displacement [m] by which the force met and the force used differ, W |F - F_used|."""
+    c = slot + COMPLIANCE
+    dx, dy = fx - w[slot + FORCE], fy - w[slot + FORCE + 1]
+    return abs(w[c] * dx + w[c + 1] * dy) + abs(w[c + 2] * dx + w[c + 3] * dy)
+
+
+@inlined
+def add_tangent(w, R, shape, x, y, fx, fy, ax, ay, bx, by):
+    """Add a force at rest at (x, y) to f and KT, linearised; a, b: central differences over 2 NUDGE along x and y."""
+    n = R.n
+    sxx, syx, sxy, syy = ax / (2 * NUDGE), ay / (2 * NUDGE), bx / (2 * NUDGE), by / (2 * NUDGE)
+    gx, gy = fx - (sxx * x + sxy * y), fy - (syx * x + syy * y)
+    for m in range(n):
+        w[R.f + m] += gx * w[shape + m] + gy * w[shape + n + m]
+    for c in range(n):
+        u, v = w[shape + c], w[shape + n + c]
+        for r in range(n):
+            push = w[shape + r] * (sxx * u + sxy * v) + w[shape + n + r] * (syx * u + syy * v)
+            w[R.KT + c * n + r] -= push
+
+
+@inlined
+def correct_guess(w, slot, x, y, ax, ay, bx, by):
+    """Newton's step of the guess towards (x, y); a and b: forces at the guess nudged along x and along y."""
+    c = slot + COMPLIANCE
+    fx, fy = w[slot + FORCE], w[slot + FORCE + 1]
+    # -F'
+    kxx, kyx = (fx - ax) / NUDGE, (fy - ay) / NUDGE
+    kxy, kyy = (fx - bx) / NUDGE, (fy - by) / NUDGE
+    mxx = 1.0 + w[c] * kxx + w[c + 1] * kyx
+    mxy = w[c] * kxy + w[c + 1] * kyy
+    myx = w[c + 2] * kxx + w[c + 3] * kyx
+    myy = 1.0 + w[c + 2] * kxy + w[c + 3] * kyy
+    rx, ry = x - w[slot + GUESS], y - w[slot + GUESS + 1]
+    inverse = 1.0 / (mxx * myy - mxy * myx)
+    w[slot + GUESS] += (myy * rx - mxy * ry) * inverse
+    w[slot + GUESS + 1] += (mxx * ry - myx * rx) * inverse

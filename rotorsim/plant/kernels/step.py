@@ -30,8 +30,8 @@ from rotorsim.plant.kernels.effect_calls import (
     motion_torque,
     rotating_damping,
 )
-from rotorsim.plant.kernels.film_gap import find_places, shape_gap
-from rotorsim.plant.kernels.films import film_indices, film_part, iterate_films
+from rotorsim.plant.kernels.films import film_indices, film_part, find_places, iterate_films, shape_gap
+from rotorsim.plant.kernels.injectors import feed_stage
 from rotorsim.plant.kernels.modal_rotor import (
     SPEED_STEP,
     add_force,
@@ -42,7 +42,6 @@ from rotorsim.plant.kernels.modal_rotor import (
     project,
     rotor_rhs,
 )
-from rotorsim.plant.kernels.supply import feed_stage
 
 PARTS = 1024
 """The smallest part of a step that is tried."""

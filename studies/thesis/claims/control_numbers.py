@@ -9,13 +9,13 @@ import numpy as np
 
 from identification.lpv.model import LpvModel
 from rotorsim.base.constants import KRPM, MPA, TO_HZ
+from rotorsim.base.rounding import decays
 from rotorsim.control.designs import hinf
-from rotorsim.control.designs.hinf_synthesis import controller, solve
-from rotorsim.control.designs.weighted_plant import closed, mixed_sensitivity
+from rotorsim.control.designs.hinf_synthesis import closed, controller, mixed_sensitivity, solve
 from rotorsim.control.law import Law
 from rotorsim.control.plants import design_plant, sampled_plant
-from rotorsim.control.sampled_loop import closed_poles, law_system, model_loop, stable_gains
-from rotorsim.control.systems import gain, largest, peak_gain, response
+from rotorsim.control.sampled_loop import closed_poles, law_system, model_loop, root_locus
+from rotorsim.control.systems import System, gain, largest, peak_gain, response
 from studies.thesis.claims.rules import points
 from studies.thesis.control_study import OPEN, ControlStudy
 
@@ -241,3 +241,14 @@ _PARTS: tuple[tuple[str, tuple[str, ...], Part], ...] = (
     ("C12", (), _whirl),
 )
 """Claim, the laws that its figures need, and what makes them."""
+
+
+def stable_gains(plant: System, controller: System, gains: np.ndarray) -> tuple[float, float]:
+    """Ends of the stretch of stable gains round zero; NaN where zero itself is not stable."""
+    good = np.array([decays(row) for row in root_locus(plant, controller, gains)])
+    at = int(np.abs(gains).argmin())
+    if not good[at]:
+        return float("nan"), float("nan")
+    low = at - int(np.argmin(np.append(good[at::-1], False))) + 1
+    high = at + int(np.argmin(np.append(good[at:], False))) - 1
+    return float(gains[low]), float(gains[high])

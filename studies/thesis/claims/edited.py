@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rotorsim.base import json_text as json
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_json
+from rotorsim.base.input_files import parse_json
 from studies.thesis.claims.rules import text
 
 if TYPE_CHECKING:
-    from rotorsim.report.page.page import Block
+    from rotorsim.report.page import Block
 
 KEPT = "rules.json"
 """File in a study's folder that holds the rules of its first run."""
@@ -63,13 +64,13 @@ def edited(folder: Path, rules: Mapping[str, Any] | None = None) -> list[str]:
     >>> edited(folder)
     []
     """
-    now, path = json.loads(json.dumps(judging() if rules is None else dict(rules))), folder / KEPT
+    now, path = parse_json(json.dumps(judging() if rules is None else dict(rules))), folder / KEPT
     if not path.exists():
         lost = _lost(folder)
         write_json(path, now | ({LOST: lost[0]} if lost else {}))
         return lost
     try:
-        before = json.loads(path.read_text(encoding="utf-8-sig"))
+        before = parse_json(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError) as error:
         raise DataError(f"{path}: cannot be read ({error}); restore it, or study in another folder") from error
     if not isinstance(before, dict):
@@ -102,7 +103,7 @@ def _words(rule: Any) -> str:
 
 def edited_block(sentences: list[str]) -> list[Block]:
     """The section of a report that states the edits; none without any."""
-    from rotorsim.report.page.page import Block
+    from rotorsim.report.page import Block
 
     if not sentences:
         return []

@@ -9,7 +9,7 @@ import numpy as np
 from rotorsim.base.constants import RIG_SAMPLE, TO_UM
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
-from rotorsim.plant.kernels.columns import COLUMNS
+from rotorsim.plant.kernels.layout import COLUMNS
 
 QUARTER = 4000
 """Samples of a quarter of the slow triangle of +-5 V."""

@@ -7,8 +7,8 @@ from functools import lru_cache
 from importlib.resources import files
 from typing import Any
 
-from rotorsim.base import toml_text as tomllib
 from rotorsim.base.constants import KRPM, MPA
+from rotorsim.base.input_files import parse_toml
 
 Interval = tuple[float, float]
 
@@ -59,7 +59,7 @@ def points(name: str) -> tuple[tuple[float, float], ...]:
 
 @lru_cache
 def _file() -> dict[str, Any]:
-    return tomllib.loads(text())
+    return parse_toml(text())
 
 
 def text() -> str:

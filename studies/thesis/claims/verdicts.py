@@ -10,7 +10,7 @@ from studies.thesis.claims.judge import MET, NEAR, NOT_MET, Judged, Numbers, cou
 from studies.thesis.claims.rules import Claim, Figure, Interval, claims
 
 if TYPE_CHECKING:
-    from rotorsim.report.page.page import Block
+    from rotorsim.report.page import Block
 
 FITTED = " (fitted)"
 HEADS = ("figure", "thesis", "here", f"{MET} in", f"{NEAR} in", "verdict")
@@ -26,7 +26,7 @@ def verdicts(ours: Numbers, letters: str = "IC", left_out: Collection[str] = ())
 
 def claims_blocks(found: Sequence[Judged], title: str = "Claims of the thesis") -> list[Block]:
     """A table of the claims with a count of the verdicts, and one of their figures."""
-    from rotorsim.report.page.page import Block
+    from rotorsim.report.page import Block
 
     rows = [(one.claim.number, one.verdict, one.claim.words, count(one.verdicts), one.claim.source) for one in found]
     text = (f"{count(one.verdict for one in found)}. A claim is as good as the worst of its figures; trivial and not "

@@ -7,8 +7,8 @@ from functools import lru_cache
 
 from rotorsim.analysis.calibrate import judge
 from rotorsim.analysis.targets import read_targets
+from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import DataError, RotorsimError
-from rotorsim.base.sentences import did_you_mean
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
 from studies.thesis.experiments import measures_control as control, measures_identification as identification

@@ -23,8 +23,7 @@ from rotorsim.control.plants import Model, sampled_plant
 from rotorsim.control.sampled_loop import closed_poles, law_system, sweep
 from rotorsim.plant import Plant
 from rotorsim.verify.runs import run_rows, steady_rows
-from rotorsim.verify.safe_speed import safe_speed
-from rotorsim.verify.transients import amplitudes, impact_responses
+from rotorsim.verify.transients import amplitudes, impact_responses, safe_speed
 from studies.thesis.claims.control_numbers import numbers_of
 from studies.thesis.claims.rules import points
 from studies.thesis.control_cases import ringing

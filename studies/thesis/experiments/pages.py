@@ -12,7 +12,7 @@ from studies.thesis.experiments.run import Found
 from studies.thesis.experiments.table import figure_of, values
 
 if TYPE_CHECKING:
-    from rotorsim.report.page.page import Block
+    from rotorsim.report.page import Block
 
 SUMMARY = ("claims", "number", "changed to", "figures met", "lost of Table E.2")
 HEADS = ("figure", "thesis", "here", "with the changed number", "verdicts", "thesis' number at")
@@ -99,7 +99,7 @@ def _plain(found: Found, key: str) -> dict[str, Any]:
 
 def blocks(found: Sequence[Found], machine: Machine) -> list[Block]:
     """A table and a figure for each experiment."""
-    from rotorsim.report.page.page import Block
+    from rotorsim.report.page import Block
     from studies.thesis.figures import over_factor
 
     made = [Block("Experiments", "The factor that the most figures are met at.", SUMMARY, summary(found))]

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache, reduce
 from importlib.resources import files
 from typing import Any
 
-from rotorsim.base import toml_text as tomllib
+from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import DataError
-from rotorsim.base.sentences import did_you_mean
+from rotorsim.base.input_files import parse_toml
 from rotorsim.machine import Machine
 from rotorsim.machine.file_text import expanded
 from studies.thesis.claims.rules import Figure, claims
@@ -84,7 +85,7 @@ def read(text: str) -> tuple[Experiment, ...]:
     ['plenum']
     """
     try:
-        tables = tomllib.loads(text)
+        tables = parse_toml(text)
     except tomllib.TOMLDecodeError as error:
         raise DataError(f"experiments: is not a TOML file ({error}); correct it") from error
     return tuple(_experiment(name, table) for name, table in tables.items())

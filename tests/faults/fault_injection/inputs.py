@@ -90,8 +90,8 @@ def make_failed(folder: Path) -> Path:
 
 def make_hidden(folder: Path) -> Path:
     """A few records of a plain rotor in which a run-out is hidden."""
+    from rotorsim.discrepancy.experiments import campaign
     from rotorsim.discrepancy.hidden_machine import draw, record_of, truth_twin, write
-    from rotorsim.discrepancy.plan.experiments import campaign
     from rotorsim.machine import load_machine
 
     hidden = folder / "hidden"

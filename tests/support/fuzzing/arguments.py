@@ -11,7 +11,7 @@ from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import show
 from rotorsim.commands.closed_loop import ClosedLoopSetup
 from rotorsim.experiments import EXPERIMENTS
-from rotorsim.experiments.parameters import parameters
+from rotorsim.experiments.experiment import parameters
 
 KRPM = 1000 * 3.141592653589793 / 30
 

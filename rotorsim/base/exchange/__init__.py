@@ -1,1 +1,0 @@
-"""Exchange with other programs: objects of the package `control`, MATLAB files, archives, plain data."""

@@ -1,0 +1,350 @@
+"""`rotorsim diagnose`: finds the effect that a machine file lacks; `hide` makes test data, `report` the page again."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from rotorsim.base.constants import MINUTE
+from rotorsim.base.display import end_line, line
+from rotorsim.base.errors import DataError, RotorsimError
+from rotorsim.base.units import parse
+from rotorsim.commands.completion import parameters
+from rotorsim.commands.diagnosis_output import Stages, StepPrinter, show
+from rotorsim.commands.options import (
+    AsJson,
+    GivenMachine,
+    PageOptions,
+    ResultFolder,
+    ResultOptions,
+    a_folder,
+    note_compiling,
+    print_files,
+    print_json,
+    resumable,
+)
+from rotorsim.commands.registry import CommandGroup, command, group
+from rotorsim.commands.results import files, results
+from rotorsim.discrepancy.decision import ALLOWED, check_allowed
+
+if TYPE_CHECKING:
+    from rotorsim.discrepancy import Diagnosis
+    from rotorsim.discrepancy.loop import ExperimentRig
+    from rotorsim.machine import Machine
+
+BUDGET, WAIT = "30 min", "8 h"
+"""Rig time of the experiments, and longest time to wait for a record, where none is given."""
+
+
+@dataclass(frozen=True)
+class DataOptions:
+    """Records by their use, columns, candidates, and tolerance of the model."""
+
+    records: Annotated[
+        list[Path] | None, typer.Argument(metavar="RECORDS", help="Records to fit: files, or a folder of .nc.")
+    ] = None
+    held_out: Annotated[
+        list[Path] | None, typer.Option(help="Record at another operating point that chooses the effect.")
+    ] = None
+    untouched: Annotated[list[Path] | None, typer.Option(help="Record that only shows the gap; repeatable.")] = None
+    mapping: Annotated[Path | None, typer.Option(help="Columns of files that are not .nc.")] = None
+    effect: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Only this is a candidate, e.g. runout or runout.amplitude_2x; may be repeated.",
+            autocompletion=parameters,
+        ),
+    ] = None
+    tolerance: Annotated[float, typer.Option(help="Tolerance of the model: share of a line.")] = 0.004
+
+    def check(self, records: bool) -> None:
+        """Raise DataError for a tolerance that is not a fraction, and without `records` where they are needed."""
+        if records and not self.records:
+            raise DataError("diagnose: no records; name files or a folder, or give --self-test")
+        if not 0 < self.tolerance < 1:
+            text = f"--tolerance: {self.tolerance:g} is not a fraction; give a number between 0 and 1, e.g. 0.004"
+            raise DataError(text)
+
+
+@dataclass(frozen=True)
+class ExperimentOptions:
+    """Next experiments: planned or made, on which rig, with which changes and rig time."""
+
+    plan_next: Annotated[
+        bool, typer.Option("--plan-next", help="Rank the experiments that may come next; write the best as a plan.")
+    ] = False
+    allow: Annotated[
+        str | None, typer.Option(help=f"What experiments may change: {', '.join(ALLOWED)}; all if not given.")
+    ] = None
+    until_decided: Annotated[
+        bool, typer.Option("--until-decided", help="Make experiments on --rig until one explanation has 95 %.")
+    ] = False
+    rig: Annotated[
+        str | None, typer.Option(help="virtual:FOLDER of 'hide', or the folder into which new records are put.")
+    ] = None
+    budget: Annotated[str | None, typer.Option(help=f"Rig time of the experiments; {BUDGET} if not given.")] = None
+    wait: Annotated[str | None, typer.Option(help=f"Longest time to wait for a record; {WAIT} if not given.")] = None
+
+    def check(self, roles: bool) -> None:
+        """Raise DataError for options that do not belong together; `roles`: whether records have one by an option."""
+        if self.allow is not None and not (self.plan_next or self.until_decided):
+            raise DataError("--allow: is about a plan; give --plan-next or --until-decided too")
+        _ = self.allowed
+        if not self.until_decided:
+            for option, given in (("rig", self.rig), ("budget", self.budget), ("wait", self.wait)):
+                if given is not None:
+                    raise DataError(f"--{option}: is about a loop of experiments; give --until-decided too")
+        elif self.rig is None:
+            raise DataError(
+                "--until-decided: needs --rig: virtual:FOLDER of rotorsim hide, or a folder for new records"
+            )
+        elif roles:  # records that are yet to come cannot have one
+            raise DataError(
+                "--until-decided: takes no --held-out and --untouched; state the attribute role in the records"
+            )
+
+    @property
+    def allowed(self) -> tuple[str, ...]:
+        """Changes that experiments may make; raises DataError for something unknown."""
+        return check_allowed([] if self.allow is None else [name.strip() for name in self.allow.split(",")])
+
+    @property
+    def budget_minutes(self) -> float:
+        """Rig time of the experiments [min]; raises DataError."""
+        return _minutes("--budget", self.budget or BUDGET)
+
+    def open_rig(self, machine: Machine) -> ExperimentRig:
+        """The rig, with the longest wait for a record; raises DataError where the text names none."""
+        from rotorsim.discrepancy.loop import open_rig
+
+        longest = MINUTE * _minutes("--wait", self.wait or WAIT)
+        return open_rig(str(self.rig), machine, longest)
+
+
+def _minutes(option: str, text: str) -> float:
+    """Minutes of a time as text; raises DataError."""
+    try:
+        found = parse(text, "s") / MINUTE
+    except ValueError as error:
+        raise DataError(f"{option}: {error}") from error
+    if found <= 0:
+        raise DataError(f"{option}: '{text}' is not above 0; give e.g. '30 min'")
+    return found
+
+
+FOLDER = Path("decision")
+"""Folder of a loop when none is given; one name, so that the same command resumes."""
+MONTH = 30 * 86400.0
+"""Time [s] for which an interrupted diagnosis waits for the same command."""
+
+
+@command(
+    "diagnose",
+    "rotorsim diagnose dtu_gas_bearing puzzle/records --out diagnosis",
+    "rs.diagnose('dtu_gas_bearing', 'puzzle/records')",
+)
+@resumable
+def diagnose(
+    machine: GivenMachine,
+    data: DataOptions,
+    seed: Annotated[int, typer.Option(help="Kept with the verdict; nothing is drawn.")] = 0,
+    self_test: Annotated[
+        bool, typer.Option("--self-test", help="Print which effects the campaign cannot distinguish, and stop.")
+    ] = False,
+    *,
+    experiments: ExperimentOptions,
+    result: ResultOptions,
+) -> None:
+    """Find the effect that a machine file lacks against records.
+
+    It is written into a new machine file; the report shows the gap before and after.
+
+    Exit code: 0 no disagreement, 10 an effect is named, 11 a tie or a partial explanation, 12 unknown, 2 bad input.
+    Records of one folder may state in their attribute `role` what they are for: fit, held_out or untouched. What was
+    computed is kept, so that an interrupted diagnosis resumes where it was.
+    """
+    from rotorsim.machine import load_machine
+
+    if self_test:
+        _self_test(machine, data, result.as_json)
+        return
+    result.check()
+    data.check(records=not experiments.until_decided)
+    experiments.check(roles=bool(data.held_out or data.untouched))
+    load_machine(machine)  # refused here, before anything that computes is loaded
+    if experiments.until_decided:
+        found, files = run_loop(machine, data, experiments, result, Stages().show)
+    else:
+        allow = experiments.allowed if experiments.plan_next else None
+        found, files = _diagnosed(machine, data, allow, seed, result)
+    show(found, files, result.as_json)
+    raise typer.Exit(found.exit_code)
+
+
+def _diagnosed(
+    machine: str, data: DataOptions, allow: tuple[str, ...] | None, seed: int, result: ResultOptions
+) -> tuple[Diagnosis, dict[str, str]]:
+    """The diagnosis, with a plan of experiments that change what `allow` names, and its files."""
+    from rotorsim.discrepancy import diagnose as diagnose_records
+    from rotorsim.discrepancy.files import RESULTS
+
+    names = [name for kind, name in RESULTS.items() if kind != "report"]
+    given = (data.records, data.held_out, data.untouched, data.mapping, data.effect, data.tolerance)
+    with result.folder("diagnosis", *names, page=RESULTS["report"]) as folder, unfinished(machine, *given) as kept:
+        found = diagnose_records(
+            machine, data.records or (), data.held_out, data.untouched, data.effect, seed, data.tolerance,
+            data.mapping, progress=Stages().show, resume=kept, plan_next=allow,
+        )  # fmt: skip
+        return found, _saved(found, folder)
+
+
+def _saved(found: Diagnosis, folder: ResultFolder) -> dict[str, str]:
+    """Paths of the files of a diagnosis by kind, which are written."""
+    from rotorsim.discrepancy import save_diagnosis
+
+    files = save_diagnosis(found, folder.path, folder.options.report)
+    return files | (folder.options.page.finish(files["report"]) if folder.options.report else {})
+
+
+def _self_test(machine: str, data: DataOptions, as_json: bool) -> None:
+    """Print how alike effects are under the records, or under the campaign of `hide`."""
+    from rotorsim.discrepancy import alias_matrix, markdown
+
+    matrix = alias_matrix(machine, data.records or None, data.mapping, Stages().show)
+    end_line()
+    typer.echo(json.dumps(matrix.as_dict(), indent=2) if as_json else markdown(matrix))
+
+
+def run_loop(
+    machine: str, data: DataOptions, experiments: ExperimentOptions, result: ResultOptions,
+    progress: Callable[[str], None],
+) -> tuple[Diagnosis, dict[str, str]]:  # fmt: skip
+    """The last diagnosis of a loop of experiments, and its files."""
+    from rotorsim.discrepancy import decide
+    from rotorsim.discrepancy.decision import FILE
+    from rotorsim.discrepancy.files import RESULTS
+    from rotorsim.machine import load_machine
+
+    out, loaded = result.out or FOLDER, load_machine(machine)
+    budget, rig = experiments.budget_minutes, experiments.open_rig(loaded)
+    resumed = replace(result, out=out, force=result.force or (out / FILE).exists())
+    names = [name for kind, name in RESULTS.items() if kind != "report"]
+    with resumed.folder(str(FOLDER), *names, FILE, page=RESULTS["report"]) as folder:
+        found = decide(
+            loaded, rig, budget, data.records or (), experiments.allowed, data.effect, out=folder.path,
+            mapping=data.mapping, progress=progress, tolerance=data.tolerance, anew=result.force,
+            shown=StepPrinter(folder.path / RESULTS["plan"], result.as_json).show,
+        )  # fmt: skip
+        return found, _saved(found, folder) | {"steps": str(folder.path / FILE)}
+
+
+@contextmanager
+def unfinished(*asked: Any) -> Iterator[Path]:
+    """Folder in the cache by which an interrupted diagnosis resumes: until its end, or for a month."""
+    from rotorsim.base.cache import in_cache, key_of
+
+    root = in_cache("diagnoses")
+    folder = root / key_of(Path.cwd(), asked)
+    for old in root.iterdir():
+        if time.time() - old.stat().st_mtime > MONTH:
+            shutil.rmtree(old, ignore_errors=True)
+    try:
+        yield folder
+    except RotorsimError:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+@command(
+    "hide",
+    "rotorsim hide dtu_gas_bearing --effect coupling.force_2x --seed 3 --out puzzle",
+    "rs.hide(rs.load_machine('dtu_gas_bearing'), ('coupling.force_2x',), 3, 'puzzle')",
+)
+def hide(
+    machine: GivenMachine,
+    effect: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="What to hide, e.g. runout or runout.amplitude_2x; may be repeated.", autocompletion=parameters
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Draws size, phase, calibration and noise.")] = 0,
+    out: Annotated[Path, typer.Option(callback=a_folder, help="Folder for records and sealed truth.")] = Path("hidden"),
+    as_json: AsJson = False,
+) -> None:
+    """Make records with hidden effects, to try 'diagnose' on.
+
+    Without --effect nothing is hidden.
+
+    Records go to OUT/records; the truth to OUT/sealed/truth.json, which `rotorsim diagnose` never opens.
+    """
+    if not 0 <= seed < 2**31:
+        raise DataError(f"--seed: {seed} must be a whole number from 0 to 2^31 - 1; give e.g. 0")
+
+    from rotorsim.machine import load_machine
+
+    believed = load_machine(machine)
+    from rotorsim.discrepancy.hidden_machine import hide as record_hidden, truth_twin
+
+    def progress(done: int, of: int) -> None:
+        line(f"record {done} of {of}", done == of)
+
+    twin = truth_twin(believed)
+    with results(out, "hidden", ("records", "sealed"), force=None):
+        note_compiling(twin.assembly, "settle", "run")
+        records = record_hidden(believed, tuple(effect or ()), seed, out, twin=twin, progress=progress)
+    files = [str(out / "records" / f"{r.attrs['record']}.nc") for r in records]
+    if as_json:
+        print_json({"records": files, "sealed": str(out / "sealed" / "truth.json")})
+        return
+    typer.echo(f"{len(files)} records: {out / 'records'}; the truth, sealed: {out / 'sealed' / 'truth.json'}")
+
+
+@group("report", "Example: rotorsim report diagnosis diagnosis --units imperial")
+class Report(CommandGroup):
+    """Write the page of a stored result again."""
+
+
+@command(
+    "report diagnosis",
+    "rotorsim report diagnosis diagnosis --out again.html --units imperial",
+    "rs.discrepancy.load_diagnosis('diagnosis').report('again.html')",
+)
+def diagnosis(
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder that 'rotorsim diagnose' wrote.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Page to write; by default that in the folder, in place of the older.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace the page that --out names.")] = False,
+    *,
+    page: PageOptions,
+    as_json: AsJson = False,
+) -> None:
+    """Write the page of a diagnosis again.
+
+    Nothing is computed: the numbers are those in the folder.
+    """
+    from rotorsim.discrepancy import load_diagnosis
+    from rotorsim.discrepancy.files import RESULTS
+
+    page.check()
+    found = load_diagnosis(folder)
+    target = out or folder / RESULTS["report"]
+    replace = force or out is None
+    with files(target, force=replace):
+        page.begin(target, replace)
+        written = {"report": str(found.report(target))} | page.finish(target)
+    if as_json:
+        print_json({"verdict": found.sentence, "files": written})
+        return
+    typer.echo(found.sentence)
+    print_files(written)

@@ -1,1 +1,0 @@
-"""`rotorsim diagnose` and `rotorsim hide`."""

@@ -1,1 +1,0 @@
-"""Measured records as spectra over whole periods, and checks before the fit."""

@@ -1,0 +1,251 @@
+r"""Data vector of a comparison: the groups of its lines, and the noise floor of each of its numbers.
+
+.. math:: \sigma^2(f) = \sigma_\mathrm{repeat}^2 + (t\,|Y(f)|)^2 + (s\,|Y_\mathrm{fine}(f) - Y_\mathrm{coarse}(f)|)^2
+
+The scatter is that of periods within a record and of records that repeat each other, pooled over operating points and
+smoothed by a median over neighbouring lines; t is the declared tolerance; of the solver's error, which is corrected for
+at the re-fitted point, a share s is taken to remain.
+
+Cites: bendat_2010.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from rotorsim.discrepancy.changes import RING_KEY
+from rotorsim.discrepancy.trial import TURNING, Trial
+
+BANDS = ((0.0, 90.0), (90.0, 150.0), (150.0, 1e9))
+"""Bands [Hz] of excited lines: below, about and above the first natural frequencies of a rig of this size."""
+EXCITED = ("low band", "resonance", "high band")
+GROUPS = ("slow", "1X", "2X", "3X", "orders", *EXCITED, "between")
+TOLERANCE = 0.004
+"""Declared tolerance of the model: share of a line."""
+SOLVER_SHARE = 0.25
+"""Share of the solver's error that remains after its correction."""
+NEIGHBOURS = 12
+"""Lines to each side whose scatter is pooled."""
+FAINTEST = 1e-9
+"""Smallest floor [m], that of the solver's stopping rule."""
+LN2 = 0.6931471805599453
+"""Median of an exponential distribution of mean 1."""
+QUIET, ROWS = "the quiet lines within the records", "neighbouring rows"
+"""Sources of the scatter of records and of vectors that do not show it."""
+
+
+@dataclass(frozen=True, eq=False)
+class DataLayout:
+    """Record, channel 0 or 1, frequency [Hz] (0: slow part) and group of every number (n,); `groups` names them."""
+
+    record: np.ndarray
+    channel: np.ndarray
+    frequency: np.ndarray
+    group: np.ndarray
+    drift: np.ndarray
+    groups: tuple[str, ...]
+
+    def of(self, record: int, channel: int, group: str) -> np.ndarray:
+        """Which numbers (n,) are one group's."""
+        return (self.record == record) & (self.channel == channel) & (self.group == self.groups.index(group))
+
+
+def make_layout(trials: list[Trial]) -> DataLayout:
+    """Layout of the concatenated data vectors of the trials."""
+    parts = [_numbers_of_record(t, i) for i, t in enumerate(trials)]
+    joined = [np.concatenate([p[k] for p in parts]) for k in range(5)]
+    return DataLayout(joined[0], joined[1], joined[2], joined[3], joined[4], GROUPS)
+
+
+def _numbers_of_record(trial: Trial, number: int) -> tuple[np.ndarray, ...]:
+    if trial.orders:
+        return _numbers_of_vectors(trial, number)
+    f = trial.frequencies[1:]
+    group = np.full(len(f), GROUPS.index("between"))
+    for band, name in zip(BANDS, EXCITED, strict=True):
+        group[trial.excited[1:] & (f >= band[0]) & (f < band[1])] = GROUPS.index(name)
+    turns = abs(trial.speed) / (2 * np.pi)
+    if abs(trial.speed) > TURNING:
+        resolution = f[0]
+        order = np.round(f / turns)
+        near = (np.abs(f - order * turns) < 0.51 * resolution) & (order >= 1)
+        group[near] = GROUPS.index("orders")
+        for k in (1, 2, 3):
+            group[near & (order == k)] = GROUPS.index(f"{k}X")
+    group = np.concatenate([[0, 0], group, group])
+    frequency = np.concatenate([[0.0, 0.0], f, f])
+    drift = np.zeros(len(group), bool)
+    drift[1] = True
+    n = len(group)
+    channel = np.repeat([0, 1], n)
+    return (np.full(2 * n, number), channel, np.tile(frequency, 2), np.tile(group, 2), np.tile(drift, 2))
+
+
+def _numbers_of_vectors(trial: Trial, number: int) -> tuple[np.ndarray, ...]:
+    """Groups of a run-up's vectors are the orders."""
+    rows = (trial.spectra.shape[2] - 1) // len(trial.orders)
+    names = [GROUPS.index(f"{n}X" if n < 4 else "orders") for n in trial.orders]
+    group, f = np.repeat(names, rows), trial.frequencies[1:]
+    group, frequency = np.concatenate([[0, 0], group, group]), np.concatenate([[0.0, 0.0], f, f])
+    drift = np.zeros(len(group), bool)
+    drift[1] = True
+    channel = np.repeat([0, 1], len(group))
+    return (np.full(2 * len(group), number), channel, np.tile(frequency, 2), np.tile(group, 2), np.tile(drift, 2))
+
+
+def repeat_scatter(trials: list[Trial], residuals: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
+    """Standard deviations from repeats: per mean line (records, 2, lines), of means and drifts (records, 2).
+
+    `residuals` (blocks, 2, lines) are measured less simulated, so that what both do does not count as scatter. The last
+    value is whether there were blocks, repeats or a stated accuracy to take it from, for records and for vectors: the
+    scatter of one kind is never that of the other.
+    """
+    kinds = [[i for i, t in enumerate(trials) if bool(t.orders) is swept] for swept in (False, True)]
+    parts = [(own, _scatter([trials[i] for i in own], [residuals[i] for i in own])) for own in kinds if own]
+    scatter = np.zeros((len(trials), 2, max(r.shape[2] for r in residuals)))
+    means, drifts = np.zeros((2, len(trials), 2))
+    for own, (of_lines, of_means, of_drifts, _) in parts:
+        scatter[own, :, : of_lines.shape[2]] = of_lines
+        means[own], drifts[own] = of_means, of_drifts
+    return scatter, means, drifts, all(known for _, (*_, known) in parts)
+
+
+def unknown_sources(trials: list[Trial]) -> list[str]:
+    """Sources of the scatter of records, and of vectors, that have no blocks, repeats or stated accuracy."""
+    kinds = (([t for t in trials if not t.orders], QUIET), ([t for t in trials if t.orders], ROWS))
+    return [source for own, source in kinds if own and not _known(own)]
+
+
+def _known(trials: list[Trial]) -> bool:
+    stated = any(t.accuracy or t.spectra.shape[0] > 1 for t in trials)
+    return stated or any(repeats(a, b) for a, b in combinations(trials, 2))
+
+
+def _scatter(trials: list[Trial], residuals: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
+    """`repeat_scatter` of records alone, or of vectors alone: rows of a table are not lines of a spectrum."""
+    squares = [_within(r) for r in residuals]
+    measured = known = any(s is not None for s in squares)
+    pooled = _pooled([(t, s) for t, s in zip(trials, squares, strict=True) if s is not None], trials, residuals)
+    pairs = [(i, j) for i, j in combinations(range(len(trials)), 2) if repeats(trials[i], trials[j])]
+    means, drifts = _slow(trials, residuals, pairs)
+    known = known or any(t.accuracy for t in trials)
+    lines = max(r.shape[2] for r in residuals)
+    scatter = np.zeros((len(trials), 2, lines))
+    for i, (trial, r) in enumerate(zip(trials, residuals, strict=True)):
+        scatter[i] = pooled[:, :lines] / np.sqrt(r.shape[0])
+        if trial.accuracy and not measured:
+            scatter[i] = trial.accuracy
+        elif trial.orders:
+            scatter[i, :, : r.shape[2]] = _between_rows(trial, r)
+        scatter[i] = np.maximum(scatter[i], trial.accuracy)
+    if pairs:
+        between = [(trials[i], np.abs(residuals[i].mean(0) - residuals[j].mean(0))[None] ** 2 / 2) for i, j in pairs]
+        # quiet lines of a residual are a guess: where records repeat each other, that counts
+        scatter = np.maximum(
+            scatter if known else 0.0, np.repeat(_pooled(between, trials, residuals)[None], len(trials), axis=0)
+        )
+    return scatter, means, drifts, known or bool(pairs)
+
+
+def repeats(a: Trial, b: Trial) -> bool:
+    """True if two records have the same inputs and the same probes."""
+    if a.orders or b.orders:
+        return a.inputs == b.inputs
+    same = a.rows.shape == b.rows.shape and a.start == b.start and a.length == b.length
+    near = same and abs(a.speed - b.speed) < 0.5 and abs(a.pressure - b.pressure) < 5e3
+    rings = {t.changes.get(RING_KEY, 0.0) for t in (a, b)}
+    return bool(
+        near and a.probe_angle == b.probe_angle and len(rings) == 1 and np.array_equal(a.rows[:, 2:], b.rows[:, 2:])
+    )
+
+
+def _within(residual: np.ndarray) -> np.ndarray | None:
+    """Squared scatter (1, 2, lines) of a block's complex line, from blocks."""
+    if residual.shape[0] < 2:
+        return None
+    return np.asarray(np.abs(np.diff(residual, axis=0)) ** 2 / 2).mean(axis=0, keepdims=True)
+
+
+def _between_rows(trial: Trial, residual: np.ndarray) -> np.ndarray:
+    """Standard deviation (2, lines) of a real part of run-up vectors: median of second differences of neighbours."""
+    rows = (residual.shape[2] - 1) // len(trial.orders)
+    out = np.zeros((2, residual.shape[2]))
+    for i in range(len(trial.orders)):
+        own = slice(1 + i * rows, 1 + (i + 1) * rows)
+        bent = np.diff(residual[0, :, own], n=2, axis=1)
+        out[:, own] = np.sqrt(np.median(np.abs(bent) ** 2, axis=1) / 6 / LN2 / 2)[:, None]
+    return out
+
+
+def _pooled(squares: list[tuple[Trial, np.ndarray]], trials: list[Trial], residuals: list[np.ndarray]) -> np.ndarray:
+    """Standard deviation (2, lines) of a real part: median over records and neighbours of exponential squares.
+
+    Of the records that measure a channel; 0 in one that none does.
+    """
+    lines = max(r.shape[2] for r in residuals)
+    out = np.zeros((2, lines))
+    for channel in range(2):
+        if not squares:
+            # records without repeats or periods: the quiet half of their residuals' lines
+            own = [r for t, r in zip(trials, residuals, strict=True) if channel < len(t.channels)]
+            quiet = [np.percentile(np.abs(r.mean(0)[channel, 1:]) ** 2, 30) for r in own]
+            out[channel] = np.sqrt(np.mean(quiet) / 0.357 / 2) if quiet else 0.0
+            continue
+        measured = [s[:, channel] for t, s in squares if channel < len(t.channels)]
+        for k in range(lines) if measured else ():
+            low, high = max(1, k - NEIGHBOURS), k + NEIGHBOURS + 1
+            near = np.concatenate([s[:, low:high].ravel() for s in measured])
+            out[channel, k] = np.sqrt(np.median(near) / LN2 / 2) if near.size else 0.0
+    return out
+
+
+def _slow(
+    trials: list[Trial], residuals: list[np.ndarray], pairs: list[tuple[int, int]]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Standard deviations (records, 2) of means and drifts; 0 in a channel that a record does not measure."""
+    drift, mean = np.zeros((2, len(trials), 2))
+    for channel in range(2):
+        own = [i for i, t in enumerate(trials) if channel < len(t.channels)]
+        steps = [r[-1, channel, 0].real - r[0, channel, 0].real for r in (residuals[i] for i in own) if len(r) > 1]
+        lines = [np.sqrt(np.median(np.abs(residuals[i].mean(0)[channel, 1:]) ** 2) / 2) for i in own]
+        if not own:
+            continue
+        drift[own, channel] = np.median(np.abs(steps)) / 0.6745 if steps else np.mean(lines) * 2
+        mean[own, channel] = drift[own, channel] / [max(len(residuals[i]), 1) for i in own]
+        apart = [(residuals[i] - residuals[j]).mean(0)[channel, 0].real for i, j in pairs if i in own]
+        if apart:
+            mean[own, channel] = np.maximum(mean[own, channel], np.median(np.abs(apart)) / np.sqrt(2) / 0.6745)
+    return mean, np.maximum(drift, mean)
+
+
+def floor(
+    trials: list[Trial], layout: DataLayout, scatter: np.ndarray, means: np.ndarray, drifts: np.ndarray,
+    response: np.ndarray, solver: np.ndarray, tolerance: float = TOLERANCE,
+) -> np.ndarray:  # fmt: skip
+    """Noise floor (n,) [m] of the data vector; response and solver (n,) [m] are data vectors."""
+    sigma = np.zeros(len(layout.record))
+    for i, trial in enumerate(trials):
+        for channel in range(2):
+            own = (layout.record == i) & (layout.channel == channel)
+            lines = scatter[i, channel, 1 : trial.spectra.shape[2]]
+            sigma[own] = np.concatenate([[means[i, channel], drifts[i, channel]], lines, lines])
+    size, error = modulus(layout, response), modulus(layout, solver)
+    size[layout.drift] = 0.0
+    share = np.array([max(tolerance, t.least_tolerance) for t in trials])[layout.record]
+    total = sigma**2 + (share * size) ** 2 + (SOLVER_SHARE * error) ** 2 + FAINTEST**2
+    return np.asarray(np.sqrt(total))
+
+
+def modulus(layout: DataLayout, vector: np.ndarray) -> np.ndarray:
+    """Magnitude (n,) of the spectral line to which each number belongs."""
+    out = np.abs(vector)
+    for i in range(layout.record.max() + 1):
+        for channel in range(2):
+            at = np.flatnonzero((layout.record == i) & (layout.channel == channel))[2:]
+            half = len(at) // 2
+            size = np.hypot(vector[at[:half]], vector[at[half:]]) / np.sqrt(2)
+            out[at] = np.concatenate([size, size])
+    return out

@@ -1,0 +1,322 @@
+"""Findings of a diagnosis, and the machine file that takes them up, with uncertainty and evidence as comments.
+
+The fit's own numbers are written, as the effects and factors that the fit turned, so that a simulation of the new file
+is the fitted one. Trends of the calibration over pressure and speed, the sensors' zeros and unequal gains of the
+actuators have no place in a machine file and stand as comments.
+"""
+
+from __future__ import annotations
+
+from cmath import phase as argument
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from difflib import unified_diff
+from math import hypot, pi
+from typing import Any
+
+import tomlkit
+
+from rotorsim.base.constants import TO_UM
+from rotorsim.base.errors import MachineFileError
+from rotorsim.base.quantity import quantities
+from rotorsim.base.units import show
+from rotorsim.discrepancy.twin import of_axis, of_bearing, of_each_film, own_tables
+from rotorsim.effects import REGISTRY, Effect
+from rotorsim.machine import Machine
+from rotorsim.machine.file_text import comment, inline
+
+CLOCK = "clock of "
+"""Beginning of the calibration's keys of clock offsets [s], before the name of a record."""
+HEAD = (
+    "# Re-calibrated by rotorsim diagnose with data {data}: the values marked so; comments on others are those of the\n"
+    "# file before.\n"
+)
+"""Comment at the top of a re-calibrated machine file."""
+WRITTEN = ("named", "tie")
+"""Verdicts whose effects are written."""
+FOUND, FITTED = "found by rotorsim diagnose", "re-calibrated by rotorsim diagnose"
+"""Remarks next to an identified and to a calibrated value."""
+
+
+@dataclass(frozen=True)
+class IdentifiedEffect:
+    """Identified effect: name, form, table of parameters for the machine file (SI), standard deviations."""
+
+    effect: str
+    form: str
+    parameters: dict[str, float]
+    sd: dict[str, float]
+    tie_class: tuple[str, ...]
+
+    def sizes(self) -> Iterator[tuple[str, str, str]]:
+        """Parameter, value and standard deviation in display units; no standard deviation where it was held."""
+        units = {name: known.unit for name, known in quantities(REGISTRY[self.effect]).items()}
+        for name, value in self.parameters.items():
+            sd = _with_unit(self.sd[name], units[name], 2) if name in self.sd else ""
+            yield name, _with_unit(value, units[name], 4), sd
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """Effects found in a machine and its new calibration, with the evidence."""
+
+    status: str
+    machine: Machine
+    effects: tuple[IdentifiedEffect, ...]
+    ties: tuple[tuple[str, ...], ...]
+    calibration: dict[str, tuple[float, float]]
+    evidence: dict[str, float]
+    data_hash: str
+
+    def changes(self) -> Iterator[tuple[str, str, str]]:
+        """Calibrated parameter, its change and standard deviation in display units; relative where there is no unit."""
+        for key, (value, sd) in self.calibration.items():
+            unit = _unit_of(key)
+            yield key, _with_unit(value, unit, 4), _with_unit(sd, unit, 2)
+
+
+def _unit_of(key: str) -> str:
+    """SI unit of a calibrated parameter such as 'unbalance.1.me~phase.c', '1' for a relative change."""
+    if key in ("offset_x", "offset_y"):
+        return "m"
+    if key.startswith(CLOCK):
+        return "s"
+    effect, _, parameter = key.partition(" ")[0].partition("~")[0].rpartition(".")
+    known = quantities(REGISTRY[effect.partition(".")[0]]) if effect.partition(".")[0] in REGISTRY else {}
+    return known[parameter].unit if parameter in known else "1"
+
+
+def _with_unit(value: float, unit: str, digits: int) -> str:
+    """A number of SI with its unit; lengths in micrometres, angles in degrees, unbalances in g mm."""
+    known = {"m": (TO_UM, "um"), "rad": (180 / pi, "deg"), "kg*m": (1e6, "g mm"), "1": (1.0, "")}
+    factor, shown = known.get(unit, (1.0, unit))
+    return f"{value * factor:.{digits}g} {shown}".rstrip()
+
+
+def extended(diagnosis: Findings) -> Machine:
+    """Machine file with the named or tied effects of a diagnosis and the new calibration; a partial one is left out."""
+    source, plain = diagnosis.machine._source or diagnosis.machine.text, diagnosis.machine.text
+    # sensors and actuators are chains: what is added must stand ahead of what is there, if not behind it;
+    # a file of inline tables has no room for tables of effects, its canonical text has
+    for text, last in ((source, True), (source, False), (plain, True)):
+        with suppress(MachineFileError, ValueError):
+            return Machine.from_text(_written(diagnosis, text, last))
+    return Machine.from_text(_written(diagnosis, plain, last=False))
+
+
+def _written(diagnosis: Findings, text: str, last: bool) -> str:
+    """Machine file's text with the identified effects, new tables behind or ahead of the others."""
+    document = tomlkit.parse(text)
+    effects: Any = document.setdefault("effects", tomlkit.table(is_super_table=True))
+    before = list(effects)
+    changed = {one.effect for one in diagnosis.effects}
+    _one_for_each_film(effects, diagnosis.machine, changed | {key.split(".")[0] for key in diagnosis.calibration})
+    left_out = _calibrate(document, effects, diagnosis)
+    for found in diagnosis.effects if diagnosis.status in WRITTEN else ():
+        _add(effects, found.effect, found.parameters, _comments(diagnosis, found), FOUND)
+    if not last:
+        _put_ahead(effects, [name for name in effects if name not in before])
+    for line in left_out:
+        document.add(tomlkit.comment(line))
+    head = HEAD.format(data=diagnosis.data_hash) if diagnosis.calibration else ""
+    return head + tomlkit.dumps(document)
+
+
+def _put_ahead(effects: Any, names: list[str]) -> None:
+    """Move new tables ahead of the others."""
+    others = [(name, effects.pop(name)) for name in list(effects) if name not in names]
+    for name, table in others:
+        effects.add(name, table)
+
+
+def difference(before: Machine, after: Machine) -> str:
+    """Unified diff of two machine files.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> after = machine.replace("effects.unbalance.me", "12 g*mm")
+    >>> "12 g*mm" in rs.discrepancy.difference(machine, after)
+    True
+    """
+    old, new = ((m._source or m.text).splitlines() for m in (before, after))
+    return "\n".join(unified_diff(old, new, "before", "after", lineterm=""))
+
+
+def _comments(diagnosis: Findings, found: IdentifiedEffect) -> list[str]:
+    known = quantities(REGISTRY[found.effect])
+    lines = [f"{FOUND}, verdict: {diagnosis.status}; data {diagnosis.data_hash}"]
+    lines += [f"{p} +- {_rough(sd, known[p].unit)} (one standard deviation)" for p, sd in found.sd.items()]
+    evidence = diagnosis.evidence
+    if "share_gone" in evidence:
+        lines.append(
+            f"evidence: chi2 {evidence['chi2_calibrated']:.0f} -> {evidence['chi2_with_effect']:.0f} of "
+            f"{evidence['numbers']:.0f}; {100 * evidence['share_gone']:.0f} % of the flagged excess gone"
+        )
+    others = [k for k in found.tie_class if k != found.form] + [" with ".join(t) for t in diagnosis.ties]
+    if others:
+        lines.append(f"indistinguishable from: {', '.join(others)}")
+    return lines
+
+
+def _rough(value: float, unit: str) -> str:
+    """Value with two digits, in the unit that machine files use."""
+    number, _, written = show(value, unit).partition(" ")
+    return f"{float(f'{float(number):.2g}'):g} {written}".rstrip()
+
+
+def _add(effects: Any, name: str, values: dict[str, float], comments: list[str], remark: str) -> None:
+    """Write a table of an effect: into the present one where the effect is single, else a further one."""
+    units = {p: known.unit for p, known in quantities(REGISTRY[name]).items()}
+    texts = {p: short(v) if units[p] == "1" else show(short(v), units[p]) for p, v in values.items()}
+    present = effects.get(name)
+    own = _of_film(present, values.get("bearing")) if REGISTRY[name].single else None
+    if own is not None:
+        for line in comments if not inline(own) else ():
+            own.add(tomlkit.comment(line))
+        for p, text in texts.items():
+            _put(own, p, text, remark)
+        return
+    table = tomlkit.table()
+    for line in comments:
+        table.add(tomlkit.comment(line))
+    for p, text in texts.items():
+        table.add(p, text)
+    if present is None:
+        effects.add(name, table)
+        return
+    if isinstance(present, tomlkit.items.AoT):
+        present.append(table)
+        return
+    several = tomlkit.aot()
+    for one in present if isinstance(present, list) else [present]:
+        copy = tomlkit.table()
+        for p, v in one.items():
+            copy.add(p, v)
+        several.append(copy)
+    several.append(table)
+    effects[name] = several
+
+
+def _of_film(present: Any, bearing: float | None) -> Any:
+    """Table of one film, or of all, among those of an effect that a film has once; None where there is none."""
+    tables = present if isinstance(present, list) else [present] if present is not None else []
+    return next((one for one in tables if one.get("bearing") == bearing), None)
+
+
+def _one_for_each_film(effects: Any, machine: Machine, changed: set[str]) -> None:
+    """Repeat tables about all films for each of them, where a film's own values are to be written."""
+    for name in sorted(changed & set(machine.effects)):
+        about = [getattr(e, "bearing", None) for e in own_tables(REGISTRY[name], machine)]
+        films = [bearing for bearing in about if bearing is not None]
+        if not films or not REGISTRY[name].single or "bearing" in effects[name] or isinstance(effects[name], list):
+            continue
+        several = tomlkit.aot()
+        for bearing in films:
+            several.append(tomlkit.item({**effects[name].unwrap(), "bearing": bearing}))
+        effects[name] = several
+
+
+def _table_before(machine: Machine, name: str, table: int) -> Effect:
+    """Effect of a machine in a table of its twin, before the calibration."""
+    present, own = machine.effects.get(name, ()), own_tables(REGISTRY[name], machine)
+    if not REGISTRY[name].single:
+        return own[table - len(present)]
+    return of_each_film(present, own)[table] if present else own[table]
+
+
+def _film(effect: Effect) -> dict[str, float]:
+    """The bearing that an effect names, as a value for its table."""
+    bearing = getattr(effect, "bearing", None)
+    return {} if bearing is None else {"bearing": bearing}
+
+
+def _where(machine: Machine, name: str, table: int) -> dict[str, float]:
+    """Position of the calibrated effect of a table of the twin, where it has one."""
+    own = REGISTRY[name].neutral(machine, table - len(machine.effects.get(name, ())))
+    position = getattr(own, "position", None)
+    return {} if position is None else {"position": position}
+
+
+def _put(table: Any, key: str, value: Any, remark: str) -> None:
+    """Write a value with its origin as the comment, in place of the comment on the older value."""
+    table[key] = value
+    comment(table, key, remark)
+
+
+def short(value: float) -> float:
+    """Number as text with nine digits."""
+    return float(f"{value:.9g}")
+
+
+def _keep_y(table: Any, bearing: Any) -> None:
+    """Write a bearing's numbers along y where the file leaves them to be those along x."""
+    for what, value, unit in zip("kc", of_axis(bearing, "y"), ("N/m", "N*s/m"), strict=True):
+        if getattr(bearing, f"{what}yy") is None and value:
+            table[f"{what}yy"] = show(value, unit)
+
+
+def _bearing(table: Any, bearing: Any, axis: str, estimates: dict[str, tuple[float, float]]) -> None:
+    """Write stiffness and damping of a bearing along an axis; `estimates` has changes and their scatter by 'k', 'c'."""
+    (stiffer, sd_k), (lossier, sd_c) = (estimates.get(what, (0.0, 0.0)) for what in "kc")
+    new = of_bearing(*of_axis(bearing, axis), stiffer, lossier)
+    shares = (sd_k / (1 - stiffer), hypot(sd_c / (1 + lossier), 2 * sd_k / (1 - stiffer)))
+    for what, value, share, unit in zip("kc", map(short, new), shares, ("N/m", "N*s/m"), strict=True):
+        if value:
+            _put(table, f"{what}{axis}{axis}", show(value, unit), f"{FITTED}, +- {_rough(share * value, unit)}")
+
+
+def _calibrate(document: Any, effects: Any, diagnosis: Findings) -> list[str]:
+    """Write the calibration; returns comments on the numbers that have no place in the file."""
+    machine, left_out = diagnosis.machine, []
+    tables: dict[tuple[str, int], dict[str, float]] = {}
+    turned: dict[str, complex] = {}
+    bearings: dict[tuple[int, str], dict[str, tuple[float, float]]] = {}
+    for key, (value, sd) in diagnosis.calibration.items():
+        if (
+            " x " in key
+            or key.startswith(CLOCK)
+            or key
+            in (
+                "offset_x",
+                "offset_y",
+                "mesh",
+                "law",
+                "actuator_x",
+                "actuator_y",
+            )
+        ):
+            left_out.append(f"calibration not written: {key} = {value:.4g} +- {sd:.2g}")
+        elif "~" in key:
+            turned[key[:-2]] = turned.get(key[:-2], 0) + value * (1 if key[-1] == "c" else 1j)
+        elif key == "shaft_damping":
+            own = machine.shaft.damping_ratio
+            _put(document["shaft"], "damping_ratio", short(own * (1 + value)), f"{FITTED}, +- {own * sd:.2g}")
+        elif key == "shaft_stiffness":
+            own = machine.shaft.material.youngs_modulus
+            text = show(short(own * (1 + value)), "Pa")
+            _put(document["shaft"]["material"], "youngs_modulus", text, f"{FITTED}, +- {_rough(own * sd, 'Pa')}")
+        elif key == "curtain_discharge" and machine.injection is not None:
+            own = machine.injection.curtain_discharge
+            _put(document["injection"], "curtain_discharge", short(own * (1 + value)), f"{FITTED}, +- {own * sd:.2g}")
+        elif key.startswith("bearing."):
+            _, place, what = key.split(".")
+            bearings.setdefault((int(place), what[1]), {})[what[0]] = value, sd
+        else:
+            name, table, parameter = key.split(".")
+            tables.setdefault((name, int(table)), {})[parameter] = value
+    for (number, axis), estimates in bearings.items():
+        if (number, "y") not in bearings:
+            _keep_y(document["bearings"][number], machine.bearings[number])
+        _bearing(document["bearings"][number], machine.bearings[number], axis, estimates)
+    for (name, number), changes in tables.items():
+        before = _table_before(machine, name, number)
+        _add(effects, name, {p: getattr(before, p) + v for p, v in changes.items()} | _film(before), [FITTED], FITTED)
+    for key, z in turned.items():
+        owner, _, pair = key.rpartition(".")
+        amplitude, _, phase = pair.partition("~")
+        name, place = owner.split(".")
+        values = {amplitude: abs(z), phase: argument(z)}
+        _add(effects, name, values | _where(machine, name, int(place)), [FITTED], FITTED)
+    return left_out

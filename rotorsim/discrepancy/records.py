@@ -1,0 +1,419 @@
+"""Records of a diagnosis as trials, with the checks before a fit and after it.
+
+Sensors, speed, loop and units are checked when a record is loaded; units, channels and clocks against the response of
+the machine file before the fit; the share that stays unexplained after it. A likely mistake is suggested and never
+assumed: a diagnosis stops with the sentence. Effects that a set of records cannot distinguish are stated as sentences.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from identification import notes_of, read
+from identification.errors import ReadError, SchemaError
+from identification.records.prefilter import operating_point
+from identification.records.sampling import sampling_time
+from identification.records.schema import measured
+from rotorsim.base.constants import RIG_SAMPLE, TO_RPM
+from rotorsim.base.display import listing
+from rotorsim.base.errors import DataError
+from rotorsim.discrepancy.changes import RING_KEY, known_changes, ring_angle
+from rotorsim.discrepancy.comparison import TwinComparison
+from rotorsim.discrepancy.data_vector import EXCITED
+from rotorsim.discrepancy.trial import (
+    LARGEST_OFFSET,
+    TURNING,
+    Trial,
+    displacement_of,
+    drift_of,
+    only_probe,
+    stated,
+    trial_of,
+    without_drift,
+)
+from rotorsim.machine import Machine
+from rotorsim.machine.numerics import FEWEST
+from rotorsim.plant.mesh import Mesh
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LARGEST_ACCURACY = 1e-3
+"""Accuracy [m] from which a record shows nothing."""
+TURNED = {60 / (2 * np.pi): "rpm taken for rad/s", 2 * np.pi: "Hz taken for rad/s", 60.0: "Hz taken for rpm"}
+"""Ratios of a speed to the turning of the angle, or the other way round, that a wrong unit makes."""
+SAME_PLANE = 1e-3
+"""Distance [m] up to which a probe of a record stands at a plane of the machine file."""
+SPEED_CHANNELS = ("speed", "speed_measured", "angle", "angle_measured")
+"""Channels that show the speed."""
+FEWEST_POINTS = 4
+"""Operating points from which a smooth trend differs from a missing effect."""
+Source = Any
+"""A Dataset, or the path of a file of it."""
+FACTORS = {25.4: "mils or inches taken for millimetres", 1e3: "a prefix of a thousand lost (mm, um; mV, V)",
+           1e6: "metres taken for micrometres", 39.37: "inches taken for metres"}  # fmt: skip
+"""Factors between units that are taken for one another, with their causes."""
+ALIKE = 0.7
+"""Cosine between measured and simulated lines from which they count as the same up to a factor."""
+NEAR = 0.35
+"""Relative distance of a ratio to one of FACTORS: the calibration may be off as well."""
+LAGS = np.linspace(-0.02, 0.02, 801)
+"""Time shifts [s] that are tried."""
+UNLIKE, FOREIGN = 0.5, 0.8
+"""Shares of the response that stay unexplained: from the first nothing is named, from the second it is refused."""
+
+
+def stated_accuracy(record: xr.Dataset, name: str) -> float:
+    """Attribute `accuracy` [m] of a record, 0 where there is none; raises DataError for one that is not a length."""
+    wanted = "the standard deviation of an amplitude in metres"
+    return stated(record.attrs, "accuracy", 0.0, lambda a: 0 <= a < LARGEST_ACCURACY, name, "the accuracy", wanted)
+
+
+def check_constant(record: xr.Dataset, name: str) -> None:
+    """The speed may differ by 2 % or 2 rad/s, in means of 250 samples."""
+    speed = measured(record, "speed")
+    if speed is None or speed.ndim == 0 or len(speed) < 1000:
+        return
+    slow = speed[: len(speed) // 250 * 250].reshape(-1, 250).mean(axis=1)[1:]
+    if np.ptp(slow) > max(2.0, 0.02 * abs(slow.mean())):
+        raise DataError(
+            f"{name}: the speed goes from {slow.min() * TO_RPM:.0f} to {slow.max() * TO_RPM:.0f} rpm; "
+            "give records at constant speed, or a run-up with its angle and without excitation"
+        )
+
+
+def check_loop(record: xr.Dataset, name: str) -> None:
+    """Closed loop: the dither that was added must be there, and the reference that acted is what is fed."""
+    closed = "controller" in record.attrs or str(record.attrs.get("experiment", "")) == "controlled"
+    if closed and "reference_external" not in record:
+        raise DataError(
+            f"{name}: was recorded in closed loop without the dither that was added; record reference_external as well"
+        )
+
+
+def check_turning(record: xr.Dataset, speed: float, n: int, name: str) -> None:
+    """The angle must turn as fast as the speed signal."""
+    angle = measured(record, "angle")
+    if angle is None or angle.ndim == 0 or abs(speed) < TURNING or n < 1000:
+        return
+    slope = float(np.polyfit(RIG_SAMPLE * np.arange(n), np.unwrap(angle), 1)[0])
+    if abs(slope - speed) < 0.02 * abs(speed) + 1.0:
+        return
+    ratio = abs(speed / slope) if slope else np.inf
+    units = [what for factor, what in TURNED.items() if min(abs(ratio / factor - 1), abs(ratio * factor - 1)) < 0.02]
+    way = f"is there {units[0]}? state the unit in the mapping; nothing was assumed" if units else "check both channels"
+    raise DataError(f"{name}: the speed is {speed:.5g} rad/s, but the angle turns at {slope:.5g} rad/s; {way}")
+
+
+def check_sensors(machine: Machine, record: xr.Dataset, name: str) -> None:
+    """Raise DataError for a record without a speed, without x and y of the disc, or of another plane."""
+    if not any(channel in record for channel in SPEED_CHANNELS):
+        raise DataError(f"{name}: has no speed and no keyphasor; map one, or state [constants] speed in the mapping")
+    if "disc_measured" in record or "disc" in record or "probe_measured" not in record:
+        check_plane(machine, record.attrs.get("disc_position"), name)
+    elif (probe := only_probe(record)) is not None:
+        position = float(probe["probe_position"])
+        check_plane(machine, None if np.isnan(position) else position, name)
+    else:
+        probes = ", ".join(map(str, record["probe"].values))
+        raise DataError(
+            f"{name}: has readings of {probes}, which are not x and y of the disc; a diagnosis needs one displacement "
+            "probe with its angle, or two at one plane"
+        )
+
+
+def check_plane(machine: Machine, stated: Any, name: str) -> None:
+    """Raise DataError where probes at the position `stated` [m] are not where the machine file has its own."""
+    if stated is None:
+        return
+    own = Mesh(machine).probe
+    if abs(float(stated) - own) > SAME_PLANE:
+        raise DataError(
+            f"{name}: its probes stand at {1e3 * float(stated):.6g} mm, the machine file's at {1e3 * own:.6g} mm; "
+            "set [probe] position there, or [disc] position in the mapping"
+        )
+
+
+def check_ring(machine: Machine, trial: Trial) -> None:
+    """Raise DataError for a single probe on a sensor ring that is turned: the record states where the probe stands."""
+    if trial.probe_angle is not None and (trial.changes.get(RING_KEY) or ring_angle(machine)):
+        raise DataError(
+            f"{trial.name}: the sensor ring is turned, but the record has one probe; leave the ring out of [changes] "
+            "and of the machine file, and state the angle of the probe"
+        )
+
+
+def open_records(sources: Iterable[Source], mapping: Any = None) -> list[tuple[str, xr.Dataset]]:
+    """Names and Datasets of records; a folder gives its .nc files, sorted by name."""
+    out: list[tuple[str, xr.Dataset]] = []
+    for i, source in enumerate(sources):
+        if not isinstance(source, (str, Path)):
+            out.append((str(source.attrs.get("record", f"record {i + 1}")), source))
+            continue
+        path = Path(source)
+        files = sorted(path.rglob("*.nc")) if path.is_dir() else [path]
+        if not files:
+            raise DataError(f"{path}: no .nc record in it; give a folder of records or name the files")
+        for file in files:
+            try:
+                out.append((file.stem, read(file, mapping)))
+            except (ReadError, SchemaError) as error:
+                raise DataError(str(error)) from error
+    return out
+
+
+def record_notes(opened: Sequence[tuple[str, xr.Dataset]]) -> list[str]:
+    """Sentences on parts that reading left out of records or changed in them, one for all records with the same."""
+    of: dict[str, list[str]] = {}
+    for name, record in opened:
+        for text in notes_of(record):
+            of.setdefault(text, []).append(name)
+    return [
+        f"{listing(names, 3) if len(names) < len(opened) else 'every record'}: {text}" for text, names in of.items()
+    ]
+
+
+def make_trials(machine: Machine, records: Sequence[tuple[str, xr.Dataset]], role: str | None) -> list[Trial]:
+    """Trials sorted by operating point, so that the order of the records has no effect."""
+    trials = []
+    for name, record in records:
+        own = role or str(record.attrs.get("role", "fit"))
+        check_sensors(machine, record, name)
+        changes = known_changes(machine, record.attrs.get("changes"), name)
+        trials.append(replace(make_trial(record, own, name), changes=changes))
+        check_ring(machine, trials[-1])
+        check_pressure(machine, trials[-1])
+        check_turns(trials[-1])
+    return sorted(trials, key=lambda t: (t.role, round(t.speed, 2), round(t.pressure, -2), t.amplitude, _digest(t)))
+
+
+def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> Trial:
+    """Trial from a record; raises DataError with one sentence if it is unsuitable."""
+    Ts = sampling_time(record)
+    if abs(Ts / RIG_SAMPLE - 1) > 1e-6:
+        raise DataError(f"{name}: is sampled at {1 / Ts:.6g} Hz, a diagnosis needs 5000 Hz; resample it")
+    displacement, probe_angle = displacement_of(record, name)
+    n = len(displacement)
+    speed, pressure = operating_point(record, Ts)
+    check_constant(record, name)
+    check_loop(record, name)
+    check_turning(record, speed, n, name)
+    rows = np.zeros((n, 6))
+    rows[:, 0], rows[:, 1] = speed, pressure if np.isfinite(pressure) else 0.0
+    for column, channel in ((2, "reference"), (4, "disc_force")):
+        if channel in record:
+            rows[:, column : column + 2] = record[channel].values
+    found = trial_of(rows, displacement, _initial_angle(record, speed, n), name)
+    wanted = f"the standard deviation of its offset, up to {LARGEST_OFFSET} seconds"
+    clock = stated(record.attrs, "clock", 0.0, lambda c: 0 <= c <= LARGEST_OFFSET, name, "the clock", wanted)
+    spectra = found.spectra
+    if clock and found.repeating:
+        f, duration = found.frequencies, found.length * RIG_SAMPLE
+        spectra = without_drift(spectra, f, duration, drift_of(spectra, f, duration))
+    return replace(
+        found, role=role, spectra=spectra, accuracy=stated_accuracy(record, name), clock=clock, probe_angle=probe_angle
+    )
+
+
+def _initial_angle(record: xr.Dataset, speed: float, n: int) -> float:
+    """Shaft angle [rad] at the first sample of a turn at constant speed that fits the encoder best."""
+    angle = measured(record, "angle")
+    if angle is None or abs(speed) < TURNING:
+        return 0.0
+    return float(np.mod(np.median(angle - speed * RIG_SAMPLE * np.arange(n)), 2 * np.pi))
+
+
+def _digest(trial: Trial) -> str:
+    return hashlib.sha256(np.ascontiguousarray(trial.spectra).tobytes()).hexdigest()
+
+
+def data_hash(trials: Iterable[Trial]) -> str:
+    """Short hash of all measured data, independent of their order."""
+    return hashlib.sha256("".join(sorted(map(_digest, trials))).encode()).hexdigest()[:16]
+
+
+def check_turns(trial: Trial) -> None:
+    """Raise DataError for a shaft that turns too fast for the rate at which records are compared."""
+    samples = 2 * np.pi / max(abs(trial.speed) * RIG_SAMPLE, 1e-300)
+    if samples < FEWEST:
+        raise DataError(
+            f"{trial.name}: at {abs(trial.speed) * TO_RPM:.6g} rpm a turn has {samples:.2g} samples at the 5 kHz of a "
+            f"diagnosis and needs {FEWEST}; give records of slower turns"
+        )
+
+
+def check_pressure(machine: Machine, trial: Trial) -> None:
+    """Raise DataError for a pressure in other units or a displacement larger than any clearance."""
+    if machine.film is None:
+        return
+    if trial.pressure != 0 and abs(trial.pressure) < 1e3:
+        raise DataError(f"{trial.name}: the pressure is {trial.pressure:g} Pa; is it in MPa or bar? state the unit")
+
+
+def limits(trials: Sequence[Trial], film: bool) -> list[str]:
+    """Sentences on effects that this set of records cannot distinguish; none for tables of vectors alone."""
+    swept = any(t.orders for t in trials)
+    if all(t.orders for t in trials):
+        return []
+    notes = []
+    speeds = {round(t.speed) for t in trials}
+    points = {(round(t.speed), round(t.pressure, -4)) for t in trials}
+    sizes = {round(t.amplitude, 3) for t in trials if t.amplitude > 0}
+    if len(points) < FEWEST_POINTS and not swept:
+        notes.append(
+            f"{len(points)} operating points: a smooth trend of the calibration is indistinguishable from a missing "
+            f"effect whose force grows with speed or pressure; give at least {FEWEST_POINTS}"
+        )
+    if len(speeds) < 2 and not swept:
+        notes.append("one speed only: unbalance, bow and runout are the same in it, and so are delay and phase errors")
+    if len(sizes) < 2:
+        notes.append(
+            "one excitation amplitude only: hysteresis, dead zone, rub and other non-linear effects are "
+            "indistinguishable from linear ones"
+        )
+    if film and len({round(t.pressure, -4) for t in trials}) < 2:
+        notes.append("one pressure only: supply droop, discharge and clearance are indistinguishable")
+    return notes
+
+
+def check_before(comparison: TwinComparison, simulated: np.ndarray) -> None:
+    """Raise DataError for records with a likely mistake; simulated (n,) [m] is at the nominal point."""
+    check_exchanged(comparison, simulated)
+    check_units(comparison, simulated)
+    check_clocks(comparison, simulated)
+
+
+def excited(comparison: TwinComparison, vector: np.ndarray, wanted: Callable[[str], bool]) -> np.ndarray:
+    """Values (k,) of the selected line groups."""
+    layout = comparison.layout
+    groups = [i for i, name in enumerate(layout.groups) if wanted(name)]
+    return np.asarray(vector[np.isin(layout.group, groups) & (layout.frequency > 0)])
+
+
+def _ratio(comparison: TwinComparison, simulated: np.ndarray, wanted: Callable[[str], bool]) -> tuple[float, float]:
+    """Ratio of norms measured to simulated, and cosine, over some groups; (nan, 0) where there is nothing."""
+    y, s = (excited(comparison, v, wanted) for v in (comparison.measured, simulated))
+    a, b = float(np.linalg.norm(y)), float(np.linalg.norm(s))
+    return (a / b, float(y @ s) / (a * b)) if a > 0 and b > 0 else (np.nan, 0.0)
+
+
+def _factor(ratio: float) -> tuple[float, str] | None:
+    """The factor of FACTORS that a ratio is near, and what it comes from."""
+    for factor, what in FACTORS.items():
+        for share in (factor, 1 / factor):
+            if abs(ratio / share - 1) < NEAR:
+                return share, what
+    return None
+
+
+def check_units(comparison: TwinComparison, simulated: np.ndarray) -> None:
+    """Check of displacement and excitation for a factor between units."""
+    drive, alike = _ratio(comparison, simulated, lambda g: g.endswith("band") or g == "resonance")
+    turning, turned = _ratio(comparison, simulated, lambda g: g in ("1X", "2X", "3X"))
+    every = [(r, c) for r, c in ((drive, alike), (turning, turned)) if abs(c) > ALIKE]
+    found = [(f, r) for r, _ in every if (f := _factor(r)) is not None]
+    if not found:
+        return
+    (factor, what), ratio = found[0]
+    only = len(every) == 2 and len(found) == 1 and ratio == drive
+    channel = "the reference, or the force," if only else "the displacement"
+    shown = f"{1 / ratio:.3g}" if only else f"{ratio:.3g}"
+    near = 1 / factor if only else factor
+    raise DataError(
+        f"records: {channel} is {shown} times what the machine file makes of it, about {near:.4g}: is it a matter of "
+        f"units, {what}? state the unit in the mapping; nothing was assumed"
+    )
+
+
+def check_exchanged(comparison: TwinComparison, simulated: np.ndarray) -> None:
+    """Check for exchanged channels x and y."""
+    y, s, other = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
+    for i, trial in enumerate(comparison.trials):
+        if trial.probe_angle is None:
+            y += [*comparison.lines_of(i, comparison.measured)]
+            s += [*comparison.lines_of(i, simulated)]
+            other += [*comparison.lines_of(i, simulated)[::-1]]
+    measured, own, exchanged = (np.concatenate(v) for v in (y, s, other))
+    least = min(np.linalg.norm(measured - own), np.linalg.norm(measured))
+    if np.linalg.norm(measured - exchanged) < 0.5 * least or _loud_where_quiet(comparison, simulated):
+        raise DataError("records: channels x and y fit when they are exchanged; check the mapping of the sensors")
+
+
+def _loud_where_quiet(comparison: TwinComparison, simulated: np.ndarray) -> bool:
+    """Whether the power of excited lines in x over y is that in y over x, record by record.
+
+    Resonances that are off spoil a comparison of lines, but not which way an excitation points.
+    """
+    bands = [k for k, name in enumerate(comparison.layout.groups) if name.endswith("band") or name == "resonance"]
+    ratios = []
+    for i, trial in enumerate(comparison.trials):
+        # not the orders: an unbalance is as loud in x as in y
+        at = comparison.lines_of(i, np.isin(comparison.layout.group, bands))[0].real > 0
+        if trial.orders or trial.probe_angle is not None or not at.any():
+            continue
+        power = [
+            [float(np.linalg.norm(lines[at])) for lines in comparison.lines_of(i, v)]
+            for v in (comparison.measured, simulated)
+        ]
+        if np.min(power) > 0:
+            ratios.append([np.log(x / y) for x, y in power])
+    if len(ratios) < 2:
+        return False
+    found, wanted = np.array(ratios).T
+    size = float(np.linalg.norm(found) * np.linalg.norm(wanted))
+    return bool(np.ptp(wanted) > 0.4 and float(found @ wanted) < -0.7 * size)
+
+
+def check_clocks(comparison: TwinComparison, simulated: np.ndarray) -> None:
+    """Check for a time shift of displacement against inputs, common to a record's excited lines."""
+    for i, trial in enumerate(comparison.trials):
+        at = trial.excited[1:]
+        if trial.orders or trial.clock or at.sum() < 4:
+            continue
+        f = trial.frequencies[1:][at]
+        turned = np.exp(-2j * np.pi * f * LAGS[:, None])
+        lags = []
+        for c in range(len(trial.channels)):
+            y, s = (comparison.lines_of(i, v)[c][at] for v in (comparison.measured, simulated))
+            match = np.abs((np.conj(s * turned) @ y).real)
+            best = int(np.argmax(match))
+            if match[best] > 0.85 * np.linalg.norm(y) * np.linalg.norm(s) and match[400] < 0.6 * match[best]:
+                lags.append(float(LAGS[best]))
+        if len(lags) == len(trial.channels) and abs(lags[0] - lags[-1]) < 3e-4:
+            raise DataError(
+                f"{trial.name}: the displacement is shifted by {lags[0] * 1e3:+.2f} ms in time; are the clocks of the "
+                "two recorders aligned? shift one of them, or state clock, how far it may be off; nothing was assumed"
+            )
+
+
+def unexplained(comparison: TwinComparison, fitted: np.ndarray) -> float:
+    """Fraction of the measured response to excitation not explained by a prediction (n,) [m]; 0 if unexcited.
+
+    Orders of the shaft do not count: a missing force may well be larger than what the unbalance does.
+    """
+    layout = comparison.layout
+    excited = np.isin(layout.group, [layout.groups.index(band) for band in EXCITED])
+    y, f = comparison.measured[excited], fitted[excited]
+    return float(np.linalg.norm(y - f)) / max(float(np.linalg.norm(y)), 1e-300)
+
+
+def check_after(comparison: TwinComparison, fitted: np.ndarray) -> list[str]:
+    """Warnings for a poorly matching machine; raises DataError if the records cannot be this machine's."""
+    share = unexplained(comparison, fitted)
+    if share < UNLIKE:
+        return []
+    if share > FOREIGN:
+        raise DataError(
+            f"records: even re-calibrated, the machine file leaves {100 * share:.0f} % of the response unexplained; "
+            "are they of this machine, and are the machine file, speed and pressure right?"
+        )
+    return [
+        f"re-calibrated, the machine file leaves {100 * share:.0f} % of the response unexplained: nothing is named; "
+        "check that the records are of this machine"
+    ]

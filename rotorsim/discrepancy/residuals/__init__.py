@@ -1,1 +1,0 @@
-"""Measured minus simulated, weighted by the noise floor of each line."""

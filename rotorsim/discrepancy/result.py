@@ -1,0 +1,326 @@
+"""Result of a diagnosis: verdict, effects with uncertainties and places, ties, unexplained part, gap, plan."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.base.display import Card, Reported, Shown
+from rotorsim.base.errors import DataError
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, lobes, wave
+from rotorsim.discrepancy.candidates import Form
+from rotorsim.discrepancy.comparison import Misfit
+from rotorsim.discrepancy.decision import DecisionSteps, check_allowed
+from rotorsim.discrepancy.fit import ParameterFit, sd_of_polar
+from rotorsim.discrepancy.gap import reduction
+from rotorsim.discrepancy.hypotheses import EffectSearch, Hypothesis
+from rotorsim.discrepancy.machine_file import Findings, IdentifiedEffect, extended
+from rotorsim.discrepancy.twin import Twin
+from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, entropy, shown_share
+from rotorsim.effects import REGISTRY, Effect
+from rotorsim.effects.base import WHERE
+from rotorsim.machine import Machine
+from rotorsim.plant.locations import Place, acting_places, force_plane
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rotorsim.discrepancy.ranking import ExperimentPlan
+
+EXIT_CODES = {"no_disagreement": 0, "named": 10, "tie": 11, "partial": 11, "unknown": 12}
+"""Exit code of the command by verdict."""
+WORDS = {
+    "no_disagreement": "No disagreement: after re-calibration every group of lines is within the floor.",
+    "named": "Named: {effects}.",
+    "tie": "Tie: the records show {effects}, or, indistinguishable from it: {rivals}.",
+    "partial": "Partial: {effects} helps, but much of the disagreement stays; this is not a name.",
+    "unknown": "Unknown: no effect of the catalogue explains the disagreement; see the equivalent force.",
+}
+"""Sentence of each verdict."""
+NOT_SURE = "Tie: the records show {effects}, but do not exclude: {others}."
+WITHIN_FORM = (
+    "No disagreement: that nothing is missing has {share}; {count} groups of lines are beyond the floor, but within "
+    "the error of the model's form."
+)
+EXCLUDED = 0.01
+"""Probability below which an explanation counts as excluded."""
+Planner = Callable[[Iterable[str], float, float], "ExperimentPlan"]
+"""Planner of experiments by allowed changes, longest experiment [min] and probability that settles."""
+NO_ACCURACY = (
+    "nothing states how exact the records are: they may agree or be too coarse to disagree; give accuracy (a "
+    "displacement), or record one operating point twice"
+)
+PLAN_NEXT = (
+    "To rank the experiments that may separate the explanations, diagnose again with --plan-next (in Python: "
+    "found.plan())."
+)
+NOTHING_BEYOND = (
+    "Unknown: nothing disagrees beyond the scatter within the records, but how exact they are is not stated."
+)
+FORCE = "equivalent force"
+"""Label of the force that would make the residual which no effect explains."""
+
+
+def found_of(twin: Twin, form: Form, fit: ParameterFit, V: np.ndarray, tie_class: tuple[str, ...]) -> IdentifiedEffect:
+    """Estimated parameters of a form with standard deviations, as in its table of the machine file."""
+    own = {k: fit.point.values.get(k, 0.0) for k in (*form.parameters, *form.refine)}
+    absolute = ParameterPoint(own, form.fixed).setting(twin)
+    parameters = {key.split(".")[2]: value for key, value in absolute.items()}
+    table = next(iter(absolute)).split(".")[1]
+    for where in WHERE:
+        place = getattr(twin.effect(form.effect, int(table)), where, None)
+        parameters |= {} if place is None else {where: place}
+    at = {k: i for i, k in enumerate(fit.parameters)}
+    sd: dict[str, float] = {}
+    if len(form.parameters) == 2 and "~" in form.parameters[0].key:
+        i, j = (at[k] for k in form.parameters)
+        path = form.parameters[0].key[:-2]
+        pair = path.split(".")[2].split("~")
+        name, table = path.split(".")[:2]
+        effect = twin.effect(name, int(table))
+        n = form.fixed.get(f"{name}.{table}.{pair[0]}_lobes", lobes(effect, pair[0]))
+        c, s = (fit.point.values.get(k, 0.0) for k in form.parameters)
+        own_wave = wave(effect, pair[0], pair[1], n)
+        _, _, sd[pair[0]], sd[pair[1]] = sd_of_polar(c, s, V[np.ix_([i, j], [i, j])], own_wave)
+        sd[pair[1]] /= n
+    for parameter in (*form.parameters, *form.refine):
+        if "~" not in parameter.key and parameter in at:
+            sd[parameter.key.split(".")[2]] = float(np.sqrt(V[at[parameter], at[parameter]]))
+    return IdentifiedEffect(form.effect, form.key, parameters, sd, tie_class)
+
+
+def calibration_of(
+    fit: ParameterFit, V: np.ndarray, parameters: Sequence[FitParameter]
+) -> dict[str, tuple[float, float]]:
+    """Calibration parameters and standard deviations by name; V (k, k) is the covariance of all parameters."""
+    at = {k: i for i, k in enumerate(fit.parameters)}
+    return {k.name: (fit.point.values.get(k, 0.0), float(np.sqrt(V[at[k], at[k]]))) for k in parameters}
+
+
+def evidence_of(base: ParameterFit, best: Hypothesis | None, search: EffectSearch | None) -> dict[str, float]:
+    """Sums of squares and excess misfit before and with the effect."""
+    evidence = {"chi2_calibrated": base.chi2, "numbers": float(len(base.residual))}
+    if search is not None:
+        evidence |= {"flagged_excess": search.base_excess, "held_out_excess": search.base_held}
+    if best is not None:
+        evidence |= {
+            "chi2_with_effect": best.fit.chi2,
+            "share_gone": best.gone,
+            "held_out_excess_with_effect": best.held_out,
+        }
+    return evidence
+
+
+def null_sentence(null: dict[str, float]) -> str:
+    """Sentence about a combination of parameters that the records do not determine."""
+    parts = " ".join(f"{v:+.2f} {n}" for n, v in sorted(null.items(), key=lambda x: -abs(x[1])))
+    return f"the calibration has a null vector that the records do not determine: {parts}; its priors hold it"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Diagnosis(Shown, Findings, Reported):
+    """Result of `diagnose`."""
+
+    localisation: tuple[Misfit, ...]
+    unknown: dict[str, Any]
+    gap: xr.Dataset
+    notes: tuple[str, ...]
+    spectra: dict[str, Any] = field(default_factory=dict, repr=False)
+    tried: tuple[dict[str, Any], ...] = ()
+    explanations: tuple[Explanation, ...] = ()
+    """Explanations with their probabilities and evidence, the most probable first."""
+    priors: Mapping[str, str] = field(default_factory=dict, repr=False)
+    """Prior standard deviation of the size of every candidate, with its unit."""
+    planned: ExperimentPlan | None = None
+    """The next experiments, where they were asked for."""
+    planner: Planner | None = field(default=None, repr=False)
+    """Planner of further experiments; a diagnosis that was stored has none."""
+    steps: DecisionSteps | None = None
+    """Odds after each step of a loop of diagnoses and experiments."""
+
+    @property
+    def odds(self) -> dict[str, float]:
+        """Probability of every explanation, of nothing missing and of something that is not in the catalogue."""
+        out: dict[str, float] = {}
+        for e in self.explanations:
+            name = NOT_IN_CATALOGUE if e.beyond else e.name
+            out[name] = out.get(name, 0.0) + e.probability
+        return dict(sorted(out.items(), key=lambda one: -one[1]))
+
+    @property
+    def entropy(self) -> float:
+        """Entropy [bit] of the odds."""
+        return float(entropy(np.array(list(self.odds.values())))) if self.explanations else 0.0
+
+    @property
+    def unplanned(self) -> bool:
+        """Whether the odds are not settled and no experiment was planned that may settle them."""
+        if self.status in ("no_disagreement", "named") or self.planned is not None or self.steps is not None:
+            return False
+        return bool(self.explanations) and (self.status == "tie" or max(self.odds.values()) < SURE)
+
+    def plan(self, allow: Iterable[str] = (), budget: float = np.inf, sure: float = SURE) -> ExperimentPlan:
+        """Experiments that may come next, the best first.
+
+        Parameters
+        ----------
+        allow : names
+            What may differ from the records (`decision.ALLOWED`); all that the machine can do for none.
+        budget : float
+            Minutes of rig time that an experiment may take.
+        sure : float
+            Probability at which an explanation is settled.
+
+        Raises
+        ------
+        DataError
+            For a diagnosis that was read from files, and where nothing that is allowed can be done.
+
+        Examples
+        --------
+        >>> import rotorsim as rs
+        >>> found = rs.diagnose("dtu_gas_bearing", "puzzle/records")  # doctest: +SKIP
+        >>> found.plan(allow=["speed"], budget=10.0).sentence  # doctest: +SKIP
+        """
+        if self.planner is None:
+            raise DataError("plan: a stored diagnosis has no plant; diagnose the records again with plan_next")
+        return self.planner(check_allowed(allow), budget, sure)
+
+    def card(self) -> Card:
+        """Verdict, sizes of the effects, plan."""
+        rows = [
+            (found.form, ", ".join(f"{name} = {value}{f' +- {sd}' if sd else ''}" for name, value, sd in found.sizes()))
+            for found in self.effects
+        ]
+        rows += [("indistinguishable", "; ".join(" with ".join(tie) for tie in self.ties))] if self.ties else []
+        rows += [("probability", f"{shown_share(e.probability)} {e.name}") for e in self.explanations[:3]]
+        if self.planned is not None:
+            rows.append(("plan", self.planned.sentence))
+        rows.append(("machine", self.machine.name))
+        return Card(f"Diagnosis: {self.sentence}", rows)
+
+    @property
+    def exit_code(self) -> int:
+        """Exit code of the command: 0 no disagreement, 10 named, 11 tie or partial, 12 unknown."""
+        return EXIT_CODES[self.status]
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in one sentence."""
+        if self.status == "unknown" and NO_ACCURACY in self.notes and not self.localisation:
+            return NOTHING_BEYOND
+        effects = " with ".join(f.form for f in self.effects)
+        alike = [key for found in self.effects for key in found.tie_class if key != found.form]
+        rivals = [*alike, *(" with ".join(t) for t in self.ties)]
+        if self.status == "tie" and not rivals:
+            others = [f"{name} {shown_share(p)}" for name, p in self.odds.items() if name != effects and p >= EXCLUDED]
+            return NOT_SURE.format(effects=effects, others="; ".join(others[:3]) or "others")
+        if self.status == "no_disagreement" and self.localisation and self.explanations:
+            share = shown_share(self.odds.get(NOTHING, 0.0))
+            return WITHIN_FORM.format(share=share, count=len(self.localisation))
+        return WORDS[self.status].format(effects=effects, rivals="; ".join(rivals))
+
+    def apply(self) -> Machine:
+        """The machine with the new calibration, and the effects where they are named or tied."""
+        return extended(self)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers and text, for JSON."""
+        return {
+            "status": self.status,
+            "verdict": self.sentence,
+            "effects": [
+                {"effect": f.effect, "form": f.form, "parameters": f.parameters, "sd": f.sd, "class": list(f.tie_class)}
+                for f in self.effects
+            ],
+            "ties": [list(t) for t in self.ties],
+            "unknown": self.unknown,
+            "flags": [
+                {
+                    "record": f.record, "point": f.point, "channel": f.channel, "group": f.group,
+                    "um": f.rms * TO_UM, "floor_um": f.floor * TO_UM, "excess": f.excess,
+                }
+                | ({"rpm": f.speed * TO_RPM, "largest_um": f.largest * TO_UM} if f.speed else {})
+                for f in self.localisation
+            ],
+            "gap_reduction_untouched": _number(reduction(self.gap)),
+            "gap_reduction_fit": _number(reduction(self.gap, "fit")),
+            "calibration": {k: {"value": v, "sd": s} for k, (v, s) in self.calibration.items()},
+            "evidence": self.evidence,
+            "notes": list(self.notes),
+            "odds": self.odds,
+            "explanations": [
+                {
+                    "effects": list(e.effects), "beyond_catalogue": e.beyond, "name": e.name,
+                    "probability": e.probability, "log_evidence": e.evidence, "form_error": e.error,
+                    "refitted": e.refitted,
+                    "alike": [list(keys) for keys in e.alike],
+                    "unseen": {one.name: one.probability for one in e.unseen},
+                }
+                for e in self.explanations if e.probability >= LEAST_SHOWN
+            ],
+            "prior_sizes": dict(self.priors),
+            **({} if self.planned is None else {"plan": self.planned.as_dict()}),
+            **({} if self.steps is None else {"steps": self.steps.as_dict()}),
+            "tried": list(self.tried),
+            "data_hash": self.data_hash,
+        }  # fmt: skip
+
+
+def _number(value: float) -> float | None:
+    return None if np.isnan(value) else value
+
+
+@dataclass(frozen=True)
+class LocatedEffect:
+    """An effect with the places where it acts; `role` is 'found', 'rival' or 'force'."""
+
+    label: str
+    role: str
+    places: tuple[Place, ...]
+
+    @property
+    def sentence(self) -> str:
+        """Sentence on the places, with the bearing and the injector once."""
+        return f"{self.label.partition(' of ')[0]}: {' and '.join(place.name for place in self.places)}"
+
+
+def located(diagnosis: Diagnosis) -> tuple[LocatedEffect, ...]:
+    """Places of the identified effects, of their rivals, and of the equivalent force of an unexplained residual."""
+    machine, effects = diagnosis.machine, diagnosis.effects
+    out = [LocatedEffect(f.form, "found", acting_places(machine, effect_of(f))) for f in effects]
+    keys = [key for found in effects for key in found.tie_class] + [key for tie in diagnosis.ties for key in tie]
+    others = [key for key in dict.fromkeys(keys) if key not in {found.form for found in effects}]
+    rivals = [(key, effect) for key in others if (effect := effect_of_key(machine, key)) is not None]
+    out += [LocatedEffect(key, "rival", acting_places(machine, effect)) for key, effect in rivals]
+    if diagnosis.unknown.get("lines"):
+        out.append(LocatedEffect(FORCE, "force", (force_plane(machine),)))
+    return tuple(one for one in out if one.places)
+
+
+def effect_of(found: IdentifiedEffect) -> Effect:
+    """Effect with the identified parameters."""
+    kind = REGISTRY[found.effect]
+    return kind(**{f.name: found.parameters[f.name] for f in fields(kind) if f.name in found.parameters})
+
+
+def effect_of_key(machine: Machine, key: str) -> Effect | None:
+    """A neutral effect at the place that a candidate's key names; None for an effect that is not known.
+
+    A key is 'weak_injector.blocked of injector 3 of front', see `rotorsim.discrepancy.candidates`.
+    """
+    kind = REGISTRY.get(key.partition(".")[0])
+    if kind is None:
+        return None
+    known, values = {f.name for f in fields(kind)}, {}
+    if "injector" in known and (number := re.search(r" of injector (\d+)", key)):
+        values["injector"] = float(number[1])
+    named = [i for i, name in enumerate(machine.bearing_names) if key.endswith(f" of {name}")]
+    if "bearing" in known and named:
+        values["bearing"] = float(named[0])
+    return replace(kind.neutral(machine, 0), **values)

@@ -1,1 +1,0 @@
-"""Search for the missing effect among the candidates, and its verdict."""

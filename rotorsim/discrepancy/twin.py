@@ -1,0 +1,332 @@
+"""Plant of a diagnosis: the user's machine with every effect at its neutral value, compiled once.
+
+A candidate is then a change of parameters in the plant's record, and nothing is compiled for it; so is what single
+records state as set on purpose. Effects that scatter readings (noise, quantisation, encoder, pressure transducer) are
+left out: the diagnosis compares means, and what scatters is its floor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import ceil
+from typing import Any
+
+import numpy as np
+from scipy.linalg import expm
+
+from rotorsim.base.constants import RIG_SAMPLE
+from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffError
+from rotorsim.base.rounding import NoAnswerError, answer, decays
+from rotorsim.effects import FILM_PORTS, REGISTRY, Effect, FilmEffect
+from rotorsim.machine import Machine
+from rotorsim.plant.assemble import Assembly, assemble
+from rotorsim.plant.equilibrium import settle
+from rotorsim.plant.kernels.layout import READ
+from rotorsim.plant.linearise import linearise
+from rotorsim.plant.simulation import Simulation
+
+NO_SOLUTION = 1e-3
+"""Size of the lines [m] that stand for a plant without solution."""
+MOST_TURNS, ROUNDS = 12, 8
+"""Most turns in one shot, and most shots, of a search for periodic motion."""
+CLOSE = 0.01
+"""Largest distance of turns from whole samples, in samples."""
+SETTLED = 1e-6
+"""Relative change of the state over the turns below which the motion is periodic."""
+Setting = Mapping[str, float]
+"""Values by key: 'effect.table.parameter' (absolute, SI) or a name of FACTORS (a relative change)."""
+FACTORS = ("curtain_discharge", "shaft_damping", "shaft_stiffness", "actuator_x", "actuator_y")
+"""Keys of relative changes of numbers that no effect describes."""
+PRESSURE = np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+"""Mask of the supply pressure in the columns of a run's input rows."""
+USUAL_STEP = 1e-4
+"""Step [s] of a machine for which the steps of twins were chosen."""
+FAILURES = (ConvergenceError, NoLiftOffError, MachineFileError, NoAnswerError)
+"""Errors of a plant without solution."""
+
+
+def fits(effect: Effect, machine: Machine) -> bool:
+    """True if an effect has something to act on in the machine."""
+    if machine.film is None and effect.port in FILM_PORTS:
+        return False
+    if effect.port in ("injector", "plenum") and not machine.injector_count(effect):
+        return False
+    if effect.port == "actuator" and not machine.injectors:
+        return False
+    if effect.port == "actuator" and (machine.actuators is None or machine.actuators.mode == "ideal"):
+        return False
+    present = {**machine.effects, effect.name: (effect,)}
+    return not effect.problems(machine.model_copy(update={"effects": present}))
+
+
+def bearings_of(effect: type[Effect], machine: Machine) -> tuple[int | None, ...]:
+    """Bearings that a candidate can be about: of several gas films each, else None alone."""
+    films = machine.film_bearings
+    return films if issubclass(effect, FilmEffect) and len(films) > 1 else (None,)
+
+
+def own_tables(effect: type[Effect], machine: Machine) -> tuple[Effect, ...]:
+    """Neutral tables of a candidate: for every bearing that it can be about all its places."""
+    tables = []
+    for bearing in bearings_of(effect, machine):
+        own = [effect.neutral(machine, i) for i in range(effect.places)]
+        own = own if bearing is None else [replace(e, bearing=bearing) for e in own]  # type: ignore[call-arg]
+        tables += own if all(fits(e, machine) for e in own) else []
+    return tuple(tables)
+
+
+def of_each_film(present: tuple[Effect, ...], own: tuple[Effect, ...]) -> tuple[Effect, ...]:
+    """Tables, one for each film, of an effect that a film has once; neutral where the machine has none."""
+    if all(getattr(e, "bearing", None) is None for e in own):
+        return present
+    common = next((e for e in present if getattr(e, "bearing", None) is None), None)
+    named = {getattr(e, "bearing", None): e for e in present}
+    return tuple(
+        named.get(e.bearing, e if common is None else replace(common, bearing=e.bearing))  # type: ignore
+        for e in own
+    )
+
+
+def equip(
+    machine: Machine, also: tuple[str, ...] = (), scatter: bool = False, only: tuple[str, ...] | None = None
+) -> tuple[Machine, dict[str, int]]:
+    """Machine with all candidates at neutral values, and the table number of each.
+
+    An effect that may have several tables gets its own; a single one shares the machine's. Of several films each has
+    a table. `also` adds effects
+    that are otherwise left out, `scatter` keeps those of the sensors, `only` limits the candidates.
+    """
+    base = {name: own for name, own in machine.effects.items() if scatter or REGISTRY[name].role != "scatter"}
+    slots: dict[str, int] = {}
+    ahead: dict[str, tuple[Effect, ...]] = {}
+    behind: dict[str, tuple[Effect, ...]] = {}
+    for name in sorted(REGISTRY):
+        effect = REGISTRY[name]
+        if effect.role == "scatter" or (effect.role == "asymmetric" and name not in also):
+            continue
+        fixed = effect.role == "set" or effect.calibration_of(machine)
+        if only is not None and name not in only and not fixed:
+            continue
+        own = own_tables(effect, machine)
+        if not own:
+            continue
+        if name in base:
+            if effect.single:
+                slots[name] = 0
+                base[name] = of_each_film(base[name], own)
+            else:
+                slots[name] = len(base[name])
+                base[name] = (*base[name], *own)
+        else:
+            slots[name] = 0
+            (behind if effect.ends_chain else ahead)[name] = own
+    return machine.with_({"effects": {**ahead, **base, **behind}}), slots
+
+
+def whole_turns(speed: float) -> int:
+    """Number of samples closest to whole revolutions at a speed [rad/s], up to MOST_TURNS of them."""
+    turns = np.arange(1, MOST_TURNS + 1) * (2 * np.pi / abs(speed) / RIG_SAMPLE)
+    miss = np.abs(turns - np.round(turns))
+    close = np.flatnonzero(miss < max(CLOSE, 1.001 * miss.min()))
+    return int(np.round(turns[close[0]]))
+
+
+def in_motion(a: Assembly, w: np.ndarray, speed: float, pressure: float) -> np.ndarray:
+    r"""Workspace of a rotor on linear bearings in periodic motion at a speed [rad/s]; w itself if that is unstable.
+
+    A lightly damped rotor takes minutes to forget how it was started. One step of Newton's method on the map over whole
+    turns finds its motion instead,
+
+    .. math:: x^* = x_1 + \Phi (I - \Phi)^{-1} (x_1 - x_0), \qquad \Phi = e^{A T}
+
+    with x_1 the state that the plant reaches from x_0 in T; exact where the plant is linear, repeated where effects
+    bend it. Source: Aprille & Trick (1972), Proc. IEEE 60, 108 (shooting).
+
+    Cites: aprille_1972.
+    """
+    if a.film_model is not None or abs(speed) < 1.0:
+        return w
+    rows = np.zeros((whole_turns(speed), 6))
+    rows[:, 0], rows[:, 1] = speed, pressure
+    try:
+        phi = answer(expm, linearise(a, w, speed).A * (len(rows) * RIG_SAMPLE))
+        if not decays(answer(np.linalg.eigvals, phi)):
+            return w
+        jump = phi @ answer(np.linalg.inv, np.eye(len(phi)) - phi)
+    except NoAnswerError:
+        return w
+    n, angle = a.rotor.n, w[a.rotor.angle]
+    at = np.concatenate([a.rotor.q + np.arange(n), a.rotor.v + np.arange(n)])
+    # a step begins at the displacement and velocity of the last one's end, which it keeps apart
+    begin = np.concatenate([a.rotor.q_old + np.arange(n), a.rotor.v_old + np.arange(n)])
+    rest, began = w, {i: w[i] for i in (a.rig.tick, a.rotor.time, a.rotor.turns)}
+    for _ in range(ROUNDS):
+        before = w[at].copy()
+        moved = w.copy()
+        Simulation(a, moved).advance(rows)
+        change = moved[at] - before
+        if not np.all(np.isfinite(change)):
+            return rest
+        moved[at] += jump @ change
+        moved[begin] = moved[at]
+        w = moved
+        w[a.rotor.angle] = angle
+        if np.linalg.norm(change) < SETTLED * np.linalg.norm(before):
+            break
+    for i, value in began.items():
+        w[i] = value
+    return w
+
+
+@dataclass(frozen=True)
+class Twin:
+    """Machine with all candidates at a grid (n_theta, n_z) and a step [s]; `seed_scatter` keeps its noise."""
+
+    machine: Machine
+    grid: tuple[int, int] = (32, 8)
+    step: float = 2e-4
+    also: tuple[str, ...] = ()
+    scatter: bool = False
+    only: tuple[str, ...] | None = None
+    """Effects that can be candidates; all when None."""
+
+    @cached_property
+    def equipped(self) -> tuple[Machine, dict[str, int]]:
+        """The machine that is simulated, and the table number of every candidate."""
+        machine, slots = equip(self.machine, self.also, self.scatter, self.only)
+        # finer by the factor by which the machine's own step is finer than the usual one
+        finer = min(self.machine.time_step / USUAL_STEP, 1.0)
+        step = self.step if finer == 1.0 else RIG_SAMPLE / ceil(RIG_SAMPLE / (finer * self.step) - 1e-9)
+        n_theta, n_z = self.grid
+        changes = {"grid.n_theta": n_theta, "grid.n_z": n_z, "solver.time_step": step}
+        if self.machine.solver.sampling_rate is not None or self.machine.drive.highest_speed is not None:
+            changes["solver.sampling_rate"] = 1 / RIG_SAMPLE  # that of the records which are compared
+        return machine.with_(changes), slots
+
+    @property
+    def slots(self) -> dict[str, int]:
+        """Table number of every effect that can be a candidate."""
+        return self.equipped[1]
+
+    @cached_property
+    def assembly(self) -> Assembly:
+        """Kernels and workspace of the neutral setting."""
+        return assemble(self.equipped[0])
+
+    def effect(self, name: str, table: int) -> Effect:
+        """Effect with the numbers of the neutral setting."""
+        return self.equipped[0].effects[name][table]
+
+    @cached_property
+    def slow(self) -> tuple[str, ...]:
+        """Effects with states that may remember longer than a record's beginning."""
+        names = sorted({*self.slots, *self.machine.effects})
+        return tuple(n for n in names if REGISTRY[n].states and REGISTRY[n].memory != "short")
+
+    def lingers(self, setting: Setting, balanced: bool) -> bool:
+        """Whether a setting has an effect at work whose memory is long; `balanced` excitation makes nothing creep."""
+        slow = [name for name in self.slow if not (balanced and REGISTRY[name].memory == "mean")]
+        if any(e != type(e)() for name in slow for e in self.machine.effects.get(name, ())):
+            return True
+        return any(key.split(".")[0] in slow and value for key, value in setting.items() if "." in key)
+
+    def set(self, setting: Setting) -> Assembly:
+        """Assembly with other parameters; nothing is compiled."""
+        a = self.assembly
+        record, w = a.record.copy(), a.w.copy()
+        changes: dict[tuple[str, int], dict[str, float]] = {}
+        for place, axis in sorted({(k.split(".")[1], k[-1]) for k in setting if k.startswith("bearing.")}):
+            stiffer, lossier = (setting.get(f"bearing.{place}.{what}{axis}", 0.0) for what in "kc")
+            _bear(a, w, int(place), axis, stiffer, lossier)
+        for key, value in setting.items():
+            if key in FACTORS:
+                _scale(a, record, w, key, value)
+            elif "." in key and not key.startswith("bearing."):
+                name, table, parameter = key.split(".")
+                changes.setdefault((name, int(table)), {})[parameter] = value
+        for (name, number), values in changes.items():
+            effect: Any = replace(self.effect(name, number), **values)
+            row = record[f"{name}_{number}"]
+            for parameter, value in (values | effect.derived(a.machine)).items():
+                row[parameter] = value
+        return replace(a, record=record, w=w)
+
+    def run(
+        self, setting: Setting, rows: np.ndarray, pressure: float, angle: float = 0.0, turning: bool = False
+    ) -> np.ndarray:
+        """Readings (n, 5) for input rows (n, 6) from the equilibrium at the first speed; NaN where there is none.
+
+        With `turning` a rotor on linear bearings is in its periodic motion already.
+        """
+        a, speed = self.set(setting), float(rows[0, 0])
+        try:
+            regulator = self.regulator(setting, speed, pressure)
+            w = settle(a, speed, regulator)
+            w[a.rotor.angle] = angle
+            if turning:
+                w = in_motion(a, w, speed, regulator)
+            fed = rows + (regulator - pressure) * PRESSURE if regulator != pressure else rows
+            return Simulation(a, w).advance(fed)[:, READ : READ + 5]
+        except FAILURES:
+            return np.full((len(rows), 5), np.nan)
+
+    def regulator(self, setting: Setting, speed: float, pressure: float) -> float:
+        """Gauge pressure [Pa] at the regulator of a record whose gauge, at the injectors, reads `pressure` [Pa, gauge].
+
+        What the machine file's own supply line loses is in the reading already; a line that is a candidate loses more.
+        """
+        if not any(e.port == "supply" and e != type(e)() for own in self.machine.effects.values() for e in own):
+            return pressure
+        from rotorsim.analysis.supply import regulator_pressure  # for machines with a supply line alone
+
+        filed = {k: v for k, v in setting.items() if getattr(REGISTRY.get(k.split(".")[0]), "port", "") != "supply"}
+        return regulator_pressure(self.set(filed), speed, pressure)
+
+
+def _scale(a: Assembly, record: Any, w: np.ndarray, key: str, change: float) -> None:
+    """Change relatively a number that no effect describes."""
+    if key == "curtain_discharge":
+        for k in range(len(a.films)):
+            a.film_part(w, k)[a.film.curtain : a.film.curtain + a.film.n_inj] *= 1 + change
+    elif key == "shaft_damping":
+        _add(a, w, a.rotor.C, change * a.mesh.shaft_damping)
+    elif key == "shaft_stiffness":
+        _add(a, w, a.rotor.K, change * a.mesh.shaft_stiffness)
+    elif key in ("actuator_x", "actuator_y"):
+        for name in ("pin", "sign"):
+            record[0][f"{name}_{key[-1]}"][:] *= 1 + change
+
+
+def _bear(a: Assembly, w: np.ndarray, number: int, axis: str, stiffer: float, lossier: float) -> None:
+    """Change a linear bearing along an axis."""
+    bearing = a.machine.bearings[number]
+    row = a.mesh.between(number)["xy".index(axis)]
+    k, c = of_axis(bearing, axis)
+    for offset, more in zip(
+        (a.rotor.K, a.rotor.C), np.subtract(of_bearing(k, c, stiffer, lossier), (k, c)), strict=True
+    ):
+        _add(a, w, offset, more * np.outer(row, row))
+
+
+def of_axis(bearing: Any, axis: str) -> tuple[float, float]:
+    """Stiffness [N/m] and damping [N s/m] of a linear bearing along an axis."""
+    k, c = (getattr(bearing, f"{what}{axis}{axis}") for what in "kc")
+    return bearing.kxx if k is None else k, bearing.cxx if c is None else c
+
+
+def of_bearing(k: float, c: float, stiffer: float, lossier: float) -> tuple[float, float]:
+    """Stiffness [N/m] and damping [N s/m] of a bearing after relative changes of compliance and loss.
+
+    A bearing acts in series with the shaft, by 1 / (k + i w c), close to 1 / k - i w c / k^2: the response is linear
+    in these two numbers, and parameters that records do not distinguish make a straight valley for a fit.
+    """
+    return k / (1 - stiffer), c * (1 + lossier) / (1 - stiffer) ** 2
+
+
+def _add(a: Assembly, w: np.ndarray, offset: int, matrix: np.ndarray) -> None:
+    """Add to the first coordinates of a modal matrix."""
+    n, m = a.rotor.n, len(matrix)
+    block = w[offset : offset + n * n].reshape(n, n)
+    block[:m, :m] += matrix.T

@@ -1,1 +1,0 @@
-"""Simulated machine of a diagnosis, compiled with every candidate effect; cached responses."""

@@ -1,1 +1,0 @@
-"""Page of the live rig: controls and views."""

@@ -1,1 +1,0 @@
-"""Local web server of the live rig: start and end, access control, messages."""

@@ -1,0 +1,214 @@
+"""Page of a report: blocks of text, tables and figures, in the units of its reader as plain data, HTML and files.
+
+A chapter of `rotorsim.report` makes a `Page` of a result. `write_page` has it made in one system of units and turns
+it into plain data once (`plain_page`): the HTML file, its figures and the tables next to it are forms of these data.
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from math import isfinite
+from pathlib import Path
+from typing import Any, TypeVar
+
+import plotly.graph_objects as go
+import plotly.io as pio
+from jinja2 import Environment, StrictUndefined, Template
+from plotly.offline import get_plotlyjs
+
+from rotorsim.base.files import write_text
+from rotorsim.base.input_files import parse_toml
+from rotorsim.report.figure_files import BEGIN, END, check_kind, imperial_figure, write_figures
+from rotorsim.report.units import check_units, in_shown_units, is_imperial, label, micrometres, page_system, unit_in
+
+Plain = dict[str, Any]
+Maker = TypeVar("Maker", bound=Callable[[Any], "Page"])
+
+
+@dataclass(frozen=True)
+class Block:
+    """A section: title, sentence, figure and table, then further sentences; all texts are plain.
+
+    Without heads the first column of the table names its rows. `legend` explains colours of the figure, `code` is text
+    of fixed width, `link` a sentence that leads to the block with this anchor. A folded block shows its title alone
+    until it is opened; without `tools` its figure has no toolbar.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.report.Block("Modes", "Natural frequencies.", heads=("speed", "wn"), rows=[(100.0, 630.0)]).title
+    'Modes'
+    """
+
+    title: str
+    text: str = ""
+    heads: Sequence[str] = ()
+    rows: Sequence[Sequence[Any]] = ()
+    figure: go.Figure | None = None
+    legend: Sequence[tuple[str, str]] = ()
+    texts: Sequence[str] = ()
+    code: str = ""
+    link: tuple[str, str] | None = None
+    anchor: str = ""
+    folded: bool = False
+    tools: bool = True
+
+
+@dataclass(frozen=True)
+class Page:
+    """Heading, introduction, warnings, key numbers with their names, and blocks; a row of blocks is side by side.
+
+    The window of the browser has the name `title`, by default the heading.
+    """
+
+    heading: str
+    introduction: str
+    blocks: Sequence[Block | Sequence[Block]]
+    numbers: Sequence[tuple[str, str]] = ()
+    warnings: Sequence[str] = ()
+    title: str = ""
+
+
+RESULT_PAGES: dict[type, Callable[[Any], Page]] = {}
+"""Makers of pages by the type of result."""
+
+
+def page_of(kind: type) -> Callable[[Maker], Maker]:
+    """Decorator that registers the maker of the page of a type of result, for `rotorsim.report.write`."""
+
+    def register(make: Maker) -> Maker:
+        RESULT_PAGES[kind] = make
+        return make
+
+    return register
+
+
+def machine_entry(attrs: Mapping[Any, Any], entry: str = "name", missing: str = "Unnamed machine") -> str:
+    """Name of the machine whose file is in the attributes of a result, or another entry, as far as it can be read."""
+    try:
+        return str(parse_toml(str(attrs.get("machine", ""))).get(entry, missing))
+    except tomllib.TOMLDecodeError:
+        return missing
+
+
+def plain_page(page: Page) -> Plain:
+    """The page in the current units: texts, rows of texts and figures (`data` and `layout` of plotly) as for JSON."""
+    rows = [[block] if isinstance(block, Block) else list(block) for block in page.blocks]
+    return {
+        "title": page.title or page.heading, "heading": page.heading, "introduction": page.introduction,
+        "warnings": [micrometres(text) for text in page.warnings],
+        "numbers": [[micrometres(number), micrometres(name)] for number, name in page.numbers],
+        "rows": [[_plain_block(block) for block in row] for row in rows],
+    }  # fmt: skip
+
+
+def _plain_block(block: Block) -> Plain:
+    units = [unit_in(head) for head in block.heads]
+    return {
+        "title": micrometres(block.title), "text": micrometres(block.text),
+        "texts": [micrometres(text) for text in block.texts],
+        "heads": [micrometres(label(head)) for head in block.heads], "rows": [_cells(row, units) for row in block.rows],
+        "code": block.code,
+        "legend": [[micrometres(text), colour] for text, colour in block.legend], "link": block.link,
+        "anchor": block.anchor, "folded": block.folded, "figure": None if block.figure is None else _figure(block),
+    }  # fmt: skip
+
+
+def _cells(row: Sequence[Any], units: Sequence[str | None]) -> list[str]:
+    """Cells as texts, below heads with these metric units; a row of another length has none."""
+    texts = [(f"{v:.4g}" if isfinite(v) else "-") if isinstance(v, float) else str(v) for v in row]
+    own = units if len(units) == len(texts) else [None] * len(texts)
+    return [micrometres(in_shown_units(text, unit)) for text, unit in zip(texts, own, strict=True)]
+
+
+def _figure(block: Block) -> Plain:
+    made = json.loads(str(block.figure.to_json()))  # type: ignore[union-attr]
+    shown = imperial_figure(made) if is_imperial() else made
+    return {
+        "title": micrometres(block.title) or "figure",
+        "tools": block.tools,
+        "data": shown["data"],
+        "layout": shown["layout"],
+    }
+
+
+def figures(shown: Plain) -> list[Plain]:
+    """Figures of a plain page in order, each with the title of its block."""
+    return [block["figure"] for row in shown["rows"] for block in row if block["figure"]]
+
+
+@cache
+def _template() -> Template:
+    style, text = (files(__package__).joinpath(name).read_text(encoding="utf-8") for name in ("page.css", "page.html"))
+    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
+    environment.globals["style"] = style
+    return environment.from_string(text)
+
+
+def html(page: Page) -> str:
+    """The page in the current units as an HTML file that loads nothing from elsewhere."""
+    return _html(plain_page(page))
+
+
+def _html(shown: Plain) -> str:
+    drawn = json.dumps(figures(shown), ensure_ascii=False).replace("<", "\\u003c")
+    return _template().render(page=shown, plotly=get_plotlyjs(), figures=f"{BEGIN}{drawn}{END}")
+
+
+def check_wanted(units: str, figures: str | None) -> None:
+    """Raise DataError for units or a kind of figure files that are not known, and where no figure can be drawn."""
+    check_units(units)
+    if figures is not None:
+        check_kind(figures)
+
+
+def write_page(
+    make: Callable[[], Page], path: str | Path, units: str = "metric", figures_as: str | None = None
+) -> Path:
+    """Make a page, write it, complete or not at all, then its figures; return its path.
+
+    `units` are "metric" or "imperial"; `figures_as` "png", "svg" or "csv", None for no files. Raises DataError for
+    others, WriteError for a path that cannot be written.
+    """
+    check_wanted(units, figures_as)
+    path = Path(path)
+    with page_system(units):
+        shown = plain_page(make())
+    write_text(path, _html(shown))
+    if figures_as is not None:
+        write_figures(path, figures(shown), figures_as)
+    return path
+
+
+def save_study_page(title: str, description: str, blocks: Sequence[Block], path: str | Path, units: str = "metric",
+                    figures: str | None = None) -> None:  # fmt: skip
+    """Write a page of blocks, complete or not at all; raises WriteError.
+
+    `units` and `figures` as for `write_report`.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> table = rs.report.Block("Modes", heads=("speed", "wn"), rows=[(100.0, 630.0)])
+    >>> rs.report.save_study_page("Study", "Modes of a rotor.", [table], Path("study.html"))
+    """
+    write_page(lambda: Page(title, description, blocks), path, units, figures)
+
+
+def plain_blocks(blocks: Sequence[Block]) -> list[Plain]:
+    """Blocks of title, text, table and figure as plain JSON, in metric units; `blocks_of` makes them again."""
+    return [
+        {"title": b.title, "text": b.text, "heads": list(b.heads), "figure": b.figure and b.figure.to_json(),
+         "rows": [[v if isinstance(v, (str, int, float)) else str(v) for v in row] for row in b.rows]}
+        for b in blocks
+    ]  # fmt: skip
+
+
+def blocks_of(stored: Sequence[Mapping[str, Any]]) -> list[Block]:
+    """Blocks from plain JSON."""
+    return [Block(**{**one, "figure": one["figure"] and pio.from_json(one["figure"])}) for one in stored]

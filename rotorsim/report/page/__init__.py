@@ -1,1 +1,0 @@
-"""Pages of reports: blocks, units, style of figures, HTML, and files of figures."""
