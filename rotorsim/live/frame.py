@@ -255,7 +255,7 @@ def another_growing(modes: RigModes) -> list[float]:
     """Frequency [Hz] and damping ratio of a mode that grows and is not among those of the axes; empty without one."""
     frequency, zeta = modes.least
     axes = zip(modes.frequency, modes.zeta, strict=True)
-    shown = any(np.hypot(f / frequency - 1, z - zeta) < SAME for f, z in axes)
+    shown = any(np.hypot(f - frequency, (z - zeta) * f) < SAME * f for f, z in axes)
     return [] if zeta >= -DAMPED or shown else [round(frequency, 1), round(zeta, 4)]
 
 

@@ -21,11 +21,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fe_shaft.modes.spectrum import modes_in
 from rotorsim.analysis.modes_over_speed import least_damped
-from rotorsim.analysis.whirl_onset import region_up_to
 from rotorsim.base.errors import RotorsimError
-from rotorsim.base.processes import one_thread
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.kernels.layout import AT, FORCE, REFERENCE, SUPPLY, inputs_of
@@ -211,23 +208,19 @@ class RigModes:
 def modes_at(a: Assembly, speed: float, pressure: float) -> RigModes:
     """Modes at a speed [rad/s] and gauge pressure [Pa], without controller."""
     try:
-        return _modes_of(a, linearise(a, settle(a, speed, pressure), speed), pressure)
+        return _modes_of(linearise(a, settle(a, speed, pressure), speed), pressure)
     except RotorsimError as error:
         return RigModes(why=str(error))
     except np.linalg.LinAlgError:
         return RigModes(why="cannot be computed here")
 
 
-def _modes_of(a: Assembly, plant: LinearPlant, pressure: float) -> RigModes:
+def _modes_of(plant: LinearPlant, pressure: float) -> RigModes:
     first = [plant.mode_of_axis(axis) for axis in range(2)]
     frequency, zeta = (plant.wn[first] / (2 * np.pi)).tolist(), plant.zeta[first].tolist()
-    hints = a.mesh.reduced.frequencies
-    region = region_up_to(hints, abs(plant.speed))
-    with one_thread():
-        every = modes_in(plant, region, np.unique(hints.round(3)).tolist())
-    damping, omega = least_damped(every, region)
+    damping, omega = least_damped(plant.modes, plant.region)
     least = omega / (2 * np.pi), damping
-    return RigModes(tuple(frequency), tuple(zeta), "", least, every.proven, plant.speed, pressure)
+    return RigModes(tuple(frequency), tuple(zeta), "", least, plant.proven, plant.speed, pressure)
 
 
 def own_copy(a: Assembly) -> Assembly:
