@@ -255,7 +255,7 @@ def modes(
         bool | None, typer.Option("--pictures/--no-pictures", help="Draw each mode as PNG; if pyvista is there.")
     ] = None,
     film: Annotated[
-        str, typer.Option("--film", help="Film each mode as well: gif, or mp4, which needs the program ffmpeg.")
+        str, typer.Option(help="Film each mode as well: gif, or mp4, which needs the program ffmpeg.")
     ] = "",
     out: Annotated[Path | None, typer.Option(callback=a_folder, help="Folder; default a new folder 'modes'.")] = None,
     force: Force = False,

@@ -6,9 +6,10 @@ import pytest
 import rotorsim as rs
 from fe_shaft.response import run_unbalance_response
 from rotorsim.analysis.campbell import highest_speed
-from rotorsim.analysis.whirl_onset import region_up_to, stability_limit
+from rotorsim.analysis.whirl_onset import stability_limit
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.effects.rotor.unbalance import RotorUnbalance
+from rotorsim.plant.linearise import region_up_to
 
 pytestmark = pytest.mark.numerical
 RPM = np.pi / 30

@@ -28,7 +28,7 @@ from rotorsim.control.systems import peak_gain
 
 pytestmark = pytest.mark.numerical
 SPEC = lpv.Spec(grid=(5, 5), table=(3, 3), validation=(5, 5))
-CHANGES = ["grid=5x5", "table=3x3", "validation=5x5"]
+CHANGES = ["grid=3x3", "table=2x2", "validation=3x3"]
 STILL = Sought(order_X=0, order_Y=0)
 
 

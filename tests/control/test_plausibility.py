@@ -26,6 +26,13 @@ def law(model):
     return lqr.design(model)
 
 
+@pytest.fixture(scope="module")
+def scheduled(small):
+    """Law over speed and pressure, with limits but without predictors."""
+    law = lpv.design(small(), lpv.Spec(grid=(3, 3), validation=(3, 3), table=(2, 2), delay=0.0))
+    return law.with_(plausibility=replace(law.plausibility, predictors=None))
+
+
 def noisy(n=6000, seed=0):
     """Displacement (n, 2) [m] of a rotor that swings a little about (1, -20) um."""
     rng, t = np.random.default_rng(seed), 2e-4 * np.arange(n)
@@ -94,9 +101,7 @@ def test_missing_samples_again_and_again_suspend_the_law(law):
 
 
 @pytest.mark.parametrize("index", [0, 1])
-def test_a_scheduled_law_that_loses_speed_or_pressure_fades_out_and_comes_back(small, index):
-    scheduled = lpv.design(small(), lpv.Spec(grid=(3, 3), validation=(3, 3), table=(2, 2), delay=0.0))
-    scheduled = scheduled.with_(plausibility=replace(scheduled.plausibility, predictors=None))
+def test_a_scheduled_law_that_loses_speed_or_pressure_fades_out_and_comes_back(scheduled, index):
     points = [np.full(6000, value) for value in (500.0, 0.6e6)]
     points[index][3000:3500] = 0.0
     u, codes = run(scheduled, noisy(), *points)
@@ -104,18 +109,14 @@ def test_a_scheduled_law_that_loses_speed_or_pressure_fades_out_and_comes_back(s
     assert not u[3110:3500].any()
 
 
-def test_a_speed_that_has_really_jumped_is_accepted_and_one_that_reads_zero_is_not(small):
-    scheduled = lpv.design(small(), lpv.Spec(grid=(3, 3), validation=(3, 3), table=(2, 2), delay=0.0))
-    scheduled = scheduled.with_(plausibility=replace(scheduled.plausibility, predictors=None))
+def test_a_speed_that_has_really_jumped_is_accepted_and_one_that_reads_zero_is_not(scheduled):
     for after, back in ((100.0, True), (0.0, False)):
         speed = np.where(np.arange(6000) < 3000, 600.0, after)
         _, codes = run(scheduled, noisy(), speed, 0.5e6)
         assert begin(codes)[0] == (3000, guard.POINT_FAR) and (codes[-1] == 0) == back
 
 
-def test_a_first_sample_of_zeros_and_a_lost_speed_during_a_run_up_do_not_last(small):
-    scheduled = lpv.design(small(), lpv.Spec(grid=(3, 3), validation=(3, 3), table=(2, 2), delay=0.0))
-    scheduled = scheduled.with_(plausibility=replace(scheduled.plausibility, predictors=None))
+def test_a_first_sample_of_zeros_and_a_lost_speed_during_a_run_up_do_not_last(scheduled):
     speed, pressure = np.linspace(100.0, 600.0, 6000), np.full(6000, 0.6e6)
     speed[0] = pressure[0] = 0.0
     speed[2000:5800] = np.nan
@@ -123,9 +124,7 @@ def test_a_first_sample_of_zeros_and_a_lost_speed_during_a_run_up_do_not_last(sm
     assert codes[-1] == 0 and not codes[200:2000].any()
 
 
-def test_a_pressure_step_over_the_whole_range_is_no_fault(small):
-    scheduled = lpv.design(small(), lpv.Spec(grid=(3, 3), validation=(3, 3), table=(2, 2), delay=0.0))
-    scheduled = scheduled.with_(plausibility=replace(scheduled.plausibility, predictors=None))
+def test_a_pressure_step_over_the_whole_range_is_no_fault(scheduled):
     _, codes = run(scheduled, noisy(), 300.0, np.where(np.arange(6000) < 3000, 0.3e6, 0.7e6))
     assert not codes.any()
 

@@ -55,6 +55,7 @@ def test_control_lowers_the_response_to_hits_in_both_directions(plant, model):
         assert not after.touched
 
 
+@pytest.mark.slow
 def test_a_plant_of_another_rate_answers_to_hits_and_a_law_of_its_rate_as_at_the_rigs(plant, model):
     fine = Plant(plant.machine.with_({"solver.sampling_rate": 1e4}))
     assert fine.machine.sampling_time == pytest.approx(1e-4)

@@ -124,7 +124,10 @@ def test_a_file_of_inline_tables_takes_calibration_and_effects(tmp_path):
     assert Machine.from_text(remarked(INLINE, ["shaft.damping_ratio", "bearings.1.kxx"], "calibrated")).mass > 4
 
 
-@pytest.mark.parametrize(("machine", "speeds"), [("plain_rotor", (240.0, 300.0)), ("bently_rk4", (150.0, 190.0))])
+@pytest.mark.parametrize(
+    ("machine", "speeds"),
+    [("plain_rotor", (240.0, 300.0)), pytest.param("bently_rk4", (150.0, 190.0), marks=pytest.mark.slow)],
+)
 def test_a_simulation_of_the_new_file_is_the_fitted_one(machine, speeds):
     """Through a resonance, where modulus, damping of the shaft alone, supports and unbalance all count."""
     changes = {

@@ -20,6 +20,7 @@ def record():
     return steady(Plant("plain_rotor"), SPEED, 0.0, duration=2.0)
 
 
+@pytest.mark.slow
 def test_the_twin_of_a_fast_machine_runs_at_the_rate_of_the_records(record):
     plain = load_machine("plain_rotor")
     fast = plain.with_({"solver.sampling_rate": 20e3, "solver.time_step": 5e-5})

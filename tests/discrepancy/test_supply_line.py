@@ -49,6 +49,7 @@ def test_without_a_line_the_supply_is_the_reading():
     assert regulator_pressure(plant.assembly, SPEED, 0.4e6) == 0.4e6
 
 
+@pytest.mark.slow
 def test_a_record_of_a_machine_with_a_droop_agrees_with_its_file(machine, record):
     """Mean, 1X and the rest within the noise of 0.33 um; counted twice the line costs 20 % of the response."""
     twin, trial = Twin(machine, (32, 8), 2e-4, only=("supply_droop",)), make_trial(record)

@@ -108,6 +108,13 @@ def late(line):
 PYTHON = python_pages()
 SHELL = {page: lines for page, lines in shell_pages().items() if lines}
 NIGHT = pytest.mark.nightly
+FIRST_PAGES = {"README.md", "docs/first_steps.md"}
+"""Pages whose code runs in the quick tests: what a new reader types first."""
+
+
+def marks(page):
+    """Return the marks of a page's code that takes no minutes."""
+    return () if page in FIRST_PAGES else pytest.mark.slow
 
 
 @pytest.fixture
@@ -166,7 +173,7 @@ def prepare(folder, text):
 
 
 @pytest.mark.parametrize(
-    "page", [pytest.param(p, marks=NIGHT if p in NIGHTLY_PAGES else (), id=Path(p).stem) for p in PYTHON]
+    "page", [pytest.param(p, marks=NIGHT if p in NIGHTLY_PAGES else marks(p), id=Path(p).stem) for p in PYTHON]
 )
 def test_the_python_of_a_page_runs_from_top_to_bottom(page, material):
     text = BEFORE.get(page, "") + PYTHON[page]
@@ -177,7 +184,9 @@ def test_the_python_of_a_page_runs_from_top_to_bottom(page, material):
     run(["page.py"], material)
 
 
-@pytest.mark.parametrize("page", [pytest.param(p, id=Path(p).stem) for p in SHELL if not all(map(late, SHELL[p]))])
+@pytest.mark.parametrize(
+    "page", [pytest.param(p, marks=marks(p), id=Path(p).stem) for p in SHELL if not all(map(late, SHELL[p]))]
+)
 def test_the_quick_commands_of_a_page_run(page, material):
     lines = [line for line in SHELL[page] if not late(line)]
     prepare(material, without_new("\n".join(lines)))

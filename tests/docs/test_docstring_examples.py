@@ -75,7 +75,7 @@ def at_hand(tmp_path_factory):
     shaft = [rs.fe_shaft.ShaftElement(0.25, 0.0, 0.05) for _ in range(6)]
     bearings = [rs.fe_shaft.BearingElement(n, 1e6, 100.0) for n in (0, 6)]
     if which("gcc"):
-        rs.fmu.export(plant, folder / "rotor.fmu")
+        rs.fmu.export(law, folder / "rotor.fmu", speed=300.0, pressure=0.5e6)
     names = {
         "rotor": rs.fe_shaft.Rotor(shaft, bearing_elements=bearings), "conditions": conditions(),
         "bearing": rs.reynolds.GasBearing(0.02, 0.04, 25e-6, n_theta=32, n_z=8),

@@ -17,11 +17,8 @@ EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.py"))
 SCENES = ("film_pressure", "mode_shape")
 """Examples that draw in three dimensions."""
-SLOW = (
-    "campaign", "claims_experiments", "decide", "diagnose", "diagnose_runup", "film_coefficients", "film_pressure",
-    "film_range", "orbit_free_record",
-)  # fmt: skip
-"""Examples that take longer than 20 s."""
+QUICK = ("campbell", "lab_data", "runup")
+"""Examples that run in the quick tests: a linear analysis, a simulated run, measured data."""
 MOST_LINES = 60
 PRINTED = {
     "balance": (1.8,),
@@ -101,7 +98,7 @@ PRINTED = {
 NUMBER = re.compile(r"(?<![\w.])-?\d+\.?\d*(?:e[-+]\d+)?(?!\w)")
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow if n in SLOW else ()) for n in NAMES])
+@pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in NAMES])
 def test_an_example_runs_draws_its_picture_and_prints_its_numbers(name, tmp_path):
     if name in SCENES and (missing := lacking()):
         pytest.skip(missing)

@@ -64,7 +64,7 @@ def run_in_pieces(plant, inputs, speed):
     return run.advance(inputs), run
 
 
-@pytest.mark.parametrize("n_z", [8, 16])
+@pytest.mark.parametrize("n_z", [8, pytest.param(16, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("force", [(700.0, 0.0), (0.0, -700.0)])
 def test_a_hard_hit_touches_rebounds_and_settles(rig, held, n_z, force):
     """2 ms of 700 N on the disc: a penetration of a few microns, no NaN, and rest 1 s later.
@@ -101,7 +101,7 @@ def test_the_film_keeps_its_floor_while_the_journal_is_in_the_sleeve(rig, held):
     [(6000, "200 g*mm"), (20000, "6.5 g*mm")],
     ids=["thirty times the unbalance", "past the whirl threshold"],
 )
-@pytest.mark.parametrize("n_z", [8, 16])
+@pytest.mark.parametrize("n_z", [8, pytest.param(16, marks=pytest.mark.slow)])
 def test_motions_as_large_as_the_clearance_run_to_their_end(rig, held, rpm, unbalance, n_z):
     """Half a second at .3 MPa: the film thins below a twentieth of the clearance, the numbers stay finite.
 

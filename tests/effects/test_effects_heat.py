@@ -21,10 +21,12 @@ GENTLE = {"friction_share": 1.0, "journal_conductance": 0.5, "sleeve_conductance
 
 
 def two_films(values=()):
-    """The rigid rotor on two self-acting films without weight, with heat in both."""
+    """The rigid rotor on two self-acting films without weight, with heat in both; gap and gas are at neutral values."""
     machine = load_machine("rigid_rotor_self_acting").with_(GRID | {"effects.gravity.acceleration": 0.0})
     heat = {f"effects.heat_balance.{key}": value for key, value in (GENTLE | dict(values)).items()}
-    return machine.replace("effects.heat_balance", {}).with_(heat)
+    for name in ("heat_balance", "clearance_growth", "gas_heating"):
+        machine = machine.replace(f"effects.{name}", {})
+    return machine.with_(heat)
 
 
 def rest(heat, p):
@@ -94,8 +96,8 @@ def test_gap_and_viscosity_are_those_of_warm_walls_and_warm_gas():
     assert journal > sleeve + 0.3
     machine = two_films({"friction_share": 0.0}).with_(load)
     grown = (1.15e-5 * sleeve - 1.5e-5 * journal) / 1.15e-5
-    machine = machine.replace("effects.clearance_growth", {"temperature": f"{float(grown)!r} K"})
-    cold = Plant(machine.replace("effects.gas_heating", {"rise": f"{float(gas)!r} K"})).equilibrium(SPEED, 0.0)
+    warm = {"effects.clearance_growth.temperature": float(grown), "effects.gas_heating.rise": float(gas)}
+    cold = Plant(machine.with_(warm)).equilibrium(SPEED, 0.0)
     assert hot.h_min == pytest.approx(cold.h_min, rel=1e-6)
     assert hot.journals == pytest.approx(cold.journals, rel=1e-5)
     without = Plant(two_films({"friction_share": 0.0}).with_(load)).equilibrium(SPEED, 0.0)

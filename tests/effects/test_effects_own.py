@@ -189,6 +189,7 @@ def test_the_seal_of_the_docs_drives_whirl_beyond_twice_the_critical_speed(docum
     assert decay[0.5] > 1.0
 
 
+@pytest.mark.slow
 def test_a_groove_of_the_docs_lets_the_journal_sink(documented, rig):
     """2 um of wear under the journal and no more clearance elsewhere: it rests lower, by less than the wear."""
     places = [

@@ -60,7 +60,10 @@ def recorded_live(plant: rs.Plant, folder: Path) -> Path:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("write", [streamed, saved, written_by_a_campaign, converted_from_csv, recorded_live])
+@pytest.mark.parametrize(
+    "write",
+    [streamed, saved, written_by_a_campaign, converted_from_csv, pytest.param(recorded_live, marks=pytest.mark.slow)],
+)
 def test_plain_xarray_finds_the_axes_of_a_file_by_their_names(
     plant: rs.Plant, tmp_path: Path, write: Callable[[rs.Plant, Path], Path], engine: str
 ) -> None:

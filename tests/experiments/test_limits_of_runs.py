@@ -71,6 +71,7 @@ def test_a_run_that_would_begin_beyond_a_limit_is_refused(limited, run):
     assert len(str(caught.value).splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_a_film_that_warms_up_ends_a_run_at_constant_speed():
     """Journal and sleeve of little capacity take up the friction within the run, from the equilibrium on."""
     machine = rs.load_machine("grooved_turbo_rotor").with_({"grid.n_theta": 24, "grid.n_z": 8})

@@ -1,7 +1,5 @@
 """Harmonics of the shaft's speed that keep a controller's references from following the orbit."""
 
-import re
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -63,6 +61,7 @@ def test_a_record_of_it_is_a_closed_loop_and_repeats_bit_by_bit(plant):
     assert set(np.unique(np.abs(one["reference_external"].values))) <= {0.0, 0.3}
 
 
+@pytest.mark.slow
 def test_a_slow_shaft_takes_longer_trials(plant):
     """Thirty revolutions at 511 rpm are no whole number of samples."""
     calm = without_orbit(plant, ProportionalLaw(1e5, 1e5), 53.5, P, harmonics=1)
@@ -70,13 +69,13 @@ def test_a_slow_shaft_takes_longer_trials(plant):
 
 
 def test_where_nothing_follows_an_orbit_nothing_is_added(plant):
-    text = plant.machine.text
-    for name in ("unbalance", "coupling", "runout"):
-        text = re.sub(rf"\n\[effects\.{name}\][^\[]*", "\n", text)
-    round_one = Plant(rs.machine.Machine.from_text(text), n_theta=16, n_z=4, dt=2e-4)
+    forces = {f"effects.coupling.force_{k}x": 0.0 for k in (2, 3)}
+    errors = {f"effects.runout.{name}": 0.0 for name in ("amplitude_1x", "amplitude_2x", "amplitude_3x", "roughness")}
+    round_one = Plant(plant.machine.with_({"effects.unbalance.me": 0.0} | forces | errors))
     assert not without_orbit(round_one, ProportionalLaw(1e5, 1e5), SPEED, P).amplitudes.any()
 
 
+@pytest.mark.slow
 def test_a_function_is_a_law_too(plant):
     centre = plant.equilibrium(SPEED, P).disc
     calm = without_orbit(plant, lambda measured, speed, pressure: 1e5 * (measured - centre), SPEED, P, harmonics=1)
@@ -137,6 +136,7 @@ class Fickle(ProportionalLaw):
         self.gain_x = -self.gain_x
 
 
+@pytest.mark.slow
 def test_harmonics_that_stay_are_refused_with_what_is_left(plant):
     with pytest.raises(DataError, match=r"V of its references' harmonics are left after 6 rounds; reduce its gain"):
         without_orbit(plant, Fickle(2e4, 2e4, centre=tuple(plant.equilibrium(SPEED, P).disc)), SPEED, P)

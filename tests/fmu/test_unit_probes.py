@@ -9,41 +9,16 @@ from rotorsim.machine import Machine, machine_text
 from rotorsim.plant import Plant
 
 SAMPLE = 2e-4
-PROBE = """
-[[probes]]
-name = "{}"
-angle = "{} deg"
-quantity = "{}"
-{}
-"""
-PLACE = 'position = "133 mm"'
-AROUND = '\n[effects.base_vibration]\nx = "2 m/s^2"\nfrequency = "47 Hz"\n' + "".join(
-    PROBE.format(*row)
-    for row in (
-        ("DE_x", 45, "relative_displacement", PLACE + '\nsensitivity = "7.87 V/mm"'),
-        ("DE_y", 135, "absolute_displacement", PLACE + '\nsense = "-"'),
-        ("V", 30, "housing_velocity", ""),
-        ("A", 60, "housing_acceleration", 'sensitivity = "100 mV/g"'),
-    )
-)
 UNITS = {"meas.probe_DE_x": "V", "meas.probe_DE_y": "m", "meas.probe_V": "m/s", "meas.probe_A": "V"}
 
 
-@pytest.fixture(scope="module", params=[pytest.param("plain_rotor", marks=pytest.mark.slow), "dtu_gas_bearing"])
-def probed(request, gcc, tmp_path_factory):
+@pytest.fixture(scope="module", params=["plain_rotor", pytest.param("dtu_gas_bearing", marks=pytest.mark.slow)])
+def probed(request, probed_rotor, exported_plant, probes):
     """Model of a machine with probes and its loaded unit; the rig's sleeve is on a pedestal."""
-    from fmu.export import choose, export, plant_unit
-    from fmu.importer import ImportedUnit
-
-    text = machine_text(request.param) + AROUND
-    if request.param == "dtu_gas_bearing":
-        text = text.replace(
-            '[effects.base_vibration]\nx = "2 m/s^2"\nfrequency = "47 Hz"', "[effects.pedestal]\nmass_ratio = 0.3"
-        )
-    model = plant_unit(Plant(Machine.from_text(text), n_theta=16, n_z=8, dt=2e-4), 0.0)
-    files = export(model, tmp_path_factory.mktemp("units") / "probed.fmu", (3,), choose("host"))
-    with ImportedUnit(files[3]) as unit:
-        yield model, unit
+    if request.param == "plain_rotor":
+        return probed_rotor
+    machine = Machine.from_text(machine_text(request.param) + "\n[effects.pedestal]\nmass_ratio = 0.3\n" + probes)
+    return exported_plant(Plant(machine, n_theta=16, n_z=8, dt=2e-4), 0.0)
 
 
 def test_probes_of_a_unit_have_the_bits_of_the_plant(probed):

@@ -1,4 +1,4 @@
-"""A unit of a machine that is sampled at 50 kHz, on two films: its steps, and the bits of the Python plant."""
+"""A unit of a machine that is sampled at 50 kHz: its steps, and the bits of the Python plant."""
 
 import numpy as np
 import pytest
@@ -7,19 +7,13 @@ from fmu.check import plant_outputs, run
 from fmu.importer import reference_inputs
 from rotorsim.plant import Plant
 
-SPEED = 12000.0
 
-
-@pytest.fixture(scope="module")
-def fast(gcc, tmp_path_factory):
-    """Model and loaded unit of the small turbo rotor on a coarse grid."""
-    from fmu.export import choose, export, plant_unit
-    from fmu.importer import ImportedUnit
-
-    model = plant_unit(Plant("grooved_turbo_rotor", n_theta=16, n_z=8), SPEED, 0.0)
-    files = export(model, tmp_path_factory.mktemp("units") / "fast.fmu", (3,), choose("host"))
-    with ImportedUnit(files[3]) as unit:
-        yield model, unit
+@pytest.fixture(scope="module", params=["plain_rotor", pytest.param("grooved_turbo_rotor", marks=pytest.mark.slow)])
+def fast(request, probed_rotor, exported_plant):
+    """Model and loaded unit of a plain rotor, and of the small turbo rotor on two films with a coarse grid."""
+    if request.param == "plain_rotor":
+        return probed_rotor
+    return exported_plant(Plant(request.param, n_theta=16, n_z=8), 12000.0, 0.0)
 
 
 @pytest.mark.parametrize("steps", [1, 5])

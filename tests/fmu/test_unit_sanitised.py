@@ -30,7 +30,9 @@ def has_sanitisers(gcc, folder):
     return built.returncode == 0 and run(folder / "t").returncode == 0
 
 
-@pytest.fixture(params=["plant", "linear", "sampled", "law"])
+@pytest.fixture(
+    params=["plant", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("linear", "sampled", "law"))]
+)
 def unit_model(request, model):
     """Return a plant, identified models of continuous and of sampled time, and a law."""
     from fmu.law_unit import LawUnit

@@ -65,7 +65,7 @@ def test_a_full_disk_leaves_the_unit_that_was_there(lpv, tmp_path):
         assert code == 2 and (folder / "unit.fmu").read_bytes() == b"an older unit" and len(files(folder)) == 1
 
 
-@pytest.mark.parametrize("size", ["4k", "60k", "120k"])
+@pytest.mark.parametrize("size", ["60k", *(pytest.param(size, marks=pytest.mark.slow) for size in ("4k", "120k"))])
 def test_a_full_disk_of_temporary_files_is_named(lpv, tmp_path, size):
     with disk(tmp_path / "disk", f"size={size}") as folder:
         code, message = ended("export", "--model", lpv, "--out", tmp_path / "unit.fmu", TMPDIR=str(folder))

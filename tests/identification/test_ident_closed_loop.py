@@ -23,7 +23,9 @@ def loop(seed=0, gain=1e5, n=30000, **more):
     return made(u, y, reference_external=external).assign_attrs(law="p")
 
 
-@pytest.mark.parametrize("gain", [2e4, 1e5, 1.5e5])
+@pytest.mark.parametrize(
+    "gain", [pytest.param(2e4, marks=pytest.mark.slow), 1e5, pytest.param(1.5e5, marks=pytest.mark.slow)]
+)
 @pytest.mark.parametrize("model", [3, "blackbox"])
 def test_two_stages_find_the_plant_behind_any_law(gain, model):
     found = idn.identify(loop(1, gain), model)
@@ -52,7 +54,7 @@ def test_stated_deviations_hold_in_closed_loop():
     assert 0.6 < np.sqrt(np.mean(z**2)) < 1.6
 
 
-@pytest.mark.parametrize("model", ["3", "blackbox"])
+@pytest.mark.parametrize("model", ["3", pytest.param("blackbox", marks=pytest.mark.slow)])
 def test_under_a_law_that_damps_the_noise_stated_deviations_are_not_those_of_the_damped_noise(model):
     """White noise of 2 um; by y - G u^ alone frequencies and damping ratios scatter 2.9 times as much as stated."""
     z = []

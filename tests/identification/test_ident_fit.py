@@ -142,7 +142,7 @@ def test_model_3_finds_the_model_that_made_the_data(seed):
     assert found.residuals.independent
 
 
-@pytest.mark.parametrize("count", [20, pytest.param(200, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [5, pytest.param(200, marks=pytest.mark.slow)])
 def test_in_many_records_the_truth_lies_within_three_standard_deviations(count):
     frequencies, dampings, inside = [], [], []
     for seed in range(count):

@@ -75,7 +75,7 @@ def test_a_response_without_noise_gives_back_its_parameters(Ts):
     assert np.all(np.isnan(found.misfit)) and found.fit.min() > 0.999999
 
 
-@pytest.mark.parametrize("Ts", [0.0, TS])
+@pytest.mark.parametrize("Ts", [pytest.param(0.0, marks=pytest.mark.slow), TS])
 def test_stated_intervals_of_a_noisy_response_hold_the_parameters(Ts):
     z = []
     for seed in range(25):

@@ -61,6 +61,7 @@ def test_references_that_follow_the_orbit_are_warned_of_and_cost_accuracy(plant)
     assert off[1] < 0.005 < 0.008 < off[0], off
 
 
+@pytest.mark.slow
 def test_a_law_that_saturates_on_the_rig_is_refused_with_the_share_of_saturated_samples(plant, model):
     dither = Prbs(amplitude=1.0, duration=3.0, sequence=1)
     record = controlled(plant, law_of("p", model), **POINT, duration=3.0, excitations=[dither])

@@ -168,6 +168,7 @@ def test_a_law_for_another_machine_runs_with_a_warning(run, tmp_path):
     ]
 
 
+@pytest.mark.slow
 def test_a_law_is_verified_on_the_machine(run, tmp_path):
     run("design", "lqr", MODEL, "--out", tmp_path / "lqr.json")
     short = ("--duration", "0.2 s", "--pressure", "0.6 MPa", "--no-report", "--json")

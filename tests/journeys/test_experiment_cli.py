@@ -33,9 +33,11 @@ SHORT = {
     "impact": ["--hits", "2", "--spacing", "0.2 s", "--angle", "90 deg", "--peak", "5 N"],
     "controlled": ["--duration", "0.3 s", "--hit", "5 N", "--dither", "0.2 V", "--gain-x", "0.1 V/um"],
 }
+QUICK = ("runup", "prbs", "controlled")
+"""Experiments whose command runs in the quick tests: one of the speed, one of the references, a closed loop."""
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in NAMES])
 def test_every_experiment_leaves_a_valid_record_and_numbers(run, tmp_path, name):
     code, out, err = run("experiment", name, *RIG, *SHORT[name], "--json", "--out", "here")
     assert code == 0, err
@@ -63,6 +65,7 @@ def test_the_table_names_what_came_out(run):
         assert label in out
 
 
+@pytest.mark.slow
 def test_a_closed_loop_without_the_orbit_states_its_harmonics(run):
     weak = ["--gain-x", "0.1 V/um", "--gain-y", "0.1 V/um", "--duration", "0.5 s", "--without-orbit"]
     code, out, err = run("experiment", "controlled", *RIG, *weak, "--speed", "6000 rpm", "--json")
@@ -165,7 +168,7 @@ def test_force_replaces_a_record_and_without_a_folder_each_run_gets_its_own(run,
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a console interrupt cannot be sent to one process there")
-@pytest.mark.parametrize("name", ["prbs", "controlled"])
+@pytest.mark.parametrize("name", ["prbs", pytest.param("controlled", marks=pytest.mark.slow)])
 def test_an_interrupt_keeps_what_was_simulated(tmp_path, name):
     """The run would take hours of computing; it is interrupted once the growing file is there."""
     command = [sys.executable, "-m", "rotorsim", "experiment", name, *RIG, "--duration", "100000 s", "--yes"]

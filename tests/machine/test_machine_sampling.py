@@ -19,18 +19,22 @@ def test_a_rate_comes_from_the_highest_speed_or_from_the_file():
     assert slower.sampling_time * 60_000 / 60 <= 1 / 12
 
 
-def test_a_run_is_the_same_at_twice_the_rate():
+@pytest.mark.parametrize(
+    ("name", "grid"),
+    [("plain_rotor", {}), pytest.param("dtu_gas_bearing", COARSE, marks=pytest.mark.slow)],
+    ids=["no film", "film"],
+)
+def test_a_run_is_the_same_at_twice_the_rate(name, grid):
     """Steady running with unbalance: the steps are the same, only every second sample is kept at the slower rate."""
     motions = []
     for rate in (5e3, 10e3):
-        machine = load_machine("dtu_gas_bearing").with_(
-            COARSE | {"solver.sampling_rate": rate, "solver.time_step": 1e-4}
-        )
-        motions.append(Plant(machine).simulate(0.1, 400.0, 0.5e6)["disc"].values[:: round(rate / 5e3)])
+        machine = load_machine(name).with_(grid | {"solver.sampling_rate": rate, "solver.time_step": 1e-4})
+        motions.append(Plant(machine).simulate(0.1, 400.0, 0.5e6 if grid else 0.0)["disc"].values[:: round(rate / 5e3)])
     assert np.ptp(motions[0]) > 1e-6
     np.testing.assert_allclose(motions[1], motions[0], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_prbs_keeps_its_clock_at_any_rate():
     shortest = []
     for rate in (5e3, 20e3):

@@ -19,7 +19,7 @@ def pins(reference, **changes):
     machine = machine.replace("actuators.mode", changes.pop("mode", "reference"))
     inputs = np.zeros((len(reference), 6))
     inputs[:, 1], inputs[:, 2:4] = PRESSURE, reference
-    return Plant(machine, n_theta=8, n_z=4, dt=2e-4).start(0.0, PRESSURE).advance(inputs)[:, PINS]
+    return Plant(machine, n_theta=16, n_z=4, dt=2e-4).start(0.0, PRESSURE).advance(inputs)[:, PINS]
 
 
 def triangle(peak, quarter):
@@ -145,4 +145,4 @@ def test_a_bias_beyond_the_stroke_is_refused_with_the_limits():
 
     machine = load_machine("dtu_gas_bearing").replace("injection.seat_gap", "80 um")
     with pytest.raises(MachineFileError, match=r"injection\.pin_bias: '60 um' is beyond the stroke of the actuators"):
-        Plant(machine.replace("injection.pin_bias", "60 um"), n_theta=8, n_z=4, dt=2e-4).equilibrium(0.0, PRESSURE)
+        Plant(machine.replace("injection.pin_bias", "60 um"), n_theta=16, n_z=4, dt=2e-4).equilibrium(0.0, PRESSURE)

@@ -63,6 +63,7 @@ def test_gravity_puts_the_known_load_on_the_gas_bearing(rig):
     assert rest.journal[1] < 0 < rest.h_min
 
 
+@pytest.mark.slow
 def test_natural_frequencies_converge_with_the_grid(rig):
     """At .3 MPa, 6 krpm the larger error of the pair falls from grid to grid, and 32 x 16 is within .2 % of 128 x 32.
 

@@ -66,7 +66,7 @@ def reading(record, name):
 
 @pytest.fixture(scope="module")
 def shaken_sleeve():
-    """The rig on a resonant pedestal, with and without probes."""
+    """The rig on a resonant pedestal with probes, and its record."""
     text = machine_text("dtu_gas_bearing") + PEDESTAL
     journal = (
         "journal",
@@ -74,16 +74,24 @@ def shaken_sleeve():
         "relative_displacement",
         f'position = "{1e3 * load_machine("dtu_gas_bearing").film.position} mm"',
     )
-    with_probes = Machine.from_text(text + AROUND + probes(journal))
-    found = {}
-    for name, machine in (("without", Machine.from_text(text)), ("with", with_probes)):
-        plant = Plant(machine, n_theta=32, n_z=8, dt=1e-4)
-        found[name] = plant, plant.simulate(**RUN, disc_force=push)
-    return found
+    plant = Plant(Machine.from_text(text + AROUND + probes(journal)), n_theta=32, n_z=8, dt=1e-4)
+    return plant, plant.simulate(**RUN, disc_force=push)
 
 
-def test_probes_change_no_bit_of_a_trajectory(shaken_sleeve):
-    without, with_probes = (shaken_sleeve[name][1] for name in ("without", "with"))
+def with_probe():
+    """The plain rotor with a probe where the disc is measured."""
+    place = Plant("plain_rotor").assembly.mesh.probe
+    text = machine_text("plain_rotor") + probes(("X", 0, "relative_displacement", f'position = "{place} m"'))
+    return Plant(Machine.from_text(text)).simulate(0.05, speed=300.0)
+
+
+@pytest.mark.parametrize("machine", ["plain_rotor", pytest.param("dtu_gas_bearing", marks=pytest.mark.slow)])
+def test_probes_change_no_bit_of_a_trajectory(machine, request):
+    if machine == "plain_rotor":
+        without, with_probes = Plant(machine).simulate(0.05, speed=300.0), with_probe()
+    else:
+        plant = Plant(Machine.from_text(machine_text(machine) + PEDESTAL), n_theta=32, n_z=8, dt=1e-4)
+        without, with_probes = plant.simulate(**RUN, disc_force=push), request.getfixturevalue("shaken_sleeve")[1]
     for name in without.data_vars:
         assert np.array_equal(without[name], with_probes[name], equal_nan=True), name
     assert set(with_probes.data_vars) - set(without.data_vars) == {"probe_measured"}
@@ -107,10 +115,7 @@ def test_two_planes_of_a_beam_move_as_its_first_mode_does():
 
 
 def test_a_probe_where_the_disc_is_measured_reads_what_the_record_calls_disc():
-    text = machine_text("plain_rotor")
-    place = Plant(load_machine("plain_rotor")).assembly.mesh.probe
-    text += probes(("X", 0, "relative_displacement", f'position = "{place} m"'))
-    record = Plant(Machine.from_text(text)).simulate(0.05, speed=300.0)
+    record = with_probe()
     assert np.array_equal(reading(record, "X"), record["disc"].sel(axis="x"))
     assert np.array_equal(record["probe_angle"], [0.0])
     assert record["probe_measured"].attrs["units"] == "m"
@@ -118,7 +123,7 @@ def test_a_probe_where_the_disc_is_measured_reads_what_the_record_calls_disc():
 
 def test_the_housing_moves_on_its_pedestal_as_the_film_force_drives_it(shaken_sleeve):
     """m_p (x'' + 2 zeta omega x' + omega^2 x) = -F at every sample, to the round-off of the terms."""
-    plant, record = shaken_sleeve["with"]
+    plant, record = shaken_sleeve
     mass, omega, zeta = plant.machine.mass / 0.3, 2 * np.pi * 120, 0.02
     for axis in "xy":
         x = reading(record, f"a_{axis}") - reading(record, f"r_{axis}")
@@ -129,13 +134,13 @@ def test_the_housing_moves_on_its_pedestal_as_the_film_force_drives_it(shaken_sl
 
 
 def test_a_relative_probe_at_the_bearing_reads_the_journal_in_its_sleeve(shaken_sleeve):
-    record = shaken_sleeve["with"][1]
+    record = shaken_sleeve[1]
     assert reading(record, "journal") == pytest.approx(record["journal"].sel(axis="x").values, abs=1e-18)
 
 
 def test_velocity_and_acceleration_of_the_housing_are_derivatives_of_its_displacement(shaken_sleeve):
     """Central differences over two samples: their own error, (omega T)^2 / 6, is 2 % up to 275 Hz."""
-    record = shaken_sleeve["with"][1]
+    record = shaken_sleeve[1]
     for axis in "xy":
         x = reading(record, f"a_{axis}") - reading(record, f"r_{axis}")
         v, a = reading(record, f"velocity_{axis}"), reading(record, f"acceleration_{axis}")
@@ -144,6 +149,7 @@ def test_velocity_and_acceleration_of_the_housing_are_derivatives_of_its_displac
             assert slope[20:] == pytest.approx(derivative[21:-1], abs=0.02 * np.abs(derivative).max())
 
 
+@pytest.mark.slow
 def test_the_acceleration_converges_with_the_square_of_the_step():
     text = machine_text("dtu_gas_bearing") + PEDESTAL + AROUND
     runs = [

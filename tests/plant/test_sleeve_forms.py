@@ -50,10 +50,12 @@ acceleration = "9.81 m/s^2"
 """)
 
 
-@pytest.mark.parametrize("name", FORMS)
-def test_the_linear_model_is_the_plant_for_small_motion(name):
+@pytest.mark.parametrize(
+    "names", [("foil", "steps"), ("lobes", "grooves"), *(pytest.param((n, n), marks=pytest.mark.slow) for n in FORMS)]
+)
+def test_the_linear_model_is_the_plant_for_small_motion(names):
     """A push of 10 mN on the plant against exp(A t) of its linear model, over the first 8 ms."""
-    plant = Plant(machine(FORMS[name], FORMS[name]))
+    plant = Plant(machine(*(FORMS[name] for name in names)))
     speed, samples = 2000.0, 40
     push = np.zeros((samples, 2))
     push[:5, 0] = 0.01
@@ -82,10 +84,11 @@ def test_films_of_different_forms_stand_on_one_rotor():
 def test_effects_on_the_gap_add_to_the_form_of_the_sleeve():
     """The sleeve's lobes as an effect: out of round by two lobes of 2 um is the static form with an ovality on it."""
     extra = '[effects.out_of_round]\nbearing = 0\nsleeve = "2 um"\n'
-    plain = Plant(machine(FORMS["lobes"], FORMS["lobes"])).equilibrium(2000.0, 0.0)
-    oval = Plant(machine(FORMS["lobes"], FORMS["lobes"], extra=extra)).equilibrium(2000.0, 0.0)
+    forms = FORMS["lobes"], FORMS["grooves"]
+    plain = Plant(machine(*forms)).equilibrium(2000.0, 0.0)
+    oval = Plant(machine(*forms, extra=extra)).equilibrium(2000.0, 0.0)
     assert abs(oval.journals[0] - plain.journals[0]).max() > 1e-8
-    nothing = Plant(machine(FORMS["lobes"], FORMS["lobes"], extra=extra.replace("2 um", "0 um")))
+    nothing = Plant(machine(*forms, extra=extra.replace("2 um", "0 um")))
     np.testing.assert_array_equal(nothing.equilibrium(2000.0, 0.0).journals, plain.journals)
 
 

@@ -19,6 +19,11 @@ def plant():
     return rs.Plant("dtu_gas_bearing", n_theta=16, n_z=4, dt=2e-4)
 
 
+@pytest.fixture(scope="module")
+def self_acting():
+    return rs.Plant(rs.load_machine("rigid_rotor_self_acting").with_({"grid.n_theta": 24, "grid.n_z": 8}))
+
+
 def test_numbers_of_air_are_those_of_the_tables():
     """Speed of sound 343.2 m/s, density 1.204 kg/m^3 and mean free path 65.4 nm of air at 20 degC and 1 atm.
 
@@ -44,12 +49,11 @@ def test_numbers_of_a_film_are_their_closed_forms():
     assert validity.outflow_mach(AIR, FILM, 1.204 * area * 34.32) == pytest.approx(0.1, rel=1e-3)
 
 
-def test_the_knudsen_number_is_the_largest_in_the_film():
+def test_the_knudsen_number_is_the_largest_in_the_film(self_acting):
     """A journal near its sleeve that drags the gas out of the wide side: by hand over all nodes, edges included."""
-    plant = rs.Plant(rs.load_machine("rigid_rotor_self_acting").with_({"grid.n_theta": 24, "grid.n_z": 8}))
-    simulation = plant.start("3000 rpm", 0.0)
+    simulation = self_acting.start("3000 rpm", 0.0)
     a = simulation.assembly
-    v, L, gas, film = a.film_part(simulation.w, 0), a.film, plant.machine.gas, plant.machine.films[0]
+    v, L, gas, film = a.film_part(simulation.w, 0), a.film, self_acting.machine.gas, self_acting.machine.films[0]
     x, y = v[L.journal : L.journal + 2]
     theta = np.arange(24) * 2 * np.pi / 24
     h = (film.clearance - x * np.cos(theta) - y * np.sin(theta))[:, None]
@@ -68,7 +72,7 @@ def test_the_middle_of_a_film_sheared_at_the_speed_of_sound_is_warmer_by_what_th
     assert rise / AIR.temperature == pytest.approx(0.035, abs=5e-4)
 
 
-def test_feed_holes_choke_where_the_film_is_below_the_critical_ratio(plant):
+def test_feed_holes_choke_where_the_film_is_below_the_critical_ratio(plant, self_acting):
     """Narrow curtains let the plenums rise, until the flow into the film is sonic."""
     assert validity.choked_share(plant.start(100.0, 0.5e6)) == 0.0
     narrow = rs.Plant(plant.machine.replace("injection.curtain_discharge", 0.01))
@@ -77,7 +81,7 @@ def test_feed_holes_choke_where_the_film_is_below_the_critical_ratio(plant):
     v, n = a.film_part(simulation.w, 0), 4
     ratio = v[a.film.local_p :][:n] / v[a.film.plenum :][:n]
     assert (ratio < critical_ratio(1.4)).all() and validity.choked_share(simulation) == 1.0
-    assert validity.choked_share(rs.Plant("rigid_rotor_self_acting").start(600.0, 0.0)) == 0.0
+    assert validity.choked_share(self_acting.start(600.0, 0.0)) == 0.0
     limits = [(one.value, one.limit, one.unit, one.place) for one in range_of_validity(narrow, 100.0, 0.5e6)]
     assert (1.0, 0.0, "1", "film") in limits  # next to the Knudsen number of the thin film that is left
 
@@ -95,6 +99,7 @@ def test_the_rig_is_within_its_range_where_the_thesis_measured_it_and_beyond_els
     assert high.limit == 0.7e6 and "0.9 MPa, above the pressures" in high.sentence
 
 
+@pytest.mark.slow
 def test_films_are_named_together_and_slip_widens_the_range_of_the_knudsen_number():
     machine = rs.load_machine("grooved_turbo_rotor").with_({"grid.n_theta": 24, "grid.n_z": 8})
     (found,) = range_of_validity(rs.Plant(machine), 9000 * RPM)
@@ -123,6 +128,7 @@ def test_a_run_is_beyond_from_the_speed_at_which_a_limit_is_passed(plant):
     assert validity.beyond(assembly, 300.0, 600.0, 0.5e6) == ()
 
 
+@pytest.mark.slow
 def test_a_limit_that_only_low_speeds_exceed_is_stated_too(plant):
     machine = rs.load_machine("grooved_turbo_rotor").with_(
         {"grid.n_theta": 24, "grid.n_z": 8, "gas.ambient_pressure": 118e3}

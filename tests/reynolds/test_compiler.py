@@ -62,6 +62,7 @@ def test_an_inlined_function_is_compiled_once_for_all_numbers(tmp_path, monkeypa
     assert film.flow(np.zeros(2)) == 2.0 and len(film.raised.overloads) == 1
 
 
+@pytest.mark.slow
 def test_a_plant_does_not_compile_the_films_solver_again(rig, tmp_path, monkeypatch):
     monkeypatch.setenv("ROTORSIM_CACHE_DIR", str(tmp_path))
     plant = rig(n_theta=20, n_z=6)  # of no other test: what is compiled already shows no code

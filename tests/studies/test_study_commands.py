@@ -72,7 +72,7 @@ def test_a_model_of_one_point_is_refused(run, tmp_path):
     assert (code, out) == (2, "") and err.count("\n") == 1
 
 
-@pytest.mark.parametrize("script", SCRIPTS)
+@pytest.mark.parametrize("script", [SCRIPTS[0], *(pytest.param(s, marks=pytest.mark.slow) for s in SCRIPTS[1:])])
 def test_a_script_starts_from_any_folder(script, tmp_path):
     ran = subprocess.run([sys.executable, STUDIES / script, "--help"], cwd=tmp_path, capture_output=True, text=True)
     assert ran.returncode == 0 and f"Example: python studies/{script}" in ran.stdout, ran.stderr

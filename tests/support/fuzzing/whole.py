@@ -7,6 +7,7 @@ import tomlkit
 from hypothesis import strategies as st
 
 from fuzzing.values import legal, text_of
+from reynolds.injector import Injector
 from rotorsim.base.quantity import Quantity, quantity_of
 from rotorsim.base.units import show
 from rotorsim.effects import REGISTRY, Effect
@@ -16,11 +17,10 @@ from rotorsim.machine import (
     HousingAcceleration,
     HousingVelocity,
     Injection,
-    Injector,
     LinearBearing,
     Shaft,
     ShaftProbe,
-)  # fmt: skip
+)
 from rotorsim.machine.gas_film import Actuators, Gas
 from rotorsim.machine.numerics import Solver
 from rotorsim.machine.part import Part
