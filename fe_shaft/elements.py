@@ -41,13 +41,13 @@ leading inertia forces: with them the frequency error is of fourth order in L in
 the static shapes in the stiffness, so that static condensation would throw away all they bring; they stay as the four
 coordinates of an internal node.
 
-Source: Nelson & McVaugh, J. Eng. Ind. 98 (1976) 593; Nelson, J. Mech. Design 102 (1980) 793; Zorzi & Nelson, J. Eng.
-Power 99 (1977) 71 (viscous internal damping) and J. Mech. Design 102 (1980) 158 (torque); Genta, J. Vib. Acoust. 126
-(2004) 459 (hysteretic damping); Friswell et al. (2010), chapter 5; Cowper, J. Appl. Mech. 33
-(1966) 335 (shear coefficient); the rest of the shapes is beam theory.
+Source: Timoshenko, Vibration Problems in Engineering (1937); Nelson & McVaugh, J. Eng. Ind. 98 (1976) 593; Nelson, J.
+Mech. Design 102 (1980) 793; Zorzi & Nelson, J. Eng. Power 99 (1977) 71 (viscous internal damping) and J. Mech. Design
+102 (1980) 158 (torque); Genta, J. Vib. Acoust. 126 (2004) 459 (hysteretic damping); Friswell et al. (2010), chapter 5;
+Cowper, J. Appl. Mech. 33 (1966) 335 (shear coefficient); the rest of the shapes is beam theory.
 Assumes: small deflections, no torsion.
 
-Cites: cowper_1966, friswell_2010, genta_2004, nelson_1976, nelson_1980, zorzi_1977, zorzi_1980.
+Cites: cowper_1966, friswell_2010, genta_2004, nelson_1976, nelson_1980, timoshenko_1937, zorzi_1977, zorzi_1980.
 """
 
 from __future__ import annotations

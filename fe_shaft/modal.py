@@ -30,7 +30,7 @@ from fe_shaft.assembly import AssembledRotor
 from fe_shaft.bearing import HOLD
 from fe_shaft.checks import ShaftError
 from fe_shaft.labelled import dataset
-from rotorsim.base.rounding import SPLIT_ZERO
+from rotorsim.base.rounding import SPLIT_ZERO, divergence
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -89,6 +89,9 @@ class ModalResult:
         'forward', 'backward', or 'mixed' where nodes disagree or move on a straight line.
     nodes_pos : ndarray (n_nodes,)
         Positions of the shaft's nodes [m].
+    divergence : float
+        Largest rate [1/s] of a motion that grows without oscillation, 0 where none does; NaN where it was not looked
+        for.
     """
 
     speed: float
@@ -96,6 +99,7 @@ class ModalResult:
     shapes: NDArray[np.complex128]
     whirl: NDArray[np.str_]
     nodes_pos: NDArray[np.float64]
+    divergence: float = float("nan")
 
     @property
     def wn(self) -> NDArray[np.float64]:
@@ -172,7 +176,13 @@ def oscillations(
     M: NDArray[Any], D: NDArray[Any], K: NDArray[Any]
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
     """Eigenvalues (n_modes,) [rad/s] of positive imaginary part, ascending, and vectors (n, n_modes)."""
-    values, vectors = eig(state_matrix(M, D, K))
+    return _oscillating(M, D, K, *eig(state_matrix(M, D, K)))
+
+
+def _oscillating(
+    M: NDArray[Any], D: NDArray[Any], K: NDArray[Any], values: NDArray[np.complex128], vectors: NDArray[np.complex128]
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    """Those of all eigenvalues (2n,) and vectors (2n, 2n) that oscillate."""
     modulus = np.abs(values)
     keep = np.flatnonzero((values.imag > _REAL * modulus) & (modulus > SPLIT_ZERO * modulus.max()))
     keep = keep[np.argsort(modulus[keep], kind="stable")]
@@ -211,7 +221,7 @@ def free_matrices(
 
 
 def run_modal(rotor: AssembledRotor, speed: float) -> ModalResult:
-    """Modes of `rotor` at `speed` [rad/s]; overdamped and rigid-body motions are left out.
+    """Modes of `rotor` at `speed` [rad/s]; motions that do not oscillate are left out, but for `divergence`.
 
     Repeated frequencies (a symmetric rotor at rest) have arbitrary shapes, and so an arbitrary whirl.
 
@@ -220,11 +230,10 @@ def run_modal(rotor: AssembledRotor, speed: float) -> ModalResult:
     >>> rotor.run_modal(100.0).wn[:2].round().tolist()
     [210.0, 210.0]
     """
-    if rotor.by_whirl:
-        values, vectors = _matched(rotor, speed)
-    else:
-        values, vectors = oscillations(*free_matrices(rotor, speed))
-    return named(rotor, speed, values, vectors)
+    matrices = free_matrices(rotor, speed, _start(rotor) if rotor.by_whirl else None)
+    values, vectors = eig(state_matrix(*matrices))
+    found = _matched(rotor, speed) if rotor.by_whirl else _oscillating(*matrices, values, vectors)
+    return replace(named(rotor, speed, *found), divergence=divergence(values))
 
 
 def named(
@@ -241,11 +250,15 @@ def named(
     return ModalResult(float(speed), values, shapes, whirl_sense(x, y, speed), rotor.nodes_pos)
 
 
+def _start(rotor: AssembledRotor) -> float:
+    """Lowest frequency [rad/s] inside every table over the whirl frequency."""
+    tables = [b.whirl_frequency for b in rotor.bearing_elements if b.whirl_frequency is not None]
+    return float(max((np.asarray(table)[0] for table in tables), default=0.0))
+
+
 def _matched(rotor: AssembledRotor, speed: float) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
     """The lowest modes, each with the bearings at its own frequency."""
-    tables = [b.whirl_frequency for b in rotor.bearing_elements if b.whirl_frequency is not None]
-    start = float(max((np.asarray(table)[0] for table in tables), default=0.0))  # inside every table
-    values, _ = oscillations(*free_matrices(rotor, speed, start))
+    values, _ = oscillations(*free_matrices(rotor, speed, _start(rotor)))
     count = min(_MATCHED, len(values))
     found, shapes = [], []
     ends = [np.asarray(b.whirl_frequency)[-1] for b in rotor.bearing_elements

@@ -1,6 +1,7 @@
 r"""Stability over speed: smallest logarithmic decrement and the onset speed of instability.
 
-All oscillating modes are computed at every speed. The onset lies where the least damping ratio crosses zero between two
+All modes are computed at every speed; a motion that grows without oscillation has a damping ratio of -1, a logarithmic
+decrement of minus infinity and a frequency of 0. The onset lies where the least damping ratio crosses zero between two
 of the given speeds, of the tables' speeds, or of those in between: a step is halved as long as the slopes of the
 damping ratios at its ends leave it open whether damping is lost and comes back inside. It is then found by Brent's
 method.
@@ -33,14 +34,14 @@ HALVINGS = 8
 
 @dataclass(frozen=True, eq=False)
 class StabilityResult:
-    """Least stable oscillation over speed.
+    """Least stable motion over speed.
 
     Attributes
     ----------
     speeds, log_dec, wn : ndarray (n_speeds,)
         Speed [rad/s], least logarithmic decrement [1] and natural frequency of its mode [rad/s].
     whirl : ndarray (n_speeds,) of str
-        Its whirl.
+        Its whirl; empty for a motion that does not oscillate.
     onset : float
         Lowest speed at which a mode becomes unstable [rad/s]; the first speed if it is unstable there already, NaN if
         all speeds are stable.
@@ -85,20 +86,23 @@ def run_stability(rotor: AssembledRotor, speeds: ArrayLike) -> StabilityResult:
     kinks = {float(v) for b in rotor.bearing_elements for axis in b.axes for v in axis} - set(speeds.tolist())
     more = [modal.run_modal(rotor, v) for v in kinks if speeds[0] < v < speeds[-1]]
     onset, frequency = _onset(rotor, sorted([*runs, *more], key=lambda run: run.speed))
-    log_dec = 2 * np.pi * zeta / np.sqrt(1 - zeta**2)
+    with np.errstate(divide="ignore"):
+        log_dec = 2 * np.pi * zeta / np.sqrt(1 - zeta**2)
     return StabilityResult(
         speeds, log_dec, np.array([e[1] for e in worst]), np.array([e[2] for e in worst]), onset, frequency
     )
 
 
 def _worst(run: modal.ModalResult) -> tuple[float, float, str]:
-    """Damping ratio, frequency and whirl of the mode with the least damping ratio."""
+    """Damping ratio, frequency and whirl of the mode with the least damping ratio; (-1, 0) of one that diverges."""
+    if run.divergence > 0:
+        return -1.0, 0.0, ""
     mode = int(run.damping_ratio.argmin())
     return float(run.damping_ratio[mode]), float(run.wn[mode]), str(run.whirl[mode])
 
 
 def _grows(run: modal.ModalResult) -> bool:
-    return bool(run.damping_ratio.min() < -DAMPED)
+    return _worst(run)[0] < -DAMPED
 
 
 def _onset(rotor: AssembledRotor, runs: list[modal.ModalResult]) -> tuple[float, float]:
@@ -110,6 +114,9 @@ def _onset(rotor: AssembledRotor, runs: list[modal.ModalResult]) -> tuple[float,
         if lost is not None:
             speed = falls_below_zero(lambda s: _worst(modal.run_modal(rotor, s))[0] + DAMPED, a.speed, lost.speed,
                                      rtol=1e-9)  # fmt: skip
+            beyond = min(speed + NEARBY * (lost.speed - a.speed), lost.speed)
+            if lost.divergence > 0 and modal.run_modal(rotor, beyond).divergence > 0:
+                return speed, 0.0
             return speed, _worst(modal.run_modal(rotor, speed))[1]
     return float("nan"), float("nan")
 

@@ -27,7 +27,7 @@ from rotorsim.base.quantity import UNLIMITED, Quantity, quantities, quantity_of
 from rotorsim.base.units import TABLE, dimension
 from rotorsim.effects import Effect
 from rotorsim.effects.base import WHERE
-from rotorsim.machine.gas_film import Actuators, Gas, Injector
+from rotorsim.machine.gas_film import Actuators, Gas, PinnedInjector
 from rotorsim.machine.limits import speed_limit
 from rotorsim.machine.part import Part
 from rotorsim.machine.probes import reading_unit
@@ -255,7 +255,7 @@ def _machine_parameters(a: Assembly) -> Iterator[UnitVariable]:
     for k in range(a.rig.n_pin):
         for name in own:
             item = first * a.film.n_inj + k
-            known, value = _declared(Injector, name), float(getattr(P, name)[item])
+            known, value = _declared(PinnedInjector, name), float(getattr(P, name)[item])
             known = replace(known, doc=known.doc.split(";")[0] + ".")
             yield _parameter(f"injectors[{k + 1}].{name}", known, place(a, name, item=item), value, False)
 

@@ -41,7 +41,7 @@ PULL = 1e-3
 COVERED = 0.5
 """Least share of a target's range that a machine's range must be wide."""
 LOST = 30.0
-"""Residual of every target where the machine is not lifted or not valid."""
+"""Residual of every target where the machine is not lifted or not valid, and of one that is not known there."""
 
 Progress = Callable[[int, float], None]
 
@@ -208,6 +208,7 @@ class _Fit:
             return np.full(sum(1 if t.at else 2 for t in self.fitted), LOST)
         off = [(e - (t.low, t.high)) / t.tolerance for t, e in zip(self.fitted, np.array(ends), strict=True)]
         r = np.concatenate([two[:1] if t.at else two for t, two in zip(self.fitted, off, strict=True)])
+        r = np.where(np.isfinite(r), r, LOST)
         self.count += 1
         if r @ r < self.cost:
             self.cost, self.best = float(r @ r), x.copy()
@@ -233,11 +234,12 @@ def axis_modes(model: LinearPlant) -> tuple[int, int]:
 
 
 def figures(plant: Plant, speed: float, pressure: float) -> dict[str, float]:
-    """All figures of an operating point; raises NoLiftOffError."""
+    """All figures of an operating point, those of modes NaN where a mode may be missing; raises NoLiftOffError."""
     point = operating_point(plant, speed, pressure, (0.0,))
     model, found = point.model, {}
     for axis, mode in zip(AXES, axis_modes(model), strict=True):
-        found[f"wn_{axis}"], found[f"zeta_{axis}"] = float(model.wn[mode]), float(model.zeta[mode])
+        wn, zeta = (float(each[mode]) if model.proven else float("nan") for each in (model.wn, model.zeta))
+        found |= {f"wn_{axis}": wn, f"zeta_{axis}": zeta}
     for i, a in enumerate(AXES):
         found[f"delay_{a}"] = float(model.delay[i])
         found |= {f"gain_{a}{b}": float(model.static_gain[i, j]) for j, b in enumerate(AXES)}

@@ -18,18 +18,14 @@ from fe_shaft.modes.follower import Followed, Node, follow
 from fe_shaft.modes.pencil import Modes, Pencil, Region
 from rotorsim.base.errors import NoLiftOffError
 from rotorsim.base.processes import one_thread
-from rotorsim.base.rounding import DAMPED as STEADY
+from rotorsim.base.rounding import DAMPED as STEADY, divergence
 from rotorsim.plant import Plant
-from rotorsim.plant.linearise import LinearPlant
+from rotorsim.plant.linearise import ABOVE, BELOW, DAMPED, LinearPlant
 
-DAMPED = 0.5
-"""Damping ratio from which a mode lies outside the region."""
 MARGIN = 0.15
 """Distance of a speed from a critical speed, over it, below which the critical speed matters."""
 ORDERS = (1, 2, 3)
 """Orders of the speed whose lines are crossed."""
-ABOVE, BELOW = 1.02, 1e-4
-"""Reach of the region over the highest frequency of an order line, and its floor, if those begin at rest."""
 PLANAR = 0.02
 """Roundness of an orbit below which its sense of whirl is mixed."""
 
@@ -166,12 +162,15 @@ def around(speeds: Sequence[float] | np.ndarray) -> np.ndarray:
 
 
 def least_damped(modes: Modes, region: Region) -> tuple[float, float]:
-    """Least damping ratio of the modes in a region, those that grow without oscillation (-1) too, and its frequency.
+    """Least damping ratio of the modes in a region and its frequency [rad/s]; (inf, NaN) without any mode.
 
-    (inf, NaN) without any mode; the frequency is in rad/s.
+    Growth without oscillation, a real positive eigenvalue, has a damping ratio of -1 and a frequency of 0, however fast
+    it is: nothing bounds it by the speeds that are searched.
     """
-    s = modes.values[np.abs(modes.values) < region.reach]
-    s = s[region.holds(s) | (s.real > STEADY * np.abs(s))]
+    s, size = modes.values, np.abs(modes.values)
+    if divergence(s) > 0:
+        return -1.0, 0.0
+    s = s[(size < region.reach) & (region.holds(s) | (s.real > STEADY * size) & (s.imag > 0))]
     if not s.size:
         return float("inf"), float("nan")
     k = int((-s.real / np.abs(s)).argmin())

@@ -44,6 +44,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "wn": (("mode",), "rad/s", "natural frequency"),
     "zeta": (("mode",), "1", "damping ratio"),
     "whirl_ratio": (("mode",), "1", "roundness of the disc's orbit, 1 forward, -1 backward"),
+    "proven": ((), "1", "1: no mode is missing among those listed up to the second pair and the speed, 0: not proven"),
     "zeta_least": ((), "1", "least damping ratio of all modes up to the highest speed, and of the first four"),
     "looked": ((), "1", "1: all modes and the critical speeds around the speed were looked for, 0: not all"),
     "static_gain": (("axis", "reference"), "m/V", "static gain from reference to disc"),
@@ -84,7 +85,8 @@ class OperatingPoint(Shown):
     def card(self) -> Card:
         """Modes, then what the equilibrium shows."""
         rest = self.equilibrium.card()
-        rows = [("modes [Hz]", several(self.model.wn, scale=1 / (2 * np.pi))),
+        rows = [(f"modes [Hz]{'' if self.model.proven else ', perhaps not all'}",
+                 several(self.model.wn, scale=1 / (2 * np.pi))),
                 ("damping ratios", several(self.model.zeta, ".3g")), *rest.rows]  # fmt: skip
         return Card(rest.title.replace("Equilibrium", "Operating point"), rows)
 
@@ -249,6 +251,7 @@ def numbers(
         "wn": padded(model.wn),
         "zeta": padded(model.zeta),
         "whirl_ratio": padded(model.whirl_ratio),
+        "proven": np.array(float(model.proven)),
         "static_gain": model.static_gain,
         "delay": model.delay,
         "film_frequency": point.at,

@@ -26,7 +26,7 @@ from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import DAMPED
-from rotorsim.effects.rotor.unbalance import Unbalance
+from rotorsim.effects.rotor.unbalance import RotorUnbalance
 from rotorsim.machine.probes import ShaftProbe
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
@@ -53,7 +53,7 @@ def unbalance_response(
     plant: Plant,
     speeds: Sequence[float] | np.ndarray,
     pressure: float = 0.0,
-    unbalances: Sequence[Unbalance] | None = None,
+    unbalances: Sequence[RotorUnbalance] | None = None,
 ) -> xr.Dataset:
     """Amplitude and phase over the speeds (n,) [rad/s] at a gauge supply pressure [Pa], about the static equilibrium.
 
@@ -64,7 +64,7 @@ def unbalance_response(
         Shaft speeds [rad/s], ascending.
     pressure : float
         Supply pressure [Pa, gauge].
-    unbalances : sequence of Unbalance, optional
+    unbalances : sequence of RotorUnbalance, optional
         By default those of the machine, or one of grade G 2.5 at the highest speed where it has none.
 
     Returns
@@ -126,7 +126,7 @@ def unbalance_response(
 
 
 def whirl(
-    plant: Plant, model: LinearPlant, speed: float, unbalances: Sequence[Unbalance], places: Sequence[float]
+    plant: Plant, model: LinearPlant, speed: float, unbalances: Sequence[RotorUnbalance], places: Sequence[float]
 ) -> np.ndarray:
     """Complex displacements (places, 2) [m, 0-pk] at a speed [rad/s]; the motion is Re(x exp(i speed t))."""
     mesh, m = plant.assembly.mesh, len(model.rotor.stiffness)
@@ -143,7 +143,7 @@ def whirl(
     return np.array([rows(z) @ q for z in places])
 
 
-def plane(plant: Plant, unbalance: Unbalance) -> float:
+def plane(plant: Plant, unbalance: RotorUnbalance) -> float:
     """Position [m] of an unbalance along the shaft."""
     return plant.assembly.mesh.place(unbalance)
 
@@ -188,17 +188,17 @@ def _end(speeds: np.ndarray, sizes: np.ndarray, grows: np.ndarray, k: int) -> st
     return "start" if k == 0 else "end" if k == len(speeds) - 1 else ""
 
 
-def unbalances_of(machine: Machine, highest: float) -> tuple[Unbalance, ...]:
+def unbalances_of(machine: Machine, highest: float) -> tuple[RotorUnbalance, ...]:
     """The machine's own unbalances, or one of grade G 2.5 at the `highest` speed [rad/s] where it has none."""
-    own = tuple(e for e in machine.effects.get("unbalance", ()) if isinstance(e, Unbalance) and e.me > 0)
+    own = tuple(e for e in machine.effects.get("unbalance", ()) if isinstance(e, RotorUnbalance) and e.me > 0)
     if own:
         return own
     if not highest:
         raise DataError("response: a shaft at rest has no residual unbalance; give one or a highest speed above 0")
-    return (Unbalance(me=GRADE * machine.mass / abs(highest)),)
+    return (RotorUnbalance(me=GRADE * machine.mass / abs(highest)),)
 
 
-def describe(machine: Machine, unbalances: Sequence[Unbalance]) -> str:
+def describe(machine: Machine, unbalances: Sequence[RotorUnbalance]) -> str:
     """The unbalances in words."""
     own = machine.effects.get("unbalance", ())
     source = "of the machine file" if set(unbalances) <= set(own) else "given, or of grade G 2.5 (ISO 21940-11)"
@@ -206,7 +206,7 @@ def describe(machine: Machine, unbalances: Sequence[Unbalance]) -> str:
 
 
 def largest_response(
-    plant: Plant, pressure: float, highest: float, unbalances: Sequence[Unbalance], count: int = 24
+    plant: Plant, pressure: float, highest: float, unbalances: Sequence[RotorUnbalance], count: int = 24
 ) -> tuple[float, float]:
     """Largest major half axis [m, 0-pk] at the measuring plane up to the `highest` speed, and that speed [rad/s].
 

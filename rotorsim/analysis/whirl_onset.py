@@ -1,7 +1,7 @@
 """Whirl onset over supply pressure: lowest speed at which any mode of film and rotor loses its damping.
 
 Every mode is followed that is slower than the highest speed that is searched and whose damping ratio is below one half,
-their number proven at each step; motions that grow without oscillation count too.
+their number proven at each step; motions that grow without oscillation count too: their onset has a frequency of 0.
 """
 
 from __future__ import annotations
@@ -19,21 +19,19 @@ from fe_shaft.modes.pencil import Modes, Region
 from fe_shaft.modes.spectrum import modes_in
 from rotorsim.analysis.axes import checked
 from rotorsim.analysis.campbell import HIGHEST, highest_speed
-from rotorsim.analysis.modes_over_speed import ABOVE, BELOW, DAMPED as STRONGLY, at_speed, least_damped
+from rotorsim.analysis.modes_over_speed import at_speed, least_damped
 from rotorsim.base.constants import RPM
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import DAMPED, falls_below_zero
 from rotorsim.plant import Plant
-from rotorsim.plant.linearise import LinearPlant
+from rotorsim.plant.linearise import LinearPlant, region_up_to
 
 if TYPE_CHECKING:
     import xarray as xr
 
 STEP = 1e3 * RPM
 """Steps [rad/s] of the search up to the least highest speed, in proportion up to others."""
-FIRST = 2
-"""Pairs of the rotor's modes on its nominal bearings that are looked at, however low the highest speed."""
 FEWEST = 10
 """Steps of `stability_limit`."""
 NEARBY = 1e-4
@@ -140,15 +138,6 @@ class LeastDamped:
             return follow(at_speed(self.plant, self.pressure), speeds, self.region, self.hints)
 
 
-def region_up_to(hints: np.ndarray, highest: float) -> Region:
-    """Region of modes up to the `highest` speed and of the first pairs among the rotor's natural frequencies (n,).
-
-    All in rad/s.
-    """
-    reach = ABOVE * max(highest, 1.1 * float(np.sort(hints)[: 2 * FIRST].max()))
-    return Region(reach, BELOW * reach, STRONGLY)
-
-
 def first_loss(search: LeastDamped, speeds: np.ndarray, accuracy: float = 1e-8) -> tuple[float, float, float]:
     """Onset and frequency there [rad/s], NaN without one, and 1 if every mode was looked for up to there.
 
@@ -175,7 +164,9 @@ def first_loss(search: LeastDamped, speeds: np.ndarray, accuracy: float = 1e-8) 
         if bracket is not None:
             low, high = bracket
             onset = high if low == high else falls_below_zero(margin, low, high, xtol=1e-6, rtol=accuracy)
-            return onset, search.at(onset)[1], float(proven and all(counted))
+            beyond = min(onset + NEARBY * (high - low), high)
+            at = beyond if search.at(high)[1] == 0 and search.at(beyond)[1] == 0 else onset
+            return onset, search.at(at)[1], float(proven and all(counted))
     return float("nan"), float("nan"), float(proven and carried)
 
 

@@ -48,6 +48,28 @@ def lazy(package: str, file: str) -> Access:
     return find, lambda: list(names), names
 
 
+def refuse_hidden(root: Path, names: Iterable[str]) -> None:
+    """Refuse a foreign file or folder that Python imports in place of a package of the same name in `root`.
+
+    Raises ImportError; a command, which has no use for a traceback, ends with the sentence and exit code 2.
+    """
+    for name in names:
+        spec = getattr(sys.modules[name], "__spec__", None) if name in sys.modules else find_spec(name)
+        if spec is None:
+            continue
+        places = [Path(place) for place in (spec.submodule_search_locations or [spec.origin or ""])]
+        if root / name in [place.resolve() for place in places] or not (root / name).is_dir():
+            continue
+        sentence = (
+            f"{places[0]} hides the package {name!r} that rotorsim needs; rename it, or work in another folder and "
+            "leave its own out of PYTHONPATH"
+        )
+        if sys.argv[0] == "-m" or Path(sys.argv[0]).stem == "rotorsim":
+            print(sentence, file=sys.stderr)
+            raise SystemExit(2)
+        raise ImportError(sentence)
+
+
 def named(package: str, names: Iterable[str]) -> tuple[Callable[[str], NoReturn], Callable[[], list[str]]]:
     """`__getattr__` and `__dir__` of a package that has imported its public names, its `__all__`, already."""
     known = sorted(names)

@@ -23,6 +23,8 @@ DAMPED = 1e-9
 """Damping ratio above which an oscillation decays, and below minus which it grows; in between rounding decides."""
 SPLIT_ZERO = 4 * EPS**0.5
 """Largest size, over the largest eigenvalue, of the eigenvalues that rounding makes of a double zero (seen: 1.3e-8)."""
+STRAIGHT = 1e-3
+"""Imaginary part over modulus of a growing eigenvalue up to which it does not oscillate."""
 ALIKE = 1e-6
 """Relative difference up to which two numbers from eigenvectors count as equal."""
 
@@ -45,6 +47,17 @@ def answer(function: Callable[..., Any], *arguments: Any, **options: Any) -> Any
         if isinstance(part, (np.ndarray, np.number, float)) and not np.all(np.isfinite(part)):
             raise NoAnswerError("linear algebra: numbers overflow")
     return found
+
+
+def divergence(values: np.ndarray) -> float:
+    """Largest growth rate [1/s] among eigenvalues (n,) [rad/s] that grow without oscillation; 0 without one.
+
+    A static stiffness that pushes away makes them real and positive. Those that rounding makes of a double zero, a free
+    motion, do not count; two alike, which rounding splits into a pair, do.
+    """
+    size = np.abs(values)
+    grows = (values.real > 0) & (np.abs(values.imag) <= STRAIGHT * size) & (size > SPLIT_ZERO * size.max(initial=0.0))
+    return float(values.real[grows].max(initial=0.0))
 
 
 def unstable_poles(A: np.ndarray) -> int | None:

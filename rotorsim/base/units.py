@@ -249,7 +249,8 @@ def parse(value: Any, unit: str, suggest: Suggest | None = None) -> float:
 
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):
         raise wrong(f"is not {a(kind.name)}")
-    match = _TEXT.fullmatch(value if isinstance(value, str) else _plain_repr(value))
+    plain = value if isinstance(value, str) else repr(int(value) if isinstance(value, int) else float(value))
+    match = _TEXT.fullmatch(plain)
     if not match:
         raise wrong(f"is not {a(kind.name)}")
     digits, written = match.groups()
@@ -339,11 +340,6 @@ def _reads_back(text: str, unit: str, value: float) -> bool:
 def a(noun: str) -> str:
     """A noun with its article."""
     return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
-
-
-def _plain_repr(value: float) -> str:
-    """A number as Python writes it, also one of NumPy."""
-    return repr(int(value) if isinstance(value, int) else float(value))
 
 
 def _shortest(value: float) -> str:

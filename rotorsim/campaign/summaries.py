@@ -32,9 +32,13 @@ def numbers(plant: Plant, experiment: Experiment, record: xr.Dataset) -> Numbers
 
 
 def modes(plant: Plant, experiment: Experiment, record: xr.Dataset) -> Numbers:
-    """Natural frequencies, damping ratios, static gain and delay at the experiment's initial equilibrium."""
+    """Natural frequencies, damping ratios, static gain and delay at the experiment's initial equilibrium.
+
+    `modes_proven` states whether no mode is missing.
+    """
     model = plant.linearise(*experiment.initial())
     found: Numbers = {"f_hz": (model.wn[:MODES] / (2 * np.pi)).tolist(), "zeta": model.zeta[:MODES].tolist()}
+    found["modes_proven"] = model.proven
     if model.inputs:
         gain = np.asarray(model.static_gain)
         found |= {"gain_um_per_v": {"x": (gain[:, 0] * TO_UM).tolist(), "y": (gain[:, 1] * TO_UM).tolist()}}

@@ -93,7 +93,7 @@ def run_plan(
     plan: Annotated[
         str, typer.Argument(metavar="PLAN", help="Plan file, or a shipped plan: thesis.", autocompletion=plans)
     ],
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder of the campaign; resumed if it is one.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the campaign; resumed if it is one.")],
     options: RunOptions,
 ) -> None:
     """Run a plan, or what is left of it; the word `run` may be left out."""
@@ -111,28 +111,33 @@ def run_plan(
     "rotorsim campaign retry my_campaign --time-limit '30 min'",
     "rs.campaign.retry(Path('my_campaign'))",
 )
-def retry(
-    folder: Folder,
-    options: RunOptions,
-) -> None:
+def retry(folder: Folder, options: RunOptions) -> None:
     """Run the failed cases again, and those that are left."""
     from rotorsim.campaign.run import retry as retry_failed
 
     print_outcome(retry_failed(folder, options.settings()), folder, options.as_json)
 
 
-@command(
-    "campaign status",
-    "rotorsim campaign status my_campaign --failed 10",
-    "rs.campaign.status('my_campaign')",
-)
+@command("campaign status", "rotorsim campaign status my_campaign --failed 10", "rs.campaign.status('my_campaign')")
 def status(
     folder: Folder,
-    failed: Annotated[int, typer.Option("--failed", help="How many failed cases to name.")] = 5,
+    failed: Annotated[int, typer.Option(help="How many failed cases to name.")] = 5,
     as_json: AsJson = False,
 ) -> None:
     """List numbers of finished, failed and remaining cases; also while the campaign runs."""
-    print_status(folder, failed, as_json)
+    from rotorsim.campaign.run import spell
+    from rotorsim.campaign.store import DONE, FAILED, PENDING, open_store, status as state_of
+
+    found, plan = state_of(folder, failed), open_store(folder).plan
+    if as_json:
+        print_json(found)
+        return
+    typer.echo(f"{plan.name}: {found[DONE]} done, {found[FAILED]} failed, {found[PENDING]} left")
+    typer.echo(f"computing time {spell(found['computing_s'])}, records {found['bytes'] / 1e6:.4g} MB")
+    for one in found["failures"]:
+        typer.echo(f"case {one['number']}, {one['experiment']}, {_values(plan, one['parameters'])}: {one['error']}")
+    if found[FAILED] > len(found["failures"]):
+        typer.echo(f"and {found[FAILED] - len(found['failures'])} more; --failed {found[FAILED]} names them all")
 
 
 @command(
@@ -143,29 +148,52 @@ def status(
 def collect(
     folder: Folder,
     out: Annotated[
-        Path | None, typer.Option("--out", help="File to write: .csv for a row per case, .nc for the records in one.")
+        Path | None, typer.Option(help="File to write: .csv for a row per case, .nc for the records in one.")
     ] = None,
-    experiment: Annotated[str | None, typer.Option("--experiment", help="Experiment of the plan, for .nc.")] = None,
-    variables: Annotated[
-        str | None, typer.Option("--variables", help="Variables with commas between, for .nc.")
-    ] = None,
+    experiment: Annotated[str | None, typer.Option(help="Experiment of the plan, for .nc.")] = None,
+    variables: Annotated[str | None, typer.Option(help="Variables with commas between, for .nc.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the file.")] = False,
 ) -> None:
     """Put what is done into one table or one file; without --out, print what that would hold."""
+    from rotorsim.base.hdf5 import write_netcdf
+    from rotorsim.campaign.records import collect as collected, write_table
+
     names = None if variables is None else [name.strip() for name in variables.split(",")]
-    collect_into(folder, out, experiment, names, force)
+    if out is not None and out.suffix not in (".csv", ".nc"):
+        raise DataError(f"{out}: is neither .csv nor .nc; give a name with one of these endings")
+    if out is None:
+        typer.echo(repr(collected(folder, experiment, names)))
+        return
+    with files(out, force=force, another="name"):
+        if out.suffix == ".csv":
+            typer.echo(f"{out}: {write_table(folder, out)} cases")
+            return
+        data = collected(folder, experiment, names)
+        write_netcdf(out, data)
+    size = " x ".join(f"{n} {dim}" for dim, n in data.sizes.items())
+    typer.echo(f"{out}: {size}, {out.stat().st_size / 1e6:.4g} MB")
 
 
-@command(
-    "campaign check",
-    "rotorsim campaign check my_plan.toml",
-    "rs.campaign.load_plan('my_plan.toml')",
-)
+@command("campaign check", "rotorsim campaign check my_plan.toml", "rs.campaign.load_plan('my_plan.toml')")
 def check(
     plan: Annotated[str, typer.Argument(metavar="PLAN", help="Plan file or shipped plan.", autocompletion=plans)],
 ) -> None:
     """Read a plan and print what it would run, without running it."""
-    print_plan(plan)
+    from rotorsim.campaign import load_plan
+    from rotorsim.campaign.run import spell
+
+    loaded = load_plan(plan)
+    typer.echo(f"{loaded.name}: {len(loaded)} cases, {spell(loaded.seconds())} simulated")
+    for axis in loaded.axes:
+        ends = [
+            v if isinstance(v, str) else show(v, axis.target.unit or "1") for v in (axis.values[0], axis.values[-1])
+        ]
+        drawn = "Latin hypercube" if axis.latin else f"{ends[0]} to {ends[1]}"
+        typer.echo(f"  {axis.name}: {len(axis.values)} values, {drawn}")
+    for entry in loaded.entries:
+        typer.echo(f"  {entry.name}: {entry.kind}, " + ", ".join(f"{k} = {v}" for k, v in entry.parameters.items()))
+    if loaded.keep is None:
+        typer.echo(f"  records: about {loaded.seconds() / RIG_SAMPLE * BYTES_PER_SAMPLE / 1e6:.3g} MB")
 
 
 def note_compiling_of_plan(plan: Plan) -> None:
@@ -204,65 +232,7 @@ def print_outcome(outcome: CampaignOutcome, folder: Path, as_json: bool) -> None
         raise typer.Exit(SOME_FAILED)
 
 
-def print_status(folder: Path, most: int, as_json: bool) -> None:
-    """Print the state of a campaign."""
-    from rotorsim.campaign.run import spell
-    from rotorsim.campaign.store import DONE, FAILED, PENDING, open_store, status
-
-    found, plan = status(folder, most), open_store(folder).plan
-    if as_json:
-        print_json(found)
-        return
-    typer.echo(f"{plan.name}: {found[DONE]} done, {found[FAILED]} failed, {found[PENDING]} left")
-    typer.echo(f"computing time {spell(found['computing_s'])}, records {found['bytes'] / 1e6:.4g} MB")
-    for one in found["failures"]:
-        typer.echo(f"case {one['number']}, {one['experiment']}, {_values(plan, one['parameters'])}: {one['error']}")
-    if found[FAILED] > len(found["failures"]):
-        typer.echo(f"and {found[FAILED] - len(found['failures'])} more; --failed {found[FAILED]} names them all")
-
-
 def _values(plan: Plan, values: dict[str, Any]) -> str:
     units = {axis.name: axis.target.unit for axis in plan.axes}
     texts = {n: v if isinstance(v, str) or units[n] is None else show(v, units[n] or "1") for n, v in values.items()}
     return ", ".join(f"{name} = {value}" for name, value in texts.items()) or "no axes"
-
-
-def collect_into(
-    folder: Path, out: Path | None, experiment: str | None, variables: list[str] | None, force: bool
-) -> None:
-    """Write the table or the records of a campaign into a file."""
-    from rotorsim.base.hdf5 import write_netcdf
-    from rotorsim.campaign.records import collect, write_table
-
-    if out is not None and out.suffix not in (".csv", ".nc"):
-        raise DataError(f"{out}: is neither .csv nor .nc; give a name with one of these endings")
-    if out is None:
-        typer.echo(repr(collect(folder, experiment, variables)))
-        return
-    with files(out, force=force, another="name"):
-        if out.suffix == ".csv":
-            typer.echo(f"{out}: {write_table(folder, out)} cases")
-            return
-        data = collect(folder, experiment, variables)
-        write_netcdf(out, data)
-    size = " x ".join(f"{n} {dim}" for dim, n in data.sizes.items())
-    typer.echo(f"{out}: {size}, {out.stat().st_size / 1e6:.4g} MB")
-
-
-def print_plan(name: str) -> None:
-    """Print the cases that a plan would run."""
-    from rotorsim.campaign import load_plan
-    from rotorsim.campaign.run import spell
-
-    plan = load_plan(name)
-    typer.echo(f"{plan.name}: {len(plan)} cases, {spell(plan.seconds())} simulated")
-    for axis in plan.axes:
-        ends = [
-            v if isinstance(v, str) else show(v, axis.target.unit or "1") for v in (axis.values[0], axis.values[-1])
-        ]
-        drawn = "Latin hypercube" if axis.latin else f"{ends[0]} to {ends[1]}"
-        typer.echo(f"  {axis.name}: {len(axis.values)} values, {drawn}")
-    for entry in plan.entries:
-        typer.echo(f"  {entry.name}: {entry.kind}, " + ", ".join(f"{k} = {v}" for k, v in entry.parameters.items()))
-    if plan.keep is None:
-        typer.echo(f"  records: about {plan.seconds() / RIG_SAMPLE * BYTES_PER_SAMPLE / 1e6:.3g} MB")

@@ -73,7 +73,7 @@ def compare(
 
 
 def _is_analysis(path: Path) -> bool:
-    """Whether a file holds the result of a linear analysis in place of a run."""
+    """True if a file holds the result of a linear analysis in place of a run."""
     if path.suffix != ".nc" or not path.is_file():
         return False
     from rotorsim.signals import open_record

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
@@ -50,15 +50,13 @@ FAILED = 1
 def design(
     name: Annotated[str, typer.Argument(help=f"{', '.join(LAWS[:-1])} or {LAWS[-1]}.", autocompletion=designs)],
     model: Annotated[Path | None, typer.Argument(help="Model that 'rotorsim identify' wrote.")] = None,
-    spec: Annotated[
-        list[str] | None, typer.Option("--spec", help="FIELD=VALUE; may be repeated; see --fields.")
-    ] = None,
-    preset: Annotated[str, typer.Option("--preset", help="Named specification, e.g. 'hardening' of lead.")] = "",
-    bias: Annotated[str, typer.Option("--bias", help="Constant references x,y, e.g. '0.5 V,0 V'.")] = "",
+    spec: Annotated[list[str] | None, typer.Option(help="FIELD=VALUE; may be repeated; see --fields.")] = None,
+    preset: Annotated[str, typer.Option(help="Named specification, e.g. 'hardening' of lead.")] = "",
+    bias: Annotated[str, typer.Option(help="Constant references x,y, e.g. '0.5 V,0 V'.")] = "",
     zero_dc: Annotated[
-        str, typer.Option("--zero-dc", help="Corner of a high-pass in front of the law, e.g. '5 Hz'; below 1250 Hz.")
+        str, typer.Option(help="Corner of a high-pass in front of the law, e.g. '5 Hz'; below 1250 Hz.")
     ] = "",
-    out: Annotated[Path | None, typer.Option("--out", help="Law file (JSON) to write; NAME.json by default.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Law file (JSON) to write; NAME.json by default.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the law file if it is there.")] = False,
     report: Annotated[bool, typer.Option("--report", help="Write an HTML report of the loop next to the law.")] = False,
     *,
@@ -71,7 +69,9 @@ def design(
     The loop is checked over the model's range.
     """
     if fields:
-        _print_fields(name, preset)
+        from rotorsim.control import field_rows, make_spec
+
+        print_rows(("field", "unit", "default", "limits", "meaning"), field_rows(make_spec(name, (), preset)))
         return
     page.check(report)
     if model is None:
@@ -111,12 +111,6 @@ def _made(name: str, model: Any, spec: Sequence[str], preset: str) -> Law:
         line("")
 
 
-def _print_fields(name: str, preset: str) -> None:
-    from rotorsim.control import field_rows, make_spec
-
-    print_rows(("field", "unit", "default", "limits", "meaning"), field_rows(make_spec(name, (), preset)))
-
-
 def _pair(text: str) -> tuple[float, float]:
     try:
         x, y = (parse(part.strip(), "V") for part in text.split(","))
@@ -145,7 +139,7 @@ def verify(
     machine: MachineName = "dtu_gas_bearing",
     quick: Annotated[bool, typer.Option("--quick", help="Five impact points, this machine alone.")] = False,
     safe: Annotated[bool, typer.Option("--safe-speed", help="Also run up until the safety circle is left.")] = False,
-    out: Annotated[Path | None, typer.Option("--out", callback=a_folder, help="Folder for report and table.")] = None,
+    out: Annotated[Path | None, typer.Option(callback=a_folder, help="Folder for report and table.")] = None,
     *,
     settings: PlantOptions,
     page: PageOptions,
@@ -166,7 +160,8 @@ def verify(
     with results(out, "verification", ("table.json", "report.html"), force) as folder:
         page.begin(folder / "report.html", force)
         note_compiling(plant.assembly, "settle", "run")
-        result = closed_loop(loaded, plant, quick=quick, progress=_progress())
+        steps = (lambda step: print(f"{step} ...", file=sys.stderr)) if on_terminal() else None
+        result = closed_loop(loaded, plant, quick=quick, progress=steps)
         if safe:
             pair = [safe_speed(plant, one) for one in (None, loaded)]
             result.runs["safe_speed"] = pair
@@ -177,11 +172,6 @@ def verify(
         written |= page.finish(written["report"])
     _print_verification(result, written, as_json)
     raise typer.Exit(0 if result.passed else FAILED)
-
-
-def _progress() -> Callable[[str], None] | None:
-    """Steps on a terminal, silence in a pipe."""
-    return (lambda step: print(f"{step} ...", file=sys.stderr)) if on_terminal() else None
 
 
 def _first(path: Path) -> dict[str, float | None] | None:

@@ -79,10 +79,7 @@ def check(
     "rs.identification.save(rs.identification.read('run.mat', 'rig.toml'), 'run.nc')",
 )
 def convert(
-    file: Annotated[Path, _FILE],
-    out: Out,
-    mapping: Annotated[Path | None, _MAPPING] = None,
-    force: Replace = False,
+    file: Annotated[Path, _FILE], out: Out, mapping: Annotated[Path | None, _MAPPING] = None, force: Replace = False
 ) -> None:
     """Write a file's data as a record of the schema, in SI units; data with faults is refused."""
     from identification import held, read, save

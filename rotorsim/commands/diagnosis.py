@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rotorsim.base.constants import MINUTE
+from rotorsim.base.display import end_line, line
 from rotorsim.base.errors import DataError, RotorsimError
-from rotorsim.base.progress import end_line, line
 from rotorsim.base.units import parse
 from rotorsim.commands.completion import parameters
 from rotorsim.commands.diagnosis_output import Stages, StepPrinter, show
@@ -52,21 +52,18 @@ class DataOptions:
         list[Path] | None, typer.Argument(metavar="RECORDS", help="Records to fit: files, or a folder of .nc.")
     ] = None
     held_out: Annotated[
-        list[Path] | None, typer.Option("--held-out", help="Record at another operating point that chooses the effect.")
+        list[Path] | None, typer.Option(help="Record at another operating point that chooses the effect.")
     ] = None
-    untouched: Annotated[
-        list[Path] | None, typer.Option("--untouched", help="Record that only shows the gap; may be repeated.")
-    ] = None
-    mapping: Annotated[Path | None, typer.Option("--mapping", help="Columns of files that are not .nc.")] = None
+    untouched: Annotated[list[Path] | None, typer.Option(help="Record that only shows the gap; repeatable.")] = None
+    mapping: Annotated[Path | None, typer.Option(help="Columns of files that are not .nc.")] = None
     effect: Annotated[
         list[str] | None,
         typer.Option(
-            "--effect",
             help="Only this is a candidate, e.g. runout or runout.amplitude_2x; may be repeated.",
             autocompletion=parameters,
         ),
     ] = None
-    tolerance: Annotated[float, typer.Option("--tolerance", help="Tolerance of the model: share of a line.")] = 0.004
+    tolerance: Annotated[float, typer.Option(help="Tolerance of the model: share of a line.")] = 0.004
 
     def check(self, records: bool) -> None:
         """Raise DataError for a tolerance that is not a fraction, and without `records` where they are needed."""
@@ -82,27 +79,19 @@ class ExperimentOptions:
     """Next experiments: planned or made, on which rig, with which changes and rig time."""
 
     plan_next: Annotated[
-        bool,
-        typer.Option("--plan-next", help="Rank the experiments that may come next; write the best as a plan."),
+        bool, typer.Option("--plan-next", help="Rank the experiments that may come next; write the best as a plan.")
     ] = False
     allow: Annotated[
-        str | None,
-        typer.Option("--allow", help=f"What experiments may change: {', '.join(ALLOWED)}; all if not given."),
+        str | None, typer.Option(help=f"What experiments may change: {', '.join(ALLOWED)}; all if not given.")
     ] = None
     until_decided: Annotated[
-        bool,
-        typer.Option("--until-decided", help="Make experiments on --rig until one explanation has 95 %."),
+        bool, typer.Option("--until-decided", help="Make experiments on --rig until one explanation has 95 %.")
     ] = False
     rig: Annotated[
-        str | None,
-        typer.Option("--rig", help="virtual:FOLDER of 'hide', or the folder into which new records are put."),
+        str | None, typer.Option(help="virtual:FOLDER of 'hide', or the folder into which new records are put.")
     ] = None
-    budget: Annotated[
-        str | None, typer.Option("--budget", help=f"Rig time that experiments may take; {BUDGET} if not given.")
-    ] = None
-    wait: Annotated[
-        str | None, typer.Option("--wait", help=f"Longest time to wait for a record; {WAIT} if not given.")
-    ] = None
+    budget: Annotated[str | None, typer.Option(help=f"Rig time of the experiments; {BUDGET} if not given.")] = None
+    wait: Annotated[str | None, typer.Option(help=f"Longest time to wait for a record; {WAIT} if not given.")] = None
 
     def check(self, roles: bool) -> None:
         """Raise DataError for options that do not belong together; `roles`: whether records have one by an option."""
@@ -166,7 +155,7 @@ MONTH = 30 * 86400.0
 def diagnose(
     machine: GivenMachine,
     data: DataOptions,
-    seed: Annotated[int, typer.Option("--seed", help="Kept with the verdict; nothing is drawn.")] = 0,
+    seed: Annotated[int, typer.Option(help="Kept with the verdict; nothing is drawn.")] = 0,
     self_test: Annotated[
         bool, typer.Option("--self-test", help="Print which effects the campaign cannot distinguish, and stop.")
     ] = False,
@@ -209,10 +198,7 @@ def _diagnosed(
 
     names = [name for kind, name in RESULTS.items() if kind != "report"]
     given = (data.records, data.held_out, data.untouched, data.mapping, data.effect, data.tolerance)
-    with (
-        result.folder("diagnosis", *names, page=RESULTS["report"]) as folder,
-        unfinished(machine, *given) as kept,
-    ):
+    with result.folder("diagnosis", *names, page=RESULTS["report"]) as folder, unfinished(machine, *given) as kept:
         found = diagnose_records(
             machine, data.records or (), data.held_out, data.untouched, data.effect, seed, data.tolerance,
             data.mapping, progress=Stages().show, resume=kept, plan_next=allow,
@@ -288,15 +274,11 @@ def hide(
     effect: Annotated[
         list[str] | None,
         typer.Option(
-            "--effect",
-            help="What to hide, e.g. runout or runout.amplitude_2x; may be repeated.",
-            autocompletion=parameters,
+            help="What to hide, e.g. runout or runout.amplitude_2x; may be repeated.", autocompletion=parameters
         ),
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Draws size, phase, calibration and noise.")] = 0,
-    out: Annotated[
-        Path, typer.Option("--out", callback=a_folder, help="Folder for records and the sealed truth.")
-    ] = Path("hidden"),
+    seed: Annotated[int, typer.Option(help="Draws size, phase, calibration and noise.")] = 0,
+    out: Annotated[Path, typer.Option(callback=a_folder, help="Folder for records and sealed truth.")] = Path("hidden"),
     as_json: AsJson = False,
 ) -> None:
     """Make records with hidden effects, to try 'diagnose' on.
@@ -340,7 +322,7 @@ class Report(CommandGroup):
 def diagnosis(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder that 'rotorsim diagnose' wrote.")],
     out: Annotated[
-        Path | None, typer.Option("--out", help="Page to write; by default that in the folder, in place of the older.")
+        Path | None, typer.Option(help="Page to write; by default that in the folder, in place of the older.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the page that --out names.")] = False,
     *,

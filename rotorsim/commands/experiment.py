@@ -69,12 +69,15 @@ class Experiments(CommandGroup):
 
 def experiment_function(name: str, words: str) -> Callable[..., None]:
     """Function of the command `rotorsim WORDS` of an experiment: an option for each parameter, then the common ones."""
-    from rotorsim.commands.closed_loop import FILES, ClosedLoopSetup
     from rotorsim.experiments.experiment import EXPERIMENTS, parameters
 
     kind = EXPERIMENTS[name]
-    setup: Any = ClosedLoopSetup if name == "controlled" else kind
-    files = FILES if name == "controlled" else {}
+    setup: Any = kind
+    files: dict[str, tuple[Any, Any]] = {}
+    if name == "controlled":
+        from rotorsim.commands.closed_loop import FILES, ClosedLoopSetup
+
+        setup, files = ClosedLoopSetup, FILES
     entries = list(parameters(setup))
 
     def command(**values: Any) -> None:

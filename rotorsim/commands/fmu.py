@@ -70,9 +70,9 @@ class UnitOptions:
 def export(
     machine: MachineName = "dtu_gas_bearing",
     model: Annotated[str, typer.Option(help="'plant', or a JSON file of an identified LPV model.")] = "plant",
-    law: Annotated[Path | None, typer.Option("--law", help="A control law that 'rotorsim design' wrote.")] = None,
+    law: Annotated[Path | None, typer.Option(help="A control law that 'rotorsim design' wrote.")] = None,
     fmi: Annotated[str, typer.Option(help="FMI versions: 2, 3, or 2,3 for a file of each.")] = "3",
-    out: Annotated[Path, typer.Option("--out", help="File to write.")] = Path("rotor.fmu"),
+    out: Annotated[Path, typer.Option(help="File to write.")] = Path("rotor.fmu"),
     *,
     unit: UnitOptions,
     name: Annotated[
@@ -130,7 +130,7 @@ def system(
     law: Annotated[Path, typer.Argument(help="Control law that 'rotorsim design' wrote.")],
     machine: MachineName = "dtu_gas_bearing",
     fmi: Annotated[str, typer.Option(help="FMI version of the units: 2 or 3.")] = "2",
-    out: Annotated[Path, typer.Option("--out", help="File to write.")] = Path("loop.ssp"),
+    out: Annotated[Path, typer.Option(help="File to write.")] = Path("loop.ssp"),
     *,
     unit: UnitOptions,
     settings: PlantOptions,
@@ -154,11 +154,7 @@ def system(
     typer.echo(f"{path}: written, {path.stat().st_size / 1000:.0f} kB")
 
 
-@command(
-    "fmu check",
-    "rotorsim fmu check rotor.fmu --duration '10 s'",
-    "rs.fmu.check('rotor.fmu')",
-)
+@command("fmu check", "rotorsim fmu check rotor.fmu --duration '10 s'", "rs.fmu.check('rotor.fmu')")
 def check(
     file: UnitFile,
     duration: Annotated[str, typer.Option(help="Length of the comparison with the Python plant.")] = "1 s",
@@ -184,11 +180,7 @@ def check(
         raise typer.Exit(1)
 
 
-@command(
-    "fmu info",
-    "rotorsim fmu info rotor.fmu",
-    "rs.fmu.info('rotor.fmu')",
-)
+@command("fmu info", "rotorsim fmu info rotor.fmu", "rs.fmu.info('rotor.fmu')")
 def info(file: UnitFile, as_json: AsJson = False) -> None:
     """Show what a unit is."""
     from fmu.importer import info as facts

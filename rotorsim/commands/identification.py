@@ -44,29 +44,27 @@ RESULTS = ("model.json", "model_2.json", "report.html", "study.json")
 
 
 @command(
-    "identify",
-    "rotorsim identify records --model 3 --out model.json",
-    "rs.identify_records(['records'], model=3)",
+    "identify", "rotorsim identify records --model 3 --out model.json", "rs.identify_records(['records'], model=3)"
 )
 def identify(
     paths: Annotated[list[Path], typer.Argument(metavar="PATHS", help="Folder of records, or files.")],
-    model: Annotated[str, typer.Option("--model", help="1, 2, 2-rate, 3, actuator or blackbox.")] = "3",
-    order: Annotated[int | None, typer.Option("--order", help="Of a black-box model; 6 if not given.")] = None,
-    method: Annotated[str, typer.Option("--method", help="auto, oe, two-stage (closed loop) or pem.")] = "auto",
-    surfaces: Annotated[str, typer.Option("--surfaces", help="Degree over speed and pressure, or hold-out.")] = "2",
-    refine: Annotated[str, typer.Option("--refine", help="Of the surfaces: none, frequency or global.")] = "none",
-    dead_time: Annotated[str, typer.Option("--dead-time", help="Of model 3: free, 0, or e.g. '0.8 ms'.")] = "free",
-    runout: Annotated[str, typer.Option("--runout", help="Runout filter: harmonic, table or none.")] = "harmonic",
-    median: Annotated[int, typer.Option("--median", help="Samples of a running median against spikes.")] = 1,
-    lowpass: Annotated[str, typer.Option("--lowpass", help="Corner of a Butterworth filter, e.g. '800 Hz'.")] = "",
-    probes: Annotated[str, typer.Option("--probes", help="Probes of one plane as outputs, e.g. 'DE_x,DE_y'.")] = "",
-    mapping: Annotated[Path | None, typer.Option("--mapping", help="TOML file: which column is which.")] = None,
-    out: Annotated[Path, typer.Option("--out", help="Model file (JSON) to write.")] = Path("model.json"),
+    model: Annotated[str, typer.Option(help="1, 2, 2-rate, 3, actuator or blackbox.")] = "3",
+    order: Annotated[int | None, typer.Option(help="Of a black-box model; 6 if not given.")] = None,
+    method: Annotated[str, typer.Option(help="auto, oe, two-stage (closed loop) or pem.")] = "auto",
+    surfaces: Annotated[str, typer.Option(help="Degree over speed and pressure, or hold-out.")] = "2",
+    refine: Annotated[str, typer.Option(help="Of the surfaces: none, frequency or global.")] = "none",
+    dead_time: Annotated[str, typer.Option(help="Of model 3: free, 0, or e.g. '0.8 ms'.")] = "free",
+    runout: Annotated[str, typer.Option(help="Runout filter: harmonic, table or none.")] = "harmonic",
+    median: Annotated[int, typer.Option(help="Samples of a running median against spikes.")] = 1,
+    lowpass: Annotated[str, typer.Option(help="Corner of a Butterworth filter, e.g. '800 Hz'.")] = "",
+    probes: Annotated[str, typer.Option(help="Probes of one plane as outputs, e.g. 'DE_x,DE_y'.")] = "",
+    mapping: Annotated[Path | None, typer.Option(help="TOML file: which column is which.")] = None,
+    out: Annotated[Path, typer.Option(help="Model file (JSON) to write.")] = Path("model.json"),
     force: Annotated[bool, typer.Option("--force", help="Replace the model file if it is there.")] = False,
-    jobs: Annotated[int, typer.Option("--jobs", help="Records identified at a time.")] = 2,
+    jobs: Annotated[int, typer.Option(help="Records identified at a time.")] = 2,
     advice: Annotated[bool, typer.Option("--advice", help="Propose order, delay and model, and fit nothing.")] = False,
     compare: Annotated[
-        list[Path] | None, typer.Option("--compare", help="Model file to hold against the records; fits nothing.")
+        list[Path] | None, typer.Option(help="Model file to hold against the records; fits nothing.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
@@ -228,15 +226,14 @@ def identification_vs_physics(
     machine: MachineName = "dtu_gas_bearing",
     out: StudyFolder = Path("study"),
     campaign: Annotated[
-        list[Path] | None,
-        typer.Option("--campaign", help="Folder of a campaign of this machine to use; may be repeated."),
+        list[Path] | None, typer.Option(help="Folder of a campaign of this machine to use; may be repeated.")
     ] = None,
-    speed: Annotated[str | None, typer.Option("--speed", help="Speeds, e.g. '0 rpm:6000 rpm:7'.")] = None,
-    pressure: Annotated[str | None, typer.Option("--pressure", help="Gauge supply pressures, likewise.")] = None,
+    speed: Annotated[str | None, typer.Option(help="Speeds, e.g. '0 rpm:6000 rpm:7'.")] = None,
+    pressure: Annotated[str | None, typer.Option(help="Gauge supply pressures, likewise.")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="A grid of 3 x 3 points only.")] = False,
     *,
     page: PageOptions,
-    surfaces: Annotated[int, typer.Option("--surfaces", help="Degree of the surfaces.")] = 2,
+    surfaces: Annotated[int, typer.Option(help="Degree of the surfaces.")] = 2,
     jobs: Jobs = 2,
     as_json: AsJson = False,
 ) -> None:
@@ -248,8 +245,9 @@ def identification_vs_physics(
     refuse_campaign(out)
     plant, layout = plant_of(machine), _layout(quick, speed, pressure)
     from rotorsim.report.page import save_study_page
-    from rotorsim.study.identification_vs_physics import HEADS, identification_blocks, rows, study, summary
+    from rotorsim.study.identification_vs_physics import HEADS, rows, study, summary
     from rotorsim.study.identify_records import COUNTED, run, sources_of
+    from rotorsim.study.pages import identification_blocks
 
     records = [str(folder.absolute()) for folder in campaign or []]
     inputs = {"kind": "identification", "machine": plant.machine.hash, "records": records, "surfaces": surfaces}

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
 
-    from rotorsim.effects.rotor.unbalance import Unbalance
+    from rotorsim.effects.rotor.unbalance import RotorUnbalance
     from rotorsim.machine import Machine
     from rotorsim.plant import Plant
 
@@ -167,22 +167,22 @@ def _finite(values: np.ndarray) -> list[int | None]:
     return [None if v != v else int(v) for v in values]
 
 
-def _unbalance(machine: Machine, me: str | None, disc: int | None) -> tuple[Unbalance, ...] | None:
+def _unbalance(machine: Machine, me: str | None, disc: int | None) -> tuple[RotorUnbalance, ...] | None:
     if me is None:
         if disc is not None:
             raise DataError("--disc: places the unbalance of --unbalance; give both, e.g. --unbalance '10 g*mm'")
         return None
-    from rotorsim.effects.rotor.unbalance import Unbalance
+    from rotorsim.effects.rotor.unbalance import RotorUnbalance
 
     size = quantity("unbalance", me, "kg*m")
     if not 0 < size <= 1e-2:
         raise DataError(f"--unbalance: '{me}' is not above 0 and at most 10 kg*mm; write e.g. '10 g*mm'")
     if disc is None:
-        return (Unbalance(me=size),)
+        return (RotorUnbalance(me=size),)
     if not 0 <= disc < len(machine.discs):
         known = f"0 to {len(machine.discs) - 1}" if machine.discs else "none"
         raise DataError(f"--disc: there is no disc {disc} in {machine.name}; its discs are {known}")
-    return (Unbalance(me=size, position=machine.discs[disc].position),)
+    return (RotorUnbalance(me=size, position=machine.discs[disc].position),)
 
 
 def _write(found: xr.Dataset, folder: ResultFolder, name: str, rows: list[tuple[object, ...]]) -> None:
@@ -255,7 +255,7 @@ def modes(
         bool | None, typer.Option("--pictures/--no-pictures", help="Draw each mode as PNG; if pyvista is there.")
     ] = None,
     film: Annotated[
-        str, typer.Option("--film", help="Film each mode as well: gif, or mp4, which needs the program ffmpeg.")
+        str, typer.Option(help="Film each mode as well: gif, or mp4, which needs the program ffmpeg.")
     ] = "",
     out: Annotated[Path | None, typer.Option(callback=a_folder, help="Folder; default a new folder 'modes'.")] = None,
     force: Force = False,

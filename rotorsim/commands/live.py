@@ -21,11 +21,7 @@ UNVISITED = 60.0
 """Seconds after which a page that only complains is taken away if nobody came."""
 
 
-@command(
-    "live",
-    "rotorsim live dtu_gas_bearing --law my_law.json",
-    "rs.live.serve_rig('dtu_gas_bearing')",
-)
+@command("live", "rotorsim live dtu_gas_bearing --law my_law.json", "rs.live.serve_rig('dtu_gas_bearing')")
 def live(
     machine: MachineName = "dtu_gas_bearing",
     law: Annotated[list[Path] | None, typer.Option(help="A saved controller to switch on; may be repeated.")] = None,
@@ -45,7 +41,7 @@ def live(
         raise DataError(f"--port: {port} is not a port; give one from 1 to 65535")
     if out.is_file():
         raise DataError(f"--out {out}: is a file; give a folder for scenes and records")
-    scene, replay = _scene(machine), _replay(machine)
+    scene, replay = _saved(machine)
     name: Any = scene.machine if scene else replay.machine if replay else machine
 
     def print_address(address: str, taken: int) -> None:
@@ -91,17 +87,14 @@ def _print_address(address: str, wanted: int, taken: int, keep_open: bool) -> No
     typer.echo("Ctrl-C ends it" if keep_open else "closing the page or Ctrl-C ends it", err=True)
 
 
-def _scene(name: str) -> Scene | None:
-    if not name.endswith(".json"):
-        return None
-    from rotorsim.live.desk import load_scene
+def _saved(name: str) -> tuple[Scene | None, Replay | None]:
+    """Scene or record of a file that was saved on a live rig; neither for a machine."""
+    if name.endswith(".json"):
+        from rotorsim.live.desk import load_scene
 
-    return load_scene(Path(name))
+        return load_scene(Path(name)), None
+    if name.endswith(".nc"):
+        from rotorsim.live.records import Replay
 
-
-def _replay(name: str) -> Replay | None:
-    if not name.endswith(".nc"):
-        return None
-    from rotorsim.live.records import Replay
-
-    return Replay(Path(name))
+        return None, Replay(Path(name))
+    return None, None

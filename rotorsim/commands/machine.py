@@ -47,11 +47,7 @@ class MachineFiles(CommandGroup):
     """Write, check, show and calibrate machine files."""
 
 
-@command(
-    "machine new",
-    "rotorsim machine new my_rotor.toml --from plain_rotor",
-    "rs.machine_text('plain_rotor')",
-)
+@command("machine new", "rotorsim machine new my_rotor.toml --from plain_rotor", "rs.machine_text('plain_rotor')")
 def new(
     path: Annotated[Path, typer.Argument(help="File to write.")],
     source: Annotated[
@@ -67,11 +63,7 @@ def new(
     typer.echo(f"{path}: written; edit it, then try 'rotorsim machine check {path}'")
 
 
-@command(
-    "machine check",
-    "rotorsim machine check my_rotor.toml",
-    "rs.load_machine('my_rotor.toml')",
-)
+@command("machine check", "rotorsim machine check my_rotor.toml", "rs.load_machine('my_rotor.toml')")
 def check(
     path: Annotated[
         str, typer.Argument(metavar="PATH", help="Machine file, or name of a shipped machine.", autocompletion=machines)
@@ -84,9 +76,7 @@ def check(
 
 
 @command(
-    "machine show",
-    "rotorsim machine show dtu_gas_bearing",
-    "rs.machine.si_numbers(rs.load_machine('dtu_gas_bearing'))",
+    "machine show", "rotorsim machine show dtu_gas_bearing", "rs.machine.si_numbers(rs.load_machine('dtu_gas_bearing'))"
 )
 def show(
     machine: Annotated[
@@ -121,11 +111,7 @@ def _print_machine(machine: Machine) -> None:
     console.print(table)
 
 
-@command(
-    "machine effects",
-    "rotorsim machine effects unbalance",
-    "rs.machine.catalogue()",
-)
+@command("machine effects", "rotorsim machine effects unbalance", "rs.machine.catalogue()")
 def effects(
     name: Annotated[
         str | None,
@@ -149,7 +135,7 @@ def _entry(name: str) -> dict[str, Any]:
     """An effect of the catalogue by its name."""
     from rotorsim.effects import REGISTRY
     from rotorsim.machine.catalogue import describe
-    from rotorsim.machine.reading import unknown_effect
+    from rotorsim.machine.values import unknown_effect
 
     if name in REGISTRY:
         return describe(REGISTRY[name])
@@ -184,7 +170,7 @@ def calibrate_command(
             help="Targets file, or a shipped one: dtu_orifice, dtu_loss_factor.", autocompletion=shipped_targets
         ),
     ],
-    grid: Annotated[str | None, typer.Option("--grid", help="Film grid n_theta x n_z, e.g. 32x16.")] = None,
+    grid: Annotated[str | None, typer.Option(help="Film grid n_theta x n_z, e.g. 32x16.")] = None,
     passes: Annotated[int, typer.Option(help="Most steps of the fit.", min=1)] = 20,
     out: Annotated[Path | None, typer.Option(help="Machine file to write; default MACHINE-calibrated.toml.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file if it is there.")] = False,
@@ -202,7 +188,8 @@ def calibrate_command(
     path = out or Path(f"{Path(machine).stem}-calibrated.toml")
     with files(path, force=force):
         coarse = loaded if grid is None else GridOptions(grid).plant(machine).machine
-        found = calibrate(coarse, asked, passes, None if as_json else _show_passes)
+        shown = None if as_json else lambda count, cost: line(f"{count} evaluations, cost {cost:.4g} ")
+        found = calibrate(coarse, asked, passes, shown)
         if not as_json:
             end_line()
         save_calibrated(found, asked.name, path, loaded)
@@ -214,10 +201,6 @@ def calibrate_command(
     if found.ended != "complete":
         print("interrupted: the best values so far are written", file=sys.stderr)
         raise typer.Exit(130)
-
-
-def _show_passes(count: int, cost: float) -> None:
-    line(f"{count} evaluations, cost {cost:.4g} ")
 
 
 def _print_calibration(found: Calibration) -> None:
@@ -290,11 +273,7 @@ def cite(
         typer.echo("\n" + "\n".join(f"[{key}] {references().get(key, key)}" for key in keys))
 
 
-@command(
-    "warm",
-    "rotorsim warm dtu_gas_bearing --grid 64x16",
-    "rs.compile_kernels(plant)",
-)
+@command("warm", "rotorsim warm dtu_gas_bearing --grid 64x16", "rs.compile_kernels(plant)")
 def warm(
     machines: Annotated[
         list[str] | None,

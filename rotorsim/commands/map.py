@@ -16,14 +16,7 @@ from rich.table import Table
 from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.display import bar
 from rotorsim.base.units import show
-from rotorsim.commands.options import (
-    Console,
-    GridOptions,
-    MachineName,
-    ResultOptions,
-    note_compiling,
-    quantity,
-)
+from rotorsim.commands.options import Console, GridOptions, MachineName, ResultOptions, note_compiling, quantity
 from rotorsim.commands.registry import command
 
 if TYPE_CHECKING:

@@ -92,7 +92,7 @@ class PlantOptions(GridOptions):
     time_step: Annotated[str | None, typer.Option(help="Step of the solver, e.g. '0.2 ms'.")] = None
 
     def settings(self) -> Iterator[str]:
-        """Those of the grid, behind the solver's step."""
+        """Changes of the solver's step and of the grid."""
         if self.time_step is not None:
             yield f"solver.time_step={self.time_step}"
         yield from super().settings()
@@ -327,7 +327,7 @@ def warn_of(found: xr.Dataset) -> list[str]:
 class Console(console.Console):
     """Rich's console without highlighting of numbers, for text that may hold anything.
 
-    Text of other people is shown as it is, neither obeyed by the terminal nor taken for markup.
+    Text from outside is shown as it is, neither obeyed by the terminal nor taken for markup.
     """
 
     def __init__(self, **options: Any) -> None:

@@ -118,7 +118,8 @@ def study(folder: Path, inputs: Mapping[str, Any]) -> Iterator[None]:
     """
     refuse_campaign(folder)
     path = folder / STUDY
-    if not lexists(path) and _has_something(folder) and not _begun_earlier(folder):
+    begun_earlier = any((folder / name).is_dir() for name in PARTS_OF_STUDY)
+    if not lexists(path) and _has_something(folder) and not begun_earlier:
         raise DataError(f"--out: {folder} is there already and is not a study; name another folder")
     with _folder(folder, "", False), _held(path, "--out"):
         _same_study(path, inputs)
@@ -131,12 +132,8 @@ def study(folder: Path, inputs: Mapping[str, Any]) -> Iterator[None]:
 
 
 def _has_something(folder: Path, but: str = "") -> bool:
-    """Whether there is more in a folder than one file, temporary files and locks."""
+    """True if there is more in a folder than one file, temporary files and locks."""
     return folder.exists() and any(not one.name.startswith(".") and one.name != but for one in folder.iterdir())
-
-
-def _begun_earlier(folder: Path) -> bool:
-    return any((folder / name).is_dir() for name in PARTS_OF_STUDY)
 
 
 def _same_study(path: Path, inputs: Mapping[str, Any]) -> None:

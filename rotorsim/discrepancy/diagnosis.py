@@ -40,7 +40,7 @@ from rotorsim.discrepancy.fit import (
     strained,
 )
 from rotorsim.discrepancy.gap import equivalent_force, gap_dataset, gap_of, missed_bands, spectra_of
-from rotorsim.discrepancy.hypotheses import CLEAR, EffectSearch, Hypothesis
+from rotorsim.discrepancy.hypotheses import CLEAR, EffectSearch
 from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect
 from rotorsim.discrepancy.records import (
     UNLIKE,
@@ -256,7 +256,10 @@ class DiagnosisRun:
         base = recalibrate(self.fitted, models.fine, self.tolerance, lambda: self.progress("calibrate"), models.law)
         sweeps = any(t.orders for t in self.fitted.trials)
         notes = limits(self.fitted.trials, self.machine.film is not None)
-        notes += self._scatter_note() + notes_on_changes({t.name: t.changes for t in self.trials})
+        if not self.fitted.scatter_known:
+            source = " and ".join(unknown_sources(self.fitted.trials))
+            notes.append(f"no repeats and no periods: the floor comes from {source}")
+        notes += notes_on_changes({t.name: t.changes for t in self.trials})
         beyond = strained(base)
         notes += [STRAINED.format(", ".join(beyond))] if beyond else []
         notes += [COMMON_DELAY] if any(t.clock for t in self.trials) else []
@@ -270,7 +273,8 @@ class DiagnosisRun:
             last, base = base.cost, relinearised(self.fitted, base, lambda: self.progress("calibrate"))
             if base.cost > enough * last:
                 break
-        apart = self._unsteady(base)
+        assert self.fitted.scatter is not None
+        apart = unsteady(self.fitted.trials, self.fitted.apart(base.point), self.fitted.scatter[0])
         flags = flagged(table(self.fitted, base.residual)) + apart
         for role in ("held_out", "untouched"):
             if role in self.parts:
@@ -304,17 +308,6 @@ class DiagnosisRun:
         gone = untouched_gone(untouched, untouched.residual(base.point), untouched.residual(best.fit.point))
         refused = objection(verdict.status, " with ".join(best.keys), gone)
         return (replace(verdict, status="unknown", best=None, rivals=()), [refused]) if refused else (verdict, [])
-
-    def _scatter_note(self) -> list[str]:
-        if self.fitted.scatter_known:
-            return []
-        source = " and ".join(unknown_sources(self.fitted.trials))
-        return [f"no repeats and no periods: the floor comes from {source}"]
-
-    def _unsteady(self, base: ParameterFit) -> list[Misfit]:
-        """Non-periodic response in the records to fit."""
-        assert self.fitted.scatter is not None
-        return unsteady(self.fitted.trials, self.fitted.apart(base.point), self.fitted.scatter[0])
 
     def _name(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit]
@@ -368,6 +361,8 @@ class DiagnosisRun:
         gap = gap_dataset({role: (part, gap_of(part, stages)) for role, part in self.parts.items()})
         shown = {role: spectra_of(part, stages) for role, part in self.parts.items()}
         model = "the re-calibrated model" if best is None else f"the model with {' and '.join(best.keys)}"
+        moved = self._moved_by_solver(comparison)
+        unsettled = [NOT_SETTLED.format(" and ".join(best.keys), moved)] if best and moved > UNSETTLED else []
         planner = self._planner(base, verdict, search, judged)
         return Diagnosis(
             status=verdict.status,
@@ -379,7 +374,7 @@ class DiagnosisRun:
             gap=gap,
             notes=(
                 *notes,
-                *self._unsettled(comparison, best),
+                *unsettled,
                 *missed_bands((one for part in shown.values() for one in part), model),
                 *map(null_sentence, null_vectors(proven, base.parameters)),
             ),
@@ -434,11 +429,6 @@ class DiagnosisRun:
         best = verdict.best
         classes = dict(zip(best.keys, verdict.classes, strict=False))
         return tuple(found_of(self.models.twin, f, proven, V, classes.get(f.key, (f.key,))) for f in best.forms)
-
-    def _unsettled(self, comparison: TwinComparison, best: Hypothesis | None) -> list[str]:
-        """Note on a motion that the solver does not settle with the named effects at work."""
-        moved = self._moved_by_solver(comparison)
-        return [] if best is None or moved <= UNSETTLED else [NOT_SETTLED.format(" and ".join(best.keys), moved)]
 
     def _moved_by_solver(self, comparison: TwinComparison) -> float:
         """Solver's error with the effects at work beyond that without them, in floors: root mean square."""

@@ -180,7 +180,10 @@ class DecisionLoop:
                 self._keep(steps)
                 shutil.rmtree(self.folder / UNFINISHED, ignore_errors=True)
                 return replace(found, steps=steps, planned=None if end in ("budget", "decided") else found.planned)
-            found = replace(found, planned=_with_first(found.planned, best))
+            plan = found.planned
+            if plan is not None:  # the experiment that is made before the others
+                plan = replace(plan, proposals=(best, *(p for p in plan.proposals if p is not best)))
+            found = replace(found, planned=plan)
             steps = self._experiment(found, best, steps)
             self._keep(steps)
             if not steps.made:
@@ -267,11 +270,6 @@ class DecisionLoop:
     def _keep(self, steps: DecisionSteps) -> None:
         steps.write(self.folder)
         self.shown(steps)
-
-
-def _with_first(plan: ExperimentPlan | None, best: Proposal) -> ExperimentPlan | None:
-    """The plan with one experiment before the others."""
-    return None if plan is None else replace(plan, proposals=(best, *(p for p in plan.proposals if p is not best)))
 
 
 def _with_files(steps: DecisionSteps, first: Sequence[Any]) -> DecisionSteps:

@@ -196,16 +196,14 @@ class Twin:
     def equipped(self) -> tuple[Machine, dict[str, int]]:
         """The machine that is simulated, and the table number of every candidate."""
         machine, slots = equip(self.machine, self.also, self.scatter, self.only)
+        # finer by the factor by which the machine's own step is finer than the usual one
+        finer = min(self.machine.time_step / USUAL_STEP, 1.0)
+        step = self.step if finer == 1.0 else RIG_SAMPLE / ceil(RIG_SAMPLE / (finer * self.step) - 1e-9)
         n_theta, n_z = self.grid
-        changes = {"grid.n_theta": n_theta, "grid.n_z": n_z, "solver.time_step": self._step()}
+        changes = {"grid.n_theta": n_theta, "grid.n_z": n_z, "solver.time_step": step}
         if self.machine.solver.sampling_rate is not None or self.machine.drive.highest_speed is not None:
             changes["solver.sampling_rate"] = 1 / RIG_SAMPLE  # that of the records which are compared
         return machine.with_(changes), slots
-
-    def _step(self) -> float:
-        """Time step [s], finer by the factor by which the machine's own step is finer than the usual one."""
-        finer = min(self.machine.time_step / USUAL_STEP, 1.0)
-        return self.step if finer == 1.0 else RIG_SAMPLE / ceil(RIG_SAMPLE / (finer * self.step) - 1e-9)
 
     @property
     def slots(self) -> dict[str, int]:

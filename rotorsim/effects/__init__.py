@@ -1,4 +1,4 @@
-"""Physical effects in families, one file each, which is imported when its effect is asked for.
+"""Physical effects in families: a file for each, with its name, is imported when the effect is asked for.
 
 The first use of `REGISTRY` loads the effects of installed packages, which find this package complete.
 """

@@ -235,18 +235,12 @@ def begin(plant: Plant, experiment: Experiment, seed: int) -> Simulation:
     return simulation
 
 
-def _disc(simulation: Simulation) -> np.ndarray:
-    """Disc (2,) [m] now."""
-    return describe(simulation.assembly, simulation.w).disc
-
-
 def march(simulation: Simulation, experiment: Experiment, block: int = BLOCK) -> Iterator[tuple[np.ndarray, Values]]:
     """Blocks of time (n,) [s] and variables of the schema; an error of solver, controller or limit comes last."""
-    controller = getattr(experiment, "controller", None)
-    if controller is None:
-        loop = None
-    else:
-        loop = FeedbackLoop(as_controller(controller, lambda: _disc(simulation), experiment.Ts), experiment.Ts)
+    loop, controller = None, getattr(experiment, "controller", None)
+    if controller is not None:
+        given = as_controller(controller, lambda: describe(simulation.assembly, simulation.w).disc, experiment.Ts)
+        loop = FeedbackLoop(given, experiment.Ts)
     for first in range(0, experiment.samples, block):
         rows = experiment.rows(first, min(block, experiment.samples - first))
         before = simulation.save()

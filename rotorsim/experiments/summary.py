@@ -119,14 +119,14 @@ def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | Non
         "start_transient_s": begin,
         "speed_rpm": {k: seen["speed"][k] * TO_RPM for k in ("first", "last", "min", "max")},
         "peaks": [p for n in tracked["order"].values for axis in "xy" for p in find_resonances(tracked, int(n), axis)],
-        "largest_orbit": _at_most(seen["radius"]),
-        "smallest_film": _at_least(seen["h_min"], begin) if "h_min" in seen else None,
+        "largest_orbit": _extreme(seen["radius"], "max", 0.0),
+        "smallest_film": _extreme(seen["h_min"], "min", begin) if "h_min" in seen else None,
         **_of_films(record),
         "contact": contact and {"samples": contact["positive"], "first_time_s": contact["first_time"],
                                 "first_rpm": contact["first_speed"]},
         "mass_flow": flow and _flow(flow, normal_density(record)),
         "sub_synchronous": largest_sub_synchronous(spectra),
-    } | _of_probes(record) | beyond_of(record)  # fmt: skip
+    } | ({"probes": numbers} if (numbers := probe_numbers(record)) else {}) | beyond_of(record)  # fmt: skip
 
 
 def _of_films(record: xr.Dataset) -> dict[str, Any]:
@@ -140,19 +140,6 @@ def _of_films(record: xr.Dataset) -> dict[str, Any]:
         total, count = total + block["film_flow"].sum(axis=0), count + len(block["film_flow"])
     return {"films": {name: {"smallest_um": float(low[k]) * TO_UM, "flow_kg_s": float(total[k]) / count}
                       for k, name in enumerate(names)}}  # fmt: skip
-
-
-def _of_probes(record: xr.Dataset) -> dict[str, Any]:
-    numbers = probe_numbers(record)
-    return {"probes": numbers} if numbers else {}
-
-
-def _at_most(seen: dict[str, Any]) -> dict[str, Any]:
-    return _extreme(seen, "max", 0.0)
-
-
-def _at_least(seen: dict[str, Any], begin: float) -> dict[str, Any]:
-    return _extreme(seen, "min", begin)
 
 
 def _extreme(seen: dict[str, Any], which: str, begin: float) -> dict[str, Any]:

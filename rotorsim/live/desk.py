@@ -265,7 +265,7 @@ def _rig_tour(plant: Plant) -> Iterator[Stop]:
     yield Stop("Critical speed", text, low | {"speed": stop, "acceleration": 250 * RPM}, begin)
     yield Stop("Cross-coupling", CROSS_COUPLING, mid | {"speed": 5000 * RPM}, 5000 * RPM, hit=0)
     onset, ratio = _onset(plant, 0.3e6, operating(plant.machine)["speed"].high)
-    if np.isfinite(onset):
+    if np.isfinite(onset) and ratio > 0:
         text = WHIRL.format(onset=onset / RPM, ratio=ratio)
         yield Stop("Whirl onset", text, low | {"speed": PAST * onset}, 0.95 * onset, hit=1)
     model = plant.linearise(6000 * RPM, 0.3e6)

@@ -23,9 +23,14 @@ from rotorsim.plant.journal_room import journal_room
 from rotorsim.plant.kernels.layout import AT, COLUMNS, DISC, DISC_READ, FILM_COLUMNS, READ, REFERENCE, inputs_of
 from rotorsim.signals.record_blocks import shown_reading
 
-ORBIT, TRACE, SPECTRUM = 1000, 2500, 5000
-"""Samples behind an orbit (0.2 s at 5 kHz), a trace (0.5 s) and a spectrum (1 s)."""
+ORBIT = 1000
+"""Samples behind an orbit: 0.2 s at 5 kHz."""
+TRACE = 2500
+"""Samples behind a trace: 0.5 s at 5 kHz."""
+SPECTRUM = 5000
+"""Samples behind a spectrum: 1 s at 5 kHz."""
 POINTS = 500
+"""Least number of points of an orbit or a trace."""
 HIGHEST = 500
 """Lines of the spectrum; they are 1 Hz apart at 5 kHz."""
 SWING = 1000
@@ -71,7 +76,7 @@ class Geometry:
         )  # fmt: skip
 
     def alike(self, other: Geometry) -> bool:
-        """Whether a film of one can be drawn as one of the other; without a film there is nothing to draw."""
+        """True if a film of one can be drawn as one of the other; without a film there is nothing to draw."""
         return not len(self.theta) or (np.array_equal(self.theta, other.theta) and np.array_equal(self.z, other.z))
 
     def as_dict(self) -> dict[str, Any]:
@@ -250,7 +255,7 @@ def another_growing(modes: RigModes) -> list[float]:
     """Frequency [Hz] and damping ratio of a mode that grows and is not among those of the axes; empty without one."""
     frequency, zeta = modes.least
     axes = zip(modes.frequency, modes.zeta, strict=True)
-    shown = any(np.hypot(f / frequency - 1, z - zeta) < SAME for f, z in axes)
+    shown = any(np.hypot(f - frequency, (z - zeta) * f) < SAME * f for f, z in axes)
     return [] if zeta >= -DAMPED or shown else [round(frequency, 1), round(zeta, 4)]
 
 

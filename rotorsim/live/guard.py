@@ -83,7 +83,7 @@ class MessageRate:
         self._begin, self._count = 0.0, 0
 
     def fits(self) -> bool:
-        """Whether one more is within the limit."""
+        """Count an event; True if it is within the limit."""
         now = time.monotonic()
         if now - self._begin > 1.0:
             self._begin, self._count = now, 0

@@ -101,7 +101,7 @@ FEWEST = 500
 DECAY = 1000
 """Samples after a change that are left out: free vibration of what was changed, .2 s at 5 kHz."""
 FIRST = 2.0
-"""Damping is that of modes up to so many times the plant's lowest."""
+"""Highest mode whose damping is stated, as a multiple of the plant's lowest."""
 
 
 @dataclass(frozen=True)
@@ -178,10 +178,7 @@ def check(a: Assembly, law: Any, speed: float, pressure: float, now: Motion | No
         if abs(worst) >= 1:
             return StabilityVerdict(_leaves(worst, factor, where, Ts))
     highest = FIRST * near / (2 * np.pi)
-    damping = (
-        smallest_damping(np.linalg.eigvals(G.A), Ts, highest),
-        smallest_damping(poles, Ts, highest),
-    )
+    damping = (smallest_damping(np.linalg.eigvals(G.A), Ts, highest), smallest_damping(poles, Ts, highest))
     if now is None:
         return StabilityVerdict("", damping)
     orbit, volts = _reserve(G, K, now, describe(a, w).disc * TO_UM)
@@ -274,14 +271,9 @@ def _pin(actuators: Any, per_volt: float, P: Any, k: int) -> System:
     if actuators.mode == "reference":
         zero, pole, P_k = P.pd_zero[k], actuators.pd_pole, P.pd_gain[k]
         pd = System(np.array([[-pole]]), np.ones((1, 1)), np.array([[P_k * (zero - pole)]]), np.array([[P_k]]))
-        forward = series(pd, stroke)
-        stroke = System(*_closed(forward))
+        forward = series(pd, stroke)  # without direct feedthrough: it is closed to L / (1 + L)
+        stroke = System(forward.A - forward.B @ forward.C, forward.B, forward.C, forward.D)
     return System(stroke.A, stroke.B, stroke.C * actuators.sensor_sensitivity / per_volt, stroke.D)
-
-
-def _closed(L: System) -> System:
-    """L / (1 + L) of a single loop without direct feedthrough."""
-    return System(L.A - L.B @ L.C, L.B, L.C, L.D)
 
 
 def _lag(time: float, size: float = 1.0) -> System:

@@ -21,11 +21,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fe_shaft.modes.spectrum import modes_in
 from rotorsim.analysis.modes_over_speed import least_damped
-from rotorsim.analysis.whirl_onset import region_up_to
 from rotorsim.base.errors import RotorsimError
-from rotorsim.base.processes import one_thread
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.kernels.layout import AT, FORCE, REFERENCE, SUPPLY, inputs_of
@@ -154,7 +151,7 @@ def _reading(name: str, axis: int, free: np.ndarray, share: float, Ts: float) ->
     main = _pole_of_axis(thin[:LENGTH], found[0][REFERENCE_ORDER], axis, THIN * Ts)
     if main is None:
         return RingdownReading(name, why="the ring-down shows no oscillation")
-    alike = [_nearest(each, main) for one in found for each in one.values()]
+    alike = [complex(each[np.abs(each - main).argmin()]) for one in found for each in one.values()]
     f, zeta = np.abs(alike) / (2 * np.pi), -np.real(alike) / np.abs(alike)
     middle_f, middle_z = float(np.median(f)), float(np.median(zeta))
     df = float(np.abs(f - middle_f).max()) + (LEAST_F + CURVED_F * share**2) * middle_f
@@ -188,10 +185,6 @@ def _pole_of_axis(signal: np.ndarray, s: np.ndarray, axis: int, dt: float) -> co
     return complex(s[swings][size[swings].argmax()])
 
 
-def _nearest(s: np.ndarray, main: complex) -> complex:
-    return complex(s[np.abs(s - main).argmin()])
-
-
 def _orders(angle: np.ndarray) -> np.ndarray:
     waves = [wave(order * angle) for order in ORDERS for wave in (np.cos, np.sin)]
     return np.stack([np.ones_like(angle), *waves], axis=1)
@@ -215,23 +208,19 @@ class RigModes:
 def modes_at(a: Assembly, speed: float, pressure: float) -> RigModes:
     """Modes at a speed [rad/s] and gauge pressure [Pa], without controller."""
     try:
-        return _modes_of(a, linearise(a, settle(a, speed, pressure), speed), pressure)
+        return _modes_of(linearise(a, settle(a, speed, pressure), speed), pressure)
     except RotorsimError as error:
         return RigModes(why=str(error))
     except np.linalg.LinAlgError:
         return RigModes(why="cannot be computed here")
 
 
-def _modes_of(a: Assembly, plant: LinearPlant, pressure: float) -> RigModes:
+def _modes_of(plant: LinearPlant, pressure: float) -> RigModes:
     first = [plant.mode_of_axis(axis) for axis in range(2)]
     frequency, zeta = (plant.wn[first] / (2 * np.pi)).tolist(), plant.zeta[first].tolist()
-    hints = a.mesh.reduced.frequencies
-    region = region_up_to(hints, abs(plant.speed))
-    with one_thread():
-        every = modes_in(plant, region, np.unique(hints.round(3)).tolist())
-    damping, omega = least_damped(every, region)
+    damping, omega = least_damped(plant.modes, plant.region)
     least = omega / (2 * np.pi), damping
-    return RigModes(tuple(frequency), tuple(zeta), "", least, every.proven, plant.speed, pressure)
+    return RigModes(tuple(frequency), tuple(zeta), "", least, plant.proven, plant.speed, pressure)
 
 
 def own_copy(a: Assembly) -> Assembly:

@@ -83,7 +83,7 @@ class Replay:
         return self.samples * self.Ts
 
     def advance(self, samples: int) -> int:
-        """Move on by at most so many samples; returns how many there were."""
+        """Move on by this many samples at most; returns their number."""
         moved = min(samples, self.samples - self.at)
         self.at += moved
         return moved
@@ -161,7 +161,7 @@ class Recorder:
 
     @property
     def kept(self) -> bool:
-        """Whether there is enough of it for a file."""
+        """True if there is enough of it for a file."""
         return self._file.samples >= FEWEST
 
     def note(self, key: str, value: float | str) -> None:

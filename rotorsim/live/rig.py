@@ -87,7 +87,7 @@ class Rig:
 
     @property
     def has_film(self) -> bool:
-        """Whether the machine has a gas film."""
+        """True if the machine has a gas film."""
         return self.assembly.film_model is not None
 
     @property

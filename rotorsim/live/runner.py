@@ -116,8 +116,9 @@ class Aside:
 
 
 PART = 10
+"""Samples that are computed at a time."""
 PATIENCE = 0.03
-"""Samples at a time, and seconds after which a block is left for the next orders."""
+"""Seconds after which a block of samples is left for the next orders."""
 ORDERS = 1000
 """Orders that can wait; more are refused."""
 
@@ -140,7 +141,7 @@ class Runner:
         self.recorder: Recorder | None = None
         self.modes: tuple[int, RigModes] = (-1, RigModes())
         self.reading: tuple[int, float, RingdownReading] = (-1, 0.0, RingdownReading())
-        """Modes with the epoch they are of; a reading with epoch and speed."""
+        """Last reading of a hit with its epoch and speed; `modes` have their epoch."""
         self._pacer = Pacer(rig.Ts)
         self._orders: queue.Queue[Callable[[], None]] = queue.Queue(ORDERS)
         self._lock = threading.Lock()
@@ -184,7 +185,7 @@ class Runner:
 
     def restore_effects(self) -> bool:
         """Order the effects of the machine file."""
-        return self.order(self._restore_effects)
+        return self.order(lambda: self.arrange(self.rig.settings.file))
 
     def reset(self) -> bool:
         """Order the equilibrium."""
@@ -260,7 +261,7 @@ class Runner:
         self._watch()
 
     def _advance(self, samples: int) -> int:
-        """Run on by at most so many samples: by fewer if each of them is hard, so that orders are not kept waiting."""
+        """Run on by this many samples at most: by fewer if each is hard, so that orders are not kept waiting."""
         begin, moved = time.monotonic(), 0
         while moved < samples and time.monotonic() - begin < PATIENCE:
             with self._lock:
@@ -358,9 +359,6 @@ class Runner:
             for key, kept in self.rig.settings.everything().items():
                 if kept != before[key]:
                     self.recorder.note(key, kept)
-
-    def _restore_effects(self) -> None:
-        self.arrange(self.rig.settings.file)
 
     def _reset(self) -> None:
         if self.recorder is not None:

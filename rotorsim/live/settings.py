@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from math import prod
 from typing import Any
 
@@ -78,7 +78,7 @@ class Control:
 
 
 def control_of(key: str, quantity: Quantity, neutral: float = 0.0, shown: str = "", power: int = 3) -> Control:
-    """Control of a quantity with both limits, displayed in the unit `shown`, by default people's largest."""
+    """Control of a quantity with both limits, displayed in the unit `shown`, by default the largest in use."""
     kind, (low, high) = dimension(quantity.unit), quantity.bounds
     unit = shown or (kind.people[-1] if kind.people else "")
     scale = float(kind.factors[unit]) if unit else 1.0
@@ -150,7 +150,7 @@ def equip(machine: Machine) -> Machine:
 
 
 def _acts(effect: type[Effect], machine: Machine) -> bool:
-    """Whether an effect has something to act on, as far as the checks of a machine file leave that open."""
+    """True if an effect has something to act on, as far as the checks of a machine file leave that open."""
     if machine.film is None and effect.port in FILM_PORTS:
         return False
     return bool(machine.injectors) or effect.port not in ("injector", "plenum", "supply", "actuator")
@@ -230,9 +230,7 @@ class RigSettings:
 
 def _present(machine: Machine, key: str) -> float:
     name, _, parameter = key.partition(".")
-    effect = machine.effects[name][0]
-    assert parameter in {f.name for f in fields(effect)}
-    return float(getattr(effect, parameter))
+    return float(getattr(machine.effects[name][0], parameter))
 
 
 def write_effect(a: Assembly, record: str, effect: Effect, parameter: str) -> None:
@@ -247,22 +245,19 @@ def update_derived(a: Assembly, w: Any) -> None:
     for call in a.calls:
         if call.effect.port == "support":
             dof = a.rotor.n_machine + 2 * call.order
-            _pure(build_support)(w, a.rotor, call.film or 0, dof, *_pure(_kernel(call))(_row(a, call)))
+            _pure(build_support)(w, a.rotor, call.film or 0, dof, *_values(a, call))
     for f, film in enumerate(a.films):
         plena = [c for c in a.calls if c.effect.port == "plenum" and c.film in (None, f)]
         capacity = a.film_part(w, f)[a.film.capacity :]
         for k in range(len(film.injectors)):
-            factor = prod(_pure(_kernel(c))(k, _row(a, c)) for c in plena)
+            factor = prod(_values(a, c, k) for c in plena)
             capacity[k] = a.P.capacity[f * a.film.n_inj + k] * factor
     w[a.rotor.matrix_step] = 0.0
 
 
-def _row(a: Assembly, call: Call) -> Any:
-    return getattr(a.P, call.record)
-
-
-def _kernel(call: Call) -> Callable[..., Any]:
-    return type(call.effect).kernel
+def _values(a: Assembly, call: Call, *arguments: Any) -> Any:
+    """Values of an effect's kernel with its parameters."""
+    return _pure(type(call.effect).kernel)(*arguments, getattr(a.P, call.record))
 
 
 def _pure(kernel: Callable[..., Any]) -> Callable[..., Any]:

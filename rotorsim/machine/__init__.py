@@ -18,17 +18,16 @@ from rotorsim.machine.gas_film import (
     GasFilm,
     Grooves,
     Injection,
-    Injector,
     Lobes,
     Orifices,
+    PinnedInjector,
     Steps,
 )  # fmt: skip
-from rotorsim.machine.limits import Checked, Limits
-from rotorsim.machine.numerics import Grid, Solver
+from rotorsim.machine.numerics import Checked, Grid, Limits, Solver
 from rotorsim.machine.overview import rows, si_numbers, summary
 from rotorsim.machine.plausibility import ask_machine
 from rotorsim.machine.probes import HousingAcceleration, HousingVelocity, ShaftProbe
-from rotorsim.machine.rotor import Disc, Material, Probe, Section, Shaft
+from rotorsim.machine.rotor import Disc, Probe, Section, Shaft, ShaftMaterial
 from rotorsim.machine.schema import Machine
 
 __all__ = [
@@ -42,17 +41,17 @@ __all__ = [
     "HousingAcceleration",
     "HousingVelocity",
     "Injection",
-    "Injector",
     "Limits",
     "LinearBearing",
     "Lobes",
     "Machine",
-    "Material",
     "Orifices",
+    "PinnedInjector",
     "Point",
     "Probe",
     "Section",
     "Shaft",
+    "ShaftMaterial",
     "ShaftProbe",
     "Solver",
     "Steps",

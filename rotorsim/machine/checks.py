@@ -1,23 +1,31 @@
-"""Checks between parts: positions on the shaft, bearing spacing, injectors in the film, effects with a target."""
+"""Checks between parts, and every problem of a machine file in one pass.
+
+Parts go together in their positions on the shaft, the spacing of bearings, injectors in the film, effects with a
+target. pydantic checks values one by one and looks at what is between them once all are right. `every_problem` makes
+the parts of what can be read, without the values that cannot; a check that meets a missing one ends without a word.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from itertools import chain
 from math import inf
-from typing import TYPE_CHECKING, Any
+from typing import Any, get_args, get_origin
 
-from rotorsim.base.quantity import quantities
+from pydantic import BaseModel, ValidationError
+
+from rotorsim.base.quantity import quantities, quantity_of
 from rotorsim.base.units import show
 from rotorsim.effects import FILM_PORTS, Effect
 from rotorsim.machine.bearings import LinearBearing
 from rotorsim.machine.gas_film import GasFilm
 from rotorsim.machine.numerics import check_step
-from rotorsim.machine.plausibility import numbers
+from rotorsim.machine.part import Part, choices, sentences
+from rotorsim.machine.plausibility import numbers, questions
 from rotorsim.machine.probes import HousingAcceleration, HousingVelocity
-
-if TYPE_CHECKING:
-    from rotorsim.machine.schema import Machine
+from rotorsim.machine.tables import MachineTables
+from rotorsim.machine.values import readable_effects
 
 SAME_PLACE = 1e-6
 """Bearings nearer than this [m] are at one position."""
@@ -28,20 +36,20 @@ MOVE_HOUSING = ("pedestal", "base_vibration")
 Problems = Iterator[tuple[str, str]]
 
 
-def cross_check(machine: Machine) -> Problems:
+def cross_check(machine: MachineTables) -> Problems:
     """Paths and sentences of all problems between parts, those first that decide what the machine is."""
     for check in (*decisive(machine), *further(machine)):
         yield from check
 
 
-def decisive(machine: Machine) -> Iterator[Problems]:
+def decisive(machine: MachineTables) -> Iterator[Problems]:
     """Checks of what a machine is made of."""
     yield _injection(machine)
     yield _actuators(machine)
     yield _places(machine)
 
 
-def further(machine: Machine) -> Iterator[Problems]:
+def further(machine: MachineTables) -> Iterator[Problems]:
     """Checks of how its parts fit, each by itself."""
     yield _on_shaft(machine)
     yield _bearings_apart(machine)
@@ -57,7 +65,7 @@ def further(machine: Machine) -> Iterator[Problems]:
         yield _own(machine, path, effect)
 
 
-def _positions(machine: Machine) -> Iterator[tuple[str, float]]:
+def _positions(machine: MachineTables) -> Iterator[tuple[str, float]]:
     """Paths and coordinates of everything that has a place on the shaft."""
     named: list[tuple[str, Any]] = [(f"discs.{i}", disc) for i, disc in enumerate(machine.discs)]
     named += [(f"bearings.{i}", bearing) for i, bearing in enumerate(machine.bearings)]
@@ -69,7 +77,7 @@ def _positions(machine: Machine) -> Iterator[tuple[str, float]]:
             yield f"{path}.position", position
 
 
-def _on_shaft(machine: Machine) -> Problems:
+def _on_shaft(machine: MachineTables) -> Problems:
     start, end = machine.shaft.start, machine.shaft.end
     slack = 1e-9 * machine.shaft.length
     reach = f"{show(start, 'm')} to {show(float(f'{end:.9g}'), 'm')}"
@@ -78,7 +86,7 @@ def _on_shaft(machine: Machine) -> Problems:
             yield path, f"'{show(z, 'm')}' is outside the shaft ({reach}); move it or lengthen the shaft"
 
 
-def _bearings_apart(machine: Machine) -> Problems:
+def _bearings_apart(machine: MachineTables) -> Problems:
     places = [getattr(bearing, "position", inf) for bearing in machine.bearings]
     for i, place in enumerate(places):
         for k, other in enumerate(places[:i]):
@@ -89,7 +97,7 @@ def _bearings_apart(machine: Machine) -> Problems:
                 )
 
 
-def _bearing_names(machine: Machine) -> Problems:
+def _bearing_names(machine: MachineTables) -> Problems:
     """Every bearing with a name has its own."""
     names = [getattr(bearing, "name", None) for bearing in machine.bearings]
     for i, name in enumerate(names):
@@ -98,7 +106,7 @@ def _bearing_names(machine: Machine) -> Problems:
             yield f"bearings.{i}.name", f"'{name}' is the name of bearings.{other} too; give each its own"
 
 
-def _injection(machine: Machine) -> Problems:
+def _injection(machine: MachineTables) -> Problems:
     if machine.injectors and machine.film is None:
         yield "injectors", "there is no film to inject into; add a bearing with kind = 'gas_film' or remove them"
     if machine.injectors and machine.injection is None:
@@ -114,7 +122,7 @@ def _injection(machine: Machine) -> Problems:
             yield "injectors", f"feed a film whose sleeve has '{name}'; remove the ones or the other"
 
 
-def _one_law(machine: Machine) -> Problems:
+def _one_law(machine: MachineTables) -> Problems:
     """Rows of orifices and pins follow one law."""
     rows = {f"{path}.orifices.{i}": row for path, film in _films(machine) for i, row in enumerate(film.orifices)}
     laminar = {path: row.loss_factor is not None for path, row in rows.items()}
@@ -129,13 +137,13 @@ def _one_law(machine: Machine) -> Problems:
             )
 
 
-def _no_film(machine: Machine) -> str:
+def _no_film(machine: MachineTables) -> str:
     """Rest of a sentence about an index that is not that of a gas film."""
     known = [path.rpartition(".")[2] for path, _ in _films(machine)]
     return f"is not the index of a gas film among the bearings; write {' or '.join(known)}"
 
 
-def _probes(machine: Machine) -> Problems:
+def _probes(machine: MachineTables) -> Problems:
     """Every probe has a name of its own, and one of the housing has a housing that can move."""
     shaken = any(name in machine.effects for name in MOVE_HOUSING)
     first: dict[str, int] = {}
@@ -155,7 +163,7 @@ def _probes(machine: Machine) -> Problems:
             yield from _housing(machine, f"probes.{i}", probe, shaken)
 
 
-def _housing(machine: Machine, path: str, probe: HousingVelocity | HousingAcceleration, shaken: bool) -> Problems:
+def _housing(machine: MachineTables, path: str, probe: HousingVelocity | HousingAcceleration, shaken: bool) -> Problems:
     """A sensor on a housing: it can move, and there is no doubt which one it is."""
     if machine.housing_of(probe) is None and not shaken:
         yield (
@@ -167,13 +175,13 @@ def _housing(machine: Machine, path: str, probe: HousingVelocity | HousingAccele
         yield f"{path}.bearing", f"missing, and {len(machine.supported)} bearings have a housing that moves; add it"
 
 
-def _films(machine: Machine) -> Iterator[tuple[str, GasFilm]]:
+def _films(machine: MachineTables) -> Iterator[tuple[str, GasFilm]]:
     """Paths of the gas films and themselves."""
     for i, film in zip(machine.film_bearings, machine.films, strict=True):
         yield f"bearings.{i}", film
 
 
-def _floor(machine: Machine) -> Problems:
+def _floor(machine: MachineTables) -> Problems:
     for _, film in _films(machine):
         if machine.solver.minimum_film >= film.clearance:
             shown, limit = show(machine.solver.minimum_film, "m"), show(film.clearance, "m")
@@ -181,14 +189,14 @@ def _floor(machine: Machine) -> Problems:
             return
 
 
-def _thin(machine: Machine) -> Problems:
+def _thin(machine: MachineTables) -> Problems:
     for path, film in _films(machine):
         if film.clearance > film.diameter / 20:
             limit = show(film.diameter / 20, "m")
             yield f"{path}.clearance", f"'{show(film.clearance, 'm')}' is not a thin film; write at most '{limit}'"
 
 
-def _reach(machine: Machine) -> Problems:
+def _reach(machine: MachineTables) -> Problems:
     shaft = machine.shaft
     for path, film in _films(machine):
         if not (shaft.start - 1e-9 <= film.position - film.length / 2
@@ -196,7 +204,7 @@ def _reach(machine: Machine) -> Problems:
             yield f"{path}.length", f"'{show(film.length, 'm')}' reaches beyond the shaft; move or shorten the film"
 
 
-def _offsets(machine: Machine) -> Problems:
+def _offsets(machine: MachineTables) -> Problems:
     """Injectors and rows of orifices stand inside their films."""
     pinned = machine.pinned_film
     for number, (path, film) in enumerate(_films(machine)):
@@ -211,14 +219,14 @@ def _offsets(machine: Machine) -> Problems:
                 yield f"{place}.offset", f"'{shown}' puts the orifice outside the film; write at most '{limit}'"
 
 
-def _each_effect(machine: Machine) -> Iterator[tuple[str, Effect]]:
+def _each_effect(machine: MachineTables) -> Iterator[tuple[str, Effect]]:
     """Paths of all effects and themselves."""
     for name, entries in machine.effects.items():
         for i, effect in enumerate(entries):
             yield (f"effects.{name}" if len(entries) == 1 else f"effects.{name}.{i}"), effect
 
 
-def _places(machine: Machine) -> Problems:
+def _places(machine: MachineTables) -> Problems:
     """Every effect has something to act on, and is there once if it can be only once."""
     for name, entries in machine.effects.items():
         if len(entries) > 1 and entries[0].single and not _one_a_film(machine, entries):
@@ -230,13 +238,13 @@ def _places(machine: Machine) -> Problems:
             yield f"{path}.{found[0]}".rstrip("."), found[1]
 
 
-def _one_a_film(machine: Machine, entries: tuple[Effect, ...]) -> bool:
+def _one_a_film(machine: MachineTables, entries: tuple[Effect, ...]) -> bool:
     """Whether effects are about a film each, every one about another."""
     films = {machine.film_number(effect) for effect in entries}
     return None not in films and len(films) == len(entries)
 
 
-def _own(machine: Machine, path: str, effect: Effect) -> Problems:
+def _own(machine: MachineTables, path: str, effect: Effect) -> Problems:
     """Values beyond an effect's limits, in an effect made in Python, and problems that an effect itself finds."""
     for field, declared in quantities(effect).items():
         value = getattr(effect, field)
@@ -248,7 +256,7 @@ def _own(machine: Machine, path: str, effect: Effect) -> Problems:
             yield f"{path}.{field}".rstrip("."), sentence
 
 
-def _misplaced(machine: Machine, effect: Effect) -> tuple[str, str] | None:
+def _misplaced(machine: MachineTables, effect: Effect) -> tuple[str, str] | None:
     """Missing part of the machine on which an effect acts: field and sentence."""
     placed = getattr(effect, "position", None) is not None or effect.influence != "node"
     if machine.film is None and (effect.place == "film" or effect.port in FILM_PORTS):
@@ -279,13 +287,13 @@ def _misplaced(machine: Machine, effect: Effect) -> tuple[str, str] | None:
     return None
 
 
-def _actuators(machine: Machine) -> Problems:
+def _actuators(machine: MachineTables) -> Problems:
     driven = machine.actuators is not None and getattr(machine.actuators, "mode", "ideal") != "ideal"
     if driven and not machine.injectors:
         yield "actuators", "there are no injectors whose pins they could move; add injectors or remove them"
 
 
-def _gains(machine: Machine) -> Problems:
+def _gains(machine: MachineTables) -> Problems:
     if machine.actuators is not None and machine.actuators.mode == "reference":
         for i, injector in enumerate(machine.injectors):
             for name in ("pd_gain", "pd_zero"):
@@ -293,7 +301,7 @@ def _gains(machine: Machine) -> Problems:
                     yield f"injectors.{i}.{name}", "missing, but actuators.mode is 'reference'; add it"
 
 
-def _cool(machine: Machine) -> Problems:
+def _cool(machine: MachineTables) -> Problems:
     """The gas is fed cooler than a film may become."""
     limit, fed = getattr(machine.limits, "temperature", None), machine.gas.temperature
     if limit is not None and limit <= fed:
@@ -301,9 +309,90 @@ def _cool(machine: Machine) -> Problems:
         yield "limits.temperature", text
 
 
-def _meant(machine: Machine) -> Problems:
+def _meant(machine: MachineTables) -> Problems:
     """Paths of unusual values lead to values."""
     known = {path for path, _, _ in numbers(machine)} if machine.unusual else set()
     for i, path in enumerate(machine.unusual):
         if path not in known:
             yield f"unusual.{i}", f"'{path}' leads to no number; write the path of one, e.g. 'shaft.start'"
+
+
+def every_problem(error: ValidationError, model: type[Part], tables: Mapping[str, Any]) -> list[str]:
+    """Sentences of all problems of the tables of a file, those first that decide what the machine is."""
+    machine: Any = readable(model, tables)
+    filed = tables.get("effects", {})
+    first = [_line(found) for check in decisive(machine) for found in _found(check)]
+    if not isinstance(filed, Mapping) or len(machine.effects) < len(filed):
+        machine.__dict__.pop("effects")  # one effect may need another that cannot be read
+    between = [_line(found) for part in _parts(machine) for found in _found(*part)]
+    with suppress(AttributeError):
+        for check in further(machine):
+            between += [_line(found) for found in _found(check)]
+    return list(dict.fromkeys([*first, *sentences(error, model), *between, *questions(machine, whole=False)]))
+
+
+def readable(model: type[Part], table: Any) -> Part:
+    """A part with what can be read of its table; a value that cannot is an attribute that is missing."""
+    table = table if isinstance(table, Mapping) else {}
+    part = model.model_construct()
+    for name in model.model_fields:
+        if name in table:
+            part.__dict__.pop(name, None)
+            with suppress(ValueError):
+                part.__dict__[name] = _read(model, name, table[name])
+    return part
+
+
+def _read(model: type[Part], name: str, value: Any) -> Any:
+    """A value as its field has it; raises ValueError."""
+    info = model.model_fields[name]
+    known, kinds = quantity_of(info), choices(info.annotation)
+    if known is not None:
+        return known.parse(value)
+    if get_origin(kinds[0]) is dict:
+        return readable_effects(value)
+    if get_origin(kinds[0]) is tuple:
+        own = choices(get_args(kinds[0])[0])
+        if not isinstance(value, (list, tuple)):
+            raise ValueError(name)
+        return tuple(value) if own == (str,) else tuple(readable(_kind(own, item), item) for item in value)
+    if isinstance(kinds[0], type) and issubclass(kinds[0], BaseModel):
+        return readable(_kind(kinds, value), value)
+    words = get_args(kinds[0])
+    if (words and value not in words) or not isinstance(value, str):
+        raise ValueError(name)
+    return value
+
+
+def _kind(kinds: tuple[Any, ...], table: Any) -> type[Part]:
+    """The part that a table is, by its tag where there are several; raises ValueError where it has none of them."""
+    if len(kinds) == 1:
+        return kinds[0]
+    given = table.get(kinds[0].tag) if isinstance(table, Mapping) else None
+    known = [k for k in kinds if given in get_args(k.model_fields[k.tag].annotation)]
+    if not known:
+        raise ValueError(given)
+    return known[0]
+
+
+def _parts(part: Any, path: str = "") -> Iterator[tuple[Iterable[tuple[str, str]], str]]:
+    """Problems within every part below, and its path; the whole itself is checked apart."""
+    for name in type(part).model_fields:
+        value = part.__dict__.get(name)
+        below = [(f"{path}{name}", value)] if isinstance(value, Part) else []
+        if isinstance(value, tuple):
+            below = [(f"{path}{name}.{i}", item) for i, item in enumerate(value) if isinstance(item, Part)]
+        for here, one in below:
+            yield one.problems(), here
+            yield from _parts(one, f"{here}.")
+
+
+def _found(problems: Iterable[tuple[str, str]], path: str = "") -> Iterator[tuple[str, str]]:
+    """Problems up to where a value is missing."""
+    with suppress(AttributeError):
+        for below, sentence in problems:
+            yield f"{path}.{below}".strip("."), sentence
+
+
+def _line(found: tuple[str, str]) -> str:
+    return f"{found[0]}: {found[1]}"

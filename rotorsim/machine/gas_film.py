@@ -286,7 +286,7 @@ class Injection(Part):
     pin_bias: float = quantity("m", "Travel of the pins at zero reference voltage.", low=0, high=1e-2, example=22.5e-6)
     pin_per_volt: float = quantity("m/V", "Travel of a pin per volt of reference.", low=0, high=1e-2, example=4.2e-6)
 
-    def nozzle(self, injector: Injector) -> Nozzle:
+    def nozzle(self, injector: PinnedInjector) -> Nozzle:
         """An injector as the film takes it."""
         return Nozzle(
             angle=injector.angle, offset=injector.offset, law=self.law, pin=self.pin_bias, seat_gap=self.seat_gap,
@@ -306,13 +306,13 @@ class Injection(Part):
             yield "minimum_gap", f"'{least}' is not below seat_gap '{most}'; make it smaller"
 
 
-class Injector(Part):
+class PinnedInjector(Part):
     """One injector.
 
     Examples
     --------
     >>> import rotorsim as rs
-    >>> rs.machine.Injector(angle="90 deg", reference="+y").offset
+    >>> rs.machine.PinnedInjector(angle="90 deg", reference="+y").offset
     0.0
     """
 

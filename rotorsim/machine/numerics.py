@@ -1,4 +1,4 @@
-"""Numerics of a machine: film grid, tolerances, time step, and the rate of its probes, encoder and laws.
+"""Parts of a machine that concern its computation: film grid, step, sampling rate, limits of a run, range of validity.
 
 A file may give the sampling rate. Where it does not, the highest speed decides: the lowest of 5, 10, 20, 50, 100, ...
 kHz with 12 samples in a turn at that speed and 8 in a period of the rotor on its films. Without a highest speed it is
@@ -8,18 +8,17 @@ kHz with 12 samples in a turn at that speed and 8 in a period of the rotor on it
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import ceil, pi, sqrt
-from typing import TYPE_CHECKING, Literal
+from math import ceil, inf, pi, sqrt
+from typing import Literal, Protocol
 
 from pydantic import Field
 
-from rotorsim.base.constants import RIG_SAMPLE, TO_RPM
+from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import show
+from rotorsim.machine.gas_film import GasFilm
 from rotorsim.machine.part import Part, count, quantity
-
-if TYPE_CHECKING:
-    from rotorsim.machine.schema import Machine
+from rotorsim.machine.rotor import Drive
 
 STEP = 1e-4
 """Longest time step [s] that is taken where a file gives none."""
@@ -69,6 +68,67 @@ class Solver(Part):
     )
 
 
+HOT = 423.15
+"""Temperature [K] from which on quenched bearing steel loses hardness and piezo stacks end, 150 degC."""
+
+
+class Limits(Part):
+    """Limits at which a run ends.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.Limits(tip_speed="200 m/s").tip_speed
+    200.0
+    """
+
+    tip_speed: float = quantity(
+        "m/s", "Speed of the rim of the rotor's widest part; a solid disc of steel bears 810 MPa at 500 m/s.",
+        500.0, above=0, high=2000)  # fmt: skip
+    temperature: float | None = quantity(
+        "K", "Temperature of gas, journal or sleeve; 150 degC when not given, none where the gas is fed warmer.",
+        None, above=0, high=5000, example=HOT)  # fmt: skip
+    choked_feeds: float | None = quantity(
+        "1", "Share of a film's injectors and orifices that may be choked where they enter it; any when not given.",
+        None, low=0, high=1, example=0.5)  # fmt: skip
+
+
+class Checked(Part):
+    """Operating points at which the machine's model was compared with measurements; no run depends on it.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.load_machine("dtu_gas_bearing").checked.highest_pressure
+    700000.0
+    """
+
+    highest_speed: float = quantity("rad/s", "Highest speed.", low=0, high=1e6, example=628.3185307179587)
+    lowest_pressure: float = quantity("Pa", "Lowest gauge pressure of the supply.", 0.0, low=0, high=1e8, example=3e5)
+    highest_pressure: float | None = quantity(
+        "Pa", "Highest gauge pressure of the supply; any when not given.", None, low=0, high=1e8, example=7e5
+    )
+    against: str = Field("measurements", description="What it was compared with.")
+
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """The pressures are a range."""
+        if self.highest_pressure is not None and self.highest_pressure < self.lowest_pressure:
+            low, high = show(self.lowest_pressure, "Pa"), show(self.highest_pressure, "Pa")
+            yield "lowest_pressure", f"'{low}' is above highest_pressure '{high}'; make it smaller"
+
+    def holds(self, speed: float, pressure: float) -> bool:
+        """Whether an operating point [rad/s], [Pa] lies within, to 0.1 %."""
+        highest = inf if self.highest_pressure is None else 1.001 * self.highest_pressure
+        return abs(speed) <= 1.001 * self.highest_speed and 0.999 * self.lowest_pressure <= pressure <= highest
+
+    @property
+    def pressures(self) -> str:
+        """The pressures as a text."""
+        if self.highest_pressure is None:
+            return f"from {self.lowest_pressure / MPA:g} MPa on"
+        return f"{self.lowest_pressure / MPA:g} to {self.highest_pressure / MPA:g} MPa"
+
+
 PER_TURN = 12
 """Samples in a turn at the highest speed that a derived rate has."""
 PER_PERIOD = 8
@@ -80,12 +140,40 @@ RATES = (5e3, 10e3, 20e3, 50e3, 100e3, 200e3, 500e3, 1e6)
 """Rates [Hz] that are derived."""
 
 
+class Sampled(Protocol):
+    """Tables of a machine that decide its sampling, and what follows from them."""
+
+    @property
+    def solver(self) -> Solver:
+        """Step and rate of the file."""
+
+    @property
+    def drive(self) -> Drive:
+        """The drive, which has the highest speed."""
+
+    @property
+    def films(self) -> tuple[GasFilm, ...]:
+        """The gas films."""
+
+    @property
+    def mass(self) -> float:
+        """Mass of the rotor [kg]."""
+
+    @property
+    def sampling_time(self) -> float:
+        """Time between two samples [s]."""
+
+    @property
+    def time_step(self) -> float:
+        """Step of the solver [s]."""
+
+
 def rate_for(wanted: float) -> float:
     """The lowest derived rate [Hz] that is not below another, or the highest."""
     return next((rate for rate in RATES if rate >= wanted * (1 - 1e-9)), RATES[-1])
 
 
-def derived_rate(machine: Machine) -> float:
+def derived_rate(machine: Sampled) -> float:
     """Sampling rate [Hz] of a machine whose file gives none."""
     highest = machine.drive.highest_speed
     if highest is None:
@@ -96,19 +184,19 @@ def derived_rate(machine: Machine) -> float:
     return rate_for(wanted)
 
 
-def sampling_time(machine: Machine) -> float:
+def sampling_time(machine: Sampled) -> float:
     """Time [s] between two samples of a machine."""
     rate = machine.solver.sampling_rate
     return 1 / (derived_rate(machine) if rate is None else rate)
 
 
-def time_step(machine: Machine) -> float:
+def time_step(machine: Sampled) -> float:
     """Step [s] of the solver: the file's, or where it gives none 0.1 ms or what next divides the sampling time."""
     step, Ts = machine.solver.time_step, machine.sampling_time
     return Ts / ceil(Ts / STEP * (1 - 1e-9)) if step == STEP else step
 
 
-def check_step(machine: Machine) -> Iterator[tuple[str, str]]:
+def check_step(machine: Sampled) -> Iterator[tuple[str, str]]:
     """The step divides the sampling time."""
     step, Ts = machine.time_step, machine.sampling_time
     steps = Ts / step
@@ -118,12 +206,12 @@ def check_step(machine: Machine) -> Iterator[tuple[str, str]]:
         yield "solver.time_step", f"'{show(step, 's')}' does not divide the sampling time {own}; write e.g. '{fitting}'"
 
 
-def highest_sampled(machine: Machine) -> float:
+def highest_sampled(machine: Sampled) -> float:
     """Highest speed [rad/s] at which a turn has enough samples."""
     return 2 * pi / (machine.sampling_time * FEWEST)
 
 
-def check_speed(machine: Machine, speed: float) -> None:
+def check_speed(machine: Sampled, speed: float) -> None:
     """Raise DataError for a speed [rad/s] at which a turn has too few samples, with the rate that it needs."""
     if abs(speed) <= highest_sampled(machine) * (1 + 1e-9):
         return

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict
 from functools import lru_cache
 from importlib.resources import files
@@ -115,7 +115,9 @@ def citations(machine: Machine) -> dict[str, list[str]]:
     found["coupled step"] = list(cited_by("rotorsim.plant.kernels.modal_rotor"))
     if machine.film is not None:
         found["film"] = _of("reynolds", FILM)
-        found["sleeves"] = [key for module in _forms(machine) for key in cited_by(f"reynolds.{module}")]
+        found["sleeves"] = _of(
+            "reynolds", dict.fromkeys(name for film in machine.films for name in film.sleeve.modules)
+        )
         found["equilibrium"] = list(cited_by("rotorsim.plant.kernels.equilibrium_kernel"))
     if machine.injectors:
         found["injectors"] = list(cited_by("reynolds.injector"))
@@ -125,10 +127,5 @@ def citations(machine: Machine) -> dict[str, list[str]]:
     return {part: sorted_keys(keys) for part, keys in found.items() if keys}
 
 
-def _forms(machine: Machine) -> list[str]:
-    """Modules of `reynolds` for sleeves that are no plain cylinders."""
-    return list(dict.fromkeys(name for film in machine.films for name in film.sleeve.modules))
-
-
-def _of(package: str, modules: tuple[str, ...]) -> list[str]:
+def _of(package: str, modules: Iterable[str]) -> list[str]:
     return [key for module in modules for key in cited_by(f"{package}.{module}")]

@@ -105,7 +105,11 @@ def sentences(error: ValidationError, model: type[BaseModel]) -> list[str]:
     A field that is missing because its name is misspelt is one problem.
     """
     items = error.errors()
-    meant = {(*item["loc"][:-1], _meant(item, model)) for item in items if item["type"] == "extra_forbidden"}
+    meant = {
+        (*item["loc"][:-1], closest(str(item["loc"][-1]), _walk(model, item["loc"])[1].model_fields))
+        for item in items
+        if item["type"] == "extra_forbidden"
+    }
     items = [item for item in items if not (item["type"] == "missing" and item["loc"] in meant)]
     below = {item["loc"][:depth] for item in items for depth in range(len(item["loc"]))}
     counted = [
@@ -122,11 +126,6 @@ def unknown_field(key: str, known: Iterable[str]) -> str:
     return f"unknown field; {did_you_mean(key, sorted(known))}"
 
 
-def _meant(item: Any, model: type[BaseModel]) -> str:
-    """The field that an unknown one is likely to be."""
-    return closest(str(item["loc"][-1]), _walk(model, item["loc"])[1].model_fields)
-
-
 def _lines(item: Any, model: type[BaseModel]) -> list[str]:
     path, owner, union = _walk(model, item["loc"])
     cause = item.get("ctx", {}).get("error")
@@ -134,8 +133,9 @@ def _lines(item: Any, model: type[BaseModel]) -> list[str]:
         return [f"{'.'.join(filter(None, (path, below)))}: {sentence}" for below, sentence in cause.items]
     if item["type"].startswith("union_tag"):
         return [_tag(path, item, choices(union))]
-    sentence = _SENTENCES.get(item["type"], _plainly)
-    return [f"{path}: {sentence(item, owner)}".removeprefix(": ")]
+    known = _SENTENCES.get(item["type"])
+    sentence = known(item, owner) if known else str(item["msg"]).removeprefix("Value error, ")
+    return [f"{path}: {sentence}".removeprefix(": ")]
 
 
 def _walk(model: type[BaseModel], loc: tuple[Any, ...]) -> tuple[str, type[BaseModel], Any]:
@@ -175,46 +175,27 @@ def _missing(item: Any, owner: type[BaseModel]) -> str:
     return f"missing ({meaning}); write e.g. {quoted(known.suggestion(), known.unit)}"
 
 
-def _unknown(item: Any, owner: type[BaseModel]) -> str:
-    return unknown_field(str(item["loc"][-1]), owner.model_fields)
-
-
-def _one_of(item: Any, _: type[BaseModel]) -> str:
-    return f"{quote(item['input'])} is not known; write {item['ctx']['expected']}"
-
-
 def _tag(path: str, item: Any, kinds: tuple[Any, ...]) -> str:
     given, tag = item["input"], kinds[0].tag
     if not isinstance(given, dict):
-        return f"{path}: {_table(item, kinds[0])}"
+        return f"{path}: {_table(item)}"
     problem = f"{quote(given[tag])} is not known" if tag in given else "missing"
     *known, last = (repr(word) for kind in kinds for word in get_args(kind.model_fields[tag].annotation))
     return f"{path}.{tag}: {problem}; write {', '.join(known)} or {last}"
 
 
-def _table(item: Any, _: type[BaseModel]) -> str:
+def _table(item: Any, *_: Any) -> str:
     return f"{quote(item['input'])} is not a table; write its fields below a [header]"
-
-
-def _list(item: Any, _: type[BaseModel]) -> str:
-    return f"{quote(item['input'])} is not a list of tables; write a [[header]] for each"
-
-
-def _text(item: Any, _: type[BaseModel]) -> str:
-    return f"{quote(item['input'])} is not text; write it in quotes"
-
-
-def _plainly(item: Any, _: type[BaseModel]) -> str:
-    return str(item["msg"]).removeprefix("Value error, ")
 
 
 _SENTENCES: dict[str, Callable[[Any, type[BaseModel]], str]] = {
     "missing": _missing,
-    "extra_forbidden": _unknown,
-    "literal_error": _one_of,
+    "extra_forbidden": lambda item, owner: unknown_field(str(item["loc"][-1]), owner.model_fields),
+    "literal_error": lambda item, _: f"{quote(item['input'])} is not known; write {item['ctx']['expected']}",
     "model_type": _table,
     "model_attributes_type": _table,
-    "tuple_type": _list,
-    "string_type": _text,
+    "tuple_type": lambda item, _: f"{quote(item['input'])} is not a list of tables; write a [[header]] for each",
+    "string_type": lambda item, _: f"{quote(item['input'])} is not text; write it in quotes",
     "too_short": lambda *_: "empty; give at least one",
 }
+"""Sentence about a value, from pydantic's problem and the part that owns the field, by pydantic's name of it."""

@@ -33,7 +33,7 @@ from rotorsim.machine.probes import ShaftProbe
 from rotorsim.machine.rotor import Section
 
 if TYPE_CHECKING:
-    from rotorsim.machine.schema import Machine
+    from rotorsim.machine.tables import MachineTables
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ DEEP = 20
 """Clearances of which a pocket or a groove is questioned."""
 
 
-def implausible(machine: Machine) -> Questions:
+def implausible(machine: MachineTables) -> Questions:
     """Paths of values that do not fit the rest of a machine, and the sentences about them."""
     yield from _inertias(machine)
     yield from _journals(machine)
@@ -167,7 +167,7 @@ def implausible(machine: Machine) -> Questions:
     yield from _gas(machine)
 
 
-def _inertias(machine: Machine) -> Questions:
+def _inertias(machine: MachineTables) -> Questions:
     for i, disc in enumerate(machine.discs):
         if disc.polar_inertia > 2 * disc.diametral_inertia * (1 + ROUNDED):
             polar, limit = show(disc.polar_inertia, "kg*m^2"), show(2 * disc.diametral_inertia, "kg*m^2")
@@ -192,7 +192,7 @@ def _inertias(machine: Machine) -> Questions:
             )
 
 
-def _journals(machine: Machine) -> Questions:
+def _journals(machine: MachineTables) -> Questions:
     for path, film in _films(machine):
         start, end = film.position - film.length / 2, film.position + film.length / 2
         for section in _sections(machine, start, end):
@@ -205,7 +205,7 @@ def _journals(machine: Machine) -> Questions:
                 break
 
 
-def _sleeves(machine: Machine) -> Questions:
+def _sleeves(machine: MachineTables) -> Questions:
     """Sleeves that stand in each other, and pockets and grooves that are deep for their film."""
     films = list(_films(machine))
     for k, (path, film) in enumerate(films):
@@ -224,7 +224,7 @@ def _sleeves(machine: Machine) -> Questions:
                 )
 
 
-def _inside(machine: Machine) -> Questions:
+def _inside(machine: MachineTables) -> Questions:
     """Discs and probes of the shaft that stand inside a sleeve."""
     parts = [(f"discs.{i}.position", disc.position, "a disc") for i, disc in enumerate(machine.discs)]
     parts += [
@@ -238,18 +238,18 @@ def _inside(machine: Machine) -> Questions:
                 yield at, f"'{show(place, 'm')}' puts {what} inside the sleeve of {path}; check where it stands"
 
 
-def _gas(machine: Machine) -> Questions:
+def _gas(machine: MachineTables) -> Questions:
     """Stated properties of the gas that are not those of the named one."""
     if machine.films:
         yield from ((f"gas.{field}", sentence) for field, sentence in machine.gas.doubts())
 
 
-def _films(machine: Machine) -> Iterator[tuple[str, GasFilm]]:
+def _films(machine: MachineTables) -> Iterator[tuple[str, GasFilm]]:
     for i, film in zip(machine.film_bearings, machine.films, strict=True):
         yield f"bearings.{i}", film
 
 
-def _sections(machine: Machine, start: float, end: float) -> Iterator[Section]:
+def _sections(machine: MachineTables, start: float, end: float) -> Iterator[Section]:
     """Sections of the shaft that two coordinates touch with more than rounding."""
     z, slack = machine.shaft.start, 1e-9 * machine.shaft.length
     for section in machine.shaft.sections:

@@ -13,13 +13,13 @@ from rotorsim.machine.part import Part, quantity
 MOST_ELEMENTS = 1000
 
 
-class Material(Part):
+class ShaftMaterial(Part):
     """An isotropic elastic material.
 
     Examples
     --------
     >>> import rotorsim as rs
-    >>> rs.machine.Material(density="7850 kg/m^3", youngs_modulus="210 GPa", poisson_ratio=0.3).youngs_modulus
+    >>> rs.machine.ShaftMaterial(density="7850 kg/m^3", youngs_modulus="210 GPa", poisson_ratio=0.3).youngs_modulus
     210000000000.0
     """
 
@@ -58,14 +58,14 @@ class Shaft(Part):
     Examples
     --------
     >>> import rotorsim as rs
-    >>> steel = rs.machine.Material(density="7850 kg/m^3", youngs_modulus="210 GPa", poisson_ratio=0.3)
+    >>> steel = rs.machine.ShaftMaterial(density="7850 kg/m^3", youngs_modulus="210 GPa", poisson_ratio=0.3)
     >>> piece = rs.machine.Section(length="200 mm", outer_diameter="20 mm")
     >>> rs.machine.Shaft(material=steel, sections=[piece, piece]).end
     0.4
     """
 
     start: float = quantity("m", "Coordinate z of the left end.", 0.0, low=-100, high=100)
-    material: Material = Field(description="What the shaft is made of.")
+    material: ShaftMaterial = Field(description="What the shaft is made of.")
     sections: tuple[Section, ...] = Field(min_length=1, description="Pieces of the shaft, from left to right.")
     damping_ratio: float = quantity(
         "1", "Modal damping ratio of the shaft's own modes.", 0.0, low=0, high=0.5, example=0.01

@@ -20,7 +20,7 @@ from reynolds.workspace import FILM_DTYPE, FilmGas, FilmModel, build_films
 from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import FILM_PORTS, PORTS, Effect, numeric_fields
 from rotorsim.effects.base import WHERE
-from rotorsim.machine.gas_film import Injector
+from rotorsim.machine.gas_film import PinnedInjector
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.compose import Call, KernelModule, compose, film_entries, is_compiled
 from rotorsim.plant.kernels.layout import (
@@ -275,7 +275,7 @@ def machine_numbers(machine: Machine, mesh: Mesh, films: Sequence[FilmModel]) ->
     }
 
 
-def nozzle_numbers(machine: Machine, nozzle: Nozzle, pin: Injector | None) -> dict[str, float]:
+def nozzle_numbers(machine: Machine, nozzle: Nozzle, pin: PinnedInjector | None) -> dict[str, float]:
     """Numbers of an injector or orifice of a film; those of the pin are zero without one."""
     gas, common, piezos = machine.gas, machine.injection, machine.actuators
     along_x, along_y = (0.0, 0.0) if pin is None else pin.signs

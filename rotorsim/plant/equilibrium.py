@@ -11,7 +11,6 @@ from reynolds.workspace import at_cache_line
 from rotorsim.base.constants import MPA, TO_RPM, TO_UM
 from rotorsim.base.display import Card, Shown, several
 from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffError
-from rotorsim.effects import Effect
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.kernels.equilibrium_kernel import BEYOND_STROKE, NO_LIFT_OFF, RESTLESS
@@ -154,12 +153,9 @@ def coupled_effects(a: Assembly) -> tuple[str, ...]:
 
     Those at their neutral values, which do nothing, are not among them.
     """
-    coupled = (c.effect for c in a.calls if c.effect.port in ("supply", "heat") or _holds(c.effect))
+    effects = [call.effect for call in a.calls]
+    coupled = [e for e in effects if e.port in ("supply", "heat") or (e.port == "motion" and e.steady)]
     return tuple(dict.fromkeys(effect.name for effect in coupled if effect != type(effect)()))
-
-
-def _holds(effect: Effect) -> bool:
-    return effect.port == "motion" and effect.steady
 
 
 def describe(a: Assembly, w: np.ndarray) -> Equilibrium:

@@ -18,6 +18,8 @@ With A(s) = J + s S of `reynolds.perturbation` and L(s) = A^-T F_y' (two adjoint
           K + i\omega C = Z(i\omega), \qquad C(0) = L'(S_X - S A^{-1} J_X)
 
 Cites: hamrock_2004.
+Modes come from one search, that of `fe_shaft.modes`: all of a stated region, their number proven by the argument
+principle, and some outside it.
 """
 
 from __future__ import annotations
@@ -30,8 +32,11 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csc_matrix
-from scipy.sparse.linalg import LinearOperator, eigs, splu
+from scipy.sparse.linalg import splu
 
+from fe_shaft.modes.pencil import OSCILLATES, Modes, Region
+from fe_shaft.modes.spectrum import modes_in
+from fe_shaft.modes.subspace import SMALL, around, settled
 from reynolds.injector import Injector
 from reynolds.perturbation import Kernels, LinearFilm, linear_film, side_by_side
 from rotorsim.base.control_systems import balanced, state_space
@@ -44,6 +49,27 @@ from rotorsim.plant.equilibrium import damping, rows, stiffness
 
 INPUTS = ("reference_x", "reference_y", "disc_force_x", "disc_force_y", "supply_pressure")
 OUTPUTS = ("disc_x", "disc_y")
+DAMPED = 0.5
+"""Damping ratio from which a mode lies outside the region."""
+ABOVE = 1.02
+"""Reach of a region over the highest frequency that it has to hold."""
+BELOW = 1e-4
+"""Floor of a region over its reach."""
+FIRST = 2
+"""Pairs of the rotor's modes on its nominal bearings that a region holds."""
+STIFFER = 2.0
+"""Factor up to which films may raise the frequencies of these pairs before they leave the region of a linear model."""
+LISTED = 0.9
+"""Damping ratio from which a mode is not listed."""
+
+
+def region_up_to(hints: np.ndarray, highest: float) -> Region:
+    """Region of modes up to the `highest` speed and of the first pairs among the rotor's natural frequencies (n,).
+
+    All in rad/s.
+    """
+    reach = ABOVE * max(highest, 1.1 * float(np.sort(hints)[: 2 * FIRST].max()))
+    return Region(reach, BELOW * reach, DAMPED)
 
 
 ORDERING = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
@@ -124,16 +150,17 @@ class LinearRotor:
 class LinearPlant(Shown):
     """S x' = J x + E u, y = H x with diagonal S; A, B, C, D [SI] follow.
 
-    wn [rad/s], zeta and whirl ('forward', 'backward', 'mixed') are those of the oscillating modes, ascending in wn;
-    static_gain (2, 2) [m/V] from reference to disc; delay (2,) [s] by axis. Eigenvalues are looked for around `near`
-    [rad/s], the rotor's first natural frequency on its nominal bearing. `rotor` holds modal stiffness and damping and
-    the rows of the journal; the film's own matrices are in `film`; the shaft turns at `speed` [rad/s].
+    wn [rad/s], zeta and whirl ('forward', 'backward', 'mixed') are those of the oscillating modes, ascending in wn: all
+    of the `region` if their number is `proven`, and those outside it, damping ratios below 0.9, that the search met.
+    static_gain (2, 2) [m/V] from reference to disc; delay (2,) [s] by axis. `hints` (k,) [rad/s] are the natural
+    frequencies of the rotor on its nominal bearings. `rotor` holds modal stiffness and damping and the rows of the
+    journal; the film's own matrices are in `film`; the shaft turns at `speed` [rad/s].
     """
 
     S: np.ndarray
     E: np.ndarray
     H: np.ndarray
-    near: float
+    hints: np.ndarray
     rotor: LinearRotor
     film: LinearFilm | None = None
     speed: float = 0.0
@@ -147,6 +174,8 @@ class LinearPlant(Shown):
             for wn, zeta, whirl in zip(self.wn[:4], self.zeta, self.whirl, strict=False)
         ]
         rows = [(f"mode {k}", one) for k, one in enumerate(modes, 1)]
+        if not self.proven:
+            rows.append(("modes", "perhaps not all: their number is not proven"))
         rows += [("in", ", ".join(self.inputs)), ("out", ", ".join(self.outputs))]
         return Card(f"LinearPlant: {len(self.S)} states", rows)
 
@@ -226,28 +255,49 @@ class LinearPlant(Shown):
         """Modal dynamic stiffness (m, m) of rotor and film."""
         return self.factor(s).stiffness
 
+    @property
+    def region(self) -> Region:
+        """Region of the complex plane [rad/s] whose modes are counted.
+
+        It reaches over the speed and twice the first pairs of the rotor's modes on its nominal bearings.
+        """
+        return region_up_to(self.hints, max(abs(self.speed), STIFFER * float(np.sort(self.hints)[: 2 * FIRST].max())))
+
+    @cached_property
+    def modes(self) -> Modes:
+        """All modes of the region, those that grow without oscillation too, and others that the search met."""
+        hints = np.unique(np.round(self.hints, 3))
+        with one_thread():
+            seed = None
+            if self.size > SMALL:  # strongly damped ones near the first natural frequency are listed where they are met
+                near = around(self, 1j * float(hints[0]))
+                seed = settled(self, near.take(_listed(near.values)))
+            return modes_in(self, self.region, hints.tolist(), seed)
+
+    @property
+    def proven(self) -> bool:
+        """Whether it is proven that no mode of the region is missing."""
+        return self.modes.proven
+
     @cached_property
     def _modes(self) -> tuple[np.ndarray, np.ndarray]:
-        with one_thread():
-            values, vectors = self._near_eigenvalues()
-        keep = values.imag > 0.44 * np.abs(values)
-        order = np.argsort(np.abs(values[keep]))
-        return values[keep][order], vectors[:, keep][:, order]
+        listed = self.modes.take(_listed(self.modes.values))
+        return listed.values, listed.right
 
     @property
     def eigenvalues(self) -> np.ndarray:
-        """Eigenvalues [rad/s] with zeta < 0.9 near the first critical speeds, upper half plane, ascending."""
+        """Eigenvalues [rad/s] of the modes listed, upper half plane, ascending."""
         return self._modes[0]
 
     @property
     def wn(self) -> np.ndarray:
         """Natural frequencies abs(s) [rad/s]."""
-        return np.abs(self._modes[0])
+        return np.abs(self.eigenvalues)
 
     @property
     def zeta(self) -> np.ndarray:
         """Damping ratios -Re s / abs(s)."""
-        return -self._modes[0].real / np.abs(self._modes[0])
+        return -self.eigenvalues.real / np.abs(self.eigenvalues)
 
     @property
     def shapes(self) -> np.ndarray:
@@ -300,19 +350,6 @@ class LinearPlant(Shown):
         shapes = np.abs(self._disc_shapes[:, :2])
         x = first_of_largest(shapes[0] / shapes.sum(axis=0))
         return x if axis == 0 else shapes.shape[1] - 1 - x
-
-    def _near_eigenvalues(self, count: int = 8) -> tuple[np.ndarray, np.ndarray]:
-        """Eigenvalues of (J, S) nearest to i near, by shift and invert (all of them when the system is small)."""
-        n = len(self.S)
-        if self.film is None or n <= 4 * count:
-            return np.linalg.eig(self.A)
-        shift = 1j * self.near
-        inverse = self.factor(shift)
-        operator = LinearOperator((n, n), matvec=lambda x: inverse.solve(self.S * x), dtype=complex)
-        values, vectors = eigs(operator, k=count, v0=np.ones(n, complex), tol=1e-12)
-        if not np.all(np.isfinite(values)):
-            raise DataError("linearise: the eigenvalues did not converge; refine the grid")
-        return shift + 1 / values, vectors
 
     @property
     def size(self) -> int:
@@ -400,6 +437,12 @@ class ShiftedPlant:
         return np.concatenate([y, b[-m:] + pushed.conj().T @ y + damped.conj().T @ force, force])
 
 
+def _listed(values: np.ndarray) -> np.ndarray:
+    """Which eigenvalues oscillate with a damping ratio below that from which a mode is not listed."""
+    size = np.abs(values)
+    return np.asarray((values.imag > OSCILLATES * size) & (-values.real < LISTED * size))
+
+
 def linearise(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
     """Linear model about the equilibrium in workspace w at `speed` [rad/s]."""
     with one_thread():
@@ -408,7 +451,7 @@ def linearise(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
 
 def _linearised(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
     rotor, Bd = _rotor(a, w, speed)
-    m, near = len(rotor.stiffness), a.mesh.reduced.frequencies.min()
+    m = len(rotor.stiffness)
     film = linear_films(a, w, speed) if a.films else None
     n = 0 if film is None else len(film.S)
     E = np.zeros((n + 2 * m, 5))
@@ -418,7 +461,7 @@ def _linearised(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
         E[:n, 4] = -film.J_u[:, -1]
     H = np.hstack([np.zeros((2, n)), Bd, np.zeros((2, m))])
     S = np.concatenate([np.zeros(0) if film is None else film.S, np.ones(2 * m)])
-    return LinearPlant(S, E, H, near, rotor, film, speed)
+    return LinearPlant(S, E, H, a.mesh.reduced.frequencies, rotor, film, speed)
 
 
 def linear_films(a: Assembly, w: np.ndarray, speed: float) -> LinearFilm:

@@ -243,11 +243,14 @@ def linear_warnings(
             found.setdefault(one.name, one.sentence)
     sentences = list(found.values())
     damping = np.full(w.shape, np.nan) if zeta is None else np.atleast_1d(np.asarray(zeta, float))
-    if (damping < -DAMPED).any():
-        sentences.append(
-            f"a mode grows {growth(signed, damping)}, with a damping ratio of {np.nanmin(damping):.3g} at the least: "
-            "the machine does not run steadily there, and a steady response does not exist"
-        )
+    diverges = damping <= -1
+    for grows, what in (
+        (diverges, f"the rotor leaves its place without oscillation {growth(signed, np.where(diverges, -1.0, 1.0))}"),
+        (~diverges & (damping < -DAMPED), f"a mode grows {growth(signed, np.where(diverges, 1.0, damping))}, with a "
+         f"damping ratio of {np.nanmin(damping, initial=np.inf, where=~diverges):.3g} at the least"),
+    ):  # fmt: skip
+        if grows.any():
+            sentences.append(f"{what}: the machine does not run steadily there, and a steady response does not exist")
     lost = np.zeros(w.shape, bool) if carried is None else ~np.atleast_1d(np.asarray(carried, bool))
     if lost.any():
         ranges = ", ".join(_range(signed[run]) for run in _runs(lost))

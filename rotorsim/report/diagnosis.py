@@ -85,12 +85,14 @@ def _first_screen(d: Diagnosis) -> tuple[Block, ...]:
     places = located(d)
     sentences = [(f"{ALSO[one.role]}{one.sentence}", MARKS[one.role][1]) for one in places]
     marked = [(one.role, place) for one in places for place in one.places]
+    scattered = d.status == "unknown" and not d.localisation  # nothing is beyond the scatter of the records
+    meaning = NOTHING_BEYOND if scattered else MEANING[d.status]
     notes = f"{len(d.notes)} notes" if len(d.notes) > 1 else "a note"
     stages = {"nominal": "file as given", "with effect": "with the effect"}
     blocks = [
         Block("Where on the machine", "" if sentences else "Nothing is marked: no effect was found.",
               figure=machine_sketch(d.machine, marked), legend=sentences, tools=False),
-        Block("What to do next", next_step(d), texts=(_meaning(d),), anchor="next",
+        Block("What to do next", next_step(d), texts=(meaning,), anchor="next",
               link=(f"The limits of these records: {notes} below.", "notes") if d.notes else None),
         Block("Gap before and after", "Rms of measured less simulated; the line is the scatter of repeats.",
               figure=gap_by_role(d), tools=False,
@@ -111,11 +113,6 @@ def next_step(d: Diagnosis) -> str:
     if d.planned is not None:
         return f"{d.planned.sentence} {step}"
     return f"{step} {PLAN_NEXT}" if d.unplanned else step
-
-
-def _meaning(d: Diagnosis) -> str:
-    """Meaning of the verdict; of records without a group beyond their own scatter that alone."""
-    return MEANING[d.status] if d.status != "unknown" or d.localisation else NOTHING_BEYOND
 
 
 def _places(found: tuple[LocatedEffect, ...]) -> str:

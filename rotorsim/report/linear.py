@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -13,7 +14,6 @@ from rotorsim.analysis.campbell import critical_rows, modes_line, searched_line
 from rotorsim.analysis.unbalance_response import ENDS, peak_of
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
-from rotorsim.base.input_files import parse_toml
 from rotorsim.report.page import Block, Page, machine_entry, write_page
 from rotorsim.report.theme import INK, PIN_COLOURS, compact, curve, phase_axes, phase_lag, style
 from rotorsim.report.units import quantity
@@ -119,7 +119,7 @@ def campbell_page(found: xr.Dataset, stiffness: xr.Dataset | None) -> Page:
     """Page of a Campbell diagram with critical speeds, and a critical speed map where `stiffness` is given."""
     text = (
         "Triangles up whirl forward at the measuring plane, down backward. Rings mark critical speeds. Lines end where "
-        "a mode leaves the region that is looked at or the film does not carry."
+        "a mode leaves the region that is searched or the film does not carry."
     )
     orders = ("order", "speed [rpm]", "natural frequency", "damping ratio", "amplification", "whirl", "mode")
     sure = f"Modes: {modes_line(found)}. Critical speeds are searched from {searched_line(found)}."
@@ -198,7 +198,7 @@ def response_figure(found: xr.Dataset, places: tuple[str, ...] | None = None) ->
         x = one["response_re"].sel(axis="x").values + 1j * one["response_im"].sel(axis="x").values
         lag = -np.degrees(np.unwrap(np.angle(x)))
         lag -= 360 * np.round(np.nanmin(lag) / 360) if np.isfinite(lag).any() else 0.0
-        look = {"colour": PIN_COLOURS[k % len(PIN_COLOURS)], "name": place, "width": 2, "digits": 6}
+        look: dict[str, Any] = {"colour": PIN_COLOURS[k % len(PIN_COLOURS)], "name": place, "width": 2, "digits": 6}
         figure.add_trace(curve(speed, one["major"].values * TO_UM, legendgroup=place, **look), 1, 1)
         figure.add_trace(curve(speed, lag, legendgroup=place, showlegend=False, **look), 2, 1)
     figure.update_yaxes(title_text="major half axis [µm 0-pk]", rangemode="tozero", row=1, col=1)
@@ -262,11 +262,6 @@ def peaks(found: xr.Dataset) -> list[tuple[str, str, float, str]]:
 def warned(found: xr.Dataset) -> str:
     """Sentences about the speeds at which a result does not hold, after a space; empty without any."""
     return "".join(f" Warning: {sentence}." for sentence in str(found.attrs.get("warnings", "")).splitlines())
-
-
-def name(found: xr.Dataset) -> str:
-    """Name of the machine of a result."""
-    return str(parse_toml(str(found.attrs["machine"])).get("name", "Unnamed machine"))
 
 
 def at(found: xr.Dataset) -> str:

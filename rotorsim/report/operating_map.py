@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,6 @@ import xarray as xr
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
-from rotorsim.base.input_files import parse_toml
 from rotorsim.report.page import Block, Page, machine_entry, write_page
 from rotorsim.report.theme import INK, PIN_COLOURS, compact, curve, faint, style
 from rotorsim.report.units import quantity
@@ -61,14 +59,6 @@ def save_map_page(found: xr.Dataset, path: str | Path, units: str = "metric", fi
 
 def map_page(found: xr.Dataset) -> Page:
     """Page of an operating map; of further axes the first value is drawn."""
-    return Page(f"{_name(found)}: operating map", _about(found), blocks(plane(found)))
-
-
-def _name(found: xr.Dataset) -> str:
-    try:
-        return str(parse_toml(str(found.attrs.get("machine", ""))).get("name", "Unnamed machine"))
-    except tomllib.TOMLDecodeError:
-        return "Unnamed machine"
     return Page(f"{machine_entry(found.attrs)}: operating map", _about(found), blocks(plane(found)))
 
 
@@ -95,9 +85,9 @@ def blocks(one: xr.Dataset) -> list[Block]:
     if one.sizes["speed"] > 1 and one.sizes["pressure"] > 1 and varying(one):
         shaded = (
             f"Shaded red: not carried by the film, a mode grows, or within {margin:g} % of a critical speed, where the "
-            f"speed equals the natural frequency of a mode that amplifies {least:.3g} times or more (looked for beyond "
+            f"speed equals the natural frequency of a mode that amplifies {least:.3g} times or more (searched beyond "
             "the ends of the map as far as it matters). "
-            + ("Shaded grey: not known, because not all modes could be looked for. " if unknown else "")
+            + ("Shaded grey: not known, because not every mode could be searched. " if unknown else "")
             + "Whirl ratio: 1 a forward circle, 0 a line, -1 a backward circle. "
             + "".join(f"All over the map: {title} {value:.4g}. " for title, value in constants(one))
         ).strip()

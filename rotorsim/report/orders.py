@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
-import xarray as xr
 from plotly.subplots import make_subplots
 
 from rotorsim.base.constants import TO_RPM, TO_UM
-from rotorsim.report.run import AnalysedRun, analyse, end_of_run, need_motion, need_orders, record_section, sensed
+from rotorsim.report.run import AnalysedRun, end_of_run, need_motion, need_orders, record_section, sensed
 from rotorsim.report.theme import (
     AXIS_COLOURS,
     FAINTEST,
@@ -34,7 +33,6 @@ DECADES = 3.5
 """Decades of the colour scale of spectra."""
 SHORTEST = 0.5
 """Shortest record [s] that has a waterfall: it holds two spectra."""
-ORDER_COLOURS = {1: "#0072B2", 2: "#D55E00", 3: "#009E73"}
 CONVENTION = (
     "Displacements are Re(A exp(i n α)) with the shaft angle α; amplitudes are 0-pk and a positive phase lag means "
     "that the maximum comes after the mark. On a round forward orbit y lags x by 90 degrees."
@@ -252,32 +250,6 @@ def _finish(figure: go.Figure, run: AnalysedRun, height: int, label: str) -> go.
     return figure
 
 
-def readme_figure(record: xr.Dataset) -> go.Figure:
-    """Amplitude of disc y at 1X, 2X, 3X against speed, next to the waterfall of disc y."""
-    run = analyse(record)
-    titles = ["Disc y: amplitude of the orders", "Disc y: spectra"]
-    figure = make_subplots(1, 2, horizontal_spacing=0.09, subplot_titles=titles)
-    for order in run.tracked["order"].values:
-        amplitude, _ = order_traces(run, int(order), "y")
-        figure.add_trace(
-            amplitude.update(name=f"{order}X", line={"color": ORDER_COLOURS[int(order)], "width": 3}), 1, 1
-        )
-    figure.add_trace(spectrum_trace(run, "frequency", run.spectra["amplitude"].sel(axis="y").values), 1, 2)
-    add_order_lines(figure, run, (1, 2, 3), 1, 2)
-    figure.update_xaxes(title_text=run.abscissa(run.tracked)[1], range=run.reach)
-    figure.update_yaxes(title_text="amplitude [µm 0-pk]", rangemode="tozero", col=1)
-    figure.update_yaxes(title_text="frequency [Hz]", range=[0, float(run.spectra["frequency"][-1])], col=2)
-    style(figure, 700, coloraxis=colour_axis(run), width=1400)
-    figure.update_layout(font_size=18, margin={"l": 80, "r": 40, "t": 60, "b": 70})
-    figure.update_layout(
-        legend={"x": 0.02, "yref": "paper", "xanchor": "left", "y": 0.98, "yanchor": "top", "orientation": "v"}
-    )
-    figure.update_annotations(font_size=20)
-    figure.update_xaxes(showgrid=False, col=2)
-    figure.update_yaxes(showgrid=False, col=2)
-    return figure
-
-
 ORDERS = (1, 2, 3)
 DEEPEST = 5.0
 """Decades of a logarithmic axis of amplitudes, at most."""
@@ -326,10 +298,6 @@ def spectra(run: AnalysedRun, spectrum: Spectrum) -> go.Figure:
     return style(figure, 640)
 
 
-def _difference(run: AnalysedRun) -> SensorError:
-    return difference_of(run.record, run.highest_frequency)
-
-
 def difference_caption(run: AnalysedRun, difference: SensorError) -> str:
     """Noise levels."""
     parts = [
@@ -341,7 +309,10 @@ def difference_caption(run: AnalysedRun, difference: SensorError) -> str:
     return text + (" Lines at multiples of the shaft speed are runout." if run.revolutions >= 1 else "")
 
 
-@record_section("Measured against true displacement", _difference, difference_caption)
+@record_section(
+    "Measured against true displacement", lambda run: difference_of(run.record, run.highest_frequency),
+    difference_caption,
+)  # fmt: skip
 def sensor_noise(run: AnalysedRun, difference: SensorError) -> go.Figure:
     """Spectrum [um 0-pk] of measured less true displacement.
 

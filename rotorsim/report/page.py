@@ -24,15 +24,7 @@ from plotly.offline import get_plotlyjs
 from rotorsim.base.files import write_text
 from rotorsim.base.input_files import parse_toml
 from rotorsim.report.figure_files import BEGIN, END, check_kind, imperial_figure, write_figures
-from rotorsim.report.units import (
-    check_units,
-    in_shown_units,
-    is_imperial,
-    label,
-    micrometres,
-    page_system,
-    unit_in,
-)
+from rotorsim.report.units import check_units, in_shown_units, is_imperial, label, micrometres, page_system, unit_in
 
 Plain = dict[str, Any]
 Maker = TypeVar("Maker", bound=Callable[[Any], "Page"])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -15,7 +14,6 @@ import xarray as xr
 
 from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.errors import DataError
-from rotorsim.base.input_files import parse_toml
 from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import show, split
 from rotorsim.experiments.experiment import EXPERIMENTS, parameters
@@ -157,15 +155,6 @@ def run_page(run: AnalysedRun) -> Page:
     )
 
 
-def _machine_title(run: AnalysedRun) -> tuple[str, str]:
-    """Name and description of the machine, as far as its text can be read."""
-    try:
-        machine = parse_toml(str(run.record.attrs.get("machine", "")))
-    except tomllib.TOMLDecodeError:
-        machine = {}
-    return str(machine.get("name", "Unnamed machine")), str(machine.get("description", ""))
-
-
 def _warnings(run: AnalysedRun) -> list[str]:
     ended = str(run.record.attrs.get("ended", "complete"))
     lines = [] if ended == "complete" else [f"The run did not reach its end: {ended}."]
@@ -274,7 +263,7 @@ def _of(kind: Any) -> dict[str, Quantity]:
 
 
 def with_unit(value: float, unit: str) -> str:
-    """A number in SI as a text of six digits in a unit that people use."""
+    """A number in SI as a text of six digits in a unit of engineers."""
     text, shown = split(show(float(value), unit))
     return quantity(float(text), shown, ".6g").strip()
 

@@ -39,10 +39,6 @@ def _per_volt(run: AnalysedRun) -> Transfer:
     return welch_transfer(run.record, run.driven["reference"], "reference", run.output, _reach(run))
 
 
-def _per_newton(run: AnalysedRun) -> Transfer:
-    return impact.impact_transfer(run.record, run.output, _reach(run))
-
-
 def _reach(run: AnalysedRun) -> float:
     return min(RESPONSE_REACH, 0.4 / sampling_time(run.record))
 
@@ -70,7 +66,10 @@ def response_to_reference(run: AnalysedRun, transfer: Transfer) -> go.Figure:
     return transfer_figure(transfer)
 
 
-@record_section("Frequency response of the disc to the force", _per_newton, transfer_caption)
+@record_section(
+    "Frequency response of the disc to the force",
+    lambda run: impact.impact_transfer(run.record, run.output, _reach(run)), transfer_caption,
+)  # fmt: skip
 def response_to_force(run: AnalysedRun, transfer: Transfer) -> go.Figure:
     """Response of the disc to impacts [um/N]: magnitude over phase over coherence, a column an input."""
     return transfer_figure(transfer)
@@ -145,10 +144,6 @@ def _gaps(phase: np.ndarray) -> np.ndarray:
     return np.where(np.append(False, jumps), np.nan, phase)
 
 
-def _ring_downs(run: AnalysedRun) -> list[RingDown]:
-    return impact.ring_downs(run.record, run.output)
-
-
 def ring_down_caption(run: AnalysedRun, downs: list[RingDown]) -> str:
     """Frequency and damping after each pulse."""
     return " ".join(_decay_sentence(down) for down in downs) + sensed(run)
@@ -168,7 +163,7 @@ def _decay_sentence(down: RingDown) -> str:
     return text
 
 
-@record_section("Impact and ring-down", _ring_downs, ring_down_caption)
+@record_section("Impact and ring-down", lambda run: impact.ring_downs(run.record, run.output), ring_down_caption)
 def ring_down(run: AnalysedRun, downs: list[RingDown]) -> go.Figure:
     """Force pulse [N] and ring-down of the disc [um] after impacts, with the fitted decay.
 
@@ -229,10 +224,6 @@ def _end(down: RingDown) -> int:
     return max(50, int(np.searchsorted(time, np.log(50) / down.decay.rate)))
 
 
-def _gain(run: AnalysedRun) -> list[Branches]:
-    return gains_of(run.holds)
-
-
 def gain_caption(run: AnalysedRun, gains: list[Branches]) -> str:
     """Gains, and what departs from the line."""
     parts = []
@@ -255,7 +246,7 @@ def gain_caption(run: AnalysedRun, gains: list[Branches]) -> str:
     return " ".join(parts) + sensed(run)
 
 
-@record_section("Static gain", _gain, gain_caption)
+@record_section("Static gain", lambda run: gains_of(run.holds), gain_caption)
 def static_gain(run: AnalysedRun, gains: list[Branches]) -> go.Figure:
     """Rests of the disc [um] over the reference [V] of a staircase, with line and deviations.
 

@@ -180,7 +180,7 @@ class AnalysedRun:
         return data["time"].values, "time [s]"
 
     def need_turning(self, least: float = 1.0) -> None:
-        """Raise MissingError unless the shaft's angle is known and turns so many revolutions."""
+        """Raise MissingError unless the shaft's angle is known and turns `least` revolutions."""
         need(self.angle_known, "The record holds no shaft angle, so nothing can be drawn over it.")
         need(self.revolutions > 1e-3, "The shaft stands still.")
         need(self.revolutions >= least,

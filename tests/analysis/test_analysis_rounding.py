@@ -29,7 +29,7 @@ class Oscillator:
         if np.isnan(self.zeta(speed)):
             raise NoLiftOffError("not carried")
         rotor = LinearRotor(np.array([[2500.0]]), np.array([[100.0 * self.zeta(speed)]]), np.zeros((0, 1)))
-        return LinearPlant(np.ones(2), np.zeros((2, 5)), np.array([[1.0, 0.0], [0.0, 0.0]]), 50.0, rotor)
+        return LinearPlant(np.ones(2), np.zeros((2, 5)), np.array([[1.0, 0.0], [0.0, 0.0]]), np.array([50.0]), rotor)
 
 
 def onset_of(zeta):
@@ -130,5 +130,5 @@ def test_each_axis_has_a_mode_of_its_own_where_both_are_circles(seed):
     Q = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     K, C = Q @ (1e6 * np.eye(2)) @ Q.T, Q @ np.array([[2.0, 100.0], [-100.0, 2.0]]) @ Q.T
     H = np.hstack([Q, np.zeros((2, 2))])
-    plant = LinearPlant(np.ones(4), np.zeros((4, 5)), H, 1e3, LinearRotor(K, C, np.zeros((2, 2))))
+    plant = LinearPlant(np.ones(4), np.zeros((4, 5)), H, np.array([1e3]), LinearRotor(K, C, np.zeros((2, 2))))
     assert [plant.mode_of_axis(0), plant.mode_of_axis(1)] == [0, 1]

@@ -5,8 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from rotorsim.analysis import campbell, mode_shapes, unbalance_response
-from rotorsim.analysis.unbalance_response import peak_of
+from rotorsim.analysis import campbell, map_machine, mode_shapes, unbalance_response
+from rotorsim.analysis.unbalance_response import largest_response, peak_of, unbalances_of
+from rotorsim.analysis.whirl_onset import stability_limit
 from rotorsim.cli import main
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
@@ -130,3 +131,25 @@ def test_the_command_says_it_in_json_on_the_terminal_and_on_the_page(tmp_path, c
     assert header.endswith(",zeta_least [1]") and len(rows) == 5
     page = (tmp_path / "r" / "report.html").read_text(encoding="utf-8")
     assert "Warning: 20000 rpm, and the table of the bearing" in page
+
+
+@pytest.mark.parametrize("coupling", ["40 MN/m", "60 MN/m"])
+def test_a_rotor_that_a_bearing_pushes_away_is_neither_stable_nor_safe(coupling, capsys, tmp_path):
+    """A stiffness matrix k, c; c, k has the value k - c < 0: growth without oscillation, however fast."""
+    machine = load_machine("plain_rotor")
+    for bearing in (0, 1):
+        for path in ("kxy", "kyx"):
+            machine = machine.replace(f"bearings.{bearing}.{path}", coupling)
+    plant, speeds = Plant(machine), np.array([100.0, 200.0])
+    poles = np.linalg.eigvals(plant.linearise(100.0).A)
+    assert ((np.abs(poles.imag) < 1e-9 * np.abs(poles)) & (poles.real > 1)).any()
+    assert map_machine(plant, speeds, [0.0], workers=1)["safe"].values.tolist() == [[0, 0]]
+    onset, frequency, looked = stability_limit(plant, 0.0, 200.0)
+    assert (onset, frequency, looked) == (0.0, 0.0, 1.0)
+    assert np.isnan(largest_response(plant, 0.0, 200.0, unbalances_of(machine, 200.0))[0])
+    machine.save(tmp_path / "away.toml")
+    with pytest.raises(SystemExit) as ended:
+        main(["campbell", str(tmp_path / "away.toml"), "--speeds", "900 rpm:2000 rpm:3", "--json", "--out",
+              str(tmp_path / "out")])  # fmt: skip
+    assert ended.value.code == 0
+    assert "without oscillation" in json.loads(capsys.readouterr().out)["warnings"][0]

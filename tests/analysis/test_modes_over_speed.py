@@ -9,10 +9,11 @@ from direct_search import all_eigenvalues, crossings
 from mirror import mirrored
 from random_machines import COUNT, random_machine
 from rotorsim.analysis import campbell, map_machine, mode_shapes
+from rotorsim.analysis.calibrate import figures
 from rotorsim.analysis.campbell import highest_speed
 from rotorsim.analysis.modes_over_speed import modes_over_speed
-from rotorsim.analysis.whirl_onset import region_up_to
 from rotorsim.plant import Plant
+from rotorsim.plant.linearise import LinearPlant, region_up_to
 
 RPM = np.pi / 30
 QUICK = (33, 45, 53, 7, 141)
@@ -218,3 +219,26 @@ def test_what_is_not_among_the_listed_modes_is_named(rig):
     listed = listed[listed < region.reach]
     assert np.sort([*listed, *found.attrs["not_listed"]]) == pytest.approx(np.sort(np.abs(s)), rel=1e-6)
     assert found.attrs["zeta_least"] == pytest.approx((-s.real / np.abs(s)).min(), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "rpm", "pressure"), [("dtu_gas_bearing", 60e3, 0.5e6), ("rigid_rotor_self_acting", 60e3, 0.0)]
+)
+def test_a_linear_model_lists_every_mode_of_its_region_and_states_that_it_does(name, rpm, pressure):
+    """Seven and more of them, some far from the first natural frequency."""
+    plant = Plant(name)
+    model = plant.linearise(rpm * RPM, pressure)
+    s = all_eigenvalues(plant, rpm * RPM, pressure)
+    s = s[model.region.holds(s)]
+    assert model.proven and len(s) >= 7
+    listed = model.eigenvalues[model.region.holds(model.eigenvalues)]
+    assert np.sort_complex(listed) == pytest.approx(np.sort_complex(s), rel=1e-6)
+
+
+def test_modes_that_are_not_counted_are_no_figures_of_a_calibration(rig, monkeypatch):
+    plant = rig()
+    assert np.isfinite(figures(plant, 300.0, 0.5e6)["wn_x"])
+    monkeypatch.setattr(LinearPlant, "proven", False)
+    found = figures(plant, 300.0, 0.5e6)
+    assert np.isnan([found[f"{what}_{axis}"] for what in ("wn", "zeta") for axis in "xy"]).all()
+    assert np.isfinite(found["gain_xx"])

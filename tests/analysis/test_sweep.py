@@ -6,9 +6,10 @@ import pytest
 import rotorsim as rs
 from fe_shaft.response import run_unbalance_response
 from rotorsim.analysis.campbell import highest_speed
-from rotorsim.analysis.whirl_onset import region_up_to, stability_limit
+from rotorsim.analysis.whirl_onset import stability_limit
 from rotorsim.base.errors import DataError, MachineFileError
-from rotorsim.effects.rotor.unbalance import Unbalance
+from rotorsim.effects.rotor.unbalance import RotorUnbalance
+from rotorsim.plant.linearise import region_up_to
 
 pytestmark = pytest.mark.numerical
 RPM = np.pi / 30
@@ -110,7 +111,7 @@ def test_the_response_of_a_rotor_without_films_is_that_of_fe_shaft():
     plant = rs.Plant(rs.load_machine("plain_rotor").replace("shaft.damping_ratio", 0.0))
     mesh, speeds = plant.assembly.mesh, np.linspace(50.0, 900.0, 30)
     disc = plant.machine.discs[0].position
-    found = rs.analysis.unbalance_response(plant, speeds, 0.0, [Unbalance(me=1e-5)])
+    found = rs.analysis.unbalance_response(plant, speeds, 0.0, [RotorUnbalance(me=1e-5)])
     node = mesh.node(disc)
     whole = run_unbalance_response(mesh.rotor, node, 1e-5, 0.0, speeds).response[4 * node]
     x = found["response_re"].sel(place="disc 0", axis="x") + 1j * found["response_im"].sel(place="disc 0", axis="x")
@@ -122,7 +123,7 @@ def test_the_response_on_a_film_is_the_steady_whirl_of_the_simulation(plant):
     me, speed = 1e-7, 300.0
     changes = {
         "effects": {k: v for k, v in plant.machine.effects.items() if k == "gravity"}
-        | {"unbalance": (Unbalance(me=me),)}
+        | {"unbalance": (RotorUnbalance(me=me),)}
     }
     own = rs.Plant(plant.machine.with_(changes))
     found = rs.analysis.unbalance_response(own, [speed], 0.5e6)

@@ -154,3 +154,18 @@ def test_the_version_is_that_of_the_package():
 def test_values_of_a_machine_are_given_as_a_mapping_or_by_name():
     machine, values = rs.load_machine("dtu_gas_bearing"), {"effects.unbalance.me": 1.2e-5}
     assert machine.with_(**values) == machine.with_(values) != machine
+
+
+@pytest.mark.parametrize("name", ["fe_shaft", "fmu", "identification", "reynolds"])
+def test_a_users_file_with_the_name_of_a_package_is_named_and_no_traceback(name, tmp_path):
+    (tmp_path / f"{name}.py").write_text("", encoding="utf-8")
+    ended = subprocess.run(
+        [sys.executable, "-m", "rotorsim", "--version"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert ended.returncode == 2 and ended.stdout == ""
+    (sentence,) = ended.stderr.splitlines()
+    assert sentence.startswith(str(tmp_path / f"{name}.py")) and "rename" in sentence
+    script = tmp_path / "script.py"
+    script.write_text("import rotorsim", encoding="utf-8")
+    ended = subprocess.run([sys.executable, script], cwd=tmp_path, capture_output=True, text=True)
+    assert ended.returncode == 1 and ended.stderr.splitlines()[-1] == f"ImportError: {sentence}"

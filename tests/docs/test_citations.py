@@ -102,7 +102,7 @@ def test_sources_are_printed_as_bibtex(capsys):
 def test_a_law_a_model_and_their_folder_stand_on_what_made_them(tmp_path, capsys):
     law = ROOT / "rotorsim" / "live" / "shipped" / "hinf.json"
     model = ROOT / "rotorsim" / "live" / "shipped" / "rig_model_2.json"
-    assert "law hinf: thesis, skogestad_2005" in run(capsys, law)[1]
+    assert "law hinf: thesis, doyle_1982, skogestad_2005, zhou_1996" in run(capsys, law)[1]
     assert "ljung_1999" in run(capsys, model)[1]
     rs.load_law(law).save(tmp_path / "one.mat")
     rs.load_model(model).save(tmp_path / "two.mat")

@@ -137,7 +137,7 @@ def test_the_name_of_another_effect_is_refused(own_module):
     with pytest.raises(ValueError, match=r"^effect own_mean: is the name of own_one\.OwnMean; give OwnMean another"):
         own_module("own_two", KEPT)
     unbalance = REGISTRY["unbalance"]
-    with pytest.raises(ValueError, match=r"^effect unbalance: is the name of .*\.Unbalance; give Heavier another"):
+    with pytest.raises(ValueError, match=r"^effect unbalance: is the name of .*\.RotorUnbalance; give Heavier another"):
         register(type("Heavier", (unbalance,), {}))
     assert REGISTRY["unbalance"] is unbalance and REGISTRY["own_mean"].__module__ == "own_one"
 

@@ -9,6 +9,7 @@ import pytest
 from rotorsim.effects.rotor.asymmetric_shaft import AsymmetricShaft
 from rotorsim.effects.rotor.ball_bearing import ball_bearing
 from rotorsim.effects.rotor.crack import Crack
+from rotorsim.effects.rotor.labyrinth_seal import LabyrinthSeal
 from rotorsim.effects.rotor.rub import rub
 
 SAMPLE = 2e-4
@@ -378,3 +379,20 @@ def test_a_stiffness_that_turns_brakes_the_shaft_by_the_slope_of_its_energy(effe
         work = [0.5 * np.dot(kernel(0.0, at, 100.0, x, y, 0.0, 0.0, p), (x, y)) for at in (angle - step, angle + step)]
         torque = braking(0.0, angle, 100.0, x, y, 0.0, 0.0, p)
         assert torque == pytest.approx((work[1] - work[0]) / (2 * step), rel=1e-6)
+
+
+def test_what_a_seal_feeds_into_the_whirl_comes_from_the_spin():
+    """Power into the whirl and into the spin: together the loss of the damper against the turning gas, k_0 apart."""
+    C, swirl = 40.0, 0.6
+    numbers = {"damping": C, "swirl": swirl, "cross_stiffness": 0.0, "stiffness": 3e4}
+    p = np.array([tuple(numbers.values())], [(name, "f8") for name in numbers]).view(np.recarray)[0]
+    kernel, braking = (getattr(f, "py_func", f) for f in (LabyrinthSeal.kernel, LabyrinthSeal.braking))
+    rng = np.random.default_rng(0)
+    for speed in (300.0, -500.0, 0.0):
+        (x, y), (vx, vy) = rng.normal(size=2) * 1e-5, rng.normal(size=2) * 1e-2
+        force = np.array(kernel(0.0, 0.0, speed, x, y, vx, vy, p)) + 3e4 * np.array([x, y])
+        power = force @ (vx, vy) + braking(0.0, 0.0, speed, x, y, vx, vy, p) * speed
+        slip = np.array([vx + swirl * speed * y, vy - swirl * speed * x])
+        assert power == pytest.approx(-C * slip @ slip, rel=1e-12)
+    whirl = 2e-5  # a circle at the speed of the gas takes nothing from it
+    assert braking(0.0, 0.0, 300.0, whirl, 0.0, 0.0, swirl * 300.0 * whirl, p) == pytest.approx(0.0, abs=1e-18)

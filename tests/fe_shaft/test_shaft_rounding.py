@@ -80,3 +80,23 @@ def test_units_do_not_affect_what_oscillates(seed):
     here, _ = modal.oscillations(*system)
     there, _ = modal.oscillations(*(X * unit * unit[:, None] for X in system))
     np.testing.assert_allclose(there[:4], here[:4], rtol=1e-8)
+
+
+def test_a_bearing_stiffness_below_zero_diverges_where_it_passes_zero():
+    """A stiff shaft of mass m on two springs k < 0 falls away at the rate s of m s^2 + 2 c s + 2 k = 0.
+
+    A free shaft, whose double zeros are split by rounding, does not.
+    """
+    c, speeds = 50.0, np.array([0.0, 100.0, 200.0])
+    k = 1e5 - 1.1e3 * speeds
+    shaft = rotor(4, [BearingElement(at, k, c, frequency=speeds) for at in (0, 4)], diameter=0.2)
+    found = run_stability(shaft, speeds)
+    assert found.onset == pytest.approx(1e5 / 1.1e3, rel=1e-5) and found.onset_frequency == 0
+    assert np.isfinite(found.log_dec[0]) and np.all(found.log_dec[1:] == -np.inf)
+    m = shaft.M()[::4, ::4].sum()
+    rate = -c / m + np.sqrt((c / m) ** 2 - 2 * k[-1] / m)
+    tilts = shaft.run_modal(200.0).divergence
+    assert tilts >= rate * (1 - 1e-3)
+    alone = run_stability(rotor(4, [BearingElement(2, -1e4, c)], diameter=0.2), speeds)
+    assert alone.onset == 0.0
+    assert np.isnan(run_stability(rotor(7, length=0.5, diameter=0.2), speeds).onset)

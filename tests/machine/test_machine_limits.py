@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from rotorsim.base.errors import MachineFileError
-from rotorsim.machine import Checked, Limits, Machine, Material, load_machine
-from rotorsim.machine.limits import HOT, first_passed, hottest, limits_of, spin_stress
+from rotorsim.machine import Checked, Limits, Machine, ShaftMaterial, load_machine
+from rotorsim.machine.limits import first_passed, hottest, limits_of, spin_stress
+from rotorsim.machine.numerics import HOT
 
-STEEL = Material(density="7850 kg/m^3", youngs_modulus="210 GPa", poisson_ratio=0.3)
+STEEL = ShaftMaterial(density="7850 kg/m^3", youngs_modulus="210 GPa", poisson_ratio=0.3)
 RIM = 0.07
 """Radius [m] of the rig's disc, 140 mm wide: of its inertia, 2 J = m R^2."""
 

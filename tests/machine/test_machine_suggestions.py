@@ -28,14 +28,14 @@ PARTS = [
     if isinstance(kind, type) and issubclass(kind, Part) and kind is not Part
 ]  # fmt: skip
 HOMES = {
-    "Material": "shaft.material", "Section": "shaft.sections.0", "Shaft": "shaft", "Disc": "discs.0",
+    "ShaftMaterial": "shaft.material", "Section": "shaft.sections.0", "Shaft": "shaft", "Disc": "discs.0",
     "LinearBearing": "bearings.0", "BearingCoefficients": "bearings.0", "BearingPart": "bearings.0",
     "Support": "bearings.0.support",
     "TableBearing": "bearings.2", "Point": "bearings.2.points.0", "Probe": "probe", "GasFilm": "bearings.1",
     "Gas": "gas", "Injection": "injection",
     "Orifices": "bearings.1.orifices.0", "Lobes": "bearings.1.lobes", "Steps": "bearings.1.steps.0",
     "Grooves": "bearings.1.grooves", "Foil": "bearings.1.foil",
-    "Injector": "injectors.0", "Actuators": "actuators", "Drive": "drive", "Grid": "grid", "Solver": "solver",
+    "PinnedInjector": "injectors.0", "Actuators": "actuators", "Drive": "drive", "Grid": "grid", "Solver": "solver",
     "ProbePart": "probes.0", "ShaftProbe": "probes.0", "HousingPart": "probes.1", "HousingVelocity": "probes.1",
     "HousingAcceleration": "probes.2",
 }  # fmt: skip

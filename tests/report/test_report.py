@@ -19,7 +19,6 @@ from rotorsim.base.files import WriteError
 from rotorsim.machine import machine_text
 from rotorsim.report.figure_files import figures_of, save_png
 from rotorsim.report.orbit import instants
-from rotorsim.report.orders import readme_figure
 from rotorsim.report.record import write, write_report
 from rotorsim.report.run import analyse
 from rotorsim.report.theme import compact, phase_lag
@@ -147,12 +146,6 @@ def test_orbits_are_shown_at_the_resonance_and_at_the_end() -> None:
 def test_compact_values_keep_five_digits() -> None:
     values = np.array([0.0, 1.2345678, -98765.4321, np.nan])
     np.testing.assert_allclose(compact(values), [0, 1.2346, -98765, np.nan], rtol=1e-6)
-
-
-def test_the_readme_picture_shows_three_orders_next_to_the_waterfall() -> None:
-    figure = readme_figure(run_up())
-    assert [t.name for t in figure.data[:3]] == ["1X", "2X", "3X"]
-    assert figure.data[3].type == "heatmap"
 
 
 def test_a_picture_without_a_browser_names_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,8 +8,12 @@ lambda is the mean swirl of the gas over the speed of the shaft, k_0 what swirl 
 with it (a shaft at rest counts as turning from x to y). A seal drives
 forward whirl where k > omega (C + c_e), for a whirl at omega and the other damping c_e of its plane, so that without
 k_0 the threshold is Omega = (omega / lambda)(1 + c_e / C). With lambda = 1 it is internal damping at one plane; of a
-rotor in one mode records tell the two apart by the damping alone. Source: Childs (1993), Turbomachinery Rotordynamics,
-chapter 5. Assumes: small motion about the centre, no added mass, no cross damping.
+rotor in one mode records tell the two apart by the damping alone.
+
+The shaft keeps the gas turning, as through a gear of the ratio lambda: the torque -lambda e_z (q x F_C) of the damping
+force F_C against the gas brakes it, so that what the whirl takes up comes from the spin and nothing is lost but
+C |v - lambda Omega e_z x q|^2. What k_0 feeds comes from the flow through the seal. Source: Childs (1993),
+Turbomachinery Rotordynamics, chapter 5. Assumes: small motion about the centre, no added mass, no cross damping.
 """
 
 from reynolds.jit import inlined
@@ -27,12 +31,20 @@ def labyrinth_seal(t, angle, speed, x, y, vx, vy, p):
     )
 
 
+@inlined
+def labyrinth_seal_torque(t, angle, speed, x, y, vx, vy, p):
+    """Torque [N m] on the turning shaft of the gas that it keeps turning."""
+    swirl = p.swirl * speed
+    return -p.swirl * p.damping * (swirl * (x * x + y * y) - (x * vy - y * vx))
+
+
 @register
 class LabyrinthSeal(Effect):
     """Labyrinth seal, at the disc or at `position`."""
 
     port = "motion"
     kernel = labyrinth_seal
+    braking = labyrinth_seal_torque
     steady = True
     cites = ("childs_1993",)
     forms = (

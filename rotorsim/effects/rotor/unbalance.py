@@ -31,7 +31,7 @@ def unbalance(t, angle, speed, acceleration, p):
 
 
 @register
-class Unbalance(Effect):
+class RotorUnbalance(Effect):
     """Unbalance of one plane; give a list of tables for several planes."""
 
     port = "force"
@@ -46,7 +46,7 @@ class Unbalance(Effect):
     )
 
     @classmethod
-    def neutral(cls, machine: Any, place: int) -> Unbalance:
+    def neutral(cls, machine: Any, place: int) -> RotorUnbalance:
         """A neutral one at the disc first, then in the plane of the film or of the second disc."""
         if place == 0 or (machine.film is None and len(machine.discs) < 2):
             return cls()

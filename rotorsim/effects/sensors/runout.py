@@ -53,7 +53,7 @@ def runout(w, reading, state, seed, sample, p):
 
 
 @register
-class Runout(Effect):
+class SurfaceRunout(Effect):
     """Mechanical and electrical runout of the disc's surface."""
 
     port = "sensor"

@@ -34,7 +34,7 @@ function eigenvalue({ frequency, zeta, growing, all, speed, pressure, why }) {
   if (why) return why;
   const point = pressure === undefined ? `${speed} rpm` : `${speed} rpm, ${pressure.toFixed(2)} MPa`;
   const axes = frequency.map((f, i) => `${"xy"[i]}: ${f.toFixed(1)} Hz, zeta ${zeta[i].toFixed(3)}`);
-  const another = growing.length ? [`another mode grows: ${growing[0].toFixed(1)} Hz, zeta ${growing[1].toFixed(3)}`] : [];
+  const another = growing.length ? [growing[0] === 0 ? "the rotor leaves its place without oscillation" : `another mode grows: ${growing[0].toFixed(1)} Hz, zeta ${growing[1].toFixed(3)}`] : [];
   const others = all || growing.length ? [] : ["other modes not known"];
   return `${[...axes, ...another, ...others].join("; ")} at ${point}`;
 }

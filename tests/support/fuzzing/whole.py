@@ -7,6 +7,7 @@ import tomlkit
 from hypothesis import strategies as st
 
 from fuzzing.values import legal, text_of
+from reynolds.injector import Injector
 from rotorsim.base.quantity import Quantity, quantity_of
 from rotorsim.base.units import show
 from rotorsim.effects import REGISTRY, Effect
@@ -16,15 +17,14 @@ from rotorsim.machine import (
     HousingAcceleration,
     HousingVelocity,
     Injection,
-    Injector,
     LinearBearing,
     Shaft,
     ShaftProbe,
-)  # fmt: skip
+)
 from rotorsim.machine.gas_film import Actuators, Gas
 from rotorsim.machine.numerics import Solver
 from rotorsim.machine.part import Part
-from rotorsim.machine.rotor import Disc, Drive, Material
+from rotorsim.machine.rotor import Disc, Drive, ShaftMaterial
 
 LIKELY = {
     "youngs_modulus": 2e11, "density": 7850.0, "damping_ratio": 0.01, "kxx": 1e7, "mass": 2.0, "polar_inertia": 0.01,
@@ -63,7 +63,7 @@ def shafts(draw: Any) -> tuple[dict[str, Any], float, float]:
             }
         )
     shaft = table(draw, Shaft, ("start", "max_element_length"))
-    material = table(draw, Material)
+    material = table(draw, ShaftMaterial)
     return shaft | {"start": show(start, "m"), "material": material, "sections": pieces}, start, sum(lengths)
 
 
