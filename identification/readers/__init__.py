@@ -29,7 +29,6 @@ import numpy as np
 from identification.errors import ReadError, SchemaError
 from identification.records.assemble import CLIPPED, assemble, left_out, on_one_clock, provenance, used
 from identification.records.mapping import load_mapping
-from identification.records.proposal import recognise
 from identification.records.schema import validate, with_notes
 from identification.records.sensors import without_slow_roll
 from rotorsim.base.errors import RotorsimError
@@ -200,6 +199,8 @@ def load(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | No
 def _from_columns(path: Path, mapped: Mapping | None) -> xr.Dataset:
     table = columns(path, mapped)
     if mapped is None or not mapped.maps_columns:
+        from identification.records.proposal import recognise  # for columns that nobody has named
+
         mapped = replace(recognise(table), conditions=mapped.conditions if mapped else {})
     table, notes = on_one_clock(table, mapped, used(mapped))
     record = with_notes(assemble(table, mapped), [*notes, *left_out(table, mapped)])

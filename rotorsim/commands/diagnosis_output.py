@@ -14,7 +14,6 @@ import typer
 from rotorsim.base.constants import TO_UM
 from rotorsim.base.display import end_line, line, on_terminal
 from rotorsim.commands.options import print_files, print_json
-from rotorsim.discrepancy.verdict import LEAST_SHOWN, shown_share
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
@@ -64,6 +63,7 @@ def _lines(diagnosis: Diagnosis) -> Iterator[str]:
 
 
 def _odds(diagnosis: Diagnosis) -> Iterator[str]:
+    from rotorsim.discrepancy.verdict import LEAST_SHOWN, shown_share
 
     for one in diagnosis.explanations[:4]:
         if one.probability >= LEAST_SHOWN:
@@ -146,6 +146,8 @@ class StepPrinter:
 
     def show(self, steps: DecisionSteps) -> None:
         """Print what is new, on standard error where the result is JSON."""
+
+        from rotorsim.discrepancy.verdict import shown_share
 
         stream = sys.stderr if self.as_json else sys.stdout
         if on_terminal():

@@ -108,7 +108,8 @@ def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | Non
         "end" in the first or last window. The start transient, see `start_transient`, is left out of peaks, of the
         largest orbit and of sub_synchronous; it is in smallest_film and contact. The largest orbit is measured from the
         slowly moving mean; it and the smallest film have ``at_end`` too. A record with probes also has `probes`, see
-        `rotorsim.signals.probes.probe_numbers`; one with several films `films`: by bearing smallest_um and flow_kg_s;
+        `rotorsim.signals.record_blocks.probe_numbers`; one with several films `films`: by bearing smallest_um,
+        flow_kg_s;
         one beyond the range in which the model was checked `beyond_checked_range`, sentences.
     """
     spectra = waterfall(record) if spectra is None else spectra

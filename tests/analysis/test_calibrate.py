@@ -86,6 +86,7 @@ def test_shipped_targets_hold_the_ranges_of_the_thesis():
         assert {t.role for n, t in targets.items() if n.startswith(("tau", "g_xy", "g_yx"))} == {"predict"}
 
 
+@pytest.mark.slow
 def test_calibration_d_meets_the_most_rows_of_table_e2_with_orifices():
     """Of eleven: both ends within the tolerance, else all of it inside and half as wide; on the rig's own grid."""
     targets = read_targets("dtu_orifice")

@@ -106,6 +106,7 @@ def test_the_sense_turns_the_rotor_backward():
     assert len(rig.advance(100)) == 100
 
 
+@pytest.mark.slow
 def test_without_air_the_journal_touches_and_the_lamp_lights_and_air_lifts_it_again():
     fine = coarse().with_({"grid.n_theta": 32, "grid.n_z": 16})
     rig = Rig(fine, read_laws([]))  # on 16 x 8 some states of a film of .25 um in contact have no solution
