@@ -92,7 +92,7 @@ def _list_rows(parts: tuple[Any, ...], path: str) -> Iterator[tuple[str, str, st
         yield from rows(part, path if single else f"{path}.{i}")
 
 
-SHAFT = ("elements", "shapes", "masses", "rotor", "modal", "reduction")
+SHAFT = ("elements", "rotor", "modal", "reduction")
 """Modules of `fe_shaft` from which a plant takes its rotor."""
 FILM = ("film", "residual", "transient", "newton", "ring", "steady")
 """Modules of `reynolds` with which a plant solves its film."""
