@@ -42,7 +42,7 @@ def test_a_module_that_states_an_equation_cites_a_source(path):
 
 
 def test_the_file_of_references_is_read_whole():
-    text = (ROOT / "rotorsim" / "base" / "references" / "references.bib").read_text(encoding="utf-8")
+    text = (ROOT / "rotorsim" / "base" / "references.bib").read_text(encoding="utf-8")
     assert text.count("\n@") == len(bibtex()) == len(entries())
     assert list(entries()) == sorted(entries())
     for key, entry in entries().items():
