@@ -18,7 +18,7 @@ Cites: api_684, friswell_2010.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -194,19 +194,24 @@ class UcsResult:
     """Undamped critical speeds `wn` (n_modes, n_stiffness) [rad/s] over `stiffness` (n_stiffness,) [N/m].
 
     NaN where a disc is so flat that a mode has no forward critical speed. `missing` (n_stiffness,) is the number of
-    critical speeds up to the highest one that are not among them, counted independently: 0.
+    critical speeds up to the highest one that are not among them, counted independently: 0; NaN where nobody counted.
     """
 
     stiffness: NDArray[np.float64]
     wn: NDArray[np.float64]
-    missing: NDArray[np.int64]
+    missing: NDArray[np.float64] = field(default_factory=lambda: np.array(np.nan))
 
     def dataset(self) -> xr.Dataset:
         """Labelled data over mode and stiffness."""
         return dataset(
             {
                 "wn": (("mode", "stiffness"), self.wn, "rad/s", "undamped critical speed"),
-                "missing": (("stiffness",), self.missing, "1", "critical speeds up to the highest that are not found"),
+                "missing": (
+                    ("stiffness",),
+                    np.broadcast_to(self.missing, self.stiffness.shape),
+                    "1",
+                    "critical speeds up to the highest that are not found",
+                ),
             },
             {"stiffness": (("stiffness",), self.stiffness, "N/m", "stiffness of every bearing")},
         )
@@ -253,7 +258,7 @@ def run_ucs(
     wn = [_lowest_undamped(M, one, num_modes) for one in held_by]
     missing = [_count_up_to(M, one, float(np.nanmax(w, initial=0.0))) - np.isfinite(w).sum()
                for one, w in zip(held_by, wn, strict=True)]  # fmt: skip
-    return UcsResult(stiffness, np.stack(wn, 1), np.array(missing))
+    return UcsResult(stiffness, np.stack(wn, 1), np.array(missing, float))
 
 
 def _forward_plane(

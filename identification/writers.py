@@ -69,18 +69,22 @@ def held(record: xr.Dataset, path: str | Path) -> xr.Dataset:
     >>> rs.identification.held(record, "run.csv").identical(record)
     True
     """
-    return record if Path(path).suffix.lower() == ".nc" else _over_time(record)
+    return record if Path(path).suffix.lower() == ".nc" else _over_time(record, Path(path).name)
 
 
-def _over_time(record: xr.Dataset) -> xr.Dataset:
-    """The record without what is not over time, such as snapshots of the film, which its notes name."""
-    left = [str(name) for name in record.data_vars if "time" not in record[name].dims]
+def _over_time(record: xr.Dataset, name: str) -> xr.Dataset:
+    """The record without what is not over time, such as snapshots of the film, which its notes name.
+
+    The note stays with the record in whatever file it is written later, so it names the file that lacks them.
+    """
+    left = [str(one) for one in record.data_vars if "time" not in record[one].dims]
     if "speed" in record.dims or not left:
         return record
     kept = record.drop_vars(left)
-    dims = {dim for name in kept.data_vars for dim in kept[name].dims} | {"time", "axis"}  # every record has axes
-    kept = kept.drop_vars([name for name in kept.coords if not set(kept[name].dims) <= dims])
-    return with_notes(kept, [f"left out, not over time (a .nc file keeps it): {', '.join(left)}"])
+    dims = {dim for one in kept.data_vars for dim in kept[one].dims} | {"time", "axis"}  # every record has axes
+    kept = kept.drop_vars([one for one in kept.coords if not set(kept[one].dims) <= dims])
+    lost = [one for one in left if record[one].size]
+    return with_notes(kept, [f"not over time and so left out of {name}: {', '.join(lost)}"] if lost else [])
 
 
 def _flat_columns(record: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
@@ -270,4 +274,4 @@ def save_timetable(record: xr.Dataset, path: str | Path) -> Path:
 
 
 def _table(record: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
-    return _flat_columns(_over_time(named_axes(validate(record))))
+    return _flat_columns(_over_time(named_axes(validate(record)), "the table"))

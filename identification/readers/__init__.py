@@ -29,7 +29,6 @@ import numpy as np
 from identification.errors import ReadError, SchemaError
 from identification.records.assemble import CLIPPED, assemble, left_out, on_one_clock, provenance, used
 from identification.records.mapping import load_mapping
-from identification.records.proposal import recognise
 from identification.records.schema import validate, with_notes
 from identification.records.sensors import without_slow_roll
 from rotorsim.base.errors import RotorsimError
@@ -134,7 +133,8 @@ def read(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | No
 
     Parameters
     ----------
-    path : CSV, MATLAB .mat (v5, v7.3), UFF dataset 58, TDMS, WAV, HDF5, or a netCDF record of rotorsim
+    path : CSV, MATLAB .mat (v5, v7.3), UFF dataset 58, TDMS, WAV, HDF5, a netCDF record of rotorsim, or the folder that
+        a run wrote with one in it
     mapping : which column is which channel (see `identification.records.mapping`): TOML file or its tables; without
         one, columns that are named like the schema's variables are taken
 
@@ -199,6 +199,8 @@ def load(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | No
 def _from_columns(path: Path, mapped: Mapping | None) -> xr.Dataset:
     table = columns(path, mapped)
     if mapped is None or not mapped.maps_columns:
+        from identification.records.proposal import recognise  # for columns that nobody has named
+
         mapped = replace(recognise(table), conditions=mapped.conditions if mapped else {})
     table, notes = on_one_clock(table, mapped, used(mapped))
     record = with_notes(assemble(table, mapped), [*notes, *left_out(table, mapped)])
@@ -238,8 +240,19 @@ def _itself(chosen: Reader, path: Path, mapping: Mapping | None) -> xr.Dataset:
     return record.assign_attrs(mapping.conditions if mapping else {})
 
 
+def in_folder(path: Path) -> Path:
+    """The netCDF file in the folder that a run wrote; any other path as it is.
+
+    Raises ReadError for a folder with several.
+    """
+    inside = sorted(path.glob("*.nc")) if path.is_dir() else []
+    if len(inside) > 1:
+        raise ReadError(f"{path}: holds {', '.join(one.name for one in inside[:3])}; give the path of one of them")
+    return inside[0] if inside else path
+
+
 def _regular(path: str | Path) -> Path:
-    path = Path(path)
+    path = in_folder(Path(path))
     if path.is_symlink() and not path.exists():
         raise ReadError(f"{path}: is a link to a file that is not there; give the path of a record")
     if not path.exists():

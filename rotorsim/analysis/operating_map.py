@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MODES = 4
-"""Modes that are kept: those next to the first critical speeds."""
+"""Modes that are kept: the lowest."""
 AT = ("static", "mode 1", "mode 2")
 """Frequencies at which K(omega) and C(omega) are read when none are given."""
 VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {

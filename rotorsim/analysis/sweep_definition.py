@@ -143,8 +143,8 @@ class AtEquilibrium(AtPoint):
         return {"flow": flow, "damping": damping, "frequency": float(model.wn[0])}
 
     def missing(self, plant: Plant) -> str:
-        """Overdamped modes alone."""
-        return "no mode oscillates"
+        """Overdamped modes alone, or modes that may be missing."""
+        return "no mode oscillates, or one may be missing: their number is not proven"
 
 
 @dataclass(frozen=True)

@@ -15,19 +15,17 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import h5py
 import numpy as np
+import xarray as xr
 
 from rotorsim.base.files import replacing
 from rotorsim.base.hdf5 import DiskFile
 from rotorsim.campaign.plan import Plan
 from rotorsim.campaign.store import DONE, IndexRow, StoreError, open_store, record_path
-from rotorsim.signals.record_blocks import blocks
-
-if TYPE_CHECKING:
-    import h5py
-    import xarray as xr
+from rotorsim.signals.record_blocks import blocks, open_record
 
 FIRST = ("number", "experiment", "repeat", "seed")
 LAST = ("status", "error", "duration", "cpu", "bytes", "host", "versions", "finished", "attempts", "key")
@@ -82,8 +80,6 @@ def collect(folder: str | Path, experiment: str | None = None, variables: Sequen
     >>> import rotorsim as rs
     >>> records = rs.campaign.collect("mine", "steady")
     """
-    import xarray as xr
-
     found = _finished(Path(folder), experiment)
     columns = {name: ("case", values) for name, values in _columns(found.rows).items()}
     data = xr.Dataset(columns, _coordinates(found), {"kind": "collected", "campaign": found.plan.name,
@@ -139,10 +135,6 @@ def _columns(rows: Iterable[IndexRow]) -> dict[str, Any]:
 
 
 def _records(found: FinishedCases, variables: Sequence[str] | None) -> xr.Dataset:
-    import xarray as xr
-
-    from rotorsim.signals.record_blocks import open_record
-
     _check_sizes(found)
     lengths = _lengths(found)
     longest = int(lengths.argmax())
@@ -243,8 +235,6 @@ def write_record(path: Path, data: xr.Dataset, attrs: Mapping[str, Any], keep: t
     keep : tuple of str, optional
         Variables to keep; all if not given. Snapshots of the film go by the name of `film_pressure`.
     """
-    import h5py
-
     path.unlink(missing_ok=True)
     with DiskFile(path) as disk:
         with h5py.File(disk, "w", track_order=True, libver="v110") as file:
@@ -313,8 +303,6 @@ def _fill(file: h5py.File, data: xr.Dataset, names: list[str]) -> None:
 
 def _plain(values: np.ndarray) -> np.ndarray:
     """Values as the file holds them: text as netCDF's strings."""
-    import h5py
-
     return values.astype(h5py.string_dtype()) if values.dtype.kind in "UO" else values
 
 
@@ -373,8 +361,6 @@ def opened(path: Path) -> Iterator[Any]:
 
     It is not read in a child process first as files of others are: its size is that of the file that was written.
     """
-    import h5py
-
     try:
         with h5py.File(path, "r") as file:
             yield file

@@ -26,7 +26,8 @@ def compare(
         list[Path],
         typer.Argument(
             metavar="RUN",
-            help="Records or run-up vectors, the first is the reference; or results of response, campbell or map.",
+            help="Records, run-up vectors or the folders of runs, the first is the reference; or results of response, "
+            "campbell or map.",
         ),
     ],
     mapping: Annotated[
@@ -44,14 +45,17 @@ def compare(
     result.check()
     if len(runs) < 2:
         raise DataError(f"compare: {len(runs)} run; give at least two, e.g. rotorsim compare before.nc after.nc")
+    from identification import in_folder, load_mapping, read
+
+    named = {name: in_folder(path) for name, path in _named(runs).items()}
+    runs = list(named.values())
     if any(map(_is_analysis, runs)):
-        _compare_results(runs, result)
+        _compare_results(named, result)
         return
-    from identification import load_mapping, read
     from rotorsim.signals.orders import compare_runs
 
     mapped = _mappings(runs, None if mapping is None else load_mapping(mapping))
-    opened = {name: read(path, mapped[path]) for name, path in _named(runs).items()}
+    opened = {name: read(path, mapped[path]) for name, path in named.items()}
     found = compare_runs(opened, order)
     peaks = found.peaks()
     summary = {"order": order, "peaks": peaks}
@@ -82,12 +86,12 @@ def _is_analysis(path: Path) -> bool:
     return "kind" in found.attrs and "time" not in found.sizes
 
 
-def _compare_results(paths: list[Path], result: ResultOptions) -> None:
+def _compare_results(named: dict[str, Path], result: ResultOptions) -> None:
     """Compare results of linear analyses, of one kind."""
     from rotorsim.report.comparison import result_rows, write_result_comparison
     from rotorsim.signals import open_record
 
-    opened = {name: open_record(path).load() for name, path in _named(paths).items()}
+    opened = {name: open_record(path).load() for name, path in named.items()}
     rows = result_rows(opened)
     with result.folder("compare", "compare.json") as folder:
         write_json(folder.add("results", "compare.json"), {"results": rows})
@@ -114,7 +118,7 @@ def _mappings(runs: list[Path], given: Mapping | None) -> dict[Path, Mapping | N
 
 
 def _named(paths: list[Path]) -> dict[str, Path]:
-    """Files by the shortest of name, folder with name, and path that distinguishes them."""
+    """Files and folders by the shortest of name, folder with name, and path that distinguishes them."""
     for name in (lambda p: p.stem, lambda p: f"{p.resolve().parent.name}/{p.stem}", str):
         found = {name(path): path for path in paths}
         if len(found) == len(paths):

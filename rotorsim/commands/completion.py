@@ -12,7 +12,12 @@ from pathlib import Path
 
 from rotorsim.control import designs as controllers
 
-LAWS = tuple(name for name in dir(controllers) if name not in controllers.IN_PYTHON)
+LAWS = tuple(
+    sorted(
+        (name for name in dir(controllers) if name not in controllers.IN_PYTHON),
+        key=lambda name: [*controllers.MET, name].index(name),
+    )
+)
 """Names of the designs that write a law."""
 
 

@@ -14,7 +14,6 @@ import typer
 from rotorsim.base.constants import TO_UM
 from rotorsim.base.display import end_line, line, on_terminal
 from rotorsim.commands.options import print_files, print_json
-from rotorsim.discrepancy.verdict import LEAST_SHOWN, shown_share
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
@@ -64,6 +63,7 @@ def _lines(diagnosis: Diagnosis) -> Iterator[str]:
 
 
 def _odds(diagnosis: Diagnosis) -> Iterator[str]:
+    from rotorsim.discrepancy.verdict import LEAST_SHOWN, shown_share
 
     for one in diagnosis.explanations[:4]:
         if one.probability >= LEAST_SHOWN:
@@ -112,18 +112,20 @@ def _plan(plan: ExperimentPlan) -> Iterator[str]:
 
 
 class Stages:
-    """Progress by stage on a terminal; in a pipe only that kernels are compiled."""
+    """Progress by stage on a terminal; in a pipe a line when a stage begins for the first time."""
 
     def __init__(self) -> None:
         self.stage, self.steps, self.begin = "", 0, time.monotonic()
+        self.seen: set[str] = set()
 
     def show(self, stage: str) -> None:
         """Note one step of a stage."""
         self.steps = self.steps + 1 if stage == self.stage else 1
         new, self.stage = stage != self.stage, stage
         if not on_terminal():
-            if stage == "compile":
+            if stage not in self.seen:
                 print(STAGES[stage], file=sys.stderr, flush=True)
+            self.seen.add(stage)
             return
         elapsed = time.monotonic() - self.begin
         if new and elapsed > 0.5:
@@ -144,6 +146,8 @@ class StepPrinter:
 
     def show(self, steps: DecisionSteps) -> None:
         """Print what is new, on standard error where the result is JSON."""
+
+        from rotorsim.discrepancy.verdict import shown_share
 
         stream = sys.stderr if self.as_json else sys.stdout
         if on_terminal():

@@ -45,6 +45,8 @@ COMMON: dict[str, tuple[Any, Any]] = {
     "result": (ResultOptions, ResultOptions()),
 }
 """Options of every experiment: annotation and default."""
+MET = ("slow_roll", "runup", "coastdown", "steady", "impact", "staircase", "prbs", "multisine", "chirp", "controlled")
+"""Experiments in the order in which a rig meets them, which is that of the help; others follow by their names."""
 OF_FILM = "pressure"
 """Parameter that a machine without a gas film has no use for."""
 
@@ -57,7 +59,7 @@ class Experiments(CommandGroup):
         """Names of all experiments."""
         from rotorsim.experiments.experiment import EXPERIMENTS
 
-        return EXPERIMENTS
+        return sorted(sorted(EXPERIMENTS), key=lambda name: [*MET, name].index(name))
 
     def function(self, name: str) -> Callable[..., None]:
         """The command's function of one experiment; raises DataError for an unknown one."""

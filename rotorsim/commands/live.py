@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -37,6 +38,9 @@ def live(
 
     MACHINE may also be a scene (.json) or a record (.nc) that was saved here; a record is replayed.
     """
+    warnings.filterwarnings(
+        "ignore", module="requests"
+    )  # the server imports it without use: what it lacks is no matter
     if not 1 <= port <= 65535:
         raise DataError(f"--port: {port} is not a port; give one from 1 to 65535")
     if out.is_file():

@@ -18,7 +18,7 @@ from rotorsim.control.plants import Model, frozen, outside, point_text, range_te
 
 for _name in dir(designs):
     getattr(designs, _name)  # which registers it
-for _name in sorted(DESIGNS):
+for _name in [*designs.MET, *sorted(set(DESIGNS) - set(designs.MET))]:
     DESIGNS[_name] = DESIGNS.pop(_name)
 
 

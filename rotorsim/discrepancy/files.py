@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast, get_type_hints
 
 import numpy as np
+import xarray as xr
 
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.files import replacing_all, write_bytes, write_text
@@ -27,8 +28,6 @@ from rotorsim.discrepancy.result import Diagnosis
 from rotorsim.machine import Machine, load_machine, shipped_machines
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from rotorsim.discrepancy.ranking import ExperimentPlan
 
 RESULTS = {
@@ -156,8 +155,6 @@ def _content(arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
 
 
 def _diagnosis(content: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Diagnosis:
-    import xarray as xr
-
     # names that the result imports for types alone; a stored plan stands for the plan
     hints = get_type_hints(Diagnosis, localns={"xr": xr, "ExperimentPlan": StoredPlan})
     stored = content["fields"]
@@ -193,8 +190,6 @@ def _gap_to_plain(gap: xr.Dataset, arrays: dict[str, np.ndarray]) -> dict[str, A
 
 
 def _gap_from_plain(stored: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> xr.Dataset:
-    import xarray as xr
-
     made = {}
     for name, one in stored["variables"].items():
         values = from_plain(Any, one["values"], arrays, f"gap.{name}")

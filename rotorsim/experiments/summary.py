@@ -16,7 +16,7 @@ from rotorsim.base.errors import MachineFileError
 from rotorsim.experiments.experiment import EXPERIMENTS
 from rotorsim.experiments.limits import beyond_of
 from rotorsim.machine import Gas, Machine
-from rotorsim.signals.orders import after_start, find_resonances, start_transient
+from rotorsim.signals.orders import after_start, find_resonances, start_settled, start_transient
 from rotorsim.signals.record_blocks import blocks, displacement_name, probe_numbers
 from rotorsim.signals.spectra import largest_sub_synchronous, waterfall
 
@@ -30,7 +30,8 @@ def summarise_experiment(record: xr.Dataset) -> dict[str, Any]:
     Returns
     -------
     dict
-        experiment, duration_s, samples, start_transient_s, speed_rpm {first, last}; disc {mean_um, rms_um, peak_um}
+        experiment, duration_s, samples, start_transient_s, start_settled (false where the numbers still hold
+        a part of it), speed_rpm {first, last}; disc {mean_um, rms_um, peak_um}
         (x, y), rms and peak about the mean; largest_orbit_um from the mean, all of these without the start transient;
         smallest_film_um and contact_samples (None without a film); reference_peak_v and force_peak_n (x, y); and the
         `findings` of the experiment, such as the static_gain of a staircase or the deceleration of a coast-down.
@@ -69,6 +70,7 @@ def scan(record: xr.Dataset) -> dict[str, Any]:
         "duration_s": n / sampling_rate(record),
         "samples": int(n),
         "start_transient_s": begin,
+        "start_settled": start_settled(record),
         "speed_rpm": {"first": float(speed[0]) * TO_RPM, "last": float(speed[-1]) * TO_RPM},
         "disc": {"mean_um": (mean * TO_UM).tolist(), "rms_um": (np.sqrt(square / settled) * TO_UM).tolist(),
                  "peak_um": (peak * TO_UM).tolist()},
@@ -100,13 +102,14 @@ def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | Non
     Returns
     -------
     dict
-        duration_s, samples, start_transient_s, speed_rpm, peaks, largest_orbit, smallest_film, contact, mass_flow,
-        sub_synchronous.
+        duration_s, samples, start_transient_s, start_settled, speed_rpm, peaks, largest_orbit, smallest_film,
+        contact, mass_flow, sub_synchronous.
         A peak with ``local_maximum = False`` is a largest amplitude that is no resonance, with ``at_end`` "start" or
         "end" in the first or last window. The start transient, see `start_transient`, is left out of peaks, of the
         largest orbit and of sub_synchronous; it is in smallest_film and contact. The largest orbit is measured from the
         slowly moving mean; it and the smallest film have ``at_end`` too. A record with probes also has `probes`, see
-        `rotorsim.signals.probes.probe_numbers`; one with several films `films`: by bearing smallest_um and flow_kg_s;
+        `rotorsim.signals.record_blocks.probe_numbers`; one with several films `films`: by bearing smallest_um,
+        flow_kg_s;
         one beyond the range in which the model was checked `beyond_checked_range`, sentences.
     """
     spectra = waterfall(record) if spectra is None else spectra
@@ -117,6 +120,7 @@ def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | Non
         "duration_s": seen["time"]["last"] - seen["time"]["first"],
         "samples": int(record.sizes["time"]),
         "start_transient_s": begin,
+        "start_settled": start_settled(record),
         "speed_rpm": {k: seen["speed"][k] * TO_RPM for k in ("first", "last", "min", "max")},
         "peaks": [p for n in tracked["order"].values for axis in "xy" for p in find_resonances(tracked, int(n), axis)],
         "largest_orbit": _extreme(seen["radius"], "max", 0.0),

@@ -27,25 +27,24 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
-from fe_shaft.modes.pencil import OSCILLATES, Modes, Region
-from fe_shaft.modes.spectrum import modes_in
-from fe_shaft.modes.subspace import SMALL, around, settled
 from reynolds.injector import Injector
 from reynolds.perturbation import Kernels, LinearFilm, linear_film, side_by_side
-from rotorsim.base.control_systems import balanced, state_space
 from rotorsim.base.display import Card, Shown
 from rotorsim.base.errors import DataError
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import first_of_largest
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import damping, rows, stiffness
+
+if TYPE_CHECKING:
+    from fe_shaft.modes.pencil import Modes, Region
 
 INPUTS = ("reference_x", "reference_y", "disc_force_x", "disc_force_y", "supply_pressure")
 OUTPUTS = ("disc_x", "disc_y")
@@ -68,6 +67,8 @@ def region_up_to(hints: np.ndarray, highest: float) -> Region:
 
     All in rad/s.
     """
+    from fe_shaft.modes.pencil import Region
+
     reach = ABOVE * max(highest, 1.1 * float(np.sort(hints)[: 2 * FIRST].max()))
     return Region(reach, BELOW * reach, DAMPED)
 
@@ -233,6 +234,8 @@ class LinearPlant(Shown):
         >>> system.input_labels[:2]
         ['reference_x', 'reference_y']
         """
+        from rotorsim.base.control_systems import balanced, state_space
+
         A, B, C = balanced(self.A, self.B, self.C)
         return state_space(A, B, C, self.D, 0.0, self.inputs, self.outputs)
 
@@ -266,6 +269,9 @@ class LinearPlant(Shown):
     @cached_property
     def modes(self) -> Modes:
         """All modes of the region, those that grow without oscillation too, and others that the search met."""
+        from fe_shaft.modes.spectrum import modes_in  # a matrix alone needs none
+        from fe_shaft.modes.subspace import SMALL, around, settled
+
         hints = np.unique(np.round(self.hints, 3))
         with one_thread():
             seed = None
@@ -439,6 +445,8 @@ class ShiftedPlant:
 
 def _listed(values: np.ndarray) -> np.ndarray:
     """Which eigenvalues oscillate with a damping ratio below that from which a mode is not listed."""
+    from fe_shaft.modes.pencil import OSCILLATES
+
     size = np.abs(values)
     return np.asarray((values.imag > OSCILLATES * size) & (-values.real < LISTED * size))
 

@@ -73,7 +73,8 @@ def _start(summary: dict[str, Any]) -> str:
     begin = summary["start_transient_s"]
     if not begin:
         return ""
-    return f"The first {begin:.3g} s, from rest onto the orbit, are left out of the numbers."
+    more = "" if summary["start_settled"] else " The free vibration of the start goes on behind them: run longer."
+    return f"The first {begin:.3g} s, from rest onto the orbit, are left out of the numbers.{more}"
 
 
 @record_section("Amplitude and phase of the orders", need_orders, bode_caption)

@@ -273,7 +273,8 @@ def results(run: AnalysedRun) -> Rows:
     s = run.summary
     rows = [("Speed", _speed(s["speed_rpm"]) if run.speed_known else "not in the record")]
     if s["start_transient_s"]:
-        rows.append(("Start transient, left out below", f"{s['start_transient_s']:.3g} s"))
+        more = "" if s["start_settled"] else ", not over by then: run longer"
+        rows.append(("Start transient, left out below", f"{s['start_transient_s']:.3g} s{more}"))
     for peak in run.peaks if not run.driven else ():
         kind = "peak" if peak["local_maximum"] else "largest" + (end_of_run(peak) if run.swept else "")
         size = f"{quantity(peak['um'], 'µm')} 0-pk at {peak['rpm']:.0f} rpm"

@@ -61,6 +61,14 @@ UNDRIVEN = ("runup", "coastdown", "steady", "slow_roll")
 """Simulated experiments in which nothing but the rotation moves the disc."""
 AHEAD = 8
 """Windows of the median to which the rest of a window is compared."""
+FEW = 4
+"""Fewest windows that show whether the rest falls."""
+FALLS = 1.5
+"""Rest over a later one from which it falls."""
+STILL = 1.1
+"""Rest over that a quarter of the windows later from which it still falls, at a held speed."""
+HELD = 0.01
+"""Change of the speed over the run, as a share of it, below which it is held."""
 CALM = 1.25
 """Largest rest of the first window behind the start, as a multiple of that median."""
 
@@ -178,29 +186,51 @@ def start_transient(record: xr.Dataset) -> float:
     """Time [s] that a simulated run takes from its static equilibrium onto its orbit; 0 for one that starts at rest.
 
     The rest of the first windows, which the orders do not explain, falls until the free vibration has decayed; a
-    hundredth of the orders counts as nothing. A rest that has not settled within half of the run is taken for a motion
-    of its own, not for the start.
+    hundredth of the orders counts as nothing. A rest that stays or grows within half of the run is taken for a motion
+    of its own, not for the start; of one that still falls there the first half is the start, see `start_settled`.
     """
+    return _start(record)[0]
+
+
+def start_settled(record: xr.Dataset) -> bool:
+    """Whether the free vibration of a run's start has decayed within its first half."""
+    return _start(record)[1]
+
+
+def _start(record: xr.Dataset) -> tuple[float, bool]:
+    """Time [s] of the start transient, and whether the motion is that of the orbit after it."""
     simulated = "machine" in record.attrs and record.attrs.get("experiment") in UNDRIVEN
     if not simulated or "angle" not in record or abs(float(record["time"][0])) > 1e-9:
-        return 0.0
-    name = displacement_name(record)
+        return 0.0, True
+    name, speed = displacement_name(record), record["speed"].values
     half = float(record["time"][-1]) / 2
     begins: list[float] = []
     rests: list[float] = []
-    if abs(float(record["speed"][0])) < 1e-9:
-        return 0.0
+    if abs(float(speed[0])) < 1e-9:
+        return 0.0, True
+    held = float(np.ptp(speed)) < HELD * abs(float(speed[0]))
     for window in _windows(record, name, BLOCK):
         begins.append(float(window["time"][0]))
         fit = _fit(window, window[name], (1, 2, 3))
         rests.append(max(float(np.linalg.norm(fit[4])), FAINT * float(np.linalg.norm(fit[0]))))
         k = len(rests) - AHEAD
-        if k >= 0 and rests[k] <= CALM * np.median(rests[k:]):
-            return begins[k] if begins[k] <= half else 0.0
-        if begins[-1] > half and k >= 0:
-            return 0.0
-    calm = [k for k in range(len(rests)) if rests[k] <= CALM * np.median(rests[k:]) and begins[k] <= half]
-    return begins[calm[0]] if calm else 0.0
+        if k >= 0 and (begins[-1] > half or (not held and rests[k] <= CALM * np.median(rests[k:]))):
+            break
+    ahead = [float(np.median(rests[k : k + AHEAD])) for k in range(len(rests))]
+    lowest = min(ahead, default=0.0) if held else np.inf  # of a swept run the rest varies with the speed
+    if not rests:
+        return 0.0, True
+    ended = not held and begins[-1] > half and len(rests) >= AHEAD
+    last = len(rests) - AHEAD if ended else len(rests) - 1
+    calm = [k for k in range(last + 1) if rests[k] <= min(CALM * ahead[k], FALLS * lowest) and begins[k] <= half]
+    quarter, middle = max(len(rests) // 4, 1), len(rests) // 2
+    first, third, end = (
+        float(np.median(part)) for part in (rests[:quarter], rests[middle : middle + quarter], rests[-quarter:])
+    )
+    falls = third > STILL * end if held else not calm and first > FALLS * end
+    if len(rests) >= FEW and falls:
+        return max(begin for begin in begins if begin <= half), False
+    return (begins[calm[0]] if calm else 0.0), True
 
 
 def find_resonances(tracked: xr.Dataset, order: int, axis: str) -> list[dict[str, Any]]:

@@ -245,6 +245,31 @@ def test_the_way_from_rest_onto_the_orbit_is_left_out_of_the_numbers(noise: floa
     assert len(track_orders(record)["time"]) < len(track_orders(record.drop_attrs())["time"])
 
 
+@pytest.mark.parametrize(("rate", "settled"), [(0.15, False), (1.0, True)])
+def test_a_slow_start_at_a_held_speed_is_left_out_and_one_that_outlasts_half_of_the_run_is_named(rate, settled):
+    """A decay of `rate` [1/s] that no eight windows show; the orbit was reported twice as large, with its start."""
+    time, speed, angle = ramp(20.0, 100.0, 100.0)
+    whirl = 2e-6 * np.exp(1j * (angle - angle[0])) - 2e-6 * np.exp((-rate + 2j * np.pi * 49.0) * time)
+    disc = np.column_stack((whirl.real, whirl.imag))
+    record = record_of(time, speed, angle, disc).assign_attrs(machine="", experiment="steady")
+    found = summarise(record, track_orders(record))
+    assert found["start_settled"] is settled
+    end = found["start_transient_s"]
+    assert end == pytest.approx(10.0, abs=0.5) if not settled else 3.0 < end < 7.0
+    orbit = 2.0 * (1 + np.exp(-rate * end))
+    assert found["largest_orbit"]["um"] == pytest.approx(orbit, rel=0.05)
+
+
+def test_a_short_run_at_a_held_speed_leaves_its_start_out():
+    """Fewer windows than the median takes."""
+    time, speed, angle = ramp(2.0, 100.0, 100.0)
+    whirl = 2e-6 * np.exp(1j * (angle - angle[0])) - 2e-6 * np.exp((-25.0 + 2j * np.pi * 49.0) * time)
+    record = record_of(time, speed, angle, np.column_stack((whirl.real, whirl.imag)))
+    found = summarise(record := record.assign_attrs(machine="", experiment="steady"), track_orders(record))
+    assert 0.05 < found["start_transient_s"] < 0.6 and found["start_settled"]
+    assert found["largest_orbit"]["um"] == pytest.approx(2.0, rel=0.02)
+
+
 def test_a_whirl_that_stays_or_grows_is_no_start_transient() -> None:
     record, _ = started_at_speed(zeta=-0.0004)
     found = summarise(record, track_orders(record))

@@ -69,7 +69,9 @@ def test_snapshots_of_the_film_stay_in_netcdf_alone_and_are_named(record, tmp_pa
         assert back.identical(whole)
     else:
         assert back.drop_attrs().identical(record.drop_attrs())
-        assert idn.notes_of(back) == ["left out, not over time (a .nc file keeps it): film_pressure, snapshot_time"]
+        assert idn.notes_of(back) == [f"not over time and so left out of a{suffix}: film_pressure, snapshot_time"]
+        later = idn.read(idn.save(back, tmp_path / "later.nc"))
+        assert idn.notes_of(later) == idn.notes_of(back)  # and true there
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".mat"])

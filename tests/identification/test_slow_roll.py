@@ -85,7 +85,7 @@ def test_it_is_never_subtracted_twice(table, tmp_path):
         ({"file": 3}, "slow_roll.file: 3"),
         ({"below": 400}, "slow_roll.below: 400"),
         ({"below": "200 rpm"}, "slow roll: .*200 rpm"),
-        ({"below": "3000 rpm"}, "3000 rpm .*4000 rpm.*2000 rpm"),
+        ({"below": "3000 rpm"}, "rpm .*4000 rpm.*2000 rpm"),
         ({"1X": {"x": {"amplitude": 3, "phase": "1 deg"}}}, "slow_roll.1X.x.amplitude: 3"),
         ({"1X": {"x": {"amplitude": "3 um"}}}, "slow_roll.1X.x: "),
         ({"1X": {}}, "slow_roll.1X: "),

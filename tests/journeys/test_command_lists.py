@@ -77,6 +77,16 @@ def test_help_of_every_command_and_group_loads_nothing_that_computes():
     assert {code for code, *_ in ran("--version", *lines)} == {"0"} and len(lines) > 50
 
 
+def test_help_of_a_command_loads_its_own_chapter_and_no_arrays():
+    program = "import sys\nfrom rotorsim.cli import main\ntry: main(['campbell', '--help'])\nexcept SystemExit: pass\n"
+    program += (
+        "print('loaded', *(name for name in sys.modules if name == 'numpy' or name.startswith('rotorsim.commands.')))"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    loaded = {name.removeprefix("rotorsim.commands.") for name in done.stdout.splitlines()[-1].split()[1:]}
+    assert loaded == {"app", "registry", "linear", "options", "completion", "results"}
+
+
 def test_a_machine_file_is_refused_before_anything_that_computes_is_loaded(tmp_path):
     """Commands whose first argument is a machine: one that is no file, and one with an unknown field."""
     broken = tmp_path / "broken.toml"

@@ -66,8 +66,9 @@ def test_a_diagnosis_notes_it_before_it_compiles_anything(monkeypatch):
     assert order == ["compile", "equilibrium"]
 
 
-def test_a_diagnosis_notes_in_a_pipe_that_it_compiles_and_nothing_else(capsys):
+def test_a_diagnosis_notes_in_a_pipe_each_stage_once(capsys):
     stages = Stages()
-    for stage in STAGES:
+    for stage in [*STAGES, *STAGES]:
         stages.show(stage)
-    assert capsys.readouterr() == ("", STAGES["compile"] + "\n")
+        stages.show(stage)
+    assert capsys.readouterr() == ("", "".join(f"{text}\n" for text in STAGES.values()))

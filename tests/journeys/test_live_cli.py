@@ -1,10 +1,12 @@
 """`rotorsim live`: inputs refused before a page opens."""
 
+import warnings
 import webbrowser
 from pathlib import Path
 
 import pytest
 
+from rotorsim.base.errors import DataError
 from rotorsim.machine import machine_text
 
 OTHER = Path(__file__).parent / "no_model.json"
@@ -36,3 +38,14 @@ def test_a_machine_file_with_an_error_is_refused_at_once_where_no_browser_can_sh
     code, out, err = run("live", tmp_path / "wrong.toml")
     assert (code, out) == (2, "")
     assert "shaf: unknown field; did you mean 'shaft'?" in err
+
+
+def test_warnings_of_a_package_that_the_server_does_not_use_are_not_shown(run, monkeypatch):
+    """It was "urllib3 (2.6.0) or chardet doesn't match a supported version"."""
+
+    def end(machine):
+        warnings.warn_explicit("urllib3 does not match", UserWarning, "requests/__init__.py", 113, module="requests")
+        raise DataError("end")
+
+    monkeypatch.setattr("rotorsim.commands.live._scene", end)
+    assert run("live", "plain_rotor", "--no-browser") == (2, "", "end\n")

@@ -95,6 +95,22 @@ def test_the_command_writes_peaks_and_page(tmp_path, capsys):
     assert not (tmp_path / "d").exists()
 
 
+def test_a_folder_of_a_run_stands_for_the_record_in_it(tmp_path, capsys):
+    for name, size in (("before", 1e-6), ("after", 2e-6)):
+        (tmp_path / name).mkdir()
+        save(vectors(size), tmp_path / name / "runup.nc")
+        (tmp_path / name / "report.html").touch()
+    given = [str(tmp_path / "before"), str(tmp_path / "after"), "--no-report", "--out", str(tmp_path / "c")]
+    with pytest.raises(SystemExit) as end:
+        main(["compare", *given])
+    out = capsys.readouterr().out
+    assert end.value.code == 0 and "after, x: " in out and "+100.0 % against the first" in out
+    save(vectors(1e-6), tmp_path / "after" / "again.nc")
+    with pytest.raises(SystemExit) as end:
+        main(["compare", *given, "--force"])
+    assert end.value.code == 2 and "again.nc, runup.nc" in capsys.readouterr().err
+
+
 def turned(lag, critical=CRITICAL):
     """Vectors about 1 um whose phase lag [deg] is `lag` plus that of a resonance, over speeds up to the peak."""
     speed = np.linspace(50, 150, 101)
