@@ -236,7 +236,7 @@ def axis_modes(model: LinearPlant) -> tuple[int, int]:
 def figures(plant: Plant, speed: float, pressure: float) -> dict[str, float]:
     """All figures of an operating point, those of modes NaN where a mode may be missing; raises NoLiftOffError."""
     point = operating_point(plant, speed, pressure, (0.0,))
-    model, found = point.model, {}
+    model, found = point.model, dict[str, float]()
     for axis, mode in zip(AXES, axis_modes(model), strict=True):
         wn, zeta = (float(each[mode]) if model.proven else float("nan") for each in (model.wn, model.zeta))
         found |= {f"wn_{axis}": wn, f"zeta_{axis}": zeta}

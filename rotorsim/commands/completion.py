@@ -15,7 +15,7 @@ from rotorsim.control import designs as controllers
 LAWS = tuple(
     sorted(
         (name for name in dir(controllers) if name not in controllers.IN_PYTHON),
-        key=lambda name: [*controllers.MET, name].index(name),
+        key=lambda name: [*controllers.IN_ORDER, name].index(name),
     )
 )
 """Names of the designs that write a law."""

@@ -45,7 +45,18 @@ COMMON: dict[str, tuple[Any, Any]] = {
     "result": (ResultOptions, ResultOptions()),
 }
 """Options of every experiment: annotation and default."""
-MET = ("slow_roll", "runup", "coastdown", "steady", "impact", "staircase", "prbs", "multisine", "chirp", "controlled")
+IN_ORDER = (
+    "slow_roll",
+    "runup",
+    "coastdown",
+    "steady",
+    "impact",
+    "staircase",
+    "prbs",
+    "multisine",
+    "chirp",
+    "controlled",
+)
 """Experiments in the order in which a rig meets them, which is that of the help; others follow by their names."""
 OF_FILM = "pressure"
 """Parameter that a machine without a gas film has no use for."""
@@ -59,7 +70,7 @@ class Experiments(CommandGroup):
         """Names of all experiments."""
         from rotorsim.experiments.experiment import EXPERIMENTS
 
-        return sorted(sorted(EXPERIMENTS), key=lambda name: [*MET, name].index(name))
+        return sorted(sorted(EXPERIMENTS), key=lambda name: [*IN_ORDER, name].index(name))
 
     def function(self, name: str) -> Callable[..., None]:
         """The command's function of one experiment; raises DataError for an unknown one."""

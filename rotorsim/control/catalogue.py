@@ -18,7 +18,7 @@ from rotorsim.control.plants import Model, frozen, outside, point_text, range_te
 
 for _name in dir(designs):
     getattr(designs, _name)  # which registers it
-for _name in [*designs.MET, *sorted(set(DESIGNS) - set(designs.MET))]:
+for _name in [*designs.IN_ORDER, *sorted(set(DESIGNS) - set(designs.IN_ORDER))]:
     DESIGNS[_name] = DESIGNS.pop(_name)
 
 

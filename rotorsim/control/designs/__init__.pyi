@@ -11,3 +11,4 @@ from . import (
 )
 
 IN_PYTHON: tuple[str, ...]
+IN_ORDER: tuple[str, ...]
