@@ -38,8 +38,6 @@ from rotorsim.plant.linearise import LinearPlant
 WEAK = 2.0
 STEP = 1e-3
 PULL = 1e-3
-COVERED = 0.5
-"""Least share of a target's range that a machine's range must be wide."""
 LOST = 30.0
 """Residual of every target where the machine is not lifted or not valid, and of one that is not known there."""
 
@@ -57,7 +55,7 @@ class CalibrationRow:
     @property
     def verdicts(self) -> tuple[str, str]:
         """Verdict before and after."""
-        return verdict(self.target, self.before), verdict(self.target, self.after)
+        return self.target.verdict(self.before), self.target.verdict(self.after)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,20 +91,6 @@ class Calibration:
         return sum(b == "met" for b, _ in both), sum(a == "met" for _, a in both), len(rows)
 
 
-def verdict(target: Target, ends: tuple[float, float]) -> str:
-    """'met' if both ends are within the tolerance, 'inside' if the range lies within the target's, else 'not met'.
-
-    Neither holds for a range less than `COVERED` as wide as the target's: a machine that hardly varies is not the rig.
-    """
-    low, high = ends
-    if not np.isfinite([low, high]).all() or high - low < COVERED * (target.high - target.low):
-        return "not met"
-    if abs(low - target.low) <= target.tolerance and abs(high - target.high) <= target.tolerance:
-        return "met"
-    slack = 1e-12 * abs(target.tolerance)
-    return "inside" if low >= target.low - slack and high <= target.high + slack else "not met"
-
-
 def judge(machine: Machine, targets: Targets) -> dict[str, str]:
     """The verdict on every target by name, of a machine as it is.
 
@@ -116,7 +100,7 @@ def judge(machine: Machine, targets: Targets) -> dict[str, str]:
     >>> verdicts = rs.analysis.judge(machine, rs.analysis.read_targets("dtu_orifice"))  # doctest: +SKIP
     """
     ends = _read(machine, targets, targets.targets)
-    return {t.name: verdict(t, e) for t, e in zip(targets.targets, ends, strict=True)}
+    return {t.name: t.verdict(e) for t, e in zip(targets.targets, ends, strict=True)}
 
 
 def calibrate(machine: Machine, targets: Targets, passes: int = 20, progress: Progress | None = None) -> Calibration:

@@ -31,6 +31,8 @@ UNITS = (
 BARE = ("lift_off", "whirl_onset")
 """Figures of no single operating point: lift-off of the speed, whirl onset of the pressure."""
 ROLES = ("fit", "predict")
+COVERED = 0.5
+"""Least share of a target's range that a machine's range must be wide."""
 
 
 @dataclass(frozen=True)
@@ -70,6 +72,19 @@ class Target:
     role: str
     at: tuple[float, float] | None
     source: str
+
+    def verdict(self, ends: tuple[float, float]) -> str:
+        """'met' if both ends are within the tolerance, 'inside' if the range lies within this one, else 'not met'.
+
+        Neither holds for a range less than `COVERED` as wide: a machine that hardly varies is not the rig.
+        """
+        low, high = ends
+        if not np.isfinite([low, high]).all() or high - low < COVERED * (self.high - self.low):
+            return "not met"
+        if abs(low - self.low) <= self.tolerance and abs(high - self.high) <= self.tolerance:
+            return "met"
+        slack = 1e-12 * abs(self.tolerance)
+        return "inside" if low >= self.low - slack and high <= self.high + slack else "not met"
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rotorsim.analysis.calibrate import CalibrationRow, calibrate, figures, judge, verdict
+from rotorsim.analysis.calibrate import CalibrationRow, calibrate, figures, judge
 from rotorsim.analysis.targets import Target, read_targets, shipped
 from rotorsim.base.errors import DataError
 from rotorsim.machine import load_machine
@@ -68,12 +68,12 @@ def test_a_parameter_that_no_target_feels_is_named(found):
 
 def test_a_range_is_met_at_both_ends_and_inside_is_not_met():
     target = Target("t", "wn_x", 1.0, 2.0, 0.1, "fit", None, "")
-    assert verdict(target, (1.05, 1.95)) == "met"
-    assert verdict(target, (1.2, 1.8)) == "inside"
-    assert verdict(target, (0.8, 1.95)) == "not met"
-    assert verdict(Target("wide", "wn_x", 1.0, 2.0, 0.5, "fit", None, ""), (1.5, 1.5)) == "not met"
-    assert verdict(target, (1.3, 1.7)) == "not met"  # less than half as wide
-    assert verdict(Target("point", "wn_x", 1.5, 1.5, 0.1, "fit", None, ""), (1.55, 1.55)) == "met"
+    assert target.verdict((1.05, 1.95)) == "met"
+    assert target.verdict((1.2, 1.8)) == "inside"
+    assert target.verdict((0.8, 1.95)) == "not met"
+    assert Target("wide", "wn_x", 1.0, 2.0, 0.5, "fit", None, "").verdict((1.5, 1.5)) == "not met"
+    assert target.verdict((1.3, 1.7)) == "not met"  # less than half as wide
+    assert Target("point", "wn_x", 1.5, 1.5, 0.1, "fit", None, "").verdict((1.55, 1.55)) == "met"
     assert CalibrationRow(target, (np.nan, np.nan), (1.0, 2.0)).verdicts == ("not met", "met")
 
 
