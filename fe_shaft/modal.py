@@ -230,9 +230,9 @@ def run_modal(rotor: AssembledRotor, speed: float) -> ModalResult:
     >>> rotor.run_modal(100.0).wn[:2].round().tolist()
     [210.0, 210.0]
     """
-    matrices = free_matrices(rotor, speed, _start(rotor) if rotor.by_whirl else None)
-    values, vectors = eig(state_matrix(*matrices))
-    found = _matched(rotor, speed) if rotor.by_whirl else _oscillating(*matrices, values, vectors)
+    M, D, K = free_matrices(rotor, speed, _start(rotor) if rotor.by_whirl else None)
+    values, vectors = eig(state_matrix(M, D, K))
+    found = _matched(rotor, speed) if rotor.by_whirl else _oscillating(M, D, K, values, vectors)
     return replace(named(rotor, speed, *found), divergence=divergence(values))
 
 

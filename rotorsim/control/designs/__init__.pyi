@@ -10,4 +10,5 @@ from . import (
     youla as youla,
 )
 
+MET: tuple[str, ...]
 IN_PYTHON: tuple[str, ...]
