@@ -10,5 +10,6 @@ from . import (
     youla as youla,
 )
 
+MET: tuple[str, ...]
 IN_PYTHON: tuple[str, ...]
 IN_ORDER: tuple[str, ...]
