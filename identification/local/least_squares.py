@@ -297,7 +297,7 @@ class Minimised(Protocol):
         """Lowest and highest parameters, where they have bounds."""
 
     def states(self, theta: np.ndarray) -> int:
-        """Number of states that the fit finds next to the parameters."""
+        """Number of states that the fit finds besides the parameters."""
 
     def normal_equations(
         self, theta: np.ndarray, x0: np.ndarray, V: np.ndarray | None = None
