@@ -28,7 +28,7 @@ from .model_choice import (
     advise as advise,
     compare_models as compare_models,
 )
-from .readers import checked as checked, columns as columns, in_folder as in_folder, load as load, read as read
+from .readers import checked as checked, columns as columns, load as load, read as read
 from .records.examination import Channel as Channel, Examination as Examination, examine as examine
 from .records.frequency_response import (
     FrequencyResponse as FrequencyResponse,

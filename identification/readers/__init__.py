@@ -114,7 +114,7 @@ def reader_of(path: Path) -> Reader:
     suffix = path.suffix.lower()
     for magic, reason in REFUSED.items():
         if start.startswith(b"PK") and (ours := instead(path, "a record", "")):
-            raise ReadError(f"{path}: {ours}; give .csv, .mat, .uff, .tdms or .nc")
+            raise ReadError(f"{path}: {ours}; give {_listed()}")
         if start.startswith(magic):
             raise ReadError(f"{path}: {reason}")
     alike = [one for one in READERS if one.magic and one.magic.match(start)]
@@ -125,7 +125,17 @@ def reader_of(path: Path) -> Reader:
     if named:
         raise ReadError(f"{path}: does not begin like a {path.suffix} file; it is damaged or of another kind")
     reason = instead(path, "a record", "") or "unknown kind of file"
-    raise ReadError(f"{path}: {reason}; give .csv, .mat, .uff, .tdms or a record .nc")
+    raise ReadError(f"{path}: {reason}; give {_listed()}")
+
+
+def endings() -> tuple[str, ...]:
+    """Endings of files that a registered reader takes."""
+    return tuple(dict.fromkeys(suffix for one in READERS for suffix in one.suffixes))
+
+
+def _listed() -> str:
+    *first, last = endings()
+    return f"{', '.join(first)} or {last}"
 
 
 def read(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | None = None) -> xr.Dataset:

@@ -45,7 +45,8 @@ def compare(
     result.check()
     if len(runs) < 2:
         raise DataError(f"compare: {len(runs)} run; give at least two, e.g. rotorsim compare before.nc after.nc")
-    from identification import in_folder, load_mapping, read
+    from identification import load_mapping, read
+    from identification.readers import in_folder
 
     named = {name: in_folder(path) for name, path in _named(runs).items()}
     runs = list(named.values())

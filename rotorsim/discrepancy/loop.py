@@ -16,6 +16,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Protocol
 
+from identification.readers import endings
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import make_folder
 from rotorsim.base.hdf5 import write_netcdf
@@ -46,8 +47,6 @@ FIRST_NOISE = 1000
 """Number of the noise of the first new record: those of `hide` are lower."""
 LOOK = 1.0
 """Time [s] between two looks into a folder."""
-READABLE = (".nc", ".csv", ".mat", ".wav", ".tdms", ".uff", ".unv")
-"""Endings of files that may be records."""
 
 
 def decide(
@@ -411,7 +410,7 @@ class FolderRig:
         found = {}
         for path in self.folder.resolve().rglob("*"):
             with suppress(FileNotFoundError):
-                if path.suffix.lower() in READABLE and path.is_file():
+                if path.suffix.lower() in endings() and path.is_file():
                     found[path] = path.stat().st_size
         return found
 

@@ -348,6 +348,8 @@ def _orders(name: str, run: xr.Dataset, order: int) -> xr.Dataset:
         found = track_orders(prepared(run), [order])
     except DataError as error:
         raise DataError(f"{name}: {error}") from error
+    if not found.sizes["window"] and not {"angle", "angle_measured"} & set(run.variables):
+        raise DataError(f"{name}: holds no angle of the shaft, so no {order}X; give a record with the angle or pulses")
     if not found.sizes["window"]:
         raise DataError(f"{name}: the shaft does not turn for eight revolutions; there is no {order}X")
     return found[["amplitude"]]

@@ -45,7 +45,8 @@ def own_methods(kind):
         for name, value in vars(owner).items():
             one = value.fget if isinstance(value, property) else getattr(value, "func", value)
             one = inspect.unwrap(getattr(one, "__func__", one))
-            written = inspect.isfunction(one) and one.__code__.co_filename == inspect.getfile(owner)
+            home = Path(inspect.getfile(owner)).parent
+            written = inspect.isfunction(one) and Path(one.__code__.co_filename).parent == home
             if written and (name == "__init__" or not name.startswith("_")):
                 yield f"{owner.__name__}.{name}", one
 
