@@ -145,7 +145,7 @@ def find_media(w, F, L, i, j, h, slip, bent):
     """Put the `MEDIUM` of every piece of the patch behind line i and row j, of mean thickness h, into w[media].
 
     Conductances [m3] along the circumference, between both axes and along the axis, and the drag [m] along both. Pieces
-    that are `bent` are as much thicker [m] as w[media] says in the place of the pressure.
+    that are `bent` are as much thicker [m] as w[media] states in the place of the pressure.
     """
     for s in range(L.pieces):
         for t in range(L.pieces):
