@@ -359,8 +359,9 @@ def mean_gap(w, L, k):
 
 @view
 def stored(w, L, k):
-    """Mass p h of cell k (times R_g T); grooves and steps hold gas too."""
-    return w[L.p + k] * w[L.h + k] if L.textured == 0 else w[L.p + k] * (w[L.h + k] + w[L.deep + k])
+    """Mass p h of cell k (times R_g T); grooves and steps hold gas too, and cells that edges cut are more or less
+    broad."""
+    return w[L.p + k] * w[L.h + k] if L.textured == 0 else w[L.p + k] * (w[L.h + k] * w[L.broad + k] + w[L.deep + k])
 
 
 @inlined
@@ -376,8 +377,14 @@ def wrap(w, L, array):
 @inlined
 def force(w, L):
     """Film force on the journal [N] into w[force]; the constant ambient pressure adds nothing over a full turn."""
-    fx, fy = two_dots(w, L.p + L.first, L.force_x + L.first, L.force_y + L.first, L.span)
-    w[L.force], w[L.force + 1] = fx, fy
+    w[L.force], w[L.force + 1] = force_of(w, L, L.p)
+
+
+@inlined
+def force_of(w, L, array):
+    """Force (fx, fy) [N] on the journal of the pressures in the array at offset `array`."""
+    fx, fy = two_dots(w, array + L.first, L.force_x + L.first, L.force_y + L.first, L.span)
+    return (fx, fy) if L.textured == 0 else (fx + w[L.push + 3], fy + w[L.push + 4])
 
 
 @inlined

@@ -27,8 +27,9 @@ FILM_ARRAYS = (
     "m_old", "rate", "m_mid", "dp", "force_x", "force_y", "p_1", "p_2", "p_3",
 )  # fmt: skip
 FOIL_ARRAYS = ("soft", "bend", "bend_rhs", "bend_old", "bend_rate", "bend_mid")
-TEXTURE_ARRAYS = ("depth", "share", "cos_squared", "sin_cos", "deep", "patch", "patch_south", "mixed", "south", "north",
-                  "face_west", "face_east", "south_west", "south_east", "north_west", "north_east")  # fmt: skip
+TEXTURE_ARRAYS = ("depth", "share", "cos_squared", "sin_cos", "deep", "broad", "patch", "patch_south", "mixed",
+                  "south", "north", "face_west", "face_east", "south_west", "south_east", "north_west",
+                  "north_east")  # fmt: skip
 """Arrays of films with a foil or with grooves and steps; other films have no room for them."""
 INJECTOR_ARRAYS = ("plenum", "plenum_rhs", "pin_conductance", "supply", "curtain", "capacity", "pin_flow", "film_flow",
                    "gain_q", "gain_h", "defect", "shift", "pull_q", "pull_h", "pin_p", "film_p", "film_q", "film_h",
@@ -42,8 +43,12 @@ STRETCH = 14
 """Numbers of a stretch of the sleeve that is smooth, in w[stretches]: line, first and last share of the step to the
 next, middle of its arc [rad], depth [m]; at either end the direction x and y, distance from the centre [m] and its
 derivative after the angle; whether the distance jumps where it begins."""
-LAMINATE = 5
-"""Numbers of a lane of pieces in w[laminate]: those of `reynolds.texture.medium`."""
+MEDIUM = 6
+"""Numbers of a piece in w[media]: conductances [m3] along the circumference, between both axes and along the axis, drag
+[m] along both, and what the surface adds to the pressure in its middle [Pa]."""
+LAMINATE = 7
+"""Numbers of a lane of pieces in w[laminate]: those of `reynolds.texture.medium`, and what its pieces drag at their own
+pressures: [m2] per gradient of p^2 over p, and [Pa m]."""
 
 
 class Layout(NamedTuple):
@@ -108,6 +113,7 @@ class Layout(NamedTuple):
     cos_squared: int
     sin_cos: int
     deep: int
+    broad: int
     patch: int
     patch_south: int
     mixed: int
@@ -127,7 +133,9 @@ class Layout(NamedTuple):
     row_cover: int
     step_depth: int
     groove: int
+    media: int
     laminate: int
+    push: int
     plenum: int
     plenum_rhs: int
     pin_conductance: int
@@ -284,7 +292,8 @@ def make_layout(
     further |= {
         "line_piece": lines, "line_lift": lines, "line_cover": lines * form.steps,
         "row_piece": patches, "row_slant": patches, "row_cover": patches * form.steps,
-        "step_depth": form.steps, "groove": 4 * textured, "laminate": LAMINATE * form.pieces * textured,
+        "step_depth": form.steps, "groove": 4 * textured, "media": MEDIUM * form.pieces**2 * textured,
+        "laminate": LAMINATE * form.pieces * textured, "push": 5 * textured,
     }  # fmt: skip
     sizes |= {name: n_inj for name in INJECTOR_ARRAYS}
     sizes |= {

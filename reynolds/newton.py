@@ -21,7 +21,7 @@ import math
 from numpy import float32
 
 from reynolds.differences import gap_derivative, numerical_jacobian
-from reynolds.film import thickness_slope, wrap
+from reynolds.film import force_of, thickness_slope, wrap
 from reynolds.jit import inlined
 from reynolds.lanes import add_columns, dot, two_dots, wide_vectors
 from reynolds.residual import CAREFUL, injected_derivative, jacobian, residual, thickness_derivative
@@ -205,7 +205,7 @@ def read_ring(w, ix, L):
     the film force [N] with it."""
     for k in range(L.first, L.first + L.n_theta * L.stride):
         w[L.dp + k] = w[L.p + k] + w[L.r + k] * w[L.two_p + k]
-    fx, fy = two_dots(w, L.dp + L.first, L.force_x + L.first, L.force_y + L.first, L.span)
+    fx, fy = force_of(w, L, L.dp)
     o = L.small + L.n_border
     for i in range(L.n_inj):
         w[o + i] = w[L.defect + i] + w[L.gain_q + i] * read_footprint(w, ix, L, i, L.r)

@@ -85,10 +85,12 @@ def linear_film(
 
     J = _injector_rows(layout, w, ix, F, index, _ring_matrix(layout, w))
     capacity = w[layout.capacity : layout.capacity + ni]
-    held = film(layout.h) + film(layout.deep) if layout.textured else film(layout.h)
-    S = np.concatenate([film(layout.weight) * 0.5 * held / film(layout.p), capacity])
+    area, held = film(layout.weight), film(layout.weight) * film(layout.h)
+    if layout.textured:
+        area, held = area * film(layout.broad), held * film(layout.broad) + film(layout.weight) * film(layout.deep)
+    S = np.concatenate([0.5 * held / film(layout.p), capacity])
     axes = np.stack([-film(layout.cos) * film(layout.slope), -film(layout.sin) * film(layout.slope)], axis=1)
-    S_X = np.vstack([(film(layout.weight) * film(layout.p))[:, None] * axes, np.zeros((ni, 2))])
+    S_X = np.vstack([(area * film(layout.p))[:, None] * axes, np.zeros((ni, 2))])
     local = np.stack([w[layout.inj_cos : layout.inj_cos + ni], w[layout.inj_sin : layout.inj_sin + ni]], axis=1)
     J_X = np.vstack(
         [
@@ -99,19 +101,21 @@ def linear_film(
     read = 0.5 / film(layout.p)
     F_y = np.hstack([np.stack([read * film(layout.force_x), read * film(layout.force_y)]), np.zeros((2, ni))])
     linear = LinearFilm(S, J, S_X, J_X, _inputs(model, layout, w, n), F_y)
-    return _on_foil(linear, layout, w, F, speed * model.grid.radius, kernels) if layout.foil else linear
+    opening = area * film(layout.p) * film(layout.slope)
+    return _on_foil(linear, opening, layout, w, F, speed * model.grid.radius, kernels) if layout.foil else linear
 
 
-def _on_foil(film: LinearFilm, layout: Layout, w: np.ndarray, F: Any, U: float, kernels: Kernels) -> LinearFilm:
+def _on_foil(
+    film: LinearFilm, opening: np.ndarray, layout: Layout, w: np.ndarray, F: Any, U: float, kernels: Kernels
+) -> LinearFilm:
     """The film with the foil's deflection, one more state a node where the foil has losses.
 
     Without storage J has the foil at rest under the pressure. With J_w the derivative after the gap, a film whose foil
-    moves has S q' + M w' + (J - J_w R) q + J_w w = 0 and tau w' + w = R q, with R = dw/dq at rest and M what a gap
-    that opens takes; w' is put in from the second, so that S stays diagonal.
+    moves has S q' + M w' + (J - J_w R) q + J_w w = 0 and tau w' + w = R q, with R = dw/dq at rest and M, `opening`,
+    what a gap that opens takes; w' is put in from the second, so that S stays diagonal.
     """
     n, at = film.F_y.shape[1] - layout.n_inj, cells(layout)
     softness = (w[layout.soft + at] * 0.5 / w[layout.p + at]).ravel()
-    opening = (w[layout.weight + at] * w[layout.p + at] * w[layout.slope + at]).ravel()
     if not F["bend_time"] > 0:
         S = film.S.copy()
         S[:n] += opening * softness

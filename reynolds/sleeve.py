@@ -322,8 +322,9 @@ class Pieces:
 
     A cell has `most` pieces one behind another, whose lengths are shares of the cell and may be 0: `lines` (n_theta,
     most) and `rows` (patches, most). About a jump between lobes a piece differs by `lift` [m] from the mean thickness
-    of the cell's two lines, and the mean about the nodes of a line by `raised` [m] from that of the nodes. `line_cover`
-    and `row_cover` (..., n_steps) say which pockets are there, `slant` (patches, most) the sign of the groove angle.
+    of the cell's two lines, and the mean about the nodes of a line by `raised` [m] from that of the nodes. The middles
+    of pieces (n_theta, most) are counted in lines. `line_cover` and `row_cover` (..., n_steps) say which pockets are
+    there, `slant` (patches, most) the sign of the groove angle.
     """
 
     def __init__(self, layout: Layout, grid: FilmGrid, sleeve: Sleeve, clearance: float) -> None:
@@ -341,7 +342,7 @@ class Pieces:
             return np.stack([*(s.covers(theta) for s in steps), side], axis=-1)
 
         begins = np.arange(grid.n_theta)
-        self.lines, keys, middles = self._cut(begins, cuts, along, grid.n_theta)
+        self.lines, keys, self.middles = self._cut(begins, cuts, along, grid.n_theta)
         self.line_cover = keys[..., :-1]
         self.lift, self.raised = np.zeros_like(self.lines), np.zeros(begins.size)
         if lobes is not None and jumps.size:
@@ -350,7 +351,7 @@ class Pieces:
             nodes = sleeve.height(grid.theta, clearance)
             cell = np.floor(np.concatenate([cuts - ON_A_LINE, cuts + ON_A_LINE])).astype(int) % begins.size
             line = np.concatenate([cell, (cell + 1) % begins.size])
-            pieces = sleeve.height(middles * grid.dtheta, clearance)
+            pieces = sleeve.height(self.middles * grid.dtheta, clearance)
             self.lift[cell] = (pieces - 0.5 * (nodes + np.roll(nodes, -1))[:, None])[cell]
             self.raised[line] = (0.5 * (mean[::2] + np.roll(mean[1::2], 1)) - nodes)[line]
         rows = np.arange(layout.half - 1, grid.n_rows)
@@ -389,27 +390,47 @@ class Pieces:
                 piece[cell, : order.size] = values[order]
         return lengths, kinds, middles
 
+    def flow(self, sleeve: Sleeve, clearance: float, grid: FilmGrid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Conductances [m3] of the pieces along the circumference and the axis and the drag [m] along the former, with
+        a journal in the middle, (n_theta, most, patches, most)."""
+        from reynolds.texture import mean_flow  # which loads the compiler; a form is read from a file without
+
+        depth, share, slant = self.texture(sleeve)
+        nodes = clearance + sleeve.height(grid.theta, clearance)
+        h = (0.5 * (nodes + np.roll(nodes, -1))[:, None] + self.lift)[..., None, None]
+        along, across, drag, aside = getattr(mean_flow, "py_func", mean_flow)(h, depth, share, 0.0)
+        angle, sense = (0.0, 1.0) if sleeve.grooves is None else (sleeve.grooves.angle, sleeve.grooves.sense)
+        turned = np.abs(slant) * np.sin(angle) ** 2
+        more = (across - along) * turned
+        return along + more, across - more, drag + sense * turned * (aside - drag)
+
     def carried(self, sleeve: Sleeve, clearance: float, grid: FilmGrid) -> np.ndarray:
         """Shares (line, patch, piece, piece, 2, 2) of a patch that its pieces give its four nodes.
 
         Along both axes the pressure falls from side to side as the resistance of pockets and grooves that is passed,
         for a journal in the middle.
         """
-        from reynolds.texture import mean_flow  # which loads the compiler; a form is read from a file without
-
-        depth, share, slant = self.texture(sleeve)
-        nodes = clearance + sleeve.height(grid.theta, clearance)
-        h = 0.5 * (nodes + np.roll(nodes, -1))[:, None, None, None]
-        along, across, _, _ = getattr(mean_flow, "py_func", mean_flow)(h, depth, share, 0.0)
-        turned = np.abs(slant) * (0.0 if sleeve.grooves is None else np.sin(sleeve.grooves.angle) ** 2)
+        along, across, _ = self.flow(sleeve, clearance, grid)
         lines, passed = self.lines[:, :, None, None], []
-        for axis, one in (
-            (1, lines / (along + (across - along) * turned)),
-            (3, self.rows / (across + (along - across) * turned)),
-        ):
+        for axis, one in ((1, lines / along), (3, self.rows / across)):
             part = (one.cumsum(axis=axis) - 0.5 * one) / one.sum(axis=axis, keepdims=True)
             passed.append(np.stack([1 - part, part], axis=-1))
         return np.einsum("isjt,isjta,isjtb->ijstab", lines * self.rows, *passed)
+
+    def push(self, sleeve: Sleeve, clearance: float, grid: FilmGrid) -> np.ndarray:
+        """Force (2,) [1] on the journal of the pressures that the surface adds between the lines, and the largest of
+        them [1/m], per mu U and for a journal in the middle."""
+        along, _, drag = self.flow(sleeve, clearance, grid)
+        lines = self.lines[:, :, None, None]
+        one = lines / along
+        rise = one * (drag - (one * drag).sum(axis=1, keepdims=True) / one.sum(axis=1, keepdims=True))
+        added = 6 * grid.dy * (rise.cumsum(axis=1) - 0.5 * rise)
+        inside = np.ones(len(self.rows))
+        # the edges of the film are at ambient pressure
+        inside[[-1] if grid.half else [0, -1]] = 0.5
+        of_lines = np.einsum("isjt,is,jt,j->is", added, self.lines, self.rows, inside)
+        theta, area = self.middles * grid.dtheta, grid.dy * grid.dz * (2 if grid.half else 1)
+        return np.array([*(-area * (of_lines * turn(theta)).sum() for turn in (np.cos, np.sin)), np.abs(added).max()])
 
     def texture(self, sleeve: Sleeve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Depth [m], groove share and slant of every piece, (n_theta, most, patches, most)."""
@@ -457,6 +478,7 @@ def fill_texture(w: np.ndarray, layout: Layout, grid: FilmGrid, sleeve: Sleeve, 
         (layout.line_piece, pieces.lines), (layout.line_lift, pieces.lift), (layout.line_cover, pieces.line_cover),
         (layout.row_piece, pieces.rows), (layout.row_slant, pieces.slant), (layout.row_cover, pieces.row_cover),
         (layout.step_depth, np.array([step.depth for step in sleeve.steps])),
+        (layout.push, pieces.push(sleeve, clearance, grid)),
     ):  # fmt: skip
         w[offset : offset + values.size] = values.ravel()
     if (grooves := sleeve.grooves) is not None:
@@ -467,6 +489,7 @@ def fill_texture(w: np.ndarray, layout: Layout, grid: FilmGrid, sleeve: Sleeve, 
     deep = (carried * (texture[0] * texture[1]).transpose(0, 2, 1, 3)[..., None, None]).sum(axis=(2, 3))
     fill(w, layout.deep, layout, _about_nodes(deep, grid) + pieces.raised[:, None], 0.0)
     more = _about_nodes(np.where(mixed[..., None, None], carried.sum(axis=(2, 3)) - 0.25, 0.0), grid)
+    fill(w, layout.broad, layout, 1 + more, 1.0)
     edge = cells(layout)[:, -1] + 1
     for offset in (layout.force_x, layout.force_y):
         added = w[offset + cells(layout)] * more

@@ -19,7 +19,13 @@ A patch that edges cut is a laminate of its pieces, by the same two rules: the f
 along it are the same on both sides. A lane is what lies behind one another in the direction of a flux, and lanes lie
 side by side; both are exact for edges that cross the patch, wherever they do. p^2 falls from line to line as the
 resistance that is passed, not as the length: so do the shares that the two have of a piece's axial flux, its mass and
-the area that their pressures act on, mass and area with the resistances of a journal in the middle.
+the area that their pressures act on, mass and area with the resistances of a journal in the middle. The pressure at an
+edge differs from that by what the surface piles up there,
+
+.. math:: \Delta p = 6\mu U \sum_{passed} r\,(S - \bar S), \qquad r = \frac{a}{A}, \quad \bar S = \sum r S \Big/ \sum r
+
+over pieces of the lengths a, as at a Rayleigh step. A piece is dragged along at its own pressure, the pressure at an
+edge falls towards the ends of a pocket, and it pushes the journal, that push with a journal in the middle.
 
 The friction torque is that of `reynolds.film`, summed over what is there: the gap is that of ridge, groove or pocket,
 and so is the gradient,
@@ -39,7 +45,7 @@ Cites: hamrock_2004, vohr_1965.
 from __future__ import annotations
 
 from reynolds.film import shear_gap, slip_length, smooth_torque
-from reynolds.grid import LAMINATE
+from reynolds.grid import LAMINATE, MEDIUM
 from reynolds.jit import inlined, kernel
 
 
@@ -112,10 +118,11 @@ def sides(w, F, L, k, axis):
 
 @inlined
 def middle(w, L, k):
-    """Mean thickness [m] of patch k, and slip [m] at its mean pressure."""
+    """Mean thickness [m] of patch k, mean pressure [Pa], and slip [m] there."""
     n, e = k + 1, k + L.stride
     h = 0.5 * (0.5 * (w[L.h + k] + w[L.h + e]) + 0.5 * (w[L.h + n] + w[L.h + e + 1]))
-    return h, slip_length(w, L, 0.25 * (w[L.p + k] + w[L.p + e] + w[L.p + n] + w[L.p + e + 1]))
+    p = 0.25 * (w[L.p + k] + w[L.p + e] + w[L.p + n] + w[L.p + e + 1])
+    return h, p, slip_length(w, L, p)
 
 
 @inlined
@@ -134,58 +141,148 @@ def piece(w, F, L, i, j, s, t, h):
 
 
 @inlined
-def medium(w, F, L, axis, h, depth, share, cc, sc, slip):
-    """Conductances [m3] of a piece along an axis, between both and along the other one; its drag [m] along both."""
-    a, b, s, t = mean_flow(h, depth, share, slip)
-    yy, zz = a * cc + b * (1.0 - cc), a * (1.0 - cc) + b * cc
-    to_y, to_z = s + F.grooved * (cc * s + (1.0 - cc) * t - s), F.grooved * sc * (s - t)
-    return (yy, (a - b) * sc, zz, to_y, to_z) if axis == 0 else (zz, (a - b) * sc, yy, to_z, to_y)
+def find_media(w, F, L, i, j, h, slip, bent):
+    """Put the `MEDIUM` of every piece of the patch behind line i and row j, of mean thickness h, into w[media].
+
+    Conductances [m3] along the circumference, between both axes and along the axis, and the drag [m] along both. Pieces
+    that are `bent` are as much thicker [m] as w[media] states in the place of the pressure.
+    """
+    for s in range(L.pieces):
+        for t in range(L.pieces):
+            if w[L.line_piece + i * L.pieces + s] * w[L.row_piece + j * L.pieces + t] > 0.0:
+                c = L.media + MEDIUM * (s * L.pieces + t)
+                thick, depth, share, cc, sc = piece(w, F, L, i, j, s, t, h)
+                if bent:
+                    thick = max(thick + w[c + 5], F.h_min)
+                a, b, drag, across = mean_flow(thick, depth, share, slip)
+                w[c], w[c + 1], w[c + 2] = a * cc + b * (1.0 - cc), (a - b) * sc, a * (1.0 - cc) + b * cc
+                w[c + 3] = drag + F.grooved * (cc * drag + (1.0 - cc) * across - drag)
+                w[c + 4] = F.grooved * sc * (drag - across)
 
 
 @inlined
-def lane(w, F, L, i, j, axis, other, h, slip):
-    """`medium` of the pieces behind one another along an axis, in the other axis' piece `other`."""
+def medium(w, L, axis, m, other):
+    """Place in w[media] of piece m along an axis in the other axis' piece `other`; conductances [m3] along the axis,
+    between both and along the other one, drag [m] along both."""
+    c = L.media + MEDIUM * (m * L.pieces + other if axis == 0 else other * L.pieces + m)
+    if axis == 0:
+        return c, w[c], w[c + 1], w[c + 2], w[c + 3], w[c + 4]
+    return c, w[c + 2], w[c + 1], w[c], w[c + 4], w[c + 3]
+
+
+@kernel
+def lane(w, F, L, i, j, axis, other, U, p):
+    """Put what the pieces behind one another along an axis, in the other axis' piece `other`, are together into
+    w[laminate]."""
+    begin = L.line_piece + i * L.pieces if axis == 0 else L.row_piece + j * L.pieces
     inverse = cross = rest = drag = carry = 0.0
     for m in range(L.pieces):
-        share = w[(L.line_piece + i * L.pieces if axis == 0 else L.row_piece + j * L.pieces) + m]
+        share = w[begin + m]
         if share > 0.0:
-            s, t = (m, other) if axis == 0 else (other, m)
-            thick, depth, grooves, cc, sc = piece(w, F, L, i, j, s, t, h)
-            along, between, aside, moved, moved_aside = medium(w, F, L, axis, thick, depth, grooves, cc, sc, slip)
-            inverse += share / along
-            cross += share * between / along
-            drag += share * moved / along
-            rest += share * (aside - between * between / along)
-            carry += share * (moved_aside - between * moved / along)
+            _, along, between, aside, moved, moved_aside = medium(w, L, axis, m, other)
+            one = share / along
+            inverse += one
+            cross += one * between
+            drag += one * moved
+            rest += share * aside - one * between * between
+            carry += share * moved_aside - one * between * moved
     along = 1.0 / inverse
-    return along, along * cross, rest + along * cross * cross, along * drag, carry + along * cross * drag
+    o = L.laminate + LAMINATE * other
+    w[o], w[o + 1], w[o + 2] = along, along * cross, rest + along * cross * cross
+    w[o + 3], w[o + 4] = along * drag, carry + along * cross * drag
+    if axis == 0:
+        w[o + 5] = w[o + 6] = w[L.media + MEDIUM * other + 5] = 0.0
+        # pieces come first that are there
+        if w[begin + 1] > 0.0:
+            add_pressures(w, F, L, begin, other, o, U, p)
 
 
 @inlined
-def find_lanes(w, F, L, i, j, axis, U, h, slip, near, far, mean):
-    """Put `lane` of all lanes along an axis into w[laminate]; returns the flux (times 24 mu) along the other axis, the
-    same through all of them, and what they resist it with [1/m3]."""
-    p, gradient = 0.5 * (near[0] + far[0]), 0.5 * (near[1] + far[1])
+def add_pressures(w, F, L, begin, other, o, U, p):
+    """Put what the surface adds to the pressures of the pieces of a lane into w[media], and what they drag at their own
+    pressures beyond that of the mean pressure p behind the lane at w[o].
+
+    What is added is kept below the pressure itself, where the cell number is large.
+    """
+    lean = pushed = passed = rise = 0.0
+    for m in range(L.pieces):
+        share = w[begin + m]
+        if share > 0.0:
+            c, own, _, _, moved, _ = medium(w, L, 0, m, other)
+            own = share / own
+            step = 6.0 * w[L.mu] * U * F.dy * (own * moved - own * w[o + 3])
+            middle = rise + 0.5 * step
+            w[c + 5] = middle * p / (p + abs(middle))
+            lean += own * moved * ((passed + 0.5 * own) * w[o] - 0.5)
+            pushed += own * moved * w[c + 5]
+            passed += own
+            rise += step
+    w[o + 5], w[o + 6] = 0.5 * F.dy * w[o] * lean, w[o] * pushed
+
+
+@inlined
+def beyond_mean(w, F, p, gradient, passed, c):
+    """Pressure [Pa] in the middle of the piece at w[c], behind a share `passed` of the resistance, less the mean p."""
+    return max(0.5 * F.dy * gradient / p * (passed - 0.5) + w[c + 5], -0.9 * p)
+
+
+@inlined
+def bend_pieces(w, F, L, k, i, j, U, h, p, slip, gradient):
+    """Find the media of a patch again, with the foil bent by the pressure of every piece instead of the mean."""
+    for t in range(L.pieces):
+        if w[L.row_piece + j * L.pieces + t] > 0.0:
+            lane(w, F, L, i, j, 0, t, U, p)
+            passed = 0.0
+            for s in range(L.pieces):
+                length = w[L.line_piece + i * L.pieces + s]
+                if length > 0.0:
+                    c, along, _, _, _, _ = medium(w, L, 0, s, t)
+                    own = length * w[L.laminate + LAMINATE * t] / along
+                    w[c + 5] = w[L.soft + k] * beyond_mean(w, F, p, gradient, passed + 0.5 * own, c)
+                    passed += own
+    find_media(w, F, L, i, j, h, slip, True)
+
+
+@kernel
+def find_pieces(w, F, L, k, i, j, U, h, p, slip, gradient):
+    """Find the media of patch k at its thickness h, pressure p and gradient of p^2 along the circumference."""
+    find_media(w, F, L, i, j, h, slip, False)
+    if L.foil == 1 and w[L.line_piece + i * L.pieces + 1] > 0.0:
+        bend_pieces(w, F, L, k, i, j, U, h, p, slip, gradient)
+
+
+@inlined
+def find_lanes(w, F, L, i, j, axis, U, p, gradient, mean):
+    """Find all lanes along an axis from w[media], for a pressure p and a gradient of p^2 along it; returns the flux
+    (times 24 mu) along the other axis, the same through all of them, and what they resist it with [1/m3]."""
     flow = inverse = 0.0
     for o in range(L.pieces):
         share = w[(L.row_piece + j * L.pieces if axis == 0 else L.line_piece + i * L.pieces) + o]
         if share > 0.0:
-            along, between, aside, moved, moved_aside = lane(w, F, L, i, j, axis, o, h, slip)
+            lane(w, F, L, i, j, axis, o, U, p)
             c = L.laminate + LAMINATE * o
-            w[c], w[c + 1], w[c + 2], w[c + 3], w[c + 4] = along, between, aside, moved, moved_aside
-            flow += share * (12.0 * w[L.mu] * U * p * moved_aside - between * gradient) / aside
-            inverse += share / aside
+            one = share / w[c + 2]
+            flow += one * (12.0 * w[L.mu] * U * p * w[c + 4] - w[c + 1] * gradient)
+            inverse += one
     return (flow - mean) / inverse, inverse
 
 
 @inlined
-def lane_flux(w, L, U, c, p, gradient, mean, flow):
+def carried(w, L, U, axis, c, p, gradient):
+    """Flux (times 24 mu) that the surface drags through the lane at w[c] at a mean pressure and a gradient of p^2."""
+    mean = w[c + 3] * p
+    if axis == 0:
+        mean += w[c + 5] * gradient / p + w[c + 6]
+    return 12.0 * w[L.mu] * U * mean
+
+
+@inlined
+def lane_flux(w, L, U, axis, c, p, gradient, mean, flow):
     """Flux (times 24 mu) along an axis in the lane at w[c] for a pressure and a gradient of p^2 along it, and the
     gradient along the other axis there."""
-    carry = 12.0 * w[L.mu] * U * p
     if L.grooved == 1:
-        mean = (carry * w[c + 4] - w[c + 1] * gradient - flow) / w[c + 2]
-    return carry * w[c + 3] - w[c] * gradient - w[c + 1] * mean, mean
+        mean = (12.0 * w[L.mu] * U * p * w[c + 4] - w[c + 1] * gradient - flow) / w[c + 2]
+    return carried(w, L, U, axis, c, p, gradient) - w[c] * gradient - w[c + 1] * mean, mean
 
 
 @inlined
@@ -196,7 +293,7 @@ def side_flux(w, F, L, U, axis, c, side, mean, flow, middle_h, middle_slip):
     that pieces without depth are no pieces.
     """
     p, gradient, jump, h = side
-    flux, _ = lane_flux(w, L, U, c, p, gradient, mean, flow)
+    flux, _ = lane_flux(w, L, U, axis, c, p, gradient, mean, flow)
     wider = h * h * (h + slip_length(w, L, p)) - middle_h * middle_h * (middle_h + middle_slip)
     flux -= wider * gradient
     if axis == 0:
@@ -207,36 +304,68 @@ def side_flux(w, F, L, U, axis, c, side, mean, flow, middle_h, middle_slip):
 
 
 @inlined
-def mixed_fluxes(w, F, L, k, i, j, axis, U):
+def twice_inside(w, L, k, row):
+    """Sum [Pa] of the pressures on both lines at node k of a row inside the film; 0 at its edges."""
+    return w[L.p + k] + w[L.p + k + L.stride] if row >= 0 and row < L.n_rows else 0.0
+
+
+@inlined
+def mixed_fluxes(w, F, L, k, i, j, axis, U, h, p, slip):
     """Fluxes through the near and the far half face of a patch along an axis, weighted by their shares of the face.
 
-    From side to side p^2 falls as the resistance that is passed, and so do a lane's shares of the two.
+    From side to side p^2 falls as the resistance that is passed, and so do a lane's shares of the two. Along z it falls
+    by what the surface adds to the pieces' pressures, too, which the lanes along the circumference have left in
+    w[media].
     """
     near, far, mean = sides(w, F, L, k, axis)
-    h, slip = middle(w, L, k)
-    flow, resistance = find_lanes(w, F, L, i, j, axis, U, h, slip, near, far, mean)
-    sum_near = sum_far = passed = 0.0
+    flow, resistance = find_lanes(w, F, L, i, j, axis, U, p, 0.5 * (near[1] + far[1]), mean)
+    sum_near = sum_far = passed = below = above = 0.0
+    last = 0
+    if axis == 1:
+        below, above = twice_inside(w, L, k, j + L.half - 1), twice_inside(w, L, k + 1, j + L.half)
+        for t in range(L.pieces):
+            last = t if w[L.row_piece + j * L.pieces + t] > 0.0 else last
     for o in range(L.pieces):
         share = w[(L.row_piece + j * L.pieces if axis == 0 else L.line_piece + i * L.pieces) + o]
         if share > 0.0:
             c = L.laminate + LAMINATE * o
             own = share / (w[c + 2] * resistance)
-            sum_near += share * (1.0 - passed - 0.5 * own) * side_flux(w, F, L, U, axis, c, near, mean, flow, h, slip)
-            sum_far += share * (passed + 0.5 * own) * side_flux(w, F, L, U, axis, c, far, mean, flow, h, slip)
+            at_near = side_flux(w, F, L, U, axis, c, near, mean, flow, h, slip)
+            at_far = side_flux(w, F, L, U, axis, c, far, mean, flow, h, slip)
+            if axis == 1:
+                e = L.media + MEDIUM * o * L.pieces + 5
+                more = w[c] * (w[e] * below - w[e + MEDIUM * last] * above) / F.dz
+                at_near += more
+                at_far += more
+            sum_near += share * (1.0 - passed - 0.5 * own) * at_near
+            sum_far += share * (passed + 0.5 * own) * at_far
             passed += own
     return sum_near / (24.0 * w[L.mu]), sum_far / (24.0 * w[L.mu])
+
+
+@inlined
+def push_journal(w, F, L, U):
+    """Force on the journal [N] of what the surface adds to the pressures between the lines, into w[push + 3]."""
+    added = w[L.mu] * U
+    added *= F.pa / (F.pa + abs(added) * w[L.push + 2])
+    for axis in range(2):
+        w[L.push + 3 + axis] = added * w[L.push + axis]
 
 
 @kernel
 def cut_patches(w, F, L, U):
     """`patch_fluxes` of the patches that edges cut."""
+    push_journal(w, F, L, U)
     for line in range(-1, L.n_theta):
         i = line if line >= 0 else L.n_theta - 1
         for j in range(L.n_rows + 1 - L.half):
             k = L.first + line * L.stride + j + L.half - 1
             if w[L.mixed + k] > 0.0:
-                south, north = mixed_fluxes(w, F, L, k, i, j, 0, U)
-                west, east = mixed_fluxes(w, F, L, k, i, j, 1, U)
+                h, p, slip = middle(w, L, k)
+                near, far, _ = sides(w, F, L, k, 0)
+                find_pieces(w, F, L, k, i, j, U, h, p, slip, 0.5 * (near[1] + far[1]))
+                south, north = mixed_fluxes(w, F, L, k, i, j, 0, U, h, p, slip)
+                west, east = mixed_fluxes(w, F, L, k, i, j, 1, U, h, p, slip)
                 w[L.south + k] = w[L.patch_south + k] * south / F.dy
                 w[L.north + k] = north / F.dy
                 w[L.face_west + k] = west / F.dz
@@ -255,16 +384,19 @@ def textured_fluxes(w, F, L, U):
 
 
 @inlined
-def jump_along_z(w, F, L, k, conductance):
-    """Put the conductance [m3] of half a cell, times its share of the face, for a smooth gap's."""
+def jump_along_z(w, F, L, k, conductance, pushed):
+    """Put the conductance [m3] of half a cell, times its share of the face, for a smooth gap's, and add the flux of
+    what the surface adds to its pressure."""
     h, p, p_z = 0.5 * (w[L.h + k] + w[L.h + k + 1]), w[L.p + k], w[L.p + k + 1]
     more = conductance - 0.5 * h * h * (h + slip_length(w, L, 0.5 * (p + p_z)))
-    w[L.flow_z + k] += w[L.link + k] * more * (p * p - p_z * p_z) / (24.0 * w[L.mu] * F.dz * F.dz)
+    flux = more * (p * p - p_z * p_z) + pushed
+    w[L.flow_z + k] += w[L.link + k] * flux / (24.0 * w[L.mu] * F.dz * F.dz)
 
 
 @kernel
 def jump_fluxes(w, F, L, U):
     """Correct the fluxes of a smooth gap where it jumps between lobes, in films without pockets and grooves."""
+    push_journal(w, F, L, U)
     for line in range(-1, L.n_theta):
         i = line if line >= 0 else L.n_theta - 1
         first = L.first + line * L.stride
@@ -272,24 +404,31 @@ def jump_fluxes(w, F, L, U):
             for k in range(first, first + L.n_rows):
                 p, p_t = w[L.p + k], w[L.p + k + L.stride]
                 h, mean = 0.5 * (w[L.h + k] + w[L.h + k + L.stride]), 0.5 * (p + p_t)
-                along, _, _, drag, _ = lane(w, F, L, i, 0, 0, 0, h, slip_length(w, L, mean))
-                carried = 12.0 * w[L.mu] * U * drag
-                blend = max(0.5 * abs(carried) - 2.0 * along * mean / F.dy, 0.0)
-                flux = carried * mean - along * (p_t * p_t - p * p) / F.dy - blend * (p_t - p)
+                c, gradient = L.laminate, (p_t * p_t - p * p) / F.dy
+                find_pieces(w, F, L, k, i, 0, U, h, mean, slip_length(w, L, mean), gradient)
+                lane(w, F, L, i, 0, 0, 0, U, mean)
+                blend = max(6.0 * w[L.mu] * abs(U) * w[c + 3] - 2.0 * w[c] * mean / F.dy, 0.0)
+                flux = carried(w, L, U, 0, c, mean, gradient) - w[c] * gradient - blend * (p_t - p)
                 w[L.flow_t + k] = flux / (24.0 * w[L.mu] * F.dy)
-            for k in range(first + L.half - 1, first + L.n_rows):
-                h, slip = middle(w, L, k)
-                along, _, _, _, _ = lane(w, F, L, i, 0, 0, 0, h, slip)
-                near = far = passed = 0.0
+            for row in range(L.half - 1, L.n_rows):
+                k = first + row
+                h, p, slip = middle(w, L, k)
+                below, above, _ = sides(w, F, L, k, 0)
+                find_pieces(w, F, L, k, i, 0, U, h, p, slip, 0.5 * (below[1] + above[1]))
+                lane(w, F, L, i, 0, 0, 0, U, p)
+                rise = twice_inside(w, L, k, row) - twice_inside(w, L, k + 1, row + 1)
+                near = far = near_rise = far_rise = passed = 0.0
                 for s in range(L.pieces):
                     share = w[L.line_piece + i * L.pieces + s]
-                    g = max(h + w[L.line_lift + i * L.pieces + s], F.h_min)
-                    own = share * along / (g * g * (g + slip))
-                    near += share * (1.0 - passed - 0.5 * own) * (g * g * (g + slip))
-                    far += share * (passed + 0.5 * own) * (g * g * (g + slip))
-                    passed += own
-                jump_along_z(w, F, L, k, near)
-                jump_along_z(w, F, L, k + L.stride, far)
+                    if share > 0.0:
+                        c, one, _, _, _, _ = medium(w, L, 0, s, 0)
+                        own = share * w[L.laminate] / one
+                        before, behind = share * (1.0 - passed - 0.5 * own) * one, share * (passed + 0.5 * own) * one
+                        near, far = near + before, far + behind
+                        near_rise, far_rise = near_rise + before * w[c + 5], far_rise + behind * w[c + 5]
+                        passed += own
+                jump_along_z(w, F, L, k, near, near_rise * rise)
+                jump_along_z(w, F, L, k + L.stride, far, far_rise * rise)
 
 
 @inlined
@@ -314,20 +453,29 @@ def textured_torque(w, F, L, speed):
         for j in range(L.n_rows + 1 - L.half):
             k = L.first + i * L.stride + j + L.half - 1
             near, far, mean = sides(w, F, L, k, 0)
-            h, slip = middle(w, L, k)
-            flow, _ = find_lanes(w, F, L, i, j, 0, U, h, slip, near, far, mean)
-            p, gradient = 0.5 * (near[0] + far[0]), 0.5 * (near[1] + far[1])
+            h, p, slip = middle(w, L, k)
+            gradient = 0.5 * (near[1] + far[1])
+            find_pieces(w, F, L, k, i, j, U, h, p, slip, gradient)
+            flow, _ = find_lanes(w, F, L, i, j, 0, U, p, gradient, mean)
             for t in range(L.pieces):
                 width = w[L.row_piece + j * L.pieces + t]
                 if width > 0.0:
-                    flux, dz = lane_flux(w, L, U, L.laminate + LAMINATE * t, p, gradient, mean, flow)
+                    o, passed = L.laminate + LAMINATE * t, 0.0
+                    flux, dz = lane_flux(w, L, U, 0, o, p, gradient, mean, flow)
                     for s in range(L.pieces):
                         length = w[L.line_piece + i * L.pieces + s]
                         if length > 0.0:
-                            thick, depth, share, cc, sc = piece(w, F, L, i, j, s, t, h)
-                            along, cross, _, drag, _ = medium(w, F, L, 0, thick, depth, share, cc, sc, slip)
-                            dy = (12.0 * w[L.mu] * U * p * drag - cross * dz - flux) / along
-                            total += width * length * traction(w, F, L, thick, depth, share, cc, sc, slip, U, p, dy, dz)
+                            thick, depth, grooves, cc, sc = piece(w, F, L, i, j, s, t, h)
+                            c, along, cross, _, drag, _ = medium(w, L, 0, s, t)
+                            own = length * w[o] / along
+                            more = beyond_mean(w, F, p, gradient, passed + 0.5 * own, c)
+                            inside = p + more
+                            if L.foil == 1:
+                                thick = max(thick + w[L.soft + k] * more, F.h_min)
+                            dy = (12.0 * w[L.mu] * U * inside * drag - cross * dz - flux) / along
+                            stress = traction(w, F, L, thick, depth, grooves, cc, sc, slip, U, inside, dy, dz)
+                            total += width * length * stress
+                            passed += own
     return F.radius * F.dy * F.dz * total * (1.0 + L.half)
 
 

@@ -121,12 +121,28 @@ def test_a_run_from_cold_ends_at_the_equilibriums_temperatures_which_its_record_
     assert record["temperature_rise"].sel(body="left journal").values == pytest.approx(rises[0, 1], rel=1e-3)
 
 
+LOBES = {"count": 3, "preload": 0.4, "offset": 0.7, "first_angle": "20 deg"}
+FORMS = {
+    "plain": {},
+    "lobes": {"lobes": LOBES | {"offset": 0.5}},
+    "pockets": {"steps": [{"count": 3, "depth": "8 um", "arc": "40 deg", "length": "30 mm"}]},
+    "foil with lobes that jump": {"lobes": LOBES, "foil": {"stiffness": "20 GN/m^3", "loss_factor": 0.2}},
+    "herringbone": {"grooves": {"on": "sleeve", "depth": "10 um", "share": 0.5, "angle": "28 deg", "land": "9 mm"}},
+    "grooved journal": {"grooves": {"on": "journal", "depth": "10 um", "share": 0.5, "angle": "28 deg"}},
+}
+
+
 @pytest.mark.slow
-def test_the_heat_of_grooved_films_that_slip_is_their_friction_power():
+@pytest.mark.parametrize(
+    "pair", [("plain", "lobes"), ("pockets", "foil with lobes that jump"), ("herringbone", "grooved journal")]
+)
+def test_the_heat_of_films_that_slip_is_their_friction_power(pair):
     """Films without a feed lose through their walls what torque times speed puts in; with the torque of `reynolds`."""
-    machine = load_machine("grooved_turbo_rotor").with_(GRID).replace("effects.heat_balance", {})
-    machine = machine.with_({f"effects.heat_balance.{key}": value for key, value in GENTLE.items()})
-    plant = Plant(machine.replace("effects.slip", {"mean_free_path": "0.068 um"}))
+    machine = two_films().replace("effects.slip", {"mean_free_path": "0.068 um"})
+    for k, name in enumerate(pair):
+        for key, value in FORMS[name].items():
+            machine = machine.replace(f"bearings.{k}.{key}", value)
+    plant = Plant(machine)
     simulation, a = plant.start(SPEED, 0.0), plant.assembly
     rises = plant.equilibrium(SPEED, 0.0).temperature_rises
     lost = GENTLE["journal_conductance"] * rises[:, 1] + GENTLE["sleeve_conductance"] * rises[:, 2]
@@ -134,8 +150,7 @@ def test_the_heat_of_grooved_films_that_slip_is_their_friction_power():
         kernels.friction_torque(a.film_part(simulation.w, k), a.film_constants(k), a.film, SPEED) for k in range(2)
     ]
     assert lost == pytest.approx(np.array(torques) * SPEED, rel=1e-6)
-    plain = 2 * np.pi * machine.gas.viscosity * SPEED * 6e-3**3 * 14e-3 / 6e-6
-    assert (np.array(torques) < plain).all()
+    assert min(torques) > 0
 
 
 def test_a_journal_that_loses_no_heat_closes_its_gap_which_is_said():

@@ -47,8 +47,6 @@ FORMS = {
 }
 CUT = ("lobes that jump", "foil with lobes that jump", "axial grooves", "three pockets", "feed grooves and steps")
 """Forms whose edges cut cells at other places on every grid."""
-LIMITS = {"foil with lobes that jump": 0.016}
-"""Largest error on 64 x 32 lines where it exceeds 1 %: force, stiffness, damping at an eccentricity of 0.47."""
 
 
 def independent(name, path=0.0, n=24):
@@ -90,18 +88,17 @@ def test_a_coarse_film_is_near_the_independent_solver(name, path):
 def test_a_film_is_that_of_the_independent_solver_in_the_second_order(name, path):
     """At six places to 1 % on 64 x 32 lines, every quantity in the second order.
 
-    Where edges cut cells the error also depends on where they cut them: there the orders of three grids are 1.06 to
-    2.3, and 1.59 to 2.2 of all quantities together.
+    Where edges cut cells the error also depends on where they cut them: there the orders of three grids are 1.4 to 2.6,
+    and 1.8 to 2.4 of all quantities together.
     """
     sizes = np.array([16, 32, 64])
     found = np.array([[errors(name, path, place, n) for place in PLACES] for n in sizes])
-    assert found[-1].max() < LIMITS.get(name, 0.01)
-    assert found[-1, :, -1].max() < 0.01
+    assert found[-1].max() < 0.01
     rms = np.sqrt((found**2).mean(axis=1))
     inexact = rms[0] > 1e-4
     orders = -np.polyfit(np.log(sizes), np.log(rms[:, inexact]), 1)[0]
     assert (orders > (1.0 if name in CUT else 1.8)).all()
-    assert -np.polyfit(np.log(sizes), np.log(np.linalg.norm(rms, axis=1)), 1)[0] > (1.5 if name in CUT else 1.8)
+    assert -np.polyfit(np.log(sizes), np.log(np.linalg.norm(rms, axis=1)), 1)[0] > (1.7 if name in CUT else 1.8)
 
 
 def test_the_independent_solver_has_converged():
@@ -168,7 +165,7 @@ def test_a_centred_film_of_equal_pockets_does_not_push_the_journal(count, lines)
     sleeve = Sleeve(steps=(Steps(count, 20e-6, np.radians(24), None, 0.1),))
     film = bearing(sleeve, lines, 16).steady((0.0, 0.0), 2000.0)
     together = np.gcd(count, lines) > 1
-    assert np.linalg.norm(film.force) < (1e-10 if together else 400.0 / lines**2)
+    assert np.linalg.norm(film.force) < (1e-10 if together else 100.0 / lines**2)
 
 
 def test_pockets_that_turn_with_their_first_angle_turn_the_force_with_them():
@@ -181,3 +178,21 @@ def test_pockets_that_turn_with_their_first_angle_turn_the_force_with_them():
         forces.append((c * x + s * y, c * y - s * x))
     spread = np.ptp(forces, axis=0).max() / np.linalg.norm(forces[0])
     assert spread < 0.03
+
+
+@pytest.mark.parametrize("share", np.linspace(0, 1, 5))
+def test_a_long_pocket_pushes_as_two_rayleigh_steps_wherever_its_edges_cut_the_cells(share):
+    """A journal in the middle: F = -R^2 L (s_1 - s_2) (exp(i b) - exp(i a)) with the slopes s = 6 mu U (h - q) / h^3.
+
+    An ambient pressure of 1000 bar makes the gas incompressible; the ends take the last half of the last rows.
+    """
+    depth, arc, length, ambient = 20e-6, 0.9, 4.0, 1e8
+    first = share * 2 * np.pi / 32
+    U, gaps, arcs = 10.0 * SIZE["radius"], (SIZE["clearance"] + depth, SIZE["clearance"]), (arc, 2 * np.pi - arc)
+    q, weight = (sum(a / h**n for h, a in zip(gaps, arcs, strict=True)) for n in (2, 3))
+    deep, flat = (6 * 1.85e-5 * U * (h - q / weight) / h**3 for h in gaps)
+    turn = np.exp(1j * (first + arc / 2)) - np.exp(1j * (first - arc / 2))
+    expected = -(SIZE["radius"] ** 2) * length * (deep - flat) * turn
+    sleeve = Sleeve(steps=(Steps(1, depth, arc, None, first),))
+    x, y = bearing(sleeve, 32, 64, length=length, ambient_pressure=ambient).steady((0.0, 0.0), 10.0).force
+    assert x + 1j * y == pytest.approx(expected, rel=0.025)
