@@ -90,8 +90,8 @@ class ModalResult:
     nodes_pos : ndarray (n_nodes,)
         Positions of the shaft's nodes [m].
     divergence : float
-        Largest rate [1/s] of a motion that grows without oscillation, 0 where none does; NaN where it was not looked
-        for.
+        Largest rate [1/s] of a motion that grows without oscillation, 0 where none does, with tables over the whirl
+        frequency at their lowest one; NaN where it was not computed.
     """
 
     speed: float

@@ -281,11 +281,3 @@ def wrapper_text() -> str:
     """All of the C wrapper."""
     folder = Path(__file__).parent / "c"
     return "".join(p.read_text(encoding="utf-8") for p in sorted(folder.iterdir()) if p.suffix in (".c", ".h"))
-
-
-MAGIC = "rotsim1"
-EXTRA_COLUMNS = 3
-STORES = {
-    "time": "TIME", "input": "INPUT", "output": "OUTPUT", "parameter": "PARAMETER", "seed": "SEED",
-    "constant": "CONSTANT", "pressure": "PRESSURE", "state": "STATE", "derivative": "DERIVATIVE",
-}  # fmt: skip

@@ -11,6 +11,11 @@ from fe_shaft.modes.count import missing_in
 from fe_shaft.modes.pencil import Modes, Pencil, Quotient, Region, nothing
 from fe_shaft.modes.subspace import SMALL, around, everything, joined, refined, settled, unknown
 
+FARTHEST = 1e4
+"""Multiple of the region's reach up to which growth without oscillation is searched in a large pencil."""
+NEARLY = 1.01
+"""Ratio of the ends of an interval that holds a real root, from which its vector is computed."""
+
 
 def modes_in(pencil: Pencil, region: Region, hints: Sequence[float] = (), seed: Modes | None = None) -> Modes:
     """All modes of a pencil in the region, their number proven.
@@ -48,7 +53,29 @@ def _found(pencil: Pencil, region: Region, hints: Sequence[float], seed: Modes |
         known = replace(known, missing=missing_in(region, g, like), quotient=g)
         if known.proven:
             break
-    return known
+    return _with_growth(pencil, region, known)
+
+
+def _with_growth(pencil: Pencil, region: Region, known: Modes) -> Modes:
+    """The modes with a motion beyond the region that grows without oscillation, where the determinant's sign shows one.
+
+    On the positive real axis the determinant over the known roots is real; between the reach and `FARTHEST` of it an
+    odd number of real roots changes its sign.
+    """
+    g = Quotient(pencil, known.values)
+
+    def positive(s: float) -> bool:
+        return bool(np.cos(g.log(complex(s)).imag) > 0)
+
+    low, high = region.reach, FARTHEST * region.reach
+    if positive(low) == positive(high):
+        return known
+    while high > NEARLY * low:
+        middle = float(np.sqrt(low * high))
+        low, high = (middle, high) if positive(middle) == positive(low) else (low, middle)
+    more = settled(pencil, unknown(known, around(pencil, complex(np.sqrt(low * high))), region))
+    found = joined(pencil, known, more)
+    return replace(found, missing=known.missing, quotient=Quotient(pencil, found.values))
 
 
 def _shifts(region: Region, hints: Sequence[float]) -> list[list[complex]]:

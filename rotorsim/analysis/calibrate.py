@@ -221,8 +221,9 @@ def figures(plant: Plant, speed: float, pressure: float) -> dict[str, float]:
     """All figures of an operating point, those of modes NaN where a mode may be missing; raises NoLiftOffError."""
     point = operating_point(plant, speed, pressure, (0.0,))
     model, found = point.model, dict[str, float]()
-    for axis, mode in zip(AXES, axis_modes(model), strict=True):
-        wn, zeta = (float(each[mode]) if model.proven else float("nan") for each in (model.wn, model.zeta))
+    known = model.proven and model.wn.size >= len(AXES)
+    for axis, mode in zip(AXES, axis_modes(model) if known else AXES, strict=True):
+        wn, zeta = (float(each[mode]) if known else float("nan") for each in (model.wn, model.zeta))
         found |= {f"wn_{axis}": wn, f"zeta_{axis}": zeta}
     for i, a in enumerate(AXES):
         found[f"delay_{a}"] = float(model.delay[i])

@@ -137,10 +137,9 @@ class AtEquilibrium(AtPoint):
         """Mass flow [kg/s] of all injectors, damping ratio, natural frequency [rad/s]."""
         flow = float(plant.equilibrium(self.speed, self.pressure).mass_flow.sum())
         model = plant.linearise(self.speed, self.pressure)
-        if not model.zeta.size:
-            return {"flow": flow, "damping": float("nan"), "frequency": float("nan")}
         damping = LeastDamped.up_to(plant, self.pressure, highest_speed(plant)).certain(model)
-        return {"flow": flow, "damping": damping, "frequency": float(model.wn[0])}
+        frequency = float(model.wn[0]) if model.wn.size else float("nan")
+        return {"flow": flow, "damping": damping if np.isfinite(damping) else float("nan"), "frequency": frequency}
 
     def missing(self, plant: Plant) -> str:
         """Overdamped modes alone, or modes that may be missing."""

@@ -66,17 +66,23 @@ def whirl_onset(
     highest = highest_speed(plant) if highest is None else highest
     step = STEP * highest / HIGHEST if step is None else step
     speeds = np.arange(0.0, highest + step / 2, step)
-    found = np.array([first_loss(LeastDamped.up_to(plant, float(p), highest), speeds) for p in pressures])
+    searches = [LeastDamped.up_to(plant, float(p), highest) for p in pressures]
+    found = np.array([first_loss(search, search.with_kinks(speeds)) for search in searches])
     over = ("pressure",)
     return xr.Dataset(
         {
             "onset_speed": (over, found[:, 0], {"units": "rad/s", "long_name": "whirl onset"}),
             "onset_frequency": (over, found[:, 1], {"units": "rad/s", "long_name": "whirl frequency at the onset"}),
-            "onset_ratio": (over, found[:, 1] / found[:, 0], {"units": "1", "long_name": "whirl over speed"}),
+            "onset_ratio": (over, _ratio(found[:, 1], found[:, 0]), {"units": "1", "long_name": "whirl over speed"}),
             "onset_looked": (over, found[:, 2], {"units": "1", "long_name": "1: every mode was looked for, 0: not"}),
         },
         {"pressure": (over, pressures, {"units": "Pa", "long_name": "supply pressure, gauge"})},
     )
+
+
+def _ratio(frequency: np.ndarray, onset: np.ndarray) -> np.ndarray:
+    """Frequency over onset (n,), 0 for a rotor that leaves its place without oscillation."""
+    return np.where(frequency == 0, 0.0, frequency / np.where(onset == 0, np.nan, onset))
 
 
 def stability_limit(
@@ -88,7 +94,7 @@ def stability_limit(
     shorter ones. Raises NoLiftOffError where no speed carries the rotor.
     """
     search = LeastDamped.up_to(plant, pressure, highest)
-    found = first_loss(search, np.linspace(0.0, highest, FEWEST + 1), accuracy)
+    found = first_loss(search, search.with_kinks(np.linspace(0.0, highest, FEWEST + 1)), accuracy)
     if not np.isfinite(found[0]) and not found[2]:
         search.at(highest)  # which states that no speed carries
     return found
@@ -131,6 +137,11 @@ class LeastDamped:
         """Least damping ratio of a linear model's modes; NaN where none grows, but one may be missing."""
         damping, _, proven = self.among(model)
         return damping if proven or damping < -DAMPED else float("nan")
+
+    def with_kinks(self, speeds: np.ndarray) -> np.ndarray:
+        """Ascending speeds (n,) [rad/s] with those between at which a table of stiffness or damping bends."""
+        kinks = self.plant.assembly.mesh.tables.speeds
+        return np.unique([*speeds, *kinks[(kinks > speeds[0]) & (kinks < speeds[-1])]])
 
     def followed(self, speeds: Sequence[float]) -> Followed:
         """The modes followed over ascending speeds (n,) [rad/s]."""

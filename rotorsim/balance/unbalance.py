@@ -470,7 +470,7 @@ def _correction(conditions: Conditions, found: Influence, wanted: str) -> tuple[
 
 
 def result_rows(found: Assessment) -> list[tuple[str, str]]:
-    """Rows (what, result) of a table for people."""
+    """Rows (what, result) of a readable table."""
     conditions, tests, fix = found.conditions, found.tests, found.correction
     rows = [("Conditions", f"{int(conditions.known.sum())} with known unbalance, {len(found.estimates)} without")]
     for name, test in tests.items():
@@ -524,7 +524,7 @@ def _numbers(value: complex, deviation: float | None) -> dict[str, Any]:
 
 
 def estimate_table(found: Assessment) -> tuple[list[str], list[tuple[str, ...]]]:
-    """Heads and rows of the unknown unbalances, with the standard deviation of either component, for people."""
+    """Heads and rows of the unknown unbalances, with the standard deviation of either component, readable."""
     units = ("[g mm]", "at [deg]", "sd [g mm]")
     heads = ["record", *(f"{plane.name} {unit}" for plane in found.conditions.planes for unit in units)]
     rows = []

@@ -78,7 +78,7 @@ def outside(model: Model, speed: float, pressure: float) -> bool:
 
 
 def point_text(speed: float, pressure: float) -> str:
-    """An operating point for people."""
+    """An operating point in readable form."""
     return f"{speed * TO_RPM:.0f} rpm, {pressure / MPA:.3g} MPa"
 
 

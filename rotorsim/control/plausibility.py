@@ -131,7 +131,7 @@ class Plausibility:
 
     @property
     def text(self) -> str:
-        """Limits of the displacement for people."""
+        """Limits of the displacement in readable form."""
         signs = "" if self.predictors is None else ", signs of the sensors"
         return f"within {self.range * 1e6:.3g} um of the centre, {self.jump * 1e6:.3g} um a sample{signs}"
 

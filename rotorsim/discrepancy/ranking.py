@@ -189,7 +189,7 @@ def plan_next(
         Explanations by the effects that they name, re-fitted or by their sensitivities; () is nothing missing.
     odds : explanations with probabilities
     allow : names
-        What may change, of `allowed.ALLOWED`.
+        What may change, of `decision.ALLOWED`.
     longest : float
         Minutes of rig time that an experiment may take.
     sure : float

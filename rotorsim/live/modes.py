@@ -216,7 +216,7 @@ def modes_at(a: Assembly, speed: float, pressure: float) -> RigModes:
 
 
 def _modes_of(plant: LinearPlant, pressure: float) -> RigModes:
-    first = [plant.mode_of_axis(axis) for axis in range(2)]
+    first = [plant.mode_of_axis(axis) for axis in range(2)] if plant.wn.size else []
     frequency, zeta = (plant.wn[first] / (2 * np.pi)).tolist(), plant.zeta[first].tolist()
     damping, omega = least_damped(plant.modes, plant.region)
     least = omega / (2 * np.pi), damping

@@ -19,10 +19,9 @@ from rotorsim.base.quantity import quantities, quantity_of
 from rotorsim.base.units import show
 from rotorsim.effects import FILM_PORTS, Effect
 from rotorsim.machine.bearings import LinearBearing
-from rotorsim.machine.gas_film import GasFilm
 from rotorsim.machine.numerics import check_step
 from rotorsim.machine.part import Part, choices, sentences
-from rotorsim.machine.plausibility import numbers, questions
+from rotorsim.machine.plausibility import films_of, numbers, questions
 from rotorsim.machine.probes import HousingAcceleration, HousingVelocity
 from rotorsim.machine.tables import MachineTables
 from rotorsim.machine.values import readable_effects
@@ -124,7 +123,7 @@ def _injection(machine: MachineTables) -> Problems:
 
 def _one_law(machine: MachineTables) -> Problems:
     """Rows of orifices and pins follow one law."""
-    rows = {f"{path}.orifices.{i}": row for path, film in _films(machine) for i, row in enumerate(film.orifices)}
+    rows = {f"{path}.orifices.{i}": row for path, film in films_of(machine) for i, row in enumerate(film.orifices)}
     laminar = {path: row.loss_factor is not None for path, row in rows.items()}
     if machine.injectors and machine.injection is not None:
         laminar = {"injection": machine.injection.law == "loss_factor", **laminar}
@@ -139,7 +138,7 @@ def _one_law(machine: MachineTables) -> Problems:
 
 def _no_film(machine: MachineTables) -> str:
     """Rest of a sentence about an index that is not that of a gas film."""
-    known = [path.rpartition(".")[2] for path, _ in _films(machine)]
+    known = [path.rpartition(".")[2] for path, _ in films_of(machine)]
     return f"is not the index of a gas film among the bearings; write {' or '.join(known)}"
 
 
@@ -175,14 +174,8 @@ def _housing(machine: MachineTables, path: str, probe: HousingVelocity | Housing
         yield f"{path}.bearing", f"missing, and {len(machine.supported)} bearings have a housing that moves; add it"
 
 
-def _films(machine: MachineTables) -> Iterator[tuple[str, GasFilm]]:
-    """Paths of the gas films and themselves."""
-    for i, film in zip(machine.film_bearings, machine.films, strict=True):
-        yield f"bearings.{i}", film
-
-
 def _floor(machine: MachineTables) -> Problems:
-    for _, film in _films(machine):
+    for _, film in films_of(machine):
         if machine.solver.minimum_film >= film.clearance:
             shown, limit = show(machine.solver.minimum_film, "m"), show(film.clearance, "m")
             yield "solver.minimum_film", f"'{shown}' is not below the clearance '{limit}'; make it smaller"
@@ -190,7 +183,7 @@ def _floor(machine: MachineTables) -> Problems:
 
 
 def _thin(machine: MachineTables) -> Problems:
-    for path, film in _films(machine):
+    for path, film in films_of(machine):
         if film.clearance > film.diameter / 20:
             limit = show(film.diameter / 20, "m")
             yield f"{path}.clearance", f"'{show(film.clearance, 'm')}' is not a thin film; write at most '{limit}'"
@@ -198,7 +191,7 @@ def _thin(machine: MachineTables) -> Problems:
 
 def _reach(machine: MachineTables) -> Problems:
     shaft = machine.shaft
-    for path, film in _films(machine):
+    for path, film in films_of(machine):
         if not (shaft.start - 1e-9 <= film.position - film.length / 2
                 and film.position + film.length / 2 <= shaft.end + 1e-9):  # fmt: skip
             yield f"{path}.length", f"'{show(film.length, 'm')}' reaches beyond the shaft; move or shorten the film"
@@ -207,7 +200,7 @@ def _reach(machine: MachineTables) -> Problems:
 def _offsets(machine: MachineTables) -> Problems:
     """Injectors and rows of orifices stand inside their films."""
     pinned = machine.pinned_film
-    for number, (path, film) in enumerate(_films(machine)):
+    for number, (path, film) in enumerate(films_of(machine)):
         fed = [(f"{path}.orifices.{i}", row.offset, row.mouth) for i, row in enumerate(film.orifices)]
         if number == pinned and machine.injection is not None:
             width = machine.injection.orifice_diameter
@@ -273,11 +266,11 @@ def _misplaced(machine: MachineTables, effect: Effect) -> tuple[str, str] | None
     if bearing is not None and machine.film_at(bearing) is None:
         return "bearing", f"{bearing:g} {_no_film(machine)}"
     if effect.port == "support" and bearing is None and len(machine.films) > 1:
-        known = " or ".join(path.rpartition(".")[2] for path, _ in _films(machine))
+        known = " or ".join(path.rpartition(".")[2] for path, _ in films_of(machine))
         return "bearing", f"missing, and there are several films; write {known}"
     if effect.port == "support" and getattr(machine.film_of(effect), "support", None) is not None:
         return "", "its bearing has a support already; keep one of the two"
-    if effect.port == "injector" and not machine.injectors and not any(film.orifices for _, film in _films(machine)):
+    if effect.port == "injector" and not machine.injectors and not any(film.orifices for _, film in films_of(machine)):
         return "", "acts in injectors, but there are none; add [[injectors]] or [[bearings.orifices]], or remove it"
     if effect.port == "actuator" and machine.actuators is None:
         return "", "acts in the piezo actuators, but there are none; add [actuators] or remove it"

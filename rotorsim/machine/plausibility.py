@@ -193,7 +193,7 @@ def _inertias(machine: MachineTables) -> Questions:
 
 
 def _journals(machine: MachineTables) -> Questions:
-    for path, film in _films(machine):
+    for path, film in films_of(machine):
         start, end = film.position - film.length / 2, film.position + film.length / 2
         for section in _sections(machine, start, end):
             if abs(section.outer_diameter - film.diameter) > ALIKE * film.diameter:
@@ -207,7 +207,7 @@ def _journals(machine: MachineTables) -> Questions:
 
 def _sleeves(machine: MachineTables) -> Questions:
     """Sleeves that stand in each other, and pockets and grooves that are deep for their film."""
-    films = list(_films(machine))
+    films = list(films_of(machine))
     for k, (path, film) in enumerate(films):
         for other, before in films[:k]:
             room = (film.length + before.length) / 2
@@ -233,7 +233,7 @@ def _inside(machine: MachineTables) -> Questions:
         if isinstance(probe, ShaftProbe)
     ]
     for at, place, what in parts:
-        for path, film in _films(machine):
+        for path, film in films_of(machine):
             if abs(place - film.position) < film.length / 2 * (1 - 1e-9):
                 yield at, f"'{show(place, 'm')}' puts {what} inside the sleeve of {path}; check where it stands"
 
@@ -244,7 +244,8 @@ def _gas(machine: MachineTables) -> Questions:
         yield from ((f"gas.{field}", sentence) for field, sentence in machine.gas.doubts())
 
 
-def _films(machine: MachineTables) -> Iterator[tuple[str, GasFilm]]:
+def films_of(machine: MachineTables) -> Iterator[tuple[str, GasFilm]]:
+    """Paths of the gas films and themselves."""
     for i, film in zip(machine.film_bearings, machine.films, strict=True):
         yield f"bearings.{i}", film
 

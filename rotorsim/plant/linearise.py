@@ -17,9 +17,10 @@ With A(s) = J + s S of `reynolds.perturbation` and L(s) = A^-T F_y' (two adjoint
 .. math:: Z(s) = L'(J_X + s S_X), \qquad \delta F = -Z X - L' J_u u, \qquad
           K + i\omega C = Z(i\omega), \qquad C(0) = L'(S_X - S A^{-1} J_X)
 
-Cites: hamrock_2004.
 Modes come from one search, that of `fe_shaft.modes`: all of a stated region, their number proven by the argument
 principle, and some outside it.
+
+Cites: hamrock_2004.
 """
 
 from __future__ import annotations
@@ -133,9 +134,6 @@ class FilmResponse:
             return Z.real.copy(), Z.imag / omega
         answer, film = self.at(0), self.film
         return answer.Z, answer.L.T @ (film.S_X - film.S[:, None] * answer.factor.solve(film.J_X))
-
-
-__all__ = ["INPUTS", "OUTPUTS", "LinearPlant", "LinearRotor", "linearise"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -149,7 +149,7 @@ FACTORS: dict[str, dict[int, float]] = {
     "housing_velocity": {2: 1.0, 8: 1.0},
     "housing_acceleration": {4: 1.0, 10: 1.0},
 }
-"""Places of x among the motion around the shaft (`rig_layout.AROUND`) that a quantity has, and their factors."""
+"""Places of x among the motion around the shaft (`layout.AROUND`) that a quantity has, and their factors."""
 
 
 ORDER = {"relative_displacement": 0, "housing_velocity": 1, "housing_acceleration": 2}

@@ -244,8 +244,9 @@ def linear_warnings(
     sentences = list(found.values())
     damping = np.full(w.shape, np.nan) if zeta is None else np.atleast_1d(np.asarray(zeta, float))
     diverges = damping <= -1
+    leaving = np.where(diverges | np.isnan(damping), damping, 1.0)
     for grows, what in (
-        (diverges, f"the rotor leaves its place without oscillation {growth(signed, np.where(diverges, -1.0, 1.0))}"),
+        (diverges, f"the rotor leaves its place without oscillation {growth(signed, leaving)}"),
         (~diverges & (damping < -DAMPED), f"a mode grows {growth(signed, np.where(diverges, 1.0, damping))}, with a "
          f"damping ratio of {np.nanmin(damping, initial=np.inf, where=~diverges):.3g} at the least"),
     ):  # fmt: skip

@@ -38,9 +38,6 @@ if "belt" not in REGISTRY:
 from fmu.model import PlantUnit
 from rotorsim.discrepancy.candidates import candidates
 from rotorsim.discrepancy.twin import Twin
-from rotorsim.live.rig.settings import equip, sliders
-from rotorsim.discrepancy.search.candidates import candidates
-from rotorsim.discrepancy.twin.plant import Twin
 from rotorsim.live.settings import equip, sliders
 from rotorsim.machine.catalogue import catalogue
 from rotorsim.plant import Plant

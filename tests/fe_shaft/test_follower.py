@@ -209,3 +209,15 @@ def test_undamped_critical_speeds_are_as_many_as_the_signs_of_a_determinant_say(
         sweep = np.linspace(1.0, 1.001 * np.nanmax(wn), 4000)
         signs = [np.linalg.slogdet(held - v * v * M)[0] for v in sweep]
         assert np.count_nonzero(np.diff(signs)) == np.isfinite(wn).sum()
+
+
+@pytest.mark.parametrize("rate", [6e3, 14e3, 3e5])
+def test_growth_without_oscillation_is_found_however_far_beyond_the_region(rate):
+    """One negative stiffness among 75 oscillators: a real root far beyond the reach of a large pencil."""
+    rng = np.random.default_rng(3)
+    wn, zeta, Q = rng.uniform(5, 400, 75), rng.uniform(0.01, 0.9, 75), np.linalg.qr(rng.standard_normal((75, 75)))[0]
+    stiffness, damping = wn**2, 2 * zeta * wn
+    stiffness[0], damping[0] = -(rate**2), 0.0
+    found = modes_in(SecondOrder(np.eye(75), Q.T @ np.diag(damping) @ Q, Q.T @ np.diag(stiffness) @ Q), REGION)
+    real = np.abs(found.values.imag) <= 1e-6 * np.abs(found.values)
+    assert found.proven and found.values.real[real].max() == pytest.approx(rate, rel=1e-6)

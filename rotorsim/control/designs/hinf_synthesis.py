@@ -71,7 +71,7 @@ class Weights(Specification):
 
 
 RIG = Weights(zeta_2=0.1, k_0=0.9, force=0.3)
-"""Weights for the virtual rig, chosen by `studies.thesis.weight_search` on its identified Model 2 alone.
+"""Weights for the virtual rig, chosen by a search over a grid of weights on its identified Model 2 alone.
 
 The thesis' k_0 = 1/3 lets the loop amplify slow disturbances three times: the law softens the bearing, and hits of 20 N
 then leave the range in which the film is linear. A force among the disturbances asks for damping instead.
@@ -79,7 +79,7 @@ then leave the range in which the film is linear. A force among the disturbances
 MILD = Weights(k_0=0.5, force=0.1)
 """Between the thesis' weights and `RIG`: hits of 20 N stay where the film is linear. They were picked by runs of the
 plant at the twenty points of `rotorsim.verify`, out of eight sets, with an LPV law of constant Y; at the twelve
-others of `studies.thesis.weight_search` LPV leaves 0.66, H-infinity 0.655."""
+others of that search LPV leaves 0.66, H-infinity 0.655."""
 
 
 class Generalised(NamedTuple):

@@ -61,7 +61,7 @@ def _listed(kind: type) -> str:
 
 
 def _shown(default: Any) -> str:
-    """A default for people."""
+    """A default in readable form."""
     if isinstance(default, tuple):
         return f"({', '.join(map(_shown, default))})"
     return f"{default:.6g}" if isinstance(default, float) else repr(default)

@@ -264,7 +264,7 @@ def make_rig_layout(
     `n_braking` the effects that brake the shaft.
 
     Each of the `n_probe` probes has a row of factors: of displacement, velocity and acceleration of the `n_machine`
-    coordinates of shaft and housings, and of the motion `around` the shaft (see `outputs.read_probes`).
+    coordinates of shaft and housings, and of the motion `around` the shaft (see `sample.read_probes`).
     """
     n = max(n_inj, 1)
     sizes = dict.fromkeys(RIG_SCALARS, 1) | dict.fromkeys(("pin", "volt", "stroke", "lead", "travel", "rest"), n)

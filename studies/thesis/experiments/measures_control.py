@@ -2,7 +2,7 @@
 
 Laws are those of the study, made again on models of the changed plant. Fewer points and shorter records than in the
 study, as each function states; so a figure here differs from the study's even at a factor of 1, most by up to 3 %,
-those of C2 and C7 by more. docs/reproduction.md, "Experiments", lists how far and why.
+those of C2 and C7 by more. The README of this study lists how far and why.
 """
 
 from __future__ import annotations
