@@ -81,8 +81,10 @@ LONGEST = 5e-3
 """Longest dead time [s] that can be given."""
 SHARE = 0.01
 """Longest dead time as a share of the record."""
-SIGNIFICANT, LEAST = 3.0, 0.25
-"""Least dead time of both axes that counts as found, in standard deviations and in samples."""
+SIGNIFICANT = 3.0
+"""Least dead time of both axes that counts as found, in its standard deviations."""
+LEAST = 0.25
+"""Least dead time of both axes that counts as found, in samples."""
 NONE = "no dead time found on both axes: Model 3 without one"
 """Note about a free dead time that the record does not show."""
 COARSE = 1.1

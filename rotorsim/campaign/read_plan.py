@@ -279,7 +279,9 @@ def _check_experiment(
 
 def _changed(plan: Plan, machine: Machine, values: Mapping[str, Value], where: str) -> Machine:
     """A machine as the plan sets and changes it, with further values by their path."""
-    for path, value in (*plan.set, *values.items()):
+    for path, value in plan.set:
+        machine = change(machine, path, value, f"set.{path}")
+    for path, value in values.items():
         machine = change(machine, path, value, where)
     return with_changes(machine, plan.changes)
 

@@ -203,8 +203,10 @@ def largest_sub_synchronous(spectra: xr.Dataset) -> dict[str, float] | None:
     return best
 
 
-LONGEST_AVERAGED, LEAST_AVERAGED = 2.0, 0.2
-"""Longest and shortest segment [s]."""
+LONGEST_AVERAGED = 2.0
+"""Longest segment [s] of an average."""
+LEAST_AVERAGED = 0.2
+"""Shortest segment [s] of an average."""
 FEWEST = 4
 """Fewest segments of an average."""
 UNDRIVEN = 1e-4

@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from runpy import run_path
 
 import numpy as np
 import plotly.graph_objects as go
@@ -146,6 +147,13 @@ def test_orbits_are_shown_at_the_resonance_and_at_the_end() -> None:
 def test_compact_values_keep_five_digits() -> None:
     values = np.array([0.0, 1.2345678, -98765.4321, np.nan])
     np.testing.assert_allclose(compact(values), [0, 1.2346, -98765, np.nan], rtol=1e-6)
+
+
+def test_the_readme_picture_shows_three_orders_next_to_the_waterfall() -> None:
+    where = Path(__file__).parents[2] / "docs" / "runup_figure.py"
+    figure = run_path(str(where))["runup_figure"](run_up())
+    assert [t.name for t in figure.data[:3]] == ["1X", "2X", "3X"]
+    assert figure.data[3].type == "heatmap"
 
 
 def test_a_picture_without_a_browser_names_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
