@@ -239,6 +239,7 @@ def numbers(
         return {"lifted": np.array(0.0)}
     rest, model = point.equilibrium, point.model
     several = len(rest.journals) > 1
+    at = 3 if frequencies is None else len(frequencies)  # at rest, and at two modes where there are as many
     ratio = rest.eccentricity_ratios.max() if several else rest.eccentricity_ratio
     return {
         "lifted": np.array(1.0),
@@ -248,15 +249,15 @@ def numbers(
         "disc": rest.disc,
         "film_force": rest.forces if several else rest.force,
         "mass_flow": rest.mass_flow,
-        "wn": padded(model.wn),
-        "zeta": padded(model.zeta),
-        "whirl_ratio": padded(model.whirl_ratio),
+        "wn": padded(model.wn, MODES),
+        "zeta": padded(model.zeta, MODES),
+        "whirl_ratio": padded(model.whirl_ratio, MODES),
         "proven": np.array(float(model.proven)),
         "static_gain": model.static_gain,
         "delay": model.delay,
-        "film_frequency": point.at,
-        "film_stiffness": by_film(point.K) if several else point.K,
-        "film_damping": by_film(point.C) if several else point.C,
+        "film_frequency": padded(point.at, at),
+        "film_stiffness": padded(by_film(point.K) if several else point.K, at),
+        "film_damping": padded(by_film(point.C) if several else point.C, at),
     }
 
 
@@ -265,10 +266,10 @@ def by_film(values: np.ndarray) -> np.ndarray:
     return np.stack([values[:, k : k + 2, k : k + 2] for k in range(0, values.shape[1], 2)], axis=1)
 
 
-def padded(values: np.ndarray) -> np.ndarray:
-    """The first `MODES` values; NaN where there are fewer."""
-    out = np.full(MODES, np.nan)
-    out[: min(len(values), MODES)] = values[:MODES]
+def padded(values: np.ndarray, count: int) -> np.ndarray:
+    """The first values (count, ...) of (n, ...); NaN where there are fewer."""
+    out = np.full((count, *values.shape[1:]), np.nan)
+    out[: len(values)] = values[:count]
     return out
 
 
