@@ -1,6 +1,7 @@
 """Every form of a film, with and without slip, against the independent solver of `independent_film`."""
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import pytest
@@ -49,6 +50,7 @@ CUT = ("lobes that jump", "foil with lobes that jump", "axial grooves", "three p
 """Forms whose edges cut cells at other places on every grid."""
 
 
+@lru_cache
 def independent(name, path=0.0, n=24):
     return Film(**SIZE, **FORMS[name][0], mean_free_path=path, n_theta=n, n_z=n // 2)
 
@@ -60,7 +62,8 @@ def bearing(sleeve, n_theta=32, n_z=None, path=0.0, **changes):
 
 def errors(name, path, place, n):
     """Errors of force, K and C at half the speed, friction and smallest gap, as shares of the largest."""
-    (journal, speed), other = place, independent(name, path)
+    # the gap over a foil has kinks that its elements need to be smaller for: 0.5 % of the stiffness on 24 lines
+    (journal, speed), other = place, independent(name, path, 48 if name == "foil with lobes that jump" else 24)
     one = bearing(FORMS[name][1], n, path=path)
     film, found = one.steady(journal, speed), one.coefficients(journal, speed, 0.5 * speed)
     force, Z = other.force(journal, speed), other.dynamic_stiffness(journal, speed, 0.5 * speed)
