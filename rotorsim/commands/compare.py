@@ -32,7 +32,7 @@ def compare(
     ],
     mapping: Annotated[
         Path | None,
-        typer.Option(help="TOML file that states which column is which; its [conditions] hold for .nc too."),
+        typer.Option(help="TOML file that states which column is which; its section conditions holds for .nc too."),
     ] = None,
     order: Annotated[int, typer.Option(help="Multiple of the shaft speed.", min=1, max=100)] = 1,
     *,

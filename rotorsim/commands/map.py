@@ -240,7 +240,7 @@ def tables(found: xr.Dataset) -> Iterator[Table]:
 def _title(found: xr.Dataset, dimension: str) -> str:
     """Path of a field, or the dimension's own name."""
     path = str(found[dimension].attrs.get("long_name", dimension))
-    return path if path.replace(".", "_") == dimension else dimension.removesuffix("_crossing")
+    return path if path.replace(".", "_") == dimension else dimension.removeprefix("mode_")
 
 
 def _label(found: xr.Dataset, dimension: str, value: Any, named: bool) -> str:

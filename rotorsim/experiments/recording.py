@@ -357,7 +357,7 @@ def recover(folder: Path) -> list[tuple[Path, int]]:
 def duration(path: Path) -> float:
     """Length [s] of a record that a run wrote."""
     with h5py.File(path, "r") as file:
-        return float(len(file["time"]) / file.attrs["sample_rate_hz"])
+        return len(file["time"]) / float(np.asarray(file.attrs["sample_rate_hz"]).item())
 
 
 def _samples(part: Path) -> int:

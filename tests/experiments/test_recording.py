@@ -17,7 +17,7 @@ from fuzzing.disk import largest_file
 from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.files import WriteError
 from rotorsim.experiments import recording
-from rotorsim.experiments.recording import CHUNK, Recording, recover
+from rotorsim.experiments.recording import CHUNK, Recording, duration, recover
 
 BLOCKS, SAMPLES = 4, 5000
 PATHS = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "support")]
@@ -152,7 +152,7 @@ from test_recording import block
 from rotorsim.experiments import recording
 from rotorsim.experiments.recording import Recording
 recording.FLUSH = 0.0
-with Recording(Path(sys.argv[1]), {"ended": "unfinished"}) as file:
+with Recording(Path(sys.argv[1]), {"ended": "unfinished", "sample_rate_hz": 5000.0}) as file:
     for number in range(int(sys.argv[2])):
         file.write(*block(number))
     os.kill(os.getpid(), signal.SIGKILL)
@@ -173,6 +173,7 @@ def test_a_killed_run_leaves_nothing_under_its_name_and_what_was_flushed_comes_b
         record = xr.load_dataset(tmp_path / "run-killed.nc", engine="h5netcdf")
         assert record.sizes["time"] == blocks * SAMPLES
         assert record.attrs["ended"] == "killed"
+        assert duration(tmp_path / "run-killed.nc") == pytest.approx(blocks * SAMPLES / 5000.0)
         assert_begins_as(record, whole)
 
 

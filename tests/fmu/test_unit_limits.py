@@ -31,9 +31,9 @@ def logged(unit):
         def _log3(self, environment, status, category, message):
             found.append((status, message.decode()))
 
-        def _load(self, common, options):
+        def _load(self, common, options, kind):
             if self.unit.is_3:
-                super()._load(common, options)
+                super()._load(common, options, kind)
                 self.slave.setDebugLogging(False, [])
                 return
             self.slave = fmi2.FMU2Slave(**common)
