@@ -172,7 +172,7 @@ def test_the_rate_of_a_polynomial_is_its_difference_quotient():
 def test_the_law_runs_at_5_khz_and_carries_its_gamma(designed):
     law, _ = designed
     assert law.gamma >= law.about["optimal_gamma"]
-    assert law.A.shape == (3, 3, 10, 10)
+    assert law.A.shape == (2, 2, 10, 10)
     slow = np.log(np.abs(np.linalg.eigvals(law.A)).min()) / law.Ts
     assert -slow < 10 / law.Ts
 

@@ -7,7 +7,6 @@ import tomlkit
 from hypothesis import strategies as st
 
 from fuzzing.values import legal, text_of
-from reynolds.injector import Injector
 from rotorsim.base.quantity import Quantity, quantity_of
 from rotorsim.base.units import show
 from rotorsim.effects import REGISTRY, Effect
@@ -21,7 +20,7 @@ from rotorsim.machine import (
     Shaft,
     ShaftProbe,
 )
-from rotorsim.machine.gas_film import Actuators, Gas
+from rotorsim.machine.gas_film import Actuators, Gas, PinnedInjector
 from rotorsim.machine.numerics import Solver
 from rotorsim.machine.part import Part
 from rotorsim.machine.rotor import Disc, Drive, ShaftMaterial
@@ -83,7 +82,7 @@ def films(draw: Any, start: float, length: float) -> dict[str, Any]:
     needed = ("pin_discharge",) if law == "orifice" else ("loss_factor",)
     injection = table(draw, Injection, ("minimum_gap",), needed) | {"law": law, "minimum_gap": "0 m"}
     injectors = [
-        table(draw, Injector, ("offset",), ("pd_gain", "pd_zero"))
+        table(draw, PinnedInjector, ("offset",), ("pd_gain", "pd_zero"))
         | {"reference": draw(st.sampled_from(["+x", "-x", "+y", "-y", "none"]))}
         for _ in range(draw(st.integers(0, 5)))
     ]
