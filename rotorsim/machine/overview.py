@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from functools import lru_cache
 from importlib.resources import files
 from typing import Any
 
 from rotorsim.base.references import cited_by, sorted_keys
 from rotorsim.base.units import show as text
-from rotorsim.effects import REGISTRY
+from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine.bearings import BearingCoefficients
 from rotorsim.machine.file_text import entries
 from rotorsim.machine.part import Part
@@ -37,8 +37,16 @@ def summary(machine: Machine) -> str:
         fed = ", ".join(f"{count} {name}" for count, name in counts if count) or "no feeding"
         every = f"{'each ' if several and len(gaps) == 1 else ''}with {' and '.join(gaps)} clearance"
         parts.append(f"{films}, {every}; in all {fed}" if several else f"{films} {every} and {fed}")
-    parts.append(f"effects: {', '.join(machine.effects) or 'none'}")
+    acting = [name for name, several in machine.effects.items() if not all(map(_does_nothing, several))]
+    parts.append(f"effects: {', '.join(acting) or 'none'}")
+    if idle := [name for name in machine.effects if name not in acting]:
+        parts.append(f"at neutral values and so without effect: {', '.join(idle)}")
     return "; ".join(parts)
+
+
+def _does_nothing(effect: Effect) -> bool:
+    """Whether every parameter of an effect has its default, the neutral value."""
+    return all(getattr(effect, field.name) == field.default for field in fields(effect))
 
 
 def si_numbers(machine: Machine) -> dict[str, Any]:

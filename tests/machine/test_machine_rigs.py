@@ -6,7 +6,8 @@ import sys
 
 import pytest
 
-from rotorsim.machine import GasFilm, load_machine, shipped_machines
+import rotorsim as rs
+from rotorsim.machine import GasFilm, load_machine, machine_text, shipped_machines
 from rotorsim.machine.schema import Machine
 
 RIGS = ("dtu_gas_bearing", "dtu_gas_bearing_b", "dtu_gas_bearing_c", "dtu_gas_bearing_d")
@@ -71,3 +72,10 @@ def test_a_shipped_machine_needs_no_pint_and_importing_rotorsim_is_silent_and_li
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_an_effect_at_neutral_values_is_named_as_one_without_effect():
+    """A table of gravity without its acceleration makes the rotor weightless."""
+    text = machine_text("plain_rotor").replace('acceleration = "9.81 m/s^2"', "")
+    shown = rs.machine.summary(Machine.from_text(text))
+    assert "effects: unbalance" in shown and shown.endswith("without effect: gravity")
