@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fe_shaft.modes.pencil import Modes, Pencil, Region, nothing
-from fe_shaft.modes.spectrum import modes_in
+from fe_shaft.modes.spectrum import counted, modes_in
 from fe_shaft.modes.subspace import joined, refined
 
 CERTAIN = 0.7
@@ -125,6 +125,9 @@ def follow(family: Family, values: Sequence[float], region: Region, hints: Seque
             one = {}
         else:
             here, there, one = _linked(here, there, region, first=len(nodes) == 1)
+            late = here.modes.values[len(nodes[-1].modes.values) :]
+            if len(nodes) > 1 and nodes[-2].pencil is not None and region.holds(late).any():
+                nodes[-2], here, links[-1] = _linked(nodes[-2], here, region, first=False)
             certain = _all_linked(here, there, one, region)
             if not certain and step > FINEST * width:
                 waiting[-1] = there
@@ -241,9 +244,11 @@ def _with_partners(node: Node, other: Node, region: Region) -> Node:
     alone = region.holds(other.modes.values) & ((P.max(axis=1) if P.shape[1] else np.zeros(len(P))) < PARTNER)
     if not alone.any():
         return node
-    more = refined(node.pencil, other.modes.take(alone))
-    missing = node.modes.missing
-    return replace(node, modes=replace(joined(node.pencil, node.modes, more), missing=missing))
+    known, more = node.modes, refined(node.pencil, other.modes.take(alone))
+    found = joined(node.pencil, known, more)
+    if known.proven:
+        return replace(node, modes=replace(found, missing=known.missing, quotient=known.quotient))
+    return replace(node, modes=counted(node.pencil, found, region))
 
 
 def _turned(node: Node, other: Node) -> Node:

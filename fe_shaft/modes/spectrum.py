@@ -49,11 +49,16 @@ def _found(pencil: Pencil, region: Region, hints: Sequence[float], seed: Modes |
     for shifts in rounds:
         for shift in shifts:
             known = joined(pencil, known, settled(pencil, unknown(known, around(pencil, shift), region)))
-        g = Quotient(pencil, known.values)
-        known = replace(known, missing=missing_in(region, g, like), quotient=g)
+        known = counted(pencil, known, region, like)
         if known.proven:
             break
     return _with_growth(pencil, region, known)
+
+
+def counted(pencil: Pencil, known: Modes, region: Region, like: Quotient | None = None) -> Modes:
+    """The modes with the number of those of the region that are missing among them; `like` is a neighbour's count."""
+    g = Quotient(pencil, known.values)
+    return replace(known, missing=missing_in(region, g, like), quotient=g)
 
 
 def _with_growth(pencil: Pencil, region: Region, known: Modes) -> Modes:
