@@ -90,6 +90,8 @@ def _net(spectrum: Callable[[float], np.ndarray], speeds: np.ndarray) -> int:
         for s in here if len(there) else []:
             other = there[np.abs(there - s).argmin()]
             gaps = abs(s) - v, abs(other) - w
+            if abs(other - s) > 0.1 * abs(s):  # it has left the neighbourhood of the line
+                continue
             if gaps[0] * gaps[1] < 0 and -s.real / abs(s) - other.real / abs(other) < 2 * DAMPED:
                 net += 1 if gaps[1] < 0 else -1
     return net
