@@ -51,6 +51,8 @@ def lazy(package: str, file: str) -> Access:
 def refuse_hidden(root: Path, names: Iterable[str]) -> None:
     """Refuse a foreign file or folder that Python imports in place of a package of the same name in `root`.
 
+    A package of ours, which has a `py.typed`, may stand elsewhere.
+
     Raises ImportError; a command, which has no use for a traceback, ends with the sentence and exit code 2.
     """
     for name in names:
@@ -58,7 +60,8 @@ def refuse_hidden(root: Path, names: Iterable[str]) -> None:
         if spec is None:
             continue
         places = [Path(place) for place in (spec.submodule_search_locations or [spec.origin or ""])]
-        if root / name in [place.resolve() for place in places] or not (root / name).is_dir():
+        ours = any(place.resolve() == root / name or (place / "py.typed").is_file() for place in places)
+        if ours or not (root / name).is_dir():
             continue
         sentence = (
             f"{places[0]} hides the package {name!r} that rotorsim needs; rename it, or work in another folder and "

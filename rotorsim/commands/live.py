@@ -38,9 +38,7 @@ def live(
 
     MACHINE may also be a scene (.json) or a record (.nc) that was saved here; a record is replayed.
     """
-    warnings.filterwarnings(
-        "ignore", module="requests"
-    )  # the server imports it without use: what it lacks is no matter
+    warnings.filterwarnings("ignore", module="requests")  # the server imports it and does not use it
     if not 1 <= port <= 65535:
         raise DataError(f"--port: {port} is not a port; give one from 1 to 65535")
     if out.is_file():

@@ -118,7 +118,7 @@ def test_every_help_page_has_an_example(run, name):
     ("arguments", "sentence"),
     [
         (["prbz"], "experiment: 'prbz' is not known; did you mean 'prbs'?"),
-        (["waltz"], "experiment: 'waltz' is not known; known are chirp, "),
+        (["waltz"], "experiment: 'waltz' is not known; known are slow_roll, "),
         (["prbs", "--amplitude", "6 V"], "amplitude: '6 V' is above the limit; write at most '5 V'"),
         (["prbs", "--amplitude", "-1 V"], "must be above 0"),
         (["prbs", "--amplitude", "1"], "--amplitude: '1' has no unit"),

@@ -47,5 +47,5 @@ def test_warnings_of_a_package_that_the_server_does_not_use_are_not_shown(run, m
         warnings.warn_explicit("urllib3 does not match", UserWarning, "requests/__init__.py", 113, module="requests")
         raise DataError("end")
 
-    monkeypatch.setattr("rotorsim.commands.live._scene", end)
+    monkeypatch.setattr("rotorsim.commands.live._saved", end)
     assert run("live", "plain_rotor", "--no-browser") == (2, "", "end\n")
