@@ -222,7 +222,7 @@ def figures(plant: Plant, speed: float, pressure: float) -> dict[str, float]:
     point = operating_point(plant, speed, pressure, (0.0,))
     model, found = point.model, dict[str, float]()
     known = model.proven and model.wn.size >= len(AXES)
-    for axis, mode in zip(AXES, axis_modes(model) if known else AXES, strict=True):
+    for axis, mode in zip(AXES, axis_modes(model) if known else (0, 1), strict=True):
         wn, zeta = (float(each[mode]) if known else float("nan") for each in (model.wn, model.zeta))
         found |= {f"wn_{axis}": wn, f"zeta_{axis}": zeta}
     for i, a in enumerate(AXES):
