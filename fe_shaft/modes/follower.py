@@ -108,7 +108,7 @@ def follow(family: Family, values: Sequence[float], region: Region, hints: Seque
         fits = seed is not None and len(seed.values) and seed.right.shape[0] == pencil.size
         return Node(at, pencil, modes_in(pencil, region, hints, seed if fits else None))
 
-    ahead, nodes, links = values[::-1], [node(values[0], None)], []
+    ahead, nodes, links = values[::-1], [node(values[0], None)], list[dict[int, int]]()
     waiting: list[Node] = []
     while waiting or len(ahead) > 1:
         if not waiting:
