@@ -18,7 +18,7 @@ With A(s) = J + s S of `reynolds.perturbation` and L(s) = A^-T F_y' (two adjoint
           K + i\omega C = Z(i\omega), \qquad C(0) = L'(S_X - S A^{-1} J_X)
 
 Modes come from one search, that of `fe_shaft.modes`: all of a stated region, their number proven by the argument
-principle, and some outside it.
+principle.
 
 Cites: hamrock_2004.
 """
@@ -59,8 +59,6 @@ FIRST = 2
 """Pairs of the rotor's modes on its nominal bearings that a region holds."""
 STIFFER = 2.0
 """Factor up to which films may raise the frequencies of these pairs before they leave the region of a linear model."""
-LISTED = 0.9
-"""Damping ratio from which a mode is not listed."""
 
 
 def region_up_to(hints: np.ndarray, highest: float) -> Region:
@@ -150,7 +148,7 @@ class LinearPlant(Shown):
     """S x' = J x + E u, y = H x with diagonal S; A, B, C, D [SI] follow.
 
     wn [rad/s], zeta and whirl ('forward', 'backward', 'mixed') are those of the oscillating modes, ascending in wn: all
-    of the `region` if their number is `proven`, and those outside it, damping ratios below 0.9, that the search met.
+    of the `region`, damping ratios below one half, if their number is `proven`.
     static_gain (2, 2) [m/V] from reference to disc; delay (2,) [s] by axis. `hints` (k,) [rad/s] are the natural
     frequencies of the rotor on its nominal bearings. `rotor` holds modal stiffness and damping and the rows of the
     journal; the film's own matrices are in `film`; the shaft turns at `speed` [rad/s].
@@ -266,17 +264,11 @@ class LinearPlant(Shown):
 
     @cached_property
     def modes(self) -> Modes:
-        """All modes of the region, those that grow without oscillation too, and others that the search met."""
+        """All modes of the region and those that grow without oscillation; among others that the search met."""
         from fe_shaft.modes.spectrum import modes_in  # a matrix alone needs none
-        from fe_shaft.modes.subspace import SMALL, around, settled
 
-        hints = np.unique(np.round(self.hints, 3))
         with one_thread():
-            seed = None
-            if self.size > SMALL:  # strongly damped ones near the first natural frequency are listed where they are met
-                near = around(self, 1j * float(hints[0]))
-                seed = settled(self, near.take(_listed(near.values)))
-            return modes_in(self, self.region, hints.tolist(), seed)
+            return modes_in(self, self.region, np.unique(np.round(self.hints, 3)).tolist())
 
     @property
     def proven(self) -> bool:
@@ -285,7 +277,7 @@ class LinearPlant(Shown):
 
     @cached_property
     def _modes(self) -> tuple[np.ndarray, np.ndarray]:
-        listed = self.modes.take(_listed(self.modes.values))
+        listed = self.modes.take(self.region.holds(self.modes.values))
         return listed.values, listed.right
 
     @property
@@ -439,14 +431,6 @@ class ShiftedPlant:
         force = -D.conj().T @ (b[-2 * m : -m] + back * b[-m:] - moved.conj().T @ film)
         y = onto.conj().T @ force - film
         return np.concatenate([y, b[-m:] + pushed.conj().T @ y + damped.conj().T @ force, force])
-
-
-def _listed(values: np.ndarray) -> np.ndarray:
-    """Which eigenvalues oscillate with a damping ratio below that from which a mode is not listed."""
-    from fe_shaft.modes.pencil import OSCILLATES
-
-    size = np.abs(values)
-    return np.asarray((values.imag > OSCILLATES * size) & (-values.real < LISTED * size))
 
 
 def linearise(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
