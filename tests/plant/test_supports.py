@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import rotorsim as rs
+from fe_shaft.modal import run_modal
+from fe_shaft.response import run_unbalance_response
 from rotorsim.base.errors import MachineFileError
 
 ROTOR = """
@@ -72,13 +74,13 @@ def machine(bearings, more="", modes=6, force=0, shaft=""):
 def test_linear_model_has_the_modes_of_the_finite_elements(speed):
     """With all modes of the shaft kept only the eigenvalue solver is left."""
     plant = rs.Plant(machine(TABLE + RIGHT + HOUSING, modes=40))
-    expected = np.sort(plant.assembly.mesh.rotor.run_modal(speed).wn)
+    expected = np.sort(run_modal(plant.assembly.mesh.rotor, speed).wn)
     assert plant.linearise(speed, 0.0).wn[:8] == pytest.approx(expected[:8], rel=5e-6)
 
 
 def test_the_few_modes_kept_are_near_them():
     plant = rs.Plant(machine(TABLE + RIGHT + HOUSING))
-    expected = np.sort(plant.assembly.mesh.rotor.run_modal(250.0).wn)
+    expected = np.sort(run_modal(plant.assembly.mesh.rotor, 250.0).wn)
     assert plant.linearise(250.0, 0.0).wn[:6] == pytest.approx(expected[:6], rel=1e-3)
 
 
@@ -89,7 +91,7 @@ def test_whirl_of_shaft_and_housing_is_that_of_the_finite_elements():
     damped = (TABLE + RIGHT + HOUSING).replace("MN", "kN").replace('"10 kN', '"900 kN').replace("20 kN", "2 MN")
     plant = rs.Plant(machine(damped.replace("8 kN", "3 MN").replace("00 N*s", "000 N*s"), more, modes=20))
     mesh = plant.assembly.mesh
-    whirl = mesh.rotor.run_unbalance_response(mesh.node(0.3), me, 0.0, [speed]).response[:, 0]
+    whirl = run_unbalance_response(mesh.rotor, mesh.node(0.3), me, 0.0, [speed]).response[:, 0]
     housing = whirl[mesh.rotor.layout.place(len(mesh.nodes))]
     at = mesh.shape_between(0.59)[0] @ np.linalg.pinv(mesh.reduced.Phi) @ whirl[: len(mesh.reduced.Phi)]
     expected = [abs(whirl[4 * mesh.node(0.6)]), abs(at - housing), speed * abs(housing), speed**2 * abs(housing)]
