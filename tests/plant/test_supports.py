@@ -75,7 +75,8 @@ def test_linear_model_has_the_modes_of_the_finite_elements(speed):
     """With all modes of the shaft kept only the eigenvalue solver is left."""
     plant = rs.Plant(machine(TABLE + RIGHT + HOUSING, modes=40))
     expected = np.sort(run_modal(plant.assembly.mesh.rotor, speed).wn)
-    assert plant.linearise(speed, 0.0).wn[:8] == pytest.approx(expected[:8], rel=5e-6)
+    found = plant.linearise(speed, 0.0)
+    assert found.wn == pytest.approx(expected[expected < found.region.reach], rel=5e-6) and len(found.wn) >= 6
 
 
 def test_the_few_modes_kept_are_near_them():
