@@ -182,7 +182,7 @@ def oscillations(
 def _oscillating(
     M: NDArray[Any], D: NDArray[Any], K: NDArray[Any], values: NDArray[np.complex128], vectors: NDArray[np.complex128]
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-    """Those of all eigenvalues (2n,) and vectors (2n, 2n) that oscillate."""
+    """Eigenvalues (n_modes,) and vectors of the oscillations among all eigenvalues (2n,) and vectors (2n, 2n)."""
     modulus = np.abs(values)
     keep = np.flatnonzero((values.imag > _REAL * modulus) & (modulus > SPLIT_ZERO * modulus.max()))
     keep = keep[np.argsort(modulus[keep], kind="stable")]

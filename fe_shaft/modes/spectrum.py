@@ -67,7 +67,7 @@ def _with_growth(pencil: Pencil, region: Region, known: Modes) -> Modes:
     On the positive real axis the determinant over the known roots is real; between the reach and `FARTHEST` of it an
     odd number of real roots changes its sign.
     """
-    g = Quotient(pencil, known.values)
+    g = known.quotient or Quotient(pencil, known.values)
 
     def positive(s: float) -> bool:
         return bool(np.cos(g.log(complex(s)).imag) > 0)

@@ -25,7 +25,7 @@ def test_every_command_that_writes_a_page_opens_it_and_writes_its_figures(words)
 
 
 def test_every_command_that_writes_figures_asks_before_whether_it_may():
-    """Those of a study lie in a folder of its own; a folder of results asks when it is opened."""
+    """A study asks for its own folder; a folder of results asks when it is opened."""
     folder = Path(commands.__file__).parent
     texts = [path.read_text() for path in folder.rglob("*.py") if path.name != "identification.py"]
     finished = [text for text in texts if "page.finish(" in text]
