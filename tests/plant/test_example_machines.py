@@ -6,6 +6,7 @@ import pytest
 from fe_shaft.modal import run_modal
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
+from rotorsim.plant.linearise import DAMPED
 
 RPM = 2 * np.pi / 60
 
@@ -81,7 +82,8 @@ def test_the_pumps_tables_are_those_of_its_oil_bearings_and_its_modes_those_of_t
     plant = Plant(machine.with_({"shaft.damping_ratio": 0.0}))
     for speed in (1000 * RPM, 4000 * RPM):
         model, whole = plant.linearise(speed, 0.0), run_modal(plant.assembly.mesh.rotor, speed)
-        assert model.wn[:5] == pytest.approx(np.sort(whole.wn)[:5], rel=1e-7)
+        expected = np.sort(whole.wn[whole.damping_ratio < DAMPED])
+        assert len(model.wn) >= 4 and model.wn == pytest.approx(expected[: len(model.wn)], rel=1e-7)
     # oil whip: the first forward mode loses its damping where half the speed passes its frequency
     assert plant.linearise(2000 * RPM, 0.0).zeta.min() > 0 > plant.linearise(3000 * RPM, 0.0).zeta.min()
 
