@@ -31,11 +31,9 @@ from reynolds import (
     film,
     injector,
     lanes,
-    linear_terms,
     newton,
     residual,
     ring,
-    steady,
     texture,
     transient,
 )
@@ -88,7 +86,7 @@ class KernelModule(Protocol):
 
 CHECK = "# hash of the lines above: "
 FILM_SOURCES = (
-    film, texture, injector, lanes, residual, differences, ring, newton, linear_terms, transient, steady,
+    film, texture, injector, lanes, residual, differences, ring, newton, transient,
 )  # fmt: skip
 LINEAR_ENTRIES = ("linear_terms", "gap_terms")
 """Kernels of a film that are compiled where a linear model is asked for."""
