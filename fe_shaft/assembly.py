@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from fe_shaft import elements
 from fe_shaft.bearing import BearingElement
-from fe_shaft.checks import ShaftError
-from fe_shaft.shaft import DiskElement, PointMass, ShaftElement
+from fe_shaft.shaft import DiskElement, PointMass, ShaftElement, ShaftError
 
 Matrix = NDArray[np.float64]
 

@@ -28,13 +28,12 @@ from scipy.linalg import LinAlgError, lu_factor, lu_solve
 
 from fe_shaft import modal
 from fe_shaft.assembly import AssembledRotor
-from fe_shaft.checks import ShaftError, grid
-from fe_shaft.labelled import dataset
-from fe_shaft.modes.count import missing_in
+from fe_shaft.modal import dataset
 from fe_shaft.modes.follower import through
-from fe_shaft.modes.pencil import Quotient, Region
-from fe_shaft.modes.second_order import SecondOrder
-from fe_shaft.static import loose_motions
+from fe_shaft.modes.pencil import Quotient, Region, SecondOrder
+from fe_shaft.modes.spectrum import missing_in
+from fe_shaft.response import loose_motions
+from fe_shaft.shaft import ShaftError, grid
 
 if TYPE_CHECKING:
     import xarray as xr

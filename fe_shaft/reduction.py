@@ -30,8 +30,8 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from fe_shaft.assembly import AssembledRotor
-from fe_shaft.checks import ShaftError
-from fe_shaft.static import rigid_motions
+from fe_shaft.response import rigid_motions
+from fe_shaft.shaft import ShaftError
 
 Matrix = NDArray[np.float64]
 

@@ -17,8 +17,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from fe_shaft.bearing import BearingElement
-from fe_shaft.checks import ShaftError
-from fe_shaft.shaft import DiskElement, Material, PointMass, ShaftElement
+from fe_shaft.shaft import DiskElement, Material, PointMass, ShaftElement, ShaftError
 from rotorsim.base.control_systems import Foreign, Leftovers
 
 _COEFFICIENTS = ("kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy")
