@@ -27,12 +27,11 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import LinAlgError, lu_factor, lu_solve
 
 from fe_shaft import modal
-from fe_shaft.assembly import AssembledRotor
+from fe_shaft.assembly import AssembledRotor, loose_motions
 from fe_shaft.modal import dataset
 from fe_shaft.modes.follower import through
 from fe_shaft.modes.pencil import Quotient, Region, SecondOrder
 from fe_shaft.modes.spectrum import missing_in
-from fe_shaft.response import loose_motions
 from fe_shaft.shaft import ShaftError, grid
 
 if TYPE_CHECKING:

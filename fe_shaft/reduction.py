@@ -29,8 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from fe_shaft.assembly import AssembledRotor
-from fe_shaft.response import rigid_motions
+from fe_shaft.assembly import AssembledRotor, rigid_motions
 from fe_shaft.shaft import ShaftError
 
 Matrix = NDArray[np.float64]

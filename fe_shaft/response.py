@@ -24,7 +24,7 @@ from scipy.linalg import lapack
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from fe_shaft.assembly import AssembledRotor
+from fe_shaft.assembly import AssembledRotor, loose_motions
 from fe_shaft.modal import dataset, half_axes
 from fe_shaft.shaft import ShaftError, grid
 
@@ -33,12 +33,6 @@ if TYPE_CHECKING:
 
 GRAVITY = 9.80665
 """Standard acceleration of gravity [m/s2], along -y."""
-_RIGID = {
-    "x": (1.0, 0.0, 0.0, 0.0),
-    "y": (0.0, 1.0, 0.0, 0.0),
-    "tilt about y": (0.0, 0.0, 0.0, 1.0),
-    "tilt about x": (0.0, 0.0, 1.0, 0.0),
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,35 +106,6 @@ def _reaction(rotor: AssembledRotor, bearing, q: NDArray[np.float64]) -> NDArray
         other = rotor.layout.place(bearing.n_link)
         relative -= q[other : other + 2]
     return np.asarray(-bearing.stiffness_at(0.0) @ relative)
-
-
-def loose_motions(rotor: AssembledRotor) -> list[str]:
-    """Names of the rigid-body motions, two shifts and two tilts, that the supports do not resist."""
-    if rotor.clamped:
-        return []
-    motions = rigid_motions(rotor)
-    resist = motions.T @ (rotor.K() - rotor.parts.K) @ motions
-    for node in rotor.pinned:
-        rows = motions[4 * node : 4 * node + 2]
-        resist += np.abs(rotor.parts.K).max() * rows.T @ rows
-    missing = 4 - int(np.linalg.matrix_rank(resist))
-    values, vectors = np.linalg.eigh((resist + resist.T) / 2)
-    size = np.abs(vectors) * np.array([1.0, 1.0, 1.001, 1.001])[:, None]  # to turn about a bearing at an end is a tilt
-    loose = [list(_RIGID)[int(size[:, i].argmax())] for i in np.argsort(np.abs(values))]
-    return sorted(set(loose[:missing]))
-
-
-def rigid_motions(rotor: AssembledRotor) -> NDArray[np.float64]:
-    """The four motions (ndof, 4) of the rigid shaft, pedestals and internal coordinates at rest; tilts over length."""
-    z = rotor.nodes_pos / rotor.nodes_pos[-1]
-    motions = np.zeros((rotor.ndof, 4))
-    for column, motion in enumerate(_RIGID.values()):
-        nodes = np.tile(motion, (rotor.n_nodes, 1))
-        if column >= 2:
-            nodes[:, 2:] /= rotor.nodes_pos[-1]
-            nodes[:, 0], nodes[:, 1] = motion[3] * z, -motion[2] * z
-        motions[: 4 * rotor.n_nodes, column] = nodes.ravel()
-    return motions
 
 
 @dataclass(frozen=True, eq=False)

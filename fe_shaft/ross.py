@@ -18,7 +18,7 @@ import numpy as np
 
 from fe_shaft.bearing import BearingElement
 from fe_shaft.shaft import DiskElement, Material, PointMass, ShaftElement, ShaftError
-from rotorsim.base.control_systems import Foreign, Leftovers
+from rotorsim.base.foreign_systems import Foreign, Leftovers
 
 _COEFFICIENTS = ("kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy")
 _MASSES, _CROSS_MASSES = ("mxx", "myy"), ("mxy", "myx")
