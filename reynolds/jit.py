@@ -75,7 +75,7 @@ def inlined(function: Callable[..., Any]) -> BuildingBlock:
 
 
 def view(function: Callable[..., Any]) -> BuildingBlock:
-    """A part of an array as one expression, which `specialise` writes where it is called.
+    """A part of an array as one expression, which a generated module has where it is called.
 
     A kernel that manages no memory can use such a part, but not return it.
     """
