@@ -16,7 +16,7 @@ from reynolds.perturbation import common_kernels, dynamic_stiffness, linear_film
 from reynolds.sleeve import PLAIN, Sleeve
 from reynolds.transient import GAMMA, MID, STAGE, settle_film
 from reynolds.workspace import FilmGas, FilmModel, interval_pressure
-from rotorsim.base.constants import TO_UM
+from rotorsim.base.units import TO_UM
 
 Array = NDArray[np.float64]
 

@@ -18,7 +18,6 @@ import numpy as np
 
 from identification.errors import ModelError
 from identification.local.simulation import respond, zero_order_hold
-from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.display import Card, Shown, several
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_json
@@ -38,6 +37,7 @@ from rotorsim.base.foreign_systems import (
     write_mat,
 )
 from rotorsim.base.rounding import decays, unstable_poles
+from rotorsim.base.units import TO_MPA, TO_RPM
 
 OSCILLATING = 0.9
 """A pole pair counts as a mode below this damping ratio."""

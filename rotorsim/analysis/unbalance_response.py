@@ -22,10 +22,10 @@ import numpy as np
 from rotorsim.analysis.axes import checked
 from rotorsim.analysis.supply import felt
 from rotorsim.analysis.whirl_onset import LeastDamped
-from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import DAMPED
+from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.effects.rotor.unbalance import RotorUnbalance
 from rotorsim.machine.probes import ShaftProbe
 from rotorsim.machine.schema import Machine

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError, LawError
 from rotorsim.base.foreign_systems import (
     DISC,
@@ -27,6 +26,7 @@ from rotorsim.base.foreign_systems import (
     texts,
 )
 from rotorsim.base.input_files import parse_json
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control.plausibility import Plausibility
 from rotorsim.control.systems import System, tustin
 

@@ -16,11 +16,11 @@ import numpy as np
 from rotorsim.analysis.modes_over_speed import least_damped, modes_over_speed
 from rotorsim.analysis.unbalance_response import half_axis, unbalances_of, whirl
 from rotorsim.analysis.whirl_onset import LeastDamped, stability_limit
-from rotorsim.base.constants import RPM
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.files import make_folder, write_json
 from rotorsim.base.input_files import instead, parse_json
 from rotorsim.base.rounding import DAMPED
+from rotorsim.base.units import RPM
 from rotorsim.live.records import Replay
 from rotorsim.live.rig import Rig
 from rotorsim.live.runner import Runner

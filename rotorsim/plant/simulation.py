@@ -9,9 +9,9 @@ import numpy as np
 
 from reynolds.newton import FACTORISATIONS, ITERATIONS
 from reynolds.workspace import interval_pressure
-from rotorsim.base.constants import TO_RPM
 from rotorsim.base.display import Card, Shown
 from rotorsim.base.errors import ConvergenceError, DataError
+from rotorsim.base.units import TO_RPM
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.kernels.layout import AT, COLUMNS, FILM_COLUMNS, FORCE, HEAT_COLUMNS, REFERENCE, SUPPLY
