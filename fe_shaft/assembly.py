@@ -310,3 +310,25 @@ def _stiffness(element: ShaftElement) -> Matrix:
 def _material_damping(element: ShaftElement) -> Matrix:
     stiff = (element.beta + element.eta_v) * elements.elastic_matrix(element)
     return element.alpha * elements.mass_matrix(element) + stiff
+
+
+RIGID = {
+    "x": (1.0, 0.0, 0.0, 0.0),
+    "y": (0.0, 1.0, 0.0, 0.0),
+    "tilt about y": (0.0, 0.0, 0.0, 1.0),
+    "tilt about x": (0.0, 0.0, 1.0, 0.0),
+}
+"""Rigid motions of a shaft: x, y, alpha and beta of a node at its origin."""
+
+
+def rigid_motions(rotor: AssembledRotor) -> NDArray[np.float64]:
+    """The four motions (ndof, 4) of the rigid shaft, pedestals and internal coordinates at rest; tilts over length."""
+    z = rotor.nodes_pos / rotor.nodes_pos[-1]
+    motions = np.zeros((rotor.ndof, 4))
+    for column, motion in enumerate(RIGID.values()):
+        nodes = np.tile(motion, (rotor.n_nodes, 1))
+        if column >= 2:
+            nodes[:, 2:] /= rotor.nodes_pos[-1]
+            nodes[:, 0], nodes[:, 1] = motion[3] * z, -motion[2] * z
+        motions[: 4 * rotor.n_nodes, column] = nodes.ravel()
+    return motions

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fe_shaft.assembly import AssembledRotor
+from fe_shaft.assembly import RIGID, AssembledRotor, rigid_motions
 from fe_shaft.checks import ShaftError
 from fe_shaft.labelled import dataset
 
@@ -17,12 +17,6 @@ if TYPE_CHECKING:
 
 GRAVITY = 9.80665
 """Standard acceleration of gravity [m/s2], along -y."""
-_RIGID = {
-    "x": (1.0, 0.0, 0.0, 0.0),
-    "y": (0.0, 1.0, 0.0, 0.0),
-    "tilt about y": (0.0, 0.0, 0.0, 1.0),
-    "tilt about x": (0.0, 0.0, 1.0, 0.0),
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,18 +104,5 @@ def loose_motions(rotor: AssembledRotor) -> list[str]:
     missing = 4 - int(np.linalg.matrix_rank(resist))
     values, vectors = np.linalg.eigh((resist + resist.T) / 2)
     size = np.abs(vectors) * np.array([1.0, 1.0, 1.001, 1.001])[:, None]  # to turn about a bearing at an end is a tilt
-    loose = [list(_RIGID)[int(size[:, i].argmax())] for i in np.argsort(np.abs(values))]
+    loose = [list(RIGID)[int(size[:, i].argmax())] for i in np.argsort(np.abs(values))]
     return sorted(set(loose[:missing]))
-
-
-def rigid_motions(rotor: AssembledRotor) -> NDArray[np.float64]:
-    """The four motions (ndof, 4) of the rigid shaft, pedestals and internal coordinates at rest; tilts over length."""
-    z = rotor.nodes_pos / rotor.nodes_pos[-1]
-    motions = np.zeros((rotor.ndof, 4))
-    for column, motion in enumerate(_RIGID.values()):
-        nodes = np.tile(motion, (rotor.n_nodes, 1))
-        if column >= 2:
-            nodes[:, 2:] /= rotor.nodes_pos[-1]
-            nodes[:, 0], nodes[:, 1] = motion[3] * z, -motion[2] * z
-        motions[: 4 * rotor.n_nodes, column] = nodes.ravel()
-    return motions

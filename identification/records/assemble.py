@@ -18,6 +18,7 @@ import numpy as np
 
 from identification.errors import ReadError
 from identification.records.columns import (
+    CLIPPED,
     FACTORS,
     FULL_SCALE,
     Column,
@@ -338,8 +339,6 @@ def _reading(table: DataTable, entry: ColumnEntry, probe: LabProbe) -> np.ndarra
     return found - probe.gap * scale_of(table, entry, "m") / volts
 
 
-CLIPPED = "clipped"
-"""Attribute with a sentence for every clipped sensor."""
 MOST = 6
 """Sentences about parts that were left out."""
 RATE = 1e-3

@@ -27,6 +27,8 @@ from rotorsim.base.units import CHARACTERS, NUMBER, SPELLINGS, TABLE
 
 MARK = "rotorsim record"
 """First words of the header of a file that rotorsim wrote."""
+CLIPPED = "clipped"
+"""Attribute with a sentence for every clipped sensor."""
 MAX_VALUES = 2**29
 """No column or matrix of more values is read: 4 GB."""
 MAX_NAME = 200
