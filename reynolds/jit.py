@@ -126,8 +126,7 @@ def kernel(function: Callable[..., Any], compiler: type[KernelCompiler] | None =
     import numba
     from numba.core import config
 
-    from reynolds.compiler import KernelCompiler, compiling
-    from reynolds.kernel_cache import KernelCache
+    from reynolds.compiler import KernelCache, KernelCompiler, compiling
 
     if config.DISABLE_JIT:
         return function

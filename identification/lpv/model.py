@@ -21,7 +21,6 @@ from typing import Any
 
 import numpy as np
 
-from identification.errors import ModelError, UnfitError
 from identification.local.blackbox import FullStateSpace
 from identification.local.greybox import STRUCTURES, delays, modes, static_gain
 from identification.local.models import LinearModel, plain
@@ -29,7 +28,7 @@ from identification.local.simulation import respond
 from rotorsim.base.constants import RIG_SAMPLE, TO_MPA, TO_RPM
 from rotorsim.base.control_systems import sampling_call
 from rotorsim.base.display import Card, Shown
-from rotorsim.base.errors import DataError
+from rotorsim.base.errors import DataError, ModelError, UnfitError
 from rotorsim.base.files import write_json
 from rotorsim.base.input_files import instead, parse_json
 from rotorsim.base.mat import cells, is_mat, name_rest, read_mat, write_mat

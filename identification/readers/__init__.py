@@ -26,11 +26,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import ReadError, SchemaError
 from identification.records.columns import CLIPPED
 from identification.records.schema import validate, with_notes
 from identification.records.sensors import without_slow_roll
-from rotorsim.base.errors import RotorsimError
+from rotorsim.base.errors import ReadError, RotorsimError, SchemaError
 from rotorsim.base.input_files import instead
 
 if TYPE_CHECKING:

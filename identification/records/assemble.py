@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import ReadError
 from identification.records.columns import (
     CLIPPED,
     FACTORS,
@@ -42,6 +41,7 @@ from identification.records.sampling import nominal_rate, problems
 from identification.records.schema import AXES, PROBE_UNITS, VARIABLES, VECTORS, make_record, make_vectors, with_notes
 from identification.records.sensors import MEAN, LabProbe, angle_by_stretches, coordinates, disc_plane, in_plane
 from rotorsim.base.display import listing, quote
+from rotorsim.base.errors import ReadError
 
 if TYPE_CHECKING:
     import xarray as xr

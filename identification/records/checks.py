@@ -20,11 +20,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identification.errors import UnfitError
 from identification.records.examination import examine
 from identification.records.prefilter import DRIFT, Signals
 from identification.records.schema import measured, measured_name
 from rotorsim.base.constants import TO_UM
+from rotorsim.base.errors import UnfitError
 
 if TYPE_CHECKING:
     import xarray as xr

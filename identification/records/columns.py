@@ -20,8 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from identification.errors import ReadError
 from rotorsim.base.display import listing, quote
+from rotorsim.base.errors import ReadError
 from rotorsim.base.input_files import parse_json
 from rotorsim.base.units import CHARACTERS, NUMBER, SPELLINGS, TABLE
 

@@ -18,12 +18,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from identification.errors import SchemaError
 from identification.records.columns import clipped
 from identification.records.prefilter import without_gaps
 from identification.records.sampling import nominal_rate, problems
 from identification.records.schema import VECTORS, measured, measured_name, named_axes, notes_of, validate
 from rotorsim.base.constants import TO_RPM
+from rotorsim.base.errors import SchemaError
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -20,7 +20,6 @@ from fe_shaft import (
 from fe_shaft.assembly import AssembledRotor
 from fe_shaft.elements import deflection
 from fe_shaft.reduction import add_springs
-from fe_shaft.static import loose_motions
 from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import Effect
 from rotorsim.machine.bearings import BearingPart, Support, TableBearing
@@ -169,6 +168,8 @@ class Mesh:
 
     def _loose(self) -> str:
         """Rigid-body motions that the bearings do not resist, as a text."""
+        from fe_shaft.static import loose_motions
+
         held = [b for b in self.constant.bearing_elements if b.n not in self.springs and b.n < len(self.nodes)]
         held = [replace(b, n_link=None) for b in held]
         held += [BearingElement(node, stiffness, 0.0) for node, stiffness in self.springs.items()]
