@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reynolds import kernels
-from reynolds.errors import FilmError
 from reynolds.grid import FilmGrid, Layout, cells
 from reynolds.injector import Injector
 from reynolds.perturbation import common_kernels, dynamic_stiffness, linear_film
@@ -19,6 +18,7 @@ from reynolds.steady import settle_film
 from reynolds.transient import GAMMA, MID, STAGE
 from reynolds.workspace import FilmGas, FilmModel
 from rotorsim.base.constants import TO_UM
+from rotorsim.base.errors import FilmError
 
 Array = NDArray[np.float64]
 

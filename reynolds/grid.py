@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from reynolds.errors import FilmError
+from rotorsim.base.errors import FilmError
 
 JUMP, KINK = 1e-12, 1e-9
 """Differences [m] of the gap and of its derivative between two stretches that are no rounding."""

@@ -22,7 +22,7 @@ from scipy import sparse
 from scipy.linalg import block_diag
 from scipy.sparse.linalg import splu
 
-from reynolds import linear_terms
+from reynolds import newton
 from reynolds.grid import Layout, cells
 from reynolds.workspace import FilmModel
 
@@ -53,7 +53,7 @@ def dynamic_stiffness(film: LinearFilm, omega: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Kernels:
-    """`reynolds.linear_terms` for a layout: the functions for all layouts, or those compiled for this one."""
+    """`linear_terms` and `gap_terms` for all layouts, or those compiled for one."""
 
     terms: Callable[..., None]
     gap: Callable[..., None]
@@ -63,10 +63,10 @@ def common_kernels(layout: Layout) -> Kernels:
     """Kernels that take the sizes of the film as an argument."""
 
     def terms(w: np.ndarray, ix: np.ndarray, F: Any, U: float) -> None:
-        linear_terms.linear_terms(w, ix, F, layout, U)
+        newton.linear_terms(w, ix, F, layout, U)
 
     def gap(w: np.ndarray, F: Any, U: float) -> None:
-        linear_terms.gap_terms(w, F, layout, U)
+        newton.gap_terms(w, F, layout, U)
 
     return Kernels(terms, gap)
 

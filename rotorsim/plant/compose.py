@@ -31,7 +31,6 @@ from reynolds import (
     film,
     injector,
     lanes,
-    linear_terms,
     newton,
     residual,
     ring,
@@ -88,7 +87,7 @@ class KernelModule(Protocol):
 
 CHECK = "# hash of the lines above: "
 FILM_SOURCES = (
-    film, texture, injector, lanes, residual, differences, ring, newton, linear_terms, transient, steady,
+    film, texture, injector, lanes, residual, differences, ring, newton, transient, steady,
 )  # fmt: skip
 LINEAR_ENTRIES = ("linear_terms", "gap_terms")
 """Kernels of a film that are compiled where a linear model is asked for."""
