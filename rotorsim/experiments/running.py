@@ -334,5 +334,6 @@ class FeedbackLoop:
         seen: dict[str, Any] = split_columns(simulation.assembly, table, row[None])
         speed = seen.get("speed_measured", seen["speed"])[0]
         pressure = seen.get("pressure_measured", seen.get("pressure", row[1:2]))[0]
+        angle = seen.get("angle_measured", seen["angle"])[0]
         time = (simulation.samples - 1) * simulation.assembly.sampling_time
-        return ask(self.controller, seen["disc_measured"][0], float(speed), float(pressure), time, row[2:4])
+        return ask(self.controller, seen["disc_measured"][0], float(speed), float(pressure), angle, time, row[2:4])

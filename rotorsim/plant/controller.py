@@ -40,7 +40,7 @@ class Controller(Protocol):
     A method `reset()`, where it has one, is called before a run from an equilibrium, and `check_sampling(Ts)`
     before every run: it may refuse the machine's sampling time [s]. `check_machine(name)` may warn of the machine.
     `applied(reference)`, before every step, gives it the reference [V] that acts, which is not its own where one is
-    added to it.
+    added to it. One whose attribute `runout` is not None is given the shaft angle [rad] as a fourth value.
 
     Examples
     --------
@@ -114,18 +114,19 @@ def alarms_of(controller: Any) -> dict[str, str]:
 
 
 def ask(
-    controller: Controller, measured: np.ndarray, speed: float, pressure: float, time: float, acting: np.ndarray
-) -> np.ndarray:
+    controller: Controller, measured: np.ndarray, speed: float, pressure: float, angle: float, time: float,
+    acting: np.ndarray,
+) -> np.ndarray:  # fmt: skip
     """Reference (2,) [V] of a controller for what was measured at `time` [s], while a reference `acting` (2,) [V] acts.
 
     Parameters
     ----------
     controller : object
-        With a method ``step(measured, speed, pressure)``.
+        With a method ``step(measured, speed, pressure)``; one with a `runout` table is also given the `angle`.
     measured : array (2,)
         Measured disc [m].
-    speed, pressure : float
-        Measured speed [rad/s] and gauge pressure [Pa].
+    speed, pressure, angle : float
+        Measured speed [rad/s], gauge pressure [Pa] and shaft angle [rad].
 
     Raises
     ------
@@ -133,7 +134,8 @@ def ask(
         If it gives anything but two finite numbers.
     """
     call(controller, "applied", acting)
-    given: Any = controller.step(np.array(measured, float), float(speed), float(pressure))
+    turning = () if getattr(controller, "runout", None) is None else (float(angle),)
+    given: Any = controller.step(np.array(measured, float), float(speed), float(pressure), *turning)
     try:
         reference = np.asarray(given, float)
     except (TypeError, ValueError):

@@ -36,8 +36,8 @@ READ = AT["disc_measured_x"]
 """First of the columns that sensors read."""
 DISC, DISC_READ = slice(0, 2), slice(READ, READ + 2)
 """True and measured displacement x, y [m] of the disc in a row."""
-SPEED_READ, PRESSURE_READ = AT["speed_measured"], AT["pressure_measured"]
-"""Measured speed [rad/s] and gauge pressure [Pa] in a row."""
+ANGLE_READ, SPEED_READ, PRESSURE_READ = AT["angle_measured"], AT["speed_measured"], AT["pressure_measured"]
+"""Measured shaft angle [rad], speed [rad/s] and gauge pressure [Pa] in a row."""
 FILM_COLUMNS = 6
 """Columns of each of several films: journal x, y [m], film force x, y [N], smallest thickness [m], mass flow [kg/s]."""
 HEAT_COLUMNS = 3
