@@ -204,6 +204,9 @@ def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> T
     check_constant(record, name)
     check_loop(record, name)
     check_turning(record, speed, n, name)
+    if "force_position" in record.attrs:
+        place = float(record.attrs["force_position"]) * 1e3
+        raise DataError(f"{name}: was hit at {place:.6g} mm; a diagnosis takes forces on the disc: leave it out")
     rows = np.zeros((n, 6))
     rows[:, 0], rows[:, 1] = speed, pressure if np.isfinite(pressure) else 0.0
     for column, channel in ((2, "reference"), (4, "disc_force")):

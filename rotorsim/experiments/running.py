@@ -229,6 +229,8 @@ def begin(plant: Plant, experiment: Experiment, seed: int) -> Simulation:
     check_speed(plant.machine, fastest(experiment))
     speed, pressure = experiment.initial()
     simulation = plant.start(speed, pressure, seed=check_seed(seed))
+    if (position := getattr(experiment, "position", None)) is not None:
+        simulation.strike_at(position)
     check_begin(simulation)
     controller: Any = getattr(experiment, "controller", None)
     call(controller, "check_machine", plant.machine.name)

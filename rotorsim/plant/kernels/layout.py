@@ -69,7 +69,10 @@ FILM_PAIRS = {"journal_rhs": "journal_rhs", "static_rhs": "static_rhs"}
 
 
 class RotorLayout(NamedTuple):
-    """Sizes and offsets (in doubles) of the rotor's part of a workspace."""
+    """Sizes and offsets (in doubles) of the rotor's part of a workspace.
+
+    `struck`: the (2, n) rows of the place where the external force acts, that of the disc unless a run moves it.
+    """
 
     n: int
     n_machine: int
@@ -101,6 +104,7 @@ class RotorLayout(NamedTuple):
     to_journal: int
     journal: int
     disc: int
+    struck: int
     time: int
     angle: int
     turns: int
@@ -154,7 +158,12 @@ def make_rotor_layout(
     n_machine, n_modes = n_modes, n_modes + 2 * n_supports
     journals, borders = max(n_films, 1), n_films * film.n_border
     sizes = dict.fromkeys(VECTORS, n_modes) | dict.fromkeys(MATRICES, n_modes**2)
-    sizes |= {"to_journal": 2 * n_modes * journals, "journal": 2 * n_modes * journals, "disc": 2 * n_modes}
+    sizes |= {
+        "to_journal": 2 * n_modes * journals,
+        "journal": 2 * n_modes * journals,
+        "disc": 2 * n_modes,
+        "struck": 2 * n_modes,
+    }
     sizes |= dict.fromkeys(ROTOR_SCALARS, 1) | dict.fromkeys(PAIRS, 2 * journals)
     sizes |= {"contact": journals, "contact_k": 4 * journals, "shapes": 2 * n_modes * max(n_shapes, 1)}
     own = {name: getattr(film, place) for name, place in (FILM_MATRICES | FILM_PAIRS).items()}
