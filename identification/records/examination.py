@@ -23,7 +23,7 @@ from identification.records.columns import clipped
 from identification.records.prefilter import without_gaps
 from identification.records.sampling import nominal_rate, problems
 from identification.records.schema import VECTORS, measured, measured_name, named_axes, notes_of, validate
-from rotorsim.base.constants import TO_RPM
+from rotorsim.base.units import TO_RPM
 
 if TYPE_CHECKING:
     import xarray as xr

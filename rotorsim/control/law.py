@@ -20,13 +20,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rotorsim.base.constants import RIG_SAMPLE
-from rotorsim.base.control_systems import state_space
 from rotorsim.base.display import Card, Shown
 from rotorsim.base.errors import LawError, OtherMachine
 from rotorsim.base.files import write_json
+from rotorsim.base.foreign_systems import is_mat, state_space, write_mat
 from rotorsim.base.input_files import instead, parse_json
-from rotorsim.base.mat import is_mat, write_mat
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control import law_exchange
 from rotorsim.control.guard import Guarded
 from rotorsim.control.law_kernel import LawLayout, make_layout, refresh, step

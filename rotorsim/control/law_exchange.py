@@ -8,20 +8,25 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import RIG_SAMPLE
-from rotorsim.base.control_systems import (
+from rotorsim.base.errors import DataError, LawError
+from rotorsim.base.foreign_systems import (
     DISC,
     REFERENCES,
+    cells,
     channel_order,
     check_channels,
     check_labels,
     check_period,
+    check_rest,
+    in_si,
     matrices,
+    number,
+    read_mat,
     reorder,
+    texts,
 )
-from rotorsim.base.errors import DataError, LawError
 from rotorsim.base.input_files import parse_json
-from rotorsim.base.mat import cells, check_rest, in_si, number, read_mat, texts
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control.plausibility import Plausibility
 from rotorsim.control.runout import RunoutTable
 from rotorsim.control.systems import System, tustin

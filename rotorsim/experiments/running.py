@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from identification import make_record
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.display import track
 from rotorsim.base.errors import ControllerError, ConvergenceError, DataError, LimitError
 from rotorsim.base.files import WriteError
 from rotorsim.base.interrupt import Interrupt, asked
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.experiments.experiment import Experiment, ask_speeds, check_seed, fastest, reference_range
 from rotorsim.experiments.limits import beyond_attrs, check_begin, choked, extremes, passed
 from rotorsim.experiments.recording import FEWEST, Recording

@@ -14,8 +14,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rotorsim.base.constants import RIG_SAMPLE
-from rotorsim.base.control_systems import (
+from rotorsim.base.errors import ControllerError, DataError
+from rotorsim.base.foreign_systems import (
     DISC,
     REFERENCES,
     channel_order,
@@ -28,7 +28,7 @@ from rotorsim.base.control_systems import (
     matrices,
     period,
 )
-from rotorsim.base.errors import ControllerError, DataError
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.kernels import layout
 from rotorsim.plant.simulation import Simulation

@@ -230,7 +230,7 @@ class LinearPlant(Shown):
         >>> system.input_labels[:2]
         ['reference_x', 'reference_y']
         """
-        from rotorsim.base.control_systems import balanced, state_space
+        from rotorsim.base.foreign_systems import balanced, state_space
 
         A, B, C = balanced(self.A, self.B, self.C)
         return state_space(A, B, C, self.D, 0.0, self.inputs, self.outputs)

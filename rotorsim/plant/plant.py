@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from identification import make_record
+from rotorsim.base.cache import installed
 from rotorsim.base.display import Card, Shown, track
 from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import whole_samples
 from rotorsim.base.units import parse
-from rotorsim.base.version import installed
 from rotorsim.machine import load_machine
 from rotorsim.machine.numerics import check_speed
 from rotorsim.machine.schema import Machine

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from reynolds.newton import FACTORISATIONS, ITERATIONS
-from rotorsim.base.constants import TO_RPM
+from reynolds.workspace import interval_pressure
 from rotorsim.base.display import Card, Shown
 from rotorsim.base.errors import ConvergenceError, DataError
+from rotorsim.base.units import TO_RPM
 from rotorsim.plant.assemble import Assembly, put_rows
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.kernels.layout import AT, COLUMNS, FILM_COLUMNS, FORCE, HEAT_COLUMNS, REFERENCE, SUPPLY
@@ -104,8 +105,6 @@ class Simulation(Shown):
 
     def film_pressure(self, number: int = 0) -> np.ndarray:
         """Pressure (n_theta, n_z) [Pa, absolute] of a film now."""
-        from reynolds.bearing import interval_pressure  # with kernels of its own, which no simulation needs
-
         a = self.assembly
         return interval_pressure(a.films[number], a.film, a.film_part(self.w, number))
 

@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from rotorsim.base.constants import TO_UM
+from rotorsim.base.units import TO_UM
 from rotorsim.report.run import AnalysedRun, analyse, record_section, sensed
 from rotorsim.report.theme import AXIS_COLOURS, INK, PIN_COLOURS, compact, curve, faint, style
 from rotorsim.report.units import displacement, quantity

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from identification import LinearModel, LpvModel, Prefilter, Source, UnfitError, files_of, pair, survey
 from identification.campaign import NO_EXCITATION, SourceResult, identify_sources
-from rotorsim.base.constants import RPM, TO_MPA
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import RPM, TO_MPA
 from rotorsim.campaign import Settings, open_store, run_campaign
 from rotorsim.campaign.read_plan import make_plan
 from rotorsim.campaign.store import DONE, record_path

@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 
 import identification as idn
-from rotorsim.base.constants import KRPM, TO_UM
 from rotorsim.base.display import Reported
 from rotorsim.base.errors import LawError, RotorsimError
+from rotorsim.base.units import KRPM, TO_UM
 from rotorsim.control.law import Law
 from rotorsim.control.plants import point_text
 from rotorsim.control.runout import RunoutTable, check_runout

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.cache import key_of, sources_hash
-from rotorsim.base.constants import RIG_SAMPLE
-from rotorsim.base.control_systems import is_linear
 from rotorsim.base.errors import ConvergenceError
+from rotorsim.base.foreign_systems import is_linear
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control.law import LIMIT, Law
 from rotorsim.experiments.experiment import reference_range
 from rotorsim.experiments.limits import choked, passed

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification import LinearModel
-from rotorsim.base.constants import KRPM
+from rotorsim.base.units import KRPM
 from rotorsim.control import DesignError
 from rotorsim.control.designs import lqr, p
 from rotorsim.control.designs.hinf_synthesis import RIG, Weights
