@@ -21,7 +21,7 @@ import numpy as np
 
 from identification.records.schema import machine_of, measured
 from identification.records.sensors import estimate_runout
-from rotorsim.base.constants import RPM, TO_RPM, TO_UM
+from rotorsim.base.units import RPM, TO_RPM, TO_UM
 from rotorsim.base.errors import LawError
 
 if TYPE_CHECKING:
