@@ -94,7 +94,7 @@ def _finished(folder: Path, experiment: str | None) -> FinishedCases:
     store = open_store(folder)
     names = [entry.name for entry in store.plan.entries]
     if experiment is None and len(names) > 1:
-        raise StoreError(f"{folder}: has the experiments {', '.join(names)}; choose one with --experiment")
+        raise StoreError(f"{folder}: has the experiments {', '.join(names)}; choose one of them as experiment")
     name = experiment or names[0]
     if name not in names:
         raise StoreError(f"{folder}: has no experiment '{name}'; choose one of {', '.join(names)}")

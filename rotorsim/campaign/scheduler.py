@@ -248,7 +248,7 @@ class ClusterWorkers:
                 )
             if not found["sees"]:
                 raise ClusterError(
-                    f"worker {address}: does not see {folder}; put --out on a file system that all workers share"
+                    f"worker {address}: does not see {folder}; choose one on a file system that all workers share"
                 )
 
     def _ask(self, function: Any, *arguments: Any) -> Iterator[tuple[str, Any]]:

@@ -140,7 +140,7 @@ class Store:
                 yield
         except BusyError as error:
             raise StoreError(
-                f"{self.folder}: {error.strerror} runs a campaign in it; wait for its end or choose another --out"
+                f"{self.folder}: {error.strerror} runs a campaign in it; wait for its end or choose another folder"
             ) from error
 
 
@@ -156,7 +156,7 @@ def open_store(folder: str | Path) -> Store:
     folder = Path(folder)
     path = folder / MANIFEST
     if not path.is_file():
-        raise StoreError(f"{folder}: holds no campaign; give the folder that was its --out")
+        raise StoreError(f"{folder}: holds no campaign; give the folder that it was run in")
     try:
         manifest = parse_json(path.read_text(encoding="utf-8-sig"))
         if manifest["format"] != FORMAT:
@@ -189,13 +189,13 @@ def make_store(plan: Plan, folder: Path) -> Store:
         if found:
             more = f" and {len(found) - 3} more" if len(found) > 3 else ""
             raise StoreError(
-                f"{folder}: holds a campaign of another plan ({'; '.join(found[:3])}{more}); choose another --out"
+                f"{folder}: holds a campaign of another plan ({'; '.join(found[:3])}{more}); choose another folder"
             )
         return Store(folder, plan, store.versions)
     if folder.exists() and not (
         folder.is_dir() and all(entry.name in _OWN or is_temporary(entry) for entry in folder.iterdir())
     ):
-        raise StoreError(f"{folder}: is there already and is not a campaign; choose another --out")
+        raise StoreError(f"{folder}: is there already and is not a campaign; choose another folder")
     for name in ("cases", "parts"):
         make_folder(folder / name)
     store = Store(folder, plan, versions())

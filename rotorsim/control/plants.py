@@ -77,6 +77,14 @@ def outside(model: Model, speed: float, pressure: float) -> bool:
     return bool(np.any(np.abs([speed, pressure] - own) > 0.01 * np.abs(own) + slack))
 
 
+def only_point(model: Model) -> dict[str, float] | None:
+    """Speed [rad/s] and supply pressure [Pa] of a model that holds at one point alone; None for any other."""
+    if isinstance(model, LinearModel):
+        return {"speed": model.speed, "pressure": model.pressure}
+    point = dict(zip(("speed", "pressure"), map(float, model.low), strict=True))
+    return point if np.array_equal(model.low, model.high) else None
+
+
 def point_text(speed: float, pressure: float) -> str:
     """An operating point in readable form."""
     return f"{speed * TO_RPM:.0f} rpm, {pressure / MPA:.3g} MPa"

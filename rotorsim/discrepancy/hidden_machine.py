@@ -272,7 +272,7 @@ def hide(
 def write(folder: Path, records: Sequence[xr.Dataset], truth: HiddenTruth, twin: Twin) -> None:
     """Write records and sealed truth together; raises DataError if records exist, or WriteError."""
     if (folder / "records").exists() or (folder / "sealed").exists():
-        raise DataError(f"{folder}: has hidden records already; choose another --out")
+        raise DataError(f"{folder}: has hidden records already; choose another folder")
     with replacing_all(folder, ("sealed", "records")) as part:
         for record in records:
             write_netcdf(make_folder(part / "records") / f"{record.attrs['record']}.nc", record)

@@ -246,7 +246,7 @@ def test_a_folder_that_is_no_store_is_refused(tmp_path):
     (tmp_path / "full" / "thesis.tex").write_text("kept")
     (tmp_path / "file").write_text("kept")
     for name in ("full", "file"):
-        with pytest.raises(StoreError, match="is there already and is not a campaign; choose another --out"):
+        with pytest.raises(StoreError, match="is there already and is not a campaign; choose another folder"):
             make_store(plan, tmp_path / name)
     with pytest.raises(StoreError, match="holds no campaign; give the folder"):
         open_store(tmp_path / "full")
@@ -307,7 +307,7 @@ def test_versions_that_differ_from_the_stores_are_refused(store, monkeypatch):
 
     monkeypatch.setattr(running, "versions", lambda: store.versions | {"numba": "0.1"})
     with pytest.raises(
-        StoreError, match=r"was begun with other versions \(numba .* there, 0.1 here\); use those, add --mixed, or"
+        StoreError, match=r"was begun with other versions \(numba .* there, 0.1 here\); use those, allow mixed versions, or"
     ):
         running.run_campaign(store.plan, store.folder)
 

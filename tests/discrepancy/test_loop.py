@@ -63,7 +63,7 @@ def test_a_file_that_holds_no_steps_is_refused(tmp_path, text, sentence):
 
 def test_a_loop_that_was_begun_otherwise_or_lost_a_record_is_refused(tmp_path):
     some_steps(tmp_path).write(tmp_path)
-    with pytest.raises(DataError, match=r"is of a loop with rig = virtual:p, not virtual:q; give another --out"):
+    with pytest.raises(DataError, match=r"is of a loop with rig = virtual:p, not virtual:q; give another folder"):
         read_steps(tmp_path, ASKED | {"rig": "virtual:q"})
     (tmp_path / "next_1.nc").unlink()
     with pytest.raises(DataError, match=r"next_1.nc: is a record of the loop in .* and is gone; bring it back"):
