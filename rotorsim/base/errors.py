@@ -6,11 +6,18 @@ from typing import Any
 
 
 class RotorsimError(Exception):
-    """Base of every error raised for a fault that a user can correct; `where` holds numbers for programs."""
+    """Base of every error raised for a fault that a user can correct.
 
-    def __init__(self, message: str, **where: Any) -> None:
+    Attributes
+    ----------
+    argument : dotted name of the argument, field or file that is at fault; empty where it is none of these
+    value : the refused value, as it was given
+    where : numbers for programs
+    """
+
+    def __init__(self, message: str, *, argument: str = "", value: Any = None, **where: Any) -> None:
         super().__init__(message)
-        self.where = where
+        self.argument, self.value, self.where = argument, value, where
 
 
 class MachineFileError(RotorsimError):

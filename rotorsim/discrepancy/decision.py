@@ -199,7 +199,9 @@ def read_steps(folder: Path, asked: Mapping[str, Any]) -> DecisionSteps:
         steps = tuple(DecisionStep(**(row | {"records": tuple(row["records"])})) for row in table.pop("steps"))
         found = DecisionSteps(**(table | {"first": tuple(table["first"])}), steps=steps)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise DataError(f"{path}: does not hold the steps of a loop; give another folder, or replace it by force") from error
+        raise DataError(
+            f"{path}: does not hold the steps of a loop; give another folder, or replace it by force"
+        ) from error
     differs = [name for name in asked if asked[name] != found.asked.get(name)]
     if differs:
         raise DataError(
@@ -208,6 +210,8 @@ def read_steps(folder: Path, asked: Mapping[str, Any]) -> DecisionSteps:
         )
     missing = [name for step in found.steps for name in step.records if not Path(name).exists()]
     if missing:
-        raise DataError(f"{missing[0]}: is a record of the loop in {path} and is gone; bring it back, or begin anew by force")
+        raise DataError(
+            f"{missing[0]}: is a record of the loop in {path} and is gone; bring it back, or begin anew by force"
+        )
     waiting = tuple(name for name in found.pending.get("records", ()) if Path(name).exists())
     return replace(found, pending={**found.pending, "records": waiting}) if found.pending else found
