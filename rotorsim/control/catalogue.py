@@ -7,6 +7,7 @@ from dataclasses import Field, fields, is_dataclass, replace
 from inspect import signature
 from typing import Any
 
+from identification import LpvModel
 from rotorsim.base.display import Report, did_you_mean, quote, silent
 from rotorsim.base.errors import DesignError
 from rotorsim.base.quantity import quantity_of
@@ -112,7 +113,8 @@ def _at_point(name: str, model: Model, spec: Any, changes: Sequence[str]) -> Any
     if outside(model, spec.speed, spec.pressure):
         own = {key: value for key, value in (only_point(model) or {}).items() if key not in given}
         spec = replace(spec, **own)
-    if not given & {"speed", "pressure"} and outside(model, spec.speed, spec.pressure):
+    free = not given & {"speed", "pressure"}
+    if free and isinstance(model, LpvModel) and outside(model, spec.speed, spec.pressure):
         raise DesignError(
             f"design {name}: the model holds for {range_text(model)}, and not for the usual "
             f"{point_text(spec.speed, spec.pressure)}; give a point within as fields of the specification, e.g. "
