@@ -188,7 +188,9 @@ def _check_versions(store: Store, mixed: bool) -> None:
     if wrong and not mixed:
         raise StoreError(
             f"{store.folder}: was begun with other versions ({wrong}); use those, allow mixed versions, "
-            "or choose another folder"
+            "or choose another folder",
+            argument="versions",
+            value=wrong,
         )
 
 

@@ -62,7 +62,9 @@ def frozen(model: Model, speed: float, pressure: float, extrapolate: bool = Fals
     if any(name.startswith("pin") for name in found.outputs):
         raise DesignError(
             f"model: its outputs are {', '.join(found.outputs)}, what the actuators do, and a law holds the disc; "
-            "identify a model of the disc (model 3, 2 or 1)"
+            "identify a model of the disc (model 3, 2 or 1)",
+            argument="model",
+            value=found.outputs,
         )
     if np.abs(found.D).max() > 0:
         raise DesignError("model: answers a reference at once (D is not zero); identify model 1, 2 or 3")
