@@ -410,7 +410,9 @@ def without_slow_roll(record: xr.Dataset, how: SlowRollSource, slow: xr.Dataset 
     Raises SchemaError if it is subtracted already, if the slow roll is none, or if a record lacks the angle.
     """
     if done := record.attrs.get(ATTRIBUTE):
-        raise SchemaError(f"slow roll: was {done}; leave [slow_roll] out, it is subtracted once")
+        raise SchemaError(
+            f"slow roll: was {done}; leave [slow_roll] out, it is subtracted once", argument="slow_roll", value=done
+        )
     if how.subtracted:
         return record.assign_attrs({ATTRIBUTE: ALREADY})
     if slow is not None and slow.attrs.get(ATTRIBUTE):

@@ -198,7 +198,9 @@ class Law(Guarded, Shown):
         if abs(self.Ts / Ts - 1) > 1e-9:
             raise LawError(
                 f"law {self.name}: Ts = {self.Ts * 1e3:g} ms, and the plant samples every {Ts * 1e3:g} ms; "
-                f"design it with Ts = {Ts:g} s"
+                f"design it with Ts = {Ts:g} s",
+                argument="Ts",
+                value=self.Ts,
             )
 
     def other_machine(self, name: str) -> str:
@@ -396,7 +398,9 @@ def check_shapes(law: Any) -> None:
     if law.B.ndim == 4 and law.C.ndim == 4 and (law.B.shape[-1] != 2 or law.C.shape[-2] != 2):
         raise LawError(
             f"law {law.name}: {law.B.shape[-1]} measured and {law.C.shape[-2]} driven channels; "
-            "the plant has disc x, y and reference x, y: two each"
+            "the plant has disc x, y and reference x, y: two each",
+            argument="channels",
+            value=(law.B.shape[-1], law.C.shape[-2]),
         )
     shapes = {"A": (n, n), "B": (n, 2), "C": (2, n), "D": (2, 2), "W": (n, 2)}
     for name, shape in shapes.items():

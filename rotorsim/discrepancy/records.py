@@ -93,7 +93,8 @@ def check_loop(record: xr.Dataset, name: str) -> None:
     closed = "controller" in record.attrs or str(record.attrs.get("experiment", "")) == "controlled"
     if closed and "reference_external" not in record:
         raise DataError(
-            f"{name}: was recorded in closed loop without the dither that was added; record reference_external as well"
+            f"{name}: was recorded in closed loop without the dither that was added; record reference_external as well",
+            argument="reference_external",
         )
 
 
@@ -197,7 +198,9 @@ def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> T
     """Trial from a record; raises DataError with one sentence if it is unsuitable."""
     Ts = sampling_time(record)
     if abs(Ts / RIG_SAMPLE - 1) > 1e-6:
-        raise DataError(f"{name}: is sampled at {1 / Ts:.6g} Hz, a diagnosis needs 5000 Hz; resample it")
+        raise DataError(
+            f"{name}: is sampled at {1 / Ts:.6g} Hz, a diagnosis needs 5000 Hz; resample it", argument="Ts", value=Ts
+        )
     displacement, probe_angle = displacement_of(record, name)
     n = len(displacement)
     speed, pressure = operating_point(record, Ts)
@@ -247,7 +250,9 @@ def check_turns(trial: Trial) -> None:
     if samples < FEWEST:
         raise DataError(
             f"{trial.name}: at {abs(trial.speed) * TO_RPM:.6g} rpm a turn has {samples:.2g} samples at the 5 kHz of a "
-            f"diagnosis and needs {FEWEST}; give records of slower turns"
+            f"diagnosis and needs {FEWEST}; give records of slower turns",
+            argument="speed",
+            value=trial.speed,
         )
 
 
@@ -330,7 +335,9 @@ def check_units(comparison: TwinComparison, simulated: np.ndarray) -> None:
     near = 1 / factor if only else factor
     raise DataError(
         f"records: {channel} is {shown} times what the machine file makes of it, about {near:.4g}: is it a matter of "
-        f"units, {what}? state the unit in the mapping; nothing was assumed"
+        f"units, {what}? state the unit in the mapping; nothing was assumed",
+        argument="units",
+        value=near,
     )
 
 

@@ -108,7 +108,9 @@ def run(
     if experiment.samples * experiment.Ts > LONGEST_IN_MEMORY:
         raise DataError(
             f"{experiment.name}: {experiment.samples * experiment.Ts:g} s are more than the {LONGEST_IN_MEMORY:g} s "
-            "that are returned in memory; make it shorter or record it to a file"
+            "that are returned in memory; make it shorter or record it to a file",
+            argument="duration",
+            value=experiment.samples * experiment.Ts,
         )
     simulation = begin(plant, experiment, seed)
     blocks, ended = [], "complete"
@@ -219,7 +221,9 @@ def begin(plant: Plant, experiment: Experiment, seed: int) -> Simulation:
     if experiment.drives_reference and not plant.machine.injectors:
         raise DataError(
             f"{experiment.name}: {plant.machine.name} has no gas film whose actuators a reference could move; "
-            "take impact, steady or runup"
+            "take impact, steady or runup",
+            argument="machine",
+            value=plant.machine.name,
         )
     if experiment.samples < FEWEST:
         raise DataError(

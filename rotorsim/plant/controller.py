@@ -96,7 +96,9 @@ def check_actuators(machine: Machine, name: str) -> None:
     if not machine.injectors:
         raise ControllerError(
             f"{machine.name}: has no actuators that controller {name} could drive; leave the controller out or take "
-            "a machine with [[injectors]]"
+            "a machine with [[injectors]]",
+            argument="controller",
+            value=name,
         )
 
 
@@ -145,7 +147,9 @@ def ask(
     seen = ", ".join(f"{value:.4g}" for value in (*measured, speed, pressure))
     raise ControllerError(
         f"controller {name_of(controller)}: gave {_short(given)} at t = {time:.4f} s for measured x, y [m], speed "
-        f"[rad/s], pressure [Pa] = {seen}; its step must return two finite voltages [V], check it there"
+        f"[rad/s], pressure [Pa] = {seen}; its step must return two finite voltages [V], check it there",
+        argument="controller",
+        value=given,
     )
 
 
@@ -156,7 +160,9 @@ def check_range(controller: Controller, reference: np.ndarray, limit: float, tim
         raise ControllerError(
             f"controller {name_of(controller)}: drives the reference to {largest:.4g} V at t = {time:.4f} s, the "
             f"actuators take {limit:g} V; limit what its step returns, or run it with experiments.controlled, which "
-            "limits the sum"
+            "limits the sum",
+            argument="controller",
+            value=largest,
         )
 
 

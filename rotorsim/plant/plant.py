@@ -261,7 +261,11 @@ def as_plant(plant: Plant | Machine | str | Path) -> Plant:
         return plant
     if isinstance(plant, (Machine, str, Path)):
         return Plant(plant)
-    raise DataError(f"plant: a {type(plant).__name__} is not one; give a Plant, a machine or its name")
+    raise DataError(
+        f"plant: a {type(plant).__name__} is not one; give a Plant, a machine or its name",
+        argument="plant",
+        value=plant,
+    )
 
 
 def point(speed: Any, pressure: Any) -> tuple[float, float]:

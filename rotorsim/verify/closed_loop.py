@@ -116,7 +116,11 @@ def closed_loop(
         law.check_sampling(plant.machine.sampling_time)
         law.check_machine(plant.machine.name)
     if plant.assembly.film_model is None or plant.machine.actuators is None:
-        raise LawError(f"{plant.machine.name}: has no actuators that a law could drive; verify on a gas bearing")
+        raise LawError(
+            f"{plant.machine.name}: has no actuators that a law could drive; verify on a gas bearing",
+            argument="machine",
+            value=plant.machine.name,
+        )
     report = progress or (lambda _: None)
     points = CORNERS if quick else POINTS
     report("impacts, open loop")
