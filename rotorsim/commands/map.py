@@ -15,8 +15,6 @@ from rich.table import Table
 
 from rotorsim.base.display import bar
 from rotorsim.base.units import TO_RPM, TO_UM, show
-from rotorsim.commands.options import Console, GridOptions, MachineName, ResultOptions, note_compiling, quantity
-from rotorsim.base.units import show
 from rotorsim.commands.options import (
     Console,
     GridOptions,

@@ -21,8 +21,8 @@ import numpy as np
 
 from identification.records.schema import machine_of, measured
 from identification.records.sensors import estimate_runout
-from rotorsim.base.units import RPM, TO_RPM, TO_UM
 from rotorsim.base.errors import LawError
+from rotorsim.base.units import RPM, TO_RPM, TO_UM
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 from identification import LinearModel, LpvModel, Prefilter, Source, UnfitError, files_of, pair, survey
 from identification.campaign import NO_EXCITATION, SourceResult, identify_sources
 from identification.local.identify import check_names
-from rotorsim.base.units import RPM, TO_MPA
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import RPM, TO_MPA
 from rotorsim.campaign import Settings, open_store, run_campaign

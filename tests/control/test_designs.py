@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from refusals import refused
-from rotorsim.base.units import KRPM, RIG_SAMPLE
 from rotorsim.base.quantity import quantities
 from rotorsim.base.rounding import DECAYS
 from rotorsim.base.units import KRPM, RIG_SAMPLE

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from rotorsim.base.units import KRPM
 from refusals import refused
 from rotorsim.base.units import KRPM
 from rotorsim.control import DesignError

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from identification import LinearModel
-from rotorsim.base.units import KRPM
 from refusals import refused
 from rotorsim.base.units import KRPM
 from rotorsim.control import DesignError
