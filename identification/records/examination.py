@@ -219,7 +219,7 @@ USES: dict[str, tuple[tuple[str, ...], ...]] = {
 """Variables that each use needs: at least one of every group, and always time."""
 FITS = ("identification", "scheduled models")
 """Uses that leave gaps out."""
-CLIPPED = ("disc_measured", "journal", "pin", "pressure_measured")
+CLIPPED = ("disc_measured", "journal", "pin", "pin_measured", "pressure_measured")
 """Channels of sensors; commands may well rest at their limits."""
 _STEADY = ("speed", "speed_measured", "pressure", "pressure_measured", "reference", "contact", "disc_force")
 
