@@ -153,7 +153,7 @@ def identify(
     ----------
     ds : Dataset or sequence of Dataset
         Record of the schema with `reference` and `disc_measured`; for models 2 and 'actuator' also `pin_measured` or,
-        where there is none, `pin`: a note says so. Samples that are not finite and leaps of time are left out; every
+        where there is none, `pin`: a note states it. Samples that are not finite and leaps of time are left out; every
         stretch has its own initial state, every record its own offset.
     model : 1, 2, '2-rate', 3, 'actuator', 'blackbox' or Structure
         Structure, see `identification.local.greybox` and `identification.local.blackbox`, or one of your own.
