@@ -343,6 +343,7 @@ AT_ONCE = {
     "injection.line_pressure": ("injection.pressure",),
     "meas.pressure": ("injection.pressure",),
     "piezo.position": ("piezo.ref_x", "piezo.ref_y"),
+    "meas.pin": ("piezo.ref_x", "piezo.ref_y"),
 }
 
 
@@ -386,7 +387,7 @@ def _comparable(model: PlantUnit, name: str, inputs: Mapping[str, np.ndarray]) -
     n = len(inputs["drive.on"])
     good = np.ones(n + 1, bool)
     for prefix, causes in AT_ONCE.items():
-        if name.startswith(prefix) and not (prefix.startswith("piezo") and model.assembly.rig.driven > 0):
+        if name.startswith(prefix) and not ("piezo.ref_x" in causes and model.assembly.rig.driven > 0):
             for cause in causes:
                 changes = np.flatnonzero(np.diff(inputs[cause]) != 0) + 1
                 good[changes] = False

@@ -158,9 +158,10 @@ def split_columns(a: Assembly, table: np.ndarray, inputs: np.ndarray) -> dict[st
     values |= {name: table[:, AT[name]] for name in ("angle", "angle_measured", "speed", "speed_measured")}
     values |= {"disc_force": inputs[:, FORCE]}
     pins = len(COLUMNS) + a.rig.n_pin
-    probes = pins + a.rig.n_probe
+    read = len(COLUMNS) + a.rig.n_pin_columns
+    probes = read + a.rig.n_probe
     if a.rig.n_probe:
-        values["probe_measured"] = table[:, pins:probes]
+        values["probe_measured"] = table[:, read:probes]
     if a.films:
         values |= {name: pair(name) for name in ("journal", "film_force")}
         scalars = ("pressure", "pressure_measured", "h_min", "mass_flow", "contact")
@@ -168,6 +169,8 @@ def split_columns(a: Assembly, table: np.ndarray, inputs: np.ndarray) -> dict[st
     if a.rig.n_pin:
         values["reference"] = inputs[:, REFERENCE]
         values["pin"] = table[:, len(COLUMNS) : pins]
+    if a.rig.n_pin_sensor:
+        values["pin_measured"] = table[:, pins:read]
     if a.rig.n_heat:
         values["temperature_rise"] = table[:, a.columns - HEAT_COLUMNS * len(a.films) : a.columns]
         table = table[:, : a.columns - HEAT_COLUMNS * len(a.films)]

@@ -35,7 +35,8 @@ HELD = ("validation", "hold_out", "centre", "extra", "extra_second")
 """Roles of records that no surface is fitted to."""
 COUNTED = ("identification", "centre", "extra")
 """Roles of records that local models are made of."""
-KEPT = ("reference", "disc", "disc_measured", "pin", "angle_measured", "speed_measured", "pressure_measured")
+KEPT = ("reference", "disc", "disc_measured", "pin", "pin_measured", "angle_measured", "speed_measured",
+        "pressure_measured")  # fmt: skip
 """Variables that identification and the noise-free fit need; the rest would double the files."""
 _HEAD = """name = "{name}"
 machine = "machine"
