@@ -144,6 +144,6 @@ def test_the_shaft_answers_at_the_disc_to_a_hit_elsewhere_as_there_to_a_hit_on_t
 def test_a_hit_beside_the_shaft_is_refused(plant):
     with pytest.raises(DataError) as error:
         run(plant, Impact(position=0.7))
-    assert error.value.where["argument"] == "position"
+    assert error.value.argument == "position"
     same, disc = (run(plant, Impact(spacing=0.1, position=z)) for z in (0.3, None))
     np.testing.assert_array_equal(same["disc"].values, disc["disc"].values)  # the disc is at 300 mm
