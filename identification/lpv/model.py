@@ -76,7 +76,9 @@ def make_basis(points: np.ndarray, order: int) -> Basis:
     if len(points) < len(exponents):
         raise UnfitError(
             f"fit_lpv.order: {len(points)} points, surfaces of order {order} need {len(exponents)} or more; "
-            "add points or lower the order"
+            "add points or lower the order",
+            argument="order",
+            value=order,
         )
     low, high = points.min(axis=0), points.max(axis=0)
     basis = Basis(np.array(exponents), (low + high) / 2, np.where(moving, (high - low) / 2, 1.0))
@@ -274,7 +276,9 @@ class LpvModel(Shown):
         0.575
         """
         if not systems:
-            raise ModelError("lpv: no systems; give a control.StateSpace by (speed, pressure) of several points")
+            raise ModelError(
+                "lpv: no systems; give a control.StateSpace by (speed, pressure) of several points", argument="systems"
+            )
         models = {point: LinearModel.from_control(system, *point) for point, system in systems.items()}
         first = next(iter(models.values()))
         for (speed, pressure), one in models.items():

@@ -252,7 +252,7 @@ Over = Mapping[str, Any] | Sequence[str]
 def read_over(over: Over, machine: Machine) -> tuple[Field, ...]:
     """Axes of texts 'PATH=VALUES', or of values by path; raises DataError or MachineFileError."""
     if not over:
-        raise DataError("--over: no axis is given; write e.g. --over 'bearings.0.clearance=15 um:25 um:5'")
+        raise DataError("over: no axis is given; write e.g. 'bearings.0.clearance=15 um:25 um:5'")
     texts = over
     if isinstance(over, Mapping):
         texts = [f"{path}={v if isinstance(v, str) else ', '.join(map(str, v))}" for path, v in over.items()]

@@ -123,7 +123,9 @@ def control_package() -> Any:
     try:
         import control
     except ImportError as error:
-        raise DataError("no package 'control' to convert to or from; pip install control") from error
+        raise DataError(
+            "no package 'control' to convert to or from; pip install control", argument="control"
+        ) from error
     return control
 
 

@@ -228,6 +228,7 @@ def dimension(unit: str) -> Dimension:
 
 
 _TEXT = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*", re.ASCII | re.DOTALL)
+_COMMA = re.compile(r"\s*([+-]?\d+),(\d+)\s*([^\d,][^,]*?)?\s*", re.ASCII | re.DOTALL)
 _UNIT = re.compile(r"(?!.*\d\d)[\w°%*/^(). -]{1,40}")
 _SPELLINGS = CHARACTERS | {" * ": "*", " / ": "/", "°C": "degC"}
 LONGEST = 25
@@ -263,6 +264,11 @@ def parse(value: Any, unit: str, suggest: Suggest | None = None) -> float:
     match = _TEXT.fullmatch(plain)
     if not match:
         raise wrong(f"is not {a(kind.name)}")
+    if comma := _COMMA.fullmatch(plain):
+        texts = _with_point(*comma.groups(""))
+        if isfinite(_value(texts[0], unit)):
+            raise ValueError(f"{quote(value)} has a comma; write {' or '.join(quoted(one, unit) for one in texts)}")
+        raise wrong("has a comma", texts[0].partition(" ")[0])
     digits, written = match.groups()
     if not written and unit != "1":
         raise wrong("has no unit", digits)
@@ -276,6 +282,12 @@ def parse(value: Any, unit: str, suggest: Suggest | None = None) -> float:
     if not isfinite(number):
         raise wrong("is too large a number")
     return number
+
+
+def _with_point(whole: str, decimals: str, written: str) -> list[str]:
+    """A number written with a comma, with a point; and without, where three digits after it may mean thousands."""
+    meant = [f"{whole}.{decimals}", f"{whole}{decimals}"][: 2 if len(decimals) == 3 else 1]
+    return [f"{number} {written}".strip() for number in meant]
 
 
 def suggestion(unit: str, digits: str = "", fits: Callable[[float], bool] = lambda value: True, own: str = "") -> str:

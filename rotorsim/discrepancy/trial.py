@@ -402,7 +402,7 @@ def stated(
     except (TypeError, ValueError):
         found = nan
     if not fits(found):
-        raise DataError(f"{name}: {what} is {value!r}; give {wanted}")
+        raise DataError(f"{name}: {what} is {value!r}; give {wanted}", argument=key, value=value)
     return found
 
 

@@ -152,7 +152,7 @@ def _acts(effect: type[Effect], machine: Machine) -> bool:
     """True if an effect has something to act on, as far as the checks of a machine file leave that open."""
     if machine.film is None and effect.port in FILM_PORTS:
         return False
-    return bool(machine.injectors) or effect.port not in ("injector", "plenum", "supply", "actuator")
+    return bool(machine.injectors) or effect.port not in ("injector", "plenum", "supply", "actuator", "pin_sensor")
 
 
 def sliders(machine: Machine) -> dict[str, Control]:

@@ -274,8 +274,9 @@ def write_run_comparison(
 def run_comparison_page(found: RunComparison) -> Page:
     """Page of an order of several runs, side by side."""
     names = " and ".join(found.tracked)
+    about = "Amplitudes are 0-pk; a phase is a lag." + (f" Note: {found.mixed}." if found.mixed else "")
     blocks = [
-        Block(f"{found.order}X over the speed", "Amplitudes are 0-pk; a phase is a lag.", figure=overlay(found)),
+        Block(f"{found.order}X over the speed", about, figure=overlay(found)),
         Block("Peaks", "Against the nearest peak of the first run.", HEADS, peak_rows(found)),
     ]
     return Page(f"Comparison of runs: {names}", f"{names}: {found.order}X, side by side.", blocks)

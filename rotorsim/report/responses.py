@@ -289,7 +289,7 @@ def _add_fit(figure: go.Figure, gain: Branches, k: int, axis: str, column: int) 
 
 
 def _loops(run: AnalysedRun) -> list[HysteresisLoop]:
-    need("pin" in run.record, "The record has no pin positions.")
+    need(run.holds.pin is not None, "The record has no pin positions.")
     found = loops_of(run.holds, gains_of(run.holds))
     need(bool(found), "The pins do not move.")
     return found

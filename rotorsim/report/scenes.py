@@ -100,7 +100,7 @@ def show_modes(found: xr.Dataset) -> None:
     pv = pyvista()
     shown = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or pv.OFF_SCREEN
     if sys.platform.startswith("linux") and not shown:
-        raise DataError("modes: there is no display to open a window on; leave --show out, the pictures need none")
+        raise DataError("modes: there is no display to open a window on; draw pictures, which need none")
     n = found.sizes["mode"]
     columns = int(np.ceil(np.sqrt(n)))
     plotter = pv.Plotter(shape=(-(-n // columns), columns), window_size=SIZE)

@@ -58,5 +58,7 @@ def chosen(model: Model, grid: Iterator[Weights] | None = None) -> Candidate:
     """The least mean among those with the margin; raises DesignError if none has it."""
     good = [one for one in candidates(model, grid) if one.margin >= MARGIN]
     if not good:
-        raise DesignError(f"choosing: no weights leave a disk margin of {MARGIN}; widen the grid")
+        raise DesignError(
+            f"choosing: no weights leave a disk margin of {MARGIN}; widen the grid", argument="weights", value=MARGIN
+        )
     return min(good, key=lambda one: one.mean)

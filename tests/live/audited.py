@@ -100,7 +100,7 @@ def poles(rig: Rig, speed: float, pressure: float) -> list[list[float]]:
         s = found.eigenvalues
     else:
         rotor = System(found.A, found.B[:, :2], found.C * 1e6, np.zeros((2, 2)))
-        G = late(held(series(pins(rig.machine, plant.assembly.P), rotor), RIG_SAMPLE))
+        G = late(held(series(pins(plant.assembly), rotor), RIG_SAMPLE))
         z = closed_poles(G, law_of(running(rig.laws[name], (0.0, 0.0)), speed, pressure, rig.Ts)).astype(complex)
         z = z[np.abs(z) > 1e-9]
         s = np.log(z) / RIG_SAMPLE

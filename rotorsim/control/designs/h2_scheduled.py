@@ -192,7 +192,11 @@ def design(model: Model, spec: ScheduledH2Spec | None = None) -> Law:
             if found.unstable
             else f"the imbalance response at held-out points is up to {100 * excess:.0f} % above the local designs'"
         )
-    raise DesignError(f"h2_scheduled: with order {spec.orders[-1]} {fault}; allow higher orders or a finer grid")
+    raise DesignError(
+        f"h2_scheduled: with order {spec.orders[-1]} {fault}; allow higher orders or a finer grid",
+        argument="orders",
+        value=spec.orders,
+    )
 
 
 def local(model: Model, speed: float, pressure: float, spec: ScheduledH2Spec | None = None) -> Law:

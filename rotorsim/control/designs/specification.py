@@ -44,7 +44,11 @@ class Specification:
         kind = type(self)
         name = "weights" if kind.__name__.endswith("Weights") else kind.__module__.rpartition(".")[2]
         for field, sentence in check_fields(self):
-            raise DesignError(f"{name}.{field}: {explained(self, field, sentence)}")
+            raise DesignError(
+                f"{name}.{field}: {explained(self, field, sentence)}",
+                argument=f"{name}.{field}",
+                value=getattr(self, field),
+            )
 
 
 def _listed(kind: type) -> str:
