@@ -4,7 +4,7 @@ from .checks import ShaftError as ShaftError
 from .critical import CriticalSpeedResult as CriticalSpeedResult, UcsResult as UcsResult
 from .modal import ModalResult as ModalResult
 from .reduction import ReducedRotor as ReducedRotor, modal_reduction as modal_reduction
-from .response import ForcedResult as ForcedResult, FrequencyResponse as FrequencyResponse
+from .response import ForcedResult as ForcedResult, Receptance as Receptance
 from .rotor import Rotor as Rotor
 from .shaft import (
     DiskElement as DiskElement,

@@ -2,6 +2,8 @@
 
 import json
 import pkgutil
+import subprocess
+import sys
 from dataclasses import replace
 from types import ModuleType
 
@@ -94,6 +96,17 @@ def test_results_with_a_page_of_their_own_are_registered():
     with pytest.raises(DataError, match="is not a Diagnosis"):
         report.write(EVIL, "page.html")
     assert set(RESULT_PAGES) == {"Dataset", "Diagnosis", "Verification"}
+
+
+def test_the_page_of_a_diagnosis_loads_none_of_control_and_of_records():
+    program = """import sys
+from rotorsim.report.page import RESULT_PAGES
+print(RESULT_PAGES["Diagnosis"][0].__name__, len(RESULT_PAGES))
+print(*(name for name in sys.modules if name.startswith(("rotorsim.verify", "rotorsim.control", "rotorsim.report."))))"""
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
+    shown, loaded = ran.splitlines()
+    assert shown == "Diagnosis 3" and "rotorsim.report.diagnosis" in loaded.split()
+    assert not any(name in loaded for name in ("verify", "control", "report.record", "report.orders"))
 
 
 def test_no_module_hides_a_public_name():
