@@ -16,7 +16,7 @@ from reynolds.perturbation import common_kernels, dynamic_stiffness, linear_film
 from reynolds.sleeve import PLAIN, Sleeve
 from reynolds.steady import settle_film
 from reynolds.transient import GAMMA, MID, STAGE
-from reynolds.workspace import FilmGas, FilmModel
+from reynolds.workspace import FilmGas, FilmModel, interval_pressure
 from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import FilmError
 
@@ -252,21 +252,6 @@ def _apart(gap: float) -> None:
     """Raise FilmError where the journal touches the sleeve: a gap [m] that is not positive."""
     if not gap > 0:
         raise FilmError(f"film: h_min = {gap * TO_UM:.3g} um: the journal touches the sleeve; move it inwards")
-
-
-def nodal_pressure(model: FilmModel, layout: Layout, w: Array) -> Array:
-    """Pressure (n_theta, n_z + 1) at the nodes over the full length, edges included."""
-    p = w[layout.p + cells(layout)]
-    edge = np.full((layout.n_theta, 1), model.gas.ambient_pressure)
-    if model.grid.half:
-        return np.hstack([edge, p[:, :0:-1], p, edge])
-    return np.hstack([edge, p, edge])
-
-
-def interval_pressure(model: FilmModel, layout: Layout, w: Array) -> Array:
-    """Pressure (n_theta, n_z): mean of the two nodes that bound each interval in z."""
-    nodes = nodal_pressure(model, layout, w)
-    return 0.5 * (nodes[:, 1:] + nodes[:, :-1])
 
 
 def _edge_flow(model: FilmModel, layout: Layout, w: Array) -> float:

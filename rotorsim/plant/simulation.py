@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from reynolds.newton import FACTORISATIONS, ITERATIONS
+from reynolds.workspace import interval_pressure
 from rotorsim.base.constants import TO_RPM
 from rotorsim.base.display import Card, Shown
 from rotorsim.base.errors import ConvergenceError, DataError
@@ -89,8 +90,6 @@ class Simulation(Shown):
 
     def film_pressure(self, number: int = 0) -> np.ndarray:
         """Pressure (n_theta, n_z) [Pa, absolute] of a film now."""
-        from reynolds.bearing import interval_pressure  # with kernels of its own, which no simulation needs
-
         a = self.assembly
         return interval_pressure(a.films[number], a.film, a.film_part(self.w, number))
 

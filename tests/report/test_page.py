@@ -16,7 +16,7 @@ from identification import make_record
 from rotorsim.base.errors import DataError
 from rotorsim.experiments import EXPERIMENTS
 from rotorsim.report.figure_files import figures_of, save_figures
-from rotorsim.report.page import RESULT_PAGES, Block, Page, blocks_of, figures, html, plain_blocks, plain_page
+from rotorsim.report.page import RESULT_PAGES, Block, Page, figures, html, plain_page
 from rotorsim.report.record import ADDED, POSSIBLE
 from rotorsim.report.run import SECTIONS, record_section
 from rotorsim.report.units import unit_system
@@ -60,12 +60,6 @@ def test_rows_side_by_side_and_folded_blocks_keep_their_order():
     page = html(Page("p", "", blocks))
     assert [page.index(f">{title}<") for title in "abcd"] == sorted(page.index(f">{title}<") for title in "abcd")
     assert page.count('<div class="row">') == 1 and page.count("<details") == 1
-
-
-def test_blocks_are_stored_as_json():
-    blocks = [Block("a", "b", ("c [µm]",), [(1.0,)], amplitude())]
-    back = blocks_of(json.loads(json.dumps(plain_blocks(blocks))))
-    assert plain_page(Page("p", "", back)) == plain_page(Page("p", "", blocks))
 
 
 def test_every_section_that_an_experiment_names_is_registered():
