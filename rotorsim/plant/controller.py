@@ -116,21 +116,9 @@ def alarms_of(controller: Any) -> dict[str, str]:
 def ask(
     controller: Controller, measured: np.ndarray, speed: float, pressure: float, time: float, acting: np.ndarray
 ) -> np.ndarray:
-    """Reference (2,) [V] of a controller for what was measured at `time` [s], while a reference `acting` (2,) [V] acts.
+    """Reference (2,) [V] of a controller for the disc (2,) [m], speed [rad/s] and gauge pressure [Pa] measured.
 
-    Parameters
-    ----------
-    controller : object
-        With a method ``step(measured, speed, pressure)``.
-    measured : array (2,)
-        Measured disc [m].
-    speed, pressure : float
-        Measured speed [rad/s] and gauge pressure [Pa].
-
-    Raises
-    ------
-    ControllerError
-        If it gives anything but two finite numbers.
+    At `time` [s] the reference `acting` (2,) [V] acts. Raises ControllerError if it gives anything but two finite numbers.
     """
     call(controller, "applied", acting)
     given: Any = controller.step(np.array(measured, float), float(speed), float(pressure))
