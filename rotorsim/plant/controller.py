@@ -118,7 +118,7 @@ def ask(
 ) -> np.ndarray:
     """Reference (2,) [V] of a controller for the disc (2,) [m], speed [rad/s] and gauge pressure [Pa] measured.
 
-    At `time` [s] the reference `acting` (2,) [V] acts. Raises ControllerError if it gives anything but two finite numbers.
+    At `time` [s] the reference `acting` (2,) [V] acts. Raises ControllerError for anything but two finite numbers.
     """
     call(controller, "applied", acting)
     given: Any = controller.step(np.array(measured, float), float(speed), float(pressure))
