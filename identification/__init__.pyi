@@ -1,15 +1,16 @@
+from rotorsim.base.errors import (
+    ModelError as ModelError,
+    ReadError as ReadError,
+    SchemaError as SchemaError,
+    UnfitError as UnfitError,
+)
+
 from .campaign import (
     Source as Source,
     files_of as files_of,
     open_pair as open_pair,
     pair as pair,
     survey as survey,
-)
-from .errors import (
-    ModelError as ModelError,
-    ReadError as ReadError,
-    SchemaError as SchemaError,
-    UnfitError as UnfitError,
 )
 from .local.bias import Interval as Interval
 from .local.confidence import ceiling as ceiling, fit_of as fit_of, noise_free_fit as noise_free_fit, nrmse as nrmse

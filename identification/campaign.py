@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import SchemaError, UnfitError
 from identification.local.fits import FREE
 from identification.local.identify import fit_signals, identify
 from identification.local.models import LinearModel
@@ -25,6 +24,7 @@ from identification.lpv.model import SAME, LpvModel
 from identification.readers import checked, load, read
 from identification.records.prefilter import Prefilter, Signals, operating_point, rest_length, without_gaps
 from identification.records.sampling import sampling_time
+from rotorsim.base.errors import SchemaError, UnfitError
 from rotorsim.base.processes import one_thread
 
 if TYPE_CHECKING:

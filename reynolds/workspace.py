@@ -8,9 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
-from reynolds.grid import FilmError, FilmGrid, Layout, Texture, cells, fill, make_layout
+from reynolds.grid import FilmGrid, Layout, Texture, cells, fill, make_layout
 from reynolds.injector import LAWS, Footprint, Injector, footprint, nozzle_coefficients
 from reynolds.sleeve import PLAIN, Sleeve, fill_texture, stretches
+from rotorsim.base.errors import FilmError
 
 CONSTANTS = (
     "mu", "mean_free_path", "radius", "dy", "dz", "pa", "area", "source", "clearance", "h_min", "uneven", "bend_time",
@@ -94,10 +95,6 @@ class FilmModel:
     def stretches(self) -> np.ndarray:
         """Smooth stretches (n, STRETCH) round the sleeve."""
         return stretches(self.sleeve, self.grid, self.clearance)
-
-    def footprints(self) -> list[Footprint]:
-        """Every injector on the grid."""
-        return [footprint(self.grid, injector) for injector in self.injectors]
 
     def build(self) -> tuple[Layout, np.ndarray, np.ndarray]:
         """Layout, the workspace (float64) with constants filled in, and the index array (int64)."""
@@ -193,7 +190,7 @@ def build_films(films: Sequence[FilmModel]) -> tuple[Layout, np.ndarray, np.ndar
     laws = {f.law for f in films if f.injectors}
     if len(laws) > 1:
         raise FilmError("injectors: all must have the same law")
-    prints = [film.footprints() for film in films]
+    prints = [[footprint(film.grid, injector) for injector in film.injectors] for film in films]
     count = max(len(p) for p in prints)
     sources = _largest([[len(one.source) for one in p] for p in prints], count)
     readers = _largest([[len(one.reader) for one in p] for p in prints], count)

@@ -19,12 +19,12 @@ from dataclasses import replace
 import numpy as np
 from scipy.signal import fftconvolve, welch
 
-from identification.errors import UnfitError
 from identification.local.confidence import ceiling, fit_of, noise_free_fit, project, residual_tests, simulated
 from identification.local.greybox import DELAYED, RATED, peak_frequency
 from identification.local.result import Identification
 from identification.records.frequency_response import frequency_response
 from identification.records.prefilter import Signals, parts_of, rest_length
+from rotorsim.base.errors import UnfitError
 
 PERIODS = 9.0
 """Length of the impulse responses, in periods of the frequency at which the displacement moves fastest. Shorter ones,

@@ -24,7 +24,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import ModelError, UnfitError
 from identification.local.models import LinearModel
 from identification.local.simulation import sampled
 from identification.lpv import recursive_kernel as kernel
@@ -32,6 +31,7 @@ from identification.lpv.model import SAME, Basis, LpvModel, fit_surfaces, make_b
 from identification.records.checks import WAY_OUT, controller_of
 from identification.records.sampling import sampling_time
 from identification.records.schema import measured, require
+from rotorsim.base.errors import ModelError, UnfitError
 
 if TYPE_CHECKING:
     import xarray as xr

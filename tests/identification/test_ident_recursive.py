@@ -9,9 +9,9 @@ from model3 import TRUTH, model
 
 import identification as idn
 import rotorsim as rs
-from identification.errors import ModelError, SchemaError, UnfitError
 from identification.lpv import recursive_kernel as kernel
 from identification.lpv.recursive import coefficients_of, model_of
+from rotorsim.base.errors import ModelError, SchemaError, UnfitError
 
 pytestmark = pytest.mark.numerical
 

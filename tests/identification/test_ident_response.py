@@ -9,9 +9,9 @@ from scipy.signal import csd, lfilter, welch
 
 import identification as idn
 import rotorsim as rs
-from identification.errors import UnfitError
 from identification.local.greybox import STRUCTURES, modes
 from identification.local.response_fit import response_problem
+from rotorsim.base.errors import UnfitError
 
 pytestmark = pytest.mark.numerical
 

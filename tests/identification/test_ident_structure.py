@@ -7,9 +7,9 @@ import pytest
 from model3 import TRUTH, TS, prbs, record
 
 import identification as idn
-from identification.errors import ModelError, UnfitError
 from identification.local.greybox import STRUCTURES
 from identification.local.least_squares import FitProblem, GreyBox, damped_step
+from rotorsim.base.errors import ModelError, UnfitError
 
 pytestmark = pytest.mark.numerical
 

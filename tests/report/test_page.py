@@ -93,7 +93,7 @@ def test_a_section_is_registered_where_it_is_drawn():
 def test_results_with_a_page_of_their_own_are_registered():
     with pytest.raises(DataError, match="is not a Diagnosis"):
         report.write(EVIL, "page.html")
-    assert {kind.__name__ for kind in RESULT_PAGES} == {"Dataset", "Diagnosis", "Verification"}
+    assert set(RESULT_PAGES) == {"Dataset", "Diagnosis", "Verification"}
 
 
 def test_no_module_hides_a_public_name():
