@@ -156,7 +156,7 @@ def values(machine: Machine, experiment: Experiment) -> Mapping[str, tuple[float
 
 
 def _below(part: Any, key: str) -> Any:
-    """What lies below a part, list or effect of a machine; None where there is nothing."""
+    """Field of a part, list or effect of a machine; None where there is none."""
     if isinstance(part, tuple):
         if key.isdecimal():
             return part[int(key)] if int(key) < len(part) else None
