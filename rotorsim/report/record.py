@@ -97,7 +97,11 @@ def write_report(
     check_wanted(units, figures)
     if not isinstance(record, (xr.Dataset, str, Path)):
         given = type(record).__name__
-        raise DataError(f"report: a {given} is not a record; give a record, e.g. of plant.simulate, or a .nc file")
+        raise DataError(
+            f"report: a {given} is not a record; give a record, e.g. of plant.simulate, or a .nc file",
+            argument="report",
+            value=given,
+        )
     with nullcontext(record) if isinstance(record, xr.Dataset) else open_record(record) as opened:
         write_page(lambda: record_page(opened), html_path, units, figures)
 
@@ -121,7 +125,11 @@ def write(
     make = next((maker for kind, maker in RESULT_PAGES.items() if isinstance(result, kind)), None)
     if make is None:
         given = type(result).__name__
-        raise DataError(f"report: {given} is not a Diagnosis, a Verification or a record; for a file use write_report")
+        raise DataError(
+            f"report: {given} is not a Diagnosis, a Verification or a record; for a file use write_report",
+            argument="report",
+            value=given,
+        )
     return write_page(lambda: make(result), path, units, figures)
 
 

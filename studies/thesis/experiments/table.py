@@ -125,7 +125,11 @@ def chosen_experiments(names: Iterable[str]) -> tuple[Experiment, ...]:
     known = [one.name for one in found] + sorted({claim for one in found for claim in one.claims})
     for name in wanted:
         if name not in known:
-            raise DataError(f"--only: there is no experiment or claim {name!r}; there are {', '.join(known)}")
+            raise DataError(
+                f"--only: there is no experiment or claim {name!r}; there are {', '.join(known)}",
+                argument="only",
+                value=name,
+            )
     return tuple(one for one in found if not wanted or one.name in wanted or set(one.claims) & set(wanted))
 
 
