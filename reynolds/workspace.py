@@ -65,7 +65,10 @@ class FilmModel:
         if self.grid.half and not self.sleeve.symmetric:
             raise FilmError("grooves: a spiral is not symmetric about the midplane; use symmetric=False")
         if self.injectors and self.sleeve.closed:
-            raise FilmError("injectors: a film with a foil or with grooves takes none; remove the ones or the others")
+            raise FilmError(
+                "injectors: a film with a foil or with grooves takes none; remove the ones or the others",
+                argument="injectors",
+            )
         if self.grid.half and any(injector.offset != 0 for injector in self.injectors):
             raise FilmError("injectors: one is off the midplane, so the film is not symmetric; use symmetric=False")
 

@@ -2,6 +2,7 @@
 
 import pytest
 
+from refusals import refused
 from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
@@ -81,9 +82,7 @@ def test_a_path_below_another_is_refused_in_either_order():
     machine = load_machine("dtu_gas_bearing")
     given = {"bearings.1.clearance": 26e-6, "bearings": machine.bearings}
     for values in (given, dict(reversed(given.items()))):
-        with pytest.raises(
-            MachineFileError, match=r"^bearings\.1\.clearance: lies below bearings, which is given too;"
-        ):
+        with refused(MachineFileError, "bearings.1.clearance"):
             machine.with_(values)
 
 
