@@ -21,7 +21,6 @@ from .local.result import Identification as Identification
 from .local.structures import Structure as Structure
 from .lpv.fit import coherent_basis as coherent_basis, distance as distance, fit_lpv as fit_lpv
 from .lpv.model import ExtrapolationWarning as ExtrapolationWarning, LpvModel as LpvModel, load_model as load_model
-from .lpv.recursive import Recursion as Recursion, RecursiveLpv as RecursiveLpv, Track as Track
 from .model_choice import (
     Advice as Advice,
     Compared as Compared,

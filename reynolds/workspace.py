@@ -242,4 +242,4 @@ def nodal_pressure(model: FilmModel, layout: Layout, w: np.ndarray) -> np.ndarra
 def interval_pressure(model: FilmModel, layout: Layout, w: np.ndarray) -> np.ndarray:
     """Pressure (n_theta, n_z): mean of the two nodes that bound each interval in z."""
     nodes = nodal_pressure(model, layout, w)
-    return 0.5 * (nodes[:, 1:] + nodes[:, :-1])
+    return np.asarray(0.5 * (nodes[:, 1:] + nodes[:, :-1]))

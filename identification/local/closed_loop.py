@@ -48,27 +48,11 @@ COARSE = (
 
 
 def two_stage(signals: Signals, external: np.ndarray) -> tuple[Signals, str]:
-    """Signals of an equivalent open loop, and a sentence.
+    """Signals of an equivalent open loop for an output-error fit, and a sentence on how it was done.
 
-    Parameters
-    ----------
-    signals : Signals
-        Of one record, its reference the total one.
-    external : ndarray, shape (n, 2)
-        External reference [V].
-
-    Returns
-    -------
-    staged : Signals
-        Inputs, pins and outputs for an output-error fit, shorter by the memory of the filters; without truth; noise as
-        the filter leaves white one.
-    text : str
-        How it was done.
-
-    Raises
-    ------
-    UnfitError
-        If the record is too short.
+    `external` is the reference (n, 2) [V] from outside the loop, that of `signals` the total one. The signals are
+    shorter by the memory of the filters, without truth, their noise as the filter leaves white one. Raises UnfitError
+    if the record is too short.
     """
     resting = rest_length(external)
     r = external - (external[0] if resting > 1 else external.mean(axis=0))

@@ -106,14 +106,15 @@ def reader(
 
 
 def readers() -> Iterator[Reader]:
-    """Readers of all formats; a module of this folder is imported when those before it are not enough."""
-    modules, passed = iter_modules(__path__, f"{__name__}."), 0
+    """Readers of all formats, that of records first; a module is imported when those before it are not enough."""
+    names = sorted((one.name for one in iter_modules(__path__)), key=lambda name: (name != "hdf5", name))
+    modules, passed = iter(names), 0
     while True:
         yield from READERS[passed:]
         passed = len(READERS)
         if (module := next(modules, None)) is None:
             return
-        import_module(module.name)
+        import_module(f"{__name__}.{module}")
 
 
 def reader_of(path: Path) -> Reader:

@@ -58,6 +58,10 @@ class ConvergenceError(RotorsimError):
     """Raised where an iteration ended without reaching its tolerance."""
 
 
+class NoAnswerError(RotorsimError):
+    """Raised for linear algebra without an answer in finite numbers."""
+
+
 class LimitError(RotorsimError):
     """Raised for a run that begins beyond a limit of its machine; one that reaches it later ends there, recorded."""
 

@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import plotly.graph_objects as go
-import plotly.io as pio
 from jinja2 import Environment, StrictUndefined, Template
 from plotly.offline import get_plotlyjs
 
@@ -235,17 +234,3 @@ def save_study_page(title: str, description: str, blocks: Sequence[Block], path:
     >>> rs.report.save_study_page("Study", "Modes of a rotor.", [table], Path("study.html"))
     """
     write_page(lambda: Page(title, description, blocks), path, units, figures)
-
-
-def plain_blocks(blocks: Sequence[Block]) -> list[Plain]:
-    """Blocks of title, text, table and figure as plain JSON, in metric units; `blocks_of` makes them again."""
-    return [
-        {"title": b.title, "text": b.text, "heads": list(b.heads), "figure": b.figure and b.figure.to_json(),
-         "rows": [[v if isinstance(v, (str, int, float)) else str(v) for v in row] for row in b.rows]}
-        for b in blocks
-    ]  # fmt: skip
-
-
-def blocks_of(stored: Sequence[Mapping[str, Any]]) -> list[Block]:
-    """Blocks from plain JSON."""
-    return [Block(**{**one, "figure": one["figure"] and pio.from_json(one["figure"])}) for one in stored]

@@ -5,14 +5,9 @@ import pytest
 
 from fe_shaft import BearingElement, DiskElement, Rotor, ShaftElement, modal
 from fe_shaft.campbell import run_campbell
-<<<<<<< HEAD
-from fe_shaft.checks import ShaftError
-from fe_shaft.critical import run_critical_speed, run_ucs
-from fe_shaft.stability import run_stability
-from refusals import refused
-=======
 from fe_shaft.critical import run_critical_speed, run_stability, run_ucs
->>>>>>> main
+from refusals import refused
+from rotorsim.base.errors import ShaftError
 
 pytestmark = pytest.mark.numerical
 SPEEDS = np.linspace(0, 5000, 6)

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from model3 import TRUTH, TS, looped_model3, made, model, prbs, record
 from scipy.signal import lfilter
 
 import identification as idn
@@ -10,6 +9,7 @@ from identification.local.closed_loop import _regressors, _response, acted_of, o
 from identification.local.confidence import project, simulated
 from identification.local.greybox import modes
 from identification.records.checks import SATURATED, saturated_share
+from model3 import TRUTH, TS, looped_model3, made, model, prbs, record
 from refusals import refused
 from rotorsim.base.errors import UnfitError
 
