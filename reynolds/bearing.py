@@ -247,7 +247,11 @@ class GasBearing:
 def _apart(gap: float) -> None:
     """Raise FilmError where the journal touches the sleeve: a gap [m] that is not positive."""
     if not gap > 0:
-        raise FilmError(f"film: h_min = {gap * TO_UM:.3g} um: the journal touches the sleeve; move it inwards")
+        raise FilmError(
+            f"film: h_min = {gap * TO_UM:.3g} um: the journal touches the sleeve; move it inwards",
+            argument="journal",
+            value=gap,
+        )
 
 
 def _edge_flow(model: FilmModel, layout: Layout, w: Array) -> float:

@@ -121,8 +121,8 @@ def ask(
 ) -> np.ndarray:  # fmt: skip
     """Reference (2,) [V] of a controller for the disc (2,) [m], speed [rad/s] and gauge pressure [Pa] measured.
 
-    At `time` [s] the reference `acting` (2,) [V] acts. A controller with a `runout` table is also given the shaft's
-    `angle` [rad]. Raises ControllerError for anything but two finite numbers.
+    One with a `runout` table is also given the shaft angle [rad]. At `time` [s] the reference `acting` (2,) [V] acts.
+    Raises ControllerError for anything but two finite numbers.
     """
     call(controller, "applied", acting)
     turning = () if getattr(controller, "runout", None) is None else (float(angle),)
