@@ -65,7 +65,10 @@ class FilmModel:
         if self.grid.half and not self.sleeve.symmetric:
             raise FilmError("grooves: a spiral is not symmetric about the midplane; use symmetric=False")
         if self.injectors and self.sleeve.closed:
-            raise FilmError("injectors: a film with a foil or with grooves takes none; remove the ones or the others")
+            raise FilmError(
+                "injectors: a film with a foil or with grooves takes none; remove the ones or the others",
+                argument="injectors",
+            )
         if self.grid.half and any(injector.offset != 0 for injector in self.injectors):
             raise FilmError("injectors: one is off the midplane, so the film is not symmetric; use symmetric=False")
 
@@ -239,4 +242,4 @@ def nodal_pressure(model: FilmModel, layout: Layout, w: np.ndarray) -> np.ndarra
 def interval_pressure(model: FilmModel, layout: Layout, w: np.ndarray) -> np.ndarray:
     """Pressure (n_theta, n_z): mean of the two nodes that bound each interval in z."""
     nodes = nodal_pressure(model, layout, w)
-    return 0.5 * (nodes[:, 1:] + nodes[:, :-1])
+    return np.asarray(0.5 * (nodes[:, 1:] + nodes[:, :-1]))
