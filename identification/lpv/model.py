@@ -26,14 +26,13 @@ from identification.local.blackbox import FullStateSpace
 from identification.local.greybox import STRUCTURES, delays, modes, static_gain
 from identification.local.models import LinearModel, plain
 from identification.local.simulation import respond
-from rotorsim.base.constants import RIG_SAMPLE, TO_MPA, TO_RPM
-from rotorsim.base.control_systems import sampling_call
 from rotorsim.base.display import Card, Shown
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_json
+from rotorsim.base.foreign_systems import cells, is_mat, name_rest, read_mat, sampling_call, write_mat
 from rotorsim.base.input_files import instead, parse_json
-from rotorsim.base.mat import cells, is_mat, name_rest, read_mat, write_mat
 from rotorsim.base.rounding import ALIKE
+from rotorsim.base.units import RIG_SAMPLE, TO_MPA, TO_RPM
 
 ORDERS = (1, 2, 3)
 SAME = (0.5, 500.0)

@@ -24,7 +24,7 @@ from identification.errors import UnfitError
 from identification.records.examination import examine
 from identification.records.prefilter import DRIFT, Signals
 from identification.records.schema import measured, measured_name
-from rotorsim.base.constants import TO_UM
+from rotorsim.base.units import TO_UM
 
 if TYPE_CHECKING:
     import xarray as xr

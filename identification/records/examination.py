@@ -23,7 +23,7 @@ from identification.records.columns import clipped
 from identification.records.prefilter import without_gaps
 from identification.records.sampling import nominal_rate, problems
 from identification.records.schema import VECTORS, measured, measured_name, named_axes, notes_of, validate
-from rotorsim.base.constants import TO_RPM
+from rotorsim.base.units import TO_RPM
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -219,7 +219,7 @@ USES: dict[str, tuple[tuple[str, ...], ...]] = {
 """Variables that each use needs: at least one of every group, and always time."""
 FITS = ("identification", "scheduled models")
 """Uses that leave gaps out."""
-CLIPPED = ("disc_measured", "journal", "pin", "pressure_measured")
+CLIPPED = ("disc_measured", "journal", "pin", "pin_measured", "pressure_measured")
 """Channels of sensors; commands may well rest at their limits."""
 PARTS, SWEPT = 8, 0.02
 """Parts of a record whose mean speeds are compared, and the share by which those of a run-up differ at least."""

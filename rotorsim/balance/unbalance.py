@@ -36,9 +36,9 @@ from scipy import stats
 
 from fe_shaft.response import run_unbalance_response
 from rotorsim.balance.conditions import Conditions, Plane, Reading
-from rotorsim.base.constants import TO_UM
 from rotorsim.base.display import listing, quote
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import TO_UM
 from rotorsim.machine import Machine, load_machine
 from rotorsim.plant.mesh import Mesh
 

@@ -3,6 +3,8 @@
 Factors are decimal strings. A test compares every entry of the table with pint, which is asked for what is not listed.
 `parse` and `show` are inverse to each other, to the last bit. Numbers are scaled as decimals: '25 um' is the
 double nearest to 25e-6. A gauge pressure is a plain pressure here.
+
+Code that works in SI takes the factors to and from engineering units (`RPM`, `TO_HZ`) as numbers.
 """
 
 from __future__ import annotations
@@ -32,6 +34,14 @@ class Dimension:
     recorded: dict[str, str] = field(default_factory=dict)
 
 
+RPM, KRPM, HZ, MPA = pi / 30, 1000 * pi / 30, 2 * pi, 1e6
+"""Values of one rpm [rad/s], 1000 rpm [rad/s], one Hz [rad/s] and one MPa [Pa]."""
+TO_RPM, TO_HZ, TO_MPA, TO_UM = 30 / pi, 1 / (2 * pi), 1e-6, 1e6
+"""Factors from rad/s to rpm, from rad/s to Hz, from Pa to MPa and from m to um."""
+RIG_SAMPLE = 2e-4
+"""Sampling time [s] of the thesis' rig: the default of a machine that states neither rate nor highest speed."""
+MINUTE = 60.0
+"""Length [s] of a minute."""
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 """Pattern of a decimal number, for `re.ASCII`."""
 _TURN = repr(2 * pi)

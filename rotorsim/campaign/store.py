@@ -31,11 +31,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from rotorsim.base.cache import RUNS, sources_hash
+from rotorsim.base.cache import RUNS, installed, sources_hash
 from rotorsim.base.errors import RotorsimError
 from rotorsim.base.files import BusyError, Lock, about_us, is_temporary, make_folder, replacing, write_json, write_text
 from rotorsim.base.input_files import parse_json
-from rotorsim.base.version import installed
 from rotorsim.campaign.axes import PlanError
 from rotorsim.campaign.plan import NumberedCase, Plan, differences, text_hash
 from rotorsim.campaign.read_plan import make_plan

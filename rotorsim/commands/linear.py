@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rotorsim.base.constants import TO_HZ, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
+from rotorsim.base.units import TO_HZ, TO_RPM, TO_UM
 from rotorsim.commands.options import (
     Force,
     GivenMachine,

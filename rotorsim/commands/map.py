@@ -13,9 +13,8 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.display import bar
-from rotorsim.base.units import show
+from rotorsim.base.units import TO_RPM, TO_UM, show
 from rotorsim.commands.options import (
     Console,
     GridOptions,

@@ -25,9 +25,9 @@ import numpy as np
 
 from identification import LinearModel
 from identification.lpv.model import SAME, LpvModel
-from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DesignError
 from rotorsim.base.rounding import first_of_largest
+from rotorsim.base.units import MPA, RIG_SAMPLE, TO_RPM
 from rotorsim.control.systems import System, held, late, normal, series, transformed
 
 MICRO, MILLI = 1e6, 1e3

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification import make_record
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.files import make_folder, replacing_all, write_json
 from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.base.input_files import parse_json
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.calibration import (
     DIRECTIONS,
     MESH,

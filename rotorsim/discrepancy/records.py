@@ -20,9 +20,9 @@ from identification.errors import ReadError, SchemaError
 from identification.records.prefilter import operating_point
 from identification.records.sampling import sampling_time
 from identification.records.schema import measured
-from rotorsim.base.constants import RIG_SAMPLE, TO_RPM
 from rotorsim.base.display import listing
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import RIG_SAMPLE, TO_RPM
 from rotorsim.discrepancy.changes import RING_KEY, known_changes, ring_angle
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.data_vector import EXCITED
@@ -207,6 +207,9 @@ def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> T
     check_constant(record, name)
     check_loop(record, name)
     check_turning(record, speed, n, name)
+    if "force_position" in record.attrs:
+        place = float(record.attrs["force_position"]) * 1e3
+        raise DataError(f"{name}: was hit at {place:.6g} mm; a diagnosis takes forces on the disc: leave it out")
     rows = np.zeros((n, 6))
     rows[:, 0], rows[:, 1] = speed, pressure if np.isfinite(pressure) else 0.0
     for column, channel in ((2, "reference"), (4, "disc_force")):

@@ -27,9 +27,9 @@ import numpy as np
 
 from identification import make_vectors
 from identification.records.schema import measured, notes_of, probe_angle, with_notes
-from rotorsim.base.constants import RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import answer
+from rotorsim.base.units import RIG_SAMPLE, TO_RPM
 from rotorsim.discrepancy.changes import RING
 from rotorsim.discrepancy.records import stated_accuracy
 from rotorsim.discrepancy.trial import TURNING, Trial, displacement_of, only_probe, stated

@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 import numpy as np
 
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
 from rotorsim.base.public import Registry, modules_below
 from rotorsim.base.quantity import Quantity, check_fields, declared, quantity_of
+from rotorsim.base.units import RIG_SAMPLE
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import LimitError
+from rotorsim.base.units import TO_RPM
 from rotorsim.experiments.recording import FEWEST
 from rotorsim.machine.limits import at_speed, first_passed, limits_of
 from rotorsim.plant.assemble import Assembly

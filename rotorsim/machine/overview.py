@@ -104,7 +104,7 @@ def _list_rows(parts: tuple[Any, ...], path: str) -> Iterator[tuple[str, str, st
 
 SHAFT = ("elements", "rotor", "modal", "reduction")
 """Modules of `fe_shaft` from which a plant takes its rotor."""
-FILM = ("film", "residual", "transient", "newton", "ring", "steady")
+FILM = ("film", "residual", "transient", "newton", "ring")
 """Modules of `reynolds` with which a plant solves its film."""
 
 

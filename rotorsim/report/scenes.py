@@ -22,10 +22,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from rotorsim.base.constants import TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_bytes
 from rotorsim.base.interrupt import undoing
+from rotorsim.base.units import TO_MPA, TO_RPM, TO_UM
 
 COLOURS = {"forward": "#0072B2", "backward": "#D55E00", "mixed": "#009E73"}
 FLAT = 0.02

@@ -35,8 +35,8 @@ import numpy as np
 import xarray as xr
 from scipy.signal import find_peaks
 
-from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.signals.record_blocks import BLOCK, Values, blocks, displacement_name, envelopes, need, prepared
 
 REVOLUTIONS = 8

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from itertools import product
 from typing import NamedTuple
 
-from rotorsim.base.constants import KRPM
 from rotorsim.base.errors import DesignError
+from rotorsim.base.units import KRPM
 from rotorsim.control.designs import hinf
 from rotorsim.control.designs.hinf_synthesis import Weights
 from rotorsim.control.plants import Model

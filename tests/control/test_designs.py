@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from refusals import refused
-from rotorsim.base.constants import KRPM, RIG_SAMPLE
 from rotorsim.base.quantity import quantities
 from rotorsim.base.rounding import DECAYS
+from rotorsim.base.units import KRPM, RIG_SAMPLE
 from rotorsim.control import DesignError
 from rotorsim.control.catalogue import DESIGNS, make_spec, module_of
 from rotorsim.control.designs import h2_scheduled, hinf, lead, lpv, lqr, mpc, p, placement, youla

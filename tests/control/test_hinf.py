@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from refusals import refused
-from rotorsim.base.constants import KRPM
+from rotorsim.base.units import KRPM
 from rotorsim.control import DesignError
 from rotorsim.control.designs import hinf
 from rotorsim.control.designs.hinf import coprime_truncated

@@ -7,7 +7,7 @@ import pytest
 
 from identification import LinearModel
 from refusals import refused
-from rotorsim.base.constants import KRPM
+from rotorsim.base.units import KRPM
 from rotorsim.control import DesignError
 from rotorsim.control.designs import lqr, p
 from rotorsim.control.designs.hinf_synthesis import RIG, Weights

@@ -5,9 +5,8 @@ import pytest
 
 from fe_shaft import BearingElement, DiskElement, Rotor, ShaftElement, modal
 from fe_shaft.campbell import run_campbell
-from fe_shaft.checks import ShaftError
-from fe_shaft.critical import run_critical_speed, run_ucs
-from fe_shaft.stability import run_stability
+from fe_shaft.critical import run_critical_speed, run_stability, run_ucs
+from fe_shaft.shaft import ShaftError
 from refusals import refused
 
 pytestmark = pytest.mark.numerical

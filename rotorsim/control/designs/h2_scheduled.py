@@ -28,8 +28,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg import solve_continuous_are
 
-from rotorsim.base.constants import KRPM, RIG_SAMPLE
 from rotorsim.base.errors import DesignError
+from rotorsim.base.units import KRPM, RIG_SAMPLE
 from rotorsim.control.designs.hinf_synthesis import Generalised, high_pass, notch
 from rotorsim.control.designs.lpv_problem import functions, scaled
 from rotorsim.control.designs.specification import (

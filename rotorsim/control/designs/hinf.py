@@ -39,9 +39,9 @@ import numpy as np
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 from scipy.optimize import least_squares, minimize_scalar
 
-from rotorsim.base.constants import KRPM, MPA
 from rotorsim.base.errors import DesignError
 from rotorsim.base.rounding import EPS, decays
+from rotorsim.base.units import KRPM, MPA
 from rotorsim.control.designs.hinf_synthesis import (
     MILD,
     RIG,

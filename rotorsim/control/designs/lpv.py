@@ -31,10 +31,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, MPA
 from rotorsim.base.display import Report, silent
 from rotorsim.base.errors import DesignError
 from rotorsim.base.rounding import definite
+from rotorsim.base.units import KRPM, MPA
 from rotorsim.control.designs.hinf_synthesis import (
     MILD,
     RIG,

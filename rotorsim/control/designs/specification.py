@@ -10,9 +10,9 @@ from dataclasses import Field, dataclass
 from inspect import cleandoc
 from typing import Any, TypeVar
 
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DesignError
 from rotorsim.base.quantity import Quantity, check_fields, declared, quantities, quantity_of
+from rotorsim.base.units import RIG_SAMPLE
 
 FIELDS = "__dataclass_fields__"
 Design = TypeVar("Design", bound=Callable[..., Any])
