@@ -1,13 +1,13 @@
-"""Compilers of kernels: numba's, without what kernels do not need, and the disk cache of what they make.
+"""Compilers of kernels, numba's without what kernels do not need, and the disk cache of what they make.
 
 Most of numba's work on a kernel is Python's, and much of it is repeated or for nothing: it types every sum of two
 floats anew, trying a dozen templates, and looks for closures, generators and arrays to fuse. Here the signatures of
 operators are remembered, and only the passes that kernels need are made. The code that comes out is the same.
 
-numba's cache numbers its data files in an index that it writes first. Killed between the two, or with a second process
-at work, its index can name the machine code of another signature. Here a file is named by the hash of what it was
-compiled for and written before the index names it. An unreadable or unwritable file is not an error: the kernel is
-compiled again.
+The disk cache is numba's, safe against killed and concurrent processes: numba numbers its data files in an index that
+it writes first. Killed between the two, or with a second process at work, its index can name the machine code of
+another signature. Here a file is named by the hash of what it was compiled for and written before the index names it.
+An unreadable or unwritable file is not an error: the kernel is compiled again.
 """
 
 from __future__ import annotations

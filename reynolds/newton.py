@@ -108,6 +108,24 @@ def journal_derivative(w, ix, F, L, U, iadt, axis, gain, column):
     injected_derivative(w, ix, F, L, gain, column)
 
 
+@kernel
+def linear_terms(w, ix, F, L, U):
+    """Jacobian without storage at the present state, and thickness derivatives after X and Y in borders 0 and 1."""
+    residual(w, ix, F, L, U, 0.0)
+    thickness_slope(w, F, L)
+    cell_jacobian(w, F, L, U, 0.0)
+    for axis in range(2):
+        journal_derivative(w, ix, F, L, U, 0.0, axis, L.film_h, L.border + axis * L.length)
+    residual(w, ix, F, L, U, 0.0)
+
+
+@kernel
+def gap_terms(w, F, L, U):
+    """Derivatives of the cells' residual without storage after the gap at every node, where `linear_terms` has those
+    after q."""
+    gap_jacobian(w, F, L, U, 0.0)
+
+
 @inlined
 def keep_border(w, ix, L, border):
     """Store the border column just solved in r, and what injectors and journal read of it."""
@@ -351,21 +369,3 @@ def finish_correction(w, ix, F, L):
     wide_vectors()
     add_borders(w, L)
     return update(w, ix, F, L)
-
-
-@kernel
-def linear_terms(w, ix, F, L, U):
-    """Jacobian without storage at the present state, and thickness derivatives after X and Y in borders 0 and 1."""
-    residual(w, ix, F, L, U, 0.0)
-    thickness_slope(w, F, L)
-    cell_jacobian(w, F, L, U, 0.0)
-    for axis in range(2):
-        journal_derivative(w, ix, F, L, U, 0.0, axis, L.film_h, L.border + axis * L.length)
-    residual(w, ix, F, L, U, 0.0)
-
-
-@kernel
-def gap_terms(w, F, L, U):
-    """Derivatives of the cells' residual without storage after the gap at every node, where `linear_terms` has those
-    after q."""
-    gap_jacobian(w, F, L, U, 0.0)

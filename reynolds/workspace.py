@@ -8,10 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from reynolds.grid import FilmGrid, Layout, Texture, cells, fill, make_layout
+from reynolds.grid import FilmError, FilmGrid, Layout, Texture, cells, fill, make_layout
 from reynolds.injector import LAWS, Footprint, Injector, footprint, nozzle_coefficients
 from reynolds.sleeve import PLAIN, Sleeve, fill_texture, stretches
-from rotorsim.base.errors import FilmError
 
 CONSTANTS = (
     "mu", "mean_free_path", "radius", "dy", "dz", "pa", "area", "source", "clearance", "h_min", "uneven", "bend_time",
@@ -243,4 +242,4 @@ def nodal_pressure(model: FilmModel, layout: Layout, w: np.ndarray) -> np.ndarra
 def interval_pressure(model: FilmModel, layout: Layout, w: np.ndarray) -> np.ndarray:
     """Pressure (n_theta, n_z): mean of the two nodes that bound each interval in z."""
     nodes = nodal_pressure(model, layout, w)
-    return np.asarray(0.5 * (nodes[:, 1:] + nodes[:, :-1]))
+    return 0.5 * (nodes[:, 1:] + nodes[:, :-1])

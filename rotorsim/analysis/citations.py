@@ -11,8 +11,8 @@ from typing import Any
 
 import identification as idn
 from rotorsim.base.errors import DataError
+from rotorsim.base.foreign_systems import is_mat, read_mat
 from rotorsim.base.input_files import parse_json
-from rotorsim.base.mat import is_mat, read_mat
 from rotorsim.base.references import cited_by, sorted_keys
 from rotorsim.control import load_law
 from rotorsim.effects import REGISTRY
@@ -23,7 +23,7 @@ KINDS = ("law", "linear", "lpv")
 """Endings of files of models and laws, and what they call themselves."""
 SHAFT = ("elements", "rotor", "modal", "reduction")
 """Modules of `fe_shaft` from which a plant takes its rotor."""
-FILM = ("film", "residual", "transient", "newton", "ring", "steady")
+FILM = ("film", "residual", "transient", "newton", "ring")
 """Modules of `reynolds` with which a plant solves its film."""
 
 

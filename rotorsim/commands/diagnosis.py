@@ -17,10 +17,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rotorsim.base.constants import MINUTE, TO_UM
 from rotorsim.base.display import end_line, line, on_terminal
 from rotorsim.base.errors import DataError, RotorsimError
-from rotorsim.base.units import parse
+from rotorsim.base.units import MINUTE, TO_UM, parse
 from rotorsim.commands.completion import parameters
 from rotorsim.commands.options import (
     AsJson,

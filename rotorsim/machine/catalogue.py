@@ -40,6 +40,7 @@ ELSEWHERE = {
     "supply": "on the line before the injectors",
     "actuator": "in every piezo actuator, in the file's order",
     "sensor": "on the readings, in the file's order",
+    "pin_sensor": "on the readings of the pins",
     "torque": "on the speed of the shaft",
     "support": "under the sleeve of the gas bearing",
     "rotating": "on the whole shaft",

@@ -14,15 +14,14 @@ from typing import Any
 from pydantic import PrivateAttr, ValidationError
 
 from rotorsim.base import display
-from rotorsim.base.constants import TO_UM
 from rotorsim.base.display import Card
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.files import write_text
-from rotorsim.base.units import show
+from rotorsim.base.units import TO_UM, advised, show
 from rotorsim.effects import Effect
 from rotorsim.machine.bearings import BearingCoefficients
 from rotorsim.machine.checks import cross_check, every_problem
-from rotorsim.machine.file_text import by_index, dumps, entries, parse, with_value
+from rotorsim.machine.file_text import by_index, declarations, dumps, parse, with_value
 from rotorsim.machine.part import Part
 from rotorsim.machine.tables import MachineTables, branches, changed
 
@@ -173,7 +172,7 @@ def si_numbers(machine: Machine) -> dict[str, Any]:
 
 
 def rows(part: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
-    """Dotted path, value in engineering units and description of every field.
+    """Dotted path, value in engineering units and description of every field, also of those that are not set.
 
     Examples
     --------
@@ -184,11 +183,13 @@ def rows(part: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
     if isinstance(part, BearingCoefficients):
         alike = {"kyy": part.kxx, "cyy": part.cxx}
         part = part.model_copy(update={name: value for name, value in alike.items() if getattr(part, name) is None})
-    for name, value, spec, doc in entries(part):
+    for name, (spec, doc) in declarations(type(part)).items():
         if name == "kind":
             continue
-        here = f"{path}.{name}".lstrip(".")
-        if isinstance(value, Part):
+        here, value = f"{path}.{name}".lstrip("."), getattr(part, name, None)
+        if value is None or value == ():
+            yield here, f"not set [{advised(spec.unit)[0]}]" if spec and spec.unit != "1" else "not set", doc
+        elif isinstance(value, Part):
             yield from rows(value, here)
         elif isinstance(value, dict):
             for key, parts in value.items():

@@ -17,7 +17,7 @@ from fe_shaft import (
     ShaftElement,
     modal_reduction,
 )
-from fe_shaft.assembly import AssembledRotor
+from fe_shaft.assembly import AssembledRotor, loose_motions
 from fe_shaft.elements import deflection
 from fe_shaft.reduction import add_springs
 from rotorsim.base.errors import MachineFileError
@@ -168,8 +168,6 @@ class Mesh:
 
     def _loose(self) -> str:
         """Rigid-body motions that the bearings do not resist, as a text."""
-        from fe_shaft.static import loose_motions
-
         held = [b for b in self.constant.bearing_elements if b.n not in self.springs and b.n < len(self.nodes)]
         held = [replace(b, n_link=None) for b in held]
         held += [BearingElement(node, stiffness, 0.0) for node, stiffness in self.springs.items()]

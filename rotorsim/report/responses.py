@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from rotorsim.base.constants import TO_UM
+from rotorsim.base.units import TO_UM
 from rotorsim.report.run import AnalysedRun, analyse, record_section, sensed
 from rotorsim.report.theme import AXIS_COLOURS, INK, PIN_COLOURS, compact, curve, faint, style
 from rotorsim.report.units import displacement, quantity
@@ -289,7 +289,7 @@ def _add_fit(figure: go.Figure, gain: Branches, k: int, axis: str, column: int) 
 
 
 def _loops(run: AnalysedRun) -> list[HysteresisLoop]:
-    need("pin" in run.record, "The record has no pin positions.")
+    need(run.holds.pin is not None, "The record has no pin positions.")
     found = loops_of(run.holds, gains_of(run.holds))
     need(bool(found), "The pins do not move.")
     return found

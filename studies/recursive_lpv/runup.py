@@ -30,18 +30,18 @@ y = record["disc_measured"].values.copy()
 y[(t > 9) & (t < 10)] = np.nan  # a loose plug
 
 online = RecursiveLpv(start, Ts, speeds=(0.0, top), pressures=(pressure, pressure))
-times, modes = [], []
+times, tracked = [], []
 for k in range(len(t)):
     online.update(reference[k], y[k], speed[k], pressure)  # a loop on the rig would call this at every sample
     if k % 500 == 499:
         frozen = online.at(speed[k], pressure)
         times.append(t[k])
-        modes.append([*frozen.wn[:2] / (2 * np.pi), *frozen.zeta[:2]])
+        tracked.append([*frozen.wn[:2] / (2 * np.pi), *frozen.zeta[:2]])
 
 speeds = np.linspace(0, top, 7)
 physics = [plant.linearise(one, pressure) for one in speeds]
 true = np.array([[*one.wn[:2] / (2 * np.pi), *one.zeta[:2]] for one in physics])
-modes, at = np.array(modes), np.interp(times, t, speed)
+modes, at = np.array(tracked), np.interp(times, t, speed)
 off = modes / np.column_stack([np.interp(at, speeds, column) for column in true.T]) - 1
 worst = np.abs(off[np.array(times) > 2]).max(axis=0)
 print(f"largest error of frequencies {worst[:2].max():.2%}, of damping ratios {worst[2:].max():.1%}")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import plotly.io as pio
 
-from rotorsim.base.constants import TO_HZ
+from rotorsim.base.units import TO_HZ
 from rotorsim.machine import load_machine
 from rotorsim.report.page import Block
 from studies.thesis.claims.judge import MET, NOT_MET
