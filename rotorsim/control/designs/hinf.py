@@ -322,7 +322,7 @@ def reduced(
 ) -> tuple[System, float]:
     """Reduced controller and the largest change of S, relative to its peak, in the loop with a sampled plant.
 
-    `make` samples a controller; `order` None takes the smallest within the `tolerance` of that change; `accept` tells
+    `make` samples a controller; `order` None takes the smallest within the `tolerance` of that change; `accept` states
     whether a reduced controller will do otherwise. Raises DesignError if no order (or not the one asked for) gives a
     stable loop.
     """
