@@ -79,10 +79,7 @@ def check_controller(controller: Any) -> None:
 def prepare(controller: Controller, machine: Machine, continued: bool = False) -> None:
     """Check a controller for a run, and reset it unless the run is continued.
 
-    Raises
-    ------
-    ControllerError
-        For a machine without injector pins, or with another sampling time than the controller's.
+    Raises ControllerError for a machine without injector pins, or with another sampling time than the controller's.
     """
     check_actuators(machine, name_of(controller))
     call(controller, "check_sampling", machine.sampling_time)

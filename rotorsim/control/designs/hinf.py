@@ -263,10 +263,7 @@ def truncated(system: System, order: int) -> System:
 def coprime_truncated(system: System, order: int) -> System:
     """Truncation of the balanced normalised coprime factors N, M with K = N M^-1; K may be unstable.
 
-    Raises
-    ------
-    DesignError
-        If the Riccati equation of the factors has no solution.
+    Raises DesignError if the Riccati equation of the factors has no solution.
     """
     A, B, C, D = balanced_states(system)
     R, S = np.eye(B.shape[1]) + D.T @ D, np.eye(C.shape[0]) + D @ D.T
