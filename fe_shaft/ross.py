@@ -17,9 +17,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from fe_shaft.bearing import BearingElement
-from fe_shaft.checks import ShaftError
-from fe_shaft.shaft import DiskElement, Material, PointMass, ShaftElement
-from rotorsim.base.control_systems import Foreign, Leftovers
+from fe_shaft.shaft import DiskElement, Material, PointMass, ShaftElement, ShaftError
+from rotorsim.base.foreign_systems import Foreign, Leftovers
 
 _COEFFICIENTS = ("kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy")
 _MASSES, _CROSS_MASSES = ("mxx", "myy"), ("mxy", "myx")

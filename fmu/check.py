@@ -37,7 +37,7 @@ from fmu.importer import (
     stored,
     xml,
 )
-from fmu.law_unit import INPUTS, OUTPUTS, LawUnit, answered
+from fmu.law_unit import OUTPUTS, LawUnit, answered
 from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit, Unit
 from fmu.variables import ROW
@@ -111,7 +111,7 @@ def model_of(path: Path) -> Unit:
 
 def _law(unit: ImportedUnit, model: LawUnit, n: int) -> Check:
     """A swing of the disc while speed and pressure rise, in unit and law."""
-    inputs = {name: model.stimuli(n, model.sample)[name] for name in INPUTS}
+    inputs = model.stimuli(n, model.sample)
     rows = run(unit, inputs, model.sample, list(OUTPUTS))
     return Check(f"{n * model.sample:g} s against the law in Python", *_equal(answered(model.law, inputs), rows))
 

@@ -22,9 +22,8 @@ from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
 from identification.records.schema import warm_bodies
-from rotorsim.base.constants import TO_RPM
 from rotorsim.base.quantity import UNLIMITED, Quantity, quantities, quantity_of
-from rotorsim.base.units import TABLE, dimension
+from rotorsim.base.units import TABLE, TO_RPM, dimension
 from rotorsim.effects import Effect
 from rotorsim.effects.base import WHERE
 from rotorsim.machine.gas_film import Actuators, Gas, PinnedInjector

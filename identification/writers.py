@@ -21,8 +21,8 @@ from identification.records.columns import MARK
 from identification.records.sampling import sampling_time
 from identification.records.schema import PROBE_COORDINATES, VECTORS, known_variable, named_axes, validate, with_notes
 from rotorsim.base.files import replacing
+from rotorsim.base.foreign_systems import cells, write_mat
 from rotorsim.base.hdf5 import write_netcdf
-from rotorsim.base.mat import cells, write_mat
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -22,8 +22,8 @@ from scipy import sparse
 from scipy.linalg import block_diag
 from scipy.sparse.linalg import splu
 
-from reynolds import linear_terms
 from reynolds.grid import Layout, cells
+from reynolds.newton import gap_terms, linear_terms
 from reynolds.workspace import FilmModel
 
 CORNERS = (("south_west", 1, 1), ("south_east", -1, 1), ("north_west", 1, -1), ("north_east", -1, -1))
@@ -53,7 +53,7 @@ def dynamic_stiffness(film: LinearFilm, omega: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Kernels:
-    """`reynolds.linear_terms` for a layout: the functions for all layouts, or those compiled for this one."""
+    """`linear_terms` and `gap_terms` for a layout: the functions for all layouts, or those compiled for this one."""
 
     terms: Callable[..., None]
     gap: Callable[..., None]
@@ -61,14 +61,7 @@ class Kernels:
 
 def common_kernels(layout: Layout) -> Kernels:
     """Kernels that take the sizes of the film as an argument."""
-
-    def terms(w: np.ndarray, ix: np.ndarray, F: Any, U: float) -> None:
-        linear_terms.linear_terms(w, ix, F, layout, U)
-
-    def gap(w: np.ndarray, F: Any, U: float) -> None:
-        linear_terms.gap_terms(w, F, layout, U)
-
-    return Kernels(terms, gap)
+    return Kernels(lambda w, ix, F, U: linear_terms(w, ix, F, layout, U), lambda w, F, U: gap_terms(w, F, layout, U))
 
 
 def linear_film(

@@ -8,8 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from reynolds.errors import FilmError
-from reynolds.grid import FilmGrid, Layout, Texture, cells, fill, make_layout
+from reynolds.grid import FilmError, FilmGrid, Layout, Texture, cells, fill, make_layout
 from reynolds.injector import LAWS, Footprint, Injector, footprint, nozzle_coefficients
 from reynolds.sleeve import PLAIN, Sleeve, fill_texture, stretches
 
@@ -229,3 +228,18 @@ def _largest(sizes: Sequence[Sequence[int]], count: int) -> list[int]:
         return list(sizes[0])
     largest = max(map(sum, sizes))
     return [largest, *[0] * (count - 1)] if count else []
+
+
+def nodal_pressure(model: FilmModel, layout: Layout, w: np.ndarray) -> np.ndarray:
+    """Pressure (n_theta, n_z + 1) at the nodes over the full length, edges included."""
+    p = w[layout.p + cells(layout)]
+    edge = np.full((layout.n_theta, 1), model.gas.ambient_pressure)
+    if model.grid.half:
+        return np.hstack([edge, p[:, :0:-1], p, edge])
+    return np.hstack([edge, p, edge])
+
+
+def interval_pressure(model: FilmModel, layout: Layout, w: np.ndarray) -> np.ndarray:
+    """Pressure (n_theta, n_z): mean of the two nodes that bound each interval in z."""
+    nodes = nodal_pressure(model, layout, w)
+    return 0.5 * (nodes[:, 1:] + nodes[:, :-1])

@@ -131,6 +131,18 @@ def _staged(one: FitSignals) -> Signals:
 MODELS = ("1", "2", RATED, "3", "actuator", "blackbox")
 METHODS = ("auto", "oe", "pem", "two-stage")
 PINS_READ = "pins as their sensors read them (pin_measured); lags of these sensors count to the actuators, not the film"
+
+
+def check_names(model: int | str | Structure, method: str) -> None:
+    """Raise UnfitError for a model or a method of another name."""
+    names: tuple[tuple[str, Any, tuple[str, ...]], ...] = (("model", model, MODELS), ("method", method, METHODS))
+    for argument, value, known in names:
+        if not isinstance(value, Structure) and str(value) not in known:
+            raise UnfitError(
+                f"{argument}: '{value}' is not known; choose one of {', '.join(known)}", argument=argument, value=value
+            )
+
+
 LOST = 0.25
 """Least fit of a prediction-error model, as a share of the fit that its noise allows."""
 
@@ -201,8 +213,7 @@ def identify(
         raise UnfitError("identify: a frequency response and no record; fit_frequency_response takes it")
     own = model if isinstance(model, Structure) else None
     began, kind = perf_counter(), own.name if own else str(model)
-    if (kind not in MODELS and not own) or method not in METHODS:
-        raise UnfitError(f"identify: model {model!r}, method {method!r}; choose of {', '.join(MODELS)} and {METHODS}")
+    check_names(model, method)
     kind = kind_for(kind, dead_time)  # a structure of one's own has none of the models' names
     records: list[Any] = list(ds) if isinstance(ds, (list, tuple)) else [ds]
     count = 4 * order if kind == "blackbox" else len((own or STRUCTURES[kind]).parameters)

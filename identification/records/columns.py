@@ -215,7 +215,9 @@ def factor(unit: str, si: str) -> float:
         )
     if plain not in known:
         raise ReadError(
-            f"unit {quote(unit)} is not a known unit of {_NAMES[si]}; write one of {', '.join(filter(None, known))}"
+            f"unit {quote(unit)} is not a known unit of {_NAMES[si]}; write one of {', '.join(filter(None, known))}",
+            argument="unit",
+            value=unit,
         )
     return known[plain]
 

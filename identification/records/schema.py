@@ -365,7 +365,11 @@ def probe_angle(vectors: xr.Dataset) -> float:
     except (TypeError, ValueError):
         found = math.nan
     if not math.isfinite(found):
-        raise SchemaError(f"vectors: the attribute probe_angle is {value!r}; give the angle of the probe in rad")
+        raise SchemaError(
+            f"vectors: the attribute probe_angle is {value!r}; give the angle of the probe in rad",
+            argument="probe_angle",
+            value=value,
+        )
     return found
 
 

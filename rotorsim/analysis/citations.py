@@ -7,8 +7,8 @@ from typing import Any
 
 import identification as idn
 from rotorsim.base.errors import DataError
+from rotorsim.base.foreign_systems import is_mat, read_mat
 from rotorsim.base.input_files import parse_json
-from rotorsim.base.mat import is_mat, read_mat
 from rotorsim.base.references import cited_by, sorted_keys
 from rotorsim.control import load_law
 from rotorsim.machine import Machine, load_machine

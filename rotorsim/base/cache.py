@@ -20,6 +20,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from functools import lru_cache
+from importlib.metadata import PackageNotFoundError, version
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -40,7 +41,6 @@ PLANT = (
 """Sources that a simulation of the plant follows from, as paths below ROOT."""
 RUNS = (*PLANT, "rotorsim/experiments", "rotorsim/control")
 """Sources that a simulated record follows from."""
-
 
 OTHERS = stat.S_IWGRP | stat.S_IWOTH
 """Mode bits that let other users write."""
@@ -174,6 +174,17 @@ def source_files(*places: str) -> list[Path]:
             raise FileNotFoundError(f"{place}: no such source in {ROOT}")
         found.update(own)
     return sorted(found)
+
+
+def installed(name: str) -> str:
+    """Version of an installed package; 'source' if it runs from its source tree."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "source"
+
+
+__version__ = installed("rotorsim")
 
 
 def key_of(*parts: Any) -> str:

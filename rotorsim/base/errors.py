@@ -6,11 +6,35 @@ from typing import Any
 
 
 class RotorsimError(Exception):
-    """Base of every error raised for a fault that a user can correct; `where` holds numbers for programs."""
+    """Base of every error raised for a fault that a user can correct.
 
-    def __init__(self, message: str, **where: Any) -> None:
+    Attributes
+    ----------
+    argument : dotted name of the argument or field that is at fault; empty where it is none
+    value : the refused value
+    where : numbers for programs
+
+    An error that is raised from another one, as with the name of a file before the sentence, is about its argument.
+    """
+
+    def __init__(self, message: str, *, argument: str = "", value: Any = None, **where: Any) -> None:
         super().__init__(message)
         self.where = where
+        self._fault = (argument, value)
+
+    @property
+    def argument(self) -> str:
+        """Name of the argument or field."""
+        return self._of_cause()[0]
+
+    @property
+    def value(self) -> Any:
+        """The refused value."""
+        return self._of_cause()[1]
+
+    def _of_cause(self) -> tuple[str, Any]:
+        cause = self.__cause__
+        return cause._of_cause() if not self._fault[0] and isinstance(cause, RotorsimError) else self._fault
 
 
 class MachineFileError(RotorsimError):

@@ -94,10 +94,12 @@ def _finished(folder: Path, experiment: str | None) -> FinishedCases:
     store = open_store(folder)
     names = [entry.name for entry in store.plan.entries]
     if experiment is None and len(names) > 1:
-        raise StoreError(f"{folder}: has the experiments {', '.join(names)}; choose one with --experiment")
+        raise StoreError(f"{folder}: has the experiments {', '.join(names)}; choose one of them as experiment")
     name = experiment or names[0]
     if name not in names:
-        raise StoreError(f"{folder}: has no experiment '{name}'; choose one of {', '.join(names)}")
+        raise StoreError(
+            f"{folder}: has no experiment '{name}'; choose one of {', '.join(names)}", argument="experiment", value=name
+        )
     with closing(store.index()) as index:
         rows = tuple(index.rows(DONE, name))
     if not rows:
@@ -162,7 +164,9 @@ def _check_sizes(found: FinishedCases) -> None:
     if lost:
         raise StoreError(
             f"{lost[0]}: is gone or cut, as {len(lost)} of {len(found.rows)} records are; "
-            "run the campaign again, which makes them anew"
+            "run the campaign again, which makes them anew",
+            argument="records",
+            value=lost,
         )
 
 

@@ -237,7 +237,9 @@ def storing(folder: Path) -> Iterator[None]:
     except OSError as error:
         cause = error if isinstance(error, WriteError) else write_error(folder, error)
         raise StorageError(
-            f"{folder}: a record cannot be written: {cause.reason}; solve that and run the same command again"
+            f"{folder}: a record cannot be written: {cause.reason}; solve that and run the same command again",
+            argument="folder",
+            value=folder,
         ) from error
 
 

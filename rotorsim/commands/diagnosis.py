@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rotorsim.base.constants import MINUTE
 from rotorsim.base.display import end_line, line
 from rotorsim.base.errors import DataError, RotorsimError
-from rotorsim.base.units import parse
+from rotorsim.base.units import MINUTE, parse
 from rotorsim.commands.completion import parameters
 from rotorsim.commands.diagnosis_output import Stages, StepPrinter, show
 from rotorsim.commands.options import (

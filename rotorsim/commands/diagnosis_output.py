@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from rotorsim.base.constants import TO_UM
 from rotorsim.base.display import end_line, line, on_terminal
+from rotorsim.base.units import TO_UM
 from rotorsim.commands.options import print_files, print_json
 
 if TYPE_CHECKING:

@@ -11,10 +11,10 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from rotorsim.base.constants import TO_MPA, TO_UM
 from rotorsim.base.display import end_line, line
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.files import write_text
+from rotorsim.base.units import TO_MPA, TO_UM
 from rotorsim.commands.completion import (
     effects as effect_names,
     machines,

@@ -36,8 +36,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import log_ndtr
 
-from rotorsim.base.constants import MPA
 from rotorsim.base.rounding import answer
+from rotorsim.base.units import MPA
 from rotorsim.discrepancy.calibration import FitParameter
 from rotorsim.discrepancy.data_vector import DataLayout, modulus
 from rotorsim.discrepancy.fit import ParameterFit

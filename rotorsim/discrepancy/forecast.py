@@ -28,8 +28,8 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.rounding import answer
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.calibration import DIRECTIONS, FitParameter, ParameterPoint
 from rotorsim.discrepancy.changes import ring_axes
 from rotorsim.discrepancy.comparison import LOST, TwinComparison

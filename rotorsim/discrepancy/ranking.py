@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import tomlkit
 
-from rotorsim.base.constants import MPA, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import NoAnswerError
+from rotorsim.base.units import MPA, TO_RPM
 from rotorsim.discrepancy.candidates import signature_of
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.experiments import ExperimentOption, options, written_changes

@@ -11,8 +11,8 @@ import numpy as np
 import xarray as xr
 
 from identification.records.sampling import nominal_rate
-from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import MachineFileError
+from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.experiments.experiment import EXPERIMENTS
 from rotorsim.experiments.limits import beyond_of
 from rotorsim.machine import Gas, Machine

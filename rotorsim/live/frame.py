@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import MPA, TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.rounding import DAMPED
+from rotorsim.base.units import MPA, TO_MPA, TO_RPM, TO_UM
 from rotorsim.live.modes import DRIFT, RigModes, RingdownReading
 from rotorsim.live.rig import LENGTH, Rig
 from rotorsim.live.settings import OFF

@@ -28,8 +28,8 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import MPA, RPM, TO_UM
 from rotorsim.base.errors import DataError, RotorsimError
+from rotorsim.base.units import MPA, RPM, TO_UM
 from rotorsim.control.law import load_law
 from rotorsim.control.sampled_loop import closed_poles, law_system, smallest_damping
 from rotorsim.control.systems import (

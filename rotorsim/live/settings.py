@@ -12,10 +12,9 @@ from dataclasses import dataclass, replace
 from math import prod
 from typing import Any
 
-from rotorsim.base.constants import RPM
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.quantity import Quantity, quantities
-from rotorsim.base.units import dimension
+from rotorsim.base.units import RPM, dimension
 from rotorsim.effects import FILM_PORTS, REGISTRY, Effect
 from rotorsim.effects.base import WHERE
 from rotorsim.machine import Machine

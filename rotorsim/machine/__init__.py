@@ -6,6 +6,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rotorsim.base.display import neither
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.input_files import instead
 from rotorsim.base.public import named
@@ -98,10 +99,7 @@ def machine_text(name_or_path: str | Path) -> str:
     if name in shipped_machines():
         return (files("rotorsim.machine") / "rigs" / f"{name}.toml").read_text(encoding="utf-8")
     if not Path(name).exists():
-        known = ", ".join(shipped_machines())
-        raise MachineFileError(
-            f"'{name}' is neither a shipped machine ({known}) nor a file; give one of these or a path"
-        )
+        raise MachineFileError(neither(name, "a shipped machine", shipped_machines()), argument="machine", value=name)
     return read_text(Path(name))
 
 

@@ -17,9 +17,8 @@ from math import pi, sqrt
 
 import numpy as np
 
-from rotorsim.base.constants import MPA, TO_RPM
 from rotorsim.base.errors import Unusual
-from rotorsim.base.units import show
+from rotorsim.base.units import MPA, TO_RPM, show
 from rotorsim.effects.film.gas_heating import NOMINAL
 from rotorsim.machine.numerics import FEWEST, HOT, Limits, highest_sampled
 from rotorsim.machine.rotor import ShaftMaterial

@@ -13,9 +13,8 @@ from typing import Literal, Protocol
 
 from pydantic import Field
 
-from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
-from rotorsim.base.units import show
+from rotorsim.base.units import MPA, RIG_SAMPLE, TO_RPM, show
 from rotorsim.machine.gas_film import GasFilm
 from rotorsim.machine.part import Part, count, quantity
 from rotorsim.machine.rotor import Drive

@@ -10,10 +10,10 @@ from importlib.resources import files
 from typing import Any
 
 from rotorsim.base.references import cited_by, sorted_keys
-from rotorsim.base.units import show as text
+from rotorsim.base.units import advised, show as text
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine.bearings import BearingCoefficients
-from rotorsim.machine.file_text import entries
+from rotorsim.machine.file_text import declarations
 from rotorsim.machine.part import Part
 from rotorsim.machine.schema import Machine
 
@@ -68,7 +68,7 @@ def si_numbers(machine: Machine) -> dict[str, Any]:
 
 
 def rows(part: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
-    """Dotted path, value in engineering units and description of every field.
+    """Dotted path, value in engineering units and description of every field, also of those that are not set.
 
     Examples
     --------
@@ -79,11 +79,13 @@ def rows(part: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
     if isinstance(part, BearingCoefficients):
         alike = {"kyy": part.kxx, "cyy": part.cxx}
         part = part.model_copy(update={name: value for name, value in alike.items() if getattr(part, name) is None})
-    for name, value, spec, doc in entries(part):
+    for name, (spec, doc) in declarations(type(part)).items():
         if name == "kind":
             continue
-        here = f"{path}.{name}".lstrip(".")
-        if isinstance(value, Part):
+        here, value = f"{path}.{name}".lstrip("."), getattr(part, name, None)
+        if value is None or value == ():
+            yield here, f"not set [{advised(spec.unit)[0]}]" if spec and spec.unit != "1" else "not set", doc
+        elif isinstance(value, Part):
             yield from rows(value, here)
         elif isinstance(value, dict):
             for key, parts in value.items():
@@ -102,7 +104,7 @@ def _list_rows(parts: tuple[Any, ...], path: str) -> Iterator[tuple[str, str, st
 
 SHAFT = ("elements", "rotor", "modal", "reduction")
 """Modules of `fe_shaft` from which a plant takes its rotor."""
-FILM = ("film", "residual", "transient", "newton", "ring", "steady")
+FILM = ("film", "residual", "transient", "newton", "ring")
 """Modules of `reynolds` with which a plant solves its film."""
 
 

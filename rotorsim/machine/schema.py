@@ -10,10 +10,10 @@ from typing import Any
 from pydantic import PrivateAttr, ValidationError
 
 from rotorsim.base import display
-from rotorsim.base.constants import TO_UM
 from rotorsim.base.display import Card
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.files import write_text
+from rotorsim.base.units import TO_UM
 from rotorsim.machine.checks import cross_check, every_problem
 from rotorsim.machine.file_text import by_index, dumps, parse, with_value
 from rotorsim.machine.tables import MachineTables

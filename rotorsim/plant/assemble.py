@@ -207,13 +207,15 @@ def _fill_rotor(w: np.ndarray, rotor: RotorLayout, mesh: Mesh, calls: tuple[Call
         padded = np.zeros((n, n))
         padded[: rotor.n_machine, : rotor.n_machine] = matrix.T
         w[offset : offset + n**2] = padded.ravel()
-    rows = [(rotor.disc, mesh.shape(mesh.probe))] + [(c.shape, mesh.influence(c.effect)) for c in calls]
+    rows = [(at, mesh.shape(mesh.probe)) for at in (rotor.disc, rotor.struck)] + [
+        (c.shape, mesh.influence(c.effect)) for c in calls
+    ]
     rows += [(rotor.journal + 2 * n * k, mesh.between(i)) for k, i in enumerate(mesh.machine.film_bearings)]
     for offset, shape in rows:
-        _put_rows(w, offset, shape, n)
+        put_rows(w, offset, shape, n)
 
 
-def _put_rows(w: np.ndarray, offset: int, shape: np.ndarray, n: int) -> None:
+def put_rows(w: np.ndarray, offset: int, shape: np.ndarray, n: int) -> None:
     """Write rows (2, m) as (2, n), with zeros behind the m coordinates."""
     w[offset : offset + 2 * n] = np.pad(shape, ((0, 0), (0, n - shape.shape[1]))).ravel()
 
@@ -223,7 +225,7 @@ def _fill_tables(w: np.ndarray, rotor: RotorLayout, mesh: Mesh) -> None:
     tables = mesh.tables
     w[rotor.table_speeds : rotor.table_speeds + rotor.n_points] = tables.speeds
     for b, (number, values) in enumerate(tables.values.items()):
-        _put_rows(w, rotor.table_rows + 2 * rotor.n * b, mesh.between(number), rotor.n)
+        put_rows(w, rotor.table_rows + 2 * rotor.n * b, mesh.between(number), rotor.n)
         at = rotor.table_values + values.size * b
         w[at : at + values.size] = values.ravel()
 

@@ -25,9 +25,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from reynolds.injector import critical_ratio
-from rotorsim.base.constants import MPA, TO_RPM
 from rotorsim.base.errors import RotorsimError
 from rotorsim.base.rounding import DAMPED
+from rotorsim.base.units import MPA, TO_RPM
 from rotorsim.machine.gas_film import Gas, GasFilm
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.plant import Plant, point

@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import Quantity
-from rotorsim.base.units import show, split
+from rotorsim.base.units import TO_MPA, TO_RPM, show, split
 from rotorsim.experiments.experiment import EXPERIMENTS, parameters
 from rotorsim.experiments.limits import BEYOND, sentences
 from rotorsim.report import film, orbit, orders, responses, time_history

@@ -11,8 +11,8 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import DataError, MachineFileError
+from rotorsim.base.units import TO_RPM
 from rotorsim.experiments.summary import summarise
 from rotorsim.machine import Machine
 from rotorsim.signals.orders import track_orders

@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from identification.records.schema import PINS
-from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.report.film import feed_word
 from rotorsim.report.run import AnalysedRun, end_of_run, record_section
 from rotorsim.report.theme import AXIS_COLOURS, NEUTRAL, PIN_COLOURS, compact, curve, faint, style

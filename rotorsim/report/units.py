@@ -13,9 +13,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 
-from rotorsim.base.constants import TO_UM
 from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import TO_UM
 
 SYSTEMS = ("metric", "imperial")
 _INCH, _LBF, _PSI = 25.4e-3, 4.4482216152605, 6894.757293168361

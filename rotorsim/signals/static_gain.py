@@ -166,7 +166,9 @@ def static_gain_map(record: xr.Dataset, share: float = 0.5, variable: str | None
     if record.attrs.get("experiment") in EXCITED:
         raise DataError(
             f"record: the reference of '{record.attrs['experiment']}' does not wait until the disc rests; "
-            "give the record of a staircase"
+            "give the record of a staircase",
+            argument="experiment",
+            value=record.attrs["experiment"],
         )
     wanted = ("disc_measured", "disc") if variable is None else (variable,)
     disc = next((name for name in wanted if name in record), None)

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from identification.local.simulation import zero_order_hold
-from rotorsim.base.constants import KRPM, RIG_SAMPLE
-from rotorsim.base.control_systems import control_package
+from rotorsim.base.foreign_systems import control_package
+from rotorsim.base.units import KRPM, RIG_SAMPLE
 from rotorsim.control.designs import lqr
 from rotorsim.control.designs.hinf import truncated
 from rotorsim.control.designs.hinf_synthesis import Generalised, Weights, mixed_sensitivity, solve

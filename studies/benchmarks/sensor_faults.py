@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import RIG_SAMPLE
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control import Law
 from rotorsim.control.designs import h2_scheduled, hinf, lead, lqr, placement
 from rotorsim.control.guard import BAD, FADE, LEAST, SLOW

@@ -16,7 +16,7 @@ import numpy as np
 
 from identification import load_model
 from rotorsim.analysis import critical_speeds, whirl_onset
-from rotorsim.base.constants import KRPM, RIG_SAMPLE
+from rotorsim.base.units import KRPM, RIG_SAMPLE
 from rotorsim.control import DesignError, Law, load_law
 from rotorsim.control.catalogue import make_spec, module_of
 from rotorsim.control.designs import p

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rotorsim.base.constants import TO_HZ
+from rotorsim.base.units import TO_HZ
 from rotorsim.machine import load_machine
 from rotorsim.report.page import Block
 from studies.thesis.claims.judge import MET, NOT_MET

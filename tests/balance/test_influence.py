@@ -110,6 +110,7 @@ def test_one_trial_weight_balances_one_plane(machine):
     assert found.correction.wanted[0] == pytest.approx(-y0 * trial / (y1 - y0), rel=1e-12)
     assert abs(found.correction.after[0]) < 1e-12 * abs(y0)
     assert found.corrected == "run 0" and found.tests == {}
+    assert ("Physical model", f"left out: {found.left_out}") in result_rows(found) and found.left_out
     assert "nan" not in str(result_rows(found)).lower() + str(summary(found)).lower() + unbalance_csv(found).lower()
 
 

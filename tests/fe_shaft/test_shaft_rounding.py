@@ -5,8 +5,7 @@ import pytest
 
 from fe_shaft import BearingElement, DiskElement, Rotor, ShaftElement, modal
 from fe_shaft.campbell import run_campbell
-from fe_shaft.critical import run_critical_speed, run_ucs
-from fe_shaft.stability import run_stability
+from fe_shaft.critical import run_critical_speed, run_stability, run_ucs
 
 pytestmark = pytest.mark.numerical
 SPEEDS = np.linspace(0, 5000, 6)

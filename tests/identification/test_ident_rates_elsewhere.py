@@ -9,6 +9,7 @@ import rotorsim as rs
 from identification.local.bias import _velocity
 from identification.local.greybox import RATED, STRUCTURES, modes
 from identification.local.least_squares import FitProblem, GreyBox
+from refusals import refused
 
 pytestmark = pytest.mark.numerical
 
@@ -45,7 +46,7 @@ def test_a_dead_time_and_a_frequency_response_are_refused_in_a_sentence():
         idn.identify(data, RATED, dead_time=5e-4)
     response = idn.frequency_response(data["reference"].values, data["disc_measured"].values, TS)
     for model in (RATED, 2):
-        with pytest.raises(idn.UnfitError, match=rf"fit_frequency_response: model '?{model}"):
+        with refused(idn.UnfitError, "model", model):
             idn.fit_frequency_response(response, model)
 
 

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from rotorsim.commands.options import note_unfed
+from rotorsim.machine import load_machine
 from rotorsim.report.scenes import lacking
 
 RIG = ["--grid", "16x4", "--set", "actuators.mode=ideal"]
@@ -51,6 +53,24 @@ def test_a_machine_without_feed_is_mapped_at_one_pressure(run, tmp_path, asked, 
     assert code == 0 and json.loads(out)["points"] == 2 and ("no pressure changes it" in message) is noted
     with xr.open_dataset(tmp_path / "m" / "map.nc", engine="h5netcdf") as found:
         assert found["pressure"].values.tolist() == [0.0]
+
+
+@pytest.mark.parametrize("machine", ["plain_rotor", "grooved_turbo_rotor", "dtu_gas_bearing"])
+@pytest.mark.parametrize("given", [True, False])
+def test_a_pressure_that_nothing_feels_is_noted(capsys, machine, given):
+    loaded = load_machine(machine)
+    note_unfed(loaded, given)
+    assert bool(capsys.readouterr().err) is (given and not loaded.fed)
+
+
+@pytest.mark.parametrize("command", [
+    ("response", "--speeds", "100 rpm, 200 rpm", "--no-report"), ("modes", "--speed", "100 rpm", "--no-pictures"),
+])  # fmt: skip
+@pytest.mark.parametrize("asked", [(), ("--pressure", "0.5 MPa")])
+def test_linear_analyses_of_a_machine_without_feed_note_a_pressure(run, command, asked):
+    name, *options = command
+    code, _, err = run(name, "plain_rotor", *options, *asked)
+    assert code == 0 and ("no pressure changes it" in err) is bool(asked)
 
 
 def test_values_by_pressure_have_a_column_each_with_its_pressure(run):

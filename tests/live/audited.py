@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from scipy.signal import periodogram
 
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import RotorsimError
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control.sampled_loop import closed_poles
 from rotorsim.control.systems import System, held, late, series
 from rotorsim.live.desk import Desk

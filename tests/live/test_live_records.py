@@ -9,8 +9,8 @@ import xarray as xr
 
 import identification as idn
 from coarse_rig import RPM, make_rig, ran
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.live.laws import StabilityVerdict
 from rotorsim.live.records import Replay
 from rotorsim.live.runner import Runner

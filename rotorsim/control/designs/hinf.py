@@ -39,9 +39,9 @@ import numpy as np
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 from scipy.optimize import least_squares, minimize_scalar
 
-from rotorsim.base.constants import KRPM, MPA
 from rotorsim.base.errors import DesignError
 from rotorsim.base.rounding import EPS, decays
+from rotorsim.base.units import KRPM, MPA
 from rotorsim.control.designs.hinf_synthesis import (
     MILD,
     RIG,
@@ -184,7 +184,9 @@ def check_robust(norm: float, error: float) -> None:
     if not norm < 1:
         raise DesignError(
             f"hinf.uncertainty = {error:g}: the loop found stands {error / norm:.3g}; an uncertainty that is larger "
-            "than what the model knows leaves nothing to control by: allow less, or weights that ask for less"
+            "than what the model knows leaves nothing to control by: allow less, or weights that ask for less",
+            argument="uncertainty",
+            value=error,
         )
 
 
@@ -355,7 +357,9 @@ def reduced(
                 best = small, change
         if order is not None and best is not None:
             return best
-    raise DesignError(f"reduction: order {order} makes the loop unstable; allow more states")
+    raise DesignError(
+        f"reduction: order {order} makes the loop unstable; allow more states", argument="order", value=order
+    )
 
 
 def _candidates(

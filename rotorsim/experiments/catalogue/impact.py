@@ -1,9 +1,10 @@
-r"""Impact hammer on the disc: half-sine pulses of force.
+r"""Impact hammer: half-sine pulses of force on the disc or elsewhere on the shaft.
 
 .. math:: F(t) = A \sin(\pi t/T), \quad 0 \le t \le T, \qquad \int F\,dt = 2 A T/\pi
 
 Force is held during a sample, so a sample gets the pulse's mean over it: the impulse is exact whatever T and whenever
-the pulse begins. The record's `disc_force` is what a force transducer in the hammer's tip would show.
+the pulse begins. The record's `disc_force` is what a force transducer in the hammer's tip would show; its attribute
+`force_position` [m] states where the shaft was hit if that was not the disc.
 
 Cites: thesis.
 """
@@ -31,7 +32,7 @@ KEY = 3
 @register
 @dataclass(frozen=True)
 class Impact(PointExperiment):
-    """Half-sine hits of an impact hammer on the disc.
+    """Half-sine hits of an impact hammer.
 
     Examples
     --------
@@ -46,6 +47,9 @@ class Impact(PointExperiment):
     peak: float = param("N", "Peak of the force.", 20.0, above=0)
     width: float = param("s", "Duration of a hit.", 1e-3, low=0, sampled=True)
     angle: float = param("rad", "Direction of the force: 0 is x, 90 deg is y.", 0.0)
+    position: float | None = param(
+        "m", "Position of the hits along the shaft; the disc's by default.", None, attribute="force_position"
+    )
     hits: int = param("1", "Number of hits.", 1, low=1, multiple=1)
     spacing: float = param("s", "Time from hit to hit, also after the last.", 1.0, above=0, samples=True)
     lead: float = param("s", "Time before the first hit.", 0.1, low=0, samples=True)

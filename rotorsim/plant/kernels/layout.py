@@ -37,8 +37,8 @@ READ = AT["disc_measured_x"]
 """First of the columns that sensors read."""
 DISC, DISC_READ = slice(0, 2), slice(READ, READ + 2)
 """True and measured displacement x, y [m] of the disc in a row."""
-SPEED_READ, PRESSURE_READ = AT["speed_measured"], AT["pressure_measured"]
-"""Measured speed [rad/s] and gauge pressure [Pa] in a row."""
+ANGLE_READ, SPEED_READ, PRESSURE_READ = AT["angle_measured"], AT["speed_measured"], AT["pressure_measured"]
+"""Measured shaft angle [rad], speed [rad/s] and gauge pressure [Pa] in a row."""
 FILM_COLUMNS = 6
 """Columns of each of several films: journal x, y [m], film force x, y [N], smallest thickness [m], mass flow [kg/s]."""
 HEAT_COLUMNS = 3
@@ -70,7 +70,10 @@ FILM_PAIRS = {"journal_rhs": "journal_rhs", "static_rhs": "static_rhs"}
 
 
 class RotorLayout(NamedTuple):
-    """Sizes and offsets (in doubles) of the rotor's part of a workspace."""
+    """Sizes and offsets (in doubles) of the rotor's part of a workspace.
+
+    `struck`: the (2, n) rows of the place where the external force acts, that of the disc unless a run moves it.
+    """
 
     n: int
     n_machine: int
@@ -102,6 +105,7 @@ class RotorLayout(NamedTuple):
     to_journal: int
     journal: int
     disc: int
+    struck: int
     time: int
     angle: int
     turns: int
@@ -155,7 +159,12 @@ def make_rotor_layout(
     n_machine, n_modes = n_modes, n_modes + 2 * n_supports
     journals, borders = max(n_films, 1), n_films * film.n_border
     sizes = dict.fromkeys(VECTORS, n_modes) | dict.fromkeys(MATRICES, n_modes**2)
-    sizes |= {"to_journal": 2 * n_modes * journals, "journal": 2 * n_modes * journals, "disc": 2 * n_modes}
+    sizes |= {
+        "to_journal": 2 * n_modes * journals,
+        "journal": 2 * n_modes * journals,
+        "disc": 2 * n_modes,
+        "struck": 2 * n_modes,
+    }
     sizes |= dict.fromkeys(ROTOR_SCALARS, 1) | dict.fromkeys(PAIRS, 2 * journals)
     sizes |= {"contact": journals, "contact_k": 4 * journals, "shapes": 2 * n_modes * max(n_shapes, 1)}
     own = {name: getattr(film, place) for name, place in (FILM_MATRICES | FILM_PAIRS).items()}

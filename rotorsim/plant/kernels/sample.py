@@ -150,7 +150,7 @@ def set_inputs(w, P, end_speed, supply, ref_x, ref_y, fx, fy):
     # a force that jumps: the rates at the start of the sample are those after the jump
     jump_x, jump_y = fx - w[ROTOR.disc_fx], fy - w[ROTOR.disc_fy]
     if jump_x != 0.0 or jump_y != 0.0:
-        add_force(w, ROTOR, ROTOR.disc, jump_x, jump_y, ROTOR.a_old)
+        add_force(w, ROTOR, ROTOR.struck, jump_x, jump_y, ROTOR.a_old)
         w[ROTOR.disc_fx] = fx
         w[ROTOR.disc_fy] = fy
     if ROTOR.n_films > 0:

@@ -6,9 +6,8 @@ from hypothesis import strategies as st
 
 from fuzzing.machines import free, texts
 from fuzzing.values import NONSENSE, beyond, broken, legal, text_of
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.quantity import Quantity
-from rotorsim.base.units import show
+from rotorsim.base.units import RIG_SAMPLE, show
 from rotorsim.commands.closed_loop import ClosedLoopSetup
 from rotorsim.experiments import EXPERIMENTS
 from rotorsim.experiments.experiment import parameters
