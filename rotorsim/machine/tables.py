@@ -252,7 +252,9 @@ def branches(values: Mapping[str, Any]) -> ChangeTree:
         for depth, key in enumerate(above, 1):
             whole = ".".join(above[:depth])
             if whole in values:
-                raise MachineFileError(f"{path}: lies below {whole}, which is given too; give one of them")
+                raise MachineFileError(
+                    f"{path}: lies below {whole}, which is given too; give one of them", argument=path
+                )
             here = here.setdefault(key, ChangeTree())
         here[last] = value
     return root

@@ -213,7 +213,11 @@ def write(
     make = next((make for kind, make in made if isinstance(result, kind)), None)
     if make is None:
         given = type(result).__name__
-        raise DataError(f"report: {given} is not a Diagnosis, a Verification or a record; for a file use write_report")
+        raise DataError(
+            f"report: {given} is not a Diagnosis, a Verification or a record; for a file use write_report",
+            argument="report",
+            value=given,
+        )
     return write_page(lambda: make(result), path, units, figures)
 
 

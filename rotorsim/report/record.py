@@ -92,7 +92,11 @@ def write_report(
     check_wanted(units, figures)
     if not isinstance(record, (xr.Dataset, str, Path)):
         given = type(record).__name__
-        raise DataError(f"report: a {given} is not a record; give a record, e.g. of plant.simulate, or a .nc file")
+        raise DataError(
+            f"report: a {given} is not a record; give a record, e.g. of plant.simulate, or a .nc file",
+            argument="report",
+            value=given,
+        )
     with nullcontext(record) if isinstance(record, xr.Dataset) else open_record(record) as opened:
         write_page(lambda: record_page(opened), html_path, units, figures)
 
