@@ -1,18 +1,13 @@
 """`rotorsim identify`: from files to a model, and messages for bad data."""
 
-import importlib.util
 import json
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import identification as idn
-
-_spec = importlib.util.spec_from_file_location("model3", Path(__file__).parent.parent / "identification" / "model3.py")
-model3 = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(model3)
+import model3
 
 
 @pytest.fixture
