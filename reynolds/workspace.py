@@ -98,10 +98,6 @@ class FilmModel:
         """Smooth stretches (n, STRETCH) round the sleeve."""
         return stretches(self.sleeve, self.grid, self.clearance)
 
-    def footprints(self) -> list[Footprint]:
-        """Every injector on the grid."""
-        return [footprint(self.grid, injector) for injector in self.injectors]
-
     def build(self) -> tuple[Layout, np.ndarray, np.ndarray]:
         """Layout, the workspace (float64) with constants filled in, and the index array (int64)."""
         return build_films([self])
@@ -196,7 +192,7 @@ def build_films(films: Sequence[FilmModel]) -> tuple[Layout, np.ndarray, np.ndar
     laws = {f.law for f in films if f.injectors}
     if len(laws) > 1:
         raise FilmError("injectors: all must have the same law")
-    prints = [film.footprints() for film in films]
+    prints = [[footprint(film.grid, injector) for injector in film.injectors] for film in films]
     count = max(len(p) for p in prints)
     sources = _largest([[len(one.source) for one in p] for p in prints], count)
     readers = _largest([[len(one.reader) for one in p] for p in prints], count)
@@ -245,4 +241,4 @@ def nodal_pressure(model: FilmModel, layout: Layout, w: np.ndarray) -> np.ndarra
 def interval_pressure(model: FilmModel, layout: Layout, w: np.ndarray) -> np.ndarray:
     """Pressure (n_theta, n_z): mean of the two nodes that bound each interval in z."""
     nodes = nodal_pressure(model, layout, w)
-    return 0.5 * (nodes[:, 1:] + nodes[:, :-1])
+    return np.asarray(0.5 * (nodes[:, 1:] + nodes[:, :-1]))

@@ -61,12 +61,7 @@ TIMED_OUT = (-signal.SIGXCPU, -signal.SIGKILL) if os.name == "posix" else ()
 class DiskFile(io.RawIOBase):
     """File object for libhdf5 that never fails: after the disk's first `error` its writes stay in memory.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    mode : str
-        "x" makes it, "r+" changes one.
+    The mode "x" makes the file, "r+" changes one.
     """
 
     def __init__(self, path: Path, mode: str = "x") -> None:
@@ -186,14 +181,9 @@ def _write(disk: Any, data: Any) -> None:
 def write_netcdf(path: str | Path, dataset: xr.Dataset) -> None:
     """Write a dataset as netCDF-4 in one step.
 
-    Ctrl-C waits until then: in a callback from libhdf5 it would leave a file there that cannot be closed.
-
-    Raises
-    ------
-    WriteError
-        If the file cannot be written; what was at `path` stays.
-    TypeError, ValueError
-        If netCDF cannot hold part of the dataset.
+    Ctrl-C waits until then: in a callback from libhdf5 it would leave a file there that cannot be closed. Raises
+    WriteError if the file cannot be written (what was at `path` stays), TypeError or ValueError if netCDF cannot hold
+    part of the dataset.
     """
     with Interrupt() as interrupt, replacing(path) as part, DiskFile(part) as file:
         dataset.to_netcdf(file, engine="h5netcdf")
@@ -210,18 +200,9 @@ _sound: dict[Path, tuple[int, ...]] = {}
 
 
 def check_hdf5(path: Path) -> str | None:
-    """Read a file as a whole in a child process.
+    """Fault of an HDF5 or netCDF-4 file, read as a whole in a child process, as the predicate of a sentence; or None.
 
-    Parameters
-    ----------
-    path : Path
-        An HDF5 or netCDF-4 file.
-
-    Returns
-    -------
-    str or None
-        What is wrong with it, as the predicate of a sentence, if libhdf5 crashes on it, does not end, or takes too much
-        memory; None otherwise, also where it answers with an exception.
+    A fault is that libhdf5 crashes on it, does not end, or takes too much memory; an exception is none.
     """
     with _lock:
         if _sound.get(path.absolute()) == _stamp(path):

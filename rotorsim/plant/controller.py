@@ -79,10 +79,7 @@ def check_controller(controller: Any) -> None:
 def prepare(controller: Controller, machine: Machine, continued: bool = False) -> None:
     """Check a controller for a run, and reset it unless the run is continued.
 
-    Raises
-    ------
-    ControllerError
-        For a machine without injector pins, or with another sampling time than the controller's.
+    Raises ControllerError for a machine without injector pins, or with another sampling time than the controller's.
     """
     check_actuators(machine, name_of(controller))
     call(controller, "check_sampling", machine.sampling_time)
@@ -119,21 +116,10 @@ def ask(
     controller: Controller, measured: np.ndarray, speed: float, pressure: float, angle: float, time: float,
     acting: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
-    """Reference (2,) [V] of a controller for what was measured at `time` [s], while a reference `acting` (2,) [V] acts.
+    """Reference (2,) [V] for the disc (2,) [m], speed [rad/s], gauge pressure [Pa] and angle [rad] measured.
 
-    Parameters
-    ----------
-    controller : object
-        With a method ``step(measured, speed, pressure)``; one with a `runout` table is also given the `angle`.
-    measured : array (2,)
-        Measured disc [m].
-    speed, pressure, angle : float
-        Measured speed [rad/s], gauge pressure [Pa] and shaft angle [rad].
-
-    Raises
-    ------
-    ControllerError
-        If it gives anything but two finite numbers.
+    At `time` [s] the reference `acting` (2,) [V] acts. Only a controller with a `runout` table is given the angle.
+    Raises ControllerError for anything but two finite numbers.
     """
     call(controller, "applied", acting)
     turning = () if getattr(controller, "runout", None) is None else (float(angle),)

@@ -12,7 +12,7 @@ from rotorsim.report.run import AnalysedRun, analyse, record_section, sensed
 from rotorsim.report.theme import AXIS_COLOURS, INK, PIN_COLOURS, compact, curve, faint, style
 from rotorsim.report.units import displacement, quantity
 from rotorsim.signals import impact
-from rotorsim.signals.impact import RingDown
+from rotorsim.signals.impact import ModePair, RingDown
 from rotorsim.signals.record_blocks import need, sampling_time
 from rotorsim.signals.spectra import Transfer, peak_of, welch_transfer
 from rotorsim.signals.static_gain import Branches, HysteresisLoop, loops as loops_of, static_gain as gains_of
@@ -151,8 +151,9 @@ def ring_down_caption(run: AnalysedRun, downs: list[RingDown]) -> str:
 
 def _decay_sentence(down: RingDown) -> str:
     axis = "xy"[down.pulse.axis]
+    pair = "" if down.modes is None else _pair_sentence(down.modes)
     if down.decay is None:
-        return f"Along {axis}: {down.why}"
+        return f"Along {axis}: {down.why}{pair}"
     d = down.decay
     text = (
         f"Along {axis} the disc rings at {d.frequency:.4g} Hz with a logarithmic decrement of {d.decrement:.3g}, "
@@ -160,7 +161,16 @@ def _decay_sentence(down: RingDown) -> str:
     )
     if d.scatter > MANY_MODES:
         text += f" The extremes scatter by {100 * d.scatter:.0f} % about that decay: more than one mode rings."
-    return text
+    return text + pair
+
+
+def _pair_sentence(modes: ModePair) -> str:
+    """Both modes of the fit with two degrees of freedom."""
+    one, other = (f"{f:.4g} Hz with {zeta:.3g}" for f, zeta in zip(modes.frequency, modes.zeta, strict=True))
+    return (
+        f" Two modes fitted to x and y together: {one} and {other} of critical damping; they explain "
+        f"{100 * modes.explained:.3g} % of the energy."
+    )
 
 
 @record_section("Impact and ring-down", lambda run: impact.ring_downs(run.record, run.output), ring_down_caption)

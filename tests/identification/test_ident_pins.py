@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from model3 import TRUTH, TS, prbs
 from scipy.signal import cont2discrete
 
 import identification as idn
 from identification.local.greybox import actuator, cascade
+from model3 import TRUTH, TS, prbs
 
 pytestmark = pytest.mark.numerical
 
@@ -59,6 +59,18 @@ def test_the_actuators_that_are_identified_are_those_with_their_sensors(seen):
     assert np.subtract(lags(measured), lags(true)) == pytest.approx([LAG, LAG], rel=0.15)
     assert mapped.parameters == measured.parameters
     assert any("pin_measured" in text for text in measured.notes) and mapped.notes != measured.notes
+
+
+def test_the_ceiling_of_actuators_is_what_the_noise_of_their_readings_leaves(seen):
+    """White noise of s at rest: 1 - s / std of the signal; a fit of the true structure reaches it."""
+    record, noise = seen[2].copy(deep=True), 2e-7
+    true = record["pin"].values.copy()
+    record["pin"][:] = true + noise * np.random.default_rng(5).normal(size=true.shape)
+    found, whole = idn.identify(record, "actuator"), idn.identify(seen[2], "actuator")
+    expected = 1 - noise / record["pin"].values.std(axis=0)
+    assert found.ceiling == pytest.approx(expected, abs=0.003)
+    assert found.fit == pytest.approx(expected, abs=0.006)
+    assert whole.ceiling == pytest.approx([1.0, 1.0], abs=1e-9)
 
 
 @pytest.mark.parametrize("suffix", [".nc", ".csv", ".mat"])

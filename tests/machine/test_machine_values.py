@@ -8,10 +8,10 @@ from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
 
 HASHES = {
-    "dtu_gas_bearing": "587c83e1be2c924e",
-    "dtu_gas_bearing_b": "19ba99a1c4cfb0a9",
-    "dtu_gas_bearing_c": "d9b1cfce4658e43e",
-    "dtu_gas_bearing_d": "083bee295b3bbd41",
+    "dtu_gas_bearing": "8be2b5785ca96760",
+    "dtu_gas_bearing_b": "f0757b4538e24820",
+    "dtu_gas_bearing_c": "6d72516d360ddd28",
+    "dtu_gas_bearing_d": "355fd691dac78705",
     "plain_rotor": "1eb224d7ad7cd992",
 }
 

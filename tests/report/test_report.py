@@ -21,7 +21,8 @@ from rotorsim.base.files import WriteError
 from rotorsim.machine import machine_text
 from rotorsim.report.figure_files import figures_of, save_png
 from rotorsim.report.orbit import instants
-from rotorsim.report.record import write, write_report
+from rotorsim.report.page import write
+from rotorsim.report.record import write_report
 from rotorsim.report.run import analyse
 from rotorsim.report.theme import compact, phase_lag
 from rotorsim.signals.record_blocks import envelopes
