@@ -21,8 +21,9 @@ from rotorsim.effects.base import WHERE
 HEAD = """# Effects
 
 Every physical effect is a table `[effects.NAME]` of the machine file and one file of the package, from which this page
-is made. At the neutral values, the defaults here, an effect leaves every bit of a trajectory as it is without it. How
-to write your own: [machine files](machine_files.md#your-own-effect).
+is made. How to write your own: [machine files](machine_files.md#your-own-effect).
+
+At the neutral values, the defaults here, an effect leaves every bit of a trajectory as it is without it.
 """
 PLACES = {
     "disc": "at the first disc",

@@ -14,10 +14,10 @@ With lambda = 1 it is internal damping at one plane; of a rotor in one mode reco
 alone.
 
 The shaft keeps the gas turning, as through a gear of the ratio lambda: the torque -lambda e_z (q x F_C) of the
-damping force F_C against the gas brakes it, so that what the whirl takes up comes from the spin and nothing is lost
-but C |v - lambda Omega e_z x q|^2.
+damping force F_C against the gas brakes it.
 
-What k_0 feeds comes from the flow through the seal.
+So what the whirl takes up comes from the spin, and nothing is lost but C |v - lambda Omega e_z x q|^2. What k_0 feeds
+comes from the flow through the seal.
 
 Source: Childs (1993), Turbomachinery Rotordynamics, chapter 5. Assumes: small motion about the centre, no added mass,
 no cross damping.
