@@ -14,7 +14,7 @@ sys.path.insert(0, str(HERE))
 
 from site_pages import write_pages  # noqa: E402
 
-from rotorsim.base.version import installed  # noqa: E402
+from rotorsim.base.cache import installed  # noqa: E402
 
 project = "rotorsim"
 author = copyright = "The rotorsim authors"

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from fe_shaft import elements
 from fe_shaft.bearing import BearingElement
-from fe_shaft.checks import ShaftError
-from fe_shaft.shaft import DiskElement, PointMass, ShaftElement
+from fe_shaft.shaft import DiskElement, PointMass, ShaftElement, ShaftError
 
 Matrix = NDArray[np.float64]
 
@@ -310,3 +309,41 @@ def _stiffness(element: ShaftElement) -> Matrix:
 def _material_damping(element: ShaftElement) -> Matrix:
     stiff = (element.beta + element.eta_v) * elements.elastic_matrix(element)
     return element.alpha * elements.mass_matrix(element) + stiff
+
+
+RIGID = {
+    "x": (1.0, 0.0, 0.0, 0.0),
+    "y": (0.0, 1.0, 0.0, 0.0),
+    "tilt about y": (0.0, 0.0, 0.0, 1.0),
+    "tilt about x": (0.0, 0.0, 1.0, 0.0),
+}
+"""Rigid motions of a shaft: x, y, alpha and beta of a node at its origin."""
+
+
+def rigid_motions(rotor: AssembledRotor) -> NDArray[np.float64]:
+    """The four motions (ndof, 4) of the rigid shaft, pedestals and internal coordinates at rest; tilts over length."""
+    z = rotor.nodes_pos / rotor.nodes_pos[-1]
+    motions = np.zeros((rotor.ndof, 4))
+    for column, motion in enumerate(RIGID.values()):
+        nodes = np.tile(motion, (rotor.n_nodes, 1))
+        if column >= 2:
+            nodes[:, 2:] /= rotor.nodes_pos[-1]
+            nodes[:, 0], nodes[:, 1] = motion[3] * z, -motion[2] * z
+        motions[: 4 * rotor.n_nodes, column] = nodes.ravel()
+    return motions
+
+
+def loose_motions(rotor: AssembledRotor) -> list[str]:
+    """Names of the rigid-body motions, two shifts and two tilts, that the supports do not resist."""
+    if rotor.clamped:
+        return []
+    motions = rigid_motions(rotor)
+    resist = motions.T @ (rotor.K() - rotor.parts.K) @ motions
+    for node in rotor.pinned:
+        rows = motions[4 * node : 4 * node + 2]
+        resist += np.abs(rotor.parts.K).max() * rows.T @ rows
+    missing = 4 - int(np.linalg.matrix_rank(resist))
+    values, vectors = np.linalg.eigh((resist + resist.T) / 2)
+    size = np.abs(vectors) * np.array([1.0, 1.0, 1.001, 1.001])[:, None]  # to turn about a bearing at an end is a tilt
+    loose = [list(RIGID)[int(size[:, i].argmax())] for i in np.argsort(np.abs(values))]
+    return sorted(set(loose[:missing]))

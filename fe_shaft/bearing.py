@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fe_shaft.checks import ShaftError, grid
+from fe_shaft.shaft import ShaftError, grid
 
 _NAMES = ("kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy")
 HOLD = "hold"

@@ -1,54 +1,39 @@
-r"""Campbell diagram: natural frequencies over speed, every mode followed.
+"""Campbell diagram: natural frequencies over speed, every mode followed.
+
+The lowest modes of a large rotor are refined from those of the speed before; that none below the last one is missing is
+proven by the argument principle, else the whole problem is solved.
 
 The modes of two speeds span a subspace of displacements in which the rotor at both speeds has exactly these
 eigenvalues. There its matrices are changed from one speed to the other in as many steps as `modes.follower.through`
-takes to be certain which mode becomes which. With constant bearings only the lowest modes are computed; that none below
-the last one is missing is proven by the argument principle.
-
-The lowest modes of all speeds come at once, from a Krylov space of the inverse state matrix,
-A^-1 (q, v) = (-K^-1 (D q + M v), q), which needs K^-1 C, K^-1 G, K^-1 M once where K does not change with the speed.
-The space, started from two vectors so that it also finds double
-frequencies, holds the modes of smallest \|lambda\|; it is built for all speeds in the same few matrix products. What
-has not converged is left to the caller, who solves the whole problem there.
-
-Source: A. Ruhe, Math. Comp. 33 (1979) 680 (the band form of the Arnoldi process).
-
-Cites: ruhe_1979.
+takes to be certain which mode becomes which.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import LinAlgError, lu_factor, lu_solve
 
 from fe_shaft import modal
-from fe_shaft.assembly import AssembledRotor
-from fe_shaft.checks import ShaftError, grid
-from fe_shaft.labelled import dataset
-from fe_shaft.modes.count import missing_in
+from fe_shaft.assembly import AssembledRotor, loose_motions
+from fe_shaft.modal import dataset
 from fe_shaft.modes.follower import through
-from fe_shaft.modes.pencil import Quotient, Region
-from fe_shaft.modes.second_order import SecondOrder
-from fe_shaft.static import loose_motions
+from fe_shaft.modes.pencil import OSCILLATES, Modes, Quotient, Region, SecondOrder
+from fe_shaft.modes.spectrum import counted
+from fe_shaft.modes.subspace import SMALL, everything, refined
+from fe_shaft.shaft import ShaftError, grid
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Matrix = NDArray[np.float64]
-_SMALL = 24
-"""Degrees of freedom up to which the whole problem is solved at once."""
 _DISTINCT, _ONE = 1e-7, 1e-5
 """Singular value over the largest of shapes that add a direction; distance of eigenvalues over size that are one."""
-_DEPTHS = (20, 36)
-"""Krylov vectors beyond four for each wanted mode: tried one after the other."""
-_CONVERGED = 1e-9
-"""Residual of an eigenvalue over its size: the square of it is the error where the problem is near a symmetric one."""
-_LEAST_CONDITION = 1e-14
+_REACH, _AROUND = 1.1, 1.5
+"""Reach of the region in which modes are counted, and of those refined, over the highest mode asked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,61 +122,32 @@ def run_campbell(rotor: AssembledRotor, speeds: ArrayLike, frequencies: int | No
 
 
 def _lowest(rotor: AssembledRotor, speeds: NDArray[np.float64], count: int | None) -> list[modal.ModalResult]:
-    constant = all(bearing.constant for bearing in rotor.bearing_elements) and not rotor.parts.N.any()
-    constant = constant and not rotor.hysteretic
-    if count is None or not constant or len(rotor.free) <= _SMALL:
-        return [_whole(rotor, float(speed), count) for speed in speeds]
-    block = np.ix_(rotor.free, rotor.free)
-    parts = (rotor.parts.M, rotor.C(), rotor.parts.G, rotor.K())
-    inverse = None if loose_motions(rotor) else inverted(*(matrix[block] for matrix in parts))
-    runs: dict[int, modal.ModalResult] = {}
-    for more in _DEPTHS:
-        left = np.array([i for i in range(len(speeds)) if i not in runs], dtype=int)
-        if inverse is not None and left.size and 4 * count + more < len(rotor.free):
-            found = krylov_modes(inverse, speeds[left], 4 * count + more)
-            settled = [
-                _select(rotor, float(speeds[i]), count, *(part[k] for part in found)) for k, i in enumerate(left)
-            ]
-            runs |= {int(i): run for i, run in zip(left, settled, strict=True) if run is not None}
-    return [runs.get(i) or _whole(rotor, float(speed), count) for i, speed in enumerate(speeds)]
+    """The lowest modes at each speed, refined from those of the speed before if it is proven that none is missing."""
+    if count is None or rotor.by_whirl or 2 * len(rotor.free) <= SMALL or loose_motions(rotor):
+        return [modal.run_modal(rotor, speed).take(slice(count)) for speed in speeds.tolist()]
+    runs: list[modal.ModalResult] = []
+    known, region = None, Region(0.0, 0.0)
+    for speed in speeds.tolist():
+        pencil = SecondOrder(*modal.free_matrices(rotor, speed))
+        if known is not None:
+            known = counted(pencil, refined(pencil, known), region, known.quotient)
+        if known is None or not known.proven or region.holds(known.values).sum() < count:
+            known, region = _from_whole(pencil, count)
+        order = np.argsort(np.abs(known.values), kind="stable")
+        lowest = known.take(order[region.holds(known.values[order])][:count])
+        vectors = lowest.right[: len(pencil.M)]
+        values = modal.damped_by_work(pencil.M, pencil.D, pencil.K, lowest.values, vectors)
+        runs.append(modal.named(rotor, speed, values, vectors))
+    return runs
 
 
-def _select(
-    rotor: AssembledRotor,
-    speed: float,
-    count: int,
-    values: NDArray[np.complex128],
-    vectors: NDArray[np.complex128],
-    residual: NDArray[np.float64],
-) -> modal.ModalResult | None:
-    """The `count` lowest oscillations out of a Krylov space; None where one of them is not settled."""
-    order = np.argsort(np.abs(values), kind="stable")
-    values, vectors, residual = values[order], vectors[:, order], residual[order]
-    keep = np.flatnonzero(values.imag > 1e-6 * np.abs(values))[:count]
-    if len(keep) < count or not np.all(converged(residual[: keep[-1] + 1])):
-        return None
-    M, D, K = modal.free_matrices(rotor, speed)
-    if not _complete(SecondOrder(M, D, K), values, int(keep[-1])):
-        return None
-    values = modal.damped_by_work(M, D, K, values[keep], vectors[:, keep])
-    return modal.named(rotor, speed, values, vectors[:, keep])
-
-
-def _complete(pencil: SecondOrder, values: NDArray[np.complex128], last: int) -> bool:
-    """Whether no eigenvalue is missing up to number `last` of the found ones (k,), ascending in modulus."""
-    size = np.abs(values)
-    above = size[size > (1 + _ONE) * size[last]]
-    reach = float(size[last] * min(1.05, np.sqrt(above[0] / size[last]) if len(above) else 1.05))
-    known = values[(size < reach) & (values.imag >= 0)]
-    return missing_in(Region(reach, _ONE * reach, 1.0), Quotient(pencil, known)) == 0
-
-
-def _whole(rotor: AssembledRotor, speed: float, count: int | None) -> modal.ModalResult:
-    """The lowest modes out of the whole problem."""
-    run = modal.run_modal(rotor, speed)
-    if count is None:
-        return run
-    return run.take(slice(count))
+def _from_whole(pencil: SecondOrder, count: int) -> tuple[Modes, Region]:
+    """The lowest modes out of the whole problem, and the region that holds `count` oscillations of any damping."""
+    known = everything(pencil)
+    size = np.abs(known.values)
+    highest = float(np.sort(size[known.values.imag > OSCILLATES * size])[:count].max(initial=0.0))
+    known = known.take(size < _AROUND * highest)
+    return replace(known, quotient=Quotient(pencil, known.values)), Region(_REACH * highest, _ONE * highest, 1.0)
 
 
 def follow(rotor: AssembledRotor, runs: list[modal.ModalResult]) -> list[NDArray[np.intp]]:
@@ -276,75 +232,3 @@ def _table(rows: list[NDArray], fill: float | str) -> NDArray:
     for line, row in zip(table, rows, strict=True):
         line[: len(row)] = row
     return table
-
-
-@dataclass(frozen=True, eq=False)
-class Inverse:
-    """K^-1 M, K^-1 C, K^-1 G of scaled coordinates, the frequency [rad/s] that makes them plain numbers, the scale."""
-
-    M: Matrix
-    C: Matrix
-    G: Matrix
-    frequency: float
-    scale: Matrix
-
-
-def inverted(M: Matrix, C: Matrix, G: Matrix, K: Matrix) -> Inverse | None:
-    """Prepare; None where K is singular, as for a free rotor."""
-    scale = 1 / np.sqrt(np.diag(M))
-    M, C, G, K = (scale[:, None] * matrix * scale for matrix in (M, C, G, K))
-    try:
-        factor = lu_factor(K)
-    except (LinAlgError, ValueError):
-        return None
-    pivots = np.abs(np.diag(factor[0]))
-    if pivots.min() < _LEAST_CONDITION * pivots.max():
-        return None
-    n = len(M)
-    parts = lu_solve(factor, np.hstack([M, C, G]))
-    mass = parts[:, :n]
-    frequency = float(1 / np.sqrt(max(np.abs(np.diag(mass)).sum(), np.finfo(float).tiny)))
-    return Inverse(
-        mass * frequency**2, parts[:, n : 2 * n] * frequency, parts[:, 2 * n :] * frequency, frequency, scale
-    )
-
-
-def krylov_modes(inverse: Inverse, speeds: Matrix, depth: int) -> tuple[Matrix, Matrix, Matrix]:
-    """Eigenvalues (n_speeds, depth) [rad/s], vectors (n_speeds, n, depth) and relative residuals (n_speeds, depth)."""
-    basis, H = _arnoldi(inverse, speeds, depth)
-    theta, y = np.linalg.eig(H[:, :depth])
-    tail = np.linalg.norm(H[:, depth:] @ y, axis=1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        residual = tail / np.abs(theta)
-        values = inverse.frequency / theta
-    n = len(inverse.M)
-    vectors = inverse.scale[:, None] * (basis[:, :depth, :n].transpose(0, 2, 1) @ y)
-    return values, vectors, residual
-
-
-def converged(residual: Matrix) -> NDArray[np.bool_]:
-    """Which residuals mark an eigenvalue as found."""
-    return np.asarray(residual < _CONVERGED)
-
-
-def _arnoldi(inverse: Inverse, speeds: Matrix, depth: int) -> tuple[Matrix, Matrix]:
-    """Basis (n_speeds, depth + 2, 2n) and band Hessenberg matrix (n_speeds, depth + 2, depth)."""
-    n, count = len(inverse.M), len(speeds)
-    basis = np.zeros((count, depth + 2, 2 * n))
-    H = np.zeros((count, depth + 2, depth))
-    start = np.random.default_rng(0).standard_normal((2, 2 * n))
-    basis[:, :2] = np.linalg.qr(start.T)[0].T
-    stacked = np.hstack([inverse.C.T, inverse.G.T])
-    for j in range(depth):
-        q, v = basis[:, j, :n], basis[:, j, n:]
-        forces = q @ stacked
-        w = np.concatenate([-(forces[:, :n] + speeds[:, None] * forces[:, n:] + v @ inverse.M.T), q], axis=1)
-        known = basis[:, : j + 2]
-        for _ in range(2):  # twice is enough
-            part = np.matmul(known, w[:, :, None])
-            w = w - np.matmul(part.transpose(0, 2, 1), known)[:, 0]
-            H[:, : j + 2, j] += part[:, :, 0]
-        length = np.linalg.norm(w, axis=1)
-        H[:, j + 2, j] = length
-        basis[:, j + 2] = w / np.maximum(length, np.finfo(float).tiny)[:, None]
-    return basis, H

@@ -28,8 +28,7 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve, eig
 
 from fe_shaft.assembly import AssembledRotor
 from fe_shaft.bearing import HOLD
-from fe_shaft.checks import ShaftError
-from fe_shaft.labelled import dataset
+from fe_shaft.shaft import ShaftError
 from rotorsim.base.rounding import SPLIT_ZERO, divergence
 
 if TYPE_CHECKING:
@@ -41,6 +40,22 @@ _MATCHED = 12  # modes that are matched with what depends on the whirl frequency
 _PASSES = 50
 _STILL = 1e-3  # a node that moves less than this part of the largest motion does not count for the whirl
 _PLANAR = 1e-3  # circles whose radii differ by less than this part of their sum make a straight line
+
+Variable = tuple[tuple[str, ...], Any, str, str]
+"""Dimensions, values, unit, long name."""
+
+
+def dataset(variables: dict[str, Variable], coords: dict[str, Variable], **attrs: Any) -> xr.Dataset:
+    """A Dataset of (dimensions, values, unit, long name)."""
+    import xarray as xr
+
+    def unpack(table: dict[str, Variable]) -> dict[str, Any]:
+        return {
+            key: (dims, np.asarray(values), {"units": unit, "long_name": text})
+            for key, (dims, values, unit, text) in table.items()
+        }
+
+    return xr.Dataset(unpack(variables), unpack(coords), attrs)
 
 
 def half_axes(

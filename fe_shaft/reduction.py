@@ -29,9 +29,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from fe_shaft.assembly import AssembledRotor
-from fe_shaft.checks import ShaftError
-from fe_shaft.static import rigid_motions
+from fe_shaft.assembly import AssembledRotor, rigid_motions
+from fe_shaft.shaft import ShaftError
 
 Matrix = NDArray[np.float64]
 

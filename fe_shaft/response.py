@@ -1,10 +1,11 @@
-r"""Steady-state unbalance response and frequency response (receptance).
+r"""Answers of a rotor to steady forces: rest under weight, whirl under unbalance, receptance.
 
 .. math:: \left(K + i\omega (C + \Omega G) - \omega^2 M\right) \hat q = \hat f, \qquad
           \hat f_x = m e\, \Omega^2 e^{i\varphi}, \quad \hat f_y = -i \hat f_x
 
-with q = Re(q_hat exp(i omega t)); an unbalance m e turns forward, from x to y, with the shaft (omega = Omega).
-The matrix is banded once its rows are put in the order of Cuthill and McKee, so that a frequency costs microseconds.
+with q = Re(q_hat exp(i omega t)); an unbalance m e turns forward, from x to y, with the shaft (omega = Omega). At rest,
+omega = 0, this is K q = f. The matrix is banded once its rows are put in the order of Cuthill and McKee, so that a
+frequency costs microseconds.
 
 Source: Friswell et al. (2010), chapter 6.
 
@@ -23,13 +24,88 @@ from scipy.linalg import lapack
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from fe_shaft.assembly import AssembledRotor
-from fe_shaft.checks import ShaftError, grid
-from fe_shaft.labelled import dataset
-from fe_shaft.modal import half_axes
+from fe_shaft.assembly import AssembledRotor, loose_motions
+from fe_shaft.modal import dataset, half_axes
+from fe_shaft.shaft import ShaftError, grid
 
 if TYPE_CHECKING:
     import xarray as xr
+
+GRAVITY = 9.80665
+"""Standard acceleration of gravity [m/s2], along -y."""
+
+
+@dataclass(frozen=True, eq=False)
+class StaticResult:
+    """Rest position.
+
+    Attributes
+    ----------
+    displacement : ndarray (ndof,)
+        x, y [m], alpha, beta [rad] of each node.
+    bearing_forces : ndarray (n_bearings, 2)
+        Force (x, y) of each bearing ON the shaft [N], in the order of rotor.bearing_elements.
+    nodes_pos : ndarray (n_nodes,)
+        Positions of the shaft's nodes [m].
+    """
+
+    displacement: NDArray[np.float64]
+    bearing_forces: NDArray[np.float64]
+    nodes_pos: NDArray[np.float64]
+
+    def dataset(self) -> xr.Dataset:
+        """Labelled data over node and bearing."""
+        nodes = self.displacement[: 4 * len(self.nodes_pos)].reshape(-1, 4)
+        names = {"x": ("m", "displacement in x"), "y": ("m", "displacement in y"),
+                 "alpha": ("rad", "rotation about x"), "beta": ("rad", "rotation about y")}  # fmt: skip
+        values = {name: (("node",), nodes[:, i], *names[name]) for i, name in enumerate(names)}
+        force = (("bearing", "axis"), self.bearing_forces, "N", "force of the bearing on the shaft")
+        z = (("node",), self.nodes_pos, "m", "position along the shaft")
+        return dataset(values | {"bearing_force": force}, {"z": z})
+
+
+def run_static(rotor: AssembledRotor, gravity: float = GRAVITY, force: ArrayLike | None = None) -> StaticResult:
+    """Rest of `rotor` under `gravity` [m/s2] along -y and `force` (ndof,) [N, N m].
+
+    Raises
+    ------
+    ShaftError
+        If the supports leave the rotor free to move as a rigid body; the message names the motions.
+
+    Examples
+    --------
+    >>> rotor.run_static().bearing_forces[:, 1].round(1).tolist()
+    [112.8, 112.8]
+    """
+    block = np.ix_(rotor.free, rotor.free)
+    K = rotor.K()
+    if loose := loose_motions(rotor):
+        raise ShaftError(
+            f"static: {len(rotor.bearing_elements)} bearing(s) leave the shaft free to fall or tilt "
+            f"({', '.join(loose)}); support x and y at two nodes at least."
+        )
+    load = weight(rotor, gravity) + (0.0 if force is None else np.asarray(force, dtype=float))
+    q = np.zeros(rotor.ndof)
+    q[rotor.free] = np.linalg.solve(K[block], load[rotor.free])
+    return StaticResult(
+        q, np.array([_reaction(rotor, bearing, q) for bearing in rotor.bearing_elements]), rotor.nodes_pos
+    )
+
+
+def weight(rotor: AssembledRotor, gravity: float = GRAVITY) -> NDArray[np.float64]:
+    """Force (ndof,) [N, N m] of the weight of every mass, `gravity` [m/s2] along -y."""
+    down = np.where(rotor.layout.axes == 1, -gravity, 0.0)
+    down[4 * rotor.n_nodes : 4 * (rotor.n_nodes + len(rotor.layout.internal))] = 0.0
+    return np.asarray(rotor.parts.M @ down)
+
+
+def _reaction(rotor: AssembledRotor, bearing, q: NDArray[np.float64]) -> NDArray[np.float64]:  # type: ignore[no-untyped-def]
+    own = rotor.layout.place(bearing.n)
+    relative = q[own : own + 2].copy()
+    if bearing.n_link is not None:
+        other = rotor.layout.place(bearing.n_link)
+        relative -= q[other : other + 2]
+    return np.asarray(-bearing.stiffness_at(0.0) @ relative)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +147,7 @@ class ForcedResult:
 
 
 @dataclass(frozen=True, eq=False)
-class FrequencyResponse:
+class Receptance:
     """Receptance (n_out, n_in, n_freq) [m/N, rad/N, rad/(N m)] over `frequency` (n_freq,) [rad/s].
 
     `inputs` and `outputs` are the numbers of the degrees of freedom; `speed` [rad/s] is None where it is the frequency.
@@ -133,7 +209,7 @@ def run_freq_response(
     speed: float | None = None,
     inputs: Sequence[int] | None = None,
     outputs: Sequence[int] | None = None,
-) -> FrequencyResponse:
+) -> Receptance:
     """Receptance of `rotor` over `frequency` (n_freq,) [rad/s].
 
     `speed` [rad/s] is that of the shaft; without it the shaft turns at the frequency. `inputs` and `outputs` are
@@ -153,7 +229,7 @@ def run_freq_response(
     into, out = (_dofs(rotor, chosen) for chosen in (inputs, outputs))
     unit = np.eye(rotor.ndof)[:, into].astype(complex)
     solved = _solve(rotor, frequency, speed, lambda w: unit)
-    return FrequencyResponse(frequency, solved[out], into, out, speed)
+    return Receptance(frequency, solved[out], into, out, speed)
 
 
 def _dofs(rotor: AssembledRotor, chosen: Sequence[int] | None) -> NDArray[np.intp]:

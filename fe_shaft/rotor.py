@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from fe_shaft import campbell, critical, modal, response, ross, stability, static, transient
+from fe_shaft import campbell, critical, modal, response, ross, transient
 from fe_shaft.assembly import AssembledRotor
 
 
@@ -50,12 +50,12 @@ class Rotor(AssembledRotor):
     28
     """
 
-    run_static = static.run_static
+    run_static = response.run_static
     run_modal = modal.run_modal
     run_campbell = campbell.run_campbell
     run_critical_speed = critical.run_critical_speed
     run_ucs = critical.run_ucs
-    run_stability = stability.run_stability
+    run_stability = critical.run_stability
     run_unbalance_response = response.run_unbalance_response
     run_freq_response = response.run_freq_response
     run_time_response = transient.run_time_response

@@ -27,11 +27,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
 
-from fe_shaft import modal, static
+from fe_shaft import modal
 from fe_shaft.assembly import AssembledRotor
-from fe_shaft.checks import ShaftError
-from fe_shaft.labelled import dataset
-from fe_shaft.response import run_unbalance_response
+from fe_shaft.modal import dataset
+from fe_shaft.response import run_unbalance_response, weight
+from fe_shaft.shaft import ShaftError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -123,7 +123,7 @@ def run_time_response(
     t = np.atleast_1d(np.asarray(t, dtype=float))
     t, F, start = _checked(rotor, t, np.zeros((len(t), rotor.ndof)) if F is None else F, initial)
     if gravity:
-        F = F + static.weight(rotor, gravity)
+        F = F + weight(rotor, gravity)
     whirl = _whirl(rotor, speed, unbalance)
     turned = whirl * np.exp(1j * speed * t[0])
     rest = _forced(rotor, speed, F, t, start - np.concatenate([turned.real, (1j * speed * turned).real]))

@@ -24,9 +24,8 @@ from fmu.law_unit import LawUnit
 from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit, Unit, software
 from fmu.variables import UnitVariable, fmi_name
-from rotorsim.base.constants import MPA, TO_RPM
 from rotorsim.base.quantity import UNLIMITED
-from rotorsim.base.units import show
+from rotorsim.base.units import MPA, TO_RPM, show
 
 REFERENCE_FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 PAIRS = {

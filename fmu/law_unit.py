@@ -12,15 +12,18 @@ from fmu.model import Unit, fingerprint, numbers, runs
 from fmu.variables import UnitVariable
 from rotorsim.control import Law, guard
 from rotorsim.control.guard import SENTENCES
-from rotorsim.control.law_kernel import FIRST_BLOCK
+from rotorsim.control.law_kernel import FIRST_BLOCK, TURN
 
 INPUTS = ("meas.disc_x", "meas.disc_y", "meas.speed", "meas.pressure")
+ANGLE = "meas.angle"
+"""Input of a law with a runout table."""
 OUTPUTS = ("piezo.ref_x", "piezo.ref_y")
 ALARM = "law.alarm"
 CODES = "; ".join(f"{code:g}: {sentence}" for code, sentence in SENTENCES.items())
 FAULTS = ("SENSOR", "POINT", "OVERFLOW", "JUMP", "STUCK", "POINT_FAR", "RANGE", "CONNECTION", "UNSTEADY")
 LAYOUT = ("B", "C", "D", "W", "x", "new", "centre", "sums", "done", "guard", "checks", "seen", "pn", "pspeeds",
-          "ppressures", "pB", "pC", "pL", "pS", "psize", "pblock", "px", "pnew", "evidence")  # fmt: skip
+          "ppressures", "pB", "pC", "pL", "pS", "psize", "pblock", "px", "pnew", "evidence",
+          "runout", "angles")  # fmt: skip
 """Offsets of a law's layout that its C file uses."""
 KEPT = ("OUT", "BEGIN", "BAD", "BACK", "SPAN", "ALARM", "LAST", "LOST", "STEP")
 SEEN = ("SEEN", "GOOD", "SAME", "CHANGED", "AT", "COUNT", "FRESH", "AWAY", "REST", "REASON", "LENGTH", "SINCE",
@@ -73,26 +76,33 @@ class LawUnit(Unit):
         """Fingerprint of the law and its variables."""
         return fingerprint(self.law.hash, self.name, repr(self.variables))
 
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of the inputs."""
+        return INPUTS if self.law.runout is None else (*INPUTS, ANGLE)
+
     def stimuli(self, n: int, step: float) -> dict[str, np.ndarray]:
         """Inputs (n,) for a run of n steps [s]: a decaying swing of the disc while speed and pressure rise."""
         t = step * np.arange(n)
         end = max(t[-1], step)
         swing = 5e-6 * np.exp(-20 * t) * np.sin(750 * t)
-        return {
+        seen = {
             INPUTS[0]: 1e-5 + swing,
             INPUTS[1]: -8e-6 + 0.5 * np.roll(swing, 3),
             INPUTS[2]: self.speed + 300.0 * t / end,
             INPUTS[3]: self.pressure + 2e5 * t / end,
+            ANGLE: self.speed * t + 150.0 * t * t / end,
         }
+        return {name: seen[name] for name in self.inputs}
 
     def defines(self) -> dict[str, object]:
         """Sizes and offsets of the law's table and memory, and the numbers of its guard."""
         law, L = self.law, self.law.layout
         return {
-            "N_INPUTS": len(INPUTS), "N_OUT": len(OUTPUTS) + 1, "N_W": L.size, "N_RUNS": len(runs(rested(law))),
+            "N_INPUTS": len(self.inputs), "N_OUT": len(OUTPUTS) + 1, "N_W": L.size, "N_RUNS": len(runs(rested(law))),
             "N_TABLE": law.table.size, "N_AXES": law.axes.size, "N_SPEEDS": L.speeds, "N_PRESSURES": L.pressures,
             "ORDER": L.n, "BLOCK": L.block, "SETTINGS": numbers(np.array(law.settings)), "GUARDED": 1,
-            "FADE_OUT": guard.FADE, "FIRST_BLOCK": FIRST_BLOCK, **PAUSES,
+            "FADE_OUT": guard.FADE, "FIRST_BLOCK": FIRST_BLOCK, **PAUSES, "TURN": TURN.hex(),
             **{f"L_{name.upper()}": getattr(L, name) for name in LAYOUT},
             **{f"FAULT_{name}": getattr(guard, name) for name in FAULTS},
             **{f"G_{name}": getattr(guard, name) for name in KEPT},
@@ -112,10 +122,12 @@ class LawUnit(Unit):
 def law_variables(unit: LawUnit) -> Iterator[UnitVariable]:
     """Inputs as the plant's unit calls its outputs, outputs as it calls its inputs."""
     yield UnitVariable("time", "time", "Simulation time.", "s")
-    starts = (0.0, 0.0, unit.speed, unit.pressure)
-    words = ("Measured disc x.", "Measured disc y.", "Measured speed.", "Measured gauge pressure.")
-    for k, (name, doc, start) in enumerate(zip(INPUTS, words, starts, strict=True)):
-        yield UnitVariable(name, "input", doc, ("m", "m", "rad/s", "Pa")[k], k, start=start)
+    rows = (
+        ("Measured disc x.", "m", 0.0), ("Measured disc y.", "m", 0.0), ("Measured speed.", "rad/s", unit.speed),
+        ("Measured gauge pressure.", "Pa", unit.pressure), ("Measured shaft angle.", "rad", 0.0),
+    )  # fmt: skip
+    for k, (name, (doc, of, start)) in enumerate(zip(unit.inputs, rows, strict=False)):
+        yield UnitVariable(name, "input", doc, of, k, start=start)
     for k, name in enumerate(OUTPUTS):
         yield UnitVariable(name, "output", f"Reference along {'xy'[k]}.", "V", k)
     doc = f"Alarm: 0 as long as the law acts fully. {CODES}."
@@ -132,8 +144,9 @@ def answered(law: Law, inputs: dict[str, np.ndarray], per: int = 1) -> np.ndarra
     """References (n + 1, 2) [V] of the law in Python for inputs held over `per` samples each; the first is zero."""
     law = law.with_()
     rows = [np.zeros(2)]
-    for x, y, speed, pressure in zip(*(inputs[name] for name in INPUTS), strict=True):
+    names = INPUTS if law.runout is None else (*INPUTS, ANGLE)
+    for x, y, *point in zip(*(inputs[name] for name in names), strict=True):
         for _ in range(per):
-            reference = law.step((x, y), speed, pressure)
+            reference = law.step((x, y), *point)
         rows.append(reference)
     return np.array(rows)

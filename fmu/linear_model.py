@@ -24,7 +24,7 @@ from fmu.variables import UnitVariable
 from identification.local.blackbox import FullStateSpace
 from identification.local.greybox import STRUCTURES
 from identification.lpv.model import LpvModel
-from rotorsim.base.constants import RIG_SAMPLE
+from rotorsim.base.units import RIG_SAMPLE
 
 Matrices = Callable[[np.ndarray], tuple[np.ndarray, ...]]
 

@@ -21,7 +21,7 @@ from fmu.archive import check_place, workspace, write_archive
 from fmu.description import number, text
 from fmu.export import Platform, export
 from fmu.importer import ImportedUnit
-from fmu.law_unit import INPUTS, OUTPUTS, LawUnit
+from fmu.law_unit import ANGLE, INPUTS, OUTPUTS, LawUnit
 from fmu.model import PlantUnit, Unit, software
 from fmu.variables import UnitVariable, exponents, fmi_name
 from rotorsim.base.errors import DataError
@@ -34,8 +34,6 @@ SPACES = {
     "osp": "http://opensimulationplatform.com/SSP/OSPAnnotations",
 }
 PARTS = ("plant", "law")
-WIRES = tuple(("plant", "law", name) for name in INPUTS) + tuple(("law", "plant", name) for name in OUTPUTS)
-"""From, to, name on both ends."""
 DRIVEN = ("shaft.speed_ref", "injection.pressure", "disc.force_x", "disc.force_y")
 SHOWN = ("disc.x", "disc.y", *OUTPUTS)
 
@@ -61,6 +59,12 @@ def export_system(
     return write_system(plant, law, made, out)
 
 
+def wires(turning: bool) -> list[tuple[str, str, str]]:
+    """Connections: from, to, name on both ends; the shaft angle too where the law takes it."""
+    measured = (*INPUTS, ANGLE) if turning else INPUTS
+    return [("plant", "law", name) for name in measured] + [("law", "plant", name) for name in OUTPUTS]
+
+
 def check_periods(plant: PlantUnit, law: LawUnit) -> None:
     """Raise DataError unless the law runs at the plant's period."""
     if abs(law.sample / plant.sample - 1) > 1e-9:
@@ -84,13 +88,13 @@ def structure(plant: PlantUnit, law: LawUnit) -> Element:
     root = Element(_name("ssd:SystemStructureDescription"), version="1.0", name=title, generationTool=software())
     system = _below(root, "ssd:System", name="loop", description=f"{plant.description} {law.description}")
     parts = _below(system, "ssd:Elements")
-    shown = [v for v in plant.variables if v.name in (*OUTPUTS, *INPUTS, *SHOWN[:2])]
+    shown = [v for v in plant.variables if v.name in (*OUTPUTS, *law.inputs, *SHOWN[:2])]
     driven = [v for v in plant.variables if v.name in DRIVEN]
     _component(parts, "plant", shown, driven)
-    _component(parts, "law", [v for v in law.variables if v.name in INPUTS + OUTPUTS], [])
-    wires = _below(system, "ssd:Connections")
-    for start, end, name in WIRES:
-        _below(wires, "ssd:Connection", startElement=start, startConnector=name, endElement=end, endConnector=name)
+    _component(parts, "law", [v for v in law.variables if v.name in law.inputs + OUTPUTS], [])
+    below = _below(system, "ssd:Connections")
+    for start, end, name in wires(ANGLE in law.inputs):
+        _below(below, "ssd:Connection", startElement=start, startConnector=name, endElement=end, endConnector=name)
     below, used = _below(root, "ssd:Units"), {v.unit for v in (*shown, *driven, *law.variables) if v.store != "time"}
     for unit in sorted(used - {"1"}):
         entry = _below(below, "ssc:Unit", name=fmi_name(unit))
@@ -162,7 +166,7 @@ class CoupledUnits:
         step = float(self.units["plant"].description.defaultExperiment.stepSize)
         rows, n = [], len(next(iter(inputs.values())))
         for k in range(n + 1):
-            for start, end, name in WIRES:
+            for start, end, name in wires(ANGLE in self.units["law"].variables):
                 both[end].set({name: both[start].get([name])[0]})
             rows.append([both[owner[name]].get([name])[0] for name in outputs])
             if k < n:

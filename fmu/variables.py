@@ -22,16 +22,14 @@ from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
 from identification.records.schema import warm_bodies
-from rotorsim.base.constants import TO_RPM
 from rotorsim.base.quantity import UNLIMITED, Quantity, quantities, quantity_of
-from rotorsim.base.units import TABLE, dimension
+from rotorsim.base.units import TABLE, TO_RPM, dimension
 from rotorsim.effects import Effect
 from rotorsim.effects.base import WHERE
 from rotorsim.machine.gas_film import Actuators, Gas, PinnedInjector
 from rotorsim.machine.limits import speed_limit
 from rotorsim.machine.part import Part
-from rotorsim.machine.probes import reading_unit
-from rotorsim.machine.rotor import Drive
+from rotorsim.machine.rotor import Drive, reading_unit
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.kernels.layout import COLUMNS, FILM_COLUMNS
@@ -169,9 +167,11 @@ def _outputs(a: Assembly) -> Iterator[UnitVariable]:
     rows += [
         (f"meas.disc_{x}", "m", at[f"disc_measured_{x}"], f"What the displacement sensor {x} reads.") for x in "xy"
     ]
+    for k in range(n if a.rig.n_pin_sensor else 0):
+        rows.append((f"meas.pin_{k + 1}", "m", own + n + k, f"Travel of pin {k + 1} as its sensor reads it."))
     for k, probe in enumerate(a.machine.probes):
-        seen = probe.quantity.replace("_", " ")
-        rows.append((f"meas.probe_{probe.name}", reading_unit(probe), own + n + k, f"Reading of a probe: {seen}."))
+        seen, place = probe.quantity.replace("_", " "), own + a.rig.n_pin_columns + k
+        rows.append((f"meas.probe_{probe.name}", reading_unit(probe), place, f"Reading of a probe: {seen}."))
     rows.append(("meas.angle", "rad", at["angle_measured"], "Shaft angle as the encoder reads it."))
     rows.append(("meas.speed", "rad/s", at["speed_measured"], "Speed as estimated from the encoder."))
     if fed:
@@ -187,7 +187,7 @@ def _outputs(a: Assembly) -> Iterator[UnitVariable]:
 
 def _each_film(a: Assembly) -> Iterator[tuple[str, str, int, str]]:
     """Outputs of each of several films that those of the first and of all do not hold, and the temperatures."""
-    column = len(COLUMNS) + a.rig.n_pin + a.rig.n_probe
+    column = len(COLUMNS) + a.rig.n_pin_columns + a.rig.n_probe
     for k, name in enumerate(a.machine.film_names if len(a.films) > 1 else (), 1):
         for i, axis in enumerate("xy" if k > 1 else ""):
             yield f"bearing_{k}.{axis}", "m", column + i, f"Displacement of the journal in '{name}' along {axis}."

@@ -4,5 +4,5 @@ from .bearing import (
     March as March,
     SteadyFilm as SteadyFilm,
 )
-from .errors import FilmError as FilmError
+from .grid import FilmError as FilmError
 from .injector import Injector as Injector

@@ -10,15 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reynolds import kernels
-from reynolds.errors import FilmError
-from reynolds.grid import FilmGrid, Layout, cells
+from reynolds.grid import FilmError, FilmGrid, Layout, cells
 from reynolds.injector import Injector
 from reynolds.perturbation import common_kernels, dynamic_stiffness, linear_film
 from reynolds.sleeve import PLAIN, Sleeve
-from reynolds.steady import settle_film
-from reynolds.transient import GAMMA, MID, STAGE
-from reynolds.workspace import FilmGas, FilmModel
-from rotorsim.base.constants import TO_UM
+from reynolds.transient import GAMMA, MID, STAGE, settle_film
+from reynolds.workspace import FilmGas, FilmModel, interval_pressure
+from rotorsim.base.units import TO_UM
 
 Array = NDArray[np.float64]
 
@@ -195,7 +193,7 @@ class GasBearing:
         done = kernels.march_film(w, ix, F, layout, speed, dt, tolerance, positions, forces, flows)
         if done < 0:
             raise FilmError(f"film: no convergence with dt = {dt} s; take a smaller step")
-        return March(times[2::2], forces, self._pressure(w), _mass_defect(flows, self.model, dt))
+        return March(times[2::2], forces, interval_pressure(self.model, layout, w), _mass_defect(flows, self.model, dt))
 
     def _solve(
         self, journal: ArrayLike, speed: float, supply_pressure: float, pins: ArrayLike | None
@@ -226,15 +224,12 @@ class GasBearing:
         _apart(kernels.least_gap(w, F, layout))
         return w, F, converged
 
-    def _pressure(self, w: Array) -> Array:
-        return interval_pressure(self.model, self._built[0], w)
-
     def _result(self, w: Array, F: Any, speed: float, converged: bool) -> SteadyFilm:
         layout, model = self._built[0], self.model
         n = layout.n_inj
         escaping = _edge_flow(model, layout, w)
         return SteadyFilm(
-            pressure=self._pressure(w),
+            pressure=interval_pressure(model, layout, w),
             theta=model.grid.theta,
             z=model.grid.z,
             force=w[layout.force : layout.force + 2].copy(),
@@ -251,22 +246,11 @@ class GasBearing:
 def _apart(gap: float) -> None:
     """Raise FilmError where the journal touches the sleeve: a gap [m] that is not positive."""
     if not gap > 0:
-        raise FilmError(f"film: h_min = {gap * TO_UM:.3g} um: the journal touches the sleeve; move it inwards")
-
-
-def nodal_pressure(model: FilmModel, layout: Layout, w: Array) -> Array:
-    """Pressure (n_theta, n_z + 1) at the nodes over the full length, edges included."""
-    p = w[layout.p + cells(layout)]
-    edge = np.full((layout.n_theta, 1), model.gas.ambient_pressure)
-    if model.grid.half:
-        return np.hstack([edge, p[:, :0:-1], p, edge])
-    return np.hstack([edge, p, edge])
-
-
-def interval_pressure(model: FilmModel, layout: Layout, w: Array) -> Array:
-    """Pressure (n_theta, n_z): mean of the two nodes that bound each interval in z."""
-    nodes = nodal_pressure(model, layout, w)
-    return 0.5 * (nodes[:, 1:] + nodes[:, :-1])
+        raise FilmError(
+            f"film: h_min = {gap * TO_UM:.3g} um: the journal touches the sleeve; move it inwards",
+            argument="journal",
+            value=gap,
+        )
 
 
 def _edge_flow(model: FilmModel, layout: Layout, w: Array) -> float:

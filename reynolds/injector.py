@@ -29,8 +29,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from reynolds.errors import FilmError
-from reynolds.grid import NOZZLE_TERMS, FilmGrid
+from reynolds.grid import NOZZLE_TERMS, FilmError, FilmGrid
 from reynolds.jit import inlined
 
 LINEAR_ABOVE = 0.995

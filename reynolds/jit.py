@@ -75,7 +75,7 @@ def inlined(function: Callable[..., Any]) -> BuildingBlock:
 
 
 def view(function: Callable[..., Any]) -> BuildingBlock:
-    """A part of an array as one expression, which `specialise` writes where it is called.
+    """A part of an array as one expression, which a generated module has where it is called.
 
     A kernel that manages no memory can use such a part, but not return it.
     """
@@ -126,8 +126,7 @@ def kernel(function: Callable[..., Any], compiler: type[KernelCompiler] | None =
     import numba
     from numba.core import config
 
-    from reynolds.compiler import KernelCompiler, compiling
-    from reynolds.kernel_cache import KernelCache
+    from reynolds.compiler import KernelCache, KernelCompiler, compiling
 
     if config.DISABLE_JIT:
         return function
@@ -147,8 +146,9 @@ def cache_folder(sources: Iterable[Path]) -> Path:
 
 
 def cache_digest(sources: Iterable[Path]) -> str:
-    """Hash of sources, this Python and this numba."""
+    """Hash of sources, each with its name and length, of this Python and this numba."""
     digest = hashlib.sha256(f"{sys.version}{importlib.metadata.version('numba')}".encode())
     for source in sorted(sources):
-        digest.update(source.read_bytes())
+        content = source.read_bytes()
+        digest.update(f"{source.name} {len(content)}\0".encode() + content)
     return digest.hexdigest()[:16]

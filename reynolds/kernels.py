@@ -6,9 +6,8 @@ from reynolds.film import HALVINGS, closest_places, force, smallest_gap
 from reynolds.grid import PLACE
 from reynolds.jit import kernel
 from reynolds.newton import NOT_CONVERGED, STALE_FACTORS, newton, refresh
-from reynolds.steady import begin_pseudo_step
 from reynolds.texture import friction_torque as torque
-from reynolds.transient import STAGE, end_stage, predict, stage_rhs, start
+from reynolds.transient import STAGE, begin_pseudo_step, end_stage, predict, stage_rhs, start
 
 
 @kernel
@@ -38,7 +37,7 @@ def stage_solve(w, ix, F, L, U, iadt, tolerance, fresh):
 
 @kernel
 def pseudo_step(w, ix, F, L, U, iadt, tolerance, damping):
-    """One step of `steady.settle_film`; the force is left in w[force]."""
+    """One step of `transient.settle_film`; the force is left in w[force]."""
     begin_pseudo_step(w, F, L, iadt, damping)
     status = stage_solve(w, ix, F, L, U, iadt, tolerance, True)
     force(w, L)

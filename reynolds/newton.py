@@ -20,9 +20,9 @@ import math
 
 from numpy import float32
 
-from reynolds.differences import gap_derivative, numerical_jacobian
+from reynolds.differences import gap_derivative, gap_jacobian, numerical_jacobian
 from reynolds.film import force_of, thickness_slope, wrap
-from reynolds.jit import inlined
+from reynolds.jit import inlined, kernel
 from reynolds.lanes import add_columns, dot, two_dots, wide_vectors
 from reynolds.residual import CAREFUL, injected_derivative, jacobian, residual, thickness_derivative
 from reynolds.ring import close_ring, factor, keep_spike, open_solve, spike_rhs
@@ -106,6 +106,24 @@ def journal_derivative(w, ix, F, L, U, iadt, axis, gain, column):
     else:
         thickness_derivative(w, F, L, U, iadt, column)
     injected_derivative(w, ix, F, L, gain, column)
+
+
+@kernel
+def linear_terms(w, ix, F, L, U):
+    """Jacobian without storage at the present state, and thickness derivatives after X and Y in borders 0 and 1."""
+    residual(w, ix, F, L, U, 0.0)
+    thickness_slope(w, F, L)
+    cell_jacobian(w, F, L, U, 0.0)
+    for axis in range(2):
+        journal_derivative(w, ix, F, L, U, 0.0, axis, L.film_h, L.border + axis * L.length)
+    residual(w, ix, F, L, U, 0.0)
+
+
+@kernel
+def gap_terms(w, F, L, U):
+    """Derivatives of the cells' residual without storage after the gap at every node, where `linear_terms` has those
+    after q."""
+    gap_jacobian(w, F, L, U, 0.0)
 
 
 @inlined

@@ -22,8 +22,8 @@ from scipy import sparse
 from scipy.linalg import block_diag
 from scipy.sparse.linalg import splu
 
-from reynolds import linear_terms
 from reynolds.grid import Layout, cells
+from reynolds.newton import gap_terms, linear_terms
 from reynolds.workspace import FilmModel
 
 CORNERS = (("south_west", 1, 1), ("south_east", -1, 1), ("north_west", 1, -1), ("north_east", -1, -1))
@@ -53,7 +53,7 @@ def dynamic_stiffness(film: LinearFilm, omega: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Kernels:
-    """`reynolds.linear_terms` for a layout: the functions for all layouts, or those compiled for this one."""
+    """`linear_terms` and `gap_terms` for a layout: the functions for all layouts, or those compiled for this one."""
 
     terms: Callable[..., None]
     gap: Callable[..., None]
@@ -61,14 +61,7 @@ class Kernels:
 
 def common_kernels(layout: Layout) -> Kernels:
     """Kernels that take the sizes of the film as an argument."""
-
-    def terms(w: np.ndarray, ix: np.ndarray, F: Any, U: float) -> None:
-        linear_terms.linear_terms(w, ix, F, layout, U)
-
-    def gap(w: np.ndarray, F: Any, U: float) -> None:
-        linear_terms.gap_terms(w, F, layout, U)
-
-    return Kernels(terms, gap)
+    return Kernels(lambda w, ix, F, U: linear_terms(w, ix, F, layout, U), lambda w, F, U: gap_terms(w, F, layout, U))
 
 
 def linear_film(
@@ -104,7 +97,7 @@ def linear_film(
     )
     read = 0.5 / film(layout.p)
     F_y = np.hstack([np.stack([read * film(layout.force_x), read * film(layout.force_y)]), np.zeros((2, ni))])
-    linear = LinearFilm(S, J, S_X, J_X, _inputs(model, layout, w, n), F_y)
+    linear = LinearFilm(S, J, S_X, J_X, _inputs(layout, w, n), F_y)
     opening = area * film(layout.p) * film(layout.slope)
     if layout.foil:
         linear = _on_foil(linear, opening, layout, w, F, speed * model.grid.radius, kernels)
@@ -218,22 +211,14 @@ def _injector_rows(layout: Layout, w: np.ndarray, ix: np.ndarray, F: Any, index:
     return ring + sparse.coo_matrix((values, (rows, cols)), shape=ring.shape).tocsc()
 
 
-def _inputs(model: FilmModel, layout: Layout, w: np.ndarray, n: int) -> np.ndarray:
+def _inputs(layout: Layout, w: np.ndarray, n: int) -> np.ndarray:
     """Derivative of the plenum rows after each pin's conductance and after the supply pressure."""
     ni = layout.n_inj
     J_u = np.zeros((n + ni, ni + 1))
     for k in range(ni):
         conductance, flow = w[layout.pin_conductance + k], w[layout.pin_flow + k]
         J_u[n + k, k] = -flow / conductance
-        J_u[n + k, ni] = -_supply_slope(model, w, layout, k)
+        # Euler's theorem: the flow is homogeneous in both pressures, of degree 1 (orifice) or 2 (laminar)
+        plenum, supply = w[layout.plenum + k], w[layout.supply + k]
+        J_u[n + k, ni] = -((1 + layout.law) * flow - plenum * w[layout.pin_p + k]) / supply
     return J_u
-
-
-def _supply_slope(model: FilmModel, w: np.ndarray, layout: Layout, k: int) -> float:
-    """Derivative of a pin's flow after the supply pressure: the flow is homogeneous in both pressures.
-
-    Of degree 1 for the orifice and 2 for the laminar form (Euler's theorem).
-    """
-    degree = 1 + layout.law
-    flow, plenum, supply = w[layout.pin_flow + k], w[layout.plenum + k], w[layout.supply + k]
-    return float((degree * flow - plenum * w[layout.pin_p + k]) / supply)

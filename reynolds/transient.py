@@ -1,7 +1,8 @@
-r"""TR-BDF2 time integration of film and plena: trapezoidal stage to gamma dt, BDF2 stage to dt.
+r"""Steps of film and plena: TR-BDF2 in time, and in a pseudo-time to the steady state.
 
-With gamma = 2 - sqrt 2 both stages have the same matrix, storage / (a dt) with a = gamma/2, and the method is second
-order, one-step and L-stable (Bank et al. 1985; Hosea & Shampine 1996). Both stages act on the stored mass m = p h,
+A step in time has a trapezoidal stage to gamma dt and a BDF2 stage to dt. With gamma = 2 - sqrt 2 both have the same
+matrix, storage / (a dt) with a = gamma/2, and the method is second order, one-step and L-stable (Bank et al. 1985;
+Hosea & Shampine 1996). Both stages act on the stored mass m = p h,
 
 .. math:: m_\gamma = m_n + a\,\Delta t\,(\dot m_n + \dot m_\gamma), \qquad
           m_{n+1} = \frac{m_\gamma - (1-\gamma)^2 m_n}{\gamma(2-\gamma)} + a\,\Delta t\,\dot m_{n+1},
@@ -9,14 +10,23 @@ order, one-step and L-stable (Bank et al. 1985; Hosea & Shampine 1996). Both sta
 so that mass is conserved. The rate at the start of a step is the one the last step ended with. Starting values are
 polynomials through the last steps.
 
-Cites: bank_1985, hosea_1996.
+A steady film, and the equilibrium of a journal, come by pseudo-transient continuation (Kelley & Keyes 1998): implicit
+Euler steps in a pseudo-time that grows as the solution settles lead from ambient pressure to the basin of Newton's
+method, whatever the eccentricity; a last Newton solve without storage sharpens the answer to round-off. The journal
+obeys  A X - B F = b  with a damper d X' while it moves (a journal held in place has B = 0).
+
+Cites: bank_1985, hosea_1996, kelley_1998.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+
+import numpy as np
 
 from reynolds.film import stored, thickness
+from reynolds.grid import Layout
 from reynolds.jit import inlined
 
 GAMMA = 2.0 - math.sqrt(2.0)
@@ -155,3 +165,51 @@ def take_back(w, L):
         w[L.p + k] = w[L.p_1 + k]
     for i in range(L.n_inj):
         w[L.plenum + i] = w[L.plenum_1 + i]
+
+
+FIRST_STEP, LAST_STEP, GROWTH, RETREAT = 2e-5, 1e3, 4.0, 0.2
+ROUGH, SHARP = 1e-4, 1e-11
+MOST_STEPS = 200
+
+
+@inlined
+def begin_pseudo_film(w, F, L):
+    """Right-hand sides of an implicit Euler step of the film from the present state."""
+    thickness(w, F, L)
+    for k in range(L.length):
+        w[L.m_rhs + k] = stored(w, L, k)
+        if L.foil == 1:
+            w[L.bend_rhs + k] = w[L.bend + k]
+    for i in range(L.n_inj):
+        w[L.plenum_rhs + i] = w[L.plenum + i]
+
+
+@inlined
+def begin_pseudo_step(w, F, L, iadt, damping):
+    """Those of film and journal for a step of 1/iadt; iadt = 0 is the steady equation."""
+    begin_pseudo_film(w, F, L)
+    for e in range(4):
+        w[L.journal_a + e] = w[L.static_a + e]
+    for a in range(2):
+        w[L.journal_a + 3 * a] += damping * iadt
+        w[L.journal_rhs + a] = w[L.static_rhs + a] + damping * iadt * w[L.journal + a]
+
+
+def settle_film(w: np.ndarray, layout: Layout, pseudo_step: Callable[[float, float], int]) -> bool:
+    """Bring the workspace w to the steady state; `pseudo_step(iadt, tolerance)` solves one step and returns its status.
+
+    Returns whether the steady equations were solved to `SHARP`. The force is left in w[force].
+    """
+    step = FIRST_STEP
+    places = ((layout.p, layout.length), (layout.plenum, layout.n_inj), (layout.journal, 2))
+    state = np.concatenate([np.arange(a, a + n) for a, n in places])
+    for _ in range(MOST_STEPS):
+        before = w[state]
+        if pseudo_step(1.0 / step, ROUGH) > 0:
+            step *= GROWTH
+        else:
+            w[state] = before
+            step *= RETREAT
+        if step >= LAST_STEP:
+            return pseudo_step(0.0, SHARP) > 0
+    return False

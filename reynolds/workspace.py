@@ -8,8 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from reynolds.errors import FilmError
-from reynolds.grid import FilmGrid, Layout, Texture, cells, fill, make_layout
+from reynolds.grid import FilmError, FilmGrid, Layout, Texture, cells, fill, make_layout
 from reynolds.injector import LAWS, Footprint, Injector, footprint, nozzle_coefficients
 from reynolds.sleeve import PLAIN, Sleeve, fill_texture, stretches
 
@@ -65,7 +64,10 @@ class FilmModel:
         if self.grid.half and not self.sleeve.symmetric:
             raise FilmError("grooves: a spiral is not symmetric about the midplane; use symmetric=False")
         if self.injectors and self.sleeve.closed:
-            raise FilmError("injectors: a film with a foil or with grooves takes none; remove the ones or the others")
+            raise FilmError(
+                "injectors: a film with a foil or with grooves takes none; remove the ones or the others",
+                argument="injectors",
+            )
         if self.grid.half and any(injector.offset != 0 for injector in self.injectors):
             raise FilmError("injectors: one is off the midplane, so the film is not symmetric; use symmetric=False")
 
@@ -95,10 +97,6 @@ class FilmModel:
     def stretches(self) -> np.ndarray:
         """Smooth stretches (n, STRETCH) round the sleeve."""
         return stretches(self.sleeve, self.grid, self.clearance)
-
-    def footprints(self) -> list[Footprint]:
-        """Every injector on the grid."""
-        return [footprint(self.grid, injector) for injector in self.injectors]
 
     def build(self) -> tuple[Layout, np.ndarray, np.ndarray]:
         """Layout, the workspace (float64) with constants filled in, and the index array (int64)."""
@@ -194,7 +192,7 @@ def build_films(films: Sequence[FilmModel]) -> tuple[Layout, np.ndarray, np.ndar
     laws = {f.law for f in films if f.injectors}
     if len(laws) > 1:
         raise FilmError("injectors: all must have the same law")
-    prints = [film.footprints() for film in films]
+    prints = [[footprint(film.grid, injector) for injector in film.injectors] for film in films]
     count = max(len(p) for p in prints)
     sources = _largest([[len(one.source) for one in p] for p in prints], count)
     readers = _largest([[len(one.reader) for one in p] for p in prints], count)
@@ -229,3 +227,18 @@ def _largest(sizes: Sequence[Sequence[int]], count: int) -> list[int]:
         return list(sizes[0])
     largest = max(map(sum, sizes))
     return [largest, *[0] * (count - 1)] if count else []
+
+
+def nodal_pressure(model: FilmModel, layout: Layout, w: np.ndarray) -> np.ndarray:
+    """Pressure (n_theta, n_z + 1) at the nodes over the full length, edges included."""
+    p = w[layout.p + cells(layout)]
+    edge = np.full((layout.n_theta, 1), model.gas.ambient_pressure)
+    if model.grid.half:
+        return np.hstack([edge, p[:, :0:-1], p, edge])
+    return np.hstack([edge, p, edge])
+
+
+def interval_pressure(model: FilmModel, layout: Layout, w: np.ndarray) -> np.ndarray:
+    """Pressure (n_theta, n_z): mean of the two nodes that bound each interval in z."""
+    nodes = nodal_pressure(model, layout, w)
+    return np.asarray(0.5 * (nodes[:, 1:] + nodes[:, :-1]))

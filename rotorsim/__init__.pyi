@@ -29,8 +29,8 @@ from . import (
     study as study,
     verify as verify,
 )
+from .base.cache import __version__ as __version__
 from .base.errors import RotorsimError as RotorsimError
-from .base.version import __version__ as __version__
 from .control import Law as Law, design as design, load_law as load_law
 from .discrepancy import Diagnosis as Diagnosis, diagnose as diagnose, hide as hide
 from .experiments import record as record, run as run

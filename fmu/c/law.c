@@ -58,15 +58,15 @@ static void refresh_predictors(double *w, const double in[N_INPUTS]) {
                 L_PPRESSURES, speed, pressure);
 }
 
-/* Alarm code of a sample with finite numbers (0) or not. */
-static double check(double *w, double fault, const double in[N_INPUTS]) {
+/* Alarm code of a sample with finite numbers (0) or not; `in`: what was measured less the runout. */
+static double check(double *w, double fault, const double measured[N_INPUTS], const double in[N_INPUTS]) {
     if (fault != 0.0) {
         w[L_SEEN + M_FRESH] = w[L_EVIDENCE] = 0.0;
         if (fault == FAULT_POINT) w[L_SEEN + M_KNOWN] = w[L_SEEN + M_KNOWN + 1] = 0.0;
         return fault;
     }
     if (L_PN > 0 && fmod(w[L_SEEN + M_COUNT], REFRESHED) == 0.0) refresh_predictors(w, in);
-    return implausible(w, in, w[L_DONE] >= settings[START] + settings[AVERAGE]);
+    return implausible(w, measured, in, w[L_DONE] >= settings[START] + settings[AVERAGE]);
 }
 #endif
 
@@ -105,10 +105,14 @@ static void answer(double *w, const double in[N_INPUTS], double out[2]) {
     out[1] = clip(fade * v1, settings[LIMIT]);
 }
 
-/* Alarm code for what a law is given; speed and pressure count where it is scheduled over them. */
+/* Alarm code for what a law is given; speed and pressure count where it is scheduled over them, the shaft angle where
+   it has a runout table. */
 static double fault_in(const double in[N_INPUTS]) {
     if (!(fabs(in[0]) < FARTHEST && fabs(in[1]) < FARTHEST)) return FAULT_SENSOR;
     if ((N_SPEEDS > 1 && !isfinite(in[2])) || (N_PRESSURES > 1 && !isfinite(in[3]))) return FAULT_POINT;
+#if L_ANGLES > 0
+    if (!isfinite(in[4])) return FAULT_POINT;
+#endif
     return 0.0;
 }
 
@@ -177,11 +181,27 @@ static void resume(double *g, double out[2]) {
     memcpy(g + G_OUT, out, 2 * sizeof *g);
 }
 
+#if L_ANGLES > 0
+/* Runout [m] of a sensor at a shaft angle [rad]. */
+static double runout_at(int axis, double angle) {
+    const double *runout = law_table + L_RUNOUT;
+    double turns = angle / TURN, place = (turns - floor(turns)) * L_ANGLES;
+    int k = (int)place, low = k % L_ANGLES, high = (k + 1) % L_ANGLES;
+    double share = place - k;
+    return (1.0 - share) * runout[2 * low + axis] + share * runout[2 * high + axis];
+}
+#endif
+
 /* One sample; bad ones are held out of the law's states, see rotorsim.control.guard. */
-static void step(double *w, const double in[N_INPUTS], double out[N_OUT]) {
-    double fault = fault_in(in);
+static void step(double *w, const double measured[N_INPUTS], double out[N_OUT]) {
+    double fault = fault_in(measured), in[N_INPUTS];
+    memcpy(in, measured, sizeof in);
+#if L_ANGLES > 0
+    if (fault == 0.0)
+        for (int k = 0; k < 2; k++) in[k] -= runout_at(k, in[4]);
+#endif
 #if L_CHECKS >= 0
-    fault = check(w, fault, in);
+    fault = check(w, fault, measured, in);
 #endif
     if (fault == 0.0) {
         if (w[L_GUARD + G_BAD] > 0.0) fade_states(w);

@@ -120,11 +120,10 @@ static void predict(double *w, double x, double y, bool acting) {
 #endif
 
 /* Fault of a finite displacement, or 0. */
-static double displacement(double *w, double x, double y, bool centred) {
+static double displacement(double *w, const double measured[N_INPUTS], double x, double y, bool centred) {
     const double *limits = law_table + L_CHECKS;
     double *m = w + L_SEEN;
-    count_repeats(m, 0, x);
-    count_repeats(m, 1, y);
+    for (int k = 0; k < 2; k++) count_repeats(m, k, measured[k]);
     m[M_COUNT] += 1.0;
     double away = larger(fabs(x - m[M_GOOD]), fabs(y - m[M_GOOD + 1]));
     bool paused = m[M_REST] > 0.0;
@@ -166,12 +165,13 @@ static double unsteady(double *w) {
     return 0.0;
 }
 
-/* Alarm code for finite samples, or 0; `centred` where the law's centre is known. */
-static double implausible(double *w, const double in[N_INPUTS], bool centred) {
+/* Alarm code for finite samples, or 0; `in`: what was measured less the runout; `centred` where the law's centre is
+   known. */
+static double implausible(double *w, const double measured[N_INPUTS], const double in[N_INPUTS], bool centred) {
     double *m = w + L_SEEN;
     bool far = lost(m, 0, law_table + L_CHECKS + T_SPEED, in[2]);
     if (lost(m, 1, law_table + L_CHECKS + T_PRESSURE, in[3])) far = true;
-    double fault = displacement(w, in[0], in[1], centred);
+    double fault = displacement(w, measured, in[0], in[1], centred);
     if (fault == 0.0 && far) fault = FAULT_POINT_FAR;
     if (fault == 0.0) {
         m[M_SINCE] += 1.0;

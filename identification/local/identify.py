@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import UnfitError
 from identification.local.closed_loop import NO_BIAS, judged, two_stage
 from identification.local.fits import (
     FREE,
@@ -26,7 +25,7 @@ from identification.local.fits import (
     two_steps,
 )
 from identification.local.greybox import DELAYED, RATED, STRUCTURES
-from identification.local.result import Identification
+from identification.local.result import Identification, noted
 from identification.local.structures import Structure
 from identification.records.checks import (
     check_loop,
@@ -40,6 +39,7 @@ from identification.records.frequency_response import FrequencyResponse
 from identification.records.prefilter import Prefilter, Signals, chosen_output, filtered, joined, without_gaps
 from identification.records.sampling import sampling_time
 from identification.records.schema import machine_of
+from rotorsim.base.errors import UnfitError
 from rotorsim.base.processes import one_thread
 
 if TYPE_CHECKING:
@@ -130,6 +130,19 @@ def _staged(one: FitSignals) -> Signals:
 
 MODELS = ("1", "2", RATED, "3", "actuator", "blackbox")
 METHODS = ("auto", "oe", "pem", "two-stage")
+PINS_READ = "pins as their sensors read them (pin_measured); lags of these sensors count to the actuators, not the film"
+
+
+def check_names(model: int | str | Structure, method: str) -> None:
+    """Raise UnfitError for a model or a method of another name."""
+    names: tuple[tuple[str, Any, tuple[str, ...]], ...] = (("model", model, MODELS), ("method", method, METHODS))
+    for argument, value, known in names:
+        if not isinstance(value, Structure) and str(value) not in known:
+            raise UnfitError(
+                f"{argument}: '{value}' is not known; choose one of {', '.join(known)}", argument=argument, value=value
+            )
+
+
 LOST = 0.25
 """Least fit of a prediction-error model, as a share of the fit that its noise allows."""
 
@@ -151,9 +164,9 @@ def identify(
     Parameters
     ----------
     ds : Dataset or sequence of Dataset
-        Record of the schema with `reference` and `disc_measured`; for models 2 and 'actuator' also `pin`. Samples that
-        are not finite and leaps of time are left out; every stretch has its own initial state, every record its own
-        offset.
+        Record of the schema with `reference` and `disc_measured`; for models 2 and 'actuator' also `pin_measured` or,
+        where there is none, `pin`: a note states it. Samples that are not finite and leaps of time are left out; every
+        stretch has its own initial state, every record its own offset.
     model : 1, 2, '2-rate', 3, 'actuator', 'blackbox' or Structure
         Structure, see `identification.local.greybox` and `identification.local.blackbox`, or one of your own.
     order : int
@@ -200,14 +213,14 @@ def identify(
         raise UnfitError("identify: a frequency response and no record; fit_frequency_response takes it")
     own = model if isinstance(model, Structure) else None
     began, kind = perf_counter(), own.name if own else str(model)
-    if (kind not in MODELS and not own) or method not in METHODS:
-        raise UnfitError(f"identify: model {model!r}, method {method!r}; choose of {', '.join(MODELS)} and {METHODS}")
+    check_names(model, method)
     kind = kind_for(kind, dead_time)  # a structure of one's own has none of the models' names
     records: list[Any] = list(ds) if isinstance(ds, (list, tuple)) else [ds]
     count = 4 * order if kind == "blackbox" else len((own or STRUCTURES[kind]).parameters)
     made = ready(records, method, steady, settings, check, count)
     signals, method = made.fit, "oe" if made.method == "two-stage" else made.method
-    if kind in ("2", RATED, "actuator") and signals.pins is None:
+    pinned = kind in ("2", RATED, "actuator")
+    if pinned and signals.pins is None:
         raise UnfitError(f"record: no pin; model {kind} needs pin positions, map them or take model 3")
     check_dead_time(dead_time, (len(signals.u) - signals.rest) * signals.Ts)
     if own:
@@ -226,6 +239,8 @@ def identify(
         found = replace(found, bias=None, warnings=(*found.warnings, NO_BIAS))
     if method == "pem":
         _check_found(found)
+    if pinned and any("pin_measured" in record for record in records):
+        found = noted(found, PINS_READ)
     known = replace(found.model, machine=machine_of(records[0]))
     return replace(found, model=known, seconds=perf_counter() - began, warnings=(*made.remarks, *found.warnings))
 

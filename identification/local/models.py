@@ -16,15 +16,27 @@ from typing import Any
 
 import numpy as np
 
-from identification.errors import ModelError
 from identification.local.simulation import respond, zero_order_hold
-from rotorsim.base.constants import TO_MPA, TO_RPM
-from rotorsim.base.control_systems import DISC, REFERENCES, matrices, reorder, state_space
 from rotorsim.base.display import Card, Shown, several
-from rotorsim.base.errors import DataError
+from rotorsim.base.errors import DataError, ModelError
 from rotorsim.base.files import write_json
-from rotorsim.base.mat import cells, check_rest, in_si, is_mat, name_rest, number, texts, write_mat
+from rotorsim.base.foreign_systems import (
+    DISC,
+    REFERENCES,
+    cells,
+    check_rest,
+    in_si,
+    is_mat,
+    matrices,
+    name_rest,
+    number,
+    reorder,
+    state_space,
+    texts,
+    write_mat,
+)
 from rotorsim.base.rounding import decays, unstable_poles
+from rotorsim.base.units import TO_MPA, TO_RPM
 
 OSCILLATING = 0.9
 """A pole pair counts as a mode below this damping ratio."""

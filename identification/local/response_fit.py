@@ -24,7 +24,6 @@ from typing import Any
 
 import numpy as np
 
-from identification.errors import ModelError, UnfitError
 from identification.local.confidence import without_nuisance
 from identification.local.greybox import RATED, STRUCTURES, response_starts
 from identification.local.least_squares import Box, GreyBox, solve
@@ -42,6 +41,7 @@ from identification.local.structures import (
     valued,
 )
 from identification.records.frequency_response import FrequencyResponse
+from rotorsim.base.errors import ModelError, UnfitError
 from rotorsim.base.rounding import unstable_poles
 
 
@@ -212,7 +212,11 @@ def fit_frequency_response(
     began = perf_counter()
     if not isinstance(model, Structure) and str(model) not in KINDS:
         pinned = ", which is found from pins to disc: such a response has none" if str(model) in ("2", RATED) else ""
-        raise UnfitError(f"fit_frequency_response: model {model!r}{pinned}; choose 1, 3 or a Structure of your own")
+        raise UnfitError(
+            f"fit_frequency_response: model {model!r}{pinned}; choose 1, 3 or a Structure of your own",
+            argument="model",
+            value=model,
+        )
     structure = model if isinstance(model, Structure) else STRUCTURES[str(model)]
     kind = structure.name if isinstance(model, Structure) else str(model)
     used = in_band(response, band, len(structure.parameters))

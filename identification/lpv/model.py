@@ -21,19 +21,17 @@ from typing import Any
 
 import numpy as np
 
-from identification.errors import ModelError, UnfitError
 from identification.local.blackbox import FullStateSpace
 from identification.local.greybox import STRUCTURES, delays, modes, static_gain
 from identification.local.models import LinearModel, plain
 from identification.local.simulation import respond
-from rotorsim.base.constants import RIG_SAMPLE, TO_MPA, TO_RPM
-from rotorsim.base.control_systems import sampling_call
 from rotorsim.base.display import Card, Shown
-from rotorsim.base.errors import DataError
+from rotorsim.base.errors import DataError, ModelError, UnfitError
 from rotorsim.base.files import write_json
+from rotorsim.base.foreign_systems import cells, is_mat, name_rest, read_mat, sampling_call, write_mat
 from rotorsim.base.input_files import instead, parse_json
-from rotorsim.base.mat import cells, is_mat, name_rest, read_mat, write_mat
 from rotorsim.base.rounding import ALIKE
+from rotorsim.base.units import RIG_SAMPLE, TO_MPA, TO_RPM
 
 ORDERS = (1, 2, 3)
 SAME = (0.5, 500.0)
@@ -78,7 +76,9 @@ def make_basis(points: np.ndarray, order: int) -> Basis:
     if len(points) < len(exponents):
         raise UnfitError(
             f"fit_lpv.order: {len(points)} points, surfaces of order {order} need {len(exponents)} or more; "
-            "add points or lower the order"
+            "add points or lower the order",
+            argument="order",
+            value=order,
         )
     low, high = points.min(axis=0), points.max(axis=0)
     basis = Basis(np.array(exponents), (low + high) / 2, np.where(moving, (high - low) / 2, 1.0))
@@ -276,7 +276,9 @@ class LpvModel(Shown):
         0.575
         """
         if not systems:
-            raise ModelError("lpv: no systems; give a control.StateSpace by (speed, pressure) of several points")
+            raise ModelError(
+                "lpv: no systems; give a control.StateSpace by (speed, pressure) of several points", argument="systems"
+            )
         models = {point: LinearModel.from_control(system, *point) for point, system in systems.items()}
         first = next(iter(models.values()))
         for (speed, pressure), one in models.items():

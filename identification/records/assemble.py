@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import ReadError
 from identification.records.columns import (
+    CLIPPED,
     FACTORS,
     FULL_SCALE,
     Column,
@@ -38,9 +38,19 @@ from identification.records.columns import (
 )
 from identification.records.mapping import ColumnEntry, Mapping
 from identification.records.sampling import nominal_rate, problems
-from identification.records.schema import AXES, PROBE_UNITS, VARIABLES, VECTORS, make_record, make_vectors, with_notes
+from identification.records.schema import (
+    AXES,
+    PINS,
+    PROBE_UNITS,
+    VARIABLES,
+    VECTORS,
+    make_record,
+    make_vectors,
+    with_notes,
+)
 from identification.records.sensors import MEAN, LabProbe, angle_by_stretches, coordinates, disc_plane, in_plane
 from rotorsim.base.display import listing, quote
+from rotorsim.base.errors import ReadError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -338,8 +348,6 @@ def _reading(table: DataTable, entry: ColumnEntry, probe: LabProbe) -> np.ndarra
     return found - probe.gap * scale_of(table, entry, "m") / volts
 
 
-CLIPPED = "clipped"
-"""Attribute with a sentence for every clipped sensor."""
 MOST = 6
 """Sentences about parts that were left out."""
 RATE = 1e-3
@@ -385,9 +393,10 @@ def _series(table: DataTable, mapping: Mapping) -> xr.Dataset:
         record.attrs["disc_position"] = seen.position
     if (limits := _clipped(table, mapping)) and table.header is None:
         record.attrs[CLIPPED] = limits
-    if "pin" in groups:
-        record = record.assign_coords(injector=sorted(map(int, groups["pin"])))
-    return record
+    numbers = {name: sorted(map(int, groups[name])) for name in PINS if name in groups}
+    if len({tuple(found) for found in numbers.values()}) > 1:
+        raise ReadError(f"pins: {numbers} are not the same injectors; map each of them in both")
+    return record.assign_coords(injector=next(iter(numbers.values()))) if numbers else record
 
 
 def _probes(table: DataTable, mapping: Mapping, names: list[str], own: dict[str, Any]) -> dict[str, Any]:
@@ -462,7 +471,7 @@ def _joined(name: str, parts: dict[str, np.ndarray], n: int) -> np.ndarray:
         return parts[""]
     if dims == ("probe",):
         return np.column_stack(list(parts.values()))
-    labels = list(AXES) if dims == ("axis",) else sorted(parts, key=_number)
+    labels = list(AXES) if dims == ("axis",) else sorted(parts, key=lambda label: _number(name, label))
     missing = [label for label in labels if label not in parts]
     if missing:
         raise ReadError(f"{name}: only {', '.join(parts)} and no {missing[0]}; name or map the other column too")
@@ -472,9 +481,9 @@ def _joined(name: str, parts: dict[str, np.ndarray], n: int) -> np.ndarray:
     return np.column_stack([parts[label] for label in labels])
 
 
-def _number(label: str) -> int:
+def _number(name: str, label: str) -> int:
     if not (label.isascii() and label.isdecimal() and 1 <= len(label) <= 4):
-        raise ReadError(f"pin: {quote(label)} is not the number of an injector; write e.g. [channels.pin.1]")
+        raise ReadError(f"{name}: {quote(label)} is not the number of an injector; write e.g. [channels.{name}.1]")
     return int(label)
 
 

@@ -20,11 +20,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identification.errors import UnfitError
 from identification.records.examination import examine
 from identification.records.prefilter import DRIFT, Signals
 from identification.records.schema import measured, measured_name
-from rotorsim.base.constants import TO_UM
+from rotorsim.base.errors import UnfitError
+from rotorsim.base.units import TO_UM
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,7 +97,8 @@ def check_signals(signals: Signals, parameters: int, name: str = "reference") ->
     for axis in range(2):
         if np.ptp(signals.u[:, axis]) < 1e-6:
             raise UnfitError(
-                f"record.{name} {'xy'[axis]}: does not move; excite both axes, independently of each other"
+                f"record.{name} {'xy'[axis]}: does not move; excite both axes, independently of each other",
+                argument=f"{name}.{'xy'[axis]}",
             )
     if lasting < SHORTEST or samples < SAMPLES * parameters:
         need = max(SHORTEST, SAMPLES * parameters * signals.Ts)
@@ -109,7 +110,9 @@ def check_signals(signals: Signals, parameters: int, name: str = "reference") ->
     alike = abs(float(np.corrcoef(signals.u.T)[0, 1]))
     if alike > 0.98:
         raise UnfitError(
-            f"record.{name}: x and y are correlated by {alike:.3f}, at most 0.98; excite them independently"
+            f"record.{name}: x and y are correlated by {alike:.3f}, at most 0.98; excite them independently",
+            argument=name,
+            value=alike,
         )
 
 

@@ -18,12 +18,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from identification.errors import SchemaError
 from identification.records.columns import clipped
 from identification.records.prefilter import without_gaps
 from identification.records.sampling import nominal_rate, problems
 from identification.records.schema import VECTORS, measured, measured_name, named_axes, notes_of, validate
-from rotorsim.base.constants import TO_RPM
+from rotorsim.base.errors import SchemaError
+from rotorsim.base.units import TO_RPM
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -219,8 +219,10 @@ USES: dict[str, tuple[tuple[str, ...], ...]] = {
 """Variables that each use needs: at least one of every group, and always time."""
 FITS = ("identification", "scheduled models")
 """Uses that leave gaps out."""
-CLIPPED = ("disc_measured", "journal", "pin", "pressure_measured")
+CLIPPED = ("disc_measured", "journal", "pin", "pin_measured", "pressure_measured")
 """Channels of sensors; commands may well rest at their limits."""
+PARTS, SWEPT = 8, 0.02
+"""Parts of a record whose mean speeds are compared, and the share by which those of a run-up differ at least."""
 _STEADY = ("speed", "speed_measured", "pressure", "pressure_measured", "reference", "contact", "disc_force")
 
 
@@ -316,8 +318,23 @@ def _series(record: xr.Dataset) -> Examination:
         use: ", ".join(" or ".join(group) for group in groups if not any(name in record for name in group))
         for use, groups in USES.items()
     }
+    uses["run-up analysis"] = uses["run-up analysis"] or ("" if _swept(record) else "a speed that rises or falls")
     rest = (tuple(found), tuple(warnings), uses, _doubts(suspected), left_out)
     return Examination("time series", time.size, rate, duration, channels, *rest)
+
+
+def _swept(record: xr.Dataset) -> bool:
+    """Whether the mean speed of some part of a record, measured or by its angle, differs from that of another."""
+    speed = measured(record, "speed")
+    angle = measured(record, "angle")
+    if speed is None and angle is not None and "time" in record.coords:
+        speed = np.gradient(angle, np.asarray(record["time"].values, float)) if angle.size > 1 else None
+    if speed is None:
+        return False
+    means = np.array(
+        [part[np.isfinite(part)].mean() for part in np.array_split(speed, PARTS) if np.isfinite(part).any()]
+    )
+    return bool(means.size) and float(np.ptp(means)) > SWEPT * float(np.abs(means).max())
 
 
 def _vectors(vectors: xr.Dataset) -> Examination:

@@ -22,10 +22,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identification.errors import SchemaError, UnfitError
 from identification.records.sampling import leaps, sampling_time, usual_step, whole_slices
 from identification.records.schema import measured, require, validate, with_notes
 from identification.records.sensors import HARMONICS, Runout, estimate_runout, fitting_count, harmonics, probe_outputs
+from rotorsim.base.errors import SchemaError, UnfitError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,8 +35,8 @@ SHORTEST = 0.1
 """Shortest stretch [s] that is kept; most of a shorter one is the decay of its initial state."""
 LEAST = 1.0
 """Shortest length [s] of a record without its gaps."""
-USED = ("reference", "reference_external", "disc_measured", "disc", "pin", "probe_measured", "angle_measured", "angle",
-        "speed_measured", "speed", "pressure_measured", "pressure")  # fmt: skip
+USED = ("reference", "reference_external", "disc_measured", "disc", "pin_measured", "pin", "probe_measured",
+        "angle_measured", "angle", "speed_measured", "speed", "pressure_measured", "pressure")  # fmt: skip
 """Channels of a fit, whose missing values are gaps."""
 ANGLES = ("angle_measured", "angle")
 ALIKE = 1e-3
@@ -412,7 +412,7 @@ def filtered(record: xr.Dataset, steady: xr.Dataset | None = None, settings: Pre
     if settings.lowpass is not None:
         u, y = (_lowpass(v, settings, Ts) for v in (u, y))
     Q = np.linalg.qr(basis)[0]
-    pins = np.asarray(record["pin"].values, float) if "pin" in record else None
+    pins = measured(record, "pin")
     return Signals(Ts, u, y, truth, pins, Q, rest, noise_of(y, Q, rest), speed, pressure, tuple(notes))
 
 

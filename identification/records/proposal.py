@@ -18,11 +18,11 @@ from typing import Any
 
 import numpy as np
 
-from identification.errors import ReadError
 from identification.records.columns import FACTORS, Column, DataTable, is_unit_of
 from identification.records.mapping import ColumnEntry, Mapping
 from identification.records.schema import AXES, VARIABLES, VECTORS
 from rotorsim.base.display import closest, listing
+from rotorsim.base.errors import ReadError
 
 _VECTOR = re.compile(rf"({'|'.join(VECTORS)})_([1-9]\d{{0,2}})X_({'|'.join(AXES)})", re.ASCII)
 _PROBE = re.compile(r"(probe_measured)_([A-Za-z]\w{0,39})", re.ASCII)
@@ -117,7 +117,7 @@ def _recognised(column: Column, table: DataTable) -> ColumnEntry:
 
 _HELP = """\
 # Mapping for {file}: take away the '#' of a section, write the channel's name, check column and unit.
-# Channels over x and y: {axis}; pin.1, pin.2 ...
+# Channels over x and y: {axis}; pin.1, pin.2 ..., pin_measured.1 ...
 # Others: {plain}
 # Run-up vectors: [speed] and [vectors.1X.x] with amplitude (unit e.g. 'um pp') and phase (a LAG; sign = -1 for a lead).
 # An entry may also have: sensitivity = "8 V/mm", scale = 2.0, sign = -1, offset = "0.1 mm".
@@ -215,7 +215,7 @@ _GUESSES: dict[str, tuple[tuple[float, str], ...]] = {
 """Unit to guess by the largest absolute value, up to each limit; of a time by its step."""
 PAIRS = ("reference", "disc_force")
 """Kinds that need both axes."""
-LABELLED = ("pin", "journal", "disc", "film_force", "probe_measured", "reference_external")
+LABELLED = ("pin", "pin_measured", "journal", "disc", "film_force", "probe_measured", "reference_external")
 """Kinds that only the schema's names give, with an axis, a number or a name."""
 GAP = (3.0, 22.0)
 """Mean [V] below 0 of a proximity probe."""

@@ -26,10 +26,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import ReadError, SchemaError
 from identification.records.columns import FACTORS, factor
 from identification.records.sampling import JITTER, WAY_OUT, sampling_time
 from rotorsim.base.display import did_you_mean
+from rotorsim.base.errors import ReadError, SchemaError
 from rotorsim.base.input_files import parse_toml
 
 if TYPE_CHECKING:
@@ -103,6 +103,7 @@ VARIABLES = {
     "reference_external": Variable(("axis",), "V", "reference voltage that was added to a controller's"),
     "disc_force": Variable(("axis",), "N", "external force on the disc"),
     "pin": Variable(("injector",), "m", "pin position"),
+    "pin_measured": Variable(("injector",), "m", "measured pin position"),
     "film_force": Variable(("axis",), "N", "film force on the journal"),
     "journals": Variable(("bearing", "axis"), "m", "displacements of the journals in all gas bearings"),
     "film_forces": Variable(("bearing", "axis"), "N", "film forces on all journals"),
@@ -114,6 +115,8 @@ VARIABLES = {
     "contact": Variable((), "1", "journal touches the sleeve"),
 }
 """Variables of a record by name."""
+PINS = tuple(name for name, known in VARIABLES.items() if known.dims == ("injector",))
+"""Variables of the pins."""
 
 
 def make_record(
@@ -143,8 +146,8 @@ def make_record(
         units = probe_units(probes or {}) if name == "probe_measured" else known.units
         variables[name] = (("time", *known.dims), value, {"units": units, "long_name": known.long_name})
     coords: dict[str, Any] = {"time": ("time", time, {"units": "s", "long_name": "time"}), "axis": list(AXES)}
-    if "pin" in values:
-        coords["injector"] = np.arange(1, values["pin"].shape[1] + 1)
+    for pins in (values[name] for name in PINS if name in values):
+        coords["injector"] = np.arange(1, pins.shape[1] + 1)
     if "journals" in values:
         coords["bearing"] = list(bearings) or [str(k + 1) for k in range(values["journals"].shape[1])]
     if "temperature_rise" in values:
@@ -362,7 +365,11 @@ def probe_angle(vectors: xr.Dataset) -> float:
     except (TypeError, ValueError):
         found = math.nan
     if not math.isfinite(found):
-        raise SchemaError(f"vectors: the attribute probe_angle is {value!r}; give the angle of the probe in rad")
+        raise SchemaError(
+            f"vectors: the attribute probe_angle is {value!r}; give the angle of the probe in rad",
+            argument="probe_angle",
+            value=value,
+        )
     return found
 
 

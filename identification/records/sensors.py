@@ -34,12 +34,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import ReadError, SchemaError, UnfitError
 from identification.records.columns import amplitude_at, quantity_at
 from identification.records.sampling import whole_slices
 from identification.records.schema import AXES, measured, require, with_notes
-from rotorsim.base.constants import TO_RPM
 from rotorsim.base.display import did_you_mean, quote
+from rotorsim.base.errors import ReadError, SchemaError, UnfitError
+from rotorsim.base.units import TO_RPM
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -298,7 +298,7 @@ def estimate_runout(
     1e-06
     """
     turns = abs(angle[-1] - angle[0]) / TURN
-    if turns < 2:
+    if turns < 2 * (1 - 1e-3):  # an encoder rounds the last angle down
         raise UnfitError(
             f"runout: the shaft turns {turns:.2g} times, the filter needs 2 turns or more; record longer at speed"
         )
@@ -410,7 +410,9 @@ def without_slow_roll(record: xr.Dataset, how: SlowRollSource, slow: xr.Dataset 
     Raises SchemaError if it is subtracted already, if the slow roll is none, or if a record lacks the angle.
     """
     if done := record.attrs.get(ATTRIBUTE):
-        raise SchemaError(f"slow roll: was {done}; leave [slow_roll] out, it is subtracted once")
+        raise SchemaError(
+            f"slow roll: was {done}; leave [slow_roll] out, it is subtracted once", argument="slow_roll", value=done
+        )
     if how.subtracted:
         return record.assign_attrs({ATTRIBUTE: ALREADY})
     if slow is not None and slow.attrs.get(ATTRIBUTE):

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 TEXT = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*", re.ASCII)
 """Number and unit."""
+DECIMAL_COMMA = re.compile(r"\s*([+-]?\d+),(\d+\s*[^\d,:\s][^,:]*)", re.ASCII)
+"""Number with a decimal comma and a unit: a list of values has a unit at each."""
 MOST = 100_000
 """Points of a map: more is a mistake of typing."""
 
@@ -99,6 +101,12 @@ def read_field(text: str) -> Field:
 
 def split_range(option: str, text: str) -> tuple[list[str], int]:
     """Ends and number of points of a range, or the values of a list and 0."""
+    if one := DECIMAL_COMMA.fullmatch(text):
+        raise DataError(
+            f"--{option}: '{text}' has a comma; write '{one[1]}.{one[2]}', or each value with its unit",
+            argument=option,
+            value=text,
+        )
     if ":" not in text:
         return [part.strip() for part in text.split(",") if part.strip()], 0
     parts = [part.strip() for part in text.split(":")]

@@ -17,8 +17,8 @@ from fe_shaft.modes.crossings import Crossing
 from rotorsim.analysis.axes import checked
 from rotorsim.analysis.modes_over_speed import ORDERS, ModesOverSpeed, modes_over_speed, roundness, sense
 from rotorsim.analysis.supply import felt
-from rotorsim.base.constants import RPM, TO_HZ, TO_RPM
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import RPM, TO_HZ, TO_RPM
 from rotorsim.plant import Plant
 from rotorsim.plant.validity import linear_warnings
 

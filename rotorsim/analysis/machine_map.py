@@ -14,9 +14,9 @@ from rotorsim.analysis.operating_map import operating_map
 from rotorsim.analysis.safe_region import safe_region
 from rotorsim.analysis.supply import felt
 from rotorsim.analysis.whirl_onset import whirl_onset
-from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.interrupt import finishing
+from rotorsim.base.units import TO_UM
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 

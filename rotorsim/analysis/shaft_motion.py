@@ -10,8 +10,8 @@ import numpy as np
 from rotorsim.analysis.campbell import highest_speed
 from rotorsim.analysis.supply import felt
 from rotorsim.analysis.whirl_onset import LeastDamped
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.plant import Plant
 
 if TYPE_CHECKING:

@@ -26,10 +26,9 @@ from rotorsim.analysis.load_capacity import HIGHEST, lift_off, load_capacity
 from rotorsim.analysis.targets import split, value_at
 from rotorsim.analysis.unbalance_response import largest_response, unbalances_of
 from rotorsim.analysis.whirl_onset import LeastDamped, stability_limit
-from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import ConvergenceError, DataError, NoLiftOffError, RotorsimError
-from rotorsim.base.units import NUMBER, parse, show
+from rotorsim.base.units import NUMBER, TO_HZ, TO_MPA, TO_RPM, TO_UM, parse, show
 from rotorsim.experiments.experiment import check_parameters, param
 from rotorsim.machine.file_text import expanded
 from rotorsim.machine.limits import ask_rim_speed
@@ -253,7 +252,7 @@ Over = Mapping[str, Any] | Sequence[str]
 def read_over(over: Over, machine: Machine) -> tuple[Field, ...]:
     """Axes of texts 'PATH=VALUES', or of values by path; raises DataError or MachineFileError."""
     if not over:
-        raise DataError("--over: no axis is given; write e.g. --over 'bearings.0.clearance=15 um:25 um:5'")
+        raise DataError("over: no axis is given; write e.g. 'bearings.0.clearance=15 um:25 um:5'")
     texts = over
     if isinstance(over, Mapping):
         texts = [f"{path}={v if isinstance(v, str) else ', '.join(map(str, v))}" for path, v in over.items()]

@@ -19,15 +19,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fe_shaft.modal import half_axes
 from rotorsim.analysis.axes import checked
 from rotorsim.analysis.supply import felt
 from rotorsim.analysis.whirl_onset import LeastDamped
-from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import DAMPED
+from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.effects.rotor.unbalance import RotorUnbalance
-from rotorsim.machine.probes import ShaftProbe
+from rotorsim.machine.rotor import ShaftProbe
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.linearise import LinearPlant
@@ -104,13 +105,14 @@ def unbalance_response(
         carried[k] = True
         response[k] = whirl(plant, model, speed, unbalances, tuple(places.values()))
         zeta[k] = least.certain(model)
+    major, _ = half_axes(response[..., 0], response[..., 1])
     over = ("speed", "place", "axis")
     metres = {"units": "m", "long_name": "response, 0-pk"}
     return xr.Dataset(
         {
             "response_re": (over, response.real, metres | {"long_name": "response, real part, 0-pk"}),
             "response_im": (over, response.imag, metres | {"long_name": "response, imaginary part, 0-pk"}),
-            "major": (over[:2], half_axis(response), metres | {"long_name": "major half axis of the orbit"}),
+            "major": (over[:2], major, metres | {"long_name": "major half axis of the orbit"}),
             "zeta_least": ("speed", zeta, {"units": "1", "long_name": "least damping ratio"}),
         },
         {
@@ -155,12 +157,6 @@ def measuring_places(plant: Plant) -> dict[str, float]:
     found |= {f"disc {k}": disc.position for k, disc in enumerate(machine.discs)}
     found |= {f"bearing {b.name or k}": b.position for k, b in enumerate(machine.bearings)}
     return found | {p.name: p.position for p in machine.probes if isinstance(p, ShaftProbe)}
-
-
-def half_axis(response: np.ndarray) -> np.ndarray:
-    """Major half axis (...) of the orbits of complex displacements (..., 2)."""
-    x, y = response[..., 0], response[..., 1]
-    return np.asarray(0.5 * (np.abs(x - 1j * y) + np.abs(x + 1j * y)))
 
 
 def peak_of(found: xr.Dataset, place: str) -> dict[str, Any] | None:
@@ -222,7 +218,7 @@ def largest_response(
             return float("nan")
         if least.among(model)[0] < -DAMPED:
             return float("nan")
-        return float(half_axis(whirl(plant, model, speed, unbalances, z))[0])
+        return float(half_axes(*whirl(plant, model, speed, unbalances, z)[0])[0])
 
     speeds = np.linspace(highest / count, highest, count)
     sizes = np.array([size(v) for v in speeds.tolist()])

@@ -20,10 +20,10 @@ from fe_shaft.modes.spectrum import modes_in
 from rotorsim.analysis.axes import checked
 from rotorsim.analysis.campbell import HIGHEST, highest_speed
 from rotorsim.analysis.modes_over_speed import at_speed, least_damped
-from rotorsim.base.constants import RPM
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import DAMPED, falls_below_zero
+from rotorsim.base.units import RPM
 from rotorsim.plant import Plant
 from rotorsim.plant.linearise import LinearPlant, region_up_to
 

@@ -36,9 +36,9 @@ from scipy import stats
 
 from fe_shaft.response import run_unbalance_response
 from rotorsim.balance.conditions import Conditions, Plane, Reading
-from rotorsim.base.constants import TO_UM
 from rotorsim.base.display import listing, quote
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import TO_UM
 from rotorsim.machine import Machine, load_machine
 from rotorsim.plant.mesh import Mesh
 
@@ -152,10 +152,15 @@ def fit_influence(vectors: np.ndarray, unbalance: np.ndarray) -> Influence:
         planes = f"{q} planes" if q > 1 else "one plane"
         raise DataError(
             f"{n} conditions with a known unbalance: at least {q + 1} are needed for {planes}, one without a trial "
-            "weight and one with a weight in each plane"
+            "weight and one with a weight in each plane",
+            argument="unbalance",
+            value=n,
         )
     if not separable(unbalance):
-        raise DataError("the known unbalances never changed the planes apart; add a trial weight in one plane alone")
+        raise DataError(
+            "the known unbalances never changed the planes apart; add a trial weight in one plane alone",
+            argument="unbalance",
+        )
     leverage = np.linalg.inv((regressors / scale).conj().T @ (regressors / scale)) / np.outer(scale, scale)
     solution = leverage @ (regressors.conj().T @ vectors)
     return Influence(
@@ -219,7 +224,7 @@ def estimate(found: Influence, vectors: np.ndarray) -> Estimate:
     H, S = found.coefficients[there], found.covariance[np.ix_(there, there)]
     m, q = H.shape
     if m < q:
-        raise DataError(f"{m} vectors cannot tell {q} planes apart")
+        raise DataError(f"{m} vectors cannot tell {q} planes apart", argument="vectors", value=m)
     weighted = np.linalg.solve(S, H)
     covariance = np.linalg.inv(H.conj().T @ weighted)
     unbalance = covariance @ (weighted.conj().T @ (vectors[there] - found.base[there]))
@@ -290,6 +295,15 @@ def without_model(machine: Machine, conditions: Conditions) -> str:
     bare = [plane.name for plane in conditions.planes if plane.position is None]
     bare += [reading.name for reading in conditions.readings if reading.position is None]
     return f"the mapping gives no position of {listing(bare)}" if bare else ""
+
+
+def _too_few(conditions: Conditions) -> str:
+    """Why so few conditions do not judge a machine's model: none of them can be left out."""
+    needed = len(conditions.planes) + 3
+    return (
+        f"{int(conditions.known.sum())} conditions with known unbalance cannot be left out one by one to compare it "
+        f"with the influence coefficients; give at least {needed}, each plane changed in two or more"
+    )
 
 
 def _node(mesh: Mesh, part: Plane | Reading) -> int:
@@ -446,10 +460,10 @@ def assess(machine: Machine | str | Path, conditions: Conditions, correct: str =
         raise DataError("no condition has a known unbalance; add a trial weight in each plane and label it")
     labelled = conditions.flat[known], conditions.unbalance[known]
     free: Fit = fit_influence
-    left_out = without_model(model, conditions)
+    enough = testable(conditions.unbalance[known])
+    left_out = without_model(model, conditions) or ("" if enough else _too_few(conditions))
     methods = {METHODS[0]: free} if left_out else {METHODS[0]: free, METHODS[1]: fit_physical(model, conditions)}
     fits = {name: fit(*labelled) for name, fit in methods.items()}
-    enough = testable(conditions.unbalance[known])
     tests = {name: leave_one_out(conditions, fit) for name, fit in methods.items()} if enough else {}
     best = min(tests, key=lambda name: tests[name].vector_rms, default=METHODS[0])
     label, weights = _correction(conditions, fits[best], correct)

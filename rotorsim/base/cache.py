@@ -20,6 +20,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from functools import lru_cache
+from importlib.metadata import PackageNotFoundError, version
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -40,7 +41,6 @@ PLANT = (
 """Sources that a simulation of the plant follows from, as paths below ROOT."""
 RUNS = (*PLANT, "rotorsim/experiments", "rotorsim/control")
 """Sources that a simulated record follows from."""
-
 
 OTHERS = stat.S_IWGRP | stat.S_IWOTH
 """Mode bits that let other users write."""
@@ -103,14 +103,8 @@ def private_folder(path: Path) -> Path:
     """Real path of a folder, made with its parents where it is missing, that no other user can fill or replace.
 
     The folder and all above it belong to this user or to the system's administrator. Others may write to none of them;
-    above it they may where a sticky bit keeps what is not theirs, as in the folder for temporary files.
-
-    Raises
-    ------
-    OpenFolderError
-        If another user could put files there.
-    OSError
-        If it cannot be made.
+    above it they may where a sticky bit keeps what is not theirs, as in the folder for temporary files. Raises
+    OpenFolderError if another user could put files there, OSError if it cannot be made.
     """
     absolute = Path(os.path.abspath(path))
     for missing in [folder for folder in (absolute, *absolute.parents) if not folder.exists()][::-1]:
@@ -174,6 +168,17 @@ def source_files(*places: str) -> list[Path]:
             raise FileNotFoundError(f"{place}: no such source in {ROOT}")
         found.update(own)
     return sorted(found)
+
+
+def installed(name: str) -> str:
+    """Version of an installed package; 'source' if it runs from its source tree."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "source"
+
+
+__version__ = installed("rotorsim")
 
 
 def key_of(*parts: Any) -> str:

@@ -92,6 +92,15 @@ def did_you_mean(name: Any, known: Iterable[str]) -> str:
     return f"did you mean '{close}'?" if close else f"known are {', '.join(known)}"
 
 
+def neither(name: str, kind: str, known: Iterable[str]) -> str:
+    """Sentence about a name that is of no shipped thing of a kind and of no file, with the nearest one or all."""
+    known = list(known)
+    close = closest(name, known)
+    if close:
+        return f"'{name}' is neither {kind} nor a file; did you mean '{close}'?"
+    return f"'{name}' is neither {kind} ({', '.join(known)}) nor a file; give one of these or a path"
+
+
 CELL = "text-align:left;padding:1px 12px 1px 0;vertical-align:top"
 
 

@@ -6,11 +6,35 @@ from typing import Any
 
 
 class RotorsimError(Exception):
-    """Base of every error raised for a fault that a user can correct; `where` holds numbers for programs."""
+    """Base of every error raised for a fault that a user can correct.
 
-    def __init__(self, message: str, **where: Any) -> None:
+    Attributes
+    ----------
+    argument : dotted name of the argument or field that is at fault; empty where it is none
+    value : the refused value
+    where : numbers for programs
+
+    An error that is raised from another one, as with the name of a file before the sentence, is about its argument.
+    """
+
+    def __init__(self, message: str, *, argument: str = "", value: Any = None, **where: Any) -> None:
         super().__init__(message)
         self.where = where
+        self._fault = (argument, value)
+
+    @property
+    def argument(self) -> str:
+        """Name of the argument or field."""
+        return self._of_cause()[0]
+
+    @property
+    def value(self) -> Any:
+        """The refused value."""
+        return self._of_cause()[1]
+
+    def _of_cause(self) -> tuple[str, Any]:
+        cause = self.__cause__
+        return cause._of_cause() if not self._fault[0] and isinstance(cause, RotorsimError) else self._fault
 
 
 class MachineFileError(RotorsimError):
@@ -34,6 +58,10 @@ class ConvergenceError(RotorsimError):
     """Raised where an iteration ended without reaching its tolerance."""
 
 
+class NoAnswerError(RotorsimError):
+    """Raised for linear algebra without an answer in finite numbers."""
+
+
 class LimitError(RotorsimError):
     """Raised for a run that begins beyond a limit of its machine; one that reaches it later ends there, recorded."""
 
@@ -55,6 +83,22 @@ class DesignError(RotorsimError):
 
 class LawError(RotorsimError):
     """Raised for a control law that cannot be read, or does not fit the plant it is to run on."""
+
+
+class SchemaError(RotorsimError, ValueError):
+    """Raised for a record that does not fit the schema; the message names variable, problem and way out."""
+
+
+class ReadError(RotorsimError, ValueError):
+    """Raised for a file or a mapping that cannot be read; the message names file, place and way out."""
+
+
+class UnfitError(SchemaError):
+    """Raised for a record, or a set of records, that fits the schema but not the identification asked for."""
+
+
+class ModelError(RotorsimError, ValueError):
+    """Raised for a model that cannot be read, converted or made; the message names what, why and the way out."""
 
 
 class Unusual(UserWarning):

@@ -5,6 +5,8 @@ it writes through a `DiskFile`, which takes everything and keeps the disk's firs
 temporary name and renamed. One that grows reserves its space in advance, so that a full disk is met before libhdf5 has
 changed anything, and the file stays a valid one of all that was flushed.
 
+A file from outside is read as a whole in a child process first, which contains the crashes and hangs of libhdf5.
+
 A kill costs what a growing file has not flushed: `rotorsim.experiments.recording` flushes it every second. A kill in
 the few milliseconds of a flush can cost the file, and an error of the disk other than want of space does.
 """
@@ -14,14 +16,24 @@ from __future__ import annotations
 import atexit
 import errno
 import io
+import math
 import os
 import signal
+import sys
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.files import replacing, to_disk
 from rotorsim.base.interrupt import Interrupt
+
+try:
+    import resource
+except ImportError:  # Windows: the parent's time limit alone
+    resource = None  # type: ignore[assignment]
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,6 +48,10 @@ LARGEST = 2e9
 """Size [byte] of the data that any file may declare."""
 DENSEST = 2000.0
 """Largest ratio of declared data to the size of a larger file; gzip packs zeros by 1 : 1032."""
+SLAB = 1 << 23
+"""Bytes read at a time."""
+MEMORY = 2 << 30
+"""Address space [byte] beyond what the child has at its start."""
 NO_RESERVATION = (errno.EOPNOTSUPP, errno.ENOSYS, errno.EINVAL)
 """Error numbers of disks that reserve no space, where zeros are written in its place."""
 TIMED_OUT = (-signal.SIGXCPU, -signal.SIGKILL) if os.name == "posix" else ()
@@ -45,12 +61,7 @@ TIMED_OUT = (-signal.SIGXCPU, -signal.SIGKILL) if os.name == "posix" else ()
 class DiskFile(io.RawIOBase):
     """File object for libhdf5 that never fails: after the disk's first `error` its writes stay in memory.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    mode : str
-        "x" makes it, "r+" changes one.
+    The mode "x" makes the file, "r+" changes one.
     """
 
     def __init__(self, path: Path, mode: str = "x") -> None:
@@ -170,14 +181,9 @@ def _write(disk: Any, data: Any) -> None:
 def write_netcdf(path: str | Path, dataset: xr.Dataset) -> None:
     """Write a dataset as netCDF-4 in one step.
 
-    Ctrl-C waits until then: in a callback from libhdf5 it would leave a file there that cannot be closed.
-
-    Raises
-    ------
-    WriteError
-        If the file cannot be written; what was at `path` stays.
-    TypeError, ValueError
-        If netCDF cannot hold part of the dataset.
+    Ctrl-C waits until then: in a callback from libhdf5 it would leave a file there that cannot be closed. Raises
+    WriteError if the file cannot be written (what was at `path` stays), TypeError or ValueError if netCDF cannot hold
+    part of the dataset.
     """
     with Interrupt() as interrupt, replacing(path) as part, DiskFile(part) as file:
         dataset.to_netcdf(file, engine="h5netcdf")
@@ -194,18 +200,9 @@ _sound: dict[Path, tuple[int, ...]] = {}
 
 
 def check_hdf5(path: Path) -> str | None:
-    """Read a file as a whole in a child process.
+    """Fault of an HDF5 or netCDF-4 file, read as a whole in a child process, as the predicate of a sentence; or None.
 
-    Parameters
-    ----------
-    path : Path
-        An HDF5 or netCDF-4 file.
-
-    Returns
-    -------
-    str or None
-        What is wrong with it, as the predicate of a sentence, if libhdf5 crashes on it, does not end, or takes too much
-        memory; None otherwise, also where it answers with an exception.
+    A fault is that libhdf5 crashes on it, does not end, or takes too much memory; an exception is none.
     """
     with _lock:
         if _sound.get(path.absolute()) == _stamp(path):
@@ -255,6 +252,101 @@ def _started() -> Child:
 
 
 def _read_whole(path: str, seconds: float, most: float) -> bool:
-    from rotorsim.base.hdf5_reader import read_whole  # brings libhdf5
+    """Read all that is in a file: once as HDF5, once as netCDF, with whatever exceptions, for these do no harm.
 
-    return read_whole(path, seconds, most)
+    False if it needs more memory [byte] than `most` or than there is; a signal ends the process that takes longer than
+    the computing time `seconds`.
+    """
+    import h5netcdf
+    import h5py
+
+    _limit_memory()
+    _limit_time(seconds)
+    try:
+        with _harmless(), h5py.File(path, "r") as file:
+            if _declared(file) > most:
+                return False
+            _walk(file)
+        with _harmless(), h5netcdf.File(path, "r", phony_dims="sort") as file:
+            for variable in file.variables.values():
+                dict(variable.attrs)
+    except MemoryError:
+        return False
+    return True
+
+
+@lru_cache(maxsize=1)
+def _limit_memory() -> None:
+    """Limit the address space to `MEMORY` above its present size."""
+    if resource is not None and sys.platform == "linux":
+        with open("/proc/self/statm") as file:
+            size = int(file.read().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (size + MEMORY, resource.RLIM_INFINITY))
+
+
+def _limit_time(seconds: float) -> None:
+    """Limit the remaining CPU time [s]; SIGXCPU ends the process."""
+    if resource is not None:
+        used = resource.getrusage(resource.RUSAGE_SELF)
+        limit = math.ceil(used.ru_utime + used.ru_stime + seconds)
+        resource.setrlimit(resource.RLIMIT_CPU, (limit, resource.RLIM_INFINITY))
+
+
+@contextmanager
+def _harmless() -> Iterator[None]:
+    """Suppress every exception except lack of memory."""
+    try:
+        yield
+    except MemoryError:
+        raise
+    except Exception:
+        pass
+
+
+def _objects(root: Any) -> Iterator[tuple[Any, bool]]:
+    """All groups and data sets that lie in the file itself, each once, and whether it is a data set.
+
+    Where damage hides the address of an object, its data are still read, its members are not.
+    """
+    import h5py
+
+    queue, seen = [root], set()
+    while queue:
+        item, address = queue.pop(), None
+        with _harmless():
+            address = int(h5py.h5o.get_info(item.id).addr)
+        if address in seen:
+            continue
+        seen |= {address} - {None}
+        yield item, isinstance(item, h5py.Dataset)
+        with _harmless():
+            for name in item if isinstance(item, h5py.Group) and address is not None else ():
+                with _harmless():
+                    if isinstance(item.get(name, getlink=True), h5py.HardLink):
+                        queue.append(item[name])
+
+
+def _declared(root: Any) -> float:
+    """Total declared size of a file's data sets [bytes]; those that damage hides do not count."""
+    total = 0.0
+    for item, is_data in _objects(root):
+        with _harmless():
+            total += item.nbytes if is_data and item.shape else 0
+    return total
+
+
+def _walk(root: Any) -> None:
+    """Read all attributes and all data, large ones piece by piece."""
+    for item, is_data in _objects(root):
+        with _harmless():
+            for name in item.attrs:
+                item.attrs[name]
+        with _harmless():
+            if not is_data or item.external or item.is_virtual:
+                continue
+            if not item.shape:
+                item[()]
+                continue
+            rows = max(1, SLAB * item.shape[0] // max(item.nbytes, 1))
+            for start in range(0, item.shape[0], rows):
+                item[start : start + rows]

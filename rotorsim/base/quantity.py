@@ -14,9 +14,8 @@ from numbers import Real
 from typing import Any
 
 from rotorsim.base import units
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.display import quote
-from rotorsim.base.units import dimension
+from rotorsim.base.units import RIG_SAMPLE, dimension
 
 UNLIMITED = 1e299
 """Size of the bounds of a quantity without limits."""

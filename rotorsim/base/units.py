@@ -3,6 +3,8 @@
 Factors are decimal strings. A test compares every entry of the table with pint, which is asked for what is not listed.
 `parse` and `show` are inverse to each other, to the last bit. Numbers are scaled as decimals: '25 um' is the
 double nearest to 25e-6. A gauge pressure is a plain pressure here.
+
+Code that works in SI takes the factors to and from engineering units (`RPM`, `TO_HZ`) as numbers.
 """
 
 from __future__ import annotations
@@ -32,6 +34,14 @@ class Dimension:
     recorded: dict[str, str] = field(default_factory=dict)
 
 
+RPM, KRPM, HZ, MPA = pi / 30, 1000 * pi / 30, 2 * pi, 1e6
+"""Values of one rpm [rad/s], 1000 rpm [rad/s], one Hz [rad/s] and one MPa [Pa]."""
+TO_RPM, TO_HZ, TO_MPA, TO_UM = 30 / pi, 1 / (2 * pi), 1e-6, 1e6
+"""Factors from rad/s to rpm, from rad/s to Hz, from Pa to MPa and from m to um."""
+RIG_SAMPLE = 2e-4
+"""Sampling time [s] of the thesis' rig: the default of a machine that states neither rate nor highest speed."""
+MINUTE = 60.0
+"""Length [s] of a minute."""
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 """Pattern of a decimal number, for `re.ASCII`."""
 _TURN = repr(2 * pi)
@@ -218,6 +228,7 @@ def dimension(unit: str) -> Dimension:
 
 
 _TEXT = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*", re.ASCII | re.DOTALL)
+_COMMA = re.compile(r"\s*([+-]?\d+),(\d+)\s*([^\d,][^,]*?)?\s*", re.ASCII | re.DOTALL)
 _UNIT = re.compile(r"(?!.*\d\d)[\w°%*/^(). -]{1,40}")
 _SPELLINGS = CHARACTERS | {" * ": "*", " / ": "/", "°C": "degC"}
 LONGEST = 25
@@ -253,6 +264,11 @@ def parse(value: Any, unit: str, suggest: Suggest | None = None) -> float:
     match = _TEXT.fullmatch(plain)
     if not match:
         raise wrong(f"is not {a(kind.name)}")
+    if comma := _COMMA.fullmatch(plain):
+        texts = _with_point(*comma.groups(""))
+        if isfinite(_value(texts[0], unit)):
+            raise ValueError(f"{quote(value)} has a comma; write {' or '.join(quoted(one, unit) for one in texts)}")
+        raise wrong("has a comma", texts[0].partition(" ")[0])
     digits, written = match.groups()
     if not written and unit != "1":
         raise wrong("has no unit", digits)
@@ -266,6 +282,12 @@ def parse(value: Any, unit: str, suggest: Suggest | None = None) -> float:
     if not isfinite(number):
         raise wrong("is too large a number")
     return number
+
+
+def _with_point(whole: str, decimals: str, written: str) -> list[str]:
+    """A number written with a comma, with a point; and without, where three digits after it may mean thousands."""
+    meant = [f"{whole}.{decimals}", f"{whole}{decimals}"][: 2 if len(decimals) == 3 else 1]
+    return [f"{number} {written}".strip() for number in meant]
 
 
 def suggestion(unit: str, digits: str = "", fits: Callable[[float], bool] = lambda value: True, own: str = "") -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from identification import VARIABLES
-from rotorsim.base.display import quote
+from rotorsim.base.display import neither, quote
 from rotorsim.base.errors import RotorsimError
 from rotorsim.base.input_files import instead
 from rotorsim.base.units import parse
@@ -77,8 +77,7 @@ def load_plan(name_or_path: str | Path) -> Plan:
         text = (files("rotorsim.campaign") / "plans" / f"{name}.toml").read_text(encoding="utf-8")
         return make_plan(text)
     if not Path(name).exists():
-        known = ", ".join(shipped_plans())
-        raise PlanError(f"'{name}' is neither a shipped plan ({known}) nor a file; give one of these or a path")
+        raise PlanError(neither(name, "a shipped plan", shipped_plans()), argument="plan", value=name)
     try:
         return make_plan(read_plan(Path(name)), Path(name).parent)
     except PlanError as error:

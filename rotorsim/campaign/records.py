@@ -94,10 +94,12 @@ def _finished(folder: Path, experiment: str | None) -> FinishedCases:
     store = open_store(folder)
     names = [entry.name for entry in store.plan.entries]
     if experiment is None and len(names) > 1:
-        raise StoreError(f"{folder}: has the experiments {', '.join(names)}; choose one with --experiment")
+        raise StoreError(f"{folder}: has the experiments {', '.join(names)}; choose one of them as experiment")
     name = experiment or names[0]
     if name not in names:
-        raise StoreError(f"{folder}: has no experiment '{name}'; choose one of {', '.join(names)}")
+        raise StoreError(
+            f"{folder}: has no experiment '{name}'; choose one of {', '.join(names)}", argument="experiment", value=name
+        )
     with closing(store.index()) as index:
         rows = tuple(index.rows(DONE, name))
     if not rows:
@@ -162,7 +164,9 @@ def _check_sizes(found: FinishedCases) -> None:
     if lost:
         raise StoreError(
             f"{lost[0]}: is gone or cut, as {len(lost)} of {len(found.rows)} records are; "
-            "run the campaign again, which makes them anew"
+            "run the campaign again, which makes them anew",
+            argument="records",
+            value=lost,
         )
 
 
@@ -220,20 +224,9 @@ def line(row: IndexRow, names: Iterable[str]) -> list[Any]:
 
 
 def write_record(path: Path, data: xr.Dataset, attrs: Mapping[str, Any], keep: tuple[str, ...] | None) -> None:
-    """Write a record with the selected variables.
+    """Write a record with the variables to keep, all if None; snapshots of the film go by the name of `film_pressure`.
 
     Raises OSError if the disk takes no more; what is then in the file is of no use.
-
-    Parameters
-    ----------
-    path : Path
-        File to write; replaced if it is there.
-    data : Dataset
-        The record, in memory or in a file.
-    attrs : mapping
-        Attributes of the file.
-    keep : tuple of str, optional
-        Variables to keep; all if not given. Snapshots of the film go by the name of `film_pressure`.
     """
     path.unlink(missing_ok=True)
     with DiskFile(path) as disk:

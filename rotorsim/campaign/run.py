@@ -187,7 +187,10 @@ def _check_versions(store: Store, mixed: bool) -> None:
     wrong = mismatch(versions(), store.versions, physics_only=True)
     if wrong and not mixed:
         raise StoreError(
-            f"{store.folder}: was begun with other versions ({wrong}); use those, add --mixed, or choose another --out"
+            f"{store.folder}: was begun with other versions ({wrong}); use those, allow mixed versions, "
+            "or choose another folder",
+            argument="versions",
+            value=wrong,
         )
 
 

@@ -152,7 +152,11 @@ class Pump:
         if self._count():
             self._seen = time.monotonic()
         elif time.monotonic() - self._seen > ALONE:
-            raise ClusterError(f"workers: none for {ALONE:g} s; start some and run the same command again")
+            raise ClusterError(
+                f"workers: none for {ALONE:g} s; start some and run the same command again",
+                argument="workers",
+                value=ALONE,
+            )
 
 
 class LocalWorkers:
@@ -248,7 +252,7 @@ class ClusterWorkers:
                 )
             if not found["sees"]:
                 raise ClusterError(
-                    f"worker {address}: does not see {folder}; put --out on a file system that all workers share"
+                    f"worker {address}: does not see {folder}; choose one on a file system that all workers share"
                 )
 
     def _ask(self, function: Any, *arguments: Any) -> Iterator[tuple[str, Any]]:
@@ -316,7 +320,9 @@ def cluster(address: str, tls: Tls | None) -> Iterator[ClusterWorkers]:
         except (OSError, ValueError, TypeError) as error:
             raise ClusterError(
                 f"scheduler {address}: cannot be reached within {CONNECT:g} s ({_reason(error)}); check address, port, "
-                "firewall and TLS files"
+                "firewall and TLS files",
+                argument="scheduler",
+                value=address,
             ) from error
         try:
             _wait_for_workers(client, address)
@@ -343,7 +349,11 @@ def _security(address: str, tls: Tls | None) -> Any:
         if path is not None and not path.is_file():
             raise ClusterError(f"{path}: is not a file; give a PEM file for TLS")
     if not address.startswith("tls://"):
-        raise ClusterError(f"scheduler {address}: is not a TLS address; write tls://host:port to use the TLS files")
+        raise ClusterError(
+            f"scheduler {address}: is not a TLS address; write tls://host:port to use the TLS files",
+            argument="scheduler",
+            value=address,
+        )
     given = {"tls_ca_file": tls.ca, "tls_client_cert": tls.cert, "tls_client_key": tls.key}
     return Security(require_encryption=True, **{name: str(path) for name, path in given.items() if path is not None})
 

@@ -31,11 +31,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from rotorsim.base.cache import RUNS, sources_hash
+from rotorsim.base.cache import RUNS, installed, sources_hash
 from rotorsim.base.errors import RotorsimError
 from rotorsim.base.files import BusyError, Lock, about_us, is_temporary, make_folder, replacing, write_json, write_text
 from rotorsim.base.input_files import parse_json
-from rotorsim.base.version import installed
 from rotorsim.campaign.axes import PlanError
 from rotorsim.campaign.plan import NumberedCase, Plan, differences, text_hash
 from rotorsim.campaign.read_plan import make_plan
@@ -140,7 +139,9 @@ class Store:
                 yield
         except BusyError as error:
             raise StoreError(
-                f"{self.folder}: {error.strerror} runs a campaign in it; wait for its end or choose another --out"
+                f"{self.folder}: {error.strerror} runs a campaign in it; wait for its end or choose another folder",
+                argument="folder",
+                value=self.folder,
             ) from error
 
 
@@ -156,7 +157,9 @@ def open_store(folder: str | Path) -> Store:
     folder = Path(folder)
     path = folder / MANIFEST
     if not path.is_file():
-        raise StoreError(f"{folder}: holds no campaign; give the folder that was its --out")
+        raise StoreError(
+            f"{folder}: holds no campaign; give the folder that it was run in", argument="folder", value=folder
+        )
     try:
         manifest = parse_json(path.read_text(encoding="utf-8-sig"))
         if manifest["format"] != FORMAT:
@@ -170,7 +173,9 @@ def open_store(folder: str | Path) -> Store:
     if plan.digest != manifest.get("digest"):
         wrong = mismatch(versions(), known, physics_only=True) or "the same versions"
         raise StoreError(
-            f"{path}: was changed, or means other cases in this version ({wrong}); use the version it was made with"
+            f"{path}: was changed, or means other cases in this version ({wrong}); use the version it was made with",
+            argument="plan",
+            value=path,
         )
     return Store(folder, plan, known)
 
@@ -189,13 +194,17 @@ def make_store(plan: Plan, folder: Path) -> Store:
         if found:
             more = f" and {len(found) - 3} more" if len(found) > 3 else ""
             raise StoreError(
-                f"{folder}: holds a campaign of another plan ({'; '.join(found[:3])}{more}); choose another --out"
+                f"{folder}: holds a campaign of another plan ({'; '.join(found[:3])}{more}); choose another folder",
+                argument="plan",
+                value=found,
             )
         return Store(folder, plan, store.versions)
     if folder.exists() and not (
         folder.is_dir() and all(entry.name in _OWN or is_temporary(entry) for entry in folder.iterdir())
     ):
-        raise StoreError(f"{folder}: is there already and is not a campaign; choose another --out")
+        raise StoreError(
+            f"{folder}: is there already and is not a campaign; choose another folder", argument="folder", value=folder
+        )
     for name in ("cases", "parts"):
         make_folder(folder / name)
     store = Store(folder, plan, versions())
@@ -306,7 +315,8 @@ class Index:
             except sqlite3.IntegrityError as error:
                 raise PlanError(
                     "experiments: two cases are the same, down to the seed; give the experiments seeds that are "
-                    "further apart than there are repeats, or write seeds = 'different'"
+                    "further apart than there are repeats, or write seeds = 'different'",
+                    argument="experiments",
                 ) from error
             except sqlite3.Error as error:
                 raise _failed(path, error) from error

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rotorsim.base.constants import TO_UM
+from rotorsim.base.units import TO_UM
 from rotorsim.experiments.summary import summarise_experiment
 from rotorsim.signals.orders import find_resonances, track_orders
 from rotorsim.signals.spectra import largest_sub_synchronous, waterfall

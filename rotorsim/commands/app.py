@@ -91,7 +91,7 @@ app = typer.Typer(
 def _version(asked: bool) -> None:
     """Print name and version, and end."""
     if asked:
-        from rotorsim.base.version import installed
+        from rotorsim.base.cache import installed
 
         typer.echo(f"rotorsim {installed('rotorsim')}")
         raise typer.Exit

@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
-from rotorsim.base.units import show
+from rotorsim.base.units import RIG_SAMPLE, show
 from rotorsim.commands.completion import plans
 from rotorsim.commands.options import AsJson, note_compiling, print_json, quantity
 from rotorsim.commands.registry import CommandGroup, command, group

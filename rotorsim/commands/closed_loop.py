@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.experiments.catalogue.controlled import Controlled
 from rotorsim.experiments.catalogue.impact import Impact
 from rotorsim.experiments.catalogue.prbs import Prbs

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -59,7 +60,14 @@ def compare(
     opened = {name: read(path, mapped[path]) for name, path in named.items()}
     found = compare_runs(opened, order)
     peaks = found.peaks()
-    summary = {"order": order, "peaks": peaks}
+    summary = {
+        "order": order,
+        "channels": found.channels,
+        "peaks": peaks,
+        "warnings": [found.mixed] * bool(found.mixed),
+    }
+    if found.mixed:
+        print(f"warning: {found.mixed}", file=sys.stderr)
     with result.folder("compare", "compare.json") as folder:
         write_json(folder.add("peaks", "compare.json"), summary)
         if result.report:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict
+from datetime import date
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -17,7 +18,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_json
 from rotorsim.base.input_files import parse_json
 from rotorsim.base.units import parse
-from rotorsim.commands.completion import LAWS, designs
+from rotorsim.commands.completion import designs, laws
 from rotorsim.commands.options import (
     Console,
     Force,
@@ -35,7 +36,7 @@ from rotorsim.commands.registry import command
 from rotorsim.commands.results import files, results
 
 if TYPE_CHECKING:
-    from rotorsim.control import Law
+    from rotorsim.control import Law, RunoutTable
     from rotorsim.verify import Verification
 
 FAILED = 1
@@ -48,7 +49,7 @@ FAILED = 1
     "rs.control.design('hinf', rs.load_model('model.json'))",
 )
 def design(
-    name: Annotated[str, typer.Argument(help=f"{', '.join(LAWS[:-1])} or {LAWS[-1]}.", autocompletion=designs)],
+    name: Annotated[str, typer.Argument(help=f"{', '.join(laws()[:-1])} or {laws()[-1]}.", autocompletion=designs)],
     model: Annotated[Path | None, typer.Argument(help="Model that 'rotorsim identify' wrote.")] = None,
     spec: Annotated[list[str] | None, typer.Option(help="FIELD=VALUE; may be repeated; see --fields.")] = None,
     preset: Annotated[str, typer.Option(help="Named specification, e.g. 'hardening' of lead.")] = "",
@@ -56,6 +57,9 @@ def design(
     zero_dc: Annotated[
         str, typer.Option(help="Corner of a high-pass in front of the law, e.g. '5 Hz'; below 1250 Hz.")
     ] = "",
+    runout: Annotated[
+        Path | None, typer.Option(help="Slow roll whose runout the law takes off what it measures: a record.")
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Law file (JSON) to write; NAME.json by default.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the law file if it is there.")] = False,
     report: Annotated[bool, typer.Option("--report", help="Write an HTML report of the loop next to the law.")] = False,
@@ -91,14 +95,27 @@ def design(
             law = without_dc(law, quantity("zero-dc", zero_dc, "Hz"))
         if bias:
             law = biased(law, _pair(bias))
+        if runout is not None:
+            law = law.with_(runout=_runout_table(runout))
         law.save(target)
         findings = overview(law, loaded) | {"law": str(target)}
+        if law.runout is not None:
+            findings |= {"runout_table": law.runout.text}
         if report:
             from rotorsim.report.control import write_design
 
             findings["report"] = str(write_design(law, loaded, html[0]))
             findings |= page.finish(html[0])
     _print_findings(findings, as_json)
+
+
+def _runout_table(path: Path) -> RunoutTable:
+    """Table of a slow roll's file, dated as the file is."""
+    from identification import load
+    from rotorsim.control import runout_table
+
+    record = load(path)
+    return runout_table(record, taken=date.fromtimestamp(path.stat().st_mtime).isoformat())
 
 
 def _made(name: str, model: Any, spec: Sequence[str], preset: str) -> Law:

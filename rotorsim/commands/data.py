@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 
-from rotorsim.base.constants import TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
+from rotorsim.base.units import TO_MPA, TO_RPM, TO_UM
 from rotorsim.commands.options import Console, print_json, print_rows, quantity
 from rotorsim.commands.registry import CommandGroup, command, group
 from rotorsim.commands.results import files
@@ -208,7 +208,7 @@ def _propose(file: Path, out: Path, force: bool) -> None:
 @contextmanager
 def _faults_of(file: Path) -> Iterator[None]:
     """Faults of the records of a file as a DataError that begins with its name."""
-    from identification.errors import SchemaError
+    from rotorsim.base.errors import SchemaError
 
     try:
         yield

@@ -24,6 +24,7 @@ from rotorsim.commands.options import (
     leave_if_cut,
     leave_if_empty,
     note_compiling,
+    note_unfed,
     quantity,
     reporting_kept_samples,
 )
@@ -153,6 +154,7 @@ def run_experiment(
     plant = settings.plant(machine)
     if not kind.drives_reference:  # those that do are refused as a whole without a film
         _check_film(plant, given.get(OF_FILM), settings.grid)
+        note_unfed(plant.machine, bool(given.get(OF_FILM)))
     from rotorsim.experiments.experiment import ask_speeds
     from rotorsim.experiments.running import record
 

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rotorsim.base.constants import TO_HZ, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
+from rotorsim.base.units import TO_HZ, TO_RPM, TO_UM
 from rotorsim.commands.options import (
     Force,
     GivenMachine,
@@ -23,6 +23,7 @@ from rotorsim.commands.options import (
     ResultOptions,
     a_folder,
     note_compiling,
+    note_unfed,
     print_json,
     print_table,
     quantity,
@@ -40,7 +41,12 @@ if TYPE_CHECKING:
     from rotorsim.plant import Plant
 
 Speeds = Annotated[str, typer.Option("--speeds", help="Speeds: FROM:TO:COUNT, or values with commas.")]
-Pressure = Annotated[str, typer.Option(help="Gauge supply pressure, for machines with a gas film.")]
+SUPPLY = "0.5 MPa"
+Pressure = Annotated[
+    str | None,
+    typer.Option(help="Gauge supply pressure, for machines whose film is fed.", show_default=SUPPLY),
+]
+"""Option that is None where it is not given: a pressure given for a machine without feed is noted."""
 MOST = 100
 """Modes of a Campbell diagram."""
 
@@ -53,7 +59,7 @@ MOST = 100
 def response(
     machine: GivenMachine,
     speeds: Speeds = "500 rpm:9000 rpm:80",
-    pressure: Pressure = "0.5 MPa",
+    pressure: Pressure = None,
     unbalance: Annotated[
         str | None, typer.Option(help="Mass times eccentricity, e.g. '10 g*mm'; default that of the machine.")
     ] = None,
@@ -99,7 +105,7 @@ def response(
 def campbell(
     machine: GivenMachine,
     speeds: Speeds = "0 rpm:12000 rpm:40",
-    pressure: Pressure = "0.5 MPa",
+    pressure: Pressure = None,
     modes: Annotated[int, typer.Option(help="Modes that are shown, the lowest of the region.", min=1, max=MOST)] = 8,
     critical_map: Annotated[
         bool, typer.Option("--critical-map", help="Undamped critical speeds over the bearings' stiffness too.")
@@ -135,12 +141,15 @@ def campbell(
     result.show(*_criticals(found), folder.files)
 
 
-def _operating_line(machine: str, settings: GridOptions, speeds: str, pressure: str) -> tuple[Plant, np.ndarray, float]:
+def _operating_line(
+    machine: str, settings: GridOptions, speeds: str, pressure: str | None
+) -> tuple[Plant, np.ndarray, float]:
     """Plant, speeds (n,) [rad/s] that its discs stand, and gauge supply pressure [Pa] of an analysis over the speed."""
     from rotorsim.analysis.axes import read_axis
 
-    grid, supply = read_axis("speeds", speeds, "rad/s"), quantity("pressure", pressure, "Pa")
+    grid, supply = read_axis("speeds", speeds, "rad/s"), quantity("pressure", pressure or SUPPLY, "Pa")
     plant = settings.plant(machine)
+    note_unfed(plant.machine, bool(pressure and supply))
     from rotorsim.machine.limits import ask_rim_speed
 
     ask_rim_speed(plant.machine, max(grid, key=abs), "--speeds")
@@ -246,7 +255,7 @@ def _text(peak: dict[str, Any] | None) -> str:
 def modes(
     machine: MachineName = "dtu_gas_bearing",
     speed: Annotated[str, typer.Option(help="Speed of the shaft.")] = "6000 rpm",
-    pressure: Annotated[str, typer.Option(help="Gauge supply pressure.")] = "0.5 MPa",
+    pressure: Pressure = None,
     count: Annotated[int, typer.Option(help="Modes to draw, the lowest first.", min=1)] = 4,
     *,
     settings: GridOptions,
@@ -262,8 +271,9 @@ def modes(
     as_json: Annotated[bool, typer.Option("--json", help="Print the modes as JSON.")] = False,
 ) -> None:
     """Draw the modes of rotor and film at one operating point."""
-    at = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
+    at = quantity("speed", speed, "rad/s"), quantity("pressure", pressure or SUPPLY, "Pa")
     plant = settings.plant(machine)
+    note_unfed(plant.machine, bool(pressure and at[1]))
     from rotorsim.analysis.shaft_motion import mode_shapes
     from rotorsim.base.hdf5 import write_netcdf
     from rotorsim.machine.limits import ask_rim_speed

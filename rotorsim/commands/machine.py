@@ -11,10 +11,10 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from rotorsim.base.constants import TO_MPA, TO_UM
 from rotorsim.base.display import end_line, line
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.files import write_text
+from rotorsim.base.units import TO_MPA, TO_UM
 from rotorsim.commands.completion import (
     effects as effect_names,
     machines,
@@ -135,7 +135,7 @@ def _entry(name: str) -> dict[str, Any]:
     """An effect of the catalogue by its name."""
     from rotorsim.effects import REGISTRY
     from rotorsim.machine.catalogue import describe
-    from rotorsim.machine.values import unknown_effect
+    from rotorsim.machine.tables import unknown_effect
 
     if name in REGISTRY:
         return describe(REGISTRY[name])

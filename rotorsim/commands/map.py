@@ -13,10 +13,17 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.display import bar
-from rotorsim.base.units import show
-from rotorsim.commands.options import Console, GridOptions, MachineName, ResultOptions, note_compiling, quantity
+from rotorsim.base.units import TO_RPM, TO_UM, show
+from rotorsim.commands.options import (
+    Console,
+    GridOptions,
+    MachineName,
+    ResultOptions,
+    note_compiling,
+    note_unfed,
+    quantity,
+)
 from rotorsim.commands.registry import command
 
 if TYPE_CHECKING:
@@ -158,7 +165,7 @@ def _check(plant: Plant, grid: MapGrid, wanted: MapOptions) -> bool:
     for one in machines:
         ask_machine(one)
     if wanted.pressure is not None and not np.array_equal(felt(machines, grid.pressures), grid.pressures):
-        print("map: gas is supplied to no film of the machine, so no pressure changes it; 0 is mapped", file=sys.stderr)
+        note_unfed(plant.machine, given=True)
     return any(one.fed for one in machines)
 
 

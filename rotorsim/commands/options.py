@@ -256,6 +256,13 @@ def quantity(option: str, text: str, unit: str, suggest: Suggest | None = None) 
     return value
 
 
+def note_unfed(machine: Machine, given: bool, name: str = "") -> None:
+    """Print on stderr that no supply pressure acts on a machine without feed, where one was given."""
+    if given and not machine.fed:
+        film = "gas is supplied to no film of" if machine.films else "there is no gas film in"
+        print(f"--pressure: {film} {name or machine.name}, so no pressure changes it", file=sys.stderr)
+
+
 def note_compiling(assembly: Assembly, *kernels: str) -> None:
     """Print one line on stderr if a kernel of a machine ('settle', 'run') is to be compiled first."""
     if note := assembly.compile_note(*kernels):

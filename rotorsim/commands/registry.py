@@ -8,12 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields, is_dataclass
+from difflib import get_close_matches
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from typing import Any, ClassVar, TypeVar, get_type_hints
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
+
+from rotorsim.base.display import did_you_mean
+from rotorsim.base.errors import DataError
 
 Function = TypeVar("Function", bound=Callable[..., None])
 GroupClass = TypeVar("GroupClass", bound="type[CommandGroup]")
@@ -48,12 +52,38 @@ class CommandGroup(TyperGroup):
         """Names of the commands and of the groups below."""
         return [*self.names(), *self.commands]
 
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command that the first word names; raises DataError with the nearest one where there is none."""
+        name = args[0]
+        if not name.startswith("-") and self.get_command(ctx, name) is None:
+            near = did_you_mean(name, self.list_commands(ctx))
+            raise DataError(f"{ctx.command_path}: no command '{name}'; {near}", argument="command", value=name)
+        return super().resolve_command(ctx, args)
+
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """The command of a name, or None."""
         function = self.function(cmd_name)
         if function is None:
             return super().get_command(ctx, cmd_name)
         return click_command(cmd_name, function, self.panel(cmd_name))
+
+
+class OneCommand(TyperCommand):
+    """Command that answers an unknown option with the nearest of its own."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the words of the command line; raises DataError for an option that there is not."""
+        try:
+            return super().parse_args(ctx, args)
+        except Exception as error:  # NoSuchOption of click or of typer's own copy of it, which has no public name
+            name = str(getattr(error, "option_name", ""))
+            if not hasattr(error, "possibilities"):
+                raise
+            known = [option for parameter in self.params for option in parameter.opts if option.startswith("--")]
+            same = [option for option in known if option.rstrip("s") == name.rstrip("s")]
+            near = same or get_close_matches(name, known)
+            hint = f"did you mean {' or '.join(near)}? " * bool(near) + f"'{ctx.command_path} --help' lists its options"
+            raise DataError(f"{ctx.command_path}: no option {name}; {hint}", argument=name) from None
 
 
 def command(words: str, text: str, python: str) -> Callable[[Function], Function]:
@@ -97,7 +127,7 @@ def click_command(name: str, function: Callable[..., None], panel: str | None = 
     made = typer.Typer(add_completion=False)
     marks = vars(function)
     epilog = f"Example: {marks['example']}\n\nIn Python: {marks['python']}"
-    made.command(name, epilog=epilog, rich_help_panel=panel)(_of_single_options(function))
+    made.command(name, cls=OneCommand, epilog=epilog, rich_help_panel=panel)(_of_single_options(function))
     command = typer.main.get_command(made)
     command.python = marks["python"]  # type: ignore[attr-defined]
     return command
@@ -107,7 +137,7 @@ def single(function: Callable[..., None]) -> typer.Typer:
     """Application of one command, a function marked with `example`, for a script."""
     name = str(vars(function)["example"]).partition(".py ")[0] + ".py"
     app = typer.Typer(name=name, add_completion=False, pretty_exceptions_enable=False)
-    app.command(epilog=f"Example: {vars(function)['example']}")(_of_single_options(function))
+    app.command(cls=OneCommand, epilog=f"Example: {vars(function)['example']}")(_of_single_options(function))
     return app
 
 

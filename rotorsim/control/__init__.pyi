@@ -10,6 +10,12 @@ from .plausibility import (
     Predictors as Predictors,
     plausibility_of as plausibility_of,
 )
+from .runout import (
+    RunoutCheck as RunoutCheck,
+    RunoutTable as RunoutTable,
+    check_runout as check_runout,
+    runout_table as runout_table,
+)
 from .sampled_loop import (
     Loop as Loop,
     Sweep as Sweep,

@@ -7,6 +7,7 @@ from dataclasses import Field, fields, is_dataclass, replace
 from inspect import signature
 from typing import Any
 
+from identification import LpvModel
 from rotorsim.base.display import Report, did_you_mean, quote, silent
 from rotorsim.base.errors import DesignError
 from rotorsim.base.quantity import quantity_of
@@ -14,7 +15,7 @@ from rotorsim.base.units import show
 from rotorsim.control import designs
 from rotorsim.control.designs.specification import DESIGNS as DESIGNS, explained
 from rotorsim.control.law import Law
-from rotorsim.control.plants import Model, frozen, outside, point_text, range_text
+from rotorsim.control.plants import Model, frozen, only_point, outside, point_text, range_text
 
 for _name in dir(designs):
     getattr(designs, _name)  # which registers it
@@ -46,7 +47,7 @@ def make_spec(name: str, changes: Sequence[str] = (), preset: str = "") -> Any:
     if preset:
         known = getattr(module, "PRESETS", {})
         if preset not in known:
-            hint = f"known are {', '.join(known)}" if known else "it has none, use --spec"
+            hint = f"known are {', '.join(known)}" if known else "it has none, change fields of its specification"
             raise DesignError(f"design {name}: no preset '{preset}'; {hint}")
         spec = known[preset]
     for change in changes:
@@ -74,7 +75,7 @@ def design(name: str, model: Model, changes: Sequence[str] = (), preset: str = "
     if model.Ts and not any(change.partition("=")[0].strip() == "Ts" for change in changes):
         spec = replace(spec, Ts=model.Ts)
     if hasattr(spec, "speed"):
-        _check_point(name, model, spec, changes)
+        spec = _at_point(name, model, spec, changes)
     make = module_of(name).design
     law: Law = make(model, spec, progress) if "progress" in signature(make).parameters else make(model, spec)
     return law
@@ -103,15 +104,24 @@ def field_rows(spec: Any, above: str = "") -> Iterator[tuple[str, str, str, str,
             yield name, parts[0][2], digits, quantity.limits, quantity.doc
 
 
-def _check_point(name: str, model: Model, spec: Any, changes: Sequence[str]) -> None:
-    """Refuse an operating point outside the model's range, whatever a design makes of it."""
-    given = {change.partition("=")[0].strip() for change in changes} & {"speed", "pressure"}
-    if not given and outside(model, spec.speed, spec.pressure):
+def _at_point(name: str, model: Model, spec: Any, changes: Sequence[str]) -> Any:
+    """The specification at an operating point of the model: of one point, its own where `changes` give no other.
+
+    Raises DesignError for a point outside the model's range, whatever a design makes of it.
+    """
+    given = {change.partition("=")[0].strip() for change in changes}
+    if outside(model, spec.speed, spec.pressure):
+        own = {key: value for key, value in (only_point(model) or {}).items() if key not in given}
+        spec = replace(spec, **own)
+    free = not given & {"speed", "pressure"}
+    if free and isinstance(model, LpvModel) and outside(model, spec.speed, spec.pressure):
         raise DesignError(
             f"design {name}: the model holds for {range_text(model)}, and not for the usual "
-            f"{point_text(spec.speed, spec.pressure)}; give the point: --spec speed=... --spec pressure=..."
+            f"{point_text(spec.speed, spec.pressure)}; give a point within as fields of the specification, e.g. "
+            f"speed='{show(model.low[0], 'rad/s')}' and pressure='{show(model.low[1], 'Pa')}'"
         )
     frozen(model, spec.speed, spec.pressure)
+    return spec
 
 
 def _changed(spec: Any, path: list[str], value: str, setting: str) -> Any:

@@ -61,7 +61,7 @@ _HELD = "the output is held, fades out within 105 samples and comes back with th
 _TRIES = "the output fades out and the law tries to come back after 0.1 s at 5 kHz, later each time it fails"
 SENTENCES = {
     SENSOR: f"the measured displacement is not a number: {_HELD}; check the sensors",
-    POINT: f"speed or pressure, over which the law is scheduled, is not a number: {_HELD}; check its measurement",
+    POINT: f"speed, pressure or shaft angle, which the law needs, is not a number: {_HELD}; check its measurement",
     OVERFLOW: "the law's own states overflowed and start again from rest: it is unstable; design it again",
     JUMP: f"the measured displacement jumped further than a rotor moves in a sample: {_TRIES}; check the sensors",
     STUCK: f"a sensor has shown one and the same value for long: {_HELD}; check the sensors",
@@ -93,13 +93,18 @@ not that with which it began."""
 
 
 @inlined
-def fault_in(L, measured_x, measured_y, speed, pressure):
-    """Alarm code for what a law is given; speed and pressure count where it is scheduled over them."""
+def fault_in(L, measured_x, measured_y, speed, pressure, angle):
+    """Alarm code for what a law is given; speed and pressure count where it is scheduled over them.
+
+    The shaft angle counts where the law has a runout table.
+    """
     if not (abs(measured_x) < FARTHEST and abs(measured_y) < FARTHEST):
         return SENSOR
     if L.speeds > 1 and not math.isfinite(speed):
         return POINT
     if L.pressures > 1 and not math.isfinite(pressure):
+        return POINT
+    if L.angles > 0 and not math.isfinite(angle):
         return POINT
     return OK
 
@@ -335,11 +340,11 @@ def predict(w, L, x, y, acting):
 
 
 @inlined
-def displacement(w, table, L, m, x, y, centred):
+def displacement(w, table, L, m, measured_x, measured_y, x, y, centred):
     """Fault of a finite displacement, or OK; predictors are advanced, and begin again where it has jumped."""
     limits = L.checks
-    count_repeats(w, m, 0, x)
-    count_repeats(w, m, 1, y)
+    count_repeats(w, m, 0, measured_x)
+    count_repeats(w, m, 1, measured_y)
     w[m + COUNT] += 1.0
     away = max(abs(x - w[m + GOOD]), abs(y - w[m + GOOD + 1]))
     paused = w[m + REST] > 0.0
@@ -366,12 +371,15 @@ def displacement(w, table, L, m, x, y, centred):
 
 
 @inlined
-def implausible(w, table, L, x, y, speed, pressure, centred):
-    """Alarm code for what a law is given, all finite, or OK; `centred` where its centre is known."""
+def implausible(w, table, L, measured_x, measured_y, x, y, speed, pressure, centred):
+    """Alarm code for what a law is given, all finite, or OK; `centred` where its centre is known.
+
+    x, y: what was measured less the runout.
+    """
     m = L.seen
     far = lost(w, table, m, 0, L.checks + T_SPEED, speed)
     far = lost(w, table, m, 1, L.checks + T_PRESSURE, pressure) or far
-    fault = displacement(w, table, L, m, x, y, centred)
+    fault = displacement(w, table, L, m, measured_x, measured_y, x, y, centred)
     if fault == OK and far:
         fault = POINT_FAR
     if fault == OK:

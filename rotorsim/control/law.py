@@ -2,8 +2,9 @@ r"""`Law`: common run-time form of all controllers, a discrete state space sched
 
 .. math:: x_{k+1} = A(q) x_k + B(q) (y_k - y_c), \qquad u_k = C(q) x_k + D(q) (y_k - y_c)
 
-y [m] is the measured disc, y_c the position that asks for nothing, u [V] the reference, which the plant receives one
-sample later. The matrices are a table over (speed, pressure); see `rotorsim.control.law_kernel` for a sample.
+y [m] is the measured disc, less the runout of the sensors where the law has a table of it, y_c the position that asks
+for nothing, u [V] the reference, which the plant receives one sample later. The matrices are a table over (speed,
+pressure); see `rotorsim.control.law_kernel` for a sample.
 
 Cites: thesis.
 """
@@ -19,17 +20,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rotorsim.base.constants import RIG_SAMPLE
-from rotorsim.base.control_systems import state_space
 from rotorsim.base.display import Card, Shown
 from rotorsim.base.errors import LawError, OtherMachine
 from rotorsim.base.files import write_json
+from rotorsim.base.foreign_systems import is_mat, state_space, write_mat
 from rotorsim.base.input_files import instead, parse_json
-from rotorsim.base.mat import is_mat, write_mat
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control import law_exchange
 from rotorsim.control.guard import Guarded
 from rotorsim.control.law_kernel import LawLayout, make_layout, refresh, step
 from rotorsim.control.plausibility import Plausibility
+from rotorsim.control.runout import RunoutTable
 
 MATRICES = law_exchange.MATRICES
 LIMIT = 5.0
@@ -77,6 +78,8 @@ class Law(Guarded, Shown):
         What it was designed from, as plain values.
     plausibility : Plausibility or None
         Limits beyond which a sample is bad; None: a sample is bad where it is not a finite number.
+    runout : RunoutTable or None
+        Runout over the shaft angle that is taken off every sample; None takes nothing off.
 
     Examples
     --------
@@ -105,6 +108,7 @@ class Law(Guarded, Shown):
     gamma: float | None = None
     about: dict[str, Any] = field(default_factory=dict)
     plausibility: Plausibility | None = None
+    runout: RunoutTable | None = None
 
     def __post_init__(self) -> None:
         for name in (*MATRICES, "speeds", "pressures"):
@@ -126,6 +130,8 @@ class Law(Guarded, Shown):
         ]
         if self.plausibility is not None:
             rows.append(("plausibility", self.plausibility.text))
+        if self.runout is not None:
+            rows.append(("runout table", self.runout.text))
         if self.gamma is not None:
             rows.insert(0, ("gamma", f"{self.gamma:.4g}"))
         return Card(f"Law {self.name}: {self.order} states, {table}", rows)
@@ -144,14 +150,19 @@ class Law(Guarded, Shown):
     def layout(self) -> LawLayout:
         """Offsets in table and memory."""
         predictors = None if self.plausibility is None else self.plausibility.sizes
-        return make_layout(self.order, self.speeds.size, self.pressures.size, predictors)
+        angles = 0 if self.runout is None else len(self.runout.values)
+        return make_layout(self.order, self.speeds.size, self.pressures.size, predictors, angles)
 
     @cached_property
     def table(self) -> np.ndarray:
-        """All matrices as one flat array, block after block; pressure runs fastest. Limits and predictors follow."""
+        """All matrices as one flat array, block after block; pressure runs fastest.
+
+        Limits, predictors and runout follow.
+        """
         parts = [getattr(self, name).reshape(self.speeds.size, self.pressures.size, -1) for name in MATRICES]
         flat = np.concatenate(parts, axis=2).ravel()
-        return np.ascontiguousarray(flat if self.plausibility is None else np.append(flat, self.plausibility.table))
+        checks = np.zeros(0) if self.plausibility is None else self.plausibility.table
+        return np.concatenate([flat, checks, np.zeros(0) if self.runout is None else self.runout.values.ravel()])
 
     @cached_property
     def axes(self) -> np.ndarray:
@@ -187,7 +198,9 @@ class Law(Guarded, Shown):
         if abs(self.Ts / Ts - 1) > 1e-9:
             raise LawError(
                 f"law {self.name}: Ts = {self.Ts * 1e3:g} ms, and the plant samples every {Ts * 1e3:g} ms; "
-                f"design it with Ts = {Ts:g} s"
+                f"design it with Ts = {Ts:g} s",
+                argument="Ts",
+                value=self.Ts,
             )
 
     def other_machine(self, name: str) -> str:
@@ -195,13 +208,21 @@ class Law(Guarded, Shown):
         return other_machine(self.name, str(self.about.get("machine", "")), name)
 
     def check_machine(self, name: str) -> None:
-        """Warn OtherMachine as `other_machine` states."""
+        """Warn OtherMachine as `other_machine` states, and of a runout table of another machine."""
         if sentence := self.other_machine(name):
             warnings.warn(sentence, OtherMachine, stacklevel=4)
+        if self.runout is not None and self.runout.machine not in ("", name):
+            warnings.warn(
+                f"law {self.name}: its runout table is that of {self.runout.machine}, and the machine is {name}; take "
+                "one from a slow roll of this machine",
+                OtherMachine,
+                stacklevel=4,
+            )
 
-    def step(self, measured: Any, speed: float, pressure: float) -> np.ndarray:
+    def step(self, measured: Any, speed: float, pressure: float, angle: float | None = None) -> np.ndarray:
         """Reference (2,) [V] from the measured disc (2,) [m], speed [rad/s] and gauge pressure [Pa] of a sample.
 
+        A law with a runout table also takes the measured shaft `angle` [rad].
         A sample that is NaN, infinite or beyond the limits of `plausibility` does not reach the states: the last output
         is held for 5 samples and then fades out within 100; with good samples the law comes back without a jump, after
         a whole fade from rest.
@@ -209,8 +230,14 @@ class Law(Guarded, Shown):
         """
         if len(measured) != 2:
             raise LawError(f"law {self.name}: measured has {len(measured)} channels and the law 2; give disc x and y")
-        x, y = float(measured[0]), float(measured[1])
-        step(self.memory, self.table, self.axes, self.layout, self.settings, x, y, speed, pressure, self._out)
+        if self.runout is not None and angle is None:
+            raise LawError(
+                f"law {self.name}: has a runout table and was given no shaft angle; call step(measured, speed, "
+                "pressure, angle)",
+                argument="angle",
+            )
+        x, y, turn = float(measured[0]), float(measured[1]), 0.0 if angle is None else float(angle)
+        step(self.memory, self.table, self.axes, self.layout, self.settings, x, y, speed, pressure, turn, self._out)
         return self._out.copy()
 
     def applied(self, reference: Any) -> None:
@@ -302,6 +329,7 @@ class Law(Guarded, Shown):
             value = getattr(self, name)
             data[name] = value.tolist() if isinstance(value, np.ndarray) else value
         data["plausibility"] = None if self.plausibility is None else self.plausibility.to_dict()
+        data["runout"] = None if self.runout is None else self.runout.to_dict()
         return data
 
     def save(self, path: str | Path) -> None:
@@ -341,10 +369,15 @@ def load_law(path: str | Path) -> Law:
         data = parse_json(path.read_text(encoding="utf-8-sig"))
         if (kind := data.pop("kind", None)) != "law":
             raise ValueError(f"its kind is '{kind}'" if kind else "it does not state its kind")
+        if np.size(data["A"]) == 0:  # JSON does not keep the shape of a law without states
+            grid = (len(data["speeds"]), len(data["pressures"]))
+            data |= {name: np.zeros((*grid, *shape)) for name, shape in NO_STATES.items()}
         for name in ("bias", "centre"):
             data[name] = None if data[name] is None else tuple(data[name])
         if data.get("plausibility") is not None:
             data["plausibility"] = Plausibility.from_dict(data["plausibility"])
+        if data.get("runout") is not None:
+            data["runout"] = RunoutTable(**data["runout"])
         return Law(**data)
     except FileNotFoundError as error:
         raise LawError(f"{path}: is not there; give a file that 'rotorsim design' wrote") from error
@@ -354,6 +387,8 @@ def load_law(path: str | Path) -> Law:
 
 
 MOST_STATES = 400
+NO_STATES = {"A": (0, 0), "B": (0, 2), "C": (2, 0), "W": (0, 2)}
+"""Matrices of a law without states and their shapes."""
 
 
 def check_shapes(law: Any) -> None:
@@ -363,7 +398,9 @@ def check_shapes(law: Any) -> None:
     if law.B.ndim == 4 and law.C.ndim == 4 and (law.B.shape[-1] != 2 or law.C.shape[-2] != 2):
         raise LawError(
             f"law {law.name}: {law.B.shape[-1]} measured and {law.C.shape[-2]} driven channels; "
-            "the plant has disc x, y and reference x, y: two each"
+            "the plant has disc x, y and reference x, y: two each",
+            argument="channels",
+            value=(law.B.shape[-1], law.C.shape[-2]),
         )
     shapes = {"A": (n, n), "B": (n, 2), "C": (2, n), "D": (2, 2), "W": (n, 2)}
     for name, shape in shapes.items():

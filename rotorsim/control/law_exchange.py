@@ -8,21 +8,27 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import RIG_SAMPLE
-from rotorsim.base.control_systems import (
+from rotorsim.base.errors import DataError, LawError
+from rotorsim.base.foreign_systems import (
     DISC,
     REFERENCES,
+    cells,
     channel_order,
     check_channels,
     check_labels,
     check_period,
+    check_rest,
+    in_si,
     matrices,
+    number,
+    read_mat,
     reorder,
+    texts,
 )
-from rotorsim.base.errors import DataError, LawError
 from rotorsim.base.input_files import parse_json
-from rotorsim.base.mat import cells, check_rest, in_si, number, read_mat, texts
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control.plausibility import Plausibility
+from rotorsim.control.runout import RunoutTable
 from rotorsim.control.systems import System, tustin
 
 MATRICES = ("A", "B", "C", "D", "W")
@@ -33,7 +39,7 @@ MAT_SETTINGS = ("refresh", "limit", "start", "average", "fade")
 
 
 MAT_READ = (*MAT_SETTINGS, "W", "name", "speeds", "pressures", "centre", "bias", "gamma", "about", "plausibility",
-            "InputName", "OutputName", "InputUnit", "OutputUnit")  # fmt: skip
+            "runout", "InputName", "OutputName", "InputUnit", "OutputUnit")  # fmt: skip
 """Variables of a .mat file besides A, B, C, D and Ts."""
 
 
@@ -69,6 +75,8 @@ def mat_content(law: Any) -> dict[str, Any]:
     content |= {"gamma": np.nan if law.gamma is None else law.gamma, "about": json.dumps(law.about)}
     if law.plausibility is not None:
         content |= {"plausibility": json.dumps(law.plausibility.to_dict())}
+    if law.runout is not None:
+        content |= {"runout": json.dumps(law.runout.to_dict())}
     return content | {"InputName": cells(DISC), "OutputName": cells(REFERENCES)}
 
 
@@ -123,4 +131,6 @@ def _of_content(kind: Any, name: str, content: dict[str, Any], Ts: float) -> Any
     chosen |= {"gamma": None if np.isnan(gamma) else gamma, "about": parse_json(content.get("about", "{}"))}
     if "plausibility" in content:
         chosen |= {"plausibility": Plausibility.from_dict(parse_json(content["plausibility"]))}
+    if "runout" in content:
+        chosen |= {"runout": RunoutTable(**parse_json(content["runout"]))}
     return kind(content.get("name", name), **stacked, speeds=speeds, pressures=pressures, Ts=Ts, **chosen)

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from identification import LinearModel
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DesignError
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control.law import LIMIT, Law
 from rotorsim.control.law_exchange import DEFAULTS
 from rotorsim.control.plants import MICRO, MILLI, Model

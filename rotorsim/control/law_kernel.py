@@ -3,14 +3,16 @@ r"""One sample of a scheduled discrete law: interpolation, saturation, anti-wind
 .. math:: v = C x + D (y - y_c), \quad u = sat(f (v + b)), \quad x^+ = A x + B (y - y_c) + W (sat(v + b) - v - b)
 
 The matrices are interpolated bilinearly in the table at every refresh; outside the table its edge holds. f rises from 0
-to 1 while the law fades in. W is the anti-windup gain. A sample that is not a number does not reach the equation, see
-`rotorsim.control.guard`.
+to 1 while the law fades in. W is the anti-windup gain. y is what was measured, less the runout of the sensors at the
+shaft angle where the law has a table of it, by straight lines between its points. A sample that is not a number does
+not reach the equation, see `rotorsim.control.guard`.
 
 Cites: astrom_1997.
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from reynolds.jit import inlined, kernel
@@ -33,6 +35,9 @@ from rotorsim.control.guard import (
     overflow,
     resume,
 )
+
+TURN = 2.0 * math.pi
+"""One turn [rad]."""
 
 
 @inlined
@@ -147,19 +152,37 @@ def fade_states(w, L):
         w[L.x + k] *= part
 
 
-@kernel
-def step(w, table, axes, L, S, measured_x, measured_y, speed, pressure, out):
-    """One sample: `out` (2,) [V] from the measured disc [m], speed [rad/s] and gauge pressure [Pa].
+@inlined
+def runout_at(table, L, axis, angle):
+    """Runout [m] of a sensor at a shaft angle [rad]; 0 without a table."""
+    if L.angles == 0:
+        return 0.0
+    turns = angle / TURN
+    place = (turns - math.floor(turns)) * L.angles
+    k = int(place)
+    share = place - k
+    low, high = k % L.angles, (k + 1) % L.angles
+    return (1.0 - share) * table[L.runout + 2 * low + axis] + share * table[L.runout + 2 * high + axis]
 
-    S: settings, see `rotorsim.control.law.LawSettings`. Bad samples are held out of the law's states.
+
+@kernel
+def step(w, table, axes, L, S, measured_x, measured_y, speed, pressure, angle, out):
+    """One sample: `out` (2,) [V] from the measured disc [m], speed [rad/s], gauge pressure [Pa], shaft angle [rad].
+
+    S: settings, see `rotorsim.control.law.LawSettings`. Bad samples are held out of the law's states. The angle counts
+    where the law has a runout table.
     """
-    fault = fault_in(L, measured_x, measured_y, speed, pressure)
+    fault = fault_in(L, measured_x, measured_y, speed, pressure, angle)
+    x, y = measured_x, measured_y
+    if L.angles > 0 and fault == 0.0:
+        x -= runout_at(table, L, 0, angle)
+        y -= runout_at(table, L, 1, angle)
     if L.checks >= 0:
-        fault = check(w, table, axes, L, S, fault, measured_x, measured_y, speed, pressure)
+        fault = check(w, table, axes, L, S, fault, measured_x, measured_y, x, y, speed, pressure)
     if fault == 0.0:
         if w[L.guard + BAD] > 0.0:
             fade_states(w, L)
-        answer(w, table, axes, L, S, measured_x, measured_y, speed, pressure, out)
+        answer(w, table, axes, L, S, x, y, speed, pressure, out)
         fault = overflow(w, L)
     if fault == 0.0:
         resume(w, L.guard, out)
@@ -168,8 +191,8 @@ def step(w, table, axes, L, S, measured_x, measured_y, speed, pressure, out):
 
 
 @inlined
-def check(w, table, axes, L, S, fault, measured_x, measured_y, speed, pressure):
-    """Alarm code of a sample with finite numbers (0) or not."""
+def check(w, table, axes, L, S, fault, measured_x, measured_y, x, y, speed, pressure):
+    """Alarm code of a sample with finite numbers (0) or not; x, y: what was measured less the runout."""
     m = L.seen
     if fault != 0.0:
         w[m + FRESH] = w[L.evidence] = w[L.applied] = 0.0
@@ -178,18 +201,22 @@ def check(w, table, axes, L, S, fault, measured_x, measured_y, speed, pressure):
         return fault
     if L.pn > 0 and w[m + COUNT] % REFRESHED == 0.0:
         refresh_predictors(w, table, axes, L, speed, pressure)
-    fault = implausible(w, table, L, measured_x, measured_y, speed, pressure, w[L.done] >= S.start + S.average)
+    centred = w[L.done] >= S.start + S.average
+    fault = implausible(w, table, L, measured_x, measured_y, x, y, speed, pressure, centred)
     w[L.applied] = 0.0
     return fault
 
 
 @kernel
 def steps(w, table, axes, L, S, measured, speed, pressure, out):
-    """As many samples as `measured` (2 n,) holds pairs, into `out` (2 n,); speed and pressure are constant."""
+    """As many samples as `measured` (2 n,) holds pairs, into `out` (2 n,), of a law without runout table.
+
+    Speed and pressure are constant.
+    """
     pair = out[:2]
     for k in range(measured.shape[0] // 2):
         pair = out[2 * k : 2 * k + 2]
-        step(w, table, axes, L, S, measured[2 * k], measured[2 * k + 1], speed, pressure, pair)
+        step(w, table, axes, L, S, measured[2 * k], measured[2 * k + 1], speed, pressure, 0.0, pair)
 
 
 class LawLayout(NamedTuple):
@@ -200,7 +227,8 @@ class LawLayout(NamedTuple):
     measured while it is sought, the number of samples `done`, and what `guard` keeps. `checks` is where the limits of
     `plausibility` stand in the table, -1 without; its predictors' table follows them and its axes those of the law: a
     block of A (pn, pn), B (pn, 2), C (2, pn), gain L (pn, 2) and the weights S (3) of its errors. Their memory follows,
-    last whether a law was given the reference that acts, and which (2) [V].
+    last whether a law was given the reference that acts, and which (2) [V]. The table ends, from `runout` on, with the
+    runout of x and y [m] at a number of `angles` of a turn.
     """
 
     n: int
@@ -233,13 +261,17 @@ class LawLayout(NamedTuple):
     pnew: int = 0
     evidence: int = 0
     applied: int = 0
+    runout: int = 0
+    angles: int = 0
 
 
-def make_layout(n: int, speeds: int, pressures: int, predictors: tuple[int, int, int] | None = None) -> LawLayout:
+def make_layout(
+    n: int, speeds: int, pressures: int, predictors: tuple[int, int, int] | None = None, angles: int = 0
+) -> LawLayout:
     """LawLayout of a law of order n scheduled over `speeds` x `pressures` operating points.
 
     `predictors`: order, speeds and pressures of those of its plausibility checks, order 0 for limits alone; None for a
-    law that checks for finite numbers only.
+    law that checks for finite numbers only. `angles`: those of its runout table, 0 without.
     """
     B = n * n
     C = B + 2 * n
@@ -252,7 +284,9 @@ def make_layout(n: int, speeds: int, pressures: int, predictors: tuple[int, int,
     guard = centre + 5
     seen = guard + SIZE
     bare = LawLayout(n, speeds, pressures, B, C, D, W, block, x, new, centre, centre + 2, centre + 4, guard, seen)
-    return bare if predictors is None else _with_checks(bare, *predictors)
+    L = bare if predictors is None else _with_checks(bare, *predictors)
+    checked = 0 if predictors is None else FIRST_BLOCK + L.psize * L.pspeeds * L.ppressures
+    return L._replace(runout=L.block * speeds * pressures + checked, angles=angles) if angles else L
 
 
 def _with_checks(L: LawLayout, n: int, speeds: int, pressures: int) -> LawLayout:

@@ -25,9 +25,9 @@ import numpy as np
 
 from identification import LinearModel
 from identification.lpv.model import SAME, LpvModel
-from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DesignError
 from rotorsim.base.rounding import first_of_largest
+from rotorsim.base.units import MPA, RIG_SAMPLE, TO_RPM
 from rotorsim.control.systems import System, held, late, normal, series, transformed
 
 MICRO, MILLI = 1e6, 1e3
@@ -37,11 +37,8 @@ Model = LinearModel | LpvModel
 def frozen(model: Model, speed: float, pressure: float, extrapolate: bool = False) -> LinearModel:
     """The continuous linear model at an operating point.
 
-    Raises
-    ------
-    DesignError
-        If the point lies outside the model's range and `extrapolate` is not given, or the model is not a map from
-        references x, y to disc x, y.
+    Raises DesignError if the point lies outside the model's range and `extrapolate` is not given, or the model is not a
+    map from references x, y to disc x, y.
     """
     if not extrapolate and outside(model, speed, pressure):
         raise DesignError(
@@ -62,7 +59,9 @@ def frozen(model: Model, speed: float, pressure: float, extrapolate: bool = Fals
     if any(name.startswith("pin") for name in found.outputs):
         raise DesignError(
             f"model: its outputs are {', '.join(found.outputs)}, what the actuators do, and a law holds the disc; "
-            "identify a model of the disc (model 3, 2 or 1)"
+            "identify a model of the disc (model 3, 2 or 1)",
+            argument="model",
+            value=found.outputs,
         )
     if np.abs(found.D).max() > 0:
         raise DesignError("model: answers a reference at once (D is not zero); identify model 1, 2 or 3")
@@ -75,6 +74,14 @@ def outside(model: Model, speed: float, pressure: float) -> bool:
         return model.outside(speed, pressure)
     own, slack = np.array([model.speed, model.pressure]), np.array(SAME)
     return bool(np.any(np.abs([speed, pressure] - own) > 0.01 * np.abs(own) + slack))
+
+
+def only_point(model: Model) -> dict[str, float] | None:
+    """Speed [rad/s] and supply pressure [Pa] of a model that holds at one point alone; None for any other."""
+    if isinstance(model, LinearModel):
+        return {"speed": model.speed, "pressure": model.pressure}
+    point = dict(zip(("speed", "pressure"), map(float, model.low), strict=True))
+    return point if np.array_equal(model.low, model.high) else None
 
 
 def point_text(speed: float, pressure: float) -> str:

@@ -12,10 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from identification.errors import ModelError
 from identification.lpv.model import LpvModel
-from rotorsim.base.constants import RIG_SAMPLE
-from rotorsim.base.errors import DesignError, LawError
+from rotorsim.base.errors import DesignError, LawError, ModelError
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control.guard import LIMITS
 from rotorsim.control.plants import Model, frozen, second_order, short_held_plant
 from rotorsim.control.systems import System, sampled_riccati

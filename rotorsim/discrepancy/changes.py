@@ -36,7 +36,9 @@ def known_changes(machine: Machine, stated: object, name: str) -> dict[str, floa
     sums = _of_paths(machine, table, name)
     if ring is not None:
         if sums.get(RING_KEY):
-            raise DataError(f"{name}: the angle of the sensor ring is stated twice; leave one of them out")
+            raise DataError(
+                f"{name}: the angle of the sensor ring is stated twice; leave one of them out", argument="sensor_ring"
+            )
         sums[RING_KEY] = _angle(ring, name) - ring_angle(machine)
     for weight in weights if isinstance(weights, list) else [weights]:
         for key, value in _of_weight(machine, weight, name).items():
@@ -84,7 +86,9 @@ def _angle(ring: Any, name: str) -> float:
     """Angle [rad] of a stated sensor ring."""
     angle = ring.get("angle") if isinstance(ring, Mapping) else None
     if isinstance(angle, bool) or not isinstance(angle, (int, float)) or not abs(angle) <= TURN:  # nor a number
-        raise DataError(f"{name}: {RING} {ring!r}; give its angle in rad, a turn at most")
+        raise DataError(
+            f"{name}: {RING} {ring!r}; give its angle in rad, a turn at most", argument="sensor_ring", value=ring
+        )
     return float(angle)
 
 

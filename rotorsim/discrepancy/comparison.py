@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.cache import RUNS, Cache, in_cache, key_of, sources_hash
-from rotorsim.base.constants import RIG_SAMPLE, TO_RPM, TO_UM
+from rotorsim.base.units import RIG_SAMPLE, TO_RPM, TO_UM
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
 from rotorsim.discrepancy.data_vector import (
     FAINTEST,

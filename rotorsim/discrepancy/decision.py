@@ -54,7 +54,11 @@ def check_allowed(names: Iterable[str]) -> tuple[str, ...]:
     """The names, each once, all of them for none; raises DataError for one that is unknown."""
     asked = tuple(name for name in dict.fromkeys(names) if name != "all")
     for unknown in (name for name in asked if name not in ALLOWED):
-        raise DataError(f"--allow: '{unknown}' cannot be changed by a plan; {did_you_mean(unknown, ALLOWED)}")
+        raise DataError(
+            f"--allow: '{unknown}' cannot be changed by a plan; {did_you_mean(unknown, ALLOWED)}",
+            argument="allow",
+            value=unknown,
+        )
     return asked or tuple(ALLOWED)
 
 
@@ -88,7 +92,11 @@ def allowed_here(
         return can
     for name in asked:
         if name in against:
-            raise DataError(f"--allow: '{name}' cannot be changed, {against[name]}; allow {', '.join(can)}")
+            raise DataError(
+                f"--allow: '{name}' cannot be changed, {against[name]}; allow {', '.join(can)}",
+                argument="allow",
+                value=name,
+            )
     return asked
 
 
@@ -199,15 +207,25 @@ def read_steps(folder: Path, asked: Mapping[str, Any]) -> DecisionSteps:
         steps = tuple(DecisionStep(**(row | {"records": tuple(row["records"])})) for row in table.pop("steps"))
         found = DecisionSteps(**(table | {"first": tuple(table["first"])}), steps=steps)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise DataError(f"{path}: does not hold the steps of a loop; give another --out, or --force") from error
+        raise DataError(
+            f"{path}: does not hold the steps of a loop; give another folder, or replace it by force",
+            argument="out",
+            value=str(folder),
+        ) from error
     differs = [name for name in asked if asked[name] != found.asked.get(name)]
     if differs:
         raise DataError(
             f"{path}: is of a loop with {differs[0]} = {found.asked.get(differs[0])}, not {asked[differs[0]]}; give "
-            "another --out, or --force to begin anew"
+            "another folder, or begin anew by force",
+            argument=differs[0],
+            value=asked[differs[0]],
         )
     missing = [name for step in found.steps for name in step.records if not Path(name).exists()]
     if missing:
-        raise DataError(f"{missing[0]}: is a record of the loop in {path} and is gone; bring it back, or --force")
+        raise DataError(
+            f"{missing[0]}: is a record of the loop in {path} and is gone; bring it back, or begin anew by force",
+            argument="records",
+            value=missing[0],
+        )
     waiting = tuple(name for name in found.pending.get("records", ()) if Path(name).exists())
     return replace(found, pending={**found.pending, "records": waiting}) if found.pending else found

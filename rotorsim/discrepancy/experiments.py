@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM
-from rotorsim.base.units import show
+from rotorsim.base.units import MPA, RIG_SAMPLE, TO_RPM, show
 from rotorsim.discrepancy.changes import RING, WEIGHT, known_changes, ring_angle
 from rotorsim.discrepancy.decision import allowed_here
 from rotorsim.discrepancy.run_ups import RunupTrial, empty_sweep, planned_sweep

@@ -268,7 +268,9 @@ def load_diagnosis(folder: str | Path) -> Diagnosis:
     folder = Path(folder)
     verdict, data = folder / RESULTS["verdict"], folder / RESULTS["data"]
     if not folder.is_dir():
-        raise DataError(f"{folder}: is not a folder; give the one that 'rotorsim diagnose' wrote")
+        raise DataError(
+            f"{folder}: is not a folder; give the one that 'rotorsim diagnose' wrote", argument="folder", value=folder
+        )
     if not verdict.is_file():
         raise DataError(f"{folder}: has no {verdict.name}, so no verdict; give a folder that 'rotorsim diagnose' wrote")
     if not data.is_file():

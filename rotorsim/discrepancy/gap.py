@@ -21,8 +21,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.rounding import answer
+from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.discrepancy.calibration import ParameterPoint
 from rotorsim.discrepancy.changes import RING, RING_KEY, ring_axes
 from rotorsim.discrepancy.comparison import UNSTEADY, Misfit, TwinComparison, tone

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification import make_record
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.files import make_folder, replacing_all, write_json
 from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.base.input_files import parse_json
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.calibration import (
     DIRECTIONS,
     MESH,
@@ -90,10 +90,16 @@ def read_truth(path: Path) -> SealedTruth:
         return SealedTruth(ParameterPoint(values, fixed), int(table["seed"]))
     except OSError as error:
         raise DataError(
-            f"{path}: cannot be read ({error.strerror}); give the folder that rotorsim hide has made"
+            f"{path}: cannot be read ({error.strerror}); give the folder that rotorsim hide has made",
+            argument="rig",
+            value=str(path),
         ) from error
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise DataError(f"{path}: is not the truth of hidden records; make them anew with rotorsim hide") from error
+        raise DataError(
+            f"{path}: is not the truth of hidden records; make them anew with rotorsim hide",
+            argument="rig",
+            value=str(path),
+        ) from error
 
 
 def truth_twin(machine: Machine, effects: Sequence[str] | None = None) -> Twin:
@@ -116,7 +122,11 @@ def draw(
         own = [f for f in every if name in (f.effect, f.key)]
         if not own:
             known = ", ".join(sorted({f.effect for f in every}))
-            raise DataError(f"hide: '{name}' cannot be hidden in {twin.machine.name}; choose one of {known}")
+            raise DataError(
+                f"hide: '{name}' cannot be hidden in {twin.machine.name}; choose one of {known}",
+                argument="effects",
+                value=name,
+            )
         form = own[int(rng.integers(len(own)))]
         size = float(np.exp(rng.uniform(*np.log(sizes))))
         v = _amplitude(form, size, rng)
@@ -272,7 +282,7 @@ def hide(
 def write(folder: Path, records: Sequence[xr.Dataset], truth: HiddenTruth, twin: Twin) -> None:
     """Write records and sealed truth together; raises DataError if records exist, or WriteError."""
     if (folder / "records").exists() or (folder / "sealed").exists():
-        raise DataError(f"{folder}: has hidden records already; choose another --out")
+        raise DataError(f"{folder}: has hidden records already; choose another folder")
     with replacing_all(folder, ("sealed", "records")) as part:
         for record in records:
             write_netcdf(make_folder(part / "records") / f"{record.attrs['record']}.nc", record)

@@ -115,9 +115,13 @@ def decide(
     """
     machine = machine if isinstance(machine, Machine) else load_machine(machine)
     if not budget > SET_UP:
-        raise DataError(f"budget: {budget:g} min allow no experiment; the shortest takes more than {SET_UP:g} min")
+        raise DataError(
+            f"budget: {budget:g} min allow no experiment; the shortest takes more than {SET_UP:g} min",
+            argument="budget",
+            value=budget,
+        )
     if not 0.5 < sure < 1:
-        raise DataError(f"sure: {sure:g} is not between 0.5 and 1; give e.g. 0.95")
+        raise DataError(f"sure: {sure:g} is not between 0.5 and 1; give e.g. 0.95", argument="sure", value=sure)
     there = rig if not isinstance(rig, (str, Path)) else open_rig(str(rig), machine)
     names = check_allowed(allow)
     allowed = allowed_here(machine, names)
@@ -228,7 +232,11 @@ class DecisionLoop:
             return "open"
         if not any(step.experiment for step in steps.steps) and max(found.odds.values()) < self.sure:
             least = min(p.option.minutes for p in plan.proposals if plan.helps(p))
-            raise DataError(f"budget: {self.budget:.3g} min; the shortest experiment takes {least:.3g} min; give more")
+            raise DataError(
+                f"budget: {self.budget:.3g} min; the shortest experiment takes {least:.3g} min; give more",
+                argument="budget",
+                value=self.budget,
+            )
         return "budget"
 
     def _next(self, found: Diagnosis, steps: DecisionSteps) -> Proposal | None:
@@ -373,9 +381,15 @@ class FolderRig:
     def check(self, out: str | Path | None) -> None:
         """Raise DataError if the folder is missing, or if `out` is not given or lies in it."""
         if not self.folder.is_dir():
-            raise DataError(f"--rig: {self.folder} is not a folder; make it and put the records there are into it")
+            raise DataError(
+                f"--rig: {self.folder} is not a folder; make it and put the records there are into it",
+                argument="rig",
+                value=str(self.folder),
+            )
         if out is None:
-            raise DataError("decide: a rig that is a folder needs out, where the plan of the next experiment is put")
+            raise DataError(
+                "decide: a rig that is a folder needs out, where the plan of the next experiment is put", argument="out"
+            )
         refuse_same(out, self.folder)
 
     def begin(self, given: Sequence[Any]) -> list[Any]:
@@ -418,7 +432,9 @@ class FolderRig:
 def refuse_same(out: str | Path | None, folder: Path) -> None:
     """Raise DataError for results in a rig's folder, where they would be taken for records."""
     if out is not None and Path(out).resolve().is_relative_to(folder.resolve()):
-        raise DataError(f"--out: {out} is in the folder of the rig, {folder}; give another one")
+        raise DataError(
+            f"--out: {out} is in the folder of the rig, {folder}; give another one", argument="out", value=out
+        )
 
 
 def open_rig(text: str, machine: Machine, longest: float = 8 * 3600.0) -> ExperimentRig:
@@ -426,5 +442,9 @@ def open_rig(text: str, machine: Machine, longest: float = 8 * 3600.0) -> Experi
     if text.startswith(VIRTUAL):
         return VirtualRig(Path(text.removeprefix(VIRTUAL)), machine)
     if ":" in text and not Path(text).exists():
-        raise DataError(f"--rig: '{text}' is neither virtual:FOLDER (of rotorsim hide) nor a folder; give one of these")
+        raise DataError(
+            f"--rig: '{text}' is neither virtual:FOLDER (of rotorsim hide) nor a folder; give one of these",
+            argument="rig",
+            value=text,
+        )
     return FolderRig(Path(text), longest)

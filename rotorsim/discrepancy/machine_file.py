@@ -17,10 +17,9 @@ from typing import Any
 
 import tomlkit
 
-from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import quantities
-from rotorsim.base.units import show
+from rotorsim.base.units import TO_UM, show
 from rotorsim.discrepancy.twin import of_axis, of_bearing, of_each_film, own_tables
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine

@@ -16,13 +16,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification import notes_of, read
-from identification.errors import ReadError, SchemaError
 from identification.records.prefilter import operating_point
 from identification.records.sampling import sampling_time
 from identification.records.schema import measured
-from rotorsim.base.constants import RIG_SAMPLE, TO_RPM
 from rotorsim.base.display import listing
-from rotorsim.base.errors import DataError
+from rotorsim.base.errors import DataError, ReadError, SchemaError
+from rotorsim.base.units import RIG_SAMPLE, TO_RPM
 from rotorsim.discrepancy.changes import RING_KEY, known_changes, ring_angle
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.data_vector import EXCITED
@@ -93,7 +92,8 @@ def check_loop(record: xr.Dataset, name: str) -> None:
     closed = "controller" in record.attrs or str(record.attrs.get("experiment", "")) == "controlled"
     if closed and "reference_external" not in record:
         raise DataError(
-            f"{name}: was recorded in closed loop without the dither that was added; record reference_external as well"
+            f"{name}: was recorded in closed loop without the dither that was added; record reference_external as well",
+            argument="reference_external",
         )
 
 
@@ -197,13 +197,18 @@ def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> T
     """Trial from a record; raises DataError with one sentence if it is unsuitable."""
     Ts = sampling_time(record)
     if abs(Ts / RIG_SAMPLE - 1) > 1e-6:
-        raise DataError(f"{name}: is sampled at {1 / Ts:.6g} Hz, a diagnosis needs 5000 Hz; resample it")
+        raise DataError(
+            f"{name}: is sampled at {1 / Ts:.6g} Hz, a diagnosis needs 5000 Hz; resample it", argument="Ts", value=Ts
+        )
     displacement, probe_angle = displacement_of(record, name)
     n = len(displacement)
     speed, pressure = operating_point(record, Ts)
     check_constant(record, name)
     check_loop(record, name)
     check_turning(record, speed, n, name)
+    if "force_position" in record.attrs:
+        place = float(record.attrs["force_position"]) * 1e3
+        raise DataError(f"{name}: was hit at {place:.6g} mm; a diagnosis takes forces on the disc: leave it out")
     rows = np.zeros((n, 6))
     rows[:, 0], rows[:, 1] = speed, pressure if np.isfinite(pressure) else 0.0
     for column, channel in ((2, "reference"), (4, "disc_force")):
@@ -244,7 +249,9 @@ def check_turns(trial: Trial) -> None:
     if samples < FEWEST:
         raise DataError(
             f"{trial.name}: at {abs(trial.speed) * TO_RPM:.6g} rpm a turn has {samples:.2g} samples at the 5 kHz of a "
-            f"diagnosis and needs {FEWEST}; give records of slower turns"
+            f"diagnosis and needs {FEWEST}; give records of slower turns",
+            argument="speed",
+            value=trial.speed,
         )
 
 
@@ -327,7 +334,9 @@ def check_units(comparison: TwinComparison, simulated: np.ndarray) -> None:
     near = 1 / factor if only else factor
     raise DataError(
         f"records: {channel} is {shown} times what the machine file makes of it, about {near:.4g}: is it a matter of "
-        f"units, {what}? state the unit in the mapping; nothing was assumed"
+        f"units, {what}? state the unit in the mapping; nothing was assumed",
+        argument="units",
+        value=near,
     )
 
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.display import Card, Reported, Shown
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, lobes, wave
 from rotorsim.discrepancy.candidates import Form
 from rotorsim.discrepancy.comparison import Misfit

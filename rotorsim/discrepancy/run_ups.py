@@ -27,9 +27,9 @@ import numpy as np
 
 from identification import make_vectors
 from identification.records.schema import measured, notes_of, probe_angle, with_notes
-from rotorsim.base.constants import RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import answer
+from rotorsim.base.units import RIG_SAMPLE, TO_RPM
 from rotorsim.discrepancy.changes import RING
 from rotorsim.discrepancy.records import stated_accuracy
 from rotorsim.discrepancy.trial import TURNING, Trial, displacement_of, only_probe, stated
@@ -352,7 +352,9 @@ def runup_vectors(record: xr.Dataset, turns: int = 8, orders: Sequence[int] = OR
         if RING in str(record.attrs.get("changes", "")):
             raise DataError(
                 f"{name}: the shaft turns from y to x and the sensor ring is turned; swap x and y and the sign of the "
-                "ring's angle"
+                "ring's angle",
+                argument="sensor_ring",
+                value=record.attrs["changes"],
             )
         fitted[:, :, 1] *= -1
         probe_angle = None if probe_angle is None else -probe_angle
@@ -395,7 +397,9 @@ def _attributes(record: xr.Dataset, probe_angle: float | None) -> dict[str, Any]
 def _windows(angle: np.ndarray, turns: int, highest: int, name: str) -> list[slice]:
     """Samples of consecutive windows of whole revolutions; raises DataError where they hold too few for an order."""
     if not 1 <= turns < len(angle):
-        raise DataError(f"{name}: turns is {turns}; give the revolutions of a window, from 1")
+        raise DataError(
+            f"{name}: turns is {turns}; give the revolutions of a window, from 1", argument="turns", value=turns
+        )
     edges = np.searchsorted(angle, np.arange(angle[0], angle[-1], 2 * np.pi * turns))
     if len(edges) > 1 and np.diff(edges).min() < SAMPLES_OF_A_TURN * highest * turns:
         raise DataError(

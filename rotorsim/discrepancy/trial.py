@@ -38,9 +38,9 @@ import numpy as np
 
 from identification.records.schema import measured
 from identification.records.sensors import DISPLACEMENTS, SAME_PLACE
-from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import answer
+from rotorsim.base.units import MPA, RIG_SAMPLE, TO_RPM
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -402,7 +402,7 @@ def stated(
     except (TypeError, ValueError):
         found = nan
     if not fits(found):
-        raise DataError(f"{name}: {what} is {value!r}; give {wanted}")
+        raise DataError(f"{name}: {what} is {value!r}; give {wanted}", argument=key, value=value)
     return found
 
 

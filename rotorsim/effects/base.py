@@ -31,6 +31,10 @@ An effect file holds the equation and its source, a dataclass whose fields are m
 ``sensor``    ``(w, reading, state, seed, sample, p)``  changes the readings in w[reading:] in place: disc x, y [m],
               shaft angle [rad], speed [rad/s], gauge pressure [Pa], angle of the probes' ring [rad]; once a sample.
               Chained in the machine file's order; its own `states` are w[state:], 0 at the start of a run.
+``pin_sensor`` ``(number, h, before, start, end, seen, p) -> seen``  signal [m] that the loop of pin `number` (from 1)
+              reads after h [s] in which the pin went straight from `start` to `end` and the signal began as `before`;
+              `seen` is that of a perfect sensor, `end`, or of the table before; h is 0 where a pin has just jumped.
+              `reading_noise`, ``(number, seed, sample, p) -> noise``, is what a recorded reading has more [m].
 ``torque``    ``(t, angle, speed, p) -> torque``  torque [N m] on the shaft besides the drive's.
 ``support``   ``(p) -> (omega, zeta, gain)``  a resonance [rad/s, 1] under the film's sleeve; gain [kg^-1/2] is its
               displacement per modal coordinate.
@@ -63,16 +67,16 @@ from rotorsim.base.quantity import UNLIMITED, Quantity, declared, quantities
 
 PORTS = (
     "force", "motion", "contact", "film", "gas", "heat", "injector", "plenum", "supply", "actuator", "sensor",
-    "torque", "support", "rotating",
+    "pin_sensor", "torque", "support", "rotating",
 )  # fmt: skip
 """Places where an effect acts; the head of this file has the signature of each port's kernel."""
-FILM_PORTS = ("contact", "film", "gas", "heat", "injector", "plenum", "supply", "actuator", "support")
+FILM_PORTS = ("contact", "film", "gas", "heat", "injector", "plenum", "supply", "actuator", "pin_sensor", "support")
 """Ports of the gas film and what feeds it: without a film these effects have nothing to act on."""
 
 ROLES = {
     "candidate": "may be what a machine file lacks",
     "scatter": "scatters readings: left out of the simulated means, part of the noise floor",
-    "known": "a load or a limit that is known: never looked for",
+    "known": "a load, a limit or an instrument that is known: never looked for",
     "set": "is set on purpose, for single records too, as these state: never looked for",
     "asymmetric": "breaks the symmetry of the film, which is another plant: only on request",
 }
@@ -189,6 +193,8 @@ class Effect:
     """Kernel of the port `heat` for what follows from the temperatures."""
     braking: ClassVar[Callable[..., Any] | None] = None
     """Kernel of the port `motion` for the torque of its force about the shaft's axis."""
+    reading_noise: ClassVar[Callable[..., Any] | None] = None
+    """Kernel of the port `pin_sensor` for the noise of a recorded reading."""
     place: ClassVar[str]
     """Place where it acts when `position` is not given: 'disc' (the first), 'film', 'bearing' (the first linear one) or
     'start' (the left shaft end). Where it is not given: 'film' for the ports of the gas film, else 'disc'."""

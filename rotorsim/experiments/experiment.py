@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 import numpy as np
 
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
 from rotorsim.base.public import Registry, modules_below
 from rotorsim.base.quantity import Quantity, check_fields, declared, quantity_of
+from rotorsim.base.units import RIG_SAMPLE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,7 +59,7 @@ def check_parameters(experiment: Any) -> None:
     from rotorsim.machine.plausibility import ask  # which reads the catalogue of effects: help of commands does without
 
     for name, sentence in check_fields(experiment):
-        raise DataError(f"{name}: {sentence}")
+        raise DataError(f"{name}: {sentence}", argument=name, value=getattr(experiment, name))
     for entry, known in parameters(experiment):
         value = getattr(experiment, entry.name)
         if value is not None and not isinstance(value, str):
@@ -223,5 +223,7 @@ def generator(sequence: int, *key: int) -> np.random.Generator:
 def check_seed(seed: Any) -> int:
     """The seed as an int; raises DataError."""
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**53:
-        raise DataError(f"seed = {seed}: must be a whole number from 0 to 2^53 - 1; give e.g. 0")
+        raise DataError(
+            f"seed = {seed}: must be a whole number from 0 to 2^53 - 1; give e.g. 0", argument="seed", value=seed
+        )
     return int(seed)

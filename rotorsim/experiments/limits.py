@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import LimitError
+from rotorsim.base.units import TO_RPM
 from rotorsim.experiments.recording import FEWEST
 from rotorsim.machine.limits import at_speed, first_passed, limits_of
 from rotorsim.plant.assemble import Assembly
@@ -54,7 +54,7 @@ def cut(record: xr.Dataset, a: Assembly) -> xr.Dataset:
     found = first_passed(a.machine, record["speed"].values, rises)
     if found is not None:
         if found[0] < FEWEST:
-            raise LimitError(f"the run {found[1]}; begin lower or raise it")
+            raise LimitError(f"the run {found[1]}; begin lower or raise it", argument="limits", value=found[1])
         record = record.isel(time=slice(found[0]))
     pressures = record["pressure"].values if "pressure" in record else 0.0
     ended = {"ended": "complete" if found is None else found[1]}
@@ -74,7 +74,11 @@ def check_begin(simulation: Simulation) -> None:
     if sentence:
         what = sentence.partition(": ")[2]
         speed = float(simulation.w[a.rotor.speed]) * TO_RPM
-        raise LimitError(f"the run would begin beyond a limit, at {speed:.0f} rpm: {what}; begin lower or raise it")
+        raise LimitError(
+            f"the run would begin beyond a limit, at {speed:.0f} rpm: {what}; begin lower or raise it",
+            argument="limits",
+            value=sentence,
+        )
 
 
 def extremes(speeds: np.ndarray, more: np.ndarray) -> np.ndarray:

@@ -61,9 +61,17 @@ class WithHarmonics:
         try:
             self.amplitudes = np.array(amplitudes, complex)
         except (TypeError, ValueError) as error:
-            raise DataError(f"amplitudes {amplitudes!r}: give (k, 2) finite numbers, [V] of x and y") from error
+            raise DataError(
+                f"amplitudes {amplitudes!r}: give (k, 2) finite numbers, [V] of x and y",
+                argument="amplitudes",
+                value=amplitudes,
+            ) from error
         if self.amplitudes.ndim != 2 or self.amplitudes.shape[1] != 2 or not np.all(np.isfinite(self.amplitudes)):
-            raise DataError(f"amplitudes {self.amplitudes.shape}: give (k, 2) finite numbers, [V] of x and y")
+            raise DataError(
+                f"amplitudes {self.amplitudes.shape}: give (k, 2) finite numbers, [V] of x and y",
+                argument="amplitudes",
+                value=amplitudes,
+            )
         self.orders = np.arange(1, len(self.amplitudes) + 1)
         self.name = name_of(controller)
         self.Ts, self.sample, self.now = float(getattr(controller, "Ts", 0.0)), 0, np.zeros(2)
@@ -159,10 +167,18 @@ def without_orbit(
     (2, 2)
     """
     if not speed * LONGEST >= 2 * np.pi * TURNS:
-        raise DataError(f"speed = {speed:g} rad/s: the shaft hardly turns and has no orbit; take the law as it is")
-    if type(harmonics) is not int or harmonics not in range(1, 6) or not 0 < trial <= REFERENCE_LIMIT:
         raise DataError(
-            f"harmonics = {harmonics}, trial = {trial} V: give 1 to 5 harmonics and a trial up to {REFERENCE_LIMIT:g} V"
+            f"speed = {speed:g} rad/s: the shaft hardly turns and has no orbit; take the law as it is",
+            argument="speed",
+            value=speed,
+        )
+    whole = type(harmonics) is int and harmonics in range(1, 6)
+    if not whole or not 0 < trial <= REFERENCE_LIMIT:
+        raise DataError(
+            f"harmonics = {harmonics}, trial = {trial} V: give 1 to 5 harmonics and a trial up to "
+            f"{REFERENCE_LIMIT:g} V",
+            argument="trial" if whole else "harmonics",
+            value=trial if whole else harmonics,
         )
     Ts = plant.machine.sampling_time
     lasting = Ts * np.ceil(max(SHORTEST, TURNS * 2 * np.pi / speed) / Ts)
@@ -173,7 +189,9 @@ def without_orbit(
         if not added.any() and (share := saturated_share(record["reference"].values)) >= SATURATED:
             raise DataError(
                 f"controller {name_of(law)}: stands at the range of the references in {100 * share:.3g} % of the "
-                "samples without any excitation; reduce its gain"
+                "samples without any excitation; reduce its gain",
+                argument="controller",
+                value=share,
             )
         return harmonics_of(record, speed, harmonics)
 
@@ -181,7 +199,9 @@ def without_orbit(
     if not np.abs(found).max() <= max(LEFT * np.abs(first).max(), SMALL):
         raise DataError(
             f"controller {name_of(law)}: {np.abs(found).max():.2g} V of {np.abs(first).max():.2g} V of its "
-            f"references' harmonics are left after {ROUNDS} rounds; reduce its gain, or take it as it is"
+            f"references' harmonics are left after {ROUNDS} rounds; reduce its gain, or take it as it is",
+            argument="controller",
+            value=float(np.abs(found).max()),
         )
     return WithHarmonics(law, speed, added)
 

@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import ControllerError
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control.guard import FARTHEST, OK, SENSOR, SIZE, Guarded, guard
 from rotorsim.experiments.experiment import attributes, check_parameters, param
 

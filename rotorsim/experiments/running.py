@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from identification import make_record
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.display import track
 from rotorsim.base.errors import ControllerError, ConvergenceError, DataError, LimitError
 from rotorsim.base.files import WriteError
 from rotorsim.base.interrupt import Interrupt, asked
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.experiments.experiment import Experiment, ask_speeds, check_seed, fastest, reference_range
 from rotorsim.experiments.limits import beyond_attrs, check_begin, choked, extremes, passed
 from rotorsim.experiments.recording import FEWEST, Recording
@@ -108,7 +108,9 @@ def run(
     if experiment.samples * experiment.Ts > LONGEST_IN_MEMORY:
         raise DataError(
             f"{experiment.name}: {experiment.samples * experiment.Ts:g} s are more than the {LONGEST_IN_MEMORY:g} s "
-            "that are returned in memory; make it shorter or record it to a file"
+            "that are returned in memory; make it shorter or record it to a file",
+            argument="duration",
+            value=experiment.samples * experiment.Ts,
         )
     simulation = begin(plant, experiment, seed)
     blocks, ended = [], "complete"
@@ -219,7 +221,9 @@ def begin(plant: Plant, experiment: Experiment, seed: int) -> Simulation:
     if experiment.drives_reference and not plant.machine.injectors:
         raise DataError(
             f"{experiment.name}: {plant.machine.name} has no gas film whose actuators a reference could move; "
-            "take impact, steady or runup"
+            "take impact, steady or runup",
+            argument="machine",
+            value=plant.machine.name,
         )
     if experiment.samples < FEWEST:
         raise DataError(
@@ -229,6 +233,8 @@ def begin(plant: Plant, experiment: Experiment, seed: int) -> Simulation:
     check_speed(plant.machine, fastest(experiment))
     speed, pressure = experiment.initial()
     simulation = plant.start(speed, pressure, seed=check_seed(seed))
+    if (position := getattr(experiment, "position", None)) is not None:
+        simulation.strike_at(position)
     check_begin(simulation)
     controller: Any = getattr(experiment, "controller", None)
     call(controller, "check_machine", plant.machine.name)
@@ -334,5 +340,6 @@ class FeedbackLoop:
         seen: dict[str, Any] = split_columns(simulation.assembly, table, row[None])
         speed = seen.get("speed_measured", seen["speed"])[0]
         pressure = seen.get("pressure_measured", seen.get("pressure", row[1:2]))[0]
+        angle = seen.get("angle_measured", seen["angle"])[0]
         time = (simulation.samples - 1) * simulation.assembly.sampling_time
-        return ask(self.controller, seen["disc_measured"][0], float(speed), float(pressure), time, row[2:4])
+        return ask(self.controller, seen["disc_measured"][0], float(speed), float(pressure), angle, time, row[2:4])

@@ -13,14 +13,15 @@ from typing import Any
 
 import numpy as np
 
+from fe_shaft.modal import half_axes
 from rotorsim.analysis.modes_over_speed import least_damped, modes_over_speed
-from rotorsim.analysis.unbalance_response import half_axis, unbalances_of, whirl
+from rotorsim.analysis.unbalance_response import unbalances_of, whirl
 from rotorsim.analysis.whirl_onset import LeastDamped, stability_limit
-from rotorsim.base.constants import RPM
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.files import make_folder, write_json
 from rotorsim.base.input_files import instead, parse_json
 from rotorsim.base.rounding import DAMPED
+from rotorsim.base.units import RPM
 from rotorsim.live.records import Replay
 from rotorsim.live.rig import Rig
 from rotorsim.live.runner import Runner
@@ -241,18 +242,10 @@ COASTING = "The drive is off and the shaft slows down by its own losses."
 
 
 def stops(machine: Machine, plant: Plant, lowest: float, pressure: float) -> tuple[Stop, ...]:
-    """Scenes of the tour for a machine; every number in a text is computed from it at the scene's point.
+    """Scenes of the tour for a machine; every number in a text is computed from its plant at the scene's point.
 
-    Parameters
-    ----------
-    machine : Machine
-        The shipped rig has its own tour, whatever its grid.
-    plant : Plant
-        Of the machine, from which the numbers come.
-    lowest : float
-        Speed [rad/s] from which the film carries the rotor.
-    pressure : float
-        Supply pressure [Pa, gauge] that is set at first.
+    `lowest` [rad/s] is the speed from which the film carries the rotor, `pressure` [Pa, gauge] is set at first. The
+    shipped rig has its own tour, whatever its grid.
     """
     return tuple(_rig_tour(plant) if is_shipped(machine) else _machine_tour(machine, plant, lowest, pressure))
 
@@ -301,7 +294,7 @@ def _peak(plant: Plant, pressure: float, low: float, high: float) -> float:
 
     def look(model: LinearPlant, damping: float) -> None:
         grows = damping < -DAMPED
-        sizes[model.speed] = 0.0 if grows else float(half_axis(whirl(plant, model, model.speed, unbalances, z))[0])
+        sizes[model.speed] = 0.0 if grows else float(half_axes(*whirl(plant, model, model.speed, unbalances, z)[0])[0])
 
     def look_at(speed: float) -> None:
         sizes[speed] = 0.0

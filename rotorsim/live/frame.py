@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import MPA, TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.rounding import DAMPED
+from rotorsim.base.units import MPA, TO_MPA, TO_RPM, TO_UM
 from rotorsim.live.modes import DRIFT, RigModes, RingdownReading
 from rotorsim.live.rig import LENGTH, Rig
 from rotorsim.live.settings import OFF
 from rotorsim.machine import Machine
-from rotorsim.machine.probes import reading_unit
+from rotorsim.machine.rotor import reading_unit
 from rotorsim.plant.journal_room import journal_room
 from rotorsim.plant.kernels.layout import AT, COLUMNS, DISC, DISC_READ, FILM_COLUMNS, READ, REFERENCE, inputs_of
 from rotorsim.signals.record_blocks import shown_reading
@@ -47,12 +47,14 @@ LINE = 2 * np.pi
 
 @dataclass(frozen=True)
 class Geometry:
-    """Fixed geometry of the views; lengths in um, angles in deg; names and units of the probes; samples of Ts [s];
-    z (films, n_z), name, clearance and room of the journal in ROOM directions of each film."""
+    """Fixed geometry of the views; lengths in um, angles in deg; `read`: pins have sensors; names and units of the
+    probes; samples of Ts [s]; z (films, n_z), name, clearance and room of the journal in ROOM directions of each film.
+    """
 
     clearance: float
     safety: float
     pins: int
+    read: bool
     probes: tuple[tuple[str, str], ...]
     theta: np.ndarray
     z: np.ndarray
@@ -66,14 +68,20 @@ class Geometry:
         film = machine.film
         clearance = 0.0 if film is None else film.clearance * TO_UM
         probes = tuple((p.name, reading_unit(p)) for p in machine.probes)
+        effects = [one for tables in machine.effects.values() for one in tables]
         films = tuple(
             (name, one.clearance * TO_UM, journal_room(machine, k, ROOM) * TO_UM)
             for k, (name, one) in enumerate(zip(machine.film_names, machine.films, strict=True))
         )
         return cls(
-            clearance, SAFE * clearance, len(machine.injectors), probes, theta, np.atleast_2d(z),
-            machine.gas.ambient_pressure, machine.sampling_time, films,
+            clearance, SAFE * clearance, len(machine.injectors), any(e.port == "pin_sensor" for e in effects), probes,
+            theta, np.atleast_2d(z), machine.gas.ambient_pressure, machine.sampling_time, films,
         )  # fmt: skip
+
+    @property
+    def first_probe(self) -> int:
+        """Column of the first probe."""
+        return len(COLUMNS) + self.pins * (2 if self.read else 1)
 
     def alike(self, other: Geometry) -> bool:
         """True if a film of one can be drawn as one of the other; without a film there is nothing to draw."""
@@ -103,7 +111,7 @@ def make_frame(
         return frame
     film = pressure is not None
     frame["orbit"] = {"disc": _pair(rows[-ORBIT:], "disc", 2)}
-    frame["trace"] = _traces(rows[-TRACE:], geometry.pins if film else 0, geometry.Ts)
+    frame["trace"] = _traces(rows[-TRACE:], geometry, film)
     frame["spectrum"] = _plain(spectrum(rows[-SPECTRUM:]), 3) if len(rows) >= SPECTRUM else None
     frame["orders"] = no_orders(rows[-SPECTRUM:], geometry.Ts)
     away = float(np.hypot(*(rows[-ORBIT:, DISC] - rest).T).max()) * TO_UM
@@ -169,26 +177,27 @@ def _numbers(rows: np.ndarray, Ts: float) -> dict[str, Any]:
 
 def _probe_swings(rows: np.ndarray, geometry: Geometry) -> list[tuple[str, str]]:
     """Name of each probe and half the peak-to-peak value of its reading over the last SWING samples."""
-    first = len(COLUMNS) + geometry.pins
+    first = geometry.first_probe
     half = 0.5 * np.ptp(rows[-SWING:, first : first + len(geometry.probes)], axis=0)
     return [(name, shown_reading(value, unit)) for value, (name, unit) in zip(half, geometry.probes, strict=True)]
 
 
-def _traces(rows: np.ndarray, pins: int, Ts: float) -> dict[str, Any]:
-    """Disc [um], references [V], pins [um] over the last TRACE samples."""
+def _traces(rows: np.ndarray, geometry: Geometry, film: bool) -> dict[str, Any]:
+    """Disc [um], references [V], pins [um] over the last TRACE samples, pins as their sensors read them."""
     thin = rows[:: max(len(rows) // POINTS, 1)]
     found: dict[str, Any] = {"x": _plain(thin[:, READ] * TO_UM, 2), "y": _plain(thin[:, READ + 1] * TO_UM, 2)}
-    found["seconds"] = round(len(rows) * Ts, 4)
+    found["seconds"] = round(len(rows) * geometry.Ts, 4)
     reference = inputs_of(thin)[:, REFERENCE]
     found |= {"reference_x": _plain(reference[:, 0], 3), "reference_y": _plain(reference[:, 1], 3)}
-    for k in range(pins):
-        found[f"pin_{k + 1}"] = _plain(thin[:, len(COLUMNS) + k] * TO_UM, 2)
+    first = len(COLUMNS) + (geometry.pins if geometry.read else 0)
+    for k in range(geometry.pins if film else 0):
+        found[f"pin_{k + 1}"] = _plain(thin[:, first + k] * TO_UM, 2)
     return found
 
 
 def _journal(rows: np.ndarray, geometry: Geometry, number: int) -> list[list[float]]:
     """Journal [um] in a film of several."""
-    first = len(COLUMNS) + geometry.pins + len(geometry.probes) + FILM_COLUMNS * number
+    first = geometry.first_probe + len(geometry.probes) + FILM_COLUMNS * number
     thin = rows[:: max(len(rows) // POINTS, 1), first : first + 2] * TO_UM
     return [_plain(thin[:, k], 2) for k in range(2)]
 

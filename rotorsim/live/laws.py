@@ -28,8 +28,8 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import MPA, RPM, TO_UM
 from rotorsim.base.errors import DataError, RotorsimError
+from rotorsim.base.units import MPA, RPM, TO_UM
 from rotorsim.control.law import load_law
 from rotorsim.control.sampled_loop import closed_poles, law_system, smallest_damping
 from rotorsim.control.systems import (
@@ -37,6 +37,7 @@ from rotorsim.control.systems import (
     added,
     balanced_states as balanced,
     block_diag,
+    feedback,
     gain,
     held,
     late,
@@ -224,7 +225,7 @@ def sampled(a: Assembly, w: np.ndarray, speed: float) -> tuple[System, float]:
     found = linearise(a, w, speed)
     rotor, values = slow_modes(System(found.A, found.B[:, :2], found.C * TO_UM, np.zeros((2, 2))))
     near = np.abs(values[values.imag > 0.44 * np.abs(values)]).min()
-    return late(held(balanced(series(pins(a.machine, a.P), rotor)), a.machine.sampling_time)), float(near)
+    return late(held(balanced(series(pins(a), rotor)), a.machine.sampling_time)), float(near)
 
 
 def slow_modes(system: System) -> tuple[System, np.ndarray]:
@@ -248,32 +249,42 @@ def _real_mode(value: complex, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray
     return A, np.stack([2 * b.real, -2 * b.imag]), np.stack([c.real, c.imag], axis=1)
 
 
-def pins(machine: Machine, P: Any) -> System:
+def pins(a: Assembly) -> System:
     """Actuator dynamics from references to pin travel of each axis, relative to an ideal pin."""
-    actuators, common = machine.actuators, machine.injection
+    actuators, common, P = a.machine.actuators, a.machine.injection, a.P
     if actuators is None or common is None or actuators.mode == "ideal":
         return gain(np.eye(2))
     axes = []
     for signs in (P.sign_x, P.sign_y):
-        both = [k for k in range(len(machine.injectors)) if signs[k] != 0.0]
+        both = [k for k in range(len(a.machine.injectors)) if signs[k] != 0.0]
         mean = gain(np.zeros((1, 1)))
         for k in both:
-            mean = added(mean, _pin(actuators, common.pin_per_volt, P, k), 1 / len(both))
+            mean = added(mean, _pin(a, k), 1 / len(both))
         axes.append(mean)
     return side_by_side(*axes)
 
 
-def _pin(actuators: Any, per_volt: float, P: Any, k: int) -> System:
+def _pin(a: Assembly, k: int) -> System:
     """Transfer from the reference to pin k over that of an ideal pin (see `rotorsim.plant.kernels.injectors`)."""
+    actuators, common, P = a.machine.actuators, a.machine.injection, a.P
+    assert actuators is not None and common is not None
     stroke = series(
         _lag(P.amplifier_lag[k]), _lag(P.stack_lag[k], actuators.sensitivity / actuators.sensor_sensitivity)
     )
     if actuators.mode == "reference":
         zero, pole, P_k = P.pd_zero[k], actuators.pd_pole, P.pd_gain[k]
         pd = System(np.array([[-pole]]), np.ones((1, 1)), np.array([[P_k * (zero - pole)]]), np.array([[P_k]]))
-        forward = series(pd, stroke)  # without direct feedthrough: it is closed to L / (1 + L)
-        stroke = System(forward.A - forward.B @ forward.C, forward.B, forward.C, forward.D)
-    return System(stroke.A, stroke.B, stroke.C * actuators.sensor_sensitivity / per_volt, stroke.D)
+        stroke = feedback(series(pd, stroke), _sensor(a, k))
+    return System(stroke.A, stroke.B, stroke.C * actuators.sensor_sensitivity / common.pin_per_volt, stroke.D)
+
+
+def _sensor(a: Assembly, k: int) -> System:
+    """Sensor of pin k with the sign of a feedback."""
+    for call in (c for c in a.calls if c.effect.port == "pin_sensor"):
+        p = getattr(a.P, call.record)
+        if p.injector in (0.0, a.P.pinned[k]) and (p.lag, p.gain) != (0.0, 0.0):
+            return _lag(p.lag, -1.0 - p.gain) if p.lag > 0.0 else gain([[-1.0 - p.gain]])
+    return gain([[-1.0]])
 
 
 def _lag(time: float, size: float = 1.0) -> System:

@@ -108,10 +108,14 @@ class Replay:
 
 
 def _table(record: Any) -> np.ndarray:
-    """Rows (n, columns, pins, probes, films, temperatures and 6 inputs) of a record; what it lacks is zero."""
+    """Rows (n, columns, pins and their readings, probes, films, temperatures and 6 inputs) of a record.
+
+    What the record lacks is zero.
+    """
     pins, probes = record.sizes.get("injector", 0), record.sizes.get("probe", 0)
+    first_probe = len(COLUMNS) + pins * (2 if "pin_measured" in record else 1)
     films, heat = film_columns(record.sizes.get("bearing", 0)), record.sizes.get("body", 0)
-    rows = np.zeros((record.sizes["time"], len(COLUMNS) + pins + probes + films + heat + N_INPUTS))
+    rows = np.zeros((record.sizes["time"], first_probe + probes + films + heat + N_INPUTS))
     for name, column in AT.items():
         base, _, axis = name.rpartition("_")
         if name in record:
@@ -120,7 +124,8 @@ def _table(record: Any) -> np.ndarray:
             rows[:, column] = record[base][:, "xy".index(axis)]
     places = {
         "pin": len(COLUMNS),
-        "probe_measured": len(COLUMNS) + pins,
+        "pin_measured": len(COLUMNS) + pins,
+        "probe_measured": first_probe,
         "temperature_rise": -N_INPUTS - heat,
         "reference": REFERENCE.start - N_INPUTS,
         "disc_force": FORCE.start - N_INPUTS,
@@ -131,7 +136,7 @@ def _table(record: Any) -> np.ndarray:
             stop = None if first + count == 0 else first + count
             rows[:, first:stop] = record[name]
     for number in range(record.sizes.get("bearing", 0) if films and "journals" in record else 0):
-        first = len(COLUMNS) + pins + probes + FILM_COLUMNS * number
+        first = first_probe + probes + FILM_COLUMNS * number
         rows[:, first : first + 2] = record["journals"][:, number]
     return rows
 

@@ -12,10 +12,9 @@ from dataclasses import dataclass, replace
 from math import prod
 from typing import Any
 
-from rotorsim.base.constants import RPM
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.quantity import Quantity, quantities
-from rotorsim.base.units import dimension
+from rotorsim.base.units import RPM, dimension
 from rotorsim.effects import FILM_PORTS, REGISTRY, Effect
 from rotorsim.effects.base import WHERE
 from rotorsim.machine import Machine
@@ -153,7 +152,7 @@ def _acts(effect: type[Effect], machine: Machine) -> bool:
     """True if an effect has something to act on, as far as the checks of a machine file leave that open."""
     if machine.film is None and effect.port in FILM_PORTS:
         return False
-    return bool(machine.injectors) or effect.port not in ("injector", "plenum", "supply", "actuator")
+    return bool(machine.injectors) or effect.port not in ("injector", "plenum", "supply", "actuator", "pin_sensor")
 
 
 def sliders(machine: Machine) -> dict[str, Control]:

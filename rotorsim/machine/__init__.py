@@ -6,6 +6,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rotorsim.base.display import neither
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.input_files import instead
 from rotorsim.base.public import named
@@ -24,11 +25,18 @@ from rotorsim.machine.gas_film import (
     Steps,
 )  # fmt: skip
 from rotorsim.machine.numerics import Checked, Grid, Limits, Solver
-from rotorsim.machine.overview import rows, si_numbers, summary
 from rotorsim.machine.plausibility import ask_machine
-from rotorsim.machine.probes import HousingAcceleration, HousingVelocity, ShaftProbe
-from rotorsim.machine.rotor import Disc, Probe, Section, Shaft, ShaftMaterial
-from rotorsim.machine.schema import Machine
+from rotorsim.machine.rotor import (
+    Disc,
+    HousingAcceleration,
+    HousingVelocity,
+    Probe,
+    Section,
+    Shaft,
+    ShaftMaterial,
+    ShaftProbe,
+)
+from rotorsim.machine.schema import Machine, rows, si_numbers, summary
 
 __all__ = [
     "Checked",
@@ -98,10 +106,7 @@ def machine_text(name_or_path: str | Path) -> str:
     if name in shipped_machines():
         return (files("rotorsim.machine") / "rigs" / f"{name}.toml").read_text(encoding="utf-8")
     if not Path(name).exists():
-        known = ", ".join(shipped_machines())
-        raise MachineFileError(
-            f"'{name}' is neither a shipped machine ({known}) nor a file; give one of these or a path"
-        )
+        raise MachineFileError(neither(name, "a shipped machine", shipped_machines()), argument="machine", value=name)
     return read_text(Path(name))
 
 

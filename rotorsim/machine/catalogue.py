@@ -14,7 +14,6 @@ from typing import Any
 
 from rotorsim.base.files import write_text
 from rotorsim.base.quantity import Quantity, quantity_of
-from rotorsim.base.references import references
 from rotorsim.base.units import show
 from rotorsim.effects import PORTS, REGISTRY, Effect
 from rotorsim.effects.base import WHERE
@@ -41,6 +40,7 @@ ELSEWHERE = {
     "supply": "on the line before the injectors",
     "actuator": "in every piezo actuator, in the file's order",
     "sensor": "on the readings, in the file's order",
+    "pin_sensor": "on the readings of the pins",
     "torque": "on the speed of the shaft",
     "support": "under the sleeve of the gas bearing",
     "rotating": "on the whole shaft",
@@ -66,6 +66,8 @@ def describe(effect: type[Effect]) -> dict[str, Any]:
     >>> rs.machine.describe(rs.effects.REGISTRY["unbalance"])["name"]
     'unbalance'
     """
+    from rotorsim.base.references import references
+
     title, about, equation, source = _read(inspect.getmodule(effect).__doc__ or "")
     return {
         "name": effect.name,

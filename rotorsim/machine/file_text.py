@@ -115,10 +115,7 @@ ANY = "*"
 def with_value(text: str, path: str, value: Any) -> str:
     """TOML `text` with `value` at the dotted `path`; list items by index, `*` for each; absent tables are made.
 
-    Raises
-    ------
-    MachineFileError
-        If the path does not lead to a value.
+    Raises MachineFileError if the path does not lead to a value.
     """
     return with_values(text, {path: value})
 
@@ -192,7 +189,9 @@ def _set(document: Any, path: str, value: Any) -> None:
     if isinstance(held, (MutableMapping, list)):
         below = _first(held[int(keys[-1])] if isinstance(table, list) else held)
         hint = f", e.g. '{path}.{below}'" if below else ""
-        raise MachineFileError(f"{path}: holds several values; name the one to change{hint}")
+        raise MachineFileError(
+            f"{path}: holds several values; name the one to change{hint}", argument=path, value=value
+        )
     try:
         table[keys[-1]] = _plain(value)
     except ValueError as error:  # tomlkit's answer to what TOML cannot express

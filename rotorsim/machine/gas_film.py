@@ -17,6 +17,7 @@ from collections.abc import Iterator
 from math import pi, tau
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
+import numpy as np
 from pydantic import Field
 
 from reynolds import sleeve as forms
@@ -341,6 +342,10 @@ class PinnedInjector(Part):
         return sign if self.reference.endswith("x") else 0.0, sign if self.reference.endswith("y") else 0.0
 
 
+CROSSOVERS = np.geomspace(1.0, 1e6, 2000)
+"""Frequencies [rad/s] among which the crossover of a position loop is looked for."""
+
+
 class Actuators(Part):
     """Common data of the piezo actuators of all pins."""
 
@@ -366,3 +371,23 @@ class Actuators(Part):
         if self.lowest >= self.highest:
             low, high = show(self.lowest, "V"), show(self.highest, "V")
             yield "lowest", f"'{low}' is not below highest '{high}'; make it smaller"
+
+    def slowest_sensor(self, injector: PinnedInjector, gain: float = 0.0) -> float:
+        """Largest lag [s] of the sensor that the position loop of a pin reads; infinite where it has no loop.
+
+        At the crossover of the loop the lag takes 45 deg, or half of the phase margin if that is less; `gain` is the
+        sensor's relative error.
+        """
+        if self.mode != "reference" or injector.pd_gain is None or injector.pd_zero is None:
+            return np.inf
+        s = 1j * CROSSOVERS
+        L = (1 + gain) * injector.pd_gain * (s + injector.pd_zero) / (s + self.pd_pole)
+        L *= self.sensitivity / self.sensor_sensitivity
+        for name in ("amplifier_lag", "stack_lag"):
+            own = getattr(injector, name)
+            L /= 1 + s * (getattr(self, name) if own is None else own)
+        above = np.flatnonzero(np.abs(L) >= 1)
+        if not above.size:
+            return np.inf
+        margin = pi + float(np.unwrap(np.angle(L))[above[-1]])
+        return float(np.tan(min(pi / 4, max(margin, 0.0) / 2)) / CROSSOVERS[above[-1]])

@@ -17,9 +17,8 @@ from math import pi, sqrt
 
 import numpy as np
 
-from rotorsim.base.constants import MPA, TO_RPM
 from rotorsim.base.errors import Unusual
-from rotorsim.base.units import show
+from rotorsim.base.units import MPA, TO_RPM, show
 from rotorsim.effects.film.gas_heating import NOMINAL
 from rotorsim.machine.numerics import FEWEST, HOT, Limits, highest_sampled
 from rotorsim.machine.rotor import ShaftMaterial
@@ -47,13 +46,7 @@ def limits_of(machine: Machine) -> Limits:
 def first_passed(machine: Machine, speed: np.ndarray, rises: np.ndarray | None = None) -> tuple[int, str] | None:
     """First sample beyond a limit, and the sentence; None if there is none.
 
-    Parameters
-    ----------
-    machine : Machine
-    speed : array (n,)
-        Speeds [rad/s].
-    rises : array (n, k), optional
-        Temperatures [K] above that of the gas, of any bodies.
+    `speed` (n,) is in rad/s, `rises` (n, k) are temperatures [K] of any bodies above that of the gas.
     """
     at, radius = largest_radius(machine)
     limit, rims = limits_of(machine).tip_speed, np.abs(speed) * radius

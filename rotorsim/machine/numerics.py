@@ -13,9 +13,8 @@ from typing import Literal, Protocol
 
 from pydantic import Field
 
-from rotorsim.base.constants import MPA, RIG_SAMPLE, TO_RPM
 from rotorsim.base.errors import DataError
-from rotorsim.base.units import show
+from rotorsim.base.units import MPA, RIG_SAMPLE, TO_RPM, show
 from rotorsim.machine.gas_film import GasFilm
 from rotorsim.machine.part import Part, count, quantity
 from rotorsim.machine.rotor import Drive
@@ -220,5 +219,7 @@ def check_speed(machine: Sampled, speed: float) -> None:
     raise DataError(
         f"speed = {abs(speed) * TO_RPM:.6g} rpm: a turn has {own:.2g} samples at "
         f"{show(float(f'{1 / machine.sampling_time:.9g}'), 'Hz')} and needs {FEWEST}; give the machine "
-        f"solver.sampling_rate = '{show(needed, 'Hz')}'"
+        f"solver.sampling_rate = '{show(needed, 'Hz')}'",
+        argument="speed",
+        value=speed,
     )

@@ -61,8 +61,9 @@ class Assembly:
 
     @property
     def columns(self) -> int:
-        """Columns of the sample table: those of all machines, pins, probes, each of several films."""
-        return len(COLUMNS) + self.rig.n_pin + self.rig.n_probe + film_columns(len(self.films), self.rig.n_heat > 0)
+        """Columns of the sample table: those of all machines, pins and probes, each of several films."""
+        own = self.rig.n_pin_columns + self.rig.n_probe
+        return len(COLUMNS) + own + film_columns(len(self.films), self.rig.n_heat > 0)
 
     def film_part(self, w: np.ndarray, number: int) -> np.ndarray:
         """View of a film's part of a workspace, laid out as `film`."""
@@ -206,13 +207,15 @@ def _fill_rotor(w: np.ndarray, rotor: RotorLayout, mesh: Mesh, calls: tuple[Call
         padded = np.zeros((n, n))
         padded[: rotor.n_machine, : rotor.n_machine] = matrix.T
         w[offset : offset + n**2] = padded.ravel()
-    rows = [(rotor.disc, mesh.shape(mesh.probe))] + [(c.shape, mesh.influence(c.effect)) for c in calls]
+    rows = [(at, mesh.shape(mesh.probe)) for at in (rotor.disc, rotor.struck)] + [
+        (c.shape, mesh.influence(c.effect)) for c in calls
+    ]
     rows += [(rotor.journal + 2 * n * k, mesh.between(i)) for k, i in enumerate(mesh.machine.film_bearings)]
     for offset, shape in rows:
-        _put_rows(w, offset, shape, n)
+        put_rows(w, offset, shape, n)
 
 
-def _put_rows(w: np.ndarray, offset: int, shape: np.ndarray, n: int) -> None:
+def put_rows(w: np.ndarray, offset: int, shape: np.ndarray, n: int) -> None:
     """Write rows (2, m) as (2, n), with zeros behind the m coordinates."""
     w[offset : offset + 2 * n] = np.pad(shape, ((0, 0), (0, n - shape.shape[1]))).ravel()
 
@@ -222,7 +225,7 @@ def _fill_tables(w: np.ndarray, rotor: RotorLayout, mesh: Mesh) -> None:
     tables = mesh.tables
     w[rotor.table_speeds : rotor.table_speeds + rotor.n_points] = tables.speeds
     for b, (number, values) in enumerate(tables.values.items()):
-        _put_rows(w, rotor.table_rows + 2 * rotor.n * b, mesh.between(number), rotor.n)
+        put_rows(w, rotor.table_rows + 2 * rotor.n * b, mesh.between(number), rotor.n)
         at = rotor.table_values + values.size * b
         w[at : at + values.size] = values.ravel()
 
@@ -275,8 +278,8 @@ def machine_numbers(machine: Machine, mesh: Mesh, films: Sequence[FilmModel]) ->
     }
 
 
-def nozzle_numbers(machine: Machine, nozzle: Nozzle, pin: PinnedInjector | None) -> dict[str, float]:
-    """Numbers of an injector or orifice of a film; those of the pin are zero without one."""
+def nozzle_numbers(machine: Machine, nozzle: Nozzle, pin: PinnedInjector | None, number: int) -> dict[str, float]:
+    """Numbers of an injector or orifice of a film; those of the pin, its `number` from 1 too, are zero without one."""
     gas, common, piezos = machine.gas, machine.injection, machine.actuators
     along_x, along_y = (0.0, 0.0) if pin is None else pin.signs
     travel = 0.0 if pin is None or common is None else common.pin_per_volt
@@ -288,7 +291,7 @@ def nozzle_numbers(machine: Machine, nozzle: Nozzle, pin: PinnedInjector | None)
 
     return {
         "capacity": nozzle.plenum_volume / (nozzle.polytropic_exponent * gas.R * gas.temperature),
-        "pinned": float(pin is not None),
+        "pinned": float(number if pin is not None else 0),
         "seat_gap": 0.0 if pin is None else nozzle.seat_gap,
         "minimum_gap": 0.0 if pin is None else nozzle.minimum_gap,
         "open_conductance": nozzle.conductance(0.0),
@@ -307,12 +310,12 @@ def nozzle_numbers(machine: Machine, nozzle: Nozzle, pin: PinnedInjector | None)
 
 def _nozzles(machine: Machine, films: Sequence[FilmModel], most: int) -> dict[str, np.ndarray]:
     """Numbers of all injectors by name: film after film, each with room for `most`; zeros where a film has fewer."""
-    names = nozzle_numbers(machine, Nozzle(0.0), None)
+    names = nozzle_numbers(machine, Nozzle(0.0), None, 0)
     found = {name: np.zeros(max(max(len(films), 1) * most, 1)) for name in names}
     for f, model in enumerate(films):
         pins = machine.injectors if f == machine.pinned_film else ()
         for k, nozzle in enumerate(model.injectors):
-            numbers = nozzle_numbers(machine, nozzle, pins[k] if k < len(pins) else None)
+            numbers = nozzle_numbers(machine, nozzle, pins[k] if k < len(pins) else None, k + 1)
             for name, value in numbers.items():
                 found[name][f * most + k] = value
     return found

@@ -14,8 +14,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rotorsim.base.constants import RIG_SAMPLE
-from rotorsim.base.control_systems import (
+from rotorsim.base.errors import ControllerError, DataError
+from rotorsim.base.foreign_systems import (
     DISC,
     REFERENCES,
     channel_order,
@@ -28,7 +28,7 @@ from rotorsim.base.control_systems import (
     matrices,
     period,
 )
-from rotorsim.base.errors import ControllerError, DataError
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.kernels import layout
 from rotorsim.plant.simulation import Simulation
@@ -40,7 +40,7 @@ class Controller(Protocol):
     A method `reset()`, where it has one, is called before a run from an equilibrium, and `check_sampling(Ts)`
     before every run: it may refuse the machine's sampling time [s]. `check_machine(name)` may warn of the machine.
     `applied(reference)`, before every step, gives it the reference [V] that acts, which is not its own where one is
-    added to it.
+    added to it. One whose attribute `runout` is not None is given the shaft angle [rad] as a fourth value.
 
     Examples
     --------
@@ -79,10 +79,7 @@ def check_controller(controller: Any) -> None:
 def prepare(controller: Controller, machine: Machine, continued: bool = False) -> None:
     """Check a controller for a run, and reset it unless the run is continued.
 
-    Raises
-    ------
-    ControllerError
-        For a machine without injector pins, or with another sampling time than the controller's.
+    Raises ControllerError for a machine without injector pins, or with another sampling time than the controller's.
     """
     check_actuators(machine, name_of(controller))
     call(controller, "check_sampling", machine.sampling_time)
@@ -96,7 +93,9 @@ def check_actuators(machine: Machine, name: str) -> None:
     if not machine.injectors:
         raise ControllerError(
             f"{machine.name}: has no actuators that controller {name} could drive; leave the controller out or take "
-            "a machine with [[injectors]]"
+            "a machine with [[injectors]]",
+            argument="controller",
+            value=name,
         )
 
 
@@ -114,26 +113,17 @@ def alarms_of(controller: Any) -> dict[str, str]:
 
 
 def ask(
-    controller: Controller, measured: np.ndarray, speed: float, pressure: float, time: float, acting: np.ndarray
-) -> np.ndarray:
-    """Reference (2,) [V] of a controller for what was measured at `time` [s], while a reference `acting` (2,) [V] acts.
+    controller: Controller, measured: np.ndarray, speed: float, pressure: float, angle: float, time: float,
+    acting: np.ndarray,
+) -> np.ndarray:  # fmt: skip
+    """Reference (2,) [V] for the disc (2,) [m], speed [rad/s], gauge pressure [Pa] and angle [rad] measured.
 
-    Parameters
-    ----------
-    controller : object
-        With a method ``step(measured, speed, pressure)``.
-    measured : array (2,)
-        Measured disc [m].
-    speed, pressure : float
-        Measured speed [rad/s] and gauge pressure [Pa].
-
-    Raises
-    ------
-    ControllerError
-        If it gives anything but two finite numbers.
+    At `time` [s] the reference `acting` (2,) [V] acts. Only a controller with a `runout` table is given the angle.
+    Raises ControllerError for anything but two finite numbers.
     """
     call(controller, "applied", acting)
-    given: Any = controller.step(np.array(measured, float), float(speed), float(pressure))
+    turning = () if getattr(controller, "runout", None) is None else (float(angle),)
+    given: Any = controller.step(np.array(measured, float), float(speed), float(pressure), *turning)
     try:
         reference = np.asarray(given, float)
     except (TypeError, ValueError):
@@ -143,7 +133,9 @@ def ask(
     seen = ", ".join(f"{value:.4g}" for value in (*measured, speed, pressure))
     raise ControllerError(
         f"controller {name_of(controller)}: gave {_short(given)} at t = {time:.4f} s for measured x, y [m], speed "
-        f"[rad/s], pressure [Pa] = {seen}; its step must return two finite voltages [V], check it there"
+        f"[rad/s], pressure [Pa] = {seen}; its step must return two finite voltages [V], check it there",
+        argument="controller",
+        value=given,
     )
 
 
@@ -154,7 +146,9 @@ def check_range(controller: Controller, reference: np.ndarray, limit: float, tim
         raise ControllerError(
             f"controller {name_of(controller)}: drives the reference to {largest:.4g} V at t = {time:.4f} s, the "
             f"actuators take {limit:g} V; limit what its step returns, or run it with experiments.controlled, which "
-            "limits the sum"
+            "limits the sum",
+            argument="controller",
+            value=largest,
         )
 
 

@@ -8,9 +8,9 @@ from functools import partial
 import numpy as np
 
 from reynolds.workspace import at_cache_line
-from rotorsim.base.constants import MPA, TO_RPM, TO_UM
 from rotorsim.base.display import Card, Shown, several
 from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffError
+from rotorsim.base.units import MPA, TO_RPM, TO_UM
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.kernels.equilibrium_kernel import BEYOND_STROKE, NO_LIFT_OFF, RESTLESS

@@ -230,7 +230,7 @@ class LinearPlant(Shown):
         >>> system.input_labels[:2]
         ['reference_x', 'reference_y']
         """
-        from rotorsim.base.control_systems import balanced, state_space
+        from rotorsim.base.foreign_systems import balanced, state_space
 
         A, B, C = balanced(self.A, self.B, self.C)
         return state_space(A, B, C, self.D, 0.0, self.inputs, self.outputs)
@@ -258,8 +258,12 @@ class LinearPlant(Shown):
     def region(self) -> Region:
         """Region of the complex plane [rad/s] whose modes are counted.
 
-        It reaches over the speed and twice the first pairs of the rotor's modes on its nominal bearings.
+        It reaches over the speed and twice the first pairs of the rotor's modes on its nominal bearings, without a film
+        over all modes that the rotor keeps.
         """
+        if self.film is None:
+            values = np.linalg.eigvals(self.A)
+            return region_up_to(self.hints, float(np.abs(values[values.imag > 0]).max(initial=0.0)))
         return region_up_to(self.hints, max(abs(self.speed), STIFFER * float(np.sort(self.hints)[: 2 * FIRST].max())))
 
     @cached_property

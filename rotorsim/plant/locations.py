@@ -15,15 +15,17 @@ import numpy as np
 
 from rotorsim.effects import FILM_PORTS, Effect
 from rotorsim.machine.gas_film import GasFilm
-from rotorsim.machine.probes import AnyProbe, ShaftProbe, gain, reading_unit
+from rotorsim.machine.rotor import AnyProbe, ShaftProbe, gain, reading_unit
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.kernels.layout import AROUND
 from rotorsim.plant.mesh import SAME_PLACE, Mesh
 
-OF_NOZZLES = ("injector", "plenum")
+OF_NOZZLES = ("injector", "plenum", "pin_sensor")
 """Ports of single injectors."""
 WHOLE = ("torque", "rotating")
 """Ports of the whole shaft."""
+OF_PINS = ("actuator", "pin_sensor")
+"""Ports of the pins."""
 
 
 @dataclass(frozen=True)
@@ -111,11 +113,16 @@ def nozzles(machine: Machine) -> tuple[Nozzle, ...]:
 
 
 def _films_of(machine: Machine, effect: Effect) -> Iterator[Place]:
-    """The film that an effect is about, or all; of the pins' actuators the film that these feed."""
-    about = machine.pinned_film if effect.port == "actuator" else machine.film_number(effect)
+    """The film that an effect is about, or all."""
+    about = _film_number(machine, effect)
     for number, (bearing, _) in enumerate(_films(machine)):
         if about in (None, number):
             yield bearing_place(machine, bearing)
+
+
+def _film_number(machine: Machine, effect: Effect) -> int | None:
+    """Number of the film that an effect is about, None for all; of the pins' effects the film that these feed."""
+    return machine.pinned_film if effect.port in OF_PINS else machine.film_number(effect)
 
 
 def _films(machine: Machine) -> Iterator[tuple[int, GasFilm]]:
@@ -127,7 +134,7 @@ def _nozzles_of(machine: Machine, effect: Effect) -> Iterator[Place]:
     """The injector that an effect names, in the film that it is about or in all; none where it names none."""
     if effect.port not in OF_NOZZLES:
         return
-    number, about = int(getattr(effect, "injector", 0)), machine.film_number(effect)
+    number, about = int(getattr(effect, "injector", 0)), _film_number(machine, effect)
     for one in nozzles(machine):
         if one.number == number and (about is None or about == machine.film_at(one.bearing)):
             name = f"injector {number} of {machine.bearing_names[one.bearing]} at {_mm(one.z)}"

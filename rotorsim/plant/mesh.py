@@ -17,10 +17,9 @@ from fe_shaft import (
     ShaftElement,
     modal_reduction,
 )
-from fe_shaft.assembly import AssembledRotor
+from fe_shaft.assembly import AssembledRotor, loose_motions
 from fe_shaft.elements import deflection
 from fe_shaft.reduction import add_springs
-from fe_shaft.static import loose_motions
 from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import Effect
 from rotorsim.machine.bearings import BearingPart, Support, TableBearing
@@ -185,7 +184,9 @@ class Mesh:
             pushed = min(section.axial_force or 0.0 for section in machine.shaft.sections)
             if pushed < 0:
                 raise MachineFileError(
-                    f"shaft.sections: an axial force of {pushed:g} N buckles the shaft; push less or hold it better"
+                    f"shaft.sections: an axial force of {pushed:g} N buckles the shaft; push less or hold it better",
+                    argument="shaft.sections",
+                    value=pushed,
                 )
             raise MachineFileError(
                 f"bearings: they leave the shaft free to fall or to tilt ({self._loose()}); add a bearing or stiffness"

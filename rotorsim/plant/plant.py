@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from identification import make_record
+from rotorsim.base.cache import installed
 from rotorsim.base.display import Card, Shown, track
 from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import whole_samples
 from rotorsim.base.units import parse
-from rotorsim.base.version import installed
 from rotorsim.machine import load_machine
 from rotorsim.machine.numerics import check_speed
 from rotorsim.machine.schema import Machine
@@ -32,6 +32,7 @@ from rotorsim.plant.controller import (
 )
 from rotorsim.plant.equilibrium import Equilibrium, describe, settle
 from rotorsim.plant.kernels.layout import (
+    ANGLE_READ,
     COLUMNS,
     DISC_READ,
     FORCE,
@@ -260,7 +261,11 @@ def as_plant(plant: Plant | Machine | str | Path) -> Plant:
         return plant
     if isinstance(plant, (Machine, str, Path)):
         return Plant(plant)
-    raise DataError(f"plant: a {type(plant).__name__} is not one; give a Plant, a machine or its name")
+    raise DataError(
+        f"plant: a {type(plant).__name__} is not one; give a Plant, a machine or its name",
+        argument="plant",
+        value=plant,
+    )
 
 
 def point(speed: Any, pressure: Any) -> tuple[float, float]:
@@ -293,7 +298,7 @@ def _run(
         table = simulation.advance(used[None])
         yield table, used[None]
         time = (simulation.samples - 1) * simulation.assembly.sampling_time
-        seen = table[0, DISC_READ], table[0, SPEED_READ], table[0, PRESSURE_READ]
+        seen = table[0, DISC_READ], table[0, SPEED_READ], table[0, PRESSURE_READ], table[0, ANGLE_READ]
         reference = ask(controller, *seen, time, used[REFERENCE])
 
 

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from reynolds.newton import FACTORISATIONS, ITERATIONS
-from rotorsim.base.constants import TO_RPM
+from reynolds.workspace import interval_pressure
 from rotorsim.base.display import Card, Shown
 from rotorsim.base.errors import ConvergenceError, DataError
-from rotorsim.plant.assemble import Assembly
+from rotorsim.base.units import TO_RPM
+from rotorsim.plant.assemble import Assembly, put_rows
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.kernels.layout import AT, COLUMNS, FILM_COLUMNS, FORCE, HEAT_COLUMNS, REFERENCE, SUPPLY
 
@@ -57,6 +58,21 @@ class Simulation(Shown):
         """Columns of the sample table."""
         return self.assembly.columns
 
+    def strike_at(self, position: float) -> None:
+        """Let the external force act at a position [m] along the shaft in place of the disc.
+
+        Raises DataError for a position beyond the shaft.
+        """
+        mesh, rotor = self.assembly.mesh, self.assembly.rotor
+        first, last = mesh.nodes[0], mesh.nodes[-1]
+        if not first <= position <= last:
+            raise DataError(
+                f"position = {1e3 * position:.6g} mm: is not on the shaft; give {1e3 * first:.6g} to "
+                f"{1e3 * last:.6g} mm",
+                argument="position",
+            )
+        put_rows(self.w, rotor.struck, mesh.shape_between(position), rotor.n)
+
     def advance(self, inputs: np.ndarray) -> np.ndarray:
         """Advance by one sample per row of inputs; returns the state BEFORE each as (n, columns).
 
@@ -89,8 +105,6 @@ class Simulation(Shown):
 
     def film_pressure(self, number: int = 0) -> np.ndarray:
         """Pressure (n_theta, n_z) [Pa, absolute] of a film now."""
-        from reynolds.bearing import interval_pressure  # with kernels of its own, which no simulation needs
-
         a = self.assembly
         return interval_pressure(a.films[number], a.film, a.film_part(self.w, number))
 
@@ -144,9 +158,10 @@ def split_columns(a: Assembly, table: np.ndarray, inputs: np.ndarray) -> dict[st
     values |= {name: table[:, AT[name]] for name in ("angle", "angle_measured", "speed", "speed_measured")}
     values |= {"disc_force": inputs[:, FORCE]}
     pins = len(COLUMNS) + a.rig.n_pin
-    probes = pins + a.rig.n_probe
+    read = len(COLUMNS) + a.rig.n_pin_columns
+    probes = read + a.rig.n_probe
     if a.rig.n_probe:
-        values["probe_measured"] = table[:, pins:probes]
+        values["probe_measured"] = table[:, read:probes]
     if a.films:
         values |= {name: pair(name) for name in ("journal", "film_force")}
         scalars = ("pressure", "pressure_measured", "h_min", "mass_flow", "contact")
@@ -154,6 +169,8 @@ def split_columns(a: Assembly, table: np.ndarray, inputs: np.ndarray) -> dict[st
     if a.rig.n_pin:
         values["reference"] = inputs[:, REFERENCE]
         values["pin"] = table[:, len(COLUMNS) : pins]
+    if a.rig.n_pin_sensor:
+        values["pin_measured"] = table[:, pins:read]
     if a.rig.n_heat:
         values["temperature_rise"] = table[:, a.columns - HEAT_COLUMNS * len(a.films) : a.columns]
         table = table[:, : a.columns - HEAT_COLUMNS * len(a.films)]

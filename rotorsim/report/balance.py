@@ -11,7 +11,7 @@ from plotly.subplots import make_subplots
 
 from rotorsim.balance import Assessment, Conditions, Correction, LeftOut
 from rotorsim.balance.unbalance import estimate_table, result_rows
-from rotorsim.base.constants import TO_UM
+from rotorsim.base.units import TO_UM
 from rotorsim.report.page import Block, Page, write_page
 from rotorsim.report.theme import INK, NEUTRAL, PIN_COLOURS, compact, curve, style
 

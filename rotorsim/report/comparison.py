@@ -13,8 +13,8 @@ from plotly.subplots import make_subplots
 
 from rotorsim.analysis.campbell import critical_rows
 from rotorsim.analysis.unbalance_response import peak_of
-from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.report.page import Block, Page, write_page
 from rotorsim.report.theme import FAINTEST, INK, PIN_COLOURS, compact, curve, next_to, phase_axes, phase_lag, style
 from rotorsim.report.units import quantity
@@ -60,7 +60,9 @@ def common_kind(results: Results) -> str:
     (first, kind), *others = kinds.items()
     for name, other in others:
         if other != kind:
-            raise DataError(f"{name}: is a {other} and {first} a {kind}; give results of one kind")
+            raise DataError(
+                f"{name}: is a {other} and {first} a {kind}; give results of one kind", argument="results", value=name
+            )
     return kind
 
 
@@ -274,8 +276,9 @@ def write_run_comparison(
 def run_comparison_page(found: RunComparison) -> Page:
     """Page of an order of several runs, side by side."""
     names = " and ".join(found.tracked)
+    about = "Amplitudes are 0-pk; a phase is a lag." + (f" Note: {found.mixed}." if found.mixed else "")
     blocks = [
-        Block(f"{found.order}X over the speed", "Amplitudes are 0-pk; a phase is a lag.", figure=overlay(found)),
+        Block(f"{found.order}X over the speed", about, figure=overlay(found)),
         Block("Peaks", "Against the nearest peak of the first run.", HEADS, peak_rows(found)),
     ]
     return Page(f"Comparison of runs: {names}", f"{names}: {found.order}X, side by side.", blocks)

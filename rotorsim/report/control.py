@@ -11,7 +11,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.base.constants import MPA, TO_HZ, TO_MPA, TO_RPM, TO_UM
+from rotorsim.base.units import MPA, TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.control.law import Law
 from rotorsim.control.plants import sampled_plant
 from rotorsim.control.sampled_loop import (

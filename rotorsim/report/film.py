@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from rotorsim.base.constants import TO_MPA, TO_RPM
+from rotorsim.base.units import TO_MPA, TO_RPM
 from rotorsim.machine import GasFilm, Machine
 from rotorsim.report.run import AnalysedRun, record_section
 from rotorsim.report.theme import INK, PRESSURE_SCALE, compact, style

@@ -12,8 +12,8 @@ from plotly.subplots import make_subplots
 
 from rotorsim.analysis.campbell import critical_rows, modes_line, searched_line
 from rotorsim.analysis.unbalance_response import ENDS, peak_of
-from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.report.page import Block, Page, machine_entry, write_page
 from rotorsim.report.theme import INK, PIN_COLOURS, compact, curve, phase_axes, phase_lag, style
 from rotorsim.report.units import quantity

@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from rotorsim.base.constants import TO_HZ, TO_MPA, TO_RPM, TO_UM
+from rotorsim.base.units import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.report.page import Block, Page, machine_entry, write_page
 from rotorsim.report.theme import INK, PIN_COLOURS, compact, curve, faint, style
 from rotorsim.report.units import quantity
@@ -24,6 +24,7 @@ EQUAL = 1e-6
 """Relative difference below which values count as one."""
 HEADS = ("speed [rpm]", "pressure [MPa]", "eccentricity ratio", "lower mode [Hz]", "its damping ratio",
          "upper mode [Hz]", "its damping ratio")  # fmt: skip
+CRITICAL_HEADS = ("pressure [MPa]", "order", "speed [rpm]", "damping ratio")
 GAINS = ("gain x by x [µm/V]", "gain y by y [µm/V]")
 MOST_ROWS = 400
 Panel = tuple[str, str, float, dict[str, int | str]]
@@ -98,6 +99,11 @@ def blocks(one: xr.Dataset) -> list[Block]:
             "Crosses: orders of the speed meet a mode."
         )
         out.append(Block("Campbell diagram", text, figure=campbell_figure(one)))
+    if critical := _critical_rows(one):
+        text = "Where an order of the speed meets a mode."
+        if "crossing_speed" not in one:
+            text = "Where the speed meets a mode near enough to decide what is safe; other modes and orders on request."
+        out.append(Block("Critical speeds", text, CRITICAL_HEADS, critical[:MOST_ROWS]))
     if has_onset(one):
         text = "Whirl onset: right of it a mode grows. Lift-off: below it the film does not carry the rotor."
         out.append(Block("Whirl onset and lift-off", text, figure=onset_figure(one)))
@@ -112,6 +118,21 @@ def blocks(one: xr.Dataset) -> list[Block]:
     text = "" if len(rows) <= MOST_ROWS else f"The first {MOST_ROWS} of {len(rows)} points; all are in the file."
     heads = (*HEADS, *(GAINS if has_gains(one) else ()), "safe")
     return [*out, Block("Point by point", text, heads, rows[:MOST_ROWS])]
+
+
+def _critical_rows(one: xr.Dataset) -> list[tuple[str, ...]]:
+    """Critical speeds by pressure: of every order that was asked for, else those of 1X that decide what is safe."""
+    every = "crossing_speed" in one
+    found = one if every else one.expand_dims(order=[1]).transpose("pressure", "order", ...)
+    name = "crossing" if every else "critical"
+    numbers = (found[f"{name}_{part}"].transpose("pressure", "order", ...).values for part in ("speed", "zeta"))
+    return [
+        (f"{pressure * TO_MPA:.3g}", f"{order}X", f"{speed * TO_RPM:.0f}", f"{zeta:.3g}")
+        for pressure, by_order in zip(found["pressure"].values, zip(*numbers, strict=True), strict=True)
+        for order, row in zip(found["order"].values, zip(*by_order, strict=True), strict=True)
+        for speed, zeta in zip(*row, strict=True)
+        if np.isfinite(speed)
+    ]
 
 
 def _missing(one: xr.Dataset) -> list[tuple[str, str]]:

@@ -11,7 +11,7 @@ import xarray as xr
 from plotly.subplots import make_subplots
 
 from identification.records.sensors import probe_outputs
-from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.plant.journal_room import journal_room
 from rotorsim.report.run import AnalysedRun, end_of_run, need_orders, need_turns, record_section
 from rotorsim.report.theme import GRID, INK, NEUTRAL, compact, faint, style

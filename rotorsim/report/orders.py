@@ -8,7 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.report.run import AnalysedRun, end_of_run, need_motion, need_orders, record_section, sensed
 from rotorsim.report.theme import (
     AXIS_COLOURS,

@@ -7,12 +7,12 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from rotorsim.base.constants import TO_UM
+from rotorsim.base.units import TO_UM
 from rotorsim.report.run import AnalysedRun, analyse, record_section, sensed
 from rotorsim.report.theme import AXIS_COLOURS, INK, PIN_COLOURS, compact, curve, faint, style
 from rotorsim.report.units import displacement, quantity
 from rotorsim.signals import impact
-from rotorsim.signals.impact import RingDown
+from rotorsim.signals.impact import ModePair, RingDown
 from rotorsim.signals.record_blocks import need, sampling_time
 from rotorsim.signals.spectra import Transfer, peak_of, welch_transfer
 from rotorsim.signals.static_gain import Branches, HysteresisLoop, loops as loops_of, static_gain as gains_of
@@ -151,8 +151,9 @@ def ring_down_caption(run: AnalysedRun, downs: list[RingDown]) -> str:
 
 def _decay_sentence(down: RingDown) -> str:
     axis = "xy"[down.pulse.axis]
+    pair = "" if down.modes is None else _pair_sentence(down.modes)
     if down.decay is None:
-        return f"Along {axis}: {down.why}"
+        return f"Along {axis}: {down.why}{pair}"
     d = down.decay
     text = (
         f"Along {axis} the disc rings at {d.frequency:.4g} Hz with a logarithmic decrement of {d.decrement:.3g}, "
@@ -160,7 +161,16 @@ def _decay_sentence(down: RingDown) -> str:
     )
     if d.scatter > MANY_MODES:
         text += f" The extremes scatter by {100 * d.scatter:.0f} % about that decay: more than one mode rings."
-    return text
+    return text + pair
+
+
+def _pair_sentence(modes: ModePair) -> str:
+    """Both modes of the fit with two degrees of freedom."""
+    one, other = (f"{f:.4g} Hz with {zeta:.3g}" for f, zeta in zip(modes.frequency, modes.zeta, strict=True))
+    return (
+        f" Two modes fitted to x and y together: {one} and {other} of critical damping; they explain "
+        f"{100 * modes.explained:.3g} % of the energy."
+    )
 
 
 @record_section("Impact and ring-down", lambda run: impact.ring_downs(run.record, run.output), ring_down_caption)
@@ -289,7 +299,7 @@ def _add_fit(figure: go.Figure, gain: Branches, k: int, axis: str, column: int) 
 
 
 def _loops(run: AnalysedRun) -> list[HysteresisLoop]:
-    need("pin" in run.record, "The record has no pin positions.")
+    need(run.holds.pin is not None, "The record has no pin positions.")
     found = loops_of(run.holds, gains_of(run.holds))
     need(bool(found), "The pins do not move.")
     return found

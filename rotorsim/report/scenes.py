@@ -22,10 +22,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from rotorsim.base.constants import TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_bytes
 from rotorsim.base.interrupt import undoing
+from rotorsim.base.units import TO_MPA, TO_RPM, TO_UM
 
 COLOURS = {"forward": "#0072B2", "backward": "#D55E00", "mixed": "#009E73"}
 FLAT = 0.02
@@ -100,7 +100,7 @@ def show_modes(found: xr.Dataset) -> None:
     pv = pyvista()
     shown = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or pv.OFF_SCREEN
     if sys.platform.startswith("linux") and not shown:
-        raise DataError("modes: there is no display to open a window on; leave --show out, the pictures need none")
+        raise DataError("modes: there is no display to open a window on; draw pictures, which need none")
     n = found.sizes["mode"]
     columns = int(np.ceil(np.sqrt(n)))
     plotter = pv.Plotter(shape=(-(-n // columns), columns), window_size=SIZE)

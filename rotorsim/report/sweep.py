@@ -11,8 +11,8 @@ from plotly.subplots import make_subplots
 
 from rotorsim.analysis.sweep import SweepResult, heading, text_of
 from rotorsim.analysis.sweep_definition import SweepQuantity
-from rotorsim.base.constants import TO_MPA, TO_RPM
 from rotorsim.base.input_files import parse_toml
+from rotorsim.base.units import TO_MPA, TO_RPM
 from rotorsim.report.operating_map import MAP_SCALE
 from rotorsim.report.page import Block, Page, machine_entry, write_page
 from rotorsim.report.theme import INK, PIN_COLOURS, compact, curve, style

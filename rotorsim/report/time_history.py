@@ -9,7 +9,8 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.base.constants import TO_RPM, TO_UM
+from identification.records.schema import PINS
+from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.report.film import feed_word
 from rotorsim.report.run import AnalysedRun, end_of_run, record_section
 from rotorsim.report.theme import AXIS_COLOURS, NEUTRAL, PIN_COLOURS, compact, curve, faint, style
@@ -43,6 +44,7 @@ PANELS = {
     "reference": ("reference<br>[V]", 1.0),
     "disc_force": ("force on disc<br>[N]", 1.0),
     "pin": ("pins<br>[µm]", TO_UM),
+    "pin_measured": ("pins<br>[µm]", TO_UM),
 }
 """Label of the axis of each variable, and the factor from SI."""
 OVERVIEW = tuple(PANELS)[:10]
@@ -171,6 +173,8 @@ def excitation_caption(run: AnalysedRun, _: None) -> str:
     text += "largest change of the inputs." if run.driven else "middle of the record."
     if "disc" in run.record and "disc_measured" in run.record:
         text += " The measured displacement is drawn faintly under the true one."
+    if set(PINS) <= set(run.record):
+        text += " So are the measured pins."
     return text
 
 
@@ -213,9 +217,11 @@ def _excitation_panels(run: AnalysedRun) -> dict[str, list[PanelLine]]:
     for name in ("reference", "disc_force"):
         if name in run.driven:
             shown[name] = [PanelLine(name, k, axis, AXIS_COLOURS[axis]) for k, axis in enumerate("xy")]
-    if "pin" in run.record and "reference" in run.driven:
-        count = min(run.record["pin"].shape[1], len(PIN_COLOURS))
-        shown["pin"] = [PanelLine("pin", k, f"pin {k + 1}", PIN_COLOURS[k]) for k in range(count)]
+    for name in [one for one in PINS if one in run.record] if "reference" in run.driven else ():
+        count = min(run.record[name].shape[1], len(PIN_COLOURS))
+        below = name == "pin_measured" and "pin" in run.record
+        lines = [PanelLine(name, k, f"pin {k + 1}", PIN_COLOURS[k], below) for k in range(count)]
+        shown["pin"] = lines + shown.get("pin", [])
     both = "disc" in run.record and "disc_measured" in run.record
     shown["disc"] = [PanelLine(run.output, k, axis, AXIS_COLOURS[axis], both) for k, axis in enumerate("xy")]
     shown["disc"] += [PanelLine("disc", k, axis, AXIS_COLOURS[axis]) for k, axis in enumerate("xy") if both]

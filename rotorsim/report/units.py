@@ -13,9 +13,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 
-from rotorsim.base.constants import TO_UM
 from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import TO_UM
 
 SYSTEMS = ("metric", "imperial")
 _INCH, _LBF, _PSI = 25.4e-3, 4.4482216152605, 6894.757293168361
@@ -61,7 +61,7 @@ LEADING = re.compile(rf"^({_LABELLED}){_END}")
 def check_units(units: str) -> None:
     """Raise DataError for a system of units that is not known."""
     if units not in SYSTEMS:
-        raise DataError(f"units: '{units}' is not known; {did_you_mean(units, SYSTEMS)}")
+        raise DataError(f"units: '{units}' is not known; {did_you_mean(units, SYSTEMS)}", argument="units", value=units)
 
 
 @contextmanager

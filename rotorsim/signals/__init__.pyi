@@ -6,6 +6,7 @@ from .impact import (
     dominant_frequency as dominant_frequency,
     find_pulses as find_pulses,
     impact_transfer as impact_transfer,
+    mode_pair as mode_pair,
     ring_downs as ring_downs,
 )
 from .orders import (

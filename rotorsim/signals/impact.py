@@ -6,9 +6,16 @@ The extremes of a ring-down give its logarithmic decrement and damped frequency.
           \qquad \zeta = \delta / \sqrt{4 \pi^2 + \delta^2}
 
 The logarithm of the extremes falls on a straight line of slope -sigma; they follow each other every half period.
-Assumes: one mode dominates; `scatter` shows how far that holds.
+Assumes: one mode dominates; `scatter` shows how far that holds. A rotor with two degrees of freedom has two modes,
+which the motion along x and y shows together (thesis, C.6):
 
-Cites: friswell_2010.
+.. math:: \begin{bmatrix} x \\ y \end{bmatrix}(t) = \Re \sum_{j=1}^{2} c_j e^{s_j t}, \qquad
+          s_j = -\zeta_j \omega_j + i \omega_j \sqrt{1 - \zeta_j^2}
+
+by least squares over all samples, from a start by the eigensystem realisation of the decay. It also reads modes that
+are damped too much to have extremes.
+
+Cites: friswell_2010, juang_1985, thesis.
 """
 
 from __future__ import annotations
@@ -208,18 +215,104 @@ def _smooth(signal: np.ndarray, main: float, dt: float) -> np.ndarray:
     return np.asarray(sosfiltfilt(butter(3, 2 * main, fs=1 / dt, output="sos"), signal))
 
 
+MOST_DAMPED = 0.98
+"""Largest damping ratio of a fitted mode."""
+HANKEL = 1500
+"""Most samples of a decay that its realisation takes."""
+PER_PERIOD = 12
+"""Samples a period of the dominant frequency in the realisation."""
+
+
+@dataclass(frozen=True)
+class ModePair:
+    """Two modes of a decay: natural `frequency` (2,) [Hz] ascending, damping ratios `zeta` (2,) [1].
+
+    `explained` is the share of the decay's energy that both describe.
+    """
+
+    frequency: np.ndarray
+    zeta: np.ndarray
+    explained: float
+
+
+def mode_pair(time: np.ndarray, motion: np.ndarray) -> ModePair:
+    """Fit two modes to the free motion (n, 2) at evenly spaced time (n,) [s].
+
+    Raises
+    ------
+    MissingError
+        For fewer than 32 samples, or a motion that is none.
+
+    Notes
+    -----
+    Test: ``test_signals.py::test_two_modes_of_a_decay_are_told_apart_however_damped``.
+
+    Examples
+    --------
+    >>> import numpy as np, rotorsim as rs
+    >>> t = np.arange(0, 0.3, 2e-4)
+    >>> decay = [np.exp(-200 * t) * np.cos(500 * t), np.exp(-150 * t) * np.cos(600 * t)]
+    >>> rs.signals.mode_pair(t, np.transpose(decay)).zeta.round(3).tolist()
+    [0.371, 0.243]
+    """
+    from scipy.optimize import least_squares
+
+    need(len(time) >= 32, "The ring-down is too short.")
+    need(bool(np.ptp(motion) > 0), "The disc does not move.")
+    t = time - time[0]
+    scale = float(np.sqrt(np.mean(motion**2)))
+
+    def left(p: np.ndarray) -> np.ndarray:
+        basis = _decays(t, np.exp(p[:2]), p[2:])
+        return np.asarray(motion - basis @ np.linalg.lstsq(basis, motion, rcond=None)[0])
+
+    wn, zeta = _realised(t, motion)
+    start = np.concatenate([np.log(wn), np.clip(zeta, -0.2, 0.9)])
+    free = ([-np.inf, -np.inf, -0.5, -0.5], [np.inf, np.inf, MOST_DAMPED, MOST_DAMPED])
+    found = least_squares(lambda p: left(p).ravel() / scale, start, bounds=free, x_scale=0.1)
+    order = np.argsort(found.x[:2])
+    explained = 1 - float(np.sum(left(found.x) ** 2) / np.sum(motion**2))
+    return ModePair(np.exp(found.x[:2][order]) / (2 * np.pi), found.x[2:][order], explained)
+
+
+def _decays(t: np.ndarray, wn: np.ndarray, zeta: np.ndarray) -> np.ndarray:
+    """Cosines and sines (n, 4) of two modes that decay."""
+    s = wn * (-zeta + 1j * np.sqrt(1 - zeta**2))
+    waves = np.exp(np.outer(t, s))
+    return np.hstack([waves.real, waves.imag])
+
+
+def _realised(t: np.ndarray, motion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Natural frequencies (2,) [rad/s] and damping ratios (2,) of a realisation of four states."""
+    dt = t[1] - t[0]
+    main = dominant_frequency(motion[:, np.abs(motion).max(axis=0).argmax()], dt)
+    step = max(1, min(round(1 / (PER_PERIOD * max(main, 1e-9) * dt)), len(t) // 32))
+    y = motion[::step][:HANKEL]
+    rows = min(len(y) // 3, 60)
+    columns = len(y) - rows
+    H = np.concatenate([y[k : k + columns].T for k in range(rows + 1)])
+    U, size, _ = np.linalg.svd(H[:-2], full_matrices=False)
+    seen = U[:, :4] * np.sqrt(size[:4])
+    s = np.log(np.linalg.eigvals(np.linalg.lstsq(seen[:-2], seen[2:], rcond=None)[0]).astype(complex)) / (step * dt)
+    best = s[s.imag > 1e-9 * np.abs(s)]
+    if len(best) < 2:
+        best = 2 * np.pi * main * np.array([-0.3 + 0.9j, -0.2 + 1.1j])
+    return np.abs(best[:2]), -best[:2].real / np.abs(best[:2])
+
+
 LEAST = 0.1
 """Shortest answer [s] that is used."""
 
 
 @dataclass(frozen=True)
 class RingDown:
-    """A pulse, its answer (`answer`) and its decay along the pulse; `why` is the reason if there is none."""
+    """A pulse, its answer (`answer`), decay along the pulse and two modes; `why`: the reason if there is no decay."""
 
     pulse: Pulse
     values: Values
     decay: Decay | None
     why: str
+    modes: ModePair | None = None
 
 
 def ring_downs(record: xr.Dataset, output: str) -> list[RingDown]:
@@ -238,10 +331,15 @@ def ring_downs(record: xr.Dataset, output: str) -> list[RingDown]:
 def _ring_down(record: xr.Dataset, pulse: Pulse, output: str) -> RingDown:
     values = answer(record, pulse, output)
     free = values["time"] > (pulse.stop - pulse.start) * sampling_time(record)
+    time, disc = values["time"][free], values["disc"][free]
     try:
-        return RingDown(pulse, values, decay_of(values["time"][free], values["disc"][free, pulse.axis]), "")
+        modes = mode_pair(time, disc)
+    except MissingError:
+        modes = None
+    try:
+        return RingDown(pulse, values, decay_of(time, disc[:, pulse.axis]), "", modes)
     except MissingError as missing:
-        return RingDown(pulse, values, None, str(missing))
+        return RingDown(pulse, values, None, str(missing), modes)
 
 
 def impact_transfer(record: xr.Dataset, output: str, most: float) -> Transfer:

@@ -35,8 +35,8 @@ import numpy as np
 import xarray as xr
 from scipy.signal import find_peaks
 
-from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.signals.record_blocks import BLOCK, Values, blocks, displacement_name, envelopes, need, prepared
 
 REVOLUTIONS = 8
@@ -278,10 +278,29 @@ NEAR = 0.2
 
 @dataclass(frozen=True, eq=False)
 class RunComparison:
-    """Orders by the name of the run: `amplitude` (window, order, axis) complex [m, 0-pk] over `speed` [rad/s]."""
+    """Orders by the name of the run: `amplitude` (window, order, axis) complex [m, 0-pk] over `speed` [rad/s].
+
+    The attribute `channel` of each is `disc`, the true displacement, or `disc_measured`, as of every table of vectors.
+    """
 
     tracked: Mapping[str, xr.Dataset]
     order: int
+
+    @property
+    def channels(self) -> dict[str, str]:
+        """Channel of each run that is compared."""
+        return {name: str(one.attrs["channel"]) for name, one in self.tracked.items()}
+
+    @property
+    def mixed(self) -> str:
+        """Sentence where the true displacement of some runs stands against the measured one of others; else empty."""
+        true, measured = ([n for n, one in self.channels.items() if one == c] for c in ("disc", "disc_measured"))
+        if not true or not measured:
+            return ""
+        return (
+            f"true displacements ({', '.join(true)}) stand against measured ones ({', '.join(measured)}): runout and "
+            "errors of the sensors are in their differences"
+        )
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -343,7 +362,7 @@ def _orders(name: str, run: xr.Dataset, order: int) -> xr.Dataset:
         found = run.sel(order=[order]).rename(speed="window")
         amplitude = found["amplitude"] * np.exp(-1j * found["phase"])
         coords = {"speed": ("window", run["speed"].values), "time": ("window", np.full(run.sizes["speed"], np.nan))}
-        return xr.Dataset({"amplitude": amplitude.drop_vars("window")}, coords)
+        return xr.Dataset({"amplitude": amplitude.drop_vars("window")}, coords, {"channel": "disc_measured"})
     try:
         found = track_orders(prepared(run), [order])
     except DataError as error:
@@ -352,7 +371,7 @@ def _orders(name: str, run: xr.Dataset, order: int) -> xr.Dataset:
         raise DataError(f"{name}: holds no angle of the shaft, so no {order}X; give a record with the angle or pulses")
     if not found.sizes["window"]:
         raise DataError(f"{name}: the shaft does not turn for eight revolutions; there is no {order}X")
-    return found[["amplitude"]]
+    return found[["amplitude"]].assign_attrs(channel=displacement_name(run))
 
 
 def _peaks(tracked: xr.Dataset, order: int, axis: str) -> list[dict[str, Any]]:

@@ -25,8 +25,8 @@ from scipy.signal import detrend, find_peaks
 from scipy.signal.windows import hann
 
 from identification.records.frequency_response import CrossSpectra, segments_of, transforms
-from rotorsim.base.constants import TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.signals.orders import SECONDS, after_start
 from rotorsim.signals.record_blocks import blocks, displacement_name, need, overlapping, sampling_time
 

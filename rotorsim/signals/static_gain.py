@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from identification.records.schema import measured_name
 from rotorsim.base.errors import DataError
 from rotorsim.signals.record_blocks import MissingError, Values, blocks, need, sampling_time
 
@@ -68,7 +69,7 @@ def rest(record: xr.Dataset, output: str, shortest: int | None = None, share: fl
     levels = max(len(np.unique(reference[:, axis])) for axis in (0, 1))
     seconds = f"{least * sampling_time(record):.3g} s or longer"
     need(levels >= FEWEST, f"The reference rests at {levels} levels for {seconds}; a gain takes {FEWEST}.")
-    names = [output, *(["pin"] if "pin" in record else [])]
+    names = [output, *filter(None, [measured_name(record, "pin")])]
     first = [b - _window(record, a, b, share) for a, b in zip(start, stop, strict=True)]
     means = [_means(record, names, a, b) for a, b in zip(first, stop, strict=True)]
     disc, *pin = (np.array([row[name] for row in means]) for name in names)
@@ -165,7 +166,9 @@ def static_gain_map(record: xr.Dataset, share: float = 0.5, variable: str | None
     if record.attrs.get("experiment") in EXCITED:
         raise DataError(
             f"record: the reference of '{record.attrs['experiment']}' does not wait until the disc rests; "
-            "give the record of a staircase"
+            "give the record of a staircase",
+            argument="experiment",
+            value=record.attrs["experiment"],
         )
     wanted = ("disc_measured", "disc") if variable is None else (variable,)
     disc = next((name for name in wanted if name in record), None)

@@ -22,9 +22,9 @@ from identification.local.fits import actuator_signals
 from identification.local.greybox import levy
 from identification.records.frequency_response import FrequencyResponse
 from rotorsim.analysis.supply import regulator_pressure
-from rotorsim.base.constants import TO_MPA, TO_RPM, TO_UM
 from rotorsim.base.errors import DataError
 from rotorsim.base.processes import Each, processes
+from rotorsim.base.units import TO_MPA, TO_RPM, TO_UM
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 from identification import LinearModel, LpvModel, Prefilter, Source, UnfitError, files_of, pair, survey
 from identification.campaign import NO_EXCITATION, SourceResult, identify_sources
-from rotorsim.base.constants import RPM, TO_MPA
+from identification.local.identify import check_names
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import RPM, TO_MPA
 from rotorsim.campaign import Settings, open_store, run_campaign
 from rotorsim.campaign.read_plan import make_plan
 from rotorsim.campaign.store import DONE, record_path
@@ -34,7 +35,8 @@ HELD = ("validation", "hold_out", "centre", "extra", "extra_second")
 """Roles of records that no surface is fitted to."""
 COUNTED = ("identification", "centre", "extra")
 """Roles of records that local models are made of."""
-KEPT = ("reference", "disc", "disc_measured", "pin", "angle_measured", "speed_measured", "pressure_measured")
+KEPT = ("reference", "disc", "disc_measured", "pin", "pin_measured", "angle_measured", "speed_measured",
+        "pressure_measured")  # fmt: skip
 """Variables that identification and the noise-free fit need; the rest would double the files."""
 _HEAD = """name = "{name}"
 machine = "machine"
@@ -177,6 +179,7 @@ def identify_records(
     >>> model, found = rs.identify_records(["my_campaign"], model=2)  # doctest: +SKIP
     >>> model.save("model.json")  # doctest: +SKIP
     """
+    check_names(model, method)
     if order is not None and str(model) != "blackbox":
         raise UnfitError(f"identify.order: {order} for model {model}; only model blackbox has an order")
     order = ORDER if order is None else order

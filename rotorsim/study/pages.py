@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import TO_UM
+from rotorsim.base.units import TO_UM
 from rotorsim.report.control import ComparedQuantity, fits_by_model, over_speed
 from rotorsim.report.page import Block
 from rotorsim.study.identification_vs_physics import HEADS, Study, rows, summary

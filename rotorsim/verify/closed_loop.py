@@ -20,14 +20,15 @@ from typing import Any
 import numpy as np
 
 import identification as idn
-from rotorsim.base.constants import KRPM, TO_UM
 from rotorsim.base.display import Reported
 from rotorsim.base.errors import LawError, RotorsimError
+from rotorsim.base.units import KRPM, TO_UM
 from rotorsim.control.law import Law
 from rotorsim.control.plants import point_text
+from rotorsim.control.runout import RunoutTable, check_runout
 from rotorsim.control.sampled_loop import closed_poles, law_system, loop_of, smallest_damping
 from rotorsim.control.systems import System, balanced_states, held, late, series
-from rotorsim.experiments import prbs
+from rotorsim.experiments import prbs, slow_roll
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 from rotorsim.verify import transients
@@ -115,7 +116,11 @@ def closed_loop(
         law.check_sampling(plant.machine.sampling_time)
         law.check_machine(plant.machine.name)
     if plant.assembly.film_model is None or plant.machine.actuators is None:
-        raise LawError(f"{plant.machine.name}: has no actuators that a law could drive; verify on a gas bearing")
+        raise LawError(
+            f"{plant.machine.name}: has no actuators that a law could drive; verify on a gas bearing",
+            argument="machine",
+            value=plant.machine.name,
+        )
     report = progress or (lambda _: None)
     points = CORNERS if quick else POINTS
     report("impacts, open loop")
@@ -125,6 +130,9 @@ def closed_loop(
     runs: dict[str, Any] = {}
     found = [*alarms_of_hits(after)]
     rows = [*_impact_rows(before, after, criteria)]
+    if isinstance(law, Law) and law.runout is not None:
+        report("slow roll")
+        rows.append(_runout_row(plant, law.runout))
     report("noise")
     rest = transients.at_rest(plant, law)
     found.append(alarms_of_run("rest", rest))
@@ -167,6 +175,12 @@ def _impact_rows(
     yield holds(
         "no contact in the hits", not any(c.touched for c in after), "; ".join(dict.fromkeys(filter(None, ended)))
     )
+
+
+def _runout_row(plant: Plant, table: RunoutTable) -> CriterionRow:
+    """Rest of the runout that a law's table leaves at a slow roll of the plant."""
+    found = check_runout(table, slow_roll(plant, pressure=0.7e6, revolutions=2))
+    return at_most("runout left by the table", found.left * TO_UM, found.bound * TO_UM, "um rms", found.text)
 
 
 def _runup_rows(

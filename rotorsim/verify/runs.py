@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from rotorsim.base.cache import key_of, sources_hash
-from rotorsim.base.constants import RIG_SAMPLE
-from rotorsim.base.control_systems import is_linear
 from rotorsim.base.errors import ConvergenceError
+from rotorsim.base.foreign_systems import is_linear
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control.law import LIMIT, Law
 from rotorsim.experiments.experiment import reference_range
 from rotorsim.experiments.limits import choked, passed
@@ -177,7 +177,8 @@ def run_other(simulation: Simulation, controller: Controller, rows: np.ndarray, 
         if fault is not None and k >= frozen:
             seen[fault.channel] = held[fault.channel]
         held = seen
-        output = ask(controller, seen, row[READ + 3], row[READ + 4], k * Ts, used[k, 2:4])
+        angle, speed, pressure = row[READ + 2 : READ + 5]
+        output = ask(controller, seen, speed, pressure, angle, k * Ts, used[k, 2:4])
     return Run(np.concatenate(tables), used, Ts=Ts, alarms=_alarms(controller, len(rows)))
 
 
@@ -251,7 +252,7 @@ def run_loop(w, ix, P, rows, out, n, row, line, lw, table, axes, L, S, command, 
             lw[L.applied] = 1.0
             lw[L.applied + 1] = rows[i, 2]
             lw[L.applied + 2] = rows[i, 3]
-        step(lw, table, axes, L, S, x, y, line[0, {read} + 3], line[0, {read} + 4], command)
+        step(lw, table, axes, L, S, x, y, line[0, {read} + 3], line[0, {read} + 4], line[0, {read} + 2], command)
     return rows.shape[0]
 '''
 

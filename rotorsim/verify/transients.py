@@ -26,8 +26,8 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, MPA, RIG_SAMPLE, TO_HZ, TO_RPM, TO_UM
 from rotorsim.base.errors import LimitError
+from rotorsim.base.units import KRPM, MPA, RIG_SAMPLE, TO_HZ, TO_RPM, TO_UM
 from rotorsim.control.law import Law
 from rotorsim.experiments.catalogue.impact import Impact
 from rotorsim.experiments.limits import choked

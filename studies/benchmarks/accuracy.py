@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from reynolds import GasBearing, Injector
-from rotorsim.base.constants import MPA, RPM, TO_UM
+from rotorsim.base.units import MPA, RPM, TO_UM
 from rotorsim.plant import Plant
 from studies.benchmarks.result import Figure
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from identification import load_model
 from identification.lpv.model import LpvModel
-from rotorsim.base.constants import KRPM
+from rotorsim.base.units import KRPM
 from rotorsim.control import Law
 from rotorsim.control.designs import h2_scheduled, lpv
 from rotorsim.control.designs.hinf_synthesis import Weights, mixed_sensitivity, solve

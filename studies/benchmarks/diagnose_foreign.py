@@ -22,8 +22,8 @@ import numpy as np
 
 from identification import read
 from reynolds.jit import inlined
-from rotorsim.base.constants import MPA
 from rotorsim.base.errors import RotorsimError
+from rotorsim.base.units import MPA
 from rotorsim.discrepancy import Diagnosis, diagnose, hide
 from rotorsim.discrepancy.experiments import HIGH, LOW, PERIOD, PERIODS, SPACING, PlannedRecord
 from rotorsim.discrepancy.hidden_machine import draw, record_of, truth_twin

@@ -11,7 +11,7 @@ import numpy as np
 
 import identification as idn
 from identification.local.greybox import RATED
-from rotorsim.base.constants import RPM
+from rotorsim.base.units import RPM
 from rotorsim.experiments import Prbs, run
 from rotorsim.plant.plant import Plant
 from rotorsim.study.identification_vs_physics import Physics, physics

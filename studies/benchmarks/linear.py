@@ -11,7 +11,7 @@ import numpy as np
 
 from reynolds import GasBearing, Injector
 from rotorsim.analysis import critical_speeds, operating_map, operating_point, whirl_onset
-from rotorsim.base.constants import RIG_SAMPLE, RPM, TO_MPA
+from rotorsim.base.units import RIG_SAMPLE, RPM, TO_MPA
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 from studies.benchmarks.result import Figure

@@ -94,7 +94,7 @@ def read_cases(path: Path | None) -> dict[int, Case]:
             done[case.number] = case
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             text = f"{path}: line {number} is not a case of the part decide; name another file"
-            raise DataError(text) from error
+            raise DataError(text, argument="line", value=line) from error
     return done
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import RIG_SAMPLE
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control import Law
 from rotorsim.control.designs import h2_scheduled, hinf, lead, lqr, placement
 from rotorsim.control.guard import BAD, FADE, LEAST, SLOW
@@ -179,7 +179,7 @@ def latency(alarms: np.ndarray, fault: Fault) -> int | None:
 
 
 def above(excesses: list[float]) -> int:
-    """How many are more than rounding."""
+    """Number of differences that are more than rounding."""
     return sum(one > ROUNDING for one in excesses)
 
 

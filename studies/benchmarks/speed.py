@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rotorsim.base.constants import RPM, TO_UM
+from rotorsim.base.units import RPM, TO_UM
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 from studies.benchmarks.result import Figure

@@ -15,7 +15,7 @@ from identification.local.greybox import STRUCTURES, modes
 from identification.local.structures import Structure
 from identification.records.frequency_response import FrequencyResponse
 from rotorsim.analysis.supply import regulator_pressure
-from rotorsim.base.constants import RPM
+from rotorsim.base.units import RPM
 from rotorsim.plant.plant import Plant
 from rotorsim.study.identification_vs_physics import Physics, physics
 from studies.benchmarks.result import Figure

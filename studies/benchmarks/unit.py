@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from fmu.importer import fmpy
-from rotorsim.base.constants import RIG_SAMPLE
+from rotorsim.base.units import RIG_SAMPLE
 from studies.benchmarks.result import Figure
 
 GENERIC = {"NUMBA_CPU_NAME": "x86-64", "NUMBA_CPU_FEATURES": ""}

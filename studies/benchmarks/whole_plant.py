@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rotorsim.base.constants import RIG_SAMPLE
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.experiments import Prbs, record
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant

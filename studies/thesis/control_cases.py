@@ -16,7 +16,7 @@ import numpy as np
 
 from identification import load_model
 from rotorsim.analysis import critical_speeds, whirl_onset
-from rotorsim.base.constants import KRPM, RIG_SAMPLE
+from rotorsim.base.units import KRPM, RIG_SAMPLE
 from rotorsim.control import DesignError, Law, load_law
 from rotorsim.control.catalogue import make_spec, module_of
 from rotorsim.control.designs import p
@@ -145,7 +145,7 @@ def onset(disc: np.ndarray, speed: np.ndarray) -> tuple[float, float] | None:
 
 
 def whirl(machine: str, pressures: list[float]) -> dict[str, list[float]]:
-    """Of the linearised plant: onset over first critical speed, and whirl over shaft speed there, by pressure."""
+    """Onset over first critical speed, and whirl over shaft speed there, by pressure, from the linearised plant."""
     plant, at = _plant(machine), np.array(pressures)
     found, first = whirl_onset(plant, at), critical_speeds(plant, at, (1,)).critical_speed.values[:, 0, 0]
     return {"onset": (found.onset_speed.values / first).tolist(), "frequency": found.onset_ratio.values.tolist()}

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from identification.lpv.model import LpvModel
-from rotorsim.base.constants import KRPM, TO_MPA
+from rotorsim.base.units import KRPM, TO_MPA
 from rotorsim.control import Law, load_law
 from rotorsim.control.designs import h2_scheduled
 from rotorsim.plant import Plant
@@ -160,7 +160,7 @@ class _Files:
             model.save(self.model)
 
     def law(self, name: str) -> Path:
-        """Where a law is kept."""
+        """File in which a law is kept."""
         return self.folder / f"law-{name.replace(' ', '_')}-{self._key(name)}.json"
 
     def _key(self, name: str) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.base.constants import MPA, TO_RPM
+from rotorsim.base.units import MPA, TO_RPM
 from rotorsim.report.theme import AXIS_COLOURS, GRID, INK, NEUTRAL, PIN_COLOURS, SPECTRUM_SCALE, compact, style
 from rotorsim.report.units import quantity
 

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from itertools import product
 from typing import NamedTuple
 
-from rotorsim.base.constants import KRPM
 from rotorsim.base.errors import DesignError
+from rotorsim.base.units import KRPM
 from rotorsim.control.designs import hinf
 from rotorsim.control.designs.hinf_synthesis import Weights
 from rotorsim.control.plants import Model
@@ -58,5 +58,7 @@ def chosen(model: Model, grid: Iterator[Weights] | None = None) -> Candidate:
     """The least mean among those with the margin; raises DesignError if none has it."""
     good = [one for one in candidates(model, grid) if one.margin >= MARGIN]
     if not good:
-        raise DesignError(f"choosing: no weights leave a disk margin of {MARGIN}; widen the grid")
+        raise DesignError(
+            f"choosing: no weights leave a disk margin of {MARGIN}; widen the grid", argument="weights", value=MARGIN
+        )
     return min(good, key=lambda one: one.mean)

@@ -195,3 +195,18 @@ def test_texts_of_users_are_read_without_their_byte_order_mark():
         if plain.search(line) and "files(" not in line and '"w"' not in line
     }
     assert found <= OWN
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems do not say whether a process has ended")
+def test_the_file_of_a_killed_process_is_left_behind_before_its_parent_has_waited_for_it(tmp_path):
+    process = subprocess.Popen([sys.executable, "-c", "import time; print(1, flush=True); time.sleep(60)"],
+                               stdout=subprocess.PIPE)  # fmt: skip
+    process.stdout.readline()
+    part = temporary(tmp_path / "a.nc")
+    part = part.with_name(part.name.replace(f"-{os.getpid()}-", f"-{process.pid}-"))
+    part.touch()
+    assert left_behind(tmp_path) == []
+    process.kill()
+    os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
+    assert left_behind(tmp_path) == [part]
+    process.wait()

@@ -1,11 +1,15 @@
 """Conversion of text with units to SI floats and back."""
 
 import math
+import re
 
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from refusals import refused
+from rotorsim.analysis.axes import read_axis
+from rotorsim.base.errors import DataError
 from rotorsim.base.units import TABLE, parse, show, suggestion
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
@@ -148,3 +152,20 @@ def test_numbers_of_numpy_are_numbers(value):
         assert parse(value, "1") == 0.5
     with pytest.raises(ValueError, match=r"^0\.5 "):
         parse(value, "m")
+
+
+@pytest.mark.parametrize(("text", "unit", "remedies"), [
+    ("8,0 um", "m", ["8.0 um"]), ("8,0um", "m", ["8.0 um"]), ("-0,5 V", "V", ["-0.5 V"]),
+    ("1,000 rpm", "rad/s", ["1.000 rpm", "1000 rpm"]),
+])  # fmt: skip
+def test_a_decimal_comma_is_named_and_every_advice_can_be_read(text, unit, remedies):
+    with pytest.raises(ValueError, match="has a comma") as caught:
+        parse(text, unit)
+    advised = re.findall(r"'([^']*)'", str(caught.value).partition("write")[2])
+    assert advised == remedies and all(np.isfinite(parse(one, unit)) for one in advised)
+
+
+def test_a_list_of_values_is_not_taken_for_a_decimal_comma():
+    with refused(DataError, "speed", "8,5 rpm"):
+        read_axis("speed", "8,5 rpm", "rad/s")
+    assert len(read_axis("speed", "8 rpm,9 rpm", "rad/s")) == len(read_axis("over", "0,5", "1")) == 2

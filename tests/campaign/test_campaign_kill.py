@@ -15,6 +15,7 @@ import psutil
 import pytest
 import xarray as xr
 
+from refusals import refused
 from rotorsim.base.processes import ProcessDiedError
 from rotorsim.campaign import Settings, open_store, run_campaign
 from rotorsim.campaign.read_plan import make_plan
@@ -123,7 +124,7 @@ def test_processes_of_cases_that_are_killed_cost_no_case(tmp_path):
         until(lambda: gone(cell))
         other = until(lambda: next((one for one in cells(process) if one != cell), None), process)
         other.kill()
-        with pytest.raises(StoreError, match=rf"process {process.pid} on .* runs a campaign in it; wait for its end"):
+        with refused(StoreError, "folder", folder):
             run_campaign(make_plan(plan), folder)
         out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, err
@@ -242,7 +243,7 @@ def test_workers_with_other_versions_are_refused_and_tls_asks_for_a_certificate(
         sentence = r"worker tls://127.0.0.1:\d+: other versions \(numba 0.1 there, .* here\); install the same"
         with pytest.raises(ClusterError, match=sentence):
             run_campaign(plan, folder, Settings(scheduler=address, tls=tls))
-        with pytest.raises(ClusterError, match="is not a TLS address; write tls://host:port"):
+        with refused(ClusterError, "scheduler", address.replace("tls", "tcp")):
             run_campaign(plan, folder, Settings(scheduler=address.replace("tls", "tcp"), tls=tls))
         monkeypatch.setattr("rotorsim.campaign.scheduler.CONNECT", 1.0)
         for wrong in (address, address.replace("tls", "tcp")):
@@ -253,7 +254,7 @@ def test_workers_with_other_versions_are_refused_and_tls_asks_for_a_certificate(
 def test_a_scheduler_that_cannot_be_reached_is_one_sentence(tmp_path, monkeypatch):
     monkeypatch.setattr("rotorsim.campaign.scheduler.CONNECT", 1.0)
     for address in ("tcp://127.0.0.1:9", "no address", "tls://127.0.0.1:9"):
-        with pytest.raises(ClusterError, match=rf"scheduler {address}: cannot be reached within 1 s") as caught:
+        with refused(ClusterError, "scheduler", address) as caught:
             run_campaign(make_plan(SLEEPING.format(2, "1 ms")), tmp_path / "s", Settings(scheduler=address))
         assert "\n" not in str(caught.value)
 

@@ -14,6 +14,7 @@ import pytest
 import xarray as xr
 
 from identification import validate
+from refusals import refused
 from rotorsim.base.files import BusyError, Lock
 from rotorsim.campaign import collect, open_store, write_table
 from rotorsim.campaign.read_plan import make_plan
@@ -231,10 +232,10 @@ def test_a_quota_is_reported_like_a_full_disk(store):
 
 def test_a_store_of_another_plan_is_refused_with_the_difference(store):
     other = make_plan(PLAN.format("").replace("points = 3", "points = 4"))
-    with pytest.raises(StoreError, match=r"holds a campaign of another plan \(axes.speed: 3 values there, 4 here\)"):
+    with refused(StoreError, "plan", ["axes.speed: 3 values there, 4 here"]):
         make_store(other, store.folder)
     heavier = make_plan(PLAN.format("").replace("[set]", "[set]\n'effects.unbalance.me' = '3 g*mm'"))
-    with pytest.raises(StoreError, match=r"set\.effects\.unbalance\.me is only in this plan"):
+    with refused(StoreError, "plan", ["set.effects.unbalance.me is only in this plan"]):
         make_store(heavier, store.folder)
     longer = make_plan("time_limit = '3 h'\n" + PLAN.format(""))
     assert make_store(longer, store.folder).plan.time_limit == 3 * 3600
@@ -246,9 +247,9 @@ def test_a_folder_that_is_no_store_is_refused(tmp_path):
     (tmp_path / "full" / "thesis.tex").write_text("kept")
     (tmp_path / "file").write_text("kept")
     for name in ("full", "file"):
-        with pytest.raises(StoreError, match="is there already and is not a campaign; choose another --out"):
+        with refused(StoreError, "folder", tmp_path / name):
             make_store(plan, tmp_path / name)
-    with pytest.raises(StoreError, match="holds no campaign; give the folder"):
+    with refused(StoreError, "folder", tmp_path / "full"):
         open_store(tmp_path / "full")
 
 
@@ -263,7 +264,7 @@ def test_a_damaged_store_is_one_sentence(store, damage):
 def test_a_changed_store_is_noticed(store):
     path = store.folder / "store.json"
     path.write_text(path.read_text().replace("3000 rpm", "4000 rpm"))
-    with pytest.raises(StoreError, match="was changed, or means other cases in this version"):
+    with refused(StoreError, "plan", path):
         open_store(store.folder)
 
 
@@ -283,7 +284,7 @@ def test_two_campaigns_in_one_store_are_refused(store):
     )
     try:
         assert other.stdout.readline() == "held\n"
-        with pytest.raises(StoreError, match=rf"process {other.pid} on .* runs a campaign in it; wait"), store.locked():
+        with refused(StoreError, "folder", store.folder), store.locked():
             pass
         index = store.index()  # status and collect need no lock
         assert index.counts()[PENDING] == 3
@@ -306,9 +307,7 @@ def test_versions_that_differ_from_the_stores_are_refused(store, monkeypatch):
     from rotorsim.campaign import run as running
 
     monkeypatch.setattr(running, "versions", lambda: store.versions | {"numba": "0.1"})
-    with pytest.raises(
-        StoreError, match=r"was begun with other versions \(numba .* there, 0.1 here\); use those, add --mixed, or"
-    ):
+    with refused(StoreError, "versions", lambda text: text.startswith("numba ") and text.endswith(" there, 0.1 here")):
         running.run_campaign(store.plan, store.folder)
 
 
@@ -342,7 +341,7 @@ def test_collected_records_are_lazy_and_exact(store, tmp_path):
     assert lines[0].startswith("number,experiment,repeat,seed,set.speed,numbers.") and "no lift-off" in lines[2]
     with pytest.raises(StoreError, match="no variable 'disk'"):
         collect(store.folder, variables=["disk"])
-    with pytest.raises(StoreError, match="has no experiment 'a'; choose one of prbs"):
+    with refused(StoreError, "experiment", "a"):
         collect(store.folder, "a")
 
 
@@ -355,7 +354,7 @@ def test_a_cut_record_is_named_when_it_is_collected(store):
     index.close()
     path = record_path(store.folder, case.key)
     os.truncate(path, path.stat().st_size - 1)
-    with pytest.raises(StoreError, match=r"\.nc: is gone or cut, as 1 of 1 records are; run the campaign again"):
+    with refused(StoreError, "records", [path]):
         collect(store.folder)
     assert collect(store.folder, variables=[]).sizes["case"] == 1
 

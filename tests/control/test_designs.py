@@ -5,9 +5,10 @@ from dataclasses import fields, is_dataclass
 import numpy as np
 import pytest
 
-from rotorsim.base.constants import KRPM, RIG_SAMPLE
+from refusals import refused
 from rotorsim.base.quantity import quantities
 from rotorsim.base.rounding import DECAYS
+from rotorsim.base.units import KRPM, RIG_SAMPLE
 from rotorsim.control import DesignError
 from rotorsim.control.catalogue import DESIGNS, make_spec, module_of
 from rotorsim.control.designs import h2_scheduled, hinf, lead, lpv, lqr, mpc, p, placement, youla
@@ -116,7 +117,7 @@ def test_the_disk_margin_is_met_by_gain_and_phase(model):
 def test_tustin_refuses_poles_beyond_its_reach(model):
     with pytest.raises(DesignError, match=r"fastest pole.*exceeds 10/Ts"):
         p.design(model, p.Spec(low_pass=1e5))
-    with pytest.raises(DesignError, match=r"p\.Ts: '0 ms' must be above 0; write e\.g\. '0\.2 ms'"):
+    with refused(DesignError, "p.Ts", 0.0):
         p.design(model, p.Spec(Ts=0.0))
 
 
@@ -159,7 +160,7 @@ def test_the_interpolated_h2_law_is_stable_on_the_fine_grid_and_was_measured_on_
 
 
 def test_an_order_of_interpolation_that_fails_the_gate_is_refused(model):
-    with pytest.raises(DesignError, match=r"h2_scheduled: with order 0 .*allow higher orders"):
+    with refused(DesignError, "orders", (0,)):
         h2_scheduled.design(model, h2_scheduled.Spec(orders=(0,), fine=(8, 5)))
 
 
@@ -192,7 +193,7 @@ def test_a_mode_that_cannot_be_moved_or_seen_is_named(model, name, word):
 
 @pytest.mark.parametrize("name", ["y", "u", "force", "noise"])
 def test_a_weight_that_is_not_positive_is_refused_with_its_meaning(name):
-    with pytest.raises(DesignError, match=rf"lqr\.{name}: .* must be above 0; .*without it there is no optimum\)"):
+    with refused(DesignError, f"lqr.{name}", 0.0):
         lqr.Spec(**{name: 0.0})
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from rotorsim.base.constants import KRPM
 from rotorsim.base.rounding import unstable_poles
+from rotorsim.base.units import KRPM
 from rotorsim.control import DesignError
 from rotorsim.control.designs.h2_scheduled import h2_controller
 from rotorsim.control.designs.hinf_synthesis import (

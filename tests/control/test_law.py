@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from refusals import refused
 from rotorsim.control import Law, LawError, load_law
 from rotorsim.machine import load_machine
 from rotorsim.plant.controller import prepare
@@ -84,14 +85,14 @@ def test_the_memory_saves_and_restores_a_running_law():
 
 
 def test_a_law_for_another_sampling_time_is_refused_when_it_is_to_run():
-    with pytest.raises(LawError, match=r"Ts = 1 ms, and the plant samples every 0\.2 ms"):
+    with refused(LawError, "Ts", 1e-3):
         prepare(law_of(Ts=1e-3), load_machine("dtu_gas_bearing"))
     slower = load_machine("dtu_gas_bearing").replace("solver.sampling_rate", "1 kHz")
     prepare(law_of(Ts=1e-3), slower)
 
 
 def test_a_law_for_other_channels_is_refused():
-    with pytest.raises(LawError, match="3 measured and 2 driven channels"):
+    with refused(LawError, "channels", (3, 2)):
         Law("three", np.zeros((1, 1, 1, 1)), np.zeros((1, 1, 1, 3)), np.zeros((1, 1, 2, 1)), np.zeros((1, 1, 2, 3)),
             np.zeros((1, 1, 1, 2)), [0.0], [0.0])  # fmt: skip
     with pytest.raises(LawError, match="measured has 3 channels"):

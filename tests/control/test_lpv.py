@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import rotorsim as rs
+from refusals import refused
 from rotorsim.control import DesignError
 from rotorsim.control.designs import lpv
 from rotorsim.control.designs.hinf_synthesis import closed, mixed_sensitivity, solve
@@ -209,13 +210,13 @@ def test_a_bad_specification_is_refused(change, word):
 
 
 def test_too_few_grid_points_for_the_order_are_refused(rig):
-    with pytest.raises(DesignError, match=r"lpv\.grid: 2 speeds do not determine .* order 2; take 3 or more"):
+    with refused(DesignError, "grid", 2):
         lpv.synthesis(rig, replace(SPEC, grid=(2, 3)))
 
 
 def test_a_model_of_one_operating_point_is_refused(rig):
     single = replace(rig, points=rig.points[:1])
-    with pytest.raises(DesignError, match="one operating point; take hinf"):
+    with refused(DesignError, "model"):
         lpv.synthesis(single, SPEC)
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import rotorsim as rs
-from identification.errors import ModelError
-from rotorsim.base.errors import ControllerError, DataError, LawError
+from refusals import refused
+from rotorsim.base.errors import ControllerError, DataError, LawError, ModelError
 
 control = pytest.importorskip("control")
 P, W = 0.5e6, 300.0
@@ -292,7 +292,7 @@ def test_the_plant_as_a_system_says_where_to_start(plant):
 
 
 def test_surfaces_of_no_systems_are_refused():
-    with pytest.raises(ModelError, match=r"lpv: no systems; give a control\.StateSpace by \(speed, pressure\)"):
+    with refused(ModelError, "systems"):
         rs.LpvModel.from_control({})
 
 
@@ -314,5 +314,5 @@ def test_without_the_package_one_sentence_names_it(monkeypatch, plant):
     import sys
 
     monkeypatch.setitem(sys.modules, "control", None)
-    with pytest.raises(DataError, match=r"no package 'control'.*pip install control"):
+    with refused(DataError, "control"):
         plant.linearise(W, P).to_control()

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from identification import LinearModel
-from rotorsim.base.constants import KRPM
 from rotorsim.base.rounding import DECAYS
+from rotorsim.base.units import KRPM
 from rotorsim.control import DesignError
 from rotorsim.control.designs import lqr
 from rotorsim.control.designs.hinf import balanced, truncated

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rotorsim.base.constants import RIG_SAMPLE
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.trial import HIGHEST, block_lines, broken_orders, on_lines
 
 LENGTH, BLOCKS, START = 2000, 4, 300

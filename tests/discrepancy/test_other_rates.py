@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from refusals import refused
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.records import check_turns, make_trial, make_trials
 from rotorsim.discrepancy.twin import Twin
@@ -36,7 +37,7 @@ def test_the_twin_of_a_fast_machine_runs_at_the_rate_of_the_records(record):
 
 def test_records_at_the_machine_s_own_rate_are_refused_with_the_way_out():
     fast = load_machine("plain_rotor").with_({"solver.sampling_rate": 20e3, "solver.time_step": 5e-5})
-    with pytest.raises(DataError, match="is sampled at 20000 Hz, a diagnosis needs 5000 Hz; resample it"):
+    with refused(DataError, "Ts", pytest.approx(5e-5)):
         make_trial(steady(Plant(fast), SPEED, 0.0, duration=1.0))
 
 
@@ -45,7 +46,5 @@ def test_a_shaft_too_fast_for_the_rate_of_a_diagnosis_is_refused(record):
     rows = trial.rows.copy()
     rows[:, 0] = 10000.0
     quick = replace(trial, rows=rows)
-    with pytest.raises(
-        DataError, match=r"at 95493 rpm a turn has 3\.1 samples at the 5 kHz of a diagnosis and needs 4"
-    ):
+    with refused(DataError, "speed", 10000.0):
         check_turns(quick)

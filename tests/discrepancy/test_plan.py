@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from refusals import refused
 from rotorsim.base.errors import DataError
 from rotorsim.campaign import load_plan
 from rotorsim.discrepancy.data_vector import make_layout
@@ -209,12 +210,12 @@ def test_a_machine_without_actuators_is_hit_and_has_no_pressure():
 
 def test_what_cannot_change_is_refused_with_the_choice():
     assert check_allowed(()) == tuple(ALLOWED)
-    with pytest.raises(DataError, match=r"'coast-dwn' cannot be changed by a plan; did you mean 'coast-"):
+    with refused(DataError, "allow", "coast-dwn"):
         check_allowed(("speed", "coast-dwn"))
     rotor = load_machine("plain_rotor")
-    with pytest.raises(DataError, match=r"'bias' cannot be changed, plain_rotor has no injectors with moving"):
+    with refused(DataError, "allow", "bias"):
         options(rotor, trials(rotor), ("bias",))
-    with pytest.raises(DataError, match=r"'pressure' cannot be changed, plain_rotor has no injection pressure"):
+    with refused(DataError, "allow", "pressure"):
         options(rotor, trials(rotor), ("speed", "pressure"))
 
 
@@ -230,7 +231,7 @@ def test_vectors_of_a_run_up_are_followed_by_other_run_ups():
     assert any(o.weight for o in found)
     trial = found[0].trial(kit)
     assert trial.spectra.shape == (1, 2, 21) and trial.turns == like.turns
-    with pytest.raises(DataError, match=r"'amplitude' cannot be changed, the records are vectors of run-ups"):
+    with refused(DataError, "allow", "amplitude"):
         options(kit, [like], ("amplitude",))
 
 

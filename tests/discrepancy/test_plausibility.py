@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from identification import from_arrays
+from refusals import refused
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.calibration import ParameterPoint
 from rotorsim.discrepancy.comparison import TwinComparison
@@ -42,7 +43,7 @@ def test_records_without_a_mistake_pass(plain, models):
 def test_displacements_in_another_unit_are_suggested_and_never_assumed(plain, models, factor, shown):
     records, nominal = plain
     wrong = comparison(models, changed(records, lambda y: factor * y))
-    with pytest.raises(DataError, match=rf"about {shown}: is it a matter of units.*nothing was assumed"):
+    with refused(DataError, "units", pytest.approx(factor)):
         check_before(wrong, nominal)
 
 

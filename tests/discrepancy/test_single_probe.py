@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from identification import make_vectors, read
-from identification.errors import ReadError, SchemaError
 from identification.records.assemble import used
 from identification.records.examination import vector_hints
 from identification.records.mapping import load_mapping
 from identification.records.sensors import DISPLACEMENTS
-from rotorsim.base.errors import DataError
+from refusals import refused
+from rotorsim.base.errors import DataError, ReadError, SchemaError
 from rotorsim.discrepancy import diagnose, hide
 from rotorsim.discrepancy.calibration import CompiledModels
 from rotorsim.discrepancy.candidates import candidates
@@ -46,13 +46,13 @@ def test_the_angle_of_the_only_probe_is_its_axis_or_stated(vectors, degrees):
 
 
 def test_an_angle_that_is_none_is_refused():
-    with pytest.raises(SchemaError, match="probe_angle is 'up'; give the angle"):
+    with refused(SchemaError, "probe_angle", "up"):
         single(probe_angle="up")
 
 
 @pytest.mark.parametrize("turns", [0.5, 0, "many", 1e6])
 def test_revolutions_of_a_vector_are_from_1_to_999(turns):
-    with pytest.raises(DataError, match=r"turns is .*; give the revolutions"):
+    with refused(DataError, "turns", turns):
         make_sweeps(single(turns=turns), "t", False)
 
 

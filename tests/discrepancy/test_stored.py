@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from refusals import refused
 from rotorsim.base.errors import DataError
 from rotorsim.cli import main
 from rotorsim.discrepancy import Diagnosis, diagnose, load_diagnosis, reduction, save_diagnosis
@@ -162,7 +163,7 @@ def test_fields_that_do_not_fit_are_refused_with_their_place(stored, monkeypatch
 
 
 def test_a_folder_that_is_not_there_is_refused(tmp_path):
-    with pytest.raises(DataError, match="is not a folder; give the one that 'rotorsim diagnose' wrote"):
+    with refused(DataError, "folder", tmp_path / "none"):
         load_diagnosis(tmp_path / "none")
 
 

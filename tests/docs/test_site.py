@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -101,3 +102,9 @@ def test_a_page_of_the_reference_lists_the_values_that_other_files_define():
     assert "DESIGNS" in site_pages.constants("rotorsim.control")
     assert ".. py:data:: DESIGNS\n   :module: rotorsim.control\n" in site_pages._api("rotorsim.control", "")
     assert site_pages.constants("rotorsim.experiments") == {"EXPERIMENTS": "Every experiment by its name."}
+
+
+def test_the_installation_page_lists_every_extra():
+    extras = tomllib.loads((DOCS.parent / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    page = (DOCS / "install.md").read_text()
+    assert len(extras) > 5 and [name for name in extras if f'".[{name}]"' not in page] == []

@@ -36,9 +36,10 @@ def test_all_effects_at_their_neutral_values_leave_every_bit_as_it_is_without_th
         plant = Plant(machine.replace("grid.symmetry", symmetry), n_theta=16, n_z=8, dt=2e-4)
         tables.append(plant.start(300.0, 5e5, seed=3).advance(inputs))
     assert set(plant.machine.effects) == set(REGISTRY)
-    common = tables[0].shape[1]  # behind them the temperatures, which stay as they are
+    common = tables[0].shape[1]  # behind them the readings of the pins and the temperatures, which stay as they are
     assert np.ascontiguousarray(tables[1][:, :common]).tobytes() == tables[0].tobytes()
-    assert tables[1].shape[1] == common + 3 and not tables[1][:, common:].any()
+    assert tables[1].shape[1] == common + 4 + 3 and not tables[1][:, common + 4 :].any()
+    assert np.array_equal(tables[1][:, common : common + 4], tables[0][:, common - 4 :])
 
 
 def test_neutral_effects_add_no_mode_to_the_linear_plant():

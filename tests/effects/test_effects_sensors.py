@@ -141,6 +141,15 @@ def test_roughness_has_its_rms_turns_with_the_shaft_and_belongs_to_the_surface(r
     assert abs(np.corrcoef((other[1] - other[0])[:, 0], seen)[0, 1]) < 0.9
 
 
+def test_a_drift_lets_the_surface_grow_with_time(record):
+    """1 + d t from the first sample on, at every angle."""
+    still, growing = ({"runout.amplitude_1x": "5 um", "runout.roughness": "0.3 um"} | more for more in
+                      ({}, {"runout.drift": "0.2 1/s"}))  # fmt: skip
+    seen = [measured - true for true, measured, _ in (record(still, hertz=4), record(growing, hertz=4))]
+    growth = 1 + 0.2 * SAMPLE * np.arange(len(seen[0]))
+    assert seen[1] == pytest.approx(seen[0] * growth[:, None], abs=1e-14)
+
+
 def test_noise_is_white_normal_independent_and_belongs_to_the_seed(record):
     """5000 samples: standard errors .014 of mean and correlation, .01 of sigma; bounds at 4 of them."""
     noisy = {"noise.sigma": "0.5 um"}

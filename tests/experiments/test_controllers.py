@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 
 import rotorsim as rs
+from refusals import refused
 from rotorsim.base.errors import ControllerError, ConvergenceError, DataError, LawError
 from rotorsim.control.designs import lqr
 from rotorsim.experiments import Controlled, ProportionalLaw, record
@@ -88,9 +89,7 @@ def test_inputs_that_are_not_numbers_are_named_and_do_not_reach_the_solver(plant
 
 
 def test_a_controller_beyond_the_actuators_range_is_named_as_such(plant):
-    with pytest.raises(
-        ControllerError, match=r"controller After: drives the reference to 7 V at t = 0\.0022 s, .* 5 V"
-    ):
+    with refused(ControllerError, "controller", 7.0):
         plant.simulate(0.01, 100.0, P, controller=After((7.0, 0.0)))
 
 
@@ -178,12 +177,12 @@ def test_a_law_of_another_sampling_time_is_refused_in_both_runs(plant):
     shapes = ((0, 0), (0, 2), (2, 0), (2, 2), (0, 2))
     law = rs.Law("slow", *(np.zeros((1, 1, *shape)) for shape in shapes), [0.0], [0.0], Ts=1e-3)
     for initial in ("equilibrium", plant.start(100.0, P)):
-        with pytest.raises(LawError, match=r"law slow: Ts = 1 ms, and the plant samples every 0\.2 ms"):
+        with refused(LawError, "Ts", 1e-3):
             plant.simulate(0.01, 100.0, P, controller=law, initial=initial)
 
 
 def test_a_machine_without_actuators_takes_no_controller():
-    with pytest.raises(ControllerError, match="plain_rotor: has no actuators that controller ProportionalLaw could dr"):
+    with refused(ControllerError, "controller", "ProportionalLaw"):
         Plant("plain_rotor").simulate(0.01, 100.0, controller=ProportionalLaw())
 
 

@@ -5,6 +5,7 @@ import pytest
 
 import rotorsim as rs
 from identification import make_record
+from refusals import refused
 from rotorsim import experiments as ex
 from rotorsim.base.errors import DataError
 
@@ -77,17 +78,17 @@ def rotor():
 
 @pytest.mark.parametrize("seed", [-1, 1.5, "a", True])
 def test_a_seed_is_a_whole_number(rotor, seed):
-    with pytest.raises(DataError, match=r"seed = .*: must be a whole number from 0"):
+    with refused(DataError, "seed", seed):
         ex.run(rotor, ex.Steady(duration=0.1), seed)
 
 
 def test_a_reference_needs_actuators(rotor):
-    with pytest.raises(DataError, match="prbs: plain_rotor has no gas film"):
+    with refused(DataError, "machine", "plain_rotor"):
         rs.experiments.prbs(rotor, duration=0.5)
 
 
 def test_hours_are_not_returned_in_memory(rotor):
-    with pytest.raises(DataError, match="steady: 4000 s are more than the 3600 s that are returned in memory"):
+    with refused(DataError, "duration", pytest.approx(4000.0)):
         rs.experiments.steady(rotor, duration=4000.0)
 
 
@@ -121,7 +122,7 @@ def test_the_step_that_is_advised_is_accepted(amplitude, step):
 
 def test_a_step_of_six_digits_divides_the_amplitude():
     assert len(ex.Staircase(amplitude=2.0, step=0.105263).levels()) == 4 * 19 + 1
-    with pytest.raises(DataError, match=r"step: '0\.7 V' does not divide the amplitude of 2 V; give e\.g\. '0\.\d+ V'"):
+    with refused(DataError, "step", 0.7):
         ex.Staircase(step="0.7 V")
 
 
@@ -129,7 +130,7 @@ def test_a_machine_or_its_name_does_as_a_plant(rotor, tmp_path):
     made = rs.experiments.steady("plain_rotor", duration=0.002)
     assert made.equals(rs.experiments.steady(rs.load_machine("plain_rotor"), duration=0.002))
     assert ex.record("plain_rotor", ex.Steady(duration=0.002), str(tmp_path / "steady.nc")).complete
-    with pytest.raises(DataError, match="plant: a float is not one; give a Plant, a machine or its name"):
+    with refused(DataError, "plant", 2.0):
         rs.experiments.steady(2.0)
     with pytest.raises(TypeError, match=r"steady\(\) has no parameter 'sped'; did you mean 'speed'"):
         rs.experiments.steady(rotor, sped=2.0)
@@ -139,10 +140,10 @@ def test_references_that_never_rest_have_no_static_gain():
     time, reference = np.arange(300) * 2e-4, np.repeat([[-1.0, 0.0], [0.0, 1.0], [1.0, -1.0]], 100, axis=0)
     made = make_record(time, {"reference": reference, "disc": reference * 1e-6})
     assert rs.experiments.static_gain_map(made)["gain"].size
-    with pytest.raises(DataError, match="the reference of 'prbs' does not wait until the disc rests"):
+    with refused(DataError, "experiment", "prbs"):
         rs.experiments.static_gain_map(made.assign_attrs(experiment="prbs"))
 
 
 def test_a_ramp_has_no_negative_speed():
-    with pytest.raises(DataError, match="stop: '-600 rpm' is below the limit; write at least '0 rpm'"):
+    with refused(DataError, "stop", "-600 rpm"):
         ex.Runup(stop="-600 rpm")

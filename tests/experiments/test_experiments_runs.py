@@ -9,6 +9,7 @@ import xarray as xr
 
 import rotorsim as rs
 from identification import validate
+from refusals import refused
 from rotorsim import experiments as ex
 from rotorsim.base.errors import ControllerError, ConvergenceError, DataError
 from rotorsim.experiments.summary import summarise_experiment
@@ -256,7 +257,7 @@ def test_a_controller_that_fails_leaves_what_was_simulated_with_the_sentence(pla
         def step(self, measured, speed, pressure):
             return super().step(measured, speed, pressure) if len(self.seen) < 700 else (np.nan, 0.0)
 
-    with pytest.raises(ControllerError, match=r"controller Breaks: gave .*nan.* at t = 0.1400 s"):
+    with refused(ControllerError, "controller", lambda given: np.isnan(given[0])):
         ex.record(plant, ex.Controlled(0.0, P, 1.0, controller=Breaks()), tmp_path / "run.nc", block=100)
     with xr.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as kept:
         assert kept.sizes["time"] == 701 and kept.attrs["ended"].startswith("controller Breaks: gave")

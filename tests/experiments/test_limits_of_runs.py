@@ -8,6 +8,7 @@ import xarray as xr
 
 import rotorsim as rs
 from identification import validate
+from refusals import refused
 from rotorsim import experiments as ex
 from rotorsim.base.errors import LimitError, OtherMachine
 from rotorsim.control import LawError
@@ -66,7 +67,7 @@ def test_a_coast_down_that_ends_by_itself_knows_no_limit(limited):
 
 @pytest.mark.parametrize("run", [ex.runup, lambda plant, *ramp: ex.runup(plant, *ramp[:3], lambda t: P)])
 def test_a_run_that_would_begin_beyond_a_limit_is_refused(limited, run):
-    with pytest.raises(LimitError, match=r"above limits.tip_speed 40 m/s .*; begin lower or raise it$") as caught:
+    with refused(LimitError, "limits", lambda text: "limits.tip_speed 40 m/s" in text) as caught:
         run(limited, 600.0, 700.0, 1000.0, P)
     assert len(str(caught.value).splitlines()) == 1
 
@@ -178,5 +179,5 @@ def test_a_law_of_another_rate_is_refused(plant):
         lambda: rs.verify.safe_speed(plant, law, start=300.0, stop=310.0, rate=300.0),
         lambda: rs.verify.closed_loop(law, plant),
     ):
-        with pytest.raises(LawError, match=r"Ts = 0.1 ms, and the plant samples every 0.2 ms; design it with"):
+        with refused(LawError, "Ts", 1e-4):
             run()

@@ -2,13 +2,16 @@
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import identification as idn
+from rotorsim.base.errors import DataError
 from rotorsim.cli import main
+from rotorsim.experiments.catalogue.impact import Impact
 from rotorsim.experiments.catalogue.steady import Steady
 from rotorsim.experiments.running import record, run
 from rotorsim.experiments.summary import summarise_experiment
@@ -121,3 +124,26 @@ def test_commands_take_probes_and_refuse_a_faulty_one(tmp_path, capsys):
         main([*given, "--out", str(tmp_path / "other")])
     assert ended.value.code == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize("angle", [0.0, np.pi / 2])
+def test_the_shaft_answers_at_the_disc_to_a_hit_elsewhere_as_there_to_a_hit_on_the_disc(angle):
+    """Reciprocity of Maxwell and Betti at standstill, where no force turns with the shaft."""
+    text = machine_text("plain_rotor") + "".join(
+        PROBE.format(f"at_{k}", 480, 90 * k, "absolute_displacement", "1 V/m") for k in range(2)
+    )
+    still = Plant(Machine.from_text(text).with_({"effects.unbalance.me": 0.0}))
+    hit = Impact(peak=10.0, angle=angle, spacing=0.2, lead=0.01)
+    there = run(still, hit)["probe_measured"].values
+    here = run(still, replace(hit, position=0.48))
+    moved, answered = here["disc"].values, there - there[0]
+    assert here.attrs["force_position"] == 0.48 and np.abs(answered).max() > 2e-6
+    np.testing.assert_allclose(moved - moved[0], answered, atol=1e-9 * np.abs(answered).max())
+
+
+def test_a_hit_beside_the_shaft_is_refused(plant):
+    with pytest.raises(DataError) as error:
+        run(plant, Impact(position=0.7))
+    assert error.value.argument == "position"
+    same, disc = (run(plant, Impact(spacing=0.1, position=z)) for z in (0.3, None))
+    np.testing.assert_array_equal(same["disc"].values, disc["disc"].values)  # the disc is at 300 mm

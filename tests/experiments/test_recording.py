@@ -14,8 +14,8 @@ import pytest
 import xarray as xr
 
 from fuzzing.disk import largest_file
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.files import WriteError
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.experiments import recording
 from rotorsim.experiments.recording import CHUNK, Recording, duration, recover
 

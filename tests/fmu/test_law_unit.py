@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from law_models import scheduled_law
 
-from fmu.law_unit import ALARM, INPUTS, OUTPUTS, LawUnit, answered
+from fmu.law_unit import ALARM, ANGLE, INPUTS, OUTPUTS, LawUnit, answered
 from identification.local.greybox import STRUCTURES
 from identification.local.models import LinearModel
 from rotorsim.base.errors import DataError
-from rotorsim.control import LawError, lqr
+from rotorsim.control import LawError, RunoutTable, lqr
+
+TABLE = RunoutTable(2e-6 * np.column_stack([np.cos(np.arange(90) * np.pi / 45), np.sin(np.arange(90) * np.pi / 45)]))
 
 
 @pytest.fixture(scope="module")
@@ -73,16 +75,28 @@ def test_a_law_unit_holds_fades_out_and_comes_back_with_the_bits_of_the_law(expo
     assert np.isfinite(rows).all() and set(codes) == {0, 1, 2} and not rows[600:700, :2].any()
 
 
-def test_a_law_unit_with_plausibility_limits_has_the_bits_of_the_law(gcc, tmp_path):
-    """Spikes, frozen, reversed and swapped sensors, a displacement out of range, lost speed, samples missing often."""
+@pytest.mark.parametrize("runout", [None, TABLE], ids=["", "runout"])
+def test_a_law_unit_with_plausibility_limits_has_the_bits_of_the_law(gcc, tmp_path, runout):
+    """Spikes, frozen, reversed and swapped sensors, a displacement out of range, lost speed, samples missing often.
+
+    A runout table is taken off before; its angle turns backwards too, is large and gets lost.
+    """
     from fmu.export import choose, export
     from fmu.importer import ImportedUnit
 
-    unit = LawUnit(plausible_law())
+    unit = LawUnit(plausible_law().with_(runout=runout))
     inputs = faulty_inputs(12000)
+    if runout is not None:
+        angle = 1e5 * np.sin(np.arange(12000) / 900.0)
+        angle[7000:7003] = np.nan
+        inputs[ANGLE] = angle
+        inputs["meas.disc_x"] = inputs["meas.disc_x"] + np.where(
+            np.isfinite(angle), runout.at(np.nan_to_num(angle))[:, 0], 0
+        )
+        inputs["meas.disc_x"][2500:2900] = inputs["meas.disc_x"][2500]
     law, rows = unit.law.with_(), [[0.0, 0.0, 0.0]]
-    for x, y, speed, pressure in zip(*inputs.values(), strict=True):
-        rows.append([*law.step((x, y), speed, pressure), law.alarm_code])
+    for x, y, *point in zip(*inputs.values(), strict=True):
+        rows.append([*law.step((x, y), *point), law.alarm_code])
     file = export(unit, tmp_path / "law.fmu", (2,), choose("host"))[2]
     with ImportedUnit(file) as loaded:
         instance = loaded.instance()
@@ -90,7 +104,8 @@ def test_a_law_unit_with_plausibility_limits_has_the_bits_of_the_law(gcc, tmp_pa
         found = instance.run(inputs, unit.sample, [*OUTPUTS, ALARM])
         instance.close()
     np.testing.assert_array_equal(found, rows)
-    assert {0, 4, 5, 6, 7, 12} <= set(found[:, 2]) and set(found[:, 2]) & {8, 9, 10, 11}
+    assert {0, 4, 6, 7} | ({5, 12} if runout is None else {2}) <= set(found[:, 2])
+    assert set(found[:, 2]) & {8, 9, 10, 11}
 
 
 def plausible_law():
@@ -176,6 +191,22 @@ def test_a_system_runs_the_loop_of_python_bit_for_bit(system, model):
     np.testing.assert_array_equal(rows[:n, :2], record.disc.values)
     np.testing.assert_array_equal(rows[:n, 2:], record.reference.values)
     assert np.abs(record.reference.values).max() > 0.1
+
+
+def test_a_system_hands_the_shaft_angle_to_a_law_with_a_runout_table(gcc, files, model, tmp_path):
+    from fmu.export import choose, export
+    from fmu.ssp import CoupledUnits, write_system
+
+    unit, n = LawUnit(scheduled_law(bias=(0.5, -0.2), runout=TABLE)), 150
+    law = export(unit, tmp_path / "law.fmu", (2,), choose("host"))[2].read_bytes()
+    path = write_system(model, unit, {"plant": files[2].read_bytes(), "law": law}, tmp_path / "loop.ssp")
+    record = model.plant.simulate(n * 2e-4, 300.0, 0.3e6, controller=unit.law.with_())
+    inputs = {"shaft.speed_ref": np.full(n, 300.0), "injection.pressure": np.full(n, 0.3e6)}
+    with CoupledUnits(path) as loop:
+        rows = loop.run(inputs, OUTPUTS)
+    np.testing.assert_array_equal(rows[:n], record.reference.values)
+    without = model.plant.simulate(n * 2e-4, 300.0, 0.3e6, controller=unit.law.with_(runout=None))
+    assert np.abs(record.reference.values - without.reference.values).max() > 1e-3
 
 
 def test_fmpy_runs_the_system_from_its_start_values(system):

@@ -23,12 +23,23 @@ def made(**change):
     return idn.make_record(values.pop("time"), {name: value for name, value in values.items() if value is not None})
 
 
+RISING = {"speed": np.linspace(100.0, 110.0, N), "angle": 100 * T + 0.5 * 50 * T**2}
+
+
 def test_a_good_record_is_fit_for_everything():
-    found = idn.examine(made())
+    found = idn.examine(made(**RISING))
     assert found.usable and not found.problems and not found.warnings
     assert found.sample_rate == pytest.approx(5000) and found.duration == pytest.approx(0.2)
     assert found.uses == dict.fromkeys(found.uses, "")
     assert [c.name for c in found.channels[:2]] == ["reference x", "reference y"]
+
+
+@pytest.mark.parametrize("without", ["speed", "angle"])
+def test_a_record_at_constant_speed_is_no_run_up(without):
+    noisy = {"speed": 100.0 + np.random.default_rng(3).normal(size=N)}
+    for changed, lacks in (({}, "a speed that rises or falls"), (noisy, "a speed that rises or falls"), (RISING, "")):
+        found = idn.examine(made(**changed | {without: None}))
+        assert found.uses["run-up analysis"] == lacks and found.fit("identification")
 
 
 LACKS = {

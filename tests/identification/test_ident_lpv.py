@@ -5,11 +5,12 @@ from itertools import product
 
 import numpy as np
 import pytest
-from model3 import TRUTH, TS, prbs, record
 
 import identification as idn
 from identification.local.greybox import STRUCTURES
 from identification.local.models import LinearModel
+from model3 import TRUTH, TS, prbs, record
+from refusals import refused
 
 pytestmark = pytest.mark.numerical
 
@@ -106,7 +107,7 @@ def test_too_few_points_are_refused(template):
     few = results(template)
     with pytest.raises(idn.UnfitError, match="pressures, order 2 needs 3"):
         idn.fit_lpv([r for r in few if r.pressure < 4.5e5])
-    with pytest.raises(idn.UnfitError, match="5 points, surfaces of order 2 need 6"):
+    with refused(idn.UnfitError, "order", 2):
         idn.fit_lpv([few[i] for i in (0, 5, 10, 15, 19)])
     line = idn.fit_lpv([r for r in few if r.pressure < 3.1e5])
     assert line.basis.exponents.tolist() == [[0, 0], [1, 0], [2, 0]]

@@ -107,3 +107,20 @@ def test_completion_lists_the_commands_without_what_computes():
     program += f"print(*sorted(set({HEAVY!r}) & set(sys.modules)))"
     ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert ran.stdout.splitlines() == ["map", "modes", "machine", ""]
+
+
+@pytest.mark.parametrize(("words", "hint"), [
+    ("respons", "no command 'respons'; did you mean 'response'?"),
+    ("data chek", "no command 'chek'; did you mean 'check'?"),
+    ("map plain_rotor --speeds 3", "no option --speeds; did you mean --speed? 'rotorsim map --help' lists its options"),
+    ("response plain_rotor --speed 3", "no option --speed; did you mean --speeds? "),
+    ("modes --zzz", "no option --zzz; 'rotorsim modes --help' lists its options"),
+    ("map dtu_gas_bearng", "'dtu_gas_bearng' is neither a shipped machine nor a file; did you mean 'dtu_gas_bearing'?"),
+    ("campaign check thesi", "'thesi' is neither a shipped plan nor a file; did you mean 'thesis'?"),
+    ("identify nothing --model 4", "--model: '4' is not known; choose one of 1, 2, 2-rate, 3, actuator, blackbox"),
+])  # fmt: skip
+def test_a_misspelt_name_is_answered_with_the_nearest_in_one_sentence(capsys, words, hint):
+    with pytest.raises(SystemExit) as end:
+        main(words.split())
+    shown = capsys.readouterr()
+    assert end.value.code == 2 and shown.out == "" and hint in shown.err and shown.err.count("\n") == 1

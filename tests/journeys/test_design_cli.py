@@ -4,11 +4,12 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from identification import load_model
 from rotorsim.base import display
-from rotorsim.control import load_law
+from rotorsim.control import design as make, load_law
 
 MODEL = Path(__file__).parent.parent / "control" / "rig_model.json"
 BROKEN = Path(__file__).parent / "no_model.json"
@@ -58,7 +59,7 @@ def test_a_terminal_shows_the_steps_of_a_long_design_and_a_pipe_none(run, tmp_pa
         (("hinf", MODEL, "--spec", "weights.zeta_1=0.2 %"), "write e.g. 0.002"),
         (("p", MODEL, "--bias", "much"), "is not a pair of voltages"),
         (("lead", MODEL, "--preset", "medium"), "known are softening, hardening"),
-        (("lqr", MODEL, "--preset", "mild"), "it has none, use --spec"),
+        (("lqr", MODEL, "--preset", "mild"), "it has none, change fields"),
         (("hinf", MODEL, "--spec", "speed=4000"), "'4000' has no unit; write e.g. '4000 rpm'"),
         (("hinf", BROKEN), "is not a model (it has no 'A')"),
         (("lqr", MODEL, "--spec", "Ts=0 s"), "'0 s' must be above 0; write e.g. '0.2 ms'"),
@@ -105,10 +106,11 @@ def test_a_model_of_one_point_takes_designs_at_this_point(run, tmp_path, name, f
     code, _, err = run(*command, "--spec", field)
     assert (code, err.count("\n")) == (2, 1)
     assert point in err and "lies outside the 3820 rpm, 0.6 MPa it was identified at" in err
-    code, _, err = run(*command)
-    assert (code, err.count("\n")) == (2, 1)
-    assert "the model holds for 3820 rpm, 0.6 MPa" in err and "give the point: --spec speed=" in err
     assert not (tmp_path / "law.json").exists()
+    assert run(*command)[0] == 0
+    at_point = make(name, load_model(tmp_path / "one.json"), ["speed=3819.718634205488 rpm", "pressure=0.6 MPa"])
+    for matrix in "ABCD":
+        np.testing.assert_array_equal(getattr(load_law(tmp_path / "law.json"), matrix), getattr(at_point, matrix))
 
 
 def test_the_operating_point_is_shown_in_rpm(run, tmp_path):

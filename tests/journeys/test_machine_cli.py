@@ -8,7 +8,7 @@ import pytest
 
 from rotorsim.cli import main
 from rotorsim.machine import load_machine, machine_text
-from rotorsim.machine.overview import rows
+from rotorsim.machine.schema import rows
 
 
 def test_a_new_machine_file_checks_out_and_can_be_shown(run, tmp_path):
@@ -133,6 +133,17 @@ def test_a_new_process_prints_the_sentence_and_no_traceback(tmp_path):
     )
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("'no_such_rig' is neither a shipped machine") and done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("machine", ["dtu_gas_bearing", "pump_on_tables", "grooved_turbo_rotor"])
+def test_every_field_of_the_schema_is_shown_with_its_meaning_and_unit(machine):
+    loaded = load_machine(machine)
+    shown = {path: (value, meaning) for path, value, meaning in rows(loaded)}
+    assert all(meaning for _, meaning in shown.values())
+    for part, path in ((loaded, ""), *((one, f"bearings.{k}.") for k, one in enumerate(loaded.bearings))):
+        for name in set(type(part).model_fields) - {"kind", "effects"}:
+            assert any(known == path + name or known.startswith(f"{path}{name}.") for known in shown), path + name
+    assert machine == "grooved_turbo_rotor" or shown["drive.highest_speed"][0] == "not set [rpm]"
 
 
 def test_the_table_has_the_stiffness_in_y_and_no_line_that_says_nothing():

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from rotorsim.commands.options import note_unfed
+from rotorsim.machine import load_machine
 from rotorsim.report.scenes import lacking
 
 RIG = ["--grid", "16x4", "--set", "actuators.mode=ideal"]
@@ -53,6 +55,24 @@ def test_a_machine_without_feed_is_mapped_at_one_pressure(run, tmp_path, asked, 
         assert found["pressure"].values.tolist() == [0.0]
 
 
+@pytest.mark.parametrize("machine", ["plain_rotor", "grooved_turbo_rotor", "dtu_gas_bearing"])
+@pytest.mark.parametrize("given", [True, False])
+def test_a_pressure_that_nothing_feels_is_noted(capsys, machine, given):
+    loaded = load_machine(machine)
+    note_unfed(loaded, given)
+    assert bool(capsys.readouterr().err) is (given and not loaded.fed)
+
+
+@pytest.mark.parametrize("command", [
+    ("response", "--speeds", "100 rpm, 200 rpm", "--no-report"), ("modes", "--speed", "100 rpm", "--no-pictures"),
+])  # fmt: skip
+@pytest.mark.parametrize("asked", [(), ("--pressure", "0.5 MPa")])
+def test_linear_analyses_of_a_machine_without_feed_note_a_pressure(run, command, asked):
+    name, *options = command
+    code, _, err = run(name, "plain_rotor", *options, *asked)
+    assert code == 0 and ("no pressure changes it" in err) is bool(asked)
+
+
 def test_values_by_pressure_have_a_column_each_with_its_pressure(run):
     code, out, _ = run(
         "map", *RIG, "--speed", "0 rpm", "--pressure", "0.5 MPa, 0.7 MPa", "--whirl-onset", "--no-report"
@@ -92,7 +112,10 @@ def test_rows_and_columns_of_a_varied_machine_are_named_with_their_units(run):
         ),
         (["modes", "plain_rotor", "--set", "discs.0.mass=-1 kg"], "discs.0.mass: '-1 kg' must be above 0"),
         (["modes", "plain_rotor", "--set", "bearings.0.kxx=nan N/m"], "'nan N/m' is not a stiffness"),
-        (["machine", "calibrate", "dtu_gas_bearing", "--targets", "none.toml"], "no such targets file"),
+        (
+            ["machine", "calibrate", "dtu_gas_bearing", "--targets", "none.toml"],
+            "neither a shipped file of targets (dtu_loss_factor, dtu_orifice) nor a file",
+        ),
     ],
 )
 def test_bad_input_ends_in_one_sentence_and_code_2(run, tmp_path, arguments, sentence):

@@ -5,7 +5,7 @@ import json
 import pytest
 
 import identification as idn
-from rotorsim.base.constants import RPM
+from rotorsim.base.units import RPM
 from rotorsim.study.identify_records import StudyGrid
 
 SMALL = StudyGrid((0.0, 3000 * RPM), (0.4e6, 0.6e6), duration=3.0)  # where the orbit of the imbalance is small

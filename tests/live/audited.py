@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from scipy.signal import periodogram
 
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import RotorsimError
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control.sampled_loop import closed_poles
 from rotorsim.control.systems import System, held, late, series
 from rotorsim.live.desk import Desk
@@ -100,7 +100,7 @@ def poles(rig: Rig, speed: float, pressure: float) -> list[list[float]]:
         s = found.eigenvalues
     else:
         rotor = System(found.A, found.B[:, :2], found.C * 1e6, np.zeros((2, 2)))
-        G = late(held(series(pins(rig.machine, plant.assembly.P), rotor), RIG_SAMPLE))
+        G = late(held(series(pins(plant.assembly), rotor), RIG_SAMPLE))
         z = closed_poles(G, law_of(running(rig.laws[name], (0.0, 0.0)), speed, pressure, rig.Ts)).astype(complex)
         z = z[np.abs(z) > 1e-9]
         s = np.log(z) / RIG_SAMPLE

@@ -5,7 +5,10 @@ import pytest
 
 from coarse_rig import RPM, make_rig, ran, shown
 from rotorsim.control import plausibility_of
-from rotorsim.live.laws import StabilityVerdict, motion, read_laws
+from rotorsim.control.systems import response
+from rotorsim.live.laws import StabilityVerdict, motion, pins, read_laws
+from rotorsim.machine import load_machine
+from rotorsim.plant import Plant
 from studies.benchmarks.control_laws import rig_model
 from waiting import until
 
@@ -23,6 +26,21 @@ def test_the_shipped_law_has_the_limits_of_a_design_on_its_model():
     law = read_laws([])["hinf"]
     designed = plausibility_of(rig_model(), law.Ts, law.limit, law.scheduled)
     np.testing.assert_allclose(law.plausibility.table, designed.table, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize(("lag", "error"), [(0.0, 0.0), (0.3e-3, 0.0), (0.0, 0.2), (0.3e-3, 0.2)])
+def test_the_linear_pins_of_a_check_are_closed_over_their_sensors(lag, error):
+    """L / (1 + (1 + g) L / (1 + s T)) of each pin of the pair along x, over the travel of an ideal pin."""
+    sensor = {"lag": f"{1e3 * lag} ms", "gain": error}
+    machine = load_machine("dtu_gas_bearing").replace("effects.pin_sensor", sensor)
+    s, common = 1j * np.array([10.0, 300.0, 1000.0, 4000.0]), machine.actuators
+    expected = np.zeros(4, complex)
+    for own in (machine.injectors[1], machine.injectors[3]):
+        L = own.pd_gain * (s + own.pd_zero) / (s + common.pd_pole) * common.sensitivity / common.sensor_sensitivity
+        L /= (1 + s * own.amplifier_lag) * (1 + s * own.stack_lag)
+        expected += 0.5 * L / (1 + (1 + error) * L / (1 + s * lag))
+    expected *= common.sensor_sensitivity / machine.injection.pin_per_volt
+    assert response(pins(Plant(machine).assembly), s)[:, 0, 0] == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize("angle", [np.pi, np.pi / 2])

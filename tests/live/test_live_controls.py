@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.live.desk import Scene, load_scene
 from rotorsim.live.rig import Hammer, History, hit, ramp
 from rotorsim.live.settings import Control

@@ -9,8 +9,8 @@ import xarray as xr
 
 import identification as idn
 from coarse_rig import RPM, make_rig, ran
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.live.laws import StabilityVerdict
 from rotorsim.live.records import Replay
 from rotorsim.live.runner import Runner
@@ -107,3 +107,18 @@ def test_records_are_datasets_that_xarray_opens(tmp_path):
     runner.close()
     with xr.open_dataset(tmp_path / "r.nc", engine="h5netcdf") as record:
         assert record.sizes["time"] == 50 and record["disc"].attrs["units"] == "m"
+
+
+def test_pins_are_shown_and_recorded_as_their_sensors_read_them(tmp_path):
+    runner = Runner(make_rig(speed=0.0))
+    runner.set("pin_sensor.gain", 0.1)
+    runner.set("reference_x", 1.0)
+    runner.record(tmp_path / "r.nc")
+    runner._obey()
+    ran(runner, 1000)
+    shown = runner.frame()["trace"]["pin_2"]
+    runner.close()
+    record = idn.read(tmp_path / "r.nc")
+    assert record["pin_measured"].values == pytest.approx(1.1 * record["pin"].values, rel=1e-14)
+    assert shown[-1] == pytest.approx(record["pin_measured"].values[-2, 1] * 1e6, abs=0.02)
+    assert shown[-1] > record["pin"].values[-2, 1] * 1e6 + 1.0

@@ -83,7 +83,7 @@ def test_the_pumps_tables_are_those_of_its_oil_bearings_and_its_modes_those_of_t
     for speed in (1000 * RPM, 4000 * RPM):
         model, whole = plant.linearise(speed, 0.0), run_modal(plant.assembly.mesh.rotor, speed)
         expected = np.sort(whole.wn[whole.damping_ratio < DAMPED])
-        assert len(model.wn) >= 4 and model.wn == pytest.approx(expected[: len(model.wn)], rel=1e-7)
+        assert model.wn[:5] == pytest.approx(expected[:5], rel=1e-7)
     # oil whip: the first forward mode loses its damping where half the speed passes its frequency
     assert plant.linearise(2000 * RPM, 0.0).zeta.min() > 0 > plant.linearise(3000 * RPM, 0.0).zeta.min()
 

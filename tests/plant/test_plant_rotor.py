@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from fe_shaft.modal import run_modal
-from fe_shaft.response import run_unbalance_response
-from fe_shaft.static import run_static
+from fe_shaft.response import run_static, run_unbalance_response
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 

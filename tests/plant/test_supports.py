@@ -6,6 +6,7 @@ import pytest
 import rotorsim as rs
 from fe_shaft.modal import run_modal
 from fe_shaft.response import run_unbalance_response
+from refusals import refused
 from rotorsim.base.errors import MachineFileError
 
 ROTOR = """
@@ -75,8 +76,7 @@ def test_linear_model_has_the_modes_of_the_finite_elements(speed):
     """With all modes of the shaft kept only the eigenvalue solver is left."""
     plant = rs.Plant(machine(TABLE + RIGHT + HOUSING, modes=40))
     expected = np.sort(run_modal(plant.assembly.mesh.rotor, speed).wn)
-    found = plant.linearise(speed, 0.0)
-    assert found.wn == pytest.approx(expected[expected < found.region.reach], rel=5e-6) and len(found.wn) >= 6
+    assert plant.linearise(speed, 0.0).wn[:8] == pytest.approx(expected[:8], rel=5e-6)
 
 
 def test_the_few_modes_kept_are_near_them():
@@ -160,7 +160,7 @@ def test_an_axial_force_changes_the_frequency_as_that_of_a_beam(force):
 
 
 def test_a_shaft_that_buckles_is_refused():
-    with pytest.raises(MachineFileError, match=r"shaft\.sections: an axial force of -100000 N buckles"):
+    with refused(MachineFileError, "shaft.sections", -100000):
         rs.Plant(machine(LEFT + RIGHT, force=-100000)).linearise(0.0, 0.0)
 
 
@@ -215,3 +215,14 @@ WRONG = [
 def test_what_does_not_fit_is_refused(bearings, sentence):
     with pytest.raises(MachineFileError, match=sentence):
         machine(bearings)
+
+
+@pytest.mark.parametrize("name", ["plain_rotor", "bently_rk4", "pump_on_tables"])
+@pytest.mark.parametrize("speed", [0.0, 300.0, -300.0])
+def test_a_rotor_without_films_lists_every_oscillation_that_it_keeps(name, speed):
+    """Count: the eigenvalues of A of damping ratios below one half, whatever real ones lie far out."""
+    found = rs.Plant(rs.load_machine(name)).linearise(speed, 0.0)
+    all_of_them = np.linalg.eigvals(found.A)
+    size = np.abs(all_of_them)
+    kept = np.sort(size[(all_of_them.imag > 1e-6 * size) & (-all_of_them.real < 0.5 * size)])
+    assert found.proven and found.wn == pytest.approx(kept, rel=1e-9)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import rotorsim as rs
-from reynolds.bearing import nodal_pressure
 from reynolds.injector import critical_ratio
+from reynolds.workspace import nodal_pressure
 from rotorsim.machine import Gas, GasFilm, Limits
 from rotorsim.plant import range_of_validity, validity
 

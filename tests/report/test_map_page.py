@@ -55,6 +55,16 @@ def test_a_quantity_that_is_the_same_everywhere_is_a_sentence_and_no_panel(found
     assert "All over the map: smallest film [µm] 12." in blocks(one)[0].text
 
 
+def test_the_text_lists_every_critical_speed_of_the_file(found):
+    table = next(block for block in blocks(found) if block.title == "Critical speeds")
+    speeds = found["crossing_speed"].values * 60 / (2 * np.pi)
+    assert len(table.rows) == np.isfinite(speeds).sum() > 20
+    assert sorted(float(row[2]) for row in table.rows) == sorted(np.round(speeds[np.isfinite(speeds)]))
+    first = found.drop_vars([name for name in found.variables if "crossing" in str(name) or name == "order"])
+    of_map = next(block for block in blocks(first) if block.title == "Critical speeds")
+    assert len(of_map.rows) == np.isfinite(found["critical_speed"]).sum() and {row[1] for row in of_map.rows} == {"1X"}
+
+
 def test_every_column_has_a_name_and_its_unit(found):
     page, last = html(Page("map", "", blocks(found))), blocks(found)[-1]
     heads = (*HEADS, *GAINS, "safe")

@@ -5,6 +5,7 @@ import os
 import numpy as np
 import pytest
 
+from reynolds.jit import cache_digest
 from rotorsim.base.cache import in_cache
 
 SOURCE = """
@@ -75,3 +76,15 @@ def test_a_cache_that_takes_nothing_is_no_error(load, tmp_path, monkeypatch):
     monkeypatch.setattr(kernel._cache._impl._locator, "_cache_path", "/dev/full/none")
     assert kernel(FLOATS) == 2.5
     assert in_cache("plants") == tmp_path / "plants"
+
+
+def test_a_line_that_moves_to_another_file_gives_another_cache(tmp_path):
+    """The sources have the same text one after the other, cut at another place."""
+    first, second = tmp_path / "first.py", tmp_path / "second.py"
+    found = set()
+    for texts in (("a = 1\nb = 2\n", "c = 3\n"), ("a = 1\n", "b = 2\nc = 3\n"), ("", "a = 1\nb = 2\nc = 3\n")):
+        first.write_text(texts[0])
+        second.write_text(texts[1])
+        found.add(cache_digest([first, second]))
+    third = second.rename(tmp_path / "third.py")
+    assert len(found | {cache_digest([first, third])}) == 4

@@ -50,6 +50,21 @@ def test_a_record_and_vectors_of_one_probe_go_together():
     assert [trace.name for trace in figure.data] == ["record"] * 4 + ["table"] * 2
 
 
+def test_true_against_measured_displacements_are_stated(tmp_path, capsys):
+    true, table = record(1e-6), vectors(1e-6)
+    seen = true.rename(disc="disc_measured")
+    assert compare_runs({"a": true, "b": true}).mixed == compare_runs({"a": seen, "b": table}).mixed == ""
+    found = compare_runs({"a": true, "b": seen})
+    assert found.channels == {"a": "disc", "b": "disc_measured"} and "(a)" in found.mixed and "(b)" in found.mixed
+    for name, one in (("a", true), ("b", seen)):
+        save(one, tmp_path / f"{name}.nc")
+    with pytest.raises(SystemExit):
+        main(["compare", *(str(tmp_path / f"{n}.nc") for n in "ab"), "--json", "--out", str(tmp_path / "c")])
+    shown = capsys.readouterr()
+    assert json.loads(shown.out)["warnings"] == [found.mixed] and found.mixed in shown.err
+    assert found.mixed in (tmp_path / "c" / "report.html").read_text()
+
+
 def test_the_table_states_the_phase_lag_that_the_figure_draws():
     found = compare_runs({"a": vectors(1e-6), "b": vectors(2e-6)})
     figure = overlay(found)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import studies
-from rotorsim.base.constants import KRPM
+from rotorsim.base.units import KRPM
 from rotorsim.verify.runs import Run
 from rotorsim.verify.transients import ring_down
 from studies.thesis.claims import control_numbers, verdicts

@@ -28,8 +28,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg import solve_continuous_are
 
-from rotorsim.base.constants import KRPM, RIG_SAMPLE
 from rotorsim.base.errors import DesignError
+from rotorsim.base.units import KRPM, RIG_SAMPLE
 from rotorsim.control.designs.hinf_synthesis import Generalised, high_pass, notch
 from rotorsim.control.designs.lpv_problem import functions, scaled
 from rotorsim.control.designs.specification import (
@@ -192,7 +192,11 @@ def design(model: Model, spec: ScheduledH2Spec | None = None) -> Law:
             if found.unstable
             else f"the imbalance response at held-out points is up to {100 * excess:.0f} % above the local designs'"
         )
-    raise DesignError(f"h2_scheduled: with order {spec.orders[-1]} {fault}; allow higher orders or a finer grid")
+    raise DesignError(
+        f"h2_scheduled: with order {spec.orders[-1]} {fault}; allow higher orders or a finer grid",
+        argument="orders",
+        value=spec.orders,
+    )
 
 
 def local(model: Model, speed: float, pressure: float, spec: ScheduledH2Spec | None = None) -> Law:

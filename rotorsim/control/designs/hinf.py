@@ -39,9 +39,9 @@ import numpy as np
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 from scipy.optimize import least_squares, minimize_scalar
 
-from rotorsim.base.constants import KRPM, MPA
 from rotorsim.base.errors import DesignError
 from rotorsim.base.rounding import EPS, decays
+from rotorsim.base.units import KRPM, MPA
 from rotorsim.control.designs.hinf_synthesis import (
     MILD,
     RIG,
@@ -184,7 +184,9 @@ def check_robust(norm: float, error: float) -> None:
     if not norm < 1:
         raise DesignError(
             f"hinf.uncertainty = {error:g}: the loop found stands {error / norm:.3g}; an uncertainty that is larger "
-            "than what the model knows leaves nothing to control by: allow less, or weights that ask for less"
+            "than what the model knows leaves nothing to control by: allow less, or weights that ask for less",
+            argument="uncertainty",
+            value=error,
         )
 
 
@@ -261,10 +263,7 @@ def truncated(system: System, order: int) -> System:
 def coprime_truncated(system: System, order: int) -> System:
     """Truncation of the balanced normalised coprime factors N, M with K = N M^-1; K may be unstable.
 
-    Raises
-    ------
-    DesignError
-        If the Riccati equation of the factors has no solution.
+    Raises DesignError if the Riccati equation of the factors has no solution.
     """
     A, B, C, D = balanced_states(system)
     R, S = np.eye(B.shape[1]) + D.T @ D, np.eye(C.shape[0]) + D @ D.T
@@ -283,15 +282,9 @@ def coprime_truncated(system: System, order: int) -> System:
 
 
 def fitted(start: System, full: Loop, plant: System, make: Callable[[System], System], Ts: float) -> System:
-    """The controller of `start`'s order whose loop comes closest to the S of `full`; D stays.
+    """The controller of `start`'s order whose loop with the sampled plant comes closest to the S of `full`; D stays.
 
-    Parameters
-    ----------
-    start : continuous controller, which may leave the loop unstable
-    full : the loop to come close to, at its own frequencies
-    plant : its sampled plant
-    make : continuous controller -> sampled controller
-    Ts : sampling time [s]
+    `start` may leave the loop unstable; `make` samples a continuous controller.
     """
     n, m, D = start.order, start.B.shape[1], start.D
     ends = np.cumsum([n * n, n * m])
@@ -324,23 +317,12 @@ def reduced(
     tolerance: float,
     accept: Callable[[System], bool] = lambda small: True,
 ) -> tuple[System, float]:
-    """Reduced controller and the largest change of S, relative to its peak.
+    """Reduced controller and the largest change of S, relative to its peak, in the loop with a sampled plant.
 
-    Parameters
-    ----------
-    system : continuous controller
-    plant : sampled plant of the loop that judges
-    make : continuous controller -> sampled controller
-    Ts : sampling time [s]
-    order : order, or None for the smallest within the tolerance
-    tolerance : largest change of S over its peak
-    accept : whether a reduced continuous controller will do otherwise
-
-    Raises
-    ------
-    DesignError
-        If no order (or not the one asked for) gives a stable loop.
-    """  # fmt: skip
+    `make` samples a controller; `order` None takes the smallest within the `tolerance` of that change; `accept` states
+    whether a reduced controller will do otherwise. Raises DesignError if no order (or not the one asked for) gives a
+    stable loop.
+    """
     full = loop_of(plant, make(system), Ts)
     for n in range(1, system.order + 1) if order is None else [order]:
         best: tuple[System, float] | None = None
@@ -355,7 +337,9 @@ def reduced(
                 best = small, change
         if order is not None and best is not None:
             return best
-    raise DesignError(f"reduction: order {order} makes the loop unstable; allow more states")
+    raise DesignError(
+        f"reduction: order {order} makes the loop unstable; allow more states", argument="order", value=order
+    )
 
 
 def _candidates(

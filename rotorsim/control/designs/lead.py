@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.base.constants import MPA
+from rotorsim.base.units import MPA
 from rotorsim.control.designs.p import low_pass
 from rotorsim.control.designs.specification import (
     Specification,

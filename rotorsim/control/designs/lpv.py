@@ -31,10 +31,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, MPA
 from rotorsim.base.display import Report, silent
 from rotorsim.base.errors import DesignError
 from rotorsim.base.rounding import definite
+from rotorsim.base.units import KRPM, MPA
 from rotorsim.control.designs.hinf_synthesis import (
     MILD,
     RIG,
@@ -167,13 +167,18 @@ def synthesis(model: Model, spec: LpvSpec, progress: Report = silent) -> Designe
 def check_grid(spec: LpvSpec, *counts: int) -> None:
     """Raise DesignError if the design grid is one point, or has too few values for the order of X(q) and Y(q)."""
     if max(counts) == 1:
-        raise DesignError("lpv: the model holds for one operating point; take hinf there, or a model of several points")
+        raise DesignError(
+            "lpv: the model holds for one operating point; take hinf there, or a model of several points",
+            argument="model",
+        )
     order = max(spec.order_X, spec.order_Y)
     for have, word in zip(counts, ("speeds", "pressures"), strict=True):
         if 1 < have <= order:
             raise DesignError(
                 f"lpv.grid: {have} {word} do not determine an X(q) or Y(q) of order {order}; take {order + 1} or more, "
-                "or lower order_X and order_Y"
+                "or lower order_X and order_Y",
+                argument="grid",
+                value=have,
             )
 
 
@@ -204,7 +209,9 @@ def validated(model: Model, spec: LpvSpec, made: Designed, size: tuple[int, int]
     k = int(np.argmax(np.maximum(-low, high)))
     raise DesignError(
         f"lpv: the solver's solution breaks its inequalities at {point_text(*points[k])} "
-        f"(T1 {low[k]:.2g}, T2 {high[k]:.2g}); take a finer grid, a larger backoff, lower rates or another bound"
+        f"(T1 {low[k]:.2g}, T2 {high[k]:.2g}); take a finer grid, a larger backoff, lower rates or another bound",
+        argument="rates",
+        value=tuple(made.solution.rates),
     )
 
 

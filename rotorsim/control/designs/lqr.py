@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, MPA
+from rotorsim.base.units import KRPM, MPA
 from rotorsim.control.designs.specification import (
     Specification,
     number,

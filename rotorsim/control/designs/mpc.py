@@ -129,7 +129,9 @@ class Predictive(Guarded):
         if abs(self.Ts / Ts - 1) > 1e-9:
             raise DesignError(
                 f"mpc: Ts = {self.Ts * 1e3:g} ms, and the plant samples every {Ts * 1e3:g} ms; "
-                f"design it with Ts = {Ts:g} s"
+                f"design it with Ts = {Ts:g} s",
+                argument="Ts",
+                value=self.Ts,
             )
 
     def check_machine(self, name: str) -> None:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.base.constants import MPA
+from rotorsim.base.units import MPA
 from rotorsim.control.designs.specification import (
     Specification,
     count,

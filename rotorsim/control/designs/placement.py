@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, MPA
 from rotorsim.base.errors import DesignError
 from rotorsim.base.rounding import ALIKE
+from rotorsim.base.units import KRPM, MPA
 from rotorsim.control.designs.specification import (
     Specification,
     number,

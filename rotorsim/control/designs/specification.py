@@ -10,9 +10,9 @@ from dataclasses import Field, dataclass
 from inspect import cleandoc
 from typing import Any, TypeVar
 
-from rotorsim.base.constants import RIG_SAMPLE
 from rotorsim.base.errors import DesignError
 from rotorsim.base.quantity import Quantity, check_fields, declared, quantities, quantity_of
+from rotorsim.base.units import RIG_SAMPLE
 
 FIELDS = "__dataclass_fields__"
 Design = TypeVar("Design", bound=Callable[..., Any])
@@ -44,7 +44,11 @@ class Specification:
         kind = type(self)
         name = "weights" if kind.__name__.endswith("Weights") else kind.__module__.rpartition(".")[2]
         for field, sentence in check_fields(self):
-            raise DesignError(f"{name}.{field}: {explained(self, field, sentence)}")
+            raise DesignError(
+                f"{name}.{field}: {explained(self, field, sentence)}",
+                argument=f"{name}.{field}",
+                value=getattr(self, field),
+            )
 
 
 def _listed(kind: type) -> str:

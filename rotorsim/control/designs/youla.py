@@ -17,8 +17,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rotorsim.base.constants import KRPM, MPA
 from rotorsim.base.errors import DesignError
+from rotorsim.base.units import KRPM, MPA
 from rotorsim.control.designs import h2_scheduled
 from rotorsim.control.designs.h2_scheduled import with_integrator
 from rotorsim.control.designs.specification import (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from rotorsim.base.constants import TO_UM
+from rotorsim.base.units import TO_UM
 from rotorsim.effects.base import Effect
 
 ROOM = 0.1

@@ -13,7 +13,7 @@ import math
 from typing import Any
 
 from reynolds.jit import inlined
-from rotorsim.base.constants import TO_UM
+from rotorsim.base.units import TO_UM
 from rotorsim.effects.base import FilmEffect, param, register
 
 

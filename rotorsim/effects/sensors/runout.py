@@ -6,7 +6,9 @@ r"""Runout: sensor reading from a disc surface that is not round or not electric
 
 Both sensors look at one surface, a quarter turn apart; the angle of their ring (sensor_ring.py) adds to alpha. The
 roughness b (rms) has phases psi_n = pi g n^2 (Schroeder's, which spread it over the turn) with g of its number
-`surface`, so that it is the same in every run. The sensors see the true angle, so this comes before an encoder.
+`surface`, so that it is the same in every run. With a `drift` d the whole surface grows as 1 + d t from the start of a
+run, as rust or magnetism does, which a table of runout taken before does not hold. The sensors see the true angle, so
+this comes before an encoder.
 Source: thesis 2.6.2, Figs 2.12 and 2.13; API 670; Schroeder (1970).
 """
 
@@ -14,7 +16,7 @@ import math
 from typing import Any
 
 from reynolds.jit import inlined
-from rotorsim.effects.base import TURN, CandidateForm, Effect, param, register
+from rotorsim.effects.base import TURN, CandidateForm, SampledEffect, param, register
 
 FIRST = 4
 """Lowest order of the rough surface."""
@@ -49,11 +51,13 @@ def runout(w, reading, state, seed, sample, p):
         r += p.amplitude_2x * math.cos(2.0 * a + p.phase_2x) + p.amplitude_3x * math.cos(3.0 * a + p.phase_3x)
         if p.roughness > 0.0:
             r += p.roughness * roughness(a, p.surface) / math.sqrt(0.5 * (LAST - FIRST + 1))
+        if p.drift != 0.0:
+            r *= 1.0 + p.drift * p.interval * sample
         w[reading + axis] += r
 
 
 @register
-class SurfaceRunout(Effect):
+class SurfaceRunout(SampledEffect):
     """Mechanical and electrical runout of the disc's surface."""
 
     port = "sensor"
@@ -76,6 +80,8 @@ class SurfaceRunout(Effect):
     phase_3x: float = param("rad", bounds=(-TURN, TURN), doc="Phase at 3X.")
     roughness: float = param("m", bounds=(0.0, 1e-4), doc="Rms of orders 4 to 24.")
     surface: float = param("1", default=1.0, bounds=(0.0, 1e6), whole=True, doc="Number of the rough surface.")
+
+    drift: float = param("1/s", bounds=(-1.0, 1.0), doc="Relative growth of the whole surface with time.")
 
     def problems(self, machine: Any) -> dict[str, str]:
         """The surface turns with the true angle."""

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import TO_RPM
 from rotorsim.experiments.catalogue.runup import Runup, ramp_time
 from rotorsim.experiments.experiment import Experiment, param, register
 from rotorsim.experiments.functions import as_function

@@ -1,9 +1,10 @@
-r"""Impact hammer on the disc: half-sine pulses of force.
+r"""Impact hammer: half-sine pulses of force on the disc or elsewhere on the shaft.
 
 .. math:: F(t) = A \sin(\pi t/T), \quad 0 \le t \le T, \qquad \int F\,dt = 2 A T/\pi
 
 Force is held during a sample, so a sample gets the pulse's mean over it: the impulse is exact whatever T and whenever
-the pulse begins. The record's `disc_force` is what a force transducer in the hammer's tip would show.
+the pulse begins. The record's `disc_force` is what a force transducer in the hammer's tip would show; its attribute
+`force_position` [m] states where the shaft was hit if that was not the disc.
 
 Cites: thesis.
 """
@@ -31,7 +32,7 @@ KEY = 3
 @register
 @dataclass(frozen=True)
 class Impact(PointExperiment):
-    """Half-sine hits of an impact hammer on the disc.
+    """Half-sine hits of an impact hammer.
 
     Examples
     --------
@@ -52,6 +53,9 @@ class Impact(PointExperiment):
     jitter: float = param("s", "A hit is late by a random time up to this.", 0.0, low=0)
     scatter: float = param("1", "A hit is stronger or weaker by a random share up to this.", 0.0, low=0, high=1)
     sequence: int = sequence()
+    position: float | None = param(
+        "m", "Position of the hits along the shaft; the disc's by default.", None, attribute="force_position"
+    )
 
     def check(self) -> None:
         """Refuse hits that run into each other."""

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from rotorsim.base.constants import TO_RPM
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import TO_RPM
 from rotorsim.experiments.experiment import LONGEST, Experiment, param, register
 
 if TYPE_CHECKING:

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import DataError
-from rotorsim.base.units import show
+from rotorsim.base.units import TO_UM, show
 from rotorsim.experiments.experiment import PointExperiment, pair, param, register
 from rotorsim.experiments.functions import as_function
 

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from rotorsim.base.constants import TO_UM
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import TO_UM
 from rotorsim.experiments.experiment import DRIVEN, REFERENCE_LIMIT, PointExperiment, pair, param, register
 from rotorsim.experiments.functions import as_function
 
@@ -57,7 +57,9 @@ class Staircase(PointExperiment):
         elif abs(steps - round(steps)) > min(SLACK * steps, 0.01) or round(steps) < 1:
             fault = f"does not divide the amplitude of {self.amplitude:g} V"
         if fault:
-            raise DataError(f"step: '{self.step:g} V' {fault}; give e.g. '{self._near_step()} V'")
+            raise DataError(
+                f"step: '{self.step:g} V' {fault}; give e.g. '{self._near_step()} V'", argument="step", value=self.step
+            )
 
     def _near_step(self) -> str:
         """A step that divides the amplitude, of few digits and near to the one given."""

@@ -1,4 +1,4 @@
-// The last 2500 samples, `span` seconds: disc, references, pins.
+// The last 2500 samples, `span` seconds: disc and pins as their sensors read them, references.
 import { axes, begin, legend, line, Range } from "./plot.js";
 
 const ranges = { disc: new Range(4), reference: new Range(0.5), pin: new Range(2) };

@@ -5,10 +5,10 @@ stand they belong to a small machine without effects, which is how the kernels a
 module that `rotorsim.plant.compose` writes for a machine they are replaced: a size by its number, and a function by the
 same with the lines of its decorator, once for every effect of the port, before it returns.
 
-In these lines {kernel}, {foundation}, {warmed}, {braking} and {p} are the effect's kernels and parameter record,
-{shape} the offset of its (2, n) rows, {slot} of its place among the motion forces, {state} of its own states, {old} and
-{new} of its states in actuator k, {dof} of its modal coordinates, {journal} the number of its film. A function whose
-first argument is `f`, the number of a film, skips the effects of other films.
+In these lines {kernel}, {foundation}, {warmed}, {braking}, {reading_noise} and {p} are the effect's kernels and
+parameter record, {shape} the offset of its (2, n) rows, {slot} of its place among the motion forces, {state} of its own
+states, {old} and {new} of its states in actuator k, {dof} of its modal coordinates, {journal} the number of its film. A
+function whose first argument is `f`, the number of a film, skips the effects of other films.
 """
 
 from __future__ import annotations
@@ -265,6 +265,20 @@ def stroke(w, P, k, volt, h):
 @port("sensor", "{kernel}(w, RIG.reading, {state}, w[RIG.seed], w[RIG.tick], {p})")
 def sense(w, P):
     """Turn the true values in w[reading] into readings."""
+
+
+@port("pin_sensor", "seen = {kernel}(P.pinned[k], h, before, start, end, seen, {p})")
+def see_pin(w, P, k, h, before, start, end):
+    """Signal [m] of the sensor of pin k after h [s] in which the pin went straight from `start` to `end` [m]."""
+    seen = end
+    return seen
+
+
+@port("pin_sensor", "noise += {reading_noise}(P.pinned[k], w[RIG.seed], w[RIG.tick], {p})", kernel="reading_noise")
+def pin_reading_noise(w, P, k):
+    """Noise [m] of the reading of pin k."""
+    noise = 0.0
+    return noise
 
 
 @port("torque", "torque += {kernel}(t, angle, speed, {p})")

@@ -16,6 +16,7 @@ from rotorsim.plant.kernels.effect_calls import (
 )
 from rotorsim.plant.kernels.equilibrium_kernel import settle
 from rotorsim.plant.kernels.films import film_part
+from rotorsim.plant.kernels.injectors import begin_readings
 from rotorsim.plant.kernels.layout import (
     COLUMNS,
     FILM_COLUMNS,
@@ -49,8 +50,10 @@ def run(w, ix, P, inputs, out, steps_per_sample):
 def observe(w, P, out):
     """Row 0 of `out`: the columns of a record, then friction torque [N m] and pin travel along x and y [m]."""
     w[RIG.line] = w[RIG.line_end]
+    if RIG.n_pin_sensor > 0:
+        begin_readings(w)
     write_sample(w, P, out, 0)
-    extra = len(COLUMNS) + RIG.n_pin + RIG.n_probe + FILM_COLUMNS * (ROTOR.n_films if ROTOR.n_films > 1 else 0)
+    extra = len(COLUMNS) + RIG.n_pin_columns + RIG.n_probe + FILM_COLUMNS * (ROTOR.n_films if ROTOR.n_films > 1 else 0)
     extra += HEAT_COLUMNS * (ROTOR.n_films if RIG.n_heat > 0 else 0)
     out[0, extra] = out[0, extra + 1] = out[0, extra + 2] = 0.0
     for f in range(ROTOR.n_films):

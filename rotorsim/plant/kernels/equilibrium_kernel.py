@@ -2,7 +2,7 @@ r"""Static equilibrium of rotor, film and plena.
 
 With K_s = K + k_n Phi_b' Phi_b (k_n the nominal springs, which make K_s regular), H = (Phi_b K_s^-1 Phi_b')^-1 and
 X_f = Phi_b K_s^-1 f, the journals' equation is  (H - k_n) X - F(X) = H X_f:  exact, whatever k_n. The films are settled
-by pseudo-transient continuation (reynolds.steady). Forces that depend on the motion (a bearing's clearance, a rub)
+by pseudo-transient continuation (reynolds.transient). Forces that depend on the motion (a bearing's clearance, a rub)
 enter with their tangent, which is updated until the rotor rests: first without them, then with it. A bearing within
 its clearance carries nothing, and its tangent leads far off: such a pass is repeated with the rotor held to where it
 is, by a share of its own stiffness that fades with every pass that gets through (the proximal point method, Rockafellar
@@ -18,8 +18,18 @@ from __future__ import annotations
 
 from reynolds.film import force, stored
 from reynolds.jit import inlined, kernel
-from reynolds.steady import FIRST_STEP, GROWTH, LAST_STEP, MOST_STEPS, RETREAT, ROUGH, SHARP, begin_pseudo_film
-from reynolds.transient import rest_foil, take_back
+from reynolds.transient import (
+    FIRST_STEP,
+    GROWTH,
+    LAST_STEP,
+    MOST_STEPS,
+    RETREAT,
+    ROUGH,
+    SHARP,
+    begin_pseudo_film,
+    rest_foil,
+    take_back,
+)
 from rotorsim.plant.kernels.effect_calls import (
     FILM,
     RIG,

@@ -1,9 +1,9 @@
 r"""Four piezo actuators over one sample: decentralised PD law, amplifier, stack, pin.
 
 Actuator i follows its reference r_i [V] (thesis eq. C.1: r0 + r_y, r0 + r_x, r0 - r_y, r0 - r_x) by the law C.23 on the
-measured travel y_i / s (s: transducer, [m/V]),
+measured travel m_i / s (s: transducer, [m/V]), where m_i is the travel y_i unless the pin has a sensor of its own,
 
-.. math:: u_i = P_i \frac{s + z_i}{s + p}\,(r_i - y_i/s), \quad
+.. math:: u_i = P_i \frac{s + z_i}{s + p}\,(r_i - m_i/s), \quad
           \tau_a \dot v = \mathrm{sat}(u) - v, \quad d = D[v], \quad \tau_s \dot y = d - y,
 
 u held between the amplifier's limits; D is the stack: its sensitivity and the machine's actuator effects (hysteresis,
@@ -35,7 +35,17 @@ import math
 
 from reynolds.injector import nozzle_table, pin_flow
 from reynolds.jit import inlined
-from rotorsim.plant.kernels.effect_calls import FILM, RIG, ROTOR, inject, plenum_factor, stroke, supply_line
+from rotorsim.plant.kernels.effect_calls import (
+    FILM,
+    RIG,
+    ROTOR,
+    inject,
+    pin_reading_noise,
+    plenum_factor,
+    see_pin,
+    stroke,
+    supply_line,
+)
 from rotorsim.plant.kernels.films import film_part
 
 LONG = 1e9
@@ -97,6 +107,31 @@ def resting_volt(w, P, k, travel):
 
 
 @inlined
+def rest_sensor(w, P, k):
+    """Bring the sensor of pin k to rest at the pin's position; returns its signal [m]."""
+    pin = w[RIG.pin + k]
+    signal = see_pin(w, P, k, LONG, pin, pin, pin)
+    if RIG.n_pin_sensor > 0:
+        w[RIG.seen + k] = signal
+        w[RIG.read + k] = signal
+    return signal
+
+
+@inlined
+def begin_readings(w):
+    """Let the sensors' signals at the end of the last sample be those at the start of the next."""
+    for k in range(RIG.n_inj):
+        w[RIG.read + k] = w[RIG.seen + k]
+
+
+@inlined
+def read_pin(w, P, k):
+    """Reading [m] of pin k at the start of the sample, of a perfect sensor also where the pin has just jumped."""
+    pin = w[RIG.pin + k]
+    return see_pin(w, P, k, 0.0, w[RIG.read + k], pin, pin) + pin_reading_noise(w, P, k)
+
+
+@inlined
 def rest_piezos(w, P):
     """Bring every actuator to rest with its pin at the bias; returns 0 if a bias is beyond the amplifier's limits."""
     within = 1
@@ -115,7 +150,8 @@ def rest_piezos(w, P):
         w[RIG.pin + k] = w[RIG.stroke + k]
         error = volt * P.pd_pole / (P.pd_gain[k] * P.pd_zero[k]) if P.controlled > 0.0 else 0.0
         w[RIG.lead + k] = error / P.pd_pole
-        w[RIG.rest + k] = error + w[RIG.travel + k] / P.transducer if P.controlled > 0.0 else volt
+        signal = rest_sensor(w, P, k)
+        w[RIG.rest + k] = error + signal / P.transducer if P.controlled > 0.0 else volt
         for node in range(RIG.substeps + 1):
             w[RIG.nodes + k * (RIG.substeps + 1) + node] = w[RIG.travel + k]
             w[RIG.rates + k * (RIG.substeps + 1) + node] = 0.0
@@ -139,15 +175,17 @@ def drive_piezo(w, P, k, reference):
     n = RIG.n_stroke_states
     path = k * (RIG.substeps + 1)
     v, d, x, y = w[RIG.volt + k], w[RIG.stroke + k], w[RIG.lead + k], w[RIG.travel + k]
+    m = w[RIG.seen + k] if RIG.n_pin_sensor > 0 else y
     w[RIG.nodes + path] = y
     w[RIG.rates + path] = (d - y) * per_lag
     for node in range(1, RIG.substeps + 1):
         if P.controlled > 0.0:
-            e = reference - y * inverse
+            e = reference - m * inverse
             u = min(max(gain * (e + lead * x), P.volt_low), P.volt_high)
             v_end = keep_v * v + (1.0 - keep_v) * u
             d_end = stroke(w, P, k, v_end, h)
-            e_end = reference - (keep_y * y + start_y * d + end_y * d_end) * inverse
+            y_end = keep_y * y + start_y * d + end_y * d_end
+            e_end = reference - see_pin(w, P, k, h, m, y, y_end) * inverse
             x_end = keep_x * x + start_x * e + end_x * e_end
             u_end = min(max(gain * (e_end + lead * x_end), P.volt_low), P.volt_high)
             v = keep_v * v + start_v * u + end_v * u_end
@@ -155,14 +193,17 @@ def drive_piezo(w, P, k, reference):
             v = keep_v * v + (1.0 - keep_v) * min(max(reference, P.volt_low), P.volt_high)
         d_end = stroke(w, P, k, v, h)
         y_end = keep_y * y + start_y * d + end_y * d_end
+        m_end = see_pin(w, P, k, h, m, y, y_end)
         if P.controlled > 0.0:
-            x = keep_x * x + start_x * e + end_x * (reference - y_end * inverse)
-        d, y = d_end, y_end
+            x = keep_x * x + start_x * e + end_x * (reference - m_end * inverse)
+        d, y, m = d_end, y_end, m_end
         for s in range(n):
             w[RIG.old + k * n + s] = w[RIG.new + k * n + s]
         w[RIG.nodes + path + node] = y
         w[RIG.rates + path + node] = (d - y) * per_lag
     w[RIG.volt + k], w[RIG.stroke + k], w[RIG.lead + k], w[RIG.travel + k] = v, d, x, y
+    if RIG.n_pin_sensor > 0:
+        w[RIG.seen + k] = m
 
 
 @inlined
@@ -272,9 +313,15 @@ def feed_sample(w, P, supply, ref_x, ref_y):
     jumped = w[RIG.line] != before
     moved = ref_x != w[RIG.held_x] or ref_y != w[RIG.held_y]
     w[RIG.held_x], w[RIG.held_y] = ref_x, ref_y
+    if RIG.n_pin_sensor > 0:
+        begin_readings(w)
     if RIG.driven == 0 and moved:
         for k in range(RIG.n_inj):
             w[RIG.pin + k] = P.pin_bias[k] + P.pin_x[k] * ref_x + P.pin_y[k] * ref_y
+    if RIG.driven == 0 and RIG.n_pin_sensor > 0:
+        for k in range(RIG.n_inj):
+            pin = w[RIG.pin + k]
+            w[RIG.seen + k] = see_pin(w, P, k, P.sample, w[RIG.seen + k], pin, pin)
     if RIG.driven > 0:
         drive_piezos(w, P, ref_x, ref_y)
     if jumped or (RIG.driven == 0 and moved):

@@ -2,8 +2,9 @@
 
 A row of inputs has six columns: speed [rad/s] that is reached at the sample's end (NaN: the drive is off), supply
 pressure [Pa, gauge; absolute in the kernels], references x, y [V], force on the disc x, y [N]. A row of the sample
-table has `COLUMNS`, which all machines have, then the travel [m] of each pin, the reading of each probe, `FILM_COLUMNS`
-for each of several films and `HEAT_COLUMNS` for each film that friction heats.
+table has `COLUMNS`, which all machines have, then the travel [m] of each pin and, where pins have sensors, the reading
+[m] of each, the reading of each probe, `FILM_COLUMNS` for each of several films and `HEAT_COLUMNS` for each film that
+friction heats.
 
 Memory layout of the rotor.
 
@@ -36,8 +37,8 @@ READ = AT["disc_measured_x"]
 """First of the columns that sensors read."""
 DISC, DISC_READ = slice(0, 2), slice(READ, READ + 2)
 """True and measured displacement x, y [m] of the disc in a row."""
-SPEED_READ, PRESSURE_READ = AT["speed_measured"], AT["pressure_measured"]
-"""Measured speed [rad/s] and gauge pressure [Pa] in a row."""
+ANGLE_READ, SPEED_READ, PRESSURE_READ = AT["angle_measured"], AT["speed_measured"], AT["pressure_measured"]
+"""Measured shaft angle [rad], speed [rad/s] and gauge pressure [Pa] in a row."""
 FILM_COLUMNS = 6
 """Columns of each of several films: journal x, y [m], film force x, y [N], smallest thickness [m], mass flow [kg/s]."""
 HEAT_COLUMNS = 3
@@ -69,7 +70,10 @@ FILM_PAIRS = {"journal_rhs": "journal_rhs", "static_rhs": "static_rhs"}
 
 
 class RotorLayout(NamedTuple):
-    """Sizes and offsets (in doubles) of the rotor's part of a workspace."""
+    """Sizes and offsets (in doubles) of the rotor's part of a workspace.
+
+    `struck`: the (2, n) rows of the place where the external force acts, that of the disc unless a run moves it.
+    """
 
     n: int
     n_machine: int
@@ -101,6 +105,7 @@ class RotorLayout(NamedTuple):
     to_journal: int
     journal: int
     disc: int
+    struck: int
     time: int
     angle: int
     turns: int
@@ -154,7 +159,12 @@ def make_rotor_layout(
     n_machine, n_modes = n_modes, n_modes + 2 * n_supports
     journals, borders = max(n_films, 1), n_films * film.n_border
     sizes = dict.fromkeys(VECTORS, n_modes) | dict.fromkeys(MATRICES, n_modes**2)
-    sizes |= {"to_journal": 2 * n_modes * journals, "journal": 2 * n_modes * journals, "disc": 2 * n_modes}
+    sizes |= {
+        "to_journal": 2 * n_modes * journals,
+        "journal": 2 * n_modes * journals,
+        "disc": 2 * n_modes,
+        "struck": 2 * n_modes,
+    }
     sizes |= dict.fromkeys(ROTOR_SCALARS, 1) | dict.fromkeys(PAIRS, 2 * journals)
     sizes |= {"contact": journals, "contact_k": 4 * journals, "shapes": 2 * n_modes * max(n_shapes, 1)}
     own = {name: getattr(film, place) for name, place in (FILM_MATRICES | FILM_PAIRS).items()}
@@ -194,11 +204,13 @@ class RigLayout(NamedTuple):
     supply pressure [Pa, absolute] at both ends of the sample; impulse [N m s] that rub and contact have given the shaft
     since the sample's start, their torque [N m] at the start and in the middle of a step; clearance [m], mean gap of
     each film; uneven [m], how much it varies; heat, rises [K] of gas, journal and sleeve of each film; held: reference
-    [V]. n_inj injectors of all films, n_pin of them with a pin.
+    [V]. seen and read, signals [m] of the pins' sensors at the end and at the start of the sample. n_inj injectors of
+    all films, n_pin of them with a pin, which have n_pin_columns in the sample table.
     """
 
     n_inj: int
     n_pin: int
+    n_pin_columns: int
     driven: int
     substeps: int
     n_motion: int
@@ -209,6 +221,7 @@ class RigLayout(NamedTuple):
     n_plenum: int
     n_supply: int
     n_sensor: int
+    n_pin_sensor: int
     n_braking: int
     n_stroke_states: int
     n_probe: int
@@ -238,6 +251,8 @@ class RigLayout(NamedTuple):
     table: int
     old: int
     new: int
+    seen: int
+    read: int
     reading: int
     motion: int
     probe: int
@@ -272,17 +287,18 @@ def make_rig_layout(
     sizes |= {"heat": 3 * max(n_films, 1)}
     sizes |= {"nodes": n * (substeps + 1), "rates": n * (substeps + 1), "table": 5 * n}
     sizes |= dict.fromkeys(("old", "new"), max(n * n_stroke_states, 1))
+    sizes |= dict.fromkeys(("seen", "read"), n if ports["pin_sensor"] else 0)
     sizes |= {"reading": READINGS, "motion": max(16 * ports["motion"], 1), "probe": n_probe * (3 * n_machine + AROUND)}
     sizes |= {"around": AROUND if n_probe else 0, "states": max(n_states, 1)}
     offsets, at = {}, base
     for name, size in sizes.items():
         offsets[name], at = at, at + (size if name in RIG_SCALARS else (size + 7) // 8 * 8)
-    counted = ("motion", "film", "gas", "heat", "injector", "plenum", "supply", "sensor")
+    counted = ("motion", "film", "gas", "heat", "injector", "plenum", "supply", "sensor", "pin_sensor")
     counts = {f"n_{port}": ports[port] for port in counted}
     # warm walls shape the gap, warm gas changes the viscosity
     counts["n_film"], counts["n_gas"] = ports["film"] + ports["heat"], ports["gas"] + ports["heat"]
     return RigLayout(
-        n_inj=n_inj, n_pin=n_pin, driven=driven, substeps=substeps, n_stroke_states=n_stroke_states, n_probe=n_probe,
-        n_braking=n_braking, size=(at + 7) // 8 * 8,
-        **counts, **offsets,
+        n_inj=n_inj, n_pin=n_pin, n_pin_columns=n_pin * (2 if ports["pin_sensor"] else 1), driven=driven,
+        substeps=substeps, n_stroke_states=n_stroke_states, n_probe=n_probe, n_braking=n_braking,
+        size=(at + 7) // 8 * 8, **counts, **offsets,
     )  # fmt: skip

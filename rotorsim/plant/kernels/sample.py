@@ -27,7 +27,9 @@ from rotorsim.plant.kernels.injectors import (
     flow_of_film,
     flow_of_injectors,
     open_injectors,
+    read_pin,
     rest_piezos,
+    rest_sensor,
     set_plena,
 )
 from rotorsim.plant.kernels.layout import (
@@ -72,6 +74,7 @@ def prepare(w, P, speed, supply, flow):
         else:
             for k in range(RIG.n_inj):
                 w[RIG.pin + k] = P.pin_bias[k]
+                rest_sensor(w, P, k)
         open_injectors(w, P, 0.0, w[RIG.line], False)
     return within
 
@@ -147,7 +150,7 @@ def set_inputs(w, P, end_speed, supply, ref_x, ref_y, fx, fy):
     # a force that jumps: the rates at the start of the sample are those after the jump
     jump_x, jump_y = fx - w[ROTOR.disc_fx], fy - w[ROTOR.disc_fy]
     if jump_x != 0.0 or jump_y != 0.0:
-        add_force(w, ROTOR, ROTOR.disc, jump_x, jump_y, ROTOR.a_old)
+        add_force(w, ROTOR, ROTOR.struck, jump_x, jump_y, ROTOR.a_old)
         w[ROTOR.disc_fx] = fx
         w[ROTOR.disc_fy] = fy
     if ROTOR.n_films > 0:
@@ -193,7 +196,7 @@ def read_probes(w, P, out, i):
         if ROTOR.n_housings > 0:
             for m in range(n):
                 value += w[row + n + m] * w[ROTOR.v + m] + w[row + 2 * n + m] * w[ROTOR.a_old + m]
-        out[i, len(COLUMNS) + RIG.n_pin + k] = value
+        out[i, len(COLUMNS) + RIG.n_pin_columns + k] = value
 
 
 @inlined
@@ -211,7 +214,7 @@ def write_films(w, P, out, i):
     out[i, AT_PRESSURE] = w[RIG.line] - P.film_0.pa
     out[i, AT_FORCE], out[i, AT_FORCE + 1] = v[FILM.force], v[FILM.force + 1]
     low = gap_of(w, P, 0)
-    column = len(COLUMNS) + RIG.n_pin + RIG.n_probe
+    column = len(COLUMNS) + RIG.n_pin_columns + RIG.n_probe
     for f in range(ROTOR.n_films if ROTOR.n_films > 1 else 0):
         v = film_part(w, f)
         gap = gap_of(w, P, f)
@@ -232,11 +235,13 @@ def write_films(w, P, out, i):
 
 @inlined
 def write_pins(w, P, out, i):
-    """Pins behind the columns that all machines have."""
+    """Pins, and behind them their readings, behind the columns that all machines have."""
     column = len(COLUMNS)
     for k in range(RIG.n_inj):
         if P.pinned[k] > 0.0:
             out[i, column] = w[RIG.pin + k]
+            if RIG.n_pin_sensor > 0:
+                out[i, column + RIG.n_pin] = read_pin(w, P, k)
             column += 1
 
 

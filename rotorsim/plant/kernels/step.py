@@ -194,7 +194,7 @@ def solve_motion(w, ix, P, t, angle, speed, acceleration, tau, adt):
     for _ in range(30):
         for m in range(ROTOR.n):
             w[ROTOR.f + m] = 0.0
-        add_force(w, ROTOR, ROTOR.disc, w[ROTOR.disc_fx], w[ROTOR.disc_fy], ROTOR.f)
+        add_force(w, ROTOR, ROTOR.struck, w[ROTOR.disc_fx], w[ROTOR.disc_fy], ROTOR.f)
         add_forces(w, P, t, angle, speed, acceleration)
         add_motion(w, P, t, angle, speed, adt)
         free_velocity(w, ROTOR, adt)

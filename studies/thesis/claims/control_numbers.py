@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from identification.lpv.model import LpvModel
-from rotorsim.base.constants import KRPM, MPA, TO_HZ
 from rotorsim.base.rounding import decays
+from rotorsim.base.units import KRPM, MPA, TO_HZ
 from rotorsim.control.designs import hinf
 from rotorsim.control.designs.hinf_synthesis import closed, controller, mixed_sensitivity, solve
 from rotorsim.control.law import Law

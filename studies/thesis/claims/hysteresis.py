@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.constants import RIG_SAMPLE, TO_UM
+from rotorsim.base.units import RIG_SAMPLE, TO_UM
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.kernels.layout import COLUMNS

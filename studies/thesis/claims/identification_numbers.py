@@ -9,7 +9,7 @@ import numpy as np
 from identification import Identification, open_pair, sampling_time
 from identification.local.greybox import actuator_poles
 from identification.records.prefilter import REST, rest_length
-from rotorsim.base.constants import TO_HZ, TO_UM
+from rotorsim.base.units import TO_HZ, TO_UM
 from rotorsim.study.identification_vs_physics import RECIPE, Study
 from studies.thesis.claims.rules import points
 

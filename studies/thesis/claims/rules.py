@@ -7,8 +7,8 @@ from functools import lru_cache
 from importlib.resources import files
 from typing import Any
 
-from rotorsim.base.constants import KRPM, MPA
 from rotorsim.base.input_files import parse_toml
+from rotorsim.base.units import KRPM, MPA
 
 Interval = tuple[float, float]
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.base.constants import TO_RPM, TO_UM
+from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.study.identification_vs_physics import Study, errors
 
 

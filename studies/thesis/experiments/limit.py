@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rotorsim.base.constants import RIG_SAMPLE
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control.designs.hinf_synthesis import Generalised, bounds
 from rotorsim.control.plants import Model, design_plant
 from rotorsim.control.systems import System, block_diag, series, side_by_side

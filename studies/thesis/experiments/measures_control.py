@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from rotorsim.analysis import critical_speeds, whirl_onset
-from rotorsim.base.constants import KRPM, MPA, RIG_SAMPLE, TO_HZ
+from rotorsim.base.units import KRPM, MPA, RIG_SAMPLE, TO_HZ
 from rotorsim.control import DesignError, Law
 from rotorsim.control.catalogue import make_spec, module_of
 from rotorsim.control.designs import h2_scheduled, hinf, lead

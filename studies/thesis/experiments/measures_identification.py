@@ -16,7 +16,7 @@ import numpy as np
 import identification as idn
 from identification.local.fits import actuator_signals
 from identification.local.greybox import actuator_poles
-from rotorsim.base.constants import KRPM, MPA, TO_HZ, TO_UM
+from rotorsim.base.units import KRPM, MPA, TO_HZ, TO_UM
 from rotorsim.experiments import prbs, steady
 from rotorsim.plant import Plant
 from rotorsim.study.identification_vs_physics import RECIPE, runout_amplitudes

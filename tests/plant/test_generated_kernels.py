@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import reynolds
-from reynolds import kernels, specialise
+from reynolds import kernels
 from reynolds.jit import inlined
+from rotorsim.plant import compose
 from rotorsim.plant.compose import load_module
 
 Sizes = namedtuple("Sizes", "n first wide")
@@ -37,9 +38,9 @@ def total(w, L):
 
 def source(**values):
     """Text of a module of the functions above, without its import lines."""
-    functions = [f for g in (scaled, total) for f in specialise.kernel_functions(inspect.getsource(g.py_func))]
+    functions = [f for g in (scaled, total) for f in compose.kernel_functions(inspect.getsource(g.py_func))]
     module = inspect.getmodule(scaled.py_func)
-    return specialise.write_module(functions, {"L": Sizes(**values)}, [module], ["total"])
+    return compose.write_module(functions, {"L": Sizes(**values)}, [module], ["total"])
 
 
 def test_fields_are_numbers_and_known_branches_are_gone():
@@ -57,9 +58,9 @@ def test_entries_are_kernels_and_the_rest_are_parts():
 
 
 def test_a_name_without_a_meaning_is_an_error():
-    functions = specialise.kernel_functions("@inlined\ndef f(w):\n    return w[0] * NOWHERE\n")
+    functions = compose.kernel_functions("@inlined\ndef f(w):\n    return w[0] * NOWHERE\n")
     with pytest.raises(NameError, match="'NOWHERE' has no meaning"):
-        specialise.write_module(functions, {}, [reynolds], [])
+        compose.write_module(functions, {}, [reynolds], [])
 
 
 def test_the_film_of_a_plant_gives_the_bits_of_the_film_alone(rig):

@@ -2,13 +2,21 @@
 
 Binary references excite the rig while it runs up to 6000 rpm, and a recursive estimate follows its modes sample by
 sample. For one second the sensors are lost; the estimate waits, counts what it skipped, and continues.
+
+python studies/recursive_lpv/runup.py
 """
+
+import sys
+from pathlib import Path
+
+sys.path.append(str(Path(__file__).resolve().parents[2]))
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 import rotorsim as rs
 from rotorsim.experiments.catalogue.prbs import bits
+from studies.recursive_lpv.estimate import RecursiveLpv
 
 Ts, seconds, top, pressure = 2e-4, 16.0, 6000 * np.pi / 30, 0.5e6
 plant = rs.Plant("dtu_gas_bearing", n_theta=16, n_z=8)
@@ -21,19 +29,19 @@ record = plant.simulate(seconds, speed=speed, pressure=pressure, reference=refer
 y = record["disc_measured"].values.copy()
 y[(t > 9) & (t < 10)] = np.nan  # a loose plug
 
-online = rs.identification.RecursiveLpv(start, Ts, speeds=(0.0, top), pressures=(pressure, pressure))
-times, modes = [], []
+online = RecursiveLpv(start, Ts, speeds=(0.0, top), pressures=(pressure, pressure))
+times, tracked = [], []
 for k in range(len(t)):
     online.update(reference[k], y[k], speed[k], pressure)  # a loop on the rig would call this at every sample
     if k % 500 == 499:
         frozen = online.at(speed[k], pressure)
         times.append(t[k])
-        modes.append([*frozen.wn[:2] / (2 * np.pi), *frozen.zeta[:2]])
+        tracked.append([*frozen.wn[:2] / (2 * np.pi), *frozen.zeta[:2]])
 
 speeds = np.linspace(0, top, 7)
 physics = [plant.linearise(one, pressure) for one in speeds]
 true = np.array([[*one.wn[:2] / (2 * np.pi), *one.zeta[:2]] for one in physics])
-modes, at = np.array(modes), np.interp(times, t, speed)
+modes, at = np.array(tracked), np.interp(times, t, speed)
 off = modes / np.column_stack([np.interp(at, speeds, column) for column in true.T]) - 1
 worst = np.abs(off[np.array(times) > 2]).max(axis=0)
 print(f"largest error of frequencies {worst[:2].max():.2%}, of damping ratios {worst[2:].max():.1%}")
@@ -51,4 +59,4 @@ axes[0].set_ylim(110, 130)
 axes[1].set_ylim(0, 0.1)
 axes[0].legend(fontsize=8)
 figure.suptitle("Modes tracked during a run-up; grey: sensors lost")
-figure.savefig("recursive_lpv.png", dpi=100, bbox_inches="tight")
+figure.savefig("runup.png", dpi=100, bbox_inches="tight")

@@ -1,0 +1,159 @@
+"""Runout table of a law: fit of a slow roll, what a running law takes off, ages, refusals."""
+
+from dataclasses import replace
+from datetime import date
+
+import numpy as np
+import pytest
+
+import identification as idn
+from rotorsim.base.errors import OtherMachine
+from rotorsim.control import Law, LawError, RunoutTable, check_runout, load_law, runout_table
+from rotorsim.machine import load_machine
+from rotorsim.plant import Plant
+
+TS = 2e-4
+GAIN = 1e5
+"""Output of the law of these tests [V/m]."""
+
+
+def surface(angle):
+    """Readings (n, 2) [m] of a surface with orders 1, 2 and 9."""
+    a = np.asarray(angle)[:, None] - np.array([0.0, np.pi / 2])
+    return 2e-6 * np.cos(a + 0.3) + 5e-7 * np.cos(2 * a - 1) + 2e-7 * np.cos(9 * a)
+
+
+def slow_roll(turns=3.0, rpm=100.0, seed=0, noise=0.0, offset=0.0):
+    """Record of a shaft at rest at (3, -8) um whose zero of the angle is `offset` [rad] late."""
+    time = TS * np.arange(round(turns * 60 / rpm / TS) + 1)
+    angle = rpm * np.pi / 30 * time
+    y = np.array([3e-6, -8e-6]) + surface(angle) + noise * np.random.default_rng(seed).normal(size=(len(time), 2))
+    return idn.from_arrays(time, np.zeros((len(time), 2)), y, angle=angle - offset, speed=rpm * np.pi / 30)
+
+
+def gain_law(**settings):
+    """u = GAIN y, without fade and centre."""
+    D = GAIN * np.eye(2)[None, None]
+    empty = {"A": np.zeros((1, 1, 0, 0)), "B": np.zeros((1, 1, 0, 2)), "C": np.zeros((1, 1, 2, 0))}
+    return Law("gain", **empty, D=D, W=np.zeros((1, 1, 0, 2)), speeds=[0.0], pressures=[0.0], **settings)
+
+
+def test_a_table_is_the_surface_without_the_position():
+    """Closed form at its points; between them straight lines, (9 pi/360)^2/2 of the amplitude of order 9 at most."""
+    table = runout_table(slow_roll())
+    angle = np.arange(720) * np.pi / 360
+    np.testing.assert_allclose(table.values, surface(angle), atol=1e-12)
+    np.testing.assert_allclose(table.at(angle + 0.004), surface(angle + 0.004), atol=2e-9)
+    assert table.turns == pytest.approx(3) and table.speed == pytest.approx(100 * np.pi / 30)
+
+
+def test_the_noise_of_the_sensors_is_averaged_over_the_samples():
+    """Least squares: 72 of 9000 independent numbers, so .089 of the noise is left."""
+    noisy = runout_table(slow_roll(noise=3.3e-7)).values - runout_table(slow_roll()).values
+    assert np.std(noisy) == pytest.approx(3.3e-7 * np.sqrt(72 / 9000), rel=0.25)
+
+
+def test_a_running_law_answers_the_motion_alone_whatever_the_angle():
+    law, rng = gain_law(runout=runout_table(slow_roll())), np.random.default_rng(1)
+    for angle in rng.uniform(-40, 4000, 200):
+        motion = 1e-6 * rng.normal(size=2)
+        seen = motion + law.runout.at(angle)[0]
+        np.testing.assert_allclose(law.step(seen, 300.0, 5e5, angle), GAIN * motion, atol=1e-9)
+
+
+def test_a_law_without_a_table_has_the_bits_that_it_had():
+    law, again = gain_law(), gain_law(runout=RunoutTable(np.zeros((8, 2))))
+    seen = np.random.default_rng(2).normal(size=(50, 2)) * 1e-6
+    a, b = ([one.step(y, 1.0, 0.0, 0.1 * k) for k, y in enumerate(seen)] for one in (law, again))
+    np.testing.assert_array_equal(a, b)
+
+
+def test_it_is_kept_in_both_kinds_of_file(tmp_path):
+    law = gain_law(runout=replace(runout_table(slow_roll()), taken="2026-11-20"))
+    for name in ("law.json", "law.mat"):
+        law.save(tmp_path / name)
+        again = load_law(tmp_path / name)
+        np.testing.assert_array_equal(again.runout.values, law.runout.values)
+        assert again.hash == law.hash != gain_law().hash and again.runout.taken == "2026-11-20"
+
+
+def test_its_age_is_shown():
+    table = runout_table(slow_roll(), taken="2026-11-20")
+    assert table.age(date(2026, 11, 26)) == 6 and "2026-11-20" in str(gain_law(runout=table).card())
+    assert runout_table(slow_roll()).age() is None
+
+
+def test_a_moved_zero_of_the_angle_is_named_and_another_surface_too():
+    table = runout_table(slow_roll())
+    sound = check_runout(table, slow_roll(seed=3, noise=3e-7))
+    moved = check_runout(table, slow_roll(offset=np.radians(40.0)))
+    assert sound.left < sound.bound and sound.left == pytest.approx(3e-7 * np.sqrt(72 / 9000), rel=0.25)
+    assert moved.left > moved.bound and np.degrees(moved.turn) == pytest.approx(-40.0, abs=0.5)
+    assert moved.turned_left < 0.02 * moved.reading
+    other = check_runout(replace(table, values=np.roll(table.values, 180, axis=0)[:, ::-1]), slow_roll())
+    assert other.left > other.bound
+
+
+@pytest.mark.parametrize(
+    ("record", "argument"), [(slow_roll(turns=1.5), "turns"), (slow_roll(turns=40, rpm=1200), "speed")]
+)
+def test_too_few_turns_and_a_shaft_at_speed_are_refused(record, argument):
+    with pytest.raises(LawError) as error:
+        runout_table(record)
+    assert error.value.argument == argument
+
+
+def test_a_record_without_angle_is_refused():
+    with pytest.raises(LawError):
+        runout_table(slow_roll().drop_vars(["angle"]))
+
+
+@pytest.mark.parametrize("values", [np.zeros((720, 3)), np.zeros((4, 2)), np.full((720, 2), np.nan)])
+def test_a_table_of_another_shape_is_refused(values):
+    with pytest.raises(LawError) as error:
+        RunoutTable(values)
+    assert error.value.argument == "values"
+
+
+def test_a_law_with_a_table_asks_for_the_angle_and_holds_where_it_is_lost():
+    law = gain_law(runout=runout_table(slow_roll()))
+    with pytest.raises(LawError) as error:
+        law.step((0.0, 0.0), 1.0, 0.0)
+    assert error.value.argument == "angle"
+    before = law.step((1e-5, 0.0), 1.0, 0.0, 0.5)
+    np.testing.assert_array_equal(law.step((2e-5, 0.0), 1.0, 0.0, np.nan), before)
+    assert law.alarm is not None
+
+
+def test_a_sensor_that_hangs_is_found_although_the_runout_below_it_moves():
+    from rotorsim.control import Plausibility
+
+    law, rng = gain_law(runout=runout_table(slow_roll()), plausibility=Plausibility()), np.random.default_rng(5)
+    for k in range(300):
+        law.step(1e-6 + 1e-7 * rng.normal(size=2), 100.0, 0.0, 0.01 * k)
+    for k in range(150):
+        law.step((1e-6, 1e-6), 100.0, 0.0, 3.0 + 0.01 * k)
+    assert law.alarm_code == 5
+
+
+def test_the_table_of_another_machine_warns():
+    law = gain_law(runout=replace(runout_table(slow_roll()), machine="other_rig"))
+    with pytest.warns(OtherMachine, match="other_rig"):
+        law.check_machine("dtu_gas_bearing")
+
+
+def test_python_and_the_compiled_loop_take_the_same_off_on_the_plant():
+    """Both give the same bits, and the references lose the runout: a gain answers the motion alone."""
+    from rotorsim.verify.runs import run_rows, steady_rows
+
+    machine = load_machine("dtu_gas_bearing").with_({"grid.n_theta": 16, "grid.n_z": 8})
+    plant = Plant(machine)
+    slow = plant.simulate(2.4, speed=10.472, pressure=0.5e6)
+    law = replace(gain_law(), D=0.02 * GAIN * np.eye(2)[None, None], runout=runout_table(slow))
+    assert law.runout.machine == machine.name
+    record = plant.simulate(0.1, speed=300.0, pressure=0.5e6, controller=law)
+    run = run_rows(plant, law, steady_rows(300.0, 0.5e6, 0.1))
+    np.testing.assert_array_equal(record["reference"].values, run.reference)
+    read, true = record["disc_measured"].values, record["disc"].values
+    left = read - law.runout.at(record["angle_measured"].values) - true
+    assert np.std(left) < 0.5 * np.std(read - true)
