@@ -51,9 +51,8 @@ FORMS = {
 }
 ORDERS = {
     "feed grooves and steps": (1.1, 1.1, 1.1, 1.1),
-    "feed grooves on lines": (1.6, 1.6, 1.6, 1.6),
-    "lobes that jump": (1.8, 1.8, 1.8, 1.7),
-    "foil with lobes that jump": (1.8, 1.75, 1.65, 1.65),
+    "lobes that jump": (1.8, 1.8, 1.8, 1.75),
+    "foil with lobes that jump": (1.8, 1.8, 1.7, 1.7),
 }
 """Least orders of force, K, C and friction over 16, 32 and 64 lines that are not 1.8."""
 
@@ -99,8 +98,9 @@ def test_a_coarse_film_is_near_the_independent_solver(name, path):
 def test_a_film_is_that_of_the_independent_solver_in_the_second_order(name, path):
     """At six places to 1 % on 64 x 32 lines, every quantity in the second order.
 
-    A pocket of one cell on 16 lines, with a land of one row at its ends, is no better where its edges are lines of all
-    grids: 1.7. Where a gap jumps at the end of a film the pressure is r log r, with or without a line there.
+    Feed grooves of one cell on 16 lines have half the errors there where their edges cut cells in the middle, and the
+    same on 64 lines, where they almost are lines: so the order between them is low. Where a gap jumps at the end of a
+    film the pressure is r log r, with or without a line there, and friction has an error of step^2 log(step).
     """
     sizes = np.array([16, 32, 64])
     found = np.array([[errors(name, path, place, n) for place in PLACES] for n in sizes])
