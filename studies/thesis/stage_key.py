@@ -22,12 +22,13 @@ SOURCES = {
     "experiments": (
         *RUNS, "rotorsim/analysis", "rotorsim/verify", f"{HERE}/control_study.py", f"{HERE}/control_cases.py",
         f"{STUDY}/identification_vs_physics.py", f"{HERE}/claims/control_numbers.py", f"{HERE}/claims/rules.py",
-        f"{HERE}/claims/rules.toml", f"{HERE}/claims/identification_numbers.py",
+        f"{HERE}/claims/rules.toml", f"{HERE}/claims/amended.toml", f"{HERE}/claims/identification_numbers.py",
         *(f"{HERE}/experiments/{name}.py" for name in MEASURES),
     ),
     "identification": (
         *PLANT, "rotorsim/analysis", *(f"{STUDY}/{name}.py" for name in IDENTIFICATION),
-        *(f"{HERE}/claims/{name}" for name in ("identification_numbers.py", "targets.py", "rules.py", "rules.toml")),
+        *(f"{HERE}/claims/{name}.py" for name in ("identification_numbers", "targets", "rules")),
+        f"{HERE}/claims/rules.toml", f"{HERE}/claims/amended.toml",
     ),
 }  # fmt: skip
 """Sources, files and folders, that a kind of result follows from."""
