@@ -93,7 +93,7 @@ def _sentence(name: str, value: Any) -> str:
 
 
 def _sentences(module: ModuleType) -> dict[str, str]:
-    """By name the string that follows its assignment in a module."""
+    """String that follows each assignment in a module, by the name that is assigned."""
     body = ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8")).body
     return {
         target.id: str(text.value.value)

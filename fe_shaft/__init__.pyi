@@ -7,7 +7,7 @@ from .critical import (
 )
 from .modal import ModalResult as ModalResult
 from .reduction import ReducedRotor as ReducedRotor, modal_reduction as modal_reduction
-from .response import ForcedResult as ForcedResult, FrequencyResponse as FrequencyResponse, StaticResult as StaticResult
+from .response import ForcedResult as ForcedResult, Receptance as Receptance, StaticResult as StaticResult
 from .rotor import Rotor as Rotor
 from .shaft import (
     DiskElement as DiskElement,

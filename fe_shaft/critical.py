@@ -259,7 +259,8 @@ def run_ucs(
     held = {bearing.n for bearing in rotor.bearing_elements} | set(rotor.pinned)
     if len(held) < 2 and not rotor.clamped:
         raise ShaftError(
-            "ucs: bearings at one node alone leave the shaft free to tilt; support it at two nodes at least."
+            "ucs: bearings at one node alone leave the shaft free to tilt; support it at two nodes at least.",
+            argument="bearings",
         )
     stiffness = np.geomspace(low, high, num)
     M, K, plane = _forward_plane(rotor, synchronous)

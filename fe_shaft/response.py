@@ -147,7 +147,7 @@ class ForcedResult:
 
 
 @dataclass(frozen=True, eq=False)
-class FrequencyResponse:
+class Receptance:
     """Receptance (n_out, n_in, n_freq) [m/N, rad/N, rad/(N m)] over `frequency` (n_freq,) [rad/s].
 
     `inputs` and `outputs` are the numbers of the degrees of freedom; `speed` [rad/s] is None where it is the frequency.
@@ -209,7 +209,7 @@ def run_freq_response(
     speed: float | None = None,
     inputs: Sequence[int] | None = None,
     outputs: Sequence[int] | None = None,
-) -> FrequencyResponse:
+) -> Receptance:
     """Receptance of `rotor` over `frequency` (n_freq,) [rad/s].
 
     `speed` [rad/s] is that of the shaft; without it the shaft turns at the frequency. `inputs` and `outputs` are
@@ -229,7 +229,7 @@ def run_freq_response(
     into, out = (_dofs(rotor, chosen) for chosen in (inputs, outputs))
     unit = np.eye(rotor.ndof)[:, into].astype(complex)
     solved = _solve(rotor, frequency, speed, lambda w: unit)
-    return FrequencyResponse(frequency, solved[out], into, out, speed)
+    return Receptance(frequency, solved[out], into, out, speed)
 
 
 def _dofs(rotor: AssembledRotor, chosen: Sequence[int] | None) -> NDArray[np.intp]:

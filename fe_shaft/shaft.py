@@ -29,21 +29,23 @@ def positive(owner: str, **values: float) -> None:
     """Raise ShaftError unless every value is above 0."""
     for name, value in values.items():
         if not value > 0:
-            raise ShaftError(f"{owner}: {name} = {value:g} must be positive.")
+            raise ShaftError(f"{owner}: {name} = {value:g} must be positive.", argument=name, value=value)
 
 
 def finite(owner: str, **values: float) -> None:
     """Raise ShaftError unless every value is a finite number."""
     for name, value in values.items():
         if not np.isfinite(value):
-            raise ShaftError(f"{owner}: {name} = {value:g} is not a finite number; give one.")
+            raise ShaftError(
+                f"{owner}: {name} = {value:g} is not a finite number; give one.", argument=name, value=value
+            )
 
 
 def not_negative(owner: str, **values: float) -> None:
     """Raise ShaftError unless every value is 0 or more."""
     for name, value in values.items():
         if not value >= 0:
-            raise ShaftError(f"{owner}: {name} = {value:g} must not be negative.")
+            raise ShaftError(f"{owner}: {name} = {value:g} must not be negative.", argument=name, value=value)
 
 
 def grid(owner: str, values: ArrayLike, increasing: bool = True) -> NDArray[np.float64]:

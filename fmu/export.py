@@ -26,9 +26,8 @@ from fmu.kernel_object import ObjectTarget, host_target, to_compile, write_objec
 from fmu.law_unit import LawUnit
 from fmu.linear_model import LinearUnit
 from fmu.model import PlantUnit, Unit, check_name, header, identifier, source
-from identification.errors import ModelError
 from identification.lpv.model import LpvModel, load_model
-from rotorsim.base.errors import DataError
+from rotorsim.base.errors import DataError, ModelError
 from rotorsim.base.units import MPA, TO_RPM
 from rotorsim.control import Law, load_law
 from rotorsim.machine.limits import speed_limit

@@ -29,8 +29,7 @@ from rotorsim.effects.base import WHERE
 from rotorsim.machine.gas_film import Actuators, Gas, PinnedInjector
 from rotorsim.machine.limits import speed_limit
 from rotorsim.machine.part import Part
-from rotorsim.machine.probes import reading_unit
-from rotorsim.machine.rotor import Drive
+from rotorsim.machine.rotor import Drive, reading_unit
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.kernels.layout import COLUMNS, FILM_COLUMNS

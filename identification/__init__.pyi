@@ -1,15 +1,16 @@
+from rotorsim.base.errors import (
+    ModelError as ModelError,
+    ReadError as ReadError,
+    SchemaError as SchemaError,
+    UnfitError as UnfitError,
+)
+
 from .campaign import (
     Source as Source,
     files_of as files_of,
     open_pair as open_pair,
     pair as pair,
     survey as survey,
-)
-from .errors import (
-    ModelError as ModelError,
-    ReadError as ReadError,
-    SchemaError as SchemaError,
-    UnfitError as UnfitError,
 )
 from .local.bias import Interval as Interval
 from .local.confidence import ceiling as ceiling, fit_of as fit_of, noise_free_fit as noise_free_fit, nrmse as nrmse
@@ -20,7 +21,6 @@ from .local.result import Identification as Identification
 from .local.structures import Structure as Structure
 from .lpv.fit import coherent_basis as coherent_basis, distance as distance, fit_lpv as fit_lpv
 from .lpv.model import ExtrapolationWarning as ExtrapolationWarning, LpvModel as LpvModel, load_model as load_model
-from .lpv.recursive import Recursion as Recursion, RecursiveLpv as RecursiveLpv, Track as Track
 from .model_choice import (
     Advice as Advice,
     Compared as Compared,

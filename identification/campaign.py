@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import SchemaError, UnfitError
 from identification.local.fits import FREE
 from identification.local.identify import fit_signals, identify
 from identification.local.models import LinearModel
@@ -25,6 +24,7 @@ from identification.lpv.model import SAME, LpvModel
 from identification.readers import checked, load, read
 from identification.records.prefilter import Prefilter, Signals, operating_point, rest_length, without_gaps
 from identification.records.sampling import sampling_time
+from rotorsim.base.errors import SchemaError, UnfitError
 from rotorsim.base.processes import one_thread
 
 if TYPE_CHECKING:
@@ -202,36 +202,13 @@ def identify_sources(
     progress: Callable[[SourceResult], None] | None = None,
     dead_time: float | str = FREE,
 ) -> tuple[LinearModel | LpvModel, list[SourceResult]]:
-    """One model of many records: linear for one operating point, parameter-varying for several.
+    """One model of many records: linear for one operating point, parameter-varying for several; with what each gave.
 
-    Parameters
-    ----------
-    sources : sequence of Source
-        Records, see `survey` and `rotorsim.study.sources_of`.
-    model, order, method, settings, mapping
-        As for `identify`, of every record.
-    surfaces, refine
-        As for `fit_lpv`: degree over the operating points or "hold-out"; none, frequency or global.
-    held : sequence of str
-        Roles of records that take no part in the surfaces.
-    workers : int
-        Records identified at a time.
-    progress : callable, optional
-        Called with each `SourceResult`.
-    dead_time : float or "free"
-        Dead time of model 3, as for `identify`; where a free one shows in some records only, all are identified
-        without.
+    Options of `identify` hold for every record, `surfaces` and `refine` are those of `fit_lpv`. Records with a role in
+    `held` take no part in the surfaces; `progress` gets each `SourceResult`. Where a free dead time shows in some
+    records only, all are identified without. Several fitted together at one operating point give a result more.
 
-    Returns
-    -------
-    model : LinearModel or LpvModel
-    found : list of SourceResult
-        A result or a sentence per record; where several at one operating point were fitted together, that as well.
-
-    Raises
-    ------
-    UnfitError
-        If no record gives a model, or there is none.
+    Raises UnfitError if no record gives a model, or there is none.
     """
     options: dict[str, Any] = {"model": model, "order": order, "method": method, "settings": settings}
     found = identify_all(sources, mapping, workers, progress, dead_time=dead_time, **options)

@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import ModelError
 from identification.local.blackbox import observable, realised
 from identification.local.confidence import ceiling, fit_of, noise_free_fit, project
 from identification.local.greybox import RATED, levy, peak_frequency
@@ -32,6 +31,7 @@ from identification.records.checks import check_loop, check_signals, method_for
 from identification.records.frequency_response import FrequencyResponse, frequency_response
 from identification.records.prefilter import Prefilter, Signals, chosen_output, cut, filtered, longest_whole
 from rotorsim.base.display import several
+from rotorsim.base.errors import ModelError
 from rotorsim.base.processes import one_thread
 
 if TYPE_CHECKING:

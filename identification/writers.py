@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import SchemaError
 from identification.readers.mat import HEADER, MAX_WIDTH
 from identification.records.columns import MARK
 from identification.records.sampling import sampling_time
 from identification.records.schema import PROBE_COORDINATES, VECTORS, known_variable, named_axes, validate, with_notes
+from rotorsim.base.errors import SchemaError
 from rotorsim.base.files import replacing
 from rotorsim.base.foreign_systems import cells, write_mat
 from rotorsim.base.hdf5 import write_netcdf

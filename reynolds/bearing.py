@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reynolds import kernels
-from reynolds.grid import FilmError, FilmGrid, Layout, cells
+from reynolds.grid import FilmGrid, Layout, cells
 from reynolds.injector import Injector
 from reynolds.perturbation import common_kernels, dynamic_stiffness, linear_film
 from reynolds.sleeve import PLAIN, Sleeve
 from reynolds.transient import GAMMA, MID, STAGE, settle_film
 from reynolds.workspace import FilmGas, FilmModel, interval_pressure
+from rotorsim.base.errors import FilmError
 from rotorsim.base.units import TO_UM
 
 Array = NDArray[np.float64]
@@ -246,7 +247,11 @@ class GasBearing:
 def _apart(gap: float) -> None:
     """Raise FilmError where the journal touches the sleeve: a gap [m] that is not positive."""
     if not gap > 0:
-        raise FilmError(f"film: h_min = {gap * TO_UM:.3g} um: the journal touches the sleeve; move it inwards")
+        raise FilmError(
+            f"film: h_min = {gap * TO_UM:.3g} um: the journal touches the sleeve; move it inwards",
+            argument="journal",
+            value=gap,
+        )
 
 
 def _edge_flow(model: FilmModel, layout: Layout, w: Array) -> float:

@@ -93,7 +93,7 @@ def linear_film(
     )
     read = 0.5 / film(layout.p)
     F_y = np.hstack([np.stack([read * film(layout.force_x), read * film(layout.force_y)]), np.zeros((2, ni))])
-    linear = LinearFilm(S, J, S_X, J_X, _inputs(model, layout, w, n), F_y)
+    linear = LinearFilm(S, J, S_X, J_X, _inputs(layout, w, n), F_y)
     opening = area * film(layout.p) * film(layout.slope)
     return _on_foil(linear, opening, layout, w, F, speed * model.grid.radius, kernels) if layout.foil else linear
 
@@ -196,22 +196,14 @@ def _injector_rows(layout: Layout, w: np.ndarray, ix: np.ndarray, F: Any, index:
     return ring + sparse.coo_matrix((values, (rows, cols)), shape=ring.shape).tocsc()
 
 
-def _inputs(model: FilmModel, layout: Layout, w: np.ndarray, n: int) -> np.ndarray:
+def _inputs(layout: Layout, w: np.ndarray, n: int) -> np.ndarray:
     """Derivative of the plenum rows after each pin's conductance and after the supply pressure."""
     ni = layout.n_inj
     J_u = np.zeros((n + ni, ni + 1))
     for k in range(ni):
         conductance, flow = w[layout.pin_conductance + k], w[layout.pin_flow + k]
         J_u[n + k, k] = -flow / conductance
-        J_u[n + k, ni] = -_supply_slope(model, w, layout, k)
+        # Euler's theorem: the flow is homogeneous in both pressures, of degree 1 (orifice) or 2 (laminar)
+        plenum, supply = w[layout.plenum + k], w[layout.supply + k]
+        J_u[n + k, ni] = -((1 + layout.law) * flow - plenum * w[layout.pin_p + k]) / supply
     return J_u
-
-
-def _supply_slope(model: FilmModel, w: np.ndarray, layout: Layout, k: int) -> float:
-    """Derivative of a pin's flow after the supply pressure: the flow is homogeneous in both pressures.
-
-    Of degree 1 for the orifice and 2 for the laminar form (Euler's theorem).
-    """
-    degree = 1 + layout.law
-    flow, plenum, supply = w[layout.pin_flow + k], w[layout.plenum + k], w[layout.supply + k]
-    return float((degree * flow - plenum * w[layout.pin_p + k]) / supply)

@@ -26,7 +26,8 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from reynolds.grid import JUMP, FilmError, FilmGrid, Layout, cells, fill
+from reynolds.grid import JUMP, FilmGrid, Layout, cells, fill
+from rotorsim.base.errors import FilmError
 from rotorsim.base.quantity import number
 from rotorsim.base.units import show
 

@@ -201,26 +201,15 @@ def settle_film(w: np.ndarray, layout: Layout, pseudo_step: Callable[[float, flo
     Returns whether the steady equations were solved to `SHARP`. The force is left in w[force].
     """
     step = FIRST_STEP
+    places = ((layout.p, layout.length), (layout.plenum, layout.n_inj), (layout.journal, 2))
+    state = np.concatenate([np.arange(a, a + n) for a, n in places])
     for _ in range(MOST_STEPS):
-        before = _state(w, layout)
+        before = w[state]
         if pseudo_step(1.0 / step, ROUGH) > 0:
             step *= GROWTH
         else:
-            _restore(w, layout, before)
+            w[state] = before
             step *= RETREAT
         if step >= LAST_STEP:
             return pseudo_step(0.0, SHARP) > 0
     return False
-
-
-def _state(w: np.ndarray, layout: Layout) -> tuple[np.ndarray, ...]:
-    return tuple(w[a : a + n].copy() for a, n in _parts(layout))
-
-
-def _restore(w: np.ndarray, layout: Layout, state: tuple[np.ndarray, ...]) -> None:
-    for (a, n), values in zip(_parts(layout), state, strict=True):
-        w[a : a + n] = values
-
-
-def _parts(layout: Layout) -> tuple[tuple[int, int], ...]:
-    return (layout.p, layout.length), (layout.plenum, layout.n_inj), (layout.journal, 2)

@@ -8,9 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
-from reynolds.grid import FilmError, FilmGrid, Layout, Texture, cells, fill, make_layout
+from reynolds.grid import FilmGrid, Layout, Texture, cells, fill, make_layout
 from reynolds.injector import LAWS, Footprint, Injector, footprint, nozzle_coefficients
 from reynolds.sleeve import PLAIN, Sleeve, fill_texture, stretches
+from rotorsim.base.errors import FilmError
 
 CONSTANTS = (
     "mu", "mean_free_path", "radius", "dy", "dz", "pa", "area", "source", "clearance", "h_min", "uneven", "bend_time",
@@ -64,7 +65,10 @@ class FilmModel:
         if self.grid.half and not self.sleeve.symmetric:
             raise FilmError("grooves: a spiral is not symmetric about the midplane; use symmetric=False")
         if self.injectors and self.sleeve.closed:
-            raise FilmError("injectors: a film with a foil or with grooves takes none; remove the ones or the others")
+            raise FilmError(
+                "injectors: a film with a foil or with grooves takes none; remove the ones or the others",
+                argument="injectors",
+            )
         if self.grid.half and any(injector.offset != 0 for injector in self.injectors):
             raise FilmError("injectors: one is off the midplane, so the film is not symmetric; use symmetric=False")
 
@@ -94,10 +98,6 @@ class FilmModel:
     def stretches(self) -> np.ndarray:
         """Smooth stretches (n, STRETCH) round the sleeve."""
         return stretches(self.sleeve, self.grid, self.clearance)
-
-    def footprints(self) -> list[Footprint]:
-        """Every injector on the grid."""
-        return [footprint(self.grid, injector) for injector in self.injectors]
 
     def build(self) -> tuple[Layout, np.ndarray, np.ndarray]:
         """Layout, the workspace (float64) with constants filled in, and the index array (int64)."""
@@ -193,7 +193,7 @@ def build_films(films: Sequence[FilmModel]) -> tuple[Layout, np.ndarray, np.ndar
     laws = {f.law for f in films if f.injectors}
     if len(laws) > 1:
         raise FilmError("injectors: all must have the same law")
-    prints = [film.footprints() for film in films]
+    prints = [[footprint(film.grid, injector) for injector in film.injectors] for film in films]
     count = max(len(p) for p in prints)
     sources = _largest([[len(one.source) for one in p] for p in prints], count)
     readers = _largest([[len(one.reader) for one in p] for p in prints], count)
@@ -242,4 +242,4 @@ def nodal_pressure(model: FilmModel, layout: Layout, w: np.ndarray) -> np.ndarra
 def interval_pressure(model: FilmModel, layout: Layout, w: np.ndarray) -> np.ndarray:
     """Pressure (n_theta, n_z): mean of the two nodes that bound each interval in z."""
     nodes = nodal_pressure(model, layout, w)
-    return 0.5 * (nodes[:, 1:] + nodes[:, :-1])
+    return np.asarray(0.5 * (nodes[:, 1:] + nodes[:, :-1]))

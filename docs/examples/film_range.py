@@ -1,4 +1,4 @@
-"""How far a film's model holds
+"""Range in which a film's model holds
 
 Every assumption of the film has a number. Each line is the largest of them over its limit, so that 1 is where a film's
 model ends; the rig's own model was compared with measurements to 6000 rpm alone, and a run beyond states so.

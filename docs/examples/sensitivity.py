@@ -1,4 +1,4 @@
-"""What if the clearance differs from the drawing?
+"""A clearance that differs from the drawing
 
 Any field of a machine file can be an axis of a map: the onset of whirl over clearance and supply pressure.
 """

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.errors import UnfitError
 from identification.local.least_squares import Sampled
 from identification.local.simulation import respond_with_sensitivities
+from rotorsim.base.errors import UnfitError
 
 ROWS = 25
 """Block rows of the Hankel matrices."""

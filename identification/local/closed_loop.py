@@ -19,12 +19,12 @@ from dataclasses import replace
 import numpy as np
 from scipy.signal import fftconvolve, welch
 
-from identification.errors import UnfitError
 from identification.local.confidence import ceiling, fit_of, noise_free_fit, project, residual_tests, simulated
 from identification.local.greybox import DELAYED, RATED, peak_frequency
 from identification.local.result import Identification
 from identification.records.frequency_response import frequency_response
 from identification.records.prefilter import Signals, parts_of, rest_length
+from rotorsim.base.errors import UnfitError
 
 PERIODS = 9.0
 """Length of the impulse responses, in periods of the frequency at which the displacement moves fastest. Shorter ones,
@@ -48,27 +48,11 @@ COARSE = (
 
 
 def two_stage(signals: Signals, external: np.ndarray) -> tuple[Signals, str]:
-    """Signals of an equivalent open loop, and a sentence.
+    """Signals of an equivalent open loop for an output-error fit, and a sentence on how it was done.
 
-    Parameters
-    ----------
-    signals : Signals
-        Of one record, its reference the total one.
-    external : ndarray, shape (n, 2)
-        External reference [V].
-
-    Returns
-    -------
-    staged : Signals
-        Inputs, pins and outputs for an output-error fit, shorter by the memory of the filters; without truth; noise as
-        the filter leaves white one.
-    text : str
-        How it was done.
-
-    Raises
-    ------
-    UnfitError
-        If the record is too short.
+    `external` is the reference (n, 2) [V] from outside the loop, that of `signals` the total one. The signals are
+    shorter by the memory of the filters, without truth, their noise as the filter leaves white one. Raises UnfitError
+    if the record is too short.
     """
     resting = rest_length(external)
     r = external - (external[0] if resting > 1 else external.mean(axis=0))

@@ -23,7 +23,6 @@ from typing import Any
 
 import numpy as np
 
-from identification.errors import UnfitError
 from identification.local.bias import AtRest, at_rest, bias, nothing
 from identification.local.blackbox import FullStateSpace, balanced, subspace
 from identification.local.closed_loop import acted_of
@@ -74,6 +73,7 @@ from identification.local.structures import (
 )
 from identification.records.checks import check_modes, suspicious_gains
 from identification.records.prefilter import Signals, longest_part, offsets, pin_pairs, regressors_of
+from rotorsim.base.errors import UnfitError
 from rotorsim.base.rounding import normal_root
 
 FREE = "free"

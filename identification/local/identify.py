@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import UnfitError
 from identification.local.closed_loop import NO_BIAS, judged, two_stage
 from identification.local.fits import (
     FREE,
@@ -40,6 +39,7 @@ from identification.records.frequency_response import FrequencyResponse
 from identification.records.prefilter import Prefilter, Signals, chosen_output, filtered, joined, without_gaps
 from identification.records.sampling import sampling_time
 from identification.records.schema import machine_of
+from rotorsim.base.errors import UnfitError
 from rotorsim.base.processes import one_thread
 
 if TYPE_CHECKING:

@@ -325,23 +325,10 @@ class Minimum:
 
 @np.errstate(over="ignore", invalid="ignore")  # a step too far, which is not taken
 def solve(problem: Minimised, theta: np.ndarray, iterations: int = ITERATIONS, tolerance: float = TOLERANCE) -> Minimum:
-    """Fit from the start `theta`; the state starts at zero.
+    """Fit from a usable start `theta` (q,): stable, admissible, within the bounds; the state starts at zero.
 
-    Parameters
-    ----------
-    problem : FitProblem or another with its model, box, states, normal equations and test of usability
-        Model and data.
-    theta : ndarray, shape (q,)
-        Start, usable: stable and admissible, within the bounds.
-    iterations : int
-        Most steps.
-    tolerance : float
-        Stops when a step promises less than this share of the cost.
-
-    Returns
-    -------
-    Fit
-        The best point reached; `converged` states whether the last step was negligible.
+    It stops when a step promises less than `tolerance` of the cost. The best point reached is returned; `converged`
+    states whether the last step was negligible.
     """
     x0, damping, converged, number = np.zeros(problem.states(theta)), 1e-3, False, 0
     V = problem.model.directions(theta)

@@ -16,10 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from identification.errors import ModelError
 from identification.local.simulation import respond, zero_order_hold
 from rotorsim.base.display import Card, Shown, several
-from rotorsim.base.errors import DataError
+from rotorsim.base.errors import DataError, ModelError
 from rotorsim.base.files import write_json
 from rotorsim.base.foreign_systems import (
     DISC,

@@ -24,7 +24,6 @@ from typing import Any
 
 import numpy as np
 
-from identification.errors import ModelError, UnfitError
 from identification.local.confidence import without_nuisance
 from identification.local.greybox import RATED, STRUCTURES, response_starts
 from identification.local.least_squares import Box, GreyBox, solve
@@ -42,6 +41,7 @@ from identification.local.structures import (
     valued,
 )
 from identification.records.frequency_response import FrequencyResponse
+from rotorsim.base.errors import ModelError, UnfitError
 from rotorsim.base.rounding import unstable_poles
 
 

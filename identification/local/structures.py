@@ -21,9 +21,9 @@ from typing import Any
 
 import numpy as np
 
-from identification.errors import ModelError, UnfitError
 from identification.local.confidence import indistinguishable, propagate
 from identification.local.models import LinearModel
+from rotorsim.base.errors import ModelError, UnfitError
 from rotorsim.base.rounding import unstable_poles
 
 Matrices = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]

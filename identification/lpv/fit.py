@@ -29,7 +29,6 @@ from typing import Any
 
 import numpy as np
 
-from identification.errors import UnfitError
 from identification.local.blackbox import FullStateSpace
 from identification.local.confidence import project
 from identification.local.greybox import DELAYED, RATED, STRUCTURES, modes
@@ -41,6 +40,7 @@ from identification.local.structures import Structure
 from identification.lpv.model import ORDERS, SAME, LpvModel, fit_surfaces, make_basis, rms
 from identification.records.prefilter import Signals
 from identification.records.schema import common
+from rotorsim.base.errors import UnfitError
 from rotorsim.base.processes import one_thread
 
 STRIDE = 5

@@ -21,13 +21,12 @@ from typing import Any
 
 import numpy as np
 
-from identification.errors import ModelError, UnfitError
 from identification.local.blackbox import FullStateSpace
 from identification.local.greybox import STRUCTURES, delays, modes, static_gain
 from identification.local.models import LinearModel, plain
 from identification.local.simulation import respond
 from rotorsim.base.display import Card, Shown
-from rotorsim.base.errors import DataError
+from rotorsim.base.errors import DataError, ModelError, UnfitError
 from rotorsim.base.files import write_json
 from rotorsim.base.foreign_systems import cells, is_mat, name_rest, read_mat, sampling_call, write_mat
 from rotorsim.base.input_files import instead, parse_json

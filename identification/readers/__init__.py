@@ -1,4 +1,4 @@
-r"""Readers of measured data, one per file format, and their registry; importing this package registers them all.
+r"""Readers of measured data, one per file format, and their registry.
 
 Nothing in a file is ever evaluated or unpickled. A reader gives a `DataTable` of columns; mapping and units come after.
 A new format is one file of this folder, with a function under its suffixes and first bytes; what it raises on a damaged
@@ -17,7 +17,7 @@ from __future__ import annotations
 import hashlib
 import re
 from codecs import BOM_UTF8
-from collections.abc import Callable, Mapping as Tables
+from collections.abc import Callable, Iterator, Mapping as Tables
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
@@ -26,12 +26,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import ReadError, SchemaError
-from identification.records.assemble import CLIPPED, assemble, left_out, on_one_clock, provenance, used
-from identification.records.mapping import load_mapping
+from identification.records.columns import CLIPPED
 from identification.records.schema import validate, with_notes
 from identification.records.sensors import without_slow_roll
-from rotorsim.base.errors import RotorsimError
+from rotorsim.base.errors import ReadError, RotorsimError, SchemaError
 from rotorsim.base.input_files import instead
 
 if TYPE_CHECKING:
@@ -81,7 +79,7 @@ class Reader:
 
 
 READERS: list[Reader] = []
-"""Readers in the order in which they were registered."""
+"""Readers in the order in which they were registered; `readers` has those of all formats."""
 
 
 def reader(
@@ -107,6 +105,18 @@ def reader(
     return registered
 
 
+def readers() -> Iterator[Reader]:
+    """Readers of all formats, that of records first; a module is imported when those before it are not enough."""
+    names = sorted((one.name for one in iter_modules(__path__)), key=lambda name: (name != "hdf5", name))
+    modules, passed = iter(names), 0
+    while True:
+        yield from READERS[passed:]
+        passed = len(READERS)
+        if (module := next(modules, None)) is None:
+            return
+        import_module(f"{__name__}.{module}")
+
+
 def reader_of(path: Path) -> Reader:
     """Reader of a file; raises ReadError for a file of another kind."""
     with path.open("rb") as file:
@@ -117,10 +127,14 @@ def reader_of(path: Path) -> Reader:
             raise ReadError(f"{path}: {ours}; give {_listed()}")
         if start.startswith(magic):
             raise ReadError(f"{path}: {reason}")
-    alike = [one for one in READERS if one.magic and one.magic.match(start)]
-    named = [one for one in READERS if suffix in one.suffixes]
+    alike, named = list[Reader](), list[Reader]()
+    for one in readers():
+        alike += [one] if one.magic and one.magic.match(start) else []
+        named += [one] if suffix in one.suffixes else []
+        if alike and alike[-1] in named:
+            return one
     plain = [one for one in named if one.magic is None]
-    if found := [one for one in alike if one in named] or alike or plain:
+    if found := alike or plain:
         return found[0]
     if named:
         raise ReadError(f"{path}: does not begin like a {path.suffix} file; it is damaged or of another kind")
@@ -130,7 +144,7 @@ def reader_of(path: Path) -> Reader:
 
 def endings() -> tuple[str, ...]:
     """Endings of files that a registered reader takes."""
-    return tuple(dict.fromkeys(suffix for one in READERS for suffix in one.suffixes))
+    return tuple(dict.fromkeys(suffix for one in readers() for suffix in one.suffixes))
 
 
 def _listed() -> str:
@@ -193,7 +207,11 @@ def load(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | No
     2
     """
     path = _regular(path)
-    mapped = load_mapping(mapping) if mapping is not None else None
+    mapped = None
+    if mapping is not None:
+        from identification.records.mapping import load_mapping
+
+        mapped = load_mapping(mapping)
     try:
         chosen = reader_of(path)
         record = _itself(chosen, path, mapped) if chosen.describes_itself else _from_columns(path, mapped)
@@ -207,6 +225,8 @@ def load(path: str | Path, mapping: str | Path | Tables[str, Any] | Mapping | No
 
 
 def _from_columns(path: Path, mapped: Mapping | None) -> xr.Dataset:
+    from identification.records.assemble import assemble, left_out, on_one_clock, provenance, used
+
     table = columns(path, mapped)
     if mapped is None or not mapped.maps_columns:
         from identification.records.proposal import recognise  # for columns that nobody has named
@@ -277,7 +297,3 @@ def _regular(path: str | Path) -> Path:
 def _named(path: str | Path, error: Exception) -> str:
     text = str(error)
     return text if text.startswith(f"{path}: ") else f"{path}: {text}"
-
-
-for _module in iter_modules(__path__, f"{__name__}."):
-    import_module(_module.name)

@@ -22,7 +22,6 @@ from typing import TextIO
 
 import numpy as np
 
-from identification.errors import ReadError
 from identification.readers import reader
 from identification.records.columns import (
     MARK,
@@ -35,6 +34,7 @@ from identification.records.columns import (
     split_name,
 )
 from rotorsim.base.display import quote
+from rotorsim.base.errors import ReadError
 
 MAX_COLUMNS, MAX_PREAMBLE = 1000, 500
 _DELIMITERS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": None}

@@ -21,11 +21,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import ReadError
 from identification.readers import reader
 from identification.records.columns import MAX_VALUES, Column, DataTable, not_read
 from identification.records.schema import VARIABLES, named_axes
 from rotorsim.base.display import listing, quote
+from rotorsim.base.errors import ReadError
 from rotorsim.base.hdf5 import check_hdf5
 from rotorsim.base.input_files import NETCDF
 

@@ -19,12 +19,12 @@ from typing import Any, BinaryIO, Literal
 
 import numpy as np
 
-from identification.errors import ReadError
 from identification.readers import reader
 from identification.readers.hdf5 import HDF5, opened
 from identification.records.columns import MAX_VALUES, Column, DataTable, parse_header
 from identification.records.schema import AXES, VARIABLES
 from rotorsim.base.display import quote
+from rotorsim.base.errors import ReadError
 
 Order = Literal["little", "big"]
 CLASSES = (

@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from identification.errors import ReadError
 from identification.readers import reader
 from identification.records.columns import MAX_VALUES, Column, DataTable, factor, is_unit_of, not_read
 from rotorsim.base.display import quote
+from rotorsim.base.errors import ReadError
 
 _READ = {"wf_increment", "wf_start_offset", "wf_start_time", "unit_string", "NI_UnitDescription", "wf_xunit_string"}
 _IGNORED = ("wf_samples", "wf_xname", "wf_time_pref", "name", "NI_ChannelName", "NI_ChannelLength", "NI_DataType",

@@ -19,10 +19,10 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.errors import ReadError
 from identification.readers import reader
 from identification.records.columns import MAX_VALUES, Column, DataTable, factor, is_unit_of
 from rotorsim.base.display import quote
+from rotorsim.base.errors import ReadError
 
 _END = b"-1"
 _DIRECTIONS = {0: "", 1: "+X", 2: "+Y", 3: "+Z", 4: "+RX", 5: "+RY", 6: "+RZ"}

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.errors import ReadError
 from identification.readers import reader
 from identification.records.columns import FULL_SCALE, MAX_VALUES, Column, DataTable
+from rotorsim.base.errors import ReadError
 
 _UNSIGNED = 128.0
 """Middle of the codes of 8 bits, which WAV stores without sign."""

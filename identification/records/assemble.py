@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import ReadError
 from identification.records.columns import (
+    CLIPPED,
     FACTORS,
     FULL_SCALE,
     Column,
@@ -50,6 +50,7 @@ from identification.records.schema import (
 )
 from identification.records.sensors import MEAN, LabProbe, angle_by_stretches, coordinates, disc_plane, in_plane
 from rotorsim.base.display import listing, quote
+from rotorsim.base.errors import ReadError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -347,8 +348,6 @@ def _reading(table: DataTable, entry: ColumnEntry, probe: LabProbe) -> np.ndarra
     return found - probe.gap * scale_of(table, entry, "m") / volts
 
 
-CLIPPED = "clipped"
-"""Attribute with a sentence for every clipped sensor."""
 MOST = 6
 """Sentences about parts that were left out."""
 RATE = 1e-3

@@ -20,10 +20,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identification.errors import UnfitError
 from identification.records.examination import examine
 from identification.records.prefilter import DRIFT, Signals
 from identification.records.schema import measured, measured_name
+from rotorsim.base.errors import UnfitError
 from rotorsim.base.units import TO_UM
 
 if TYPE_CHECKING:

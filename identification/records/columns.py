@@ -20,13 +20,15 @@ from typing import Any
 
 import numpy as np
 
-from identification.errors import ReadError
 from rotorsim.base.display import listing, quote
+from rotorsim.base.errors import ReadError
 from rotorsim.base.input_files import parse_json
 from rotorsim.base.units import CHARACTERS, NUMBER, SPELLINGS, TABLE
 
 MARK = "rotorsim record"
 """First words of the header of a file that rotorsim wrote."""
+CLIPPED = "clipped"
+"""Attribute with a sentence for every clipped sensor."""
 MAX_VALUES = 2**29
 """No column or matrix of more values is read: 4 GB."""
 MAX_NAME = 200

@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from identification.errors import SchemaError
 from identification.records.columns import clipped
 from identification.records.prefilter import without_gaps
 from identification.records.sampling import nominal_rate, problems
 from identification.records.schema import VECTORS, measured, measured_name, named_axes, notes_of, validate
+from rotorsim.base.errors import SchemaError
 from rotorsim.base.units import TO_RPM
 
 if TYPE_CHECKING:

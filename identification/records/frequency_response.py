@@ -20,7 +20,7 @@ import numpy as np
 from scipy.signal import ShortTimeFFT
 from scipy.signal.windows import hann
 
-from identification.errors import UnfitError
+from rotorsim.base.errors import UnfitError
 
 RESOLUTION = 1.5
 """Aimed distance of the lines [Hz]."""

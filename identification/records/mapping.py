@@ -52,11 +52,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from identification.errors import ReadError
 from identification.records.columns import quantity_at
 from identification.records.schema import AXES, VARIABLES, VECTORS
 from identification.records.sensors import OWN, Keyphasor, LabProbe, SlowRollSource, parse_slow_roll, split_probe
 from rotorsim.base.display import did_you_mean, quote
+from rotorsim.base.errors import ReadError
 from rotorsim.base.input_files import instead, parse_toml
 
 MAX_BYTES = 1_000_000

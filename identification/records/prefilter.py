@@ -22,10 +22,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from identification.errors import SchemaError, UnfitError
 from identification.records.sampling import leaps, sampling_time, usual_step, whole_slices
 from identification.records.schema import measured, require, validate, with_notes
 from identification.records.sensors import HARMONICS, Runout, estimate_runout, fitting_count, harmonics, probe_outputs
+from rotorsim.base.errors import SchemaError, UnfitError
 
 if TYPE_CHECKING:
     import xarray as xr

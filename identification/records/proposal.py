@@ -18,11 +18,11 @@ from typing import Any
 
 import numpy as np
 
-from identification.errors import ReadError
 from identification.records.columns import FACTORS, Column, DataTable, is_unit_of
 from identification.records.mapping import ColumnEntry, Mapping
 from identification.records.schema import AXES, VARIABLES, VECTORS
 from rotorsim.base.display import closest, listing
+from rotorsim.base.errors import ReadError
 
 _VECTOR = re.compile(rf"({'|'.join(VECTORS)})_([1-9]\d{{0,2}})X_({'|'.join(AXES)})", re.ASCII)
 _PROBE = re.compile(r"(probe_measured)_([A-Za-z]\w{0,39})", re.ASCII)

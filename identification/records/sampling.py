@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import SchemaError
+from rotorsim.base.errors import SchemaError
 
 if TYPE_CHECKING:
     import xarray as xr

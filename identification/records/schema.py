@@ -26,10 +26,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import ReadError, SchemaError
 from identification.records.columns import FACTORS, factor
 from identification.records.sampling import JITTER, WAY_OUT, sampling_time
 from rotorsim.base.display import did_you_mean
+from rotorsim.base.errors import ReadError, SchemaError
 from rotorsim.base.input_files import parse_toml
 
 if TYPE_CHECKING:

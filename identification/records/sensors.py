@@ -34,11 +34,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import ReadError, SchemaError, UnfitError
 from identification.records.columns import amplitude_at, quantity_at
 from identification.records.sampling import whole_slices
 from identification.records.schema import AXES, measured, require, with_notes
 from rotorsim.base.display import did_you_mean, quote
+from rotorsim.base.errors import ReadError, SchemaError, UnfitError
 from rotorsim.base.units import TO_RPM
 
 if TYPE_CHECKING:

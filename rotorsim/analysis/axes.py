@@ -102,7 +102,11 @@ def read_field(text: str) -> Field:
 def split_range(option: str, text: str) -> tuple[list[str], int]:
     """Ends and number of points of a range, or the values of a list and 0."""
     if one := DECIMAL_COMMA.fullmatch(text):
-        raise DataError(f"--{option}: '{text}' has a comma; write '{one[1]}.{one[2]}', or each value with its unit")
+        raise DataError(
+            f"--{option}: '{text}' has a comma; write '{one[1]}.{one[2]}', or each value with its unit",
+            argument=option,
+            value=text,
+        )
     if ":" not in text:
         return [part.strip() for part in text.split(",") if part.strip()], 0
     parts = [part.strip() for part in text.split(":")]

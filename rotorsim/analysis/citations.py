@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import tomllib
+from collections.abc import Iterable
+from functools import cache
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +15,16 @@ from rotorsim.base.foreign_systems import is_mat, read_mat
 from rotorsim.base.input_files import parse_json
 from rotorsim.base.references import cited_by, sorted_keys
 from rotorsim.control import load_law
+from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
-from rotorsim.machine.overview import citations
 
 RESULTS = (".json", ".mat")
 KINDS = ("law", "linear", "lpv")
 """Endings of files of models and laws, and what they call themselves."""
+SHAFT = ("elements", "rotor", "modal", "reduction")
+"""Modules of `fe_shaft` from which a plant takes its rotor."""
+FILM = ("film", "residual", "transient", "newton", "ring")
+"""Modules of `reynolds` with which a plant solves its film."""
 
 
 def cite(what: str | Path) -> dict[str, list[str]]:
@@ -52,7 +60,7 @@ def cite(what: str | Path) -> dict[str, list[str]]:
         return _of_record(path)
     if path.suffix in RESULTS:
         return _of_result(path)
-    return citations(load_machine(what))
+    return _of_machine(load_machine(what))
 
 
 def _of_folder(folder: Path) -> dict[str, list[str]]:
@@ -82,7 +90,7 @@ def _of_record(path: Path) -> dict[str, list[str]]:
     attrs = idn.load(path).attrs
     if "machine" not in attrs:
         raise DataError(f"{path}: states no machine, as measured records do; give the machine that it is compared with")
-    parts = citations(Machine.from_text(str(attrs["machine"])))
+    parts = _of_machine(Machine.from_text(str(attrs["machine"])))
     experiment = str(attrs.get("experiment", ""))
     keys = _keys(f"rotorsim.experiments.catalogue.{experiment}") if experiment.isidentifier() else []
     return parts | ({f"experiment {experiment}": keys} if keys else {})
@@ -109,3 +117,36 @@ def _keys(module: str) -> list[str]:
         return list(cited_by(module))
     except ModuleNotFoundError:
         return []
+
+
+@cache
+def machine_sources() -> dict[str, list[str]]:
+    """Return the keys of the sources of the shipped machines, by name."""
+    text = (files("rotorsim.machine") / "sources.toml").read_text(encoding="utf-8")
+    return dict(tomllib.loads(text))
+
+
+def _of_machine(machine: Machine) -> dict[str, list[str]]:
+    """Return keys of sources by the part of the machine that stands on them, parts without a source left out.
+
+    A key is one of `rotorsim.base.references.references`, or a whole reference that a user's own effect gives.
+    """
+    found = {"machine file": machine_sources().get(machine.name, [])}
+    found["shaft"] = _cited("fe_shaft", SHAFT)
+    found["coupled step"] = list(cited_by("rotorsim.plant.kernels.modal_rotor"))
+    if machine.film is not None:
+        found["film"] = _cited("reynolds", FILM)
+        found["sleeves"] = _cited(
+            "reynolds", dict.fromkeys(name for film in machine.films for name in film.sleeve.modules)
+        )
+        found["equilibrium"] = list(cited_by("rotorsim.plant.kernels.equilibrium_kernel"))
+    if machine.injectors:
+        found["injectors"] = list(cited_by("reynolds.injector"))
+    if machine.actuators is not None:
+        found["actuators"] = list(cited_by("rotorsim.plant.kernels.injectors"))
+    found |= {f"effects.{name}": list(REGISTRY[name].cites) for name in machine.effects}
+    return {part: sorted_keys(keys) for part, keys in found.items() if keys}
+
+
+def _cited(package: str, modules: Iterable[str]) -> list[str]:
+    return [key for module in modules for key in cited_by(f"{package}.{module}")]

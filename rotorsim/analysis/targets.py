@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from rotorsim.analysis.axes import TEXT, checked
+from rotorsim.base.display import neither
 from rotorsim.base.errors import DataError
 from rotorsim.base.input_files import instead, parse_toml
 from rotorsim.base.units import parse
@@ -110,7 +111,7 @@ def read_targets(path: str | Path) -> Targets:
     known = shipped()
     file = known.get(str(path), Path(path))
     if not file.is_file():
-        raise DataError(f"{path}: no such targets file; shipped targets: {', '.join(known)}")
+        raise DataError(neither(str(path), "a shipped file of targets", known), argument="targets", value=path)
     try:
         document = parse_toml(file.read_text(encoding="utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:

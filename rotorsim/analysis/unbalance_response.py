@@ -28,7 +28,7 @@ from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import DAMPED
 from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.effects.rotor.unbalance import RotorUnbalance
-from rotorsim.machine.probes import ShaftProbe
+from rotorsim.machine.rotor import ShaftProbe
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.linearise import LinearPlant

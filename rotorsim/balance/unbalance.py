@@ -152,10 +152,15 @@ def fit_influence(vectors: np.ndarray, unbalance: np.ndarray) -> Influence:
         planes = f"{q} planes" if q > 1 else "one plane"
         raise DataError(
             f"{n} conditions with a known unbalance: at least {q + 1} are needed for {planes}, one without a trial "
-            "weight and one with a weight in each plane"
+            "weight and one with a weight in each plane",
+            argument="unbalance",
+            value=n,
         )
     if not separable(unbalance):
-        raise DataError("the known unbalances never changed the planes apart; add a trial weight in one plane alone")
+        raise DataError(
+            "the known unbalances never changed the planes apart; add a trial weight in one plane alone",
+            argument="unbalance",
+        )
     leverage = np.linalg.inv((regressors / scale).conj().T @ (regressors / scale)) / np.outer(scale, scale)
     solution = leverage @ (regressors.conj().T @ vectors)
     return Influence(
@@ -219,7 +224,7 @@ def estimate(found: Influence, vectors: np.ndarray) -> Estimate:
     H, S = found.coefficients[there], found.covariance[np.ix_(there, there)]
     m, q = H.shape
     if m < q:
-        raise DataError(f"{m} vectors cannot tell {q} planes apart")
+        raise DataError(f"{m} vectors cannot tell {q} planes apart", argument="vectors", value=m)
     weighted = np.linalg.solve(S, H)
     covariance = np.linalg.inv(H.conj().T @ weighted)
     unbalance = covariance @ (weighted.conj().T @ (vectors[there] - found.base[there]))

@@ -58,6 +58,10 @@ class ConvergenceError(RotorsimError):
     """Raised where an iteration ended without reaching its tolerance."""
 
 
+class NoAnswerError(RotorsimError):
+    """Raised for linear algebra without an answer in finite numbers."""
+
+
 class LimitError(RotorsimError):
     """Raised for a run that begins beyond a limit of its machine; one that reaches it later ends there, recorded."""
 
@@ -79,6 +83,26 @@ class DesignError(RotorsimError):
 
 class LawError(RotorsimError):
     """Raised for a control law that cannot be read, or does not fit the plant it is to run on."""
+
+
+class FilmError(RotorsimError, ValueError):
+    """Raised for a film that cannot be computed, or its input; the message states where and why."""
+
+
+class SchemaError(RotorsimError, ValueError):
+    """Raised for a record that does not fit the schema; the message names variable, problem and way out."""
+
+
+class ReadError(RotorsimError, ValueError):
+    """Raised for a file or a mapping that cannot be read; the message names file, place and way out."""
+
+
+class UnfitError(SchemaError):
+    """Raised for a record, or a set of records, that fits the schema but not the identification asked for."""
+
+
+class ModelError(RotorsimError, ValueError):
+    """Raised for a model that cannot be read, converted or made; the message names what, why and the way out."""
 
 
 class Unusual(UserWarning):

@@ -104,20 +104,7 @@ def _free(path: Path) -> str:
 def replacing(path: str | Path) -> Iterator[Path]:
     """Temporary file that becomes `path` at the end of the block; removed if the block raises.
 
-    Parameters
-    ----------
-    path : str or Path
-        File to write; a link is followed, so that it stays a link.
-
-    Yields
-    ------
-    Path
-        File in the same folder that the block has to write.
-
-    Raises
-    ------
-    WriteError
-        If the file cannot be written; what was at `path` stays.
+    A link is followed, so that it stays a link. Raises WriteError if the file cannot be written; what was there stays.
     """
     path = Path(path)
     target = followed(path)
@@ -258,23 +245,8 @@ def _ended(pid: int) -> bool:
 def replacing_all(folder: str | Path, names: Sequence[str] = ()) -> Iterator[Path]:
     """Temporary folder whose files replace those in `folder` at the end of the block; none if the block raises.
 
-    Parameters
-    ----------
-    folder : str or Path
-        Is made; files there of the same names are replaced.
-    names : sequence of str
-        All names that the set may have. Those that are not written are removed; the last one, by which others know
-        that the set is complete, is taken away first and moves last.
-
-    Yields
-    ------
-    Path
-        An empty folder in `folder`.
-
-    Raises
-    ------
-    WriteError
-        If something cannot be written; it names the file as it would have been called.
+    Those of all `names` that are not written are removed. The last name, by which others know that the set is complete,
+    is taken away first and moves last. Raises WriteError, which names the file as it would have been called.
     """
     folder = Path(folder)
     part, ready = temporary(folder / "results"), temporary(folder / "results", COMPLETE)

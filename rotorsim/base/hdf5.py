@@ -61,12 +61,7 @@ TIMED_OUT = (-signal.SIGXCPU, -signal.SIGKILL) if os.name == "posix" else ()
 class DiskFile(io.RawIOBase):
     """File object for libhdf5 that never fails: after the disk's first `error` its writes stay in memory.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    mode : str
-        "x" makes it, "r+" changes one.
+    The mode "x" makes the file, "r+" changes one.
     """
 
     def __init__(self, path: Path, mode: str = "x") -> None:
@@ -210,18 +205,9 @@ _sound: dict[Path, tuple[int, ...]] = {}
 
 
 def check_hdf5(path: Path) -> str | None:
-    """Read a file as a whole in a child process.
+    """Fault of an HDF5 or netCDF-4 file, read as a whole in a child process, as the predicate of a sentence; or None.
 
-    Parameters
-    ----------
-    path : Path
-        An HDF5 or netCDF-4 file.
-
-    Returns
-    -------
-    str or None
-        What is wrong with it, as the predicate of a sentence, if libhdf5 crashes on it, does not end, or takes too much
-        memory; None otherwise, also where it answers with an exception.
+    A fault is that libhdf5 crashes on it, does not end, or takes too much memory; an exception is none.
     """
     with _lock:
         if _sound.get(path.absolute()) == _stamp(path):

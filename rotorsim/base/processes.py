@@ -68,21 +68,10 @@ class Child:
         return self.process.poll() is None
 
     def call(self, function: Callable[..., Any], *arguments: Any, limit: float | None = None) -> Any:
-        """Result of a function of a module.
+        """Result of a function of a module, which may take `limit` seconds.
 
-        Parameters
-        ----------
-        limit : float, optional
-            Time [s] that the call may take.
-
-        Raises
-        ------
-        TimeoutError
-            If it took longer; the process has been ended.
-        ProcessDiedError
-            If the process ended, for example for want of memory.
-        Exception
-            Whatever the function raised.
+        Raises TimeoutError if it took longer (the process has been ended), ProcessDiedError if the process ended, for
+        example for want of memory, and whatever the function raised.
         """
         call = pickle.dumps((function, arguments))
         late = threading.Event()

@@ -23,14 +23,9 @@ Access = tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]
 
 
 def lazy(package: str, file: str) -> Access:
-    """`__getattr__`, `__dir__`, `__all__` of a package whose stub lies next to `file`; each name loads when used.
+    """`__getattr__`, `__dir__`, `__all__` of a package (`__name__`, `__file__`); each name loads when used.
 
-    Parameters
-    ----------
-    package : str
-        Its `__name__`.
-    file : str
-        Its `__file__`; the stub has the same name with the ending .pyi and holds nothing but imports.
+    Its stub, the file of the same name with the ending .pyi, holds nothing but imports.
     """
     places = dict(_places(package, Path(file).with_suffix(".pyi").read_text(encoding="utf-8")))
     names = sorted(places)

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.errors import RotorsimError
+from rotorsim.base.errors import NoAnswerError
 
 EPS = float(np.finfo(float).eps)
 DECAYS = 1 - 1e-9
@@ -27,10 +27,6 @@ STRAIGHT = 1e-3
 """Imaginary part over modulus of a growing eigenvalue up to which it does not oscillate."""
 ALIKE = 1e-6
 """Relative difference up to which two numbers from eigenvectors count as equal."""
-
-
-class NoAnswerError(RotorsimError):
-    """Raised for linear algebra without an answer in finite numbers."""
 
 
 def answer(function: Callable[..., Any], *arguments: Any, **options: Any) -> Any:

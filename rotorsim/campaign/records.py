@@ -224,20 +224,9 @@ def line(row: IndexRow, names: Iterable[str]) -> list[Any]:
 
 
 def write_record(path: Path, data: xr.Dataset, attrs: Mapping[str, Any], keep: tuple[str, ...] | None) -> None:
-    """Write a record with the selected variables.
+    """Write a record with the variables to keep, all if None; snapshots of the film go by the name of `film_pressure`.
 
     Raises OSError if the disk takes no more; what is then in the file is of no use.
-
-    Parameters
-    ----------
-    path : Path
-        File to write; replaced if it is there.
-    data : Dataset
-        The record, in memory or in a file.
-    attrs : mapping
-        Attributes of the file.
-    keep : tuple of str, optional
-        Variables to keep; all if not given. Snapshots of the film go by the name of `film_pressure`.
     """
     path.unlink(missing_ok=True)
     with DiskFile(path) as disk:

@@ -138,25 +138,11 @@ def prepare(case: Case, text: str) -> None:
 
 
 def solve(folder: Path, case: Case, text: str, summary: Sequence[str]) -> dict[str, Any]:
-    """Run a case and keep its record; returns its summary and the record's size in bytes.
+    """Run a case and keep its record in the store `folder`; returns its summary and the record's size in bytes.
 
-    Parameters
-    ----------
-    folder : Path
-        The store.
-    case : Case
-        What to run.
-    text : str
-        The base machine's text.
-    summary : sequence of str
-        Post-processings of `rotorsim.campaign.summaries`.
-
-    Raises
-    ------
-    StorageError
-        If the record cannot be written.
-    RotorsimError
-        If there is no result: no lift-off, no convergence, parameters that do not fit.
+    `text` is the base machine's, `summary` names post-processings of `rotorsim.campaign.summaries`. Raises StorageError
+    if the record cannot be written, another RotorsimError if there is no result: no lift-off, no convergence,
+    parameters that do not fit.
     """
     if is_analysis(case.kind):
         with threadpool_limits(1):

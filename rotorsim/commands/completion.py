@@ -10,15 +10,13 @@ from dataclasses import fields
 from importlib.resources import files
 from pathlib import Path
 
-from rotorsim.control import designs as controllers
 
-LAWS = tuple(
-    sorted(
-        (name for name in dir(controllers) if name not in controllers.IN_PYTHON),
-        key=lambda name: [*controllers.IN_ORDER, name].index(name),
-    )
-)
-"""Names of the designs that write a law."""
+def laws() -> list[str]:
+    """Names of the designs that write a law, from the simplest on."""
+    from rotorsim.control import designs as found
+
+    names = sorted(name for name in dir(found) if name not in found.IN_PYTHON)
+    return sorted(names, key=lambda name: [*found.IN_ORDER, name].index(name))
 
 
 def _matching(names: Iterable[str], incomplete: str) -> list[str]:
@@ -75,4 +73,4 @@ def parameters(incomplete: str) -> list[str]:
 
 def designs(incomplete: str) -> list[str]:
     """Names of controller designs."""
-    return _matching(LAWS, incomplete)
+    return _matching(laws(), incomplete)

@@ -18,7 +18,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_json
 from rotorsim.base.input_files import parse_json
 from rotorsim.base.units import parse
-from rotorsim.commands.completion import LAWS, designs
+from rotorsim.commands.completion import designs, laws
 from rotorsim.commands.options import (
     Console,
     Force,
@@ -49,7 +49,7 @@ FAILED = 1
     "rs.control.design('hinf', rs.load_model('model.json'))",
 )
 def design(
-    name: Annotated[str, typer.Argument(help=f"{', '.join(LAWS[:-1])} or {LAWS[-1]}.", autocompletion=designs)],
+    name: Annotated[str, typer.Argument(help=f"{', '.join(laws()[:-1])} or {laws()[-1]}.", autocompletion=designs)],
     model: Annotated[Path | None, typer.Argument(help="Model that 'rotorsim identify' wrote.")] = None,
     spec: Annotated[list[str] | None, typer.Option(help="FIELD=VALUE; may be repeated; see --fields.")] = None,
     preset: Annotated[str, typer.Option(help="Named specification, e.g. 'hardening' of lead.")] = "",

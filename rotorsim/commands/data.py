@@ -208,7 +208,7 @@ def _propose(file: Path, out: Path, force: bool) -> None:
 @contextmanager
 def _faults_of(file: Path) -> Iterator[None]:
     """Faults of the records of a file as a DataError that begins with its name."""
-    from identification.errors import SchemaError
+    from rotorsim.base.errors import SchemaError
 
     try:
         yield

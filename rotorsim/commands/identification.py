@@ -187,7 +187,7 @@ def _print_each(paths: Sequence[Path], mapping: Any, as_json: bool, make: Callab
     """Print what `make` finds of each record that excites, given it and the one without excitation."""
     from identification import open_pair
     from identification.campaign import NO_EXCITATION
-    from identification.errors import UnfitError
+    from rotorsim.base.errors import UnfitError
     from rotorsim.study.identify_records import sources_of
 
     sources = sources_of(paths, mapping)

@@ -135,7 +135,7 @@ def _entry(name: str) -> dict[str, Any]:
     """An effect of the catalogue by its name."""
     from rotorsim.effects import REGISTRY
     from rotorsim.machine.catalogue import describe
-    from rotorsim.machine.values import unknown_effect
+    from rotorsim.machine.tables import unknown_effect
 
     if name in REGISTRY:
         return describe(REGISTRY[name])

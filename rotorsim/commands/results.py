@@ -49,22 +49,10 @@ NAME = 100
 def results(out: Path | None, default: str, names: Sequence[str], force: bool | None = False) -> Iterator[Path]:
     """Output folder, locked for the files `names` until the block ends; removed if new and empty.
 
-    Parameters
-    ----------
-    out : Path or None
-        Folder that was asked for; if none was, `default` with --force, else the first of default, default-2, ...
-        that is not there yet.
-    names : sequence of str
-        Every file that the command may write there.
-    force : bool or None
-        Whether to replace what is there; None for a command without that option, whose names may be folders.
-
-    Raises
-    ------
-    DataError
-        If something is there that would be replaced, is being written, or belongs to a campaign.
-    WriteError
-        If the folder cannot be made or written.
+    It is `out`; without, `default` with --force, else the first of default, default-2, ... that is not there yet.
+    `force` None is a command without that option, whose names may be folders. Raises DataError if something is there
+    that would be replaced, is being written, or belongs to a campaign; WriteError if the folder cannot be made or
+    written.
     """
     with ExitStack() as stack:
         folder = stack.enter_context(_folder(out, default, force))

@@ -12,9 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from identification.errors import ModelError
 from identification.lpv.model import LpvModel
-from rotorsim.base.errors import DesignError, LawError
+from rotorsim.base.errors import DesignError, LawError, ModelError
 from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control.guard import LIMITS
 from rotorsim.control.plants import Model, frozen, second_order, short_held_plant

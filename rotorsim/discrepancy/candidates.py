@@ -26,9 +26,9 @@ import numpy as np
 
 from identification import make_record
 from rotorsim.base.display import closest
-from rotorsim.base.errors import DataError
+from rotorsim.base.errors import DataError, NoAnswerError
 from rotorsim.base.quantity import quantities
-from rotorsim.base.rounding import NoAnswerError, answer
+from rotorsim.base.rounding import answer
 from rotorsim.base.units import show
 from rotorsim.discrepancy.calibration import GRID, STEP, FitParameter, ParameterPoint, calibration
 from rotorsim.discrepancy.comparison import SensitivityColumns, TwinComparison

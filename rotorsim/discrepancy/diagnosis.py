@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rotorsim.base.cache import Cache
-from rotorsim.base.errors import DataError
-from rotorsim.base.rounding import NoAnswerError
+from rotorsim.base.errors import DataError, NoAnswerError
 from rotorsim.discrepancy.calibration import GRID, STEP, CompiledModels, ParameterPoint, Progress
 from rotorsim.discrepancy.candidates import Form, candidates, prior_sizes
 from rotorsim.discrepancy.changes import known_changes, notes_on_changes

@@ -213,20 +213,10 @@ def likely_sizes(origin: np.ndarray, J: np.ndarray, parameters: Sequence[FitPara
 def log_evidence(
     form: ModelForm, origin: np.ndarray, J: np.ndarray, sd: np.ndarray, temperature: float = 1.0
 ) -> Evidence:
-    """Evidence of a linear model with normal priors.
+    """Evidence of a linear model with normal priors of standard deviations `sd` (k,).
 
-    Parameters
-    ----------
-    form : ModelForm
-        Directions of the form's error.
-    origin : (n,)
-        Whitened residual at parameters of 0, by the tangent at the re-fitted point.
-    J : (n, k)
-        Whitened derivatives of the response there.
-    sd : (k,)
-        Prior standard deviations.
-    temperature : float
-        T, by which the logarithm of the likelihood is divided.
+    `origin` (n,) is the whitened residual at parameters of 0, by the tangent at the re-fitted point, `J` (n, k) the
+    whitened derivatives of the response there; the logarithm of the likelihood is divided by `temperature`.
     """
     A = J * sd
     sums = float(origin @ origin), A.T @ origin, A.T @ A, form.projected(origin), form.projected(A)
@@ -293,21 +283,8 @@ def unexplained_gain(residual: np.ndarray, lines: np.ndarray, temperature: float
 def posterior_root(form: ModelForm, fit: ParameterFit, error: float, temperature: float) -> np.ndarray:
     """Root R (k, k) of the covariance R R' of a fit's parameters [their units].
 
-    Parameters
-    ----------
-    form : ModelForm
-        Directions of the form's error.
-    fit : Fit
-        With the Jacobian (n, k) at its point.
-    error : float
-        Relative error of the model's form.
-    temperature : float
-        By which the logarithm of the likelihood is divided.
-
-    Raises
-    ------
-    NoAnswerError
-        Where the covariance has no root.
+    `error` is the relative error of the model's form along its directions, `temperature` what the logarithm of the
+    likelihood is divided by. Raises NoAnswerError where the covariance has no root.
     """
     sd = prior_sizes(fit.parameters, fit.vector)
     A = fit.J * sd

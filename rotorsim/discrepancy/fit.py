@@ -29,7 +29,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rotorsim.base.rounding import NoAnswerError, answer, normal_root
+from rotorsim.base.errors import NoAnswerError
+from rotorsim.base.rounding import answer, normal_root
 from rotorsim.discrepancy.calibration import (
     DIRECTIONS,
     LAW,

@@ -112,26 +112,11 @@ def outlook(
     today: CurrentOdds, predicted: Sequence[PredictedResponse], sigma: np.ndarray, temperature: float, seed: int = 0,
     sure: float = SURE,
 ) -> Outlook:  # fmt: skip
-    """Expected odds after a new record.
+    """Expected odds after a new record, from those of k rivals `today` and the k responses that they predict.
 
-    Parameters
-    ----------
-    today : CurrentOdds
-        Odds of k rivals, and of what is not followed.
-    predicted : k explanations
-    sigma : (n,)
-        Standard deviation [m] of every number of the record.
-    temperature : float
-        By which logarithms of the evidence are divided.
-    seed : int
-        Of the draws: the same for every run, so that plans compare.
-    sure : float
-        Probability at which an explanation is settled.
-
-    Raises
-    ------
-    NoAnswerError
-        Where a covariance has no inverse.
+    `sigma` (n,) [m] is the standard deviation of every number of the record, `temperature` what logarithms of the
+    evidence are divided by. Plans have the same `seed` of draws, so that they compare. Raises NoAnswerError where a
+    covariance has no inverse.
     """
     rng = np.random.default_rng([seed, 22])
     scaled = [PredictedResponse(p.mean / sigma, p.spread / sigma[:, None], p.form / sigma[:, None]) for p in predicted]

@@ -16,7 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from rotorsim.base.rounding import NoAnswerError, answer
+from rotorsim.base.errors import NoAnswerError
+from rotorsim.base.rounding import answer
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, within
 from rotorsim.discrepancy.candidates import Form, Screening, apart, distinct, screen
 from rotorsim.discrepancy.comparison import TwinComparison, excess, flagged, table

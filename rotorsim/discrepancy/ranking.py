@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 import tomlkit
 
-from rotorsim.base.errors import DataError
-from rotorsim.base.rounding import NoAnswerError
+from rotorsim.base.errors import DataError, NoAnswerError
 from rotorsim.base.units import MPA, TO_RPM
 from rotorsim.discrepancy.candidates import signature_of
 from rotorsim.discrepancy.comparison import TwinComparison
@@ -179,26 +178,11 @@ def plan_next(
     longest: float = np.inf,
     sure: float = SURE,
 ) -> ExperimentPlan:
-    """Rank the experiments that are allowed.
+    """Rank the experiments that are allowed: those that change only what `allow` names, of `decision.ALLOWED`.
 
-    Parameters
-    ----------
-    comparison : Comparison
-        The records there are.
-    fits : dict
-        Explanations by the effects that they name, re-fitted or by their sensitivities; () is nothing missing.
-    odds : explanations with probabilities
-    allow : names
-        What may change, of `decision.ALLOWED`.
-    longest : float
-        Minutes of rig time that an experiment may take.
-    sure : float
-        Probability at which an explanation is settled.
-
-    Raises
-    ------
-    DataError
-        If nothing that is allowed can be done, or not in that time.
+    `fits` are explanations by the effects that they name, re-fitted or by their sensitivities; () is nothing missing.
+    An experiment takes at most `longest` minutes of rig time; an explanation of probability `sure` is settled. Raises
+    DataError if nothing that is allowed can be done, or not in that time.
     """
     found = options(comparison.twin.machine, comparison.trials, allow)
     if not found:

@@ -16,12 +16,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification import notes_of, read
-from identification.errors import ReadError, SchemaError
 from identification.records.prefilter import operating_point
 from identification.records.sampling import sampling_time
 from identification.records.schema import measured
 from rotorsim.base.display import listing
-from rotorsim.base.errors import DataError
+from rotorsim.base.errors import DataError, ReadError, SchemaError
 from rotorsim.base.units import RIG_SAMPLE, TO_RPM
 from rotorsim.discrepancy.changes import RING_KEY, known_changes, ring_angle
 from rotorsim.discrepancy.comparison import TwinComparison

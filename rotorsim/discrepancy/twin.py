@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from scipy.linalg import expm
 
-from rotorsim.base.errors import ConvergenceError, MachineFileError, NoLiftOffError
-from rotorsim.base.rounding import NoAnswerError, answer, decays
+from rotorsim.base.errors import ConvergenceError, MachineFileError, NoAnswerError, NoLiftOffError
+from rotorsim.base.rounding import answer, decays
 from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.effects import FILM_PORTS, REGISTRY, Effect, FilmEffect
 from rotorsim.machine import Machine

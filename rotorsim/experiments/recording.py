@@ -70,28 +70,9 @@ def snapshot_variables(several: bool) -> dict[str, tuple[tuple[str, ...], str, s
 class Recording:
     """A growing record of the schema; use as a context manager. `write` appends, `snapshot` keeps a film pressure.
 
-    Parameters
-    ----------
-    path : Path
-        File to write; its folder is made.
-    attrs : dict
-        Attributes of the record.
-    probes : dict, optional
-        Names and coordinates of its probes, as `identification.records.schema.make_record` takes them.
-    bearings : sequence of str
-        Names of its gas bearings, where there are several.
-
-    Attributes
-    ----------
-    samples : int
-        Samples in the record.
-    stopped : WriteError or None
-        Why nothing more can be written.
-
-    Raises
-    ------
-    WriteError
-        If not even an empty record can be written.
+    `probes` are names and coordinates as `make_record` of the schema takes them, `bearings` the names of several gas
+    bearings. `samples` is their number in the record, `stopped` the WriteError after which nothing more can be written.
+    Raises WriteError if not even an empty record can be written.
     """
 
     def __init__(
@@ -326,20 +307,8 @@ ENDED = "killed"
 def recover(folder: Path) -> list[tuple[Path, int]]:
     """Bring back what killed runs of this computer had recorded in a folder, and remove their other temporary files.
 
-    Parameters
-    ----------
-    folder : Path
-        Where records are written; need not exist.
-
-    Returns
-    -------
-    list of (Path, int)
-        Files NAME-killed.nc, NAME-killed-2.nc ... and their numbers of samples.
-
-    Raises
-    ------
-    OSError
-        If a file cannot be moved; it stays as it is.
+    Returns files NAME-killed.nc, NAME-killed-2.nc ... with their numbers of samples. Raises OSError if a file cannot be
+    moved; it stays as it is.
     """
     sweep(folder)
     found = []

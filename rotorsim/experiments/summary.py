@@ -90,14 +90,7 @@ def sampling_rate(record: xr.Dataset) -> float:
 def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | None = None) -> dict[str, Any]:
     """Numbers of a run, ready for JSON, in engineering units (rpm, um 0-pk, kg/s, normal litres per minute).
 
-    Parameters
-    ----------
-    record : Dataset
-        The record; what it lacks (film, contact) is None in the answer.
-    tracked : Dataset
-        Of `track_orders`.
-    spectra : Dataset, optional
-        Of `waterfall`; made here if not given.
+    `tracked` is that of `track_orders`, `spectra` that of `waterfall`; what the record lacks (film, contact) is None.
 
     Returns
     -------
@@ -108,9 +101,8 @@ def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | Non
         "end" in the first or last window. The start transient, see `start_transient`, is left out of peaks, of the
         largest orbit and of sub_synchronous; it is in smallest_film and contact. The largest orbit is measured from the
         slowly moving mean; it and the smallest film have ``at_end`` too. A record with probes also has `probes`, see
-        `rotorsim.signals.record_blocks.probe_numbers`; one with several films `films`: by bearing smallest_um,
-        flow_kg_s;
-        one beyond the range in which the model was checked `beyond_checked_range`, sentences.
+        `probe_numbers`; one with several films `films`: by bearing smallest_um, flow_kg_s; one beyond the range in
+        which the model was checked `beyond_checked_range`, sentences.
     """
     spectra = waterfall(record) if spectra is None else spectra
     begin = start_transient(record)

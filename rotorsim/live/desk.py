@@ -242,18 +242,10 @@ COASTING = "The drive is off and the shaft slows down by its own losses."
 
 
 def stops(machine: Machine, plant: Plant, lowest: float, pressure: float) -> tuple[Stop, ...]:
-    """Scenes of the tour for a machine; every number in a text is computed from it at the scene's point.
+    """Scenes of the tour for a machine; every number in a text is computed from its plant at the scene's point.
 
-    Parameters
-    ----------
-    machine : Machine
-        The shipped rig has its own tour, whatever its grid.
-    plant : Plant
-        Of the machine, from which the numbers come.
-    lowest : float
-        Speed [rad/s] from which the film carries the rotor.
-    pressure : float
-        Supply pressure [Pa, gauge] that is set at first.
+    `lowest` [rad/s] is the speed from which the film carries the rotor, `pressure` [Pa, gauge] is set at first. The
+    shipped rig has its own tour, whatever its grid.
     """
     return tuple(_rig_tour(plant) if is_shipped(machine) else _machine_tour(machine, plant, lowest, pressure))
 

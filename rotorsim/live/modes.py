@@ -88,16 +88,9 @@ class RingdownReading:
 
 
 def read_ringdown(rows: np.ndarray, axis: int, clearance: float, limit: float, Ts: float) -> RingdownReading:
-    """Reading of an impact along x (0) or y (1).
+    """Reading of an impact along x (0) or y (1) from samples (BEFORE + LEAD + RING, columns + 6) round the blow.
 
-    Parameters
-    ----------
-    rows : array (BEFORE + LEAD + RING, columns + 6)
-        Samples round the blow, whose force begins in row BEFORE.
-    clearance, limit : float
-        Radial clearance [m] and largest reference [V]; infinite where the machine has none.
-    Ts : float
-        Sampling time [s].
+    The force begins in row BEFORE. Radial clearance [m] and largest reference [V] are infinite where there is none.
     """
     name = "xy"[axis]
     why = spoilt(rows, limit)

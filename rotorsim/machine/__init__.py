@@ -25,11 +25,18 @@ from rotorsim.machine.gas_film import (
     Steps,
 )  # fmt: skip
 from rotorsim.machine.numerics import Checked, Grid, Limits, Solver
-from rotorsim.machine.overview import rows, si_numbers, summary
 from rotorsim.machine.plausibility import ask_machine
-from rotorsim.machine.probes import HousingAcceleration, HousingVelocity, ShaftProbe
-from rotorsim.machine.rotor import Disc, Probe, Section, Shaft, ShaftMaterial
-from rotorsim.machine.schema import Machine
+from rotorsim.machine.rotor import (
+    Disc,
+    HousingAcceleration,
+    HousingVelocity,
+    Probe,
+    Section,
+    Shaft,
+    ShaftMaterial,
+    ShaftProbe,
+)
+from rotorsim.machine.schema import Machine, rows, si_numbers, summary
 
 __all__ = [
     "Checked",

@@ -14,7 +14,6 @@ from typing import Any
 
 from rotorsim.base.files import write_text
 from rotorsim.base.quantity import Quantity, quantity_of
-from rotorsim.base.references import references
 from rotorsim.base.units import show
 from rotorsim.effects import PORTS, REGISTRY, Effect
 from rotorsim.effects.base import WHERE
@@ -67,6 +66,8 @@ def describe(effect: type[Effect]) -> dict[str, Any]:
     >>> rs.machine.describe(rs.effects.REGISTRY["unbalance"])["name"]
     'unbalance'
     """
+    from rotorsim.base.references import references
+
     title, about, equation, source = _read(inspect.getmodule(effect).__doc__ or "")
     return {
         "name": effect.name,

@@ -22,9 +22,8 @@ from rotorsim.machine.bearings import LinearBearing
 from rotorsim.machine.numerics import check_step
 from rotorsim.machine.part import Part, choices, sentences
 from rotorsim.machine.plausibility import films_of, numbers, questions
-from rotorsim.machine.probes import HousingAcceleration, HousingVelocity
-from rotorsim.machine.tables import MachineTables
-from rotorsim.machine.values import readable_effects
+from rotorsim.machine.rotor import HousingAcceleration, HousingVelocity
+from rotorsim.machine.tables import MachineTables, readable_effects
 
 SAME_PLACE = 1e-6
 """Bearings nearer than this [m] are at one position."""

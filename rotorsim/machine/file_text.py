@@ -192,7 +192,9 @@ def _set(document: Any, path: str, value: Any) -> None:
     if isinstance(held, (MutableMapping, list)):
         below = _first(held[int(keys[-1])] if isinstance(table, list) else held)
         hint = f", e.g. '{path}.{below}'" if below else ""
-        raise MachineFileError(f"{path}: holds several values; name the one to change{hint}")
+        raise MachineFileError(
+            f"{path}: holds several values; name the one to change{hint}", argument=path, value=value
+        )
     try:
         table[keys[-1]] = _plain(value)
     except ValueError as error:  # tomlkit's answer to what TOML cannot express

@@ -46,13 +46,7 @@ def limits_of(machine: Machine) -> Limits:
 def first_passed(machine: Machine, speed: np.ndarray, rises: np.ndarray | None = None) -> tuple[int, str] | None:
     """First sample beyond a limit, and the sentence; None if there is none.
 
-    Parameters
-    ----------
-    machine : Machine
-    speed : array (n,)
-        Speeds [rad/s].
-    rises : array (n, k), optional
-        Temperatures [K] above that of the gas, of any bodies.
+    `speed` (n,) is in rad/s, `rises` (n, k) are temperatures [K] of any bodies above that of the gas.
     """
     at, radius = largest_radius(machine)
     limit, rims = limits_of(machine).tip_speed, np.abs(speed) * radius

@@ -219,5 +219,7 @@ def check_speed(machine: Sampled, speed: float) -> None:
     raise DataError(
         f"speed = {abs(speed) * TO_RPM:.6g} rpm: a turn has {own:.2g} samples at "
         f"{show(float(f'{1 / machine.sampling_time:.9g}'), 'Hz')} and needs {FEWEST}; give the machine "
-        f"solver.sampling_rate = '{show(needed, 'Hz')}'"
+        f"solver.sampling_rate = '{show(needed, 'Hz')}'",
+        argument="speed",
+        value=speed,
     )

@@ -29,8 +29,7 @@ from rotorsim.base.units import advised, dimension, parse, show, split
 from rotorsim.machine.file_text import entries
 from rotorsim.machine.gas_film import GasFilm
 from rotorsim.machine.part import Part
-from rotorsim.machine.probes import ShaftProbe
-from rotorsim.machine.rotor import Section
+from rotorsim.machine.rotor import Section, ShaftProbe
 
 if TYPE_CHECKING:
     from rotorsim.machine.tables import MachineTables

@@ -1,9 +1,13 @@
-"""Machine: the tables of a machine file, checked against each other, with its text."""
+"""Machine: the tables of a machine file, checked against each other, with its text.
+
+Its content is also shown: as one line, as SI numbers, as rows of every field, with the sources that it stands on.
+"""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +17,13 @@ from rotorsim.base import display
 from rotorsim.base.display import Card
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.files import write_text
-from rotorsim.base.units import TO_UM
+from rotorsim.base.units import TO_UM, advised, show
+from rotorsim.effects import Effect
+from rotorsim.machine.bearings import BearingCoefficients
 from rotorsim.machine.checks import cross_check, every_problem
-from rotorsim.machine.file_text import by_index, dumps, parse, with_value
-from rotorsim.machine.tables import MachineTables
-from rotorsim.machine.values import branches, changed
+from rotorsim.machine.file_text import by_index, declarations, dumps, parse, with_value
+from rotorsim.machine.part import Part
+from rotorsim.machine.tables import MachineTables, branches, changed
 
 
 class Machine(MachineTables):
@@ -114,3 +120,87 @@ class Machine(MachineTables):
     def problems(self) -> Iterator[tuple[str, str]]:
         """Checks between parts."""
         return cross_check(self)
+
+
+def summary(machine: Machine) -> str:
+    """Machine summary in half a line.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.summary(machine).split(":")[0]
+    'dtu_gas_bearing'
+    """
+    film = machine.film
+    parts = [f"{machine.name}: {machine.mass:.3g} kg on {len(machine.bearings)} bearings"]
+    if film:
+        several = len(machine.films) > 1
+        films = f"{len(machine.films)} gas films" if several else "gas film"
+        gaps = dict.fromkeys(show(one.clearance, "m") for one in machine.films)
+        counts = ((len(machine.injectors), "injectors"), (machine.orifice_count, "orifices"))
+        fed = ", ".join(f"{count} {name}" for count, name in counts if count) or "no feeding"
+        every = f"{'each ' if several and len(gaps) == 1 else ''}with {' and '.join(gaps)} clearance"
+        parts.append(f"{films}, {every}; in all {fed}" if several else f"{films} {every} and {fed}")
+    acting = [name for name, several in machine.effects.items() if not all(map(_does_nothing, several))]
+    parts.append(f"effects: {', '.join(acting) or 'none'}")
+    if idle := [name for name in machine.effects if name not in acting]:
+        parts.append(f"at neutral values and so without effect: {', '.join(idle)}")
+    return "; ".join(parts)
+
+
+def _does_nothing(effect: Effect) -> bool:
+    """Whether every parameter of an effect has its default, the neutral value."""
+    return all(getattr(effect, field.name) == field.default for field in fields(effect))
+
+
+def si_numbers(machine: Machine) -> dict[str, Any]:
+    """Values of a machine as SI numbers, with mass [kg] and content hash.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.si_numbers(machine)["name"]
+    'dtu_gas_bearing'
+    """
+    effects = {name: [asdict(effect) for effect in effects] for name, effects in machine.effects.items()}
+    return {
+        **machine.model_dump(exclude={"effects"}),
+        "effects": effects,
+        "mass": machine.mass,
+        "hash": machine.hash,
+    }
+
+
+def rows(part: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
+    """Dotted path, value in engineering units and description of every field, also of those that are not set.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> next(rs.machine.rows(machine))[0]
+    'name'
+    """
+    if isinstance(part, BearingCoefficients):
+        alike = {"kyy": part.kxx, "cyy": part.cxx}
+        part = part.model_copy(update={name: value for name, value in alike.items() if getattr(part, name) is None})
+    for name, (spec, doc) in declarations(type(part)).items():
+        if name == "kind":
+            continue
+        here, value = f"{path}.{name}".lstrip("."), getattr(part, name, None)
+        if value is None or value == ():
+            yield here, f"not set [{advised(spec.unit)[0]}]" if spec and spec.unit != "1" else "not set", doc
+        elif isinstance(value, Part):
+            yield from rows(value, here)
+        elif isinstance(value, dict):
+            for key, parts in value.items():
+                yield from _list_rows(parts, f"{here}.{key}")
+        elif isinstance(value, tuple) and name != "unusual":
+            yield from _list_rows(value, here)
+        else:
+            yield here, show(value, spec.unit) if spec else str(value), doc
+
+
+def _list_rows(parts: tuple[Any, ...], path: str) -> Iterator[tuple[str, str, str]]:
+    single = len(parts) == 1 and path.startswith("effects.")
+    for i, part in enumerate(parts):
+        yield from rows(part, path if single else f"{path}.{i}")

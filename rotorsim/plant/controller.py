@@ -119,21 +119,10 @@ def ask(
     controller: Controller, measured: np.ndarray, speed: float, pressure: float, angle: float, time: float,
     acting: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
-    """Reference (2,) [V] of a controller for what was measured at `time` [s], while a reference `acting` (2,) [V] acts.
+    """Reference (2,) [V] of a controller for the disc (2,) [m], speed [rad/s] and gauge pressure [Pa] measured.
 
-    Parameters
-    ----------
-    controller : object
-        With a method ``step(measured, speed, pressure)``; one with a `runout` table is also given the `angle`.
-    measured : array (2,)
-        Measured disc [m].
-    speed, pressure, angle : float
-        Measured speed [rad/s], gauge pressure [Pa] and shaft angle [rad].
-
-    Raises
-    ------
-    ControllerError
-        If it gives anything but two finite numbers.
+    One with a `runout` table is also given the shaft angle [rad]. At `time` [s] the reference `acting` (2,) [V] acts.
+    Raises ControllerError for anything but two finite numbers.
     """
     call(controller, "applied", acting)
     turning = () if getattr(controller, "runout", None) is None else (float(angle),)

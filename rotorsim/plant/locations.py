@@ -15,7 +15,7 @@ import numpy as np
 
 from rotorsim.effects import FILM_PORTS, Effect
 from rotorsim.machine.gas_film import GasFilm
-from rotorsim.machine.probes import AnyProbe, ShaftProbe, gain, reading_unit
+from rotorsim.machine.rotor import AnyProbe, ShaftProbe, gain, reading_unit
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.kernels.layout import AROUND
 from rotorsim.plant.mesh import SAME_PLACE, Mesh

@@ -184,7 +184,9 @@ class Mesh:
             pushed = min(section.axial_force or 0.0 for section in machine.shaft.sections)
             if pushed < 0:
                 raise MachineFileError(
-                    f"shaft.sections: an axial force of {pushed:g} N buckles the shaft; push less or hold it better"
+                    f"shaft.sections: an axial force of {pushed:g} N buckles the shaft; push less or hold it better",
+                    argument="shaft.sections",
+                    value=pushed,
                 )
             raise MachineFileError(
                 f"bearings: they leave the shaft free to fall or to tilt ({self._loose()}); add a bearing or stiffness"

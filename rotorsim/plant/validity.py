@@ -221,19 +221,8 @@ def linear_warnings(
 ) -> dict[str, str]:
     """Attribute `warnings` of a linear analysis: a sentence a line about speeds at which it does not hold; or nothing.
 
-    Speeds beyond the tables of bearings, beyond the checked range, at which a mode grows, and that no film carries.
-
-    Parameters
-    ----------
-    plant : Plant
-    speeds : array (n,)
-        Speeds [rad/s].
-    zeta : array (n,), optional
-        Least damping ratio at each; NaN where there is none.
-    pressure : float
-        Supply pressure [Pa, gauge].
-    carried : array (n,), optional
-        Whether the film carries at each; by default it does.
+    Speeds (n,) [rad/s] beyond the tables of bearings, beyond the checked range, at which a mode grows (least damping
+    ratio `zeta`, NaN where there is none), and that no film carries at the supply pressure [Pa, gauge].
     """
     signed = np.atleast_1d(np.asarray(speeds, float))
     w = np.abs(signed)
@@ -332,15 +321,7 @@ def known_speed(machine: Machine) -> tuple[float, str] | None:
 
 
 def beyond(assembly: Assembly, slowest: float, fastest: float, pressure: float) -> tuple[str, ...]:
-    """Sentences of what a run at a gauge pressure [Pa] exceeds, with the speed from which on or up to which it does.
-
-    Parameters
-    ----------
-    assembly : Assembly
-    slowest, fastest : float
-        Lowest and highest speed [rad/s] of the run.
-    pressure : float
-    """
+    """Sentences of what a run between two speeds [rad/s] at a gauge pressure [Pa] exceeds, and from or up to which."""
     low = {one.name: one for one in _at(assembly, slowest, pressure)}
     high = {one.name: one for one in _at(assembly, fastest, pressure)}
     above = {name: _passage(assembly, name, fastest, slowest, pressure) for name in high if name not in low}

@@ -28,8 +28,8 @@ from .orders import (
     spectra as spectra,
     waterfall as waterfall,
 )
-from .page import Block as Block, save_study_page as save_study_page
-from .record import write as write, write_report as write_report
+from .page import Block as Block, save_study_page as save_study_page, write as write
+from .record import write_report as write_report
 from .responses import (
     frequency_response as frequency_response,
     hysteresis_loops as hysteresis_loops,

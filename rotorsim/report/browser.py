@@ -82,17 +82,8 @@ def images(figures: Sequence[dict[str, Any]], kind: str, width: int | None = Non
            scale: float = 2.0) -> list[bytes]:  # fmt: skip
     """Files of figures (`data` and `layout` of plotly) as "png" or "svg".
 
-    Parameters
-    ----------
-    width, height : int, optional
-        In px; by default those of the figure, or 1100 x 700.
-    scale : float
-        Pixels of a PNG by px.
-
-    Raises
-    ------
-    DataError
-        Without a browser, or if it draws nothing.
+    Width and height [px] are those of the figure, or 1100 x 700, where None; a PNG has `scale` pixels by px. Raises
+    DataError without a browser, or if it draws nothing.
     """
     from plotly.offline import get_plotlyjs
 

@@ -60,7 +60,9 @@ def common_kind(results: Results) -> str:
     (first, kind), *others = kinds.items()
     for name, other in others:
         if other != kind:
-            raise DataError(f"{name}: is a {other} and {first} a {kind}; give results of one kind")
+            raise DataError(
+                f"{name}: is a {other} and {first} a {kind}; give results of one kind", argument="results", value=name
+            )
     return kind
 
 

@@ -111,7 +111,11 @@ def figures_of(page: Path) -> list[dict[str, Any]]:
             raise ValueError("it holds no figures")
         return list(json.loads(rest.partition(END)[0]))
     except (OSError, ValueError) as error:
-        raise DataError(f"{page}: cannot be read as the page of a report; name one that a command wrote") from error
+        raise DataError(
+            f"{page}: cannot be read as the page of a report; name one that a command wrote",
+            argument="page",
+            value=page,
+        ) from error
 
 
 def _paths(page: Path, figures: Sequence[dict[str, Any]], kind: str) -> list[Path]:

@@ -14,17 +14,24 @@ from functools import cache
 from importlib.resources import files
 from math import isfinite
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import plotly.graph_objects as go
-import plotly.io as pio
 from jinja2 import Environment, StrictUndefined, Template
 from plotly.offline import get_plotlyjs
 
+from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
 from rotorsim.base.input_files import parse_toml
+from rotorsim.base.public import Registry
 from rotorsim.report.figure_files import BEGIN, END, check_kind, imperial_figure, write_figures
 from rotorsim.report.units import check_units, in_shown_units, is_imperial, label, micrometres, page_system, unit_in
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rotorsim.discrepancy import Diagnosis
+    from rotorsim.verify import Verification
 
 Plain = dict[str, Any]
 Maker = TypeVar("Maker", bound=Callable[[Any], "Page"])
@@ -74,15 +81,18 @@ class Page:
     title: str = ""
 
 
-RESULT_PAGES: dict[type, Callable[[Any], Page]] = {}
-"""Makers of pages by the type of result."""
+RESULT_PAGES = Registry[tuple[type, Callable[[Any], Page]]](
+    {"Dataset": "rotorsim.report.record", "Diagnosis": "rotorsim.report.diagnosis",
+     "Verification": "rotorsim.report.control"}
+)  # fmt: skip
+"""Types of results with the makers of their pages, by the name of the type."""
 
 
 def page_of(kind: type) -> Callable[[Maker], Maker]:
     """Decorator that registers the maker of the page of a type of result, for `rotorsim.report.write`."""
 
     def register(make: Maker) -> Maker:
-        RESULT_PAGES[kind] = make
+        RESULT_PAGES[kind.__name__] = kind, make
         return make
 
     return register
@@ -185,6 +195,32 @@ def write_page(
     return path
 
 
+def write(
+    result: Diagnosis | Verification | xr.Dataset, path: str | Path, units: str = "metric", figures: str | None = None
+) -> Path:
+    """Write the HTML report of a diagnosis, a verification or a record, complete or not at all.
+
+    `units` are "metric" or "imperial"; with `figures` "png", "svg" or "csv" every figure is a file too. Raises
+    DataError for others and for any other type, WriteError for a path that cannot be written.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.report.write(record, "page.html").name
+    'page.html'
+    """
+    made = (RESULT_PAGES[kind.__name__] for kind in type(result).__mro__ if kind.__name__ in RESULT_PAGES)
+    make = next((make for kind, make in made if isinstance(result, kind)), None)
+    if make is None:
+        given = type(result).__name__
+        raise DataError(
+            f"report: {given} is not a Diagnosis, a Verification or a record; for a file use write_report",
+            argument="report",
+            value=given,
+        )
+    return write_page(lambda: make(result), path, units, figures)
+
+
 def save_study_page(title: str, description: str, blocks: Sequence[Block], path: str | Path, units: str = "metric",
                     figures: str | None = None) -> None:  # fmt: skip
     """Write a page of blocks, complete or not at all; raises WriteError.
@@ -198,17 +234,3 @@ def save_study_page(title: str, description: str, blocks: Sequence[Block], path:
     >>> rs.report.save_study_page("Study", "Modes of a rotor.", [table], Path("study.html"))
     """
     write_page(lambda: Page(title, description, blocks), path, units, figures)
-
-
-def plain_blocks(blocks: Sequence[Block]) -> list[Plain]:
-    """Blocks of title, text, table and figure as plain JSON, in metric units; `blocks_of` makes them again."""
-    return [
-        {"title": b.title, "text": b.text, "heads": list(b.heads), "figure": b.figure and b.figure.to_json(),
-         "rows": [[v if isinstance(v, (str, int, float)) else str(v) for v in row] for row in b.rows]}
-        for b in blocks
-    ]  # fmt: skip
-
-
-def blocks_of(stored: Sequence[Mapping[str, Any]]) -> list[Block]:
-    """Blocks from plain JSON."""
-    return [Block(**{**one, "figure": one["figure"] and pio.from_json(one["figure"])}) for one in stored]

@@ -1,4 +1,4 @@
-"""Page of a record: its sections in order, with tables of settings, results and provenance; page of any result."""
+"""Page of a record: its sections in order, with tables of settings, results and provenance."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -19,14 +19,10 @@ from rotorsim.experiments.experiment import EXPERIMENTS, parameters
 from rotorsim.experiments.limits import BEYOND, sentences
 from rotorsim.report import film, orbit, orders, responses, time_history
 from rotorsim.report.film import feed_word
-from rotorsim.report.page import RESULT_PAGES, Block, Page, check_wanted, machine_entry, page_of, write_page
+from rotorsim.report.page import Block, Page, check_wanted, machine_entry, page_of, write_page
 from rotorsim.report.run import RUNS, SECTIONS, AnalysedRun, RecordSection, analyse, end_of_run
 from rotorsim.report.units import number, quantity
 from rotorsim.signals.record_blocks import SHOWN, MissingError, open_record
-
-if TYPE_CHECKING:
-    from rotorsim.discrepancy import Diagnosis
-    from rotorsim.verify import Verification
 
 CHAPTERS = (orders, orbit, responses, time_history, film)
 """Modules that register sections."""
@@ -96,32 +92,13 @@ def write_report(
     check_wanted(units, figures)
     if not isinstance(record, (xr.Dataset, str, Path)):
         given = type(record).__name__
-        raise DataError(f"report: a {given} is not a record; give a record, e.g. of plant.simulate, or a .nc file")
+        raise DataError(
+            f"report: a {given} is not a record; give a record, e.g. of plant.simulate, or a .nc file",
+            argument="report",
+            value=given,
+        )
     with nullcontext(record) if isinstance(record, xr.Dataset) else open_record(record) as opened:
         write_page(lambda: record_page(opened), html_path, units, figures)
-
-
-def write(
-    result: Diagnosis | Verification | xr.Dataset, path: str | Path, units: str = "metric", figures: str | None = None
-) -> Path:
-    """Write the HTML report of a diagnosis, a verification or a record, complete or not at all.
-
-    `units` are "metric" or "imperial"; with `figures` "png", "svg" or "csv" every figure is a file too. Raises
-    DataError for others and for any other type, WriteError for a path that cannot be written.
-
-    Examples
-    --------
-    >>> import rotorsim as rs
-    >>> rs.report.write(record, "page.html").name
-    'page.html'
-    """
-    from rotorsim.report import control, diagnosis  # noqa: F401 they register the pages of their results
-
-    make = next((maker for kind, maker in RESULT_PAGES.items() if isinstance(result, kind)), None)
-    if make is None:
-        given = type(result).__name__
-        raise DataError(f"report: {given} is not a Diagnosis, a Verification or a record; for a file use write_report")
-    return write_page(lambda: make(result), path, units, figures)
 
 
 @page_of(xr.Dataset)

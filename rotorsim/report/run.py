@@ -224,7 +224,7 @@ def record_section(
             try:
                 return section.draw(run, section.find(run))
             except MissingError as missing:
-                raise DataError(f"record: no figure '{title}': {missing}") from missing
+                raise DataError(f"record: no figure '{title}': {missing}", argument="record", value=title) from missing
 
         figure.__name__, figure.__qualname__, figure.__doc__ = draw.__name__, draw.__qualname__, draw.__doc__
         figure.__module__ = draw.__module__

@@ -95,12 +95,7 @@ def phase_lag(a: np.ndarray, least: float = 0.0) -> np.ndarray:
 def next_to(lag: np.ndarray, speed: np.ndarray, first: np.ndarray, of_first: np.ndarray) -> np.ndarray:
     """Phase lags [deg] moved by the whole turns that bring them nearest those of a first run over common speeds.
 
-    Parameters
-    ----------
-    lag, speed : arrays (n,)
-        Phase lags [deg], NaN where there is none, and their speeds.
-    first, of_first : arrays (m,)
-        Those of the first run.
+    `lag` and `speed` are (n,), NaN where there is no lag; `first` and `of_first` (m,) those of the first run.
     """
     seen = np.isfinite(first)
     if not seen.any():

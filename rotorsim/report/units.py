@@ -61,7 +61,7 @@ LEADING = re.compile(rf"^({_LABELLED}){_END}")
 def check_units(units: str) -> None:
     """Raise DataError for a system of units that is not known."""
     if units not in SYSTEMS:
-        raise DataError(f"units: '{units}' is not known; {did_you_mean(units, SYSTEMS)}")
+        raise DataError(f"units: '{units}' is not known; {did_you_mean(units, SYSTEMS)}", argument="units", value=units)
 
 
 @contextmanager

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import identification as idn
-from identification.errors import UnfitError
 from identification.local.greybox import RATED
+from rotorsim.base.errors import UnfitError
 from rotorsim.base.units import KRPM
 from rotorsim.control.designs import hinf, lqr, p
 from rotorsim.experiments import Prbs, controlled, run, without_orbit

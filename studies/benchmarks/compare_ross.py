@@ -33,7 +33,7 @@ SPEEDS = np.linspace(0.0, 1000.0, 50)
 FREQUENCIES = np.linspace(1.0, 1000.0, 200)
 TIME = np.arange(5000) * 2e-4
 EQUAL = 1e-6
-"""How far the frequencies may be apart: both codes have the same element."""
+"""Largest relative difference of the frequencies: both codes have the same element."""
 TARGETS = {"campbell, 50 speeds": 10, "unbalance, 200 frequencies": 10, "1 s at 5 kHz": 5, "UCS, 30 stiffnesses": 50}
 
 

@@ -30,7 +30,7 @@ from studies.benchmarks.result import Figure
 POINT = (3 * KRPM, 0.5e6)
 REPEATS = 7
 FREQUENCIES = np.geomspace(1.0, 2000.0, 200)
-"""Of frequency responses [Hz]."""
+"""Frequencies [Hz] of the responses."""
 
 
 @dataclass(frozen=True)
@@ -175,7 +175,7 @@ USED = {
     "truncation": "own: the package needs slycot (GPL)",
     "hinf": "own: the package needs slycot (GPL); proven bounds below and above",
 }
-"""What rotorsim uses for each task, and why."""
+"""Package that rotorsim uses for each task, and the reason."""
 
 
 def compared() -> list[Comparison]:

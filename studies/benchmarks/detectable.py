@@ -43,7 +43,7 @@ class Detectable:
         return cls(screen(base, forms, columns), {f.label: i for i, f in enumerate(forms)})
 
     def times(self, truth: HiddenTruth) -> float:
-        """How many times its detectable size the least of the hidden effects has; infinite where nothing is hidden."""
+        """Size of the least hidden effect over its detectable size; infinite where nothing is hidden."""
         found = inf
         for form, amplitude in zip(truth.forms, truth.amplitudes, strict=True):
             if form.label not in self.place:

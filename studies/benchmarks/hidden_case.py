@@ -27,7 +27,7 @@ NOT_DRAWN = (
 """Effects that no case hides: an excitation without mean cannot show them, their shape is not varied by a draw, or the
 gauge at the injectors shows them."""
 MOST_DRAWS, AGAIN = 20, 10_000_000
-"""How often a machine is drawn, and what lies between the seeds."""
+"""Most draws of a machine, and the step between their seeds."""
 
 
 def foreign(kind: int) -> Callable[[np.ndarray, PlannedRecord], np.ndarray]:

@@ -1,4 +1,4 @@
-r"""How far stated probabilities can be trusted: Brier score, calibration error, reliability, coverage of intervals.
+r"""Trust in stated probabilities: Brier score, calibration error, reliability, coverage of intervals.
 
 .. math:: B = \Big\langle \sum_k (p_k - r_k)^2 \Big\rangle, \qquad
           E = \sum_b \frac{n_b}{n} \, \big|\overline{r}_b - \overline{p}_b\big|
@@ -33,7 +33,7 @@ Odds = tuple[tuple[str, float, bool], ...]
 
 
 class Case(Protocol):
-    """What is scored of a case of the benchmark."""
+    """Numbers of a case of the benchmark that are scored."""
 
     @property
     def kind(self) -> str: ...

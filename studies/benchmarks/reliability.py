@@ -1,4 +1,4 @@
-"""How far odds can be trusted
+"""Reliability of odds
 
 Of hidden cases whose most probable explanation had about 80 %, eight of ten should be right. The cases that the docs
 report are stored here; `python studies/benchmarks/measure.py diagnose` runs others.

@@ -179,7 +179,7 @@ def latency(alarms: np.ndarray, fault: Fault) -> int | None:
 
 
 def above(excesses: list[float]) -> int:
-    """How many are more than rounding."""
+    """Number of differences that are more than rounding."""
     return sum(one > ROUNDING for one in excesses)
 
 

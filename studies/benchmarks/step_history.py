@@ -38,7 +38,7 @@ HISTORY = Path(__file__).parent / "history" / "steps.jsonl"
 GRIDS = ((32, 8), (32, 16), (64, 16))
 SAMPLES, PASSES, ROUNDS = 500, 500, 51
 LAST, SLOWER = 3, 1.15
-"""How many earlier lines a new one is compared with (the fastest of them), and from which ratio it counts as slower."""
+"""Number of earlier lines, the fastest of which a new one is compared with, and the ratio from which it is slower."""
 
 
 def cases() -> Iterator[tuple[str, Callable[[], object]]]:
@@ -71,7 +71,7 @@ def _time(run: Callable[[], object]) -> float:
 
 
 def line() -> dict[str, object]:
-    """What one landing adds to the history."""
+    """Line that one landing adds to the history."""
     date, commit = _commit()
     where = {"date": date, "commit": commit, "machine": processor(), "numba": numba.__version__}
     return where | {"cases": {name: measure(run) for name, run in cases()}}
@@ -107,7 +107,7 @@ def read(history: Path = HISTORY) -> list[dict]:
 
 
 def slower(new: dict, lines: list[dict]) -> dict[str, str]:
-    """By its name, each case that takes more than `SLOWER` times the fastest of its processor's last lines."""
+    """Cases that take more than `SLOWER` times the fastest of their processor's last lines, by name."""
     comparable, found = [old["cases"] for old in lines if _comparable(old, new)][-LAST:], {}
     for name, case in new["cases"].items():
         before = [old[name]["ratio"] for old in comparable if name in old]

@@ -31,7 +31,7 @@ class Case:
     hidden: tuple[str, ...]
     steps: float
     times: float
-    """How many times its detectable size the least hidden effect has."""
+    """Size of the least hidden effect over its detectable size."""
     status: str
     named: tuple[str, ...]
     verdict: str
@@ -46,9 +46,9 @@ class Case:
     odds: tuple[tuple[str, float, bool], ...] = ()
     """Explanations with their probability and whether they are the hidden one."""
     apart: tuple[float, ...] = ()
-    """How far the hidden parameters are from what was found, in standard deviations."""
+    """Distances of the hidden parameters from those of the diagnosis, in standard deviations."""
     calibrated: tuple[float, ...] = ()
-    """How far the hidden calibration is from what was found, in standard deviations; of right verdicts alone."""
+    """Distances of the hidden calibration from that of the diagnosis, in standard deviations; right verdicts alone."""
 
 
 def judged(kind: str, hidden: tuple[str, ...], d: Diagnosis, known: set[str]) -> str:
@@ -73,7 +73,7 @@ def judged(kind: str, hidden: tuple[str, ...], d: Diagnosis, known: set[str]) ->
 
 
 def apart(d: Diagnosis, truth: HiddenTruth, twin: Twin) -> tuple[float, ...]:
-    """How far the hidden parameters are from what was found, in standard deviations."""
+    """Distances of the hidden parameters from those of the diagnosis, in standard deviations."""
     found_apart = []
     for found in d.effects if d.status in ("named", "tie") else ():
         for form, amplitude in zip(truth.forms, truth.amplitudes, strict=True):
@@ -91,7 +91,7 @@ def apart(d: Diagnosis, truth: HiddenTruth, twin: Twin) -> tuple[float, ...]:
 
 
 def calibrated(d: Diagnosis, truth: HiddenTruth) -> tuple[float, ...]:
-    """How far the hidden calibration is from what was found, in standard deviations.
+    """Distances of the hidden calibration from that of the diagnosis, in standard deviations.
 
     Without the directions of mesh and law, which no machine has, and the unbalance where what turns with the shaft is
     found, which is in part the same.
@@ -170,7 +170,7 @@ def figures(found: list[Case]) -> Iterator[Figure]:
 
 
 def _of_odds(found: list[Case]) -> Iterator[Figure]:
-    """How far the stated probabilities and intervals can be trusted."""
+    """Trust in the stated probabilities and intervals."""
     stated = [c for c in found if c.odds]
     if not stated:
         return

@@ -111,7 +111,7 @@ def whole(
 
 
 def _inputs(kind: str, plant: Plant, quick: bool) -> dict[str, str]:
-    """What a study follows from."""
+    """Inputs that a study follows from."""
     return {"kind": kind, "machine": plant.machine.hash, "grid": "quick" if quick else "whole"}
 
 

@@ -145,7 +145,7 @@ def onset(disc: np.ndarray, speed: np.ndarray) -> tuple[float, float] | None:
 
 
 def whirl(machine: str, pressures: list[float]) -> dict[str, list[float]]:
-    """Of the linearised plant: onset over first critical speed, and whirl over shaft speed there, by pressure."""
+    """Onset over first critical speed, and whirl over shaft speed there, by pressure, from the linearised plant."""
     plant, at = _plant(machine), np.array(pressures)
     found, first = whirl_onset(plant, at), critical_speeds(plant, at, (1,)).critical_speed.values[:, 0, 0]
     return {"onset": (found.onset_speed.values / first).tolist(), "frequency": found.onset_ratio.values.tolist()}

@@ -160,7 +160,7 @@ class _Files:
             model.save(self.model)
 
     def law(self, name: str) -> Path:
-        """Where a law is kept."""
+        """File in which a law is kept."""
         return self.folder / f"law-{name.replace(' ', '_')}-{self._key(name)}.json"
 
     def _key(self, name: str) -> str:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
+import plotly.io as pio
 
 from rotorsim.base.units import TO_HZ
 from rotorsim.machine import load_machine
@@ -105,3 +107,17 @@ def _loops(found: ControlStudy) -> list[tuple[str, ...]]:
             rows.append((name, str(found.laws[name].order), gamma, str(result["unstable_points"]), damping,
                          f"{result['peak_sensitivity']:.2f}", f"{result['disk_margin']:.2f}"))  # fmt: skip
     return rows
+
+
+def plain_blocks(blocks: Sequence[Block]) -> list[dict[str, Any]]:
+    """Blocks of title, text, table and figure as plain JSON, in metric units; `blocks_of` makes them again."""
+    return [
+        {"title": b.title, "text": b.text, "heads": list(b.heads), "figure": b.figure and b.figure.to_json(),
+         "rows": [[v if isinstance(v, (str, int, float)) else str(v) for v in row] for row in b.rows]}
+        for b in blocks
+    ]  # fmt: skip
+
+
+def blocks_of(stored: Sequence[Mapping[str, Any]]) -> list[Block]:
+    """Blocks from plain JSON."""
+    return [Block(**{**one, "figure": one["figure"] and pio.from_json(one["figure"])}) for one in stored]

@@ -15,7 +15,7 @@ from rotorsim.base.cache import Cache
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
 from rotorsim.plant import Plant
-from rotorsim.report.page import Block, blocks_of, plain_blocks, save_study_page
+from rotorsim.report.page import Block, save_study_page
 from rotorsim.study.identification_vs_physics import study
 from rotorsim.study.identify_records import COUNTED, QUICK, StudyGrid, run, sources_of
 from rotorsim.study.pages import identification_blocks
@@ -29,7 +29,7 @@ from studies.thesis.claims.rules import points
 from studies.thesis.claims.targets import targets
 from studies.thesis.claims.verdicts import claims_blocks, markdown, verdicts
 from studies.thesis.control_study import ControlStudy, control_study
-from studies.thesis.page import aims_block, control_blocks
+from studies.thesis.page import aims_block, blocks_of, control_blocks, plain_blocks
 from studies.thesis.stage_key import key_of
 
 CLAIMED = ("rest", "turning", "runout", "orders")

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from refusals import refused
 from rotorsim.analysis.calibrate import CalibrationRow, calibrate, figures, judge
 from rotorsim.analysis.targets import Target, read_targets, shipped
 from rotorsim.base.errors import DataError
@@ -141,5 +142,5 @@ def test_parameters_that_do_not_fit_the_machine_are_refused(machine, tmp_path, o
 
 
 def test_targets_that_do_not_exist_are_refused_with_what_there_is():
-    with pytest.raises(DataError, match="no such targets file; shipped targets: dtu_loss_factor, dtu_orifice"):
+    with refused(DataError, "targets", "nothing_here.toml"):
         read_targets("nothing_here.toml")

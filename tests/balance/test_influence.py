@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from refusals import refused
 from rotorsim.balance import Conditions, Plane, Reading, assess, estimate, fit_influence, leave_one_out
 from rotorsim.balance.unbalance import result_rows, summary, unbalance_csv
 from rotorsim.base.errors import DataError
@@ -82,11 +83,11 @@ def test_the_origin_of_the_angles_does_not_matter(angle):
 
 def test_planes_that_were_never_changed_apart_are_refused():
     c = conditions(7)
-    with pytest.raises(DataError, match="trial weight in one plane alone"):
+    with refused(DataError, "unbalance"):
         fit_influence(c.flat, np.stack([c.unbalance[:, 0]] * 2, axis=1))
-    with pytest.raises(DataError, match="2 conditions with a known unbalance: at least 3"):
+    with refused(DataError, "unbalance", 2):
         fit_influence(c.flat[:2], c.unbalance[:2])
-    with pytest.raises(DataError, match="1 vectors cannot tell 2 planes apart"):
+    with refused(DataError, "vectors", 1):
         estimate(fit_influence(c.flat, c.unbalance), np.array([1e-6, *[np.nan] * 5]))
 
 

@@ -30,7 +30,7 @@ print(made.value, made.__file__)
 KERNEL = """
 from rotorsim.plant.compose import load_module
 text = "from reynolds.jit import kernel\\n@kernel\\ndef twice(x):\\n    return 2.0 * x\\n"
-import identification.lpv.recursive_kernel
+import rotorsim.control.law_kernel
 print(load_module("kernel_of_us", lambda: text).twice(3.0))
 """
 

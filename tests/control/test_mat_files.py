@@ -9,8 +9,7 @@ import pytest
 from scipy.io import loadmat, savemat
 
 import rotorsim as rs
-from identification.errors import ModelError
-from rotorsim.base.errors import LawError
+from rotorsim.base.errors import LawError, ModelError
 from rotorsim.control.designs import lqr
 
 RIG = Path(__file__).parent / "rig_model.json"

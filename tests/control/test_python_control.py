@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 import rotorsim as rs
-from identification.errors import ModelError
 from refusals import refused
-from rotorsim.base.errors import ControllerError, DataError, LawError
+from rotorsim.base.errors import ControllerError, DataError, LawError, ModelError
 
 control = pytest.importorskip("control")
 P, W = 0.5e6, 300.0

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rotorsim.base.rounding import NoAnswerError
+from rotorsim.base.errors import NoAnswerError
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
 from rotorsim.discrepancy.candidates import Form
 from rotorsim.discrepancy.fit import ParameterFit

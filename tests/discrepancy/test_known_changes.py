@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.errors import ReadError
 from identification.records.mapping import parse
-from rotorsim.base.errors import DataError
+from rotorsim.base.errors import DataError, ReadError
 from rotorsim.discrepancy import diagnose
 from rotorsim.discrepancy.calibration import FitParameter, contributions, setting
 from rotorsim.discrepancy.changes import known_changes

@@ -8,7 +8,8 @@ import pytest
 from scipy.linalg import expm
 
 from rotorsim import discrepancy
-from rotorsim.base.rounding import NoAnswerError, answer
+from rotorsim.base.errors import NoAnswerError
+from rotorsim.base.rounding import answer
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
 from rotorsim.discrepancy.fit import ParameterFit, fit_parameters
 

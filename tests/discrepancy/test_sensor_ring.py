@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from identification import make_record
-from identification.errors import ReadError
 from identification.records.mapping import parse
 from refusals import refused
-from rotorsim.base.errors import DataError
+from rotorsim.base.errors import DataError, ReadError
 from rotorsim.campaign import load_plan
 from rotorsim.discrepancy import diagnose, runup_vectors
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, setting

@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 
 from identification import make_vectors, read
-from identification.errors import ReadError, SchemaError
 from identification.records.assemble import used
 from identification.records.examination import vector_hints
 from identification.records.mapping import load_mapping
 from identification.records.sensors import DISPLACEMENTS
 from refusals import refused
-from rotorsim.base.errors import DataError
+from rotorsim.base.errors import DataError, ReadError, SchemaError
 from rotorsim.discrepancy import diagnose, hide
 from rotorsim.discrepancy.calibration import CompiledModels
 from rotorsim.discrepancy.candidates import candidates

@@ -9,13 +9,13 @@ import pytest
 from scipy.io import savemat
 
 import rotorsim as rs
+from rotorsim.analysis.citations import machine_sources
 from rotorsim.base.references import bibtex, cited_by, entries, keys_of, references, shown
 from rotorsim.cli import main
 from rotorsim.effects import REGISTRY
-from rotorsim.machine.overview import machine_sources
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = ("reynolds", "fe_shaft", "identification", "rotorsim", "fmu", "studies")
+PACKAGES = ("reynolds", "fe_shaft", "identification", "rotorsim", "fmu", "studies", "tests/support")
 SOURCES = {p: p.read_text(encoding="utf-8") for room in PACKAGES for p in sorted((ROOT / room).rglob("*.py"))}
 EFFECTS = [effect for effect in REGISTRY.values() if effect.__module__.startswith("rotorsim.effects.")]
 

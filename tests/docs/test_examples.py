@@ -82,7 +82,6 @@ PRINTED = {
     "probes": (22.2, 26.0, 35.2, 49.0),
     "pump": (2479, 4.8, 2209, 6.0),
     "python_control": (92, 0.012, 1.34, 2, 0.61, 2),
-    "recursive_lpv": (0.87, 16.1, 4999, 0),
     "reversed_sensor": (79, 26, "the sensor of x is reversed"),
     "robust_design": ("rig, uncertainty 0.5: gamma 2.14", 0.67, 0.87, 0.44, 0.66, 0.51, 1.37, 0.0, 1.17, 0.74, 0.81),
     "runup": (59.7, 7805),

@@ -1,14 +1,9 @@
 """Fixtures of the data tests: a small record and run-up vectors."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import identification as idn
-
-sys.path.insert(0, str(Path(__file__).parent))  # for model3.py, which several tests share
 
 
 @pytest.fixture

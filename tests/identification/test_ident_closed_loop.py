@@ -2,16 +2,16 @@
 
 import numpy as np
 import pytest
-from model3 import TRUTH, TS, looped_model3, made, model, prbs, record
 from scipy.signal import lfilter
 
 import identification as idn
-from identification.errors import UnfitError
 from identification.local.closed_loop import _regressors, _response, acted_of, orbit_remark, two_stage
 from identification.local.confidence import project, simulated
 from identification.local.greybox import modes
 from identification.records.checks import SATURATED, saturated_share
+from model3 import TRUTH, TS, looped_model3, made, model, prbs, record
 from refusals import refused
+from rotorsim.base.errors import UnfitError
 
 pytestmark = pytest.mark.numerical
 

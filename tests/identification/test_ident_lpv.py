@@ -5,11 +5,11 @@ from itertools import product
 
 import numpy as np
 import pytest
-from model3 import TRUTH, TS, prbs, record
 
 import identification as idn
 from identification.local.greybox import STRUCTURES
 from identification.local.models import LinearModel
+from model3 import TRUTH, TS, prbs, record
 from refusals import refused
 
 pytestmark = pytest.mark.numerical

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from model3 import TRUTH, TS, prbs
 from scipy.signal import cont2discrete
 
 import identification as idn
 from identification.local.greybox import actuator, cascade
+from model3 import TRUTH, TS, prbs
 
 pytestmark = pytest.mark.numerical
 

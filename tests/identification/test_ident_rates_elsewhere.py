@@ -91,11 +91,6 @@ def test_laws_are_designed_on_it_and_on_surfaces_of_it(found, grid, design):
         assert rs.control.overview(law, model)["largest_pole_radius"] < 1
 
 
-def test_a_recursive_estimate_does_not_start_from_it(found):
-    with pytest.raises(idn.ModelError, match=r"recursive.start: 10 states"):
-        idn.RecursiveLpv(found.model, TS, (0.0, 600.0), (3e5, 6e5))
-
-
 def test_a_closed_loop_with_pins_is_advised_to_take_it():
     data = moved(RATES, RATED, seconds=4.0)
     external = data["reference"].rename("reference_external")

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from model3 import TRUTH, TS, model, record
 from scipy.signal import csd, lfilter, welch
 
 import identification as idn
 import rotorsim as rs
-from identification.errors import UnfitError
 from identification.local.greybox import STRUCTURES, modes
 from identification.local.response_fit import response_problem
+from model3 import TRUTH, TS, model, record
+from rotorsim.base.errors import UnfitError
 
 pytestmark = pytest.mark.numerical
 

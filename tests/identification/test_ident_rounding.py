@@ -6,12 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
-from model3 import TS, model, prbs
 
-from identification.errors import UnfitError
 from identification.local.confidence import simulated
 from identification.local.fits import schur
 from identification.lpv.model import fit_surfaces, make_basis
+from model3 import TS, model, prbs
+from rotorsim.base.errors import UnfitError
 
 pytestmark = pytest.mark.numerical
 SEEDS = st.integers(0, 2**32 - 1)

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from model3 import TRUTH, TS, prbs, record
 
 import identification as idn
-from identification.errors import ModelError, UnfitError
 from identification.local.greybox import STRUCTURES
 from identification.local.least_squares import FitProblem, GreyBox, damped_step
+from model3 import TRUTH, TS, prbs, record
+from rotorsim.base.errors import ModelError, UnfitError
 
 pytestmark = pytest.mark.numerical
 

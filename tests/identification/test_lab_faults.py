@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import identification as idn
-from identification.errors import ReadError, SchemaError
 from identification.records.columns import clipped, dead
+from rotorsim.base.errors import ReadError, SchemaError
 
 RATE = 5000
 T = np.arange(4 * RATE) / RATE

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import identification as idn
-from identification.errors import ReadError, SchemaError
 from identification.records.sensors import Keyphasor, pulse_times, shaft_angle
+from rotorsim.base.errors import ReadError, SchemaError
 
 RATE = 51200.0
 

@@ -32,7 +32,7 @@ def two():
 def test_every_module_of_the_readers_registers_one():
     modules = [name for _, name, _ in iter_modules(readers.__path__)]
     assert len(modules) >= 6
-    registered = {one.function.__module__ for one in READERS}
+    registered = {one.function.__module__ for one in readers.readers()}
     assert registered == {import_module(f"identification.readers.{name}").__name__ for name in modules}
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import identification as idn
-from identification.errors import ReadError, SchemaError
 from refusals import refused
+from rotorsim.base.errors import ReadError, SchemaError
 
 RPM = np.pi / 30
 SPEED = np.linspace(300, 4000, 60) * RPM

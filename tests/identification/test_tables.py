@@ -5,7 +5,7 @@ import pytest
 from scipy.io import loadmat
 
 import rotorsim as rs
-from identification.errors import SchemaError
+from rotorsim.base.errors import SchemaError
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ import pytest
 from scipy.io import wavfile
 
 import identification as idn
-from identification.errors import ReadError
+from rotorsim.base.errors import ReadError
 
 N = 1000
 WAVE = np.column_stack([np.sin(0.05 * np.arange(N)), np.cos(0.05 * np.arange(N))])

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from rotorsim.commands.diagnosis_output import STAGES, Stages
+from rotorsim.commands.diagnosis import STAGES, Stages
 from rotorsim.commands.options import note_compiling
 from rotorsim.discrepancy import calibration
 from rotorsim.machine import load_machine

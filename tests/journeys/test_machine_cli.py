@@ -8,7 +8,7 @@ import pytest
 
 from rotorsim.cli import main
 from rotorsim.machine import load_machine, machine_text
-from rotorsim.machine.overview import rows
+from rotorsim.machine.schema import rows
 
 
 def test_a_new_machine_file_checks_out_and_can_be_shown(run, tmp_path):

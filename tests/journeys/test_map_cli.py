@@ -112,7 +112,10 @@ def test_rows_and_columns_of_a_varied_machine_are_named_with_their_units(run):
         ),
         (["modes", "plain_rotor", "--set", "discs.0.mass=-1 kg"], "discs.0.mass: '-1 kg' must be above 0"),
         (["modes", "plain_rotor", "--set", "bearings.0.kxx=nan N/m"], "'nan N/m' is not a stiffness"),
-        (["machine", "calibrate", "dtu_gas_bearing", "--targets", "none.toml"], "no such targets file"),
+        (
+            ["machine", "calibrate", "dtu_gas_bearing", "--targets", "none.toml"],
+            "neither a shipped file of targets (dtu_loss_factor, dtu_orifice) nor a file",
+        ),
     ],
 )
 def test_bad_input_ends_in_one_sentence_and_code_2(run, tmp_path, arguments, sentence):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from refusals import refused
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.experiments import prbs, steady
 from rotorsim.machine import load_machine
@@ -52,9 +53,7 @@ def test_a_prbs_keeps_its_clock_at_any_rate():
 
 def test_sampling_too_slow_for_the_speed_is_refused_with_the_rate_it_needs():
     machine = load_machine("plain_rotor")
-    with pytest.raises(
-        DataError, match=r"speed = 100000 rpm: a turn has 3 samples at 5000 Hz and needs 4; .* '20000 Hz'"
-    ):
+    with refused(DataError, "speed", pytest.approx(100000 * np.pi / 30)):
         steady(Plant(machine), 100_000 * np.pi / 30, 0.0, duration=0.01)
     with pytest.raises(MachineFileError, match="time_step"):
         machine.with_({"solver.sampling_rate": 7e3, "solver.time_step": 0.9e-4})

@@ -16,7 +16,6 @@ from rotorsim.machine import (
     load_machine,
     machine_text,
     numerics,
-    probes,
     rotor,
     shipped_machines,
 )
@@ -24,7 +23,7 @@ from rotorsim.machine.part import Part
 from rotorsim.machine.plausibility import question, range_of, ranges
 
 PARTS = [
-    kind for room in (rotor, bearings, gas_film, numerics, probes) for kind in vars(room).values()
+    kind for room in (rotor, bearings, gas_film, numerics) for kind in vars(room).values()
     if isinstance(kind, type) and issubclass(kind, Part) and kind is not Part
 ]  # fmt: skip
 HOMES = {

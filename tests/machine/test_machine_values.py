@@ -2,15 +2,16 @@
 
 import pytest
 
+from refusals import refused
 from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
 
 HASHES = {
-    "dtu_gas_bearing": "587c83e1be2c924e",
-    "dtu_gas_bearing_b": "19ba99a1c4cfb0a9",
-    "dtu_gas_bearing_c": "d9b1cfce4658e43e",
-    "dtu_gas_bearing_d": "083bee295b3bbd41",
+    "dtu_gas_bearing": "8be2b5785ca96760",
+    "dtu_gas_bearing_b": "f0757b4538e24820",
+    "dtu_gas_bearing_c": "6d72516d360ddd28",
+    "dtu_gas_bearing_d": "355fd691dac78705",
     "plain_rotor": "1eb224d7ad7cd992",
 }
 
@@ -81,9 +82,7 @@ def test_a_path_below_another_is_refused_in_either_order():
     machine = load_machine("dtu_gas_bearing")
     given = {"bearings.1.clearance": 26e-6, "bearings": machine.bearings}
     for values in (given, dict(reversed(given.items()))):
-        with pytest.raises(
-            MachineFileError, match=r"^bearings\.1\.clearance: lies below bearings, which is given too;"
-        ):
+        with refused(MachineFileError, "bearings.1.clearance"):
             machine.with_(values)
 
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import fsolve
 
-from reynolds.analytic import small_eccentricity_stiffness
+from film_closed_forms import small_eccentricity_stiffness
 from rotorsim.analysis import whirl_onset
 from rotorsim.base.errors import MachineFileError
 from rotorsim.machine import Machine, load_machine, summary

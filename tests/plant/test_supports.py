@@ -6,6 +6,7 @@ import pytest
 import rotorsim as rs
 from fe_shaft.modal import run_modal
 from fe_shaft.response import run_unbalance_response
+from refusals import refused
 from rotorsim.base.errors import MachineFileError
 
 ROTOR = """
@@ -159,7 +160,7 @@ def test_an_axial_force_changes_the_frequency_as_that_of_a_beam(force):
 
 
 def test_a_shaft_that_buckles_is_refused():
-    with pytest.raises(MachineFileError, match=r"shaft\.sections: an axial force of -100000 N buckles"):
+    with refused(MachineFileError, "shaft.sections", -100000):
         rs.Plant(machine(LEFT + RIGHT, force=-100000)).linearise(0.0, 0.0)
 
 

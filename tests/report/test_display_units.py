@@ -10,6 +10,7 @@ import pytest
 from plotly.subplots import make_subplots
 
 import rotorsim as rs
+from refusals import refused
 from rotorsim.base.errors import DataError
 from rotorsim.report.figure_files import figure_csv, figures_of, imperial_figure
 from rotorsim.report.page import Block, Page, figures, html, plain_page, save_study_page
@@ -191,6 +192,6 @@ def test_nothing_metric_is_left_in_a_report(record, tmp_path):
 
 
 def test_units_that_are_not_known_are_refused(record, tmp_path):
-    with pytest.raises(DataError, match=r"units: 'inches' is not known; known are metric, imperial"):
+    with refused(DataError, "units", "inches"):
         rs.write_report(record, tmp_path / "a.html", units="inches")
     assert not list(tmp_path.iterdir())

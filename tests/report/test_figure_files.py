@@ -9,6 +9,7 @@ import plotly.graph_objects as go
 import pytest
 from plotly.subplots import make_subplots
 
+from refusals import refused
 from rotorsim.base.errors import DataError
 from rotorsim.report import save_figures, save_png
 from rotorsim.report.browser import chrome
@@ -94,7 +95,7 @@ def test_a_single_figure_has_the_size_that_was_asked_for(tmp_path):
 
 
 def test_a_file_that_is_no_page_and_an_unknown_kind_are_refused(tmp_path, page):
-    with pytest.raises(DataError, match="cannot be read as the page of a report"):
+    with refused(DataError, "page", tmp_path / "none.html"):
         save_figures(tmp_path / "none.html", "csv")
     with pytest.raises(DataError, match="'pdf' is not known"):
         save_figures(page, "pdf")

@@ -2,6 +2,8 @@
 
 import json
 import pkgutil
+import subprocess
+import sys
 from dataclasses import replace
 from types import ModuleType
 
@@ -11,10 +13,11 @@ import pytest
 
 import rotorsim.report as report
 from identification import make_record
+from refusals import refused
 from rotorsim.base.errors import DataError
 from rotorsim.experiments import EXPERIMENTS
 from rotorsim.report.figure_files import figures_of, save_figures
-from rotorsim.report.page import RESULT_PAGES, Block, Page, blocks_of, figures, html, plain_blocks, plain_page
+from rotorsim.report.page import RESULT_PAGES, Block, Page, figures, html, plain_page
 from rotorsim.report.record import ADDED, POSSIBLE
 from rotorsim.report.run import SECTIONS, record_section
 from rotorsim.report.units import unit_system
@@ -60,12 +63,6 @@ def test_rows_side_by_side_and_folded_blocks_keep_their_order():
     assert page.count('<div class="row">') == 1 and page.count("<details") == 1
 
 
-def test_blocks_are_stored_as_json():
-    blocks = [Block("a", "b", ("c [µm]",), [(1.0,)], amplitude())]
-    back = blocks_of(json.loads(json.dumps(plain_blocks(blocks))))
-    assert plain_page(Page("p", "", back)) == plain_page(Page("p", "", blocks))
-
-
 def test_every_section_that_an_experiment_names_is_registered():
     named = {name for kind in EXPERIMENTS.values() for name in kind.figures}
     assert len(EXPERIMENTS) > 5 and len(named) > 10
@@ -84,7 +81,7 @@ def test_a_section_is_registered_where_it_is_drawn():
     try:
         assert SECTIONS["nothing_at_all"].title == "Nothing" and nothing_at_all.__doc__ == "Figure of nothing."
         record = make_record(np.arange(0.0, 0.1, 1e-3), {"disc": np.zeros((100, 2))})
-        with pytest.raises(DataError, match=r"no figure 'Nothing': There is nothing\."):
+        with refused(DataError, "record", "Nothing"):
             nothing_at_all(record)
     finally:
         del SECTIONS["nothing_at_all"]
@@ -93,7 +90,18 @@ def test_a_section_is_registered_where_it_is_drawn():
 def test_results_with_a_page_of_their_own_are_registered():
     with pytest.raises(DataError, match="is not a Diagnosis"):
         report.write(EVIL, "page.html")
-    assert {kind.__name__ for kind in RESULT_PAGES} == {"Dataset", "Diagnosis", "Verification"}
+    assert set(RESULT_PAGES) == {"Dataset", "Diagnosis", "Verification"}
+
+
+def test_the_page_of_a_diagnosis_loads_none_of_control_and_of_records():
+    program = """import sys
+from rotorsim.report.page import RESULT_PAGES
+print(RESULT_PAGES["Diagnosis"][0].__name__, len(RESULT_PAGES))
+print(*sys.modules)"""
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
+    shown, loaded = ran.splitlines()
+    assert shown == "Diagnosis 3" and "rotorsim.report.diagnosis" in loaded.split()
+    assert not any(name in loaded for name in ("rotorsim.verify", "control.law", "report.record", "report.orders"))
 
 
 def test_no_module_hides_a_public_name():

@@ -10,6 +10,7 @@ import pytest
 
 import rotorsim as rs
 from identification import load_model, make_vectors
+from refusals import refused
 from rotorsim.base.errors import DataError
 
 ROOT = Path(__file__).parents[2]
@@ -80,5 +81,5 @@ def test_others_are_refused_before_anything_is_written(write, wanted, tmp_path):
 
 
 def test_a_report_of_something_else_than_a_record_is_refused(tmp_path):
-    with pytest.raises(DataError, match=r"report: a Plant is not a record; give a record.* or a \.nc file"):
+    with refused(DataError, "report", "Plant"):
         rs.write_report(rs.Plant("plain_rotor"), tmp_path / "page.html")

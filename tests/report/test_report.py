@@ -15,12 +15,14 @@ import xarray as xr
 
 import rotorsim as rs
 from identification import make_record
+from refusals import refused
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import WriteError
 from rotorsim.machine import machine_text
 from rotorsim.report.figure_files import figures_of, save_png
 from rotorsim.report.orbit import instants
-from rotorsim.report.record import write, write_report
+from rotorsim.report.page import write
+from rotorsim.report.record import write_report
 from rotorsim.report.run import analyse
 from rotorsim.report.theme import compact, phase_lag
 from rotorsim.signals.record_blocks import envelopes
@@ -170,9 +172,7 @@ def test_importing_rotorsim_does_not_import_a_plot_library() -> None:
 
 @pytest.mark.parametrize("result", [xr.DataArray(0.0), None, "run.nc"])
 def test_a_report_of_anything_but_a_result_is_refused_with_the_types_it_takes(result, tmp_path):
-    with pytest.raises(
-        DataError, match=f"^report: {type(result).__name__} is not a Diagnosis, a Verification or a record; "
-    ):
+    with refused(DataError, "report", type(result).__name__):
         write(result, tmp_path / "report.html")
     with pytest.raises(DataError, match=r"^record: neither .disc. nor"):
         write(xr.Dataset(), tmp_path / "report.html")

@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
+from refusals import refused
 from reynolds import FilmError, GasBearing, Injector
 
 
 @pytest.mark.parametrize("journal", [(25e-6, 0.0), (0.0, -26e-6), (20e-6, 20e-6)])
 @pytest.mark.parametrize("method", ["steady", "coefficients"])
 def test_journal_outside_the_clearance_is_refused_with_its_film_thickness(plain, journal, method):
-    with pytest.raises(FilmError, match=r"h_min = .* um: the journal touches the sleeve; move it inwards"):
+    with refused(FilmError, "journal", lambda gap: gap <= 0):
         getattr(plain(16, 4), method)(journal, 100.0)
 
 

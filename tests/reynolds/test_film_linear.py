@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from reynolds.analytic import small_eccentricity_stiffness
+from film_closed_forms import small_eccentricity_stiffness
 
 pytestmark = pytest.mark.numerical
 

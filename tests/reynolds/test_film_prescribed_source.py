@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from film_closed_forms import slot_flow, slot_pressure
 from reynolds import kernels
-from reynolds.analytic import slot_flow, slot_pressure
 from reynolds.grid import cells
 
 MU, PA, RT = 1.85e-5, 101325.0, 287.05 * 293.15

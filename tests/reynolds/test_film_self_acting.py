@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from film_closed_forms import ocvirk_force, sommerfeld_force
 from reynolds import GasBearing
-from reynolds.analytic import ocvirk_force, sommerfeld_force
 
 R, C, MU, PA = 0.02, 25e-6, 1.85e-5, 101325.0
 SPEED, EPS = 1000.0, 0.5

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from film_closed_forms import choked_flux, hagen_poiseuille_flow
 from reynolds import Injector
-from reynolds.analytic import choked_flux, hagen_poiseuille_flow
 from reynolds.grid import FilmGrid
 from reynolds.injector import footprint, subgrid_correction
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from reynolds.analytic import choked_flux
+from film_closed_forms import choked_flux
 from reynolds.injector import critical_ratio, nozzle, nozzle_coefficients, nozzle_flux, nozzle_table
 
 AIR = (1.4, 287.05, 293.15)

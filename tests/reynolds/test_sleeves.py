@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import fsolve
 
+from refusals import refused
 from reynolds import FilmError, GasBearing
 from reynolds.grid import cells
 from reynolds.sleeve import Foil, Grooves, Lobes, Sleeve, Steps
@@ -203,7 +204,7 @@ def test_forms_that_do_not_fit_are_refused():
     with pytest.raises(FilmError, match="lobes: count must be at least 1"):
         Lobes(0, 0.5)
     injector = Injector(angle=0.0, open_area=1e-8, orifice_diameter=1e-3, curtain_discharge=0.8, plenum_volume=1e-9)
-    with pytest.raises(FilmError, match="a film with a foil or with grooves takes none"):
+    with refused(FilmError, "injectors"):
         bearing(Sleeve(foil=FOIL), injectors=(injector,)).steady()
     with pytest.raises(FilmError, match="a spiral is not symmetric"):
         bearing(FORMS["spiral"], symmetric=True).steady()

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from refusals import refused
 from rotorsim.base.errors import DataError
 from studies.thesis.claims.edited import KEPT, edited, edited_block, edited_markdown, judging
 
@@ -60,7 +61,7 @@ def test_a_first_run_that_was_stopped_before_its_report_has_lost_no_rules(tmp_pa
 @pytest.mark.parametrize("text", ['{"points', "[1, 2]"])
 def test_a_damaged_file_is_refused(tmp_path, text):
     (tmp_path / KEPT).write_text(text)
-    with pytest.raises(DataError, match=r"restore it, or study in another folder"):
+    with refused(DataError, "folder", tmp_path / KEPT):
         edited(tmp_path)
 
 

@@ -6,8 +6,9 @@ import plotly.graph_objects as go
 import pytest
 
 from rotorsim.base.processes import processes
-from rotorsim.report.page import Block, blocks_of, plain_blocks
+from rotorsim.report.page import Block
 from studies.thesis.cached_cases import CachedCase, run_cases
+from studies.thesis.page import blocks_of, plain_blocks
 from studies.thesis.stage_key import key_of
 
 

@@ -285,15 +285,9 @@ def coprime_truncated(system: System, order: int) -> System:
 
 
 def fitted(start: System, full: Loop, plant: System, make: Callable[[System], System], Ts: float) -> System:
-    """The controller of `start`'s order whose loop comes closest to the S of `full`; D stays.
+    """The controller of `start`'s order whose loop with the sampled plant comes closest to the S of `full`; D stays.
 
-    Parameters
-    ----------
-    start : continuous controller, which may leave the loop unstable
-    full : the loop to come close to, at its own frequencies
-    plant : its sampled plant
-    make : continuous controller -> sampled controller
-    Ts : sampling time [s]
+    `start` may leave the loop unstable; `make` samples a continuous controller.
     """
     n, m, D = start.order, start.B.shape[1], start.D
     ends = np.cumsum([n * n, n * m])
@@ -326,23 +320,12 @@ def reduced(
     tolerance: float,
     accept: Callable[[System], bool] = lambda small: True,
 ) -> tuple[System, float]:
-    """Reduced controller and the largest change of S, relative to its peak.
+    """Reduced controller and the largest change of S, relative to its peak, in the loop with a sampled plant.
 
-    Parameters
-    ----------
-    system : continuous controller
-    plant : sampled plant of the loop that judges
-    make : continuous controller -> sampled controller
-    Ts : sampling time [s]
-    order : order, or None for the smallest within the tolerance
-    tolerance : largest change of S over its peak
-    accept : whether a reduced continuous controller will do otherwise
-
-    Raises
-    ------
-    DesignError
-        If no order (or not the one asked for) gives a stable loop.
-    """  # fmt: skip
+    `make` samples a controller; `order` None takes the smallest within the `tolerance` of that change; `accept` tells
+    whether a reduced controller will do otherwise. Raises DesignError if no order (or not the one asked for) gives a
+    stable loop.
+    """
     full = loop_of(plant, make(system), Ts)
     for n in range(1, system.order + 1) if order is None else [order]:
         best: tuple[System, float] | None = None

@@ -47,15 +47,15 @@ class Impact(PointExperiment):
     peak: float = param("N", "Peak of the force.", 20.0, above=0)
     width: float = param("s", "Duration of a hit.", 1e-3, low=0, sampled=True)
     angle: float = param("rad", "Direction of the force: 0 is x, 90 deg is y.", 0.0)
-    position: float | None = param(
-        "m", "Position of the hits along the shaft; the disc's by default.", None, attribute="force_position"
-    )
     hits: int = param("1", "Number of hits.", 1, low=1, multiple=1)
     spacing: float = param("s", "Time from hit to hit, also after the last.", 1.0, above=0, samples=True)
     lead: float = param("s", "Time before the first hit.", 0.1, low=0, samples=True)
     jitter: float = param("s", "A hit is late by a random time up to this.", 0.0, low=0)
     scatter: float = param("1", "A hit is stronger or weaker by a random share up to this.", 0.0, low=0, high=1)
     sequence: int = sequence()
+    position: float | None = param(
+        "m", "Position of the hits along the shaft; the disc's by default.", None, attribute="force_position"
+    )
 
     def check(self) -> None:
         """Refuse hits that run into each other."""

@@ -83,9 +83,13 @@ def edited(folder: Path, rules: Mapping[str, Any] | None = None) -> list[str]:
     try:
         before = parse_json(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError) as error:
-        raise DataError(f"{path}: cannot be read ({error}); restore it, or study in another folder") from error
+        raise DataError(
+            f"{path}: cannot be read ({error}); restore it, or study in another folder", argument="folder", value=path
+        ) from error
     if not isinstance(before, dict):
-        raise DataError(f"{path}: does not hold rules; restore it, or study in another folder")
+        raise DataError(
+            f"{path}: does not hold rules; restore it, or study in another folder", argument="folder", value=path
+        )
     lost = [str(before.pop(LOST))] if LOST in before else []
     return lost + [
         _sentence(key, before.get(key), now.get(key))

@@ -67,7 +67,7 @@ def judge_claim(verdicts: Sequence[str]) -> str:
 
 
 def count(verdicts: Iterable[str]) -> str:
-    """How many of each verdict, as words."""
+    """Number of claims by verdict, as words."""
     listed = list(verdicts)
     return ", ".join(f"{listed.count(word)} {word}" for word in VERDICTS if word in listed)
 

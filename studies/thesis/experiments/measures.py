@@ -1,4 +1,4 @@
-"""What an experiment can measure, by name, and the cases that worker processes compute."""
+"""Measures of an experiment by name, and the cases that worker processes compute."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ class Found:
         return min(self.experiment.factors, key=lambda factor: (-self.met(factor), abs(factor - 1)))
 
     def met(self, factor: float) -> int:
-        """How many figures are met at a factor."""
+        """Number of figures that are met at a factor."""
         return sum(self.verdict(key, factor) == MET for key in self.experiment.figures)
 
     def verdict(self, key: str, factor: float) -> str:

@@ -125,7 +125,11 @@ def chosen_experiments(names: Iterable[str]) -> tuple[Experiment, ...]:
     known = [one.name for one in found] + sorted({claim for one in found for claim in one.claims})
     for name in wanted:
         if name not in known:
-            raise DataError(f"--only: there is no experiment or claim {name!r}; there are {', '.join(known)}")
+            raise DataError(
+                f"--only: there is no experiment or claim {name!r}; there are {', '.join(known)}",
+                argument="only",
+                value=name,
+            )
     return tuple(one for one in found if not wanted or one.name in wanted or set(one.claims) & set(wanted))
 
 
@@ -156,7 +160,7 @@ def values(machine: Machine, experiment: Experiment) -> Mapping[str, tuple[float
 
 
 def _below(part: Any, key: str) -> Any:
-    """What lies below a part, list or effect of a machine; None where there is nothing."""
+    """Field of a part, list or effect of a machine; None where there is none."""
     if isinstance(part, tuple):
         if key.isdecimal():
             return part[int(key)] if int(key) < len(part) else None

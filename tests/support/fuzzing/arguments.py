@@ -72,9 +72,9 @@ SHORT: dict[str, dict[str, st.SearchStrategy[str]]] = {
         "start": SPEED, "stop": SPEED, "rate": mixed("rad/s^2", (5e3 * KRPM, 1e5 * KRPM)), "pressure": PRESSURE,
     },
 }  # fmt: skip
-"""What each experiment is given, so that it lasts a fraction of a second."""
+"""Options of each experiment, so that it lasts a fraction of a second."""
 PLACES = (".position", ".start", "sections.0.length", "sections.1.length", "sections.2.length")
-"""What moves parts off the shaft and is mostly refused."""
+"""Changes that move parts off the shaft and are mostly refused."""
 LONG = {"duration", "hold", "period", "periods", "longest", "hits", "spacing", "lead", "bias", "revolutions", "rate"}
 """Parameters whose legal values can make a run of days."""
 NOT_TIMES = (
@@ -98,7 +98,7 @@ NO_CHANGES = (
     "a.b.c.d=1", "effects.nothing.x=1", "name=", "name=\x00", "name='\"\\\n", "bearings.-1.kxx=1",
     "grid.n_theta=" + "1" * 5000, "solver.time_step=0 s", "solver.modes_per_plane=1000",
 )  # fmt: skip
-"""What --set, --grid and --out do not take, or take only by luck."""
+"""Values that --set, --grid and --out do not take, or take only by luck."""
 
 
 def known(name: str) -> dict[str, Quantity]:

@@ -15,7 +15,7 @@ NONSENSE = (
     "1 m**99999", "1 e", "\u202e1 mm", "1\tmm", "1 dB", "3 ()", "1 [m]", "$(x)", "'1 mm'", "True", "None", "\\",
     "1 %",
 )  # fmt: skip
-"""What people and scripts leave where a value should be."""
+"""Leftovers of hands and scripts where a value should be."""
 
 
 def text_of(value: float, spec: Quantity) -> str:

@@ -1,6 +1,6 @@
 r"""Recursive LPV estimate: a model with surfaces over speed and pressure that learns sample by sample, for online use.
 
-The equations are those of `identification.lpv.recursive_kernel`. What guards them: without excitation nothing is
+The equations are those of `studies.recursive_lpv.kernel`. What guards them: without excitation nothing is
 learned and no variance grows; no variance grows beyond its first value; every coefficient stays within its bounds; an
 update that would make the model unstable at the present operating point is halved twice and then refused; NaN, outliers
 and displacements that stand still are skipped, and nothing is learned until the filters have forgotten them.
@@ -24,14 +24,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.errors import ModelError, UnfitError
 from identification.local.models import LinearModel
 from identification.local.simulation import sampled
-from identification.lpv import recursive_kernel as kernel
 from identification.lpv.model import SAME, Basis, LpvModel, fit_surfaces, make_basis
 from identification.records.checks import WAY_OUT, controller_of
 from identification.records.sampling import sampling_time
 from identification.records.schema import measured, require
+from rotorsim.base.errors import ModelError, UnfitError
+from studies.recursive_lpv import kernel
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,8 +55,7 @@ class Recursion:
 
     Examples
     --------
-    >>> import rotorsim as rs
-    >>> rs.identification.Recursion(drift=(0.05, 0.05, 0.05, 0.05)).order
+    >>> Recursion(drift=(0.05, 0.05, 0.05, 0.05)).order
     2
     """
 
@@ -153,7 +152,7 @@ def model_of(
 
 
 OUTCOMES = ("updated", "between", "settling", "skipped", "idle", "refused")
-"""Outcomes of a sample by the numbers of `recursive_kernel`: learned from, between two updates, filters settle,
+"""Outcomes of a sample by the numbers of `kernel`: learned from, between two updates, filters settle,
 missing or an outlier, no excitation, update refused for stability."""
 WARM = 200
 """Errors weighed before the first update."""
@@ -200,7 +199,7 @@ class RecursiveLpv:
     --------
     >>> import rotorsim as rs
     >>> start = rs.identify(record, model=3).model
-    >>> online = rs.identification.RecursiveLpv(start, 2e-4, speeds=(0.0, 600.0), pressures=(0.4e6, 0.6e6))
+    >>> online = RecursiveLpv(start, 2e-4, speeds=(0.0, 600.0), pressures=(0.4e6, 0.6e6))
     >>> online.update([0.5, -0.5], [1e-6, 2e-6], 300.0, 0.5e6)
     'settling'
     >>> online.at(300.0, 0.5e6).wn.shape
@@ -296,7 +295,7 @@ class RecursiveLpv:
         Examples
         --------
         >>> import rotorsim as rs
-        >>> online = rs.identification.RecursiveLpv(model, 2e-4, (0.0, 600.0), (0.4e6, 0.6e6))  # doctest: +SKIP
+        >>> online = RecursiveLpv(model, 2e-4, (0.0, 600.0), (0.4e6, 0.6e6))  # doctest: +SKIP
         >>> online.run(runup).wn.shape  # doctest: +SKIP
         (100, 2)
         """

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from lpv_truth import TOP, TS, as_record, deviations, frozen, matrices, runup
-from model3 import TRUTH, model
 
 import identification as idn
 import rotorsim as rs
-from identification.errors import ModelError, SchemaError, UnfitError
-from identification.lpv import recursive_kernel as kernel
-from identification.lpv.recursive import coefficients_of, model_of
+from lpv_truth import TOP, TS, as_record, deviations, frozen, matrices, runup
+from model3 import TRUTH, model
+from rotorsim.base.errors import ModelError, SchemaError, UnfitError
+from studies.recursive_lpv import kernel
+from studies.recursive_lpv.estimate import Recursion, RecursiveLpv, coefficients_of, model_of, without_dead_times
 
 pytestmark = pytest.mark.numerical
 
@@ -21,7 +21,7 @@ GAP = (10.0, 11.0)
 
 
 def online(start=None, pressures=(5e5, 5e5), **settings):
-    return idn.RecursiveLpv(start or frozen(0.0), TS, (0.0, TOP), pressures, idn.Recursion(**settings))
+    return RecursiveLpv(start or frozen(0.0), TS, (0.0, TOP), pressures, Recursion(**settings))
 
 
 def errors(data, estimate, every=0.1):
@@ -221,7 +221,7 @@ def test_it_may_start_from_surfaces(to_20_krpm):
     points = [(speed, pressure) for speed in np.linspace(0, TOP, 4) for pressure in (4e5, 5e5, 6e5)]
     results = [idn.identify(_at(*point), 3) for point in points]
     lpv = idn.fit_lpv(results, order=2)
-    estimate = idn.RecursiveLpv(lpv, TS, (0.0, TOP), (5e5, 5e5))
+    estimate = RecursiveLpv(lpv, TS, (0.0, TOP), (5e5, 5e5))
     for speed in (0.0, 0.5 * TOP, TOP):
         np.testing.assert_allclose(estimate.at(speed, 5e5).wn, lpv.at(speed, 5e5).wn, rtol=0.02)
 
@@ -244,7 +244,7 @@ def test_on_the_rig_the_run_up_is_tracked_as_the_plants_eigenvalues_move():
     u[:2000] = 0
     record = plant.simulate(20.0, speed=speed, pressure=0.5e6, reference=u, seed=1)
     start = idn.identify(rs.experiments.prbs(plant, 0.0, 0.5e6, duration=4.0), 3).model
-    track = idn.RecursiveLpv(start, TS, (0.0, top), (0.5e6, 0.5e6)).run(record, every=0.5)
+    track = RecursiveLpv(start, TS, (0.0, top), (0.5e6, 0.5e6)).run(record, every=0.5)
     physics = [plant.linearise(one, 0.5e6) for one in np.linspace(0, top, 7)]
     for k in range(2):
         wn, zeta = (
@@ -263,17 +263,17 @@ def test_on_the_rig_the_run_up_is_tracked_as_the_plants_eigenvalues_move():
         (lambda: online(idn.LinearModel(-np.eye(2), np.eye(2), np.eye(2), np.zeros((2, 2)))), ModelError, "six states"),
         (lambda: online(replace(frozen(0.0), B=np.ones((6, 2)))), ModelError, "recursive.start"),
         (lambda: online(replace(frozen(0.0), C=np.eye(2, 6)[::-1] * [[0], [1]])), ModelError, "recursive.start"),
-        (lambda: idn.RecursiveLpv(frozen(0.0), 2e-3, (0, TOP), (5e5, 5e5)), UnfitError, "times their frequency"),
-        (lambda: idn.RecursiveLpv(frozen(0.0), np.nan, (0, TOP), (5e5, 5e5)), UnfitError, "times their frequency"),
-        (lambda: idn.RecursiveLpv(frozen(0.0), TS, (TOP, 0), (5e5, 5e5)), UnfitError, "recursive.speeds"),
-        (lambda: idn.RecursiveLpv(frozen(0.0), TS, (0, TOP), 5e5), UnfitError, "recursive.pressures"),
-        (lambda: idn.Recursion(order=7), UnfitError, "order 7"),
-        (lambda: idn.Recursion(harmonics=-1), UnfitError, "-1 harmonics"),
-        (lambda: idn.Recursion(drift=(0.1, 0.1)), UnfitError, "recursion.drift"),
-        (lambda: idn.Recursion(drift=(-1, 0, 0, 0)), UnfitError, "recursion.drift"),
-        (lambda: idn.Recursion(spread=(0, 1, 1, 1)), UnfitError, "recursion.spread"),
-        (lambda: idn.Recursion(corner=np.nan), UnfitError, "recursion.corner: nan"),
-        (lambda: idn.Recursion(least_input=-1), UnfitError, "recursion.least_input: -1"),
+        (lambda: RecursiveLpv(frozen(0.0), 2e-3, (0, TOP), (5e5, 5e5)), UnfitError, "times their frequency"),
+        (lambda: RecursiveLpv(frozen(0.0), np.nan, (0, TOP), (5e5, 5e5)), UnfitError, "times their frequency"),
+        (lambda: RecursiveLpv(frozen(0.0), TS, (TOP, 0), (5e5, 5e5)), UnfitError, "recursive.speeds"),
+        (lambda: RecursiveLpv(frozen(0.0), TS, (0, TOP), 5e5), UnfitError, "recursive.pressures"),
+        (lambda: Recursion(order=7), UnfitError, "order 7"),
+        (lambda: Recursion(harmonics=-1), UnfitError, "-1 harmonics"),
+        (lambda: Recursion(drift=(0.1, 0.1)), UnfitError, "recursion.drift"),
+        (lambda: Recursion(drift=(-1, 0, 0, 0)), UnfitError, "recursion.drift"),
+        (lambda: Recursion(spread=(0, 1, 1, 1)), UnfitError, "recursion.spread"),
+        (lambda: Recursion(corner=np.nan), UnfitError, "recursion.corner: nan"),
+        (lambda: Recursion(least_input=-1), UnfitError, "recursion.least_input: -1"),
     ],
 )
 def test_what_makes_no_estimate_is_refused_in_a_sentence(call, error, sentence):
@@ -314,7 +314,6 @@ def test_records_that_lack_something_or_have_another_rate_are_refused(to_20_krpm
 def test_a_start_with_dead_times_has_them_in_its_lags():
     """Model 3 as `identify` gives it by default: eight states; frequencies, damping and gain at rest are kept."""
     from identification.local.greybox import STRUCTURES
-    from identification.lpv.recursive import without_dead_times
 
     theta = np.array([-5e5, 0, 0, -6e5, -50, 0, 0, -40, 1.5, 0.1, -0.1, 1.6, 900, 1100, 4e3, 5e3], float)
     late = idn.LinearModel(*STRUCTURES["3-delay"].matrices(theta))
@@ -323,4 +322,4 @@ def test_a_start_with_dead_times_has_them_in_its_lags():
     np.testing.assert_allclose(short.static_gain, late.static_gain, rtol=1e-12)
     np.testing.assert_allclose(short.wn, late.wn, rtol=1e-9)
     np.testing.assert_allclose(-1 / short.A[[4, 5], [4, 5]], 1 / theta[12:14] + 2 / theta[14:16], rtol=1e-12)
-    idn.RecursiveLpv(late, 2e-4, speeds=(0.0, 600.0), pressures=(0.5e6, 0.5e6))
+    RecursiveLpv(late, 2e-4, speeds=(0.0, 600.0), pressures=(0.5e6, 0.5e6))

@@ -1,0 +1,1 @@
+"""Recursive estimate of a parameter-varying model, sample by sample."""
