@@ -15,7 +15,7 @@ MEASURES = ("limit", "measures", "measures_control", "measures_identification")
 SOURCES = {
     "control": (
         "identification", "reynolds", "rotorsim/base", "rotorsim/machine", "rotorsim/control",
-        f"{HERE}/control_cases.py",
+        f"{HERE}/control_cases.py", f"{HERE}/printed.py", f"{HERE}/data/printed.toml",
     ),
     "verify": (*RUNS, "rotorsim/analysis", "rotorsim/verify", "rotorsim/report", f"{HERE}/control_cases.py"),
     "hysteresis": (*PLANT, f"{HERE}/claims/hysteresis.py"),

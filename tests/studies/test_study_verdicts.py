@@ -17,7 +17,7 @@ from studies.thesis.claims import control_numbers, verdicts
 from studies.thesis.claims.hysteresis import drift
 from studies.thesis.claims.judge import VERDICTS
 from studies.thesis.claims.rules import Figure, claims, first_claims
-from studies.thesis.control_cases import onset, peaks
+from studies.thesis.control_cases import decrement, onset, peaks, two_modes
 from studies.thesis.control_study import DESIGNS, ControlStudy
 from studies.thesis.whole_study import layout
 
@@ -140,7 +140,7 @@ def test_every_figure_of_control_has_a_part_that_makes_it(monkeypatch):
         control_numbers, "_PARTS", tuple((n, laws, lambda *_: {"one": 1.0}) for n, laws, _ in control_numbers._PARTS)
     )
     known = control_numbers.control_numbers(ControlStudy(), None)
-    assert list(known) == [f"C{n}" for n in range(1, 13)]
+    assert list(known) == [f"C{n}" for n in range(1, 13)] + ["N2", "N3", "N4", "N5"]
     assert {number for number, figures in known.items() if figures} == bare
 
 
@@ -179,6 +179,30 @@ def test_frequency_and_damping_of_a_ring_down_are_found():
         p = np.exp(-zeta * 750 * t) * np.sin(np.sqrt(1 - zeta**2) * 750 * t)
         assert ring_down(np.column_stack([p, 0 * t])) == (pytest.approx(750, rel=0.08), pytest.approx(zeta, rel=0.2))
     assert all(np.isnan(ring_down(np.full((500, 2), np.nan))))
+
+
+TIME = np.arange(500) * 2e-4
+
+
+def decay(w, zeta):
+    """A free decay from one micrometre over TIME."""
+    s = w * (-zeta + 1j * np.sqrt(1 - zeta**2))
+    return 1e-6 * np.exp(s * TIME).real
+
+
+@pytest.mark.parametrize("zeta", [(0.03, 0.02), (0.4, 0.3), (0.66, 0.45)])
+def test_both_modes_of_added_answers_are_found_however_damped(zeta):
+    motion = np.column_stack([decay(600, zeta[0]), decay(720, zeta[1])])
+    wn, found = two_modes(TIME, motion)
+    assert wn == pytest.approx([600, 720], rel=1e-3) and found == pytest.approx(zeta, rel=1e-2)
+    assert np.isnan(two_modes(TIME, motion * np.nan)[1]).all()
+
+
+@pytest.mark.parametrize("zeta", [0.016, 0.14, 0.6])
+def test_the_damping_of_y_is_its_decrement_or_that_of_the_mode_it_shows(zeta):
+    motion = np.column_stack([decay(600, 0.05), decay(720, zeta)])
+    assert decrement(TIME, motion) == pytest.approx(zeta, rel=0.05)
+    assert np.isnan(decrement(TIME, motion * np.nan))
 
 
 def run_of(disc, speed):
