@@ -105,11 +105,8 @@ def from_ross(rotor: Any) -> Parts:
 def to_ross(rotor: OwnRotor, module: Any) -> Any:
     """A rotor of ROSS like `rotor`; `module` is `import ross`.
 
-    Raises
-    ------
-    ShaftError
-        If the rotor has what ROSS cannot represent: held nodes, internal coordinates, turning damping, damped masses,
-        and before version 3 tables over the whirl frequency.
+    Raises ShaftError if the rotor has what ROSS cannot represent: held nodes, internal coordinates, turning damping,
+    damped masses, and before version 3 tables over the whirl frequency.
     """
     two_axes = "speed" in signature(module.BearingElement).parameters
     _check_representable(rotor, two_axes)
@@ -252,10 +249,7 @@ def _ross_axes(one: Foreign) -> dict[str, Any]:
 def _mass(one: Foreign) -> PointMass | None:
     """Point mass of a bearing's mass terms; None where they are 0.
 
-    Raises
-    ------
-    ShaftError
-        If they couple x with y, change over the table or act between two nodes.
+    Raises ShaftError if they couple x with y, change over the table or act between two nodes.
     """
     masses = {name: _values(one.read(name, 0.0)) for name in (*_MASSES, *_CROSS_MASSES)}
     there = {name: value for name, value in masses.items() if np.any(value)}

@@ -1,9 +1,8 @@
-from rotorsim.base.errors import FilmError as FilmError
-
 from .bearing import (
     Coefficients as Coefficients,
     GasBearing as GasBearing,
     March as March,
     SteadyFilm as SteadyFilm,
 )
+from .grid import FilmError as FilmError
 from .injector import Injector as Injector

@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reynolds import kernels
-from reynolds.grid import FilmGrid, Layout, cells
+from reynolds.grid import FilmError, FilmGrid, Layout, cells
 from reynolds.injector import Injector
 from reynolds.perturbation import common_kernels, dynamic_stiffness, linear_film
 from reynolds.sleeve import PLAIN, Sleeve
 from reynolds.transient import GAMMA, MID, STAGE, settle_film
 from reynolds.workspace import FilmGas, FilmModel, interval_pressure
-from rotorsim.base.errors import FilmError
 from rotorsim.base.units import TO_UM
 
 Array = NDArray[np.float64]

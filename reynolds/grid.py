@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorsim.base.errors import FilmError
+from rotorsim.base.errors import RotorsimError
 
 JUMP, KINK = 1e-12, 1e-9
 """Differences [m] of the gap and of its derivative between two stretches that are no rounding."""
@@ -49,6 +49,10 @@ MEDIUM = 6
 LAMINATE = 7
 """Numbers of a lane of pieces in w[laminate]: those of `reynolds.texture.medium`, and what its pieces drag at their own
 pressures: [m2] per gradient of p^2 over p, and [Pa m]."""
+
+
+class FilmError(RotorsimError, ValueError):
+    """Raised for a film that cannot be computed, or its input; the message states where and why."""
 
 
 class Layout(NamedTuple):

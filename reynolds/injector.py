@@ -29,9 +29,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from reynolds.grid import NOZZLE_TERMS, FilmGrid
+from reynolds.grid import NOZZLE_TERMS, FilmError, FilmGrid
 from reynolds.jit import inlined
-from rotorsim.base.errors import FilmError
 
 LINEAR_ABOVE = 0.995
 LAWS = ("orifice", "loss_factor")

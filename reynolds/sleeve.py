@@ -26,8 +26,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from reynolds.grid import JUMP, FilmGrid, Layout, cells, fill
-from rotorsim.base.errors import FilmError
+from reynolds.grid import JUMP, FilmError, FilmGrid, Layout, cells, fill
 from rotorsim.base.quantity import number
 from rotorsim.base.units import show
 

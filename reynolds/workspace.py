@@ -8,10 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from reynolds.grid import FilmGrid, Layout, Texture, cells, fill, make_layout
+from reynolds.grid import FilmError, FilmGrid, Layout, Texture, cells, fill, make_layout
 from reynolds.injector import LAWS, Footprint, Injector, footprint, nozzle_coefficients
 from reynolds.sleeve import PLAIN, Sleeve, fill_texture, stretches
-from rotorsim.base.errors import FilmError
 
 CONSTANTS = (
     "mu", "mean_free_path", "radius", "dy", "dz", "pa", "area", "source", "clearance", "h_min", "uneven", "bend_time",

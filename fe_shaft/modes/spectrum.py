@@ -39,10 +39,21 @@ SPLITS = 400
 
 
 def modes_in(pencil: Pencil, region: Region, hints: Sequence[float] = (), seed: Modes | None = None) -> Modes:
-    """All modes of a pencil in the region and some around it that were met; `missing` is 0 where the count proves it.
+    """All modes of a pencil in the region, their number proven.
 
-    `hints` are frequencies [rad/s] around which modes are expected, `seed` the modes of a neighbouring pencil, from
-    which these are refined before others are looked for.
+    Parameters
+    ----------
+    pencil : Pencil
+    region : Region
+    hints : sequence of float
+        Frequencies [rad/s] around which modes are expected.
+    seed : Modes, optional
+        Those of a neighbouring pencil, from which these are refined before others are looked for.
+
+    Returns
+    -------
+    Modes
+        Those of the region and some around it that were met; `missing` is 0 where the count proves it complete.
     """
     known = everything(pencil) if pencil.size <= SMALL else _found(pencil, region, hints, seed)
     return known.take(np.argsort(np.abs(known.values), kind="stable"))

@@ -72,7 +72,7 @@ from identification.local.structures import (
     valued,
 )
 from identification.records.checks import check_modes, suspicious_gains
-from identification.records.prefilter import Signals, longest_part, offsets, pin_pairs, regressors_of
+from identification.records.prefilter import Signals, longest_part, noise_of, offsets, pin_pairs, regressors_of
 from rotorsim.base.errors import UnfitError
 from rotorsim.base.rounding import normal_root
 
@@ -166,13 +166,18 @@ TRIAL = 8
 """Steps of each candidate."""
 
 
+AT_REST = 400
+"""Samples at rest from which the noise of measured pins is taken."""
+
+
 def actuator_signals(signals: Signals) -> Signals:
-    """The same record with the pins' motion as output."""
+    """The same record with the pins' motion as output; its noise is that of the pins at rest, none without a rest."""
     assert signals.pins is not None
     v = pin_pairs(signals.pins, signals.u)
     rest = signals.rest if signals.rest >= 50 else len(v)
     Q = offsets(len(v), signals.breaks)
-    return replace(signals, y=v - v[:rest].mean(axis=0), truth=None, Q=Q, noise=np.zeros(2))
+    noise = noise_of(v, Q, signals.rest) if signals.rest >= AT_REST else np.zeros(2)
+    return replace(signals, y=v - v[:rest].mean(axis=0), truth=None, Q=Q, noise=noise)
 
 
 def grey_box(kind: str, signals: Signals, method: str, start: Any) -> Identification:

@@ -103,14 +103,8 @@ def private_folder(path: Path) -> Path:
     """Real path of a folder, made with its parents where it is missing, that no other user can fill or replace.
 
     The folder and all above it belong to this user or to the system's administrator. Others may write to none of them;
-    above it they may where a sticky bit keeps what is not theirs, as in the folder for temporary files.
-
-    Raises
-    ------
-    OpenFolderError
-        If another user could put files there.
-    OSError
-        If it cannot be made.
+    above it they may where a sticky bit keeps what is not theirs, as in the folder for temporary files. Raises
+    OpenFolderError if another user could put files there, OSError if it cannot be made.
     """
     absolute = Path(os.path.abspath(path))
     for missing in [folder for folder in (absolute, *absolute.parents) if not folder.exists()][::-1]:

@@ -85,10 +85,6 @@ class LawError(RotorsimError):
     """Raised for a control law that cannot be read, or does not fit the plant it is to run on."""
 
 
-class FilmError(RotorsimError, ValueError):
-    """Raised for a film that cannot be computed, or its input; the message states where and why."""
-
-
 class SchemaError(RotorsimError, ValueError):
     """Raised for a record that does not fit the schema; the message names variable, problem and way out."""
 

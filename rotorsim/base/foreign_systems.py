@@ -40,10 +40,7 @@ class Foreign:
     def read(self, name: str, default: Any = _REQUIRED) -> Any:
         """An attribute, counted as read; the default where the object has none.
 
-        Raises
-        ------
-        AttributeError
-            If there is neither the attribute nor a default.
+        Raises AttributeError if there is neither the attribute nor a default.
         """
         self._read.add(name)
         return getattr(self.value, name) if default is _REQUIRED else getattr(self.value, name, default)
@@ -166,10 +163,7 @@ def period(system: Any) -> float | None:
 def matrices(system: Any) -> Matrices:
     """Matrices of a linear system; a transfer function of several inputs and outputs entry by entry.
 
-    Raises
-    ------
-    DataError
-        For anything but a proper, linear system.
+    Raises DataError for anything but a proper, linear system.
     """
     if not is_linear(system):
         raise DataError(f"{type(system).__name__}: is not a linear system; give control.StateSpace or TransferFunction")
@@ -440,10 +434,7 @@ def in_si(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """B, C, D between SI units, from those that InputUnit and OutputUnit state; without these they are SI already.
 
-    Raises
-    ------
-    DataError
-        For a unit of another quantity.
+    Raises DataError for a unit of another quantity.
     """
     into = [_factor(unit, inputs) for unit in _units(content, "InputUnit", D.shape[1])]
     out = [_factor(unit, outputs) for unit in _units(content, "OutputUnit", D.shape[0])]

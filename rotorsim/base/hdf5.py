@@ -181,14 +181,9 @@ def _write(disk: Any, data: Any) -> None:
 def write_netcdf(path: str | Path, dataset: xr.Dataset) -> None:
     """Write a dataset as netCDF-4 in one step.
 
-    Ctrl-C waits until then: in a callback from libhdf5 it would leave a file there that cannot be closed.
-
-    Raises
-    ------
-    WriteError
-        If the file cannot be written; what was at `path` stays.
-    TypeError, ValueError
-        If netCDF cannot hold part of the dataset.
+    Ctrl-C waits until then: in a callback from libhdf5 it would leave a file there that cannot be closed. Raises
+    WriteError if the file cannot be written (what was at `path` stays), TypeError or ValueError if netCDF cannot hold
+    part of the dataset.
     """
     with Interrupt() as interrupt, replacing(path) as part, DiskFile(part) as file:
         dataset.to_netcdf(file, engine="h5netcdf")

@@ -82,12 +82,8 @@ class ArchiveError(ValueError):
 def read_archive(source: Path | bytes, largest: int = LARGEST, densest: float = DENSEST) -> dict[str, bytes]:
     """All files of an archive by their names, which are relative, go nowhere up and differ even without their case.
 
-    Raises
-    ------
-    ArchiveError
-        If it is damaged, encrypted, packed by anything but deflate, holds links, too many files or too many bytes.
-    OSError
-        If there is no such file.
+    Raises ArchiveError if it is damaged, encrypted, packed by anything but deflate, holds links, too many files or too
+    many bytes; OSError if there is no such file.
     """
     import zipfile
 

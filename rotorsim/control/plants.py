@@ -37,11 +37,8 @@ Model = LinearModel | LpvModel
 def frozen(model: Model, speed: float, pressure: float, extrapolate: bool = False) -> LinearModel:
     """The continuous linear model at an operating point.
 
-    Raises
-    ------
-    DesignError
-        If the point lies outside the model's range and `extrapolate` is not given, or the model is not a map from
-        references x, y to disc x, y.
+    Raises DesignError if the point lies outside the model's range and `extrapolate` is not given, or the model is not a
+    map from references x, y to disc x, y.
     """
     if not extrapolate and outside(model, speed, pressure):
         raise DesignError(

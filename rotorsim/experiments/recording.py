@@ -234,10 +234,7 @@ class Recording:
     def close(self) -> None:
         """Close and move to the final name if what was recorded makes a record.
 
-        Raises
-        ------
-        WriteError
-            If nothing could be kept. A record that was only kept in part has `stopped`.
+        Raises WriteError if nothing could be kept. A record that was only kept in part has `stopped`.
         """
         if self._disk.closed:
             return

@@ -115,10 +115,7 @@ ANY = "*"
 def with_value(text: str, path: str, value: Any) -> str:
     """TOML `text` with `value` at the dotted `path`; list items by index, `*` for each; absent tables are made.
 
-    Raises
-    ------
-    MachineFileError
-        If the path does not lead to a value.
+    Raises MachineFileError if the path does not lead to a value.
     """
     return with_values(text, {path: value})
 

@@ -79,10 +79,7 @@ def check_controller(controller: Any) -> None:
 def prepare(controller: Controller, machine: Machine, continued: bool = False) -> None:
     """Check a controller for a run, and reset it unless the run is continued.
 
-    Raises
-    ------
-    ControllerError
-        For a machine without injector pins, or with another sampling time than the controller's.
+    Raises ControllerError for a machine without injector pins, or with another sampling time than the controller's.
     """
     check_actuators(machine, name_of(controller))
     call(controller, "check_sampling", machine.sampling_time)
@@ -119,9 +116,9 @@ def ask(
     controller: Controller, measured: np.ndarray, speed: float, pressure: float, angle: float, time: float,
     acting: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
-    """Reference (2,) [V] of a controller for the disc (2,) [m], speed [rad/s] and gauge pressure [Pa] measured.
+    """Reference (2,) [V] for the disc (2,) [m], speed [rad/s], gauge pressure [Pa] and angle [rad] measured.
 
-    One with a `runout` table is also given the shaft angle [rad]. At `time` [s] the reference `acting` (2,) [V] acts.
+    At `time` [s] the reference `acting` (2,) [V] acts. Only a controller with a `runout` table is given the angle.
     Raises ControllerError for anything but two finite numbers.
     """
     call(controller, "applied", acting)

@@ -183,7 +183,8 @@ def run_other(simulation: Simulation, controller: Controller, rows: np.ndarray, 
         if fault is not None and k >= frozen:
             seen[fault.channel] = held[fault.channel]
         held = seen
-        output = ask(controller, seen, *row[READ + 3 : READ + 5], row[READ + 2], k * Ts, used[k, 2:4])
+        angle, speed, pressure = row[READ + 2 : READ + 5]
+        output = ask(controller, seen, speed, pressure, angle, k * Ts, used[k, 2:4])
     return Run(np.concatenate(tables), used, Ts=Ts, alarms=_alarms(controller, len(rows)))
 
 

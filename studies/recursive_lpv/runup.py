@@ -30,19 +30,19 @@ y = record["disc_measured"].values.copy()
 y[(t > 9) & (t < 10)] = np.nan  # a loose plug
 
 online = RecursiveLpv(start, Ts, speeds=(0.0, top), pressures=(pressure, pressure))
-times, modes = [], []
+times, tracked = [], []
 for k in range(len(t)):
     online.update(reference[k], y[k], speed[k], pressure)  # a loop on the rig would call this at every sample
     if k % 500 == 499:
         frozen = online.at(speed[k], pressure)
         times.append(t[k])
-        modes.append([*frozen.wn[:2] / (2 * np.pi), *frozen.zeta[:2]])
+        tracked.append([*frozen.wn[:2] / (2 * np.pi), *frozen.zeta[:2]])
 
 speeds = np.linspace(0, top, 7)
 physics = [plant.linearise(one, pressure) for one in speeds]
 true = np.array([[*one.wn[:2] / (2 * np.pi), *one.zeta[:2]] for one in physics])
-tracked, at = np.array(modes), np.interp(times, t, speed)
-off = tracked / np.column_stack([np.interp(at, speeds, column) for column in true.T]) - 1
+modes, at = np.array(tracked), np.interp(times, t, speed)
+off = modes / np.column_stack([np.interp(at, speeds, column) for column in true.T]) - 1
 worst = np.abs(off[np.array(times) > 2]).max(axis=0)
 print(f"largest error of frequencies {worst[:2].max():.2%}, of damping ratios {worst[2:].max():.1%}")
 print(f"samples skipped: {online.counts['skipped']}, updates refused: {online.counts['refused']}")
@@ -50,7 +50,7 @@ print(f"samples skipped: {online.counts['skipped']}, updates refused: {online.co
 figure, axes = plt.subplots(1, 2, figsize=(10, 4.2))
 for axis, columns, name in ((axes[0], (0, 1), "natural frequency [Hz]"), (axes[1], (2, 3), "damping ratio")):
     for column, color in zip(columns, ("tab:blue", "tab:orange"), strict=True):
-        axis.plot(at * 30 / np.pi, tracked[:, column], color=color, linewidth=1, label=f"mode {column % 2 + 1}, tracked")
+        axis.plot(at * 30 / np.pi, modes[:, column], color=color, linewidth=1, label=f"mode {column % 2 + 1}, tracked")
         axis.plot(speeds * 30 / np.pi, true[:, column], "--", color=color, label="eigenvalues of the plant")
     axis.axvspan(*np.interp([9, 10], t, speed) * 30 / np.pi, color="0.9")
     axis.set(xlabel="speed [rpm]", ylabel=name)

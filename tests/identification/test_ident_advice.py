@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from model3 import DELAYED, TRUTH, TS, looped_model3, made, model, record
 
 import identification as idn
 from identification.local.greybox import delays, modes
+from model3 import DELAYED, TRUTH, TS, looped_model3, made, model, record
 
 pytestmark = pytest.mark.numerical
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from model3 import DELAYED, TRUTH, TS, model, prbs, record
 
 import identification as idn
 from identification.local.bias import _modulated, _part_of_the_input, model_error, of_any_phase
@@ -10,6 +9,7 @@ from identification.local.confidence import Spread, sandwich, spread
 from identification.local.greybox import STRUCTURES, modes
 from identification.local.least_squares import FitProblem, GreyBox
 from identification.local.simulation import zero_order_hold
+from model3 import DELAYED, TRUTH, TS, model, prbs, record
 
 pytestmark = pytest.mark.numerical
 

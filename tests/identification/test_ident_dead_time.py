@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from model3 import DELAYED, TRUTH, TS, model, prbs, record
 
 import identification as idn
 from identification.local.greybox import STRUCTURES, dead_times, delays, modes
+from model3 import DELAYED, TRUTH, TS, model, prbs, record
 from rotorsim.control.plants import design_plant, is_delayed_model_3, scaled_model
 from rotorsim.control.systems import response
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from model3 import TS, looped_model3 as looped, made, model, prbs, record
 from scipy.signal import butter, chirp, sosfilt
 
 import identification as idn
 from identification.records.checks import FEED, check_modes, controller_of, fed_back
+from model3 import TS, looped_model3 as looped, made, model, prbs, record
 
 pytestmark = pytest.mark.numerical
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from model3 import TRUTH, TS, model, prbs, record
 from scipy.linalg import expm
 
 import identification as idn
@@ -10,6 +9,7 @@ from identification.local.blackbox import FullStateSpace
 from identification.local.greybox import STRUCTURES, actuator_poles, modes
 from identification.local.least_squares import FitProblem, GreyBox, Predictor
 from identification.local.simulation import exponential, sampled
+from model3 import TRUTH, TS, model, prbs, record
 
 pytestmark = pytest.mark.numerical
 

@@ -61,6 +61,18 @@ def test_the_actuators_that_are_identified_are_those_with_their_sensors(seen):
     assert any("pin_measured" in text for text in measured.notes) and mapped.notes != measured.notes
 
 
+def test_the_ceiling_of_actuators_is_what_the_noise_of_their_readings_leaves(seen):
+    """White noise of s at rest: 1 - s / std of the signal; a fit of the true structure reaches it."""
+    record, noise = seen[2].copy(deep=True), 2e-7
+    true = record["pin"].values.copy()
+    record["pin"][:] = true + noise * np.random.default_rng(5).normal(size=true.shape)
+    found, whole = idn.identify(record, "actuator"), idn.identify(seen[2], "actuator")
+    expected = 1 - noise / record["pin"].values.std(axis=0)
+    assert found.ceiling == pytest.approx(expected, abs=0.003)
+    assert found.fit == pytest.approx(expected, abs=0.006)
+    assert whole.ceiling == pytest.approx([1.0, 1.0], abs=1e-9)
+
+
 @pytest.mark.parametrize("suffix", [".nc", ".csv", ".mat"])
 def test_measured_pins_come_back_from_files_to_the_last_bit(seen, tmp_path, suffix):
     short = seen[1].isel(time=slice(0, 100), injector=[1])

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from model3 import TRUTH, TS, prbs, record
 
 import identification as idn
 from identification.local.greybox import modes
 from identification.records.prefilter import rest_length
+from model3 import TRUTH, TS, prbs, record
 
 pytestmark = pytest.mark.numerical
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from model3 import TRUTH, TS, prbs
 
 import identification as idn
 from identification.local.greybox import RATED, STRUCTURES, modes, split, static_gain
 from identification.local.models import LinearModel
+from model3 import TRUTH, TS, prbs
 
 pytestmark = pytest.mark.numerical
 

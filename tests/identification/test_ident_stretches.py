@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from model3 import TRUTH, TS, record
 
 import identification as idn
 from identification.local.greybox import STRUCTURES
 from identification.local.least_squares import FitProblem, GreyBox
 from identification.local.simulation import respond
 from identification.records.prefilter import offsets, regressors_of, without_gaps
+from model3 import TRUTH, TS, record
 
 pytestmark = pytest.mark.numerical
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from model3 import record as model3_record
 
 import identification as idn
 from identification.records.sensors import probe_outputs
+from model3 import record as model3_record
 
 PROBES = {
     "probe": ["DE_x", "DE_y", "NDE", "A"],

@@ -44,7 +44,7 @@ RECORDS = Path(os.environ.get("ROTORSIM_RECORDS", "records"))
 """Folder of the records of the diagnosis."""
 
 EVERY_EFFECT: dict[str, Any] = {
-    "asymmetric_shaft": {},  # this, seal, heat and ring: neutral, numbers stored before them stay as they are
+    "asymmetric_shaft": {},  # this, seal, heat, ring and pins: neutral, numbers stored before them stay as they are
     "ball_bearing": {"softening": 0.05, "clearance": "0.5 um"},
     "base_vibration": {},  # excludes a pedestal
     "clearance_growth": {"growth": "0.4 um", "temperature": "3 K"},
@@ -62,6 +62,7 @@ EVERY_EFFECT: dict[str, Any] = {
     "noise": {"sigma": "0.3 um"},
     "out_of_round": {"sleeve": "0.5 um", "journal": "0.3 um", "journal_lobes": 3},
     "pedestal": {"mass_ratio": 0.3},
+    "pin_sensor": {},
     "plenum_volume": {"change": 0.2},
     "pressure_transducer": {"gain": 0.01, "zero": "1 kPa", "sigma": "1 kPa"},
     "rub": {"stiffness": "1 MN/m", "gap": "40 um"},
@@ -93,8 +94,8 @@ RENAMED_EFFECTS = {"gas_heating": "viscosity"}
 """Effect above -> its name in such a commit."""
 NEED_FILM = frozenset({
     "clearance_growth", "contact", "creep", "dead_zone", "discharge_drift", "heat_balance", "hysteresis",
-    "journal_tilt", "out_of_round", "pedestal", "plenum_volume", "slip", "supply_droop", "unequal_pressure",
-    "gas_heating", "weak_injector",
+    "journal_tilt", "out_of_round", "pedestal", "pin_sensor", "plenum_volume", "slip", "supply_droop",
+    "unequal_pressure", "gas_heating", "weak_injector",
 })  # fmt: skip
 
 

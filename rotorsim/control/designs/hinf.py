@@ -263,10 +263,7 @@ def truncated(system: System, order: int) -> System:
 def coprime_truncated(system: System, order: int) -> System:
     """Truncation of the balanced normalised coprime factors N, M with K = N M^-1; K may be unstable.
 
-    Raises
-    ------
-    DesignError
-        If the Riccati equation of the factors has no solution.
+    Raises DesignError if the Riccati equation of the factors has no solution.
     """
     A, B, C, D = balanced_states(system)
     R, S = np.eye(B.shape[1]) + D.T @ D, np.eye(C.shape[0]) + D @ D.T
@@ -322,7 +319,7 @@ def reduced(
 ) -> tuple[System, float]:
     """Reduced controller and the largest change of S, relative to its peak, in the loop with a sampled plant.
 
-    `make` samples a controller; `order` None takes the smallest within the `tolerance` of that change; `accept` tells
+    `make` samples a controller; `order` None takes the smallest within the `tolerance` of that change; `accept` states
     whether a reduced controller will do otherwise. Raises DesignError if no order (or not the one asked for) gives a
     stable loop.
     """

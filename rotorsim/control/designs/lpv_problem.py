@@ -244,10 +244,7 @@ class Unknowns:
 def synthesise(grid: SynthesisGrid, sought: Sought, gamma: float | None = None, progress: Report = silent) -> Solution:
     """Smallest gamma with which the inequalities hold; or, for a given gamma, X(q) and Y(q) furthest inside them.
 
-    Raises
-    ------
-    DesignError
-        If the solver has no solution.
+    Raises DesignError if the solver has no solution.
     """
     moves = tuple(np.ptp(grid.points, axis=0) > 0)
     powers_X = () if sought.feedback_only else exponents(sought.order_X, moves)
