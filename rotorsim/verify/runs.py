@@ -95,14 +95,20 @@ class Frozen:
     time: float
 
 
-def run_rows(plant: Plant, law: AnyLaw | None, rows: np.ndarray, seed: int = 0, fault: Frozen | None = None) -> Run:
+def run_rows(
+    plant: Plant, law: AnyLaw | None, rows: np.ndarray, seed: int = 0, fault: Frozen | None = None,
+    position: float | None = None,
+) -> Run:  # fmt: skip
     """Run from the equilibrium of the first row: columns as `Simulation.advance` takes them, (n, 6).
 
+    The force acts at a `position` [m] along the shaft, that of the disc by default.
     A step without solution or a limit of the machine ends the run; what was simulated is kept. Raises NoLiftOffError,
     DataError, LawError.
     """
     rows = np.array(rows, float)
     simulation = plant.start(float(rows[0, 0]), float(rows[0, 1]), seed=seed)
+    if position is not None:
+        simulation.strike_at(position)
     if law is not None:
         check_actuators(plant.machine, law.name)
     if why := choked(simulation):

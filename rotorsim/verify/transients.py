@@ -45,6 +45,8 @@ IMPACT_LEAD = 0.4
 """Time [s] before the first hit: a law seeks its centre and wakes."""
 RESPONSE = 0.1
 """Duration [s] of a response."""
+PULSE = 1e-3
+"""Duration [s] of a hit."""
 SPACING = 0.2
 CONFIRM = 3
 """A circle is left when as many samples in a row lie outside."""
@@ -166,10 +168,10 @@ class ImpactResponse:
 
 
 def impact_responses(
-    plant: Plant, law: AnyLaw | None, speed: float, pressure: float, peak: float = 20.0
+    plant: Plant, law: AnyLaw | None, speed: float, pressure: float, peak: float = 20.0, position: float | None = None
 ) -> ImpactResponse:
-    """Hit the disc along x, then along y, and measure."""
-    with_, without, hit = _twins(plant, law, speed, pressure, peak)
+    """Hit the disc, or the shaft at a position [m], along x, then along y, and measure."""
+    with_, without, hit = _twins(plant, law, speed, pressure, peak, position)
     n = min(len(with_.table), len(without.table))
     p = (with_.disc[:n] - without.disc[:n]) * TO_UM
     r = with_.reference[:n] - without.reference[:n]
@@ -191,27 +193,32 @@ def impact_responses(
 
 
 def impact_answers(
-    plant: Plant, law: AnyLaw | None, speed: float, pressure: float, peak: float
+    plant: Plant, law: AnyLaw | None, speed: float, pressure: float, peak: float, position: float | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Disc (n, 2) [m] after a hit along x and after one along y, less its twin without hits; NaN if a run ended."""
-    with_, without, _ = _twins(plant, law, speed, pressure, peak)
+    """Disc (n, 2) [m] after a hit along x and after one along y, less its twin without hits; NaN if a run ended.
+
+    The hits are on the disc, or at a position [m] along the shaft.
+    """
+    with_, without, _ = _twins(plant, law, speed, pressure, peak, position)
     if with_.ended or without.ended:
         return (np.full((with_.count(RESPONSE), 2), np.nan),) * 2
     p = with_.disc - without.disc
     return p[_after(0, with_)], p[_after(1, with_)]
 
 
-def _twins(plant: Plant, law: AnyLaw | None, speed: float, pressure: float, peak: float) -> tuple[Run, Run, np.ndarray]:
+def _twins(
+    plant: Plant, law: AnyLaw | None, speed: float, pressure: float, peak: float, position: float | None = None
+) -> tuple[Run, Run, np.ndarray]:
     """A run with a hit along x and one along y, its twin without, and the rows of the first."""
     Ts = plant.machine.sampling_time
     quiet = steady_rows(speed, pressure, IMPACT_LEAD + 2 * SPACING, Ts)
     hit = quiet.copy()
     for axis in range(2):
         lead = IMPACT_LEAD + axis * SPACING
-        hammer = Impact(peak=peak, width=1e-3, angle=axis * np.pi / 2, lead=lead, spacing=SPACING, Ts=Ts)
+        hammer = Impact(peak=peak, width=PULSE, angle=axis * np.pi / 2, lead=lead, spacing=SPACING, Ts=Ts)
         own = hammer.rows(0, min(hammer.samples, len(hit)))
         hit[: len(own), 4:6] += own[:, 4:6]
-    return run_rows(plant, law, hit), run_rows(plant, law, quiet), hit
+    return run_rows(plant, law, hit, position=position), run_rows(plant, law, quiet), hit
 
 
 def _after(axis: int, run: Run) -> slice:

@@ -23,7 +23,7 @@ from studies.thesis.cached_cases import Progress
 from studies.thesis.claims.control_numbers import control_left_out, control_numbers
 from studies.thesis.claims.edited import edited, edited_block, edited_markdown
 from studies.thesis.claims.judge import Judged
-from studies.thesis.claims.verdicts import claims_blocks, lines, plain, verdicts
+from studies.thesis.claims.verdicts import claims_blocks, lines, plain, tally, verdicts
 from studies.thesis.control_study import control_study
 from studies.thesis.experiments import pages as experiment_pages
 from studies.thesis.experiments.run import run_experiments
@@ -63,7 +63,7 @@ def designs(
         claims = verdicts(control_numbers(found, loaded), "C", control_left_out(found))
         changes = edited(out)
         blocks = [*edited_block(changes), *claims_blocks(claims, "Claims on control"), *control_blocks(found)]
-        numbers = {"claims": plain(claims), "refused": found.refused, "rules_edited": changes}
+        numbers = {"claims": plain(claims), "count": tally(claims), "refused": found.refused, "rules_edited": changes}
         title, text = f"Control of {plant.machine.name}", "Designs on the identified model, runs of the plant."
         with replacing_all(out, ("report.html", "control.json")) as part:
             save_study_page(title, text, blocks, part / "report.html", page.units)
@@ -98,8 +98,8 @@ def whole(
     plant = plant_of(machine)
     with study_folder(out, _inputs("whole", plant, quick)):
         found = whole_study(plant, out, stage_bar(), jobs, quick)
-        numbers = {"claims": plain(found.claims), "rules_edited": found.edited, "targets": found.targets,
-                   "refused": found.control.refused, "seconds": found.seconds,
+        numbers = {"claims": plain(found.claims), "count": tally(found.claims), "rules_edited": found.edited,
+                   "targets": found.targets, "refused": found.control.refused, "seconds": found.seconds,
                    "report": str(out / "report.html")}  # fmt: skip
         write_json(out / "study.json", numbers)
         page.finish(out / "report.html")

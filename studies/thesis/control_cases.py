@@ -16,21 +16,27 @@ import numpy as np
 
 from identification import load_model
 from rotorsim.analysis import critical_speeds, whirl_onset
-from rotorsim.base.units import KRPM, RIG_SAMPLE
-from rotorsim.control import DesignError, Law, load_law
+from rotorsim.base.errors import DataError
+from rotorsim.base.units import KRPM, RIG_SAMPLE, TO_UM
+from rotorsim.control import DesignError, Law, load_law, runout_table
 from rotorsim.control.catalogue import make_spec, module_of
 from rotorsim.control.designs import p
 from rotorsim.control.sampled_loop import overview
+from rotorsim.experiments import slow_roll
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
+from rotorsim.plant.simulation import split_columns
 from rotorsim.report.control import spectra_of
+from rotorsim.signals import MissingError, decay_of, mode_pair
 from rotorsim.verify import closed_loop
 from rotorsim.verify.closed_loop import other_machines
 from rotorsim.verify.runs import Run, run_rows, steady_rows
 from rotorsim.verify.transients import (
+    PULSE,
     ImpactResponse,
     amplitude,
     amplitudes,
+    changing,
     impact_answers,
     impact_responses,
     ring_down,
@@ -52,6 +58,18 @@ WINDOW = 0.5
 """Length [s] of a stretch whose amplitude counts."""
 SHOWN = 400.0
 """Highest frequency [Hz] of a waterfall."""
+MOST_DAMPED = 0.979
+"""A damping ratio of a fit of two modes from here on is the fit's bound and none."""
+SLOW_ROLL, TURNS = 0.2 * KRPM, 5
+"""Speed [rad/s] and turns of the slow roll that a runout table is made of; the thesis' is below 200 rpm (2.6.2)."""
+FAST, COAST = 2 * KRPM, 0.04 * KRPM
+"""Rates [rad/s^2] of a fast run-up (Paper F, as here) and of the thesis' coast-down (E.5.2)."""
+COAST_END = 5.5 * KRPM
+"""Speed [rad/s] at which the coast-down ends, below both critical speeds at 0.3 MPa (Table E.2)."""
+VOLTS = np.concatenate([np.arange(-5, 5), np.arange(5, -6, -1)])
+"""References [V] of a staircase up and down over their whole range (E.2.1)."""
+STEP, SETTLED = 0.3, 0.1
+"""Duration of a step of the staircase and its last part that is averaged [s]."""
 
 
 def design(model_path: str, name: str, preset: str, changes: list[str], out: str) -> dict[str, Any]:
@@ -66,9 +84,17 @@ def design(model_path: str, name: str, preset: str, changes: list[str], out: str
     return {"overview": overview(law, model) if name != "youla" else {}, "order": law.order}
 
 
-def hits(machine: str, law: str, points: list[Point]) -> list[dict[str, Any]]:
-    """Impact responses at operating points [rad/s, Pa]."""
-    return [asdict(impact_responses(_plant(machine), _law(law), *q)) for q in points]
+def hits(machine: str, law: str, points: list[Point], beside: bool = False) -> list[dict[str, Any]]:
+    """Responses to hits of the disc, or `beside` the film, at operating points [rad/s, Pa]."""
+    plant = _plant(machine)
+    position = beside_film(plant) if beside else None
+    return [asdict(impact_responses(plant, _law(law), *q, position=position)) for q in points]
+
+
+def beside_film(plant: Plant) -> float:
+    """Position [m] of the film's end towards the disc: as close to the bearing as a hammer comes."""
+    film, disc = plant.machine.films[0], plant.machine.discs[0]
+    return float(film.position + np.copysign(film.length / 2, disc.position - film.position))
 
 
 def ring_downs(machine: str, law: str, points: list[Point]) -> list[dict[str, Any]]:
@@ -86,6 +112,51 @@ def ringing(plant: Plant, law: Law | None, points: Iterable[Point]) -> list[dict
     return rows
 
 
+def fits(machine: str, law: str, points: list[Point]) -> list[dict[str, Any]]:
+    """Ring-downs after hits beside the film, read as the thesis reads them, at operating points [rad/s, Pa]."""
+    return fitted(_plant(machine), _law(law), points)
+
+
+def fitted(plant: Plant, law: Law | None, points: Iterable[Point]) -> list[dict[str, Any]]:
+    """The same of a plant and a law: `wn` [rad/s] and `zeta` (2,) of a fit of two modes to the answers to hits along x
+    and y, added, slowest first; `decrement`, the damping ratio of y by the logarithmic decrement."""
+    rows = []
+    for speed, pressure in points:
+        x, y = impact_answers(plant, law, speed, pressure, RING_DOWN, beside_film(plant))
+        free = round(PULSE / plant.machine.sampling_time)
+        time = np.arange(len(x) - free) * plant.machine.sampling_time
+        wn, zeta = two_modes(time, (x + y)[free:])
+        rows.append({"speed": speed, "pressure": pressure, "wn": wn, "zeta": zeta,
+                     "decrement": decrement(time, y[free:])})  # fmt: skip
+    return rows
+
+
+def two_modes(time: np.ndarray, motion: np.ndarray) -> tuple[list[float], list[float]]:
+    """Natural frequencies [rad/s] and damping ratios of a fit of two modes; NaN where there is none or at its bound."""
+    if not np.isfinite(motion).all():
+        return [np.nan] * 2, [np.nan] * 2
+    found = mode_pair(time, motion)
+    zeta = np.where(found.zeta < MOST_DAMPED, found.zeta, np.nan)
+    return (2 * np.pi * found.frequency).tolist(), zeta.tolist()
+
+
+def decrement(time: np.ndarray, motion: np.ndarray) -> float:
+    """Damping ratio of y in a motion (n, 2) by the logarithmic decrement; without its extremes, that of the mode of a
+    fit of two which y shows most."""
+    if not np.isfinite(motion).all():
+        return float("nan")
+    try:
+        return decay_of(time, motion[:, 1]).zeta
+    except MissingError:
+        wn, zeta = map(np.array, two_modes(time, motion))
+    if not np.isfinite(zeta).all():
+        return float("nan")
+    waves = np.exp(np.outer(time, wn * (-zeta + 1j * np.sqrt(1 - zeta**2))))
+    basis = np.hstack([waves.real, waves.imag])
+    size = np.linalg.lstsq(basis, motion[:, 1], rcond=None)[0].reshape(2, 2)
+    return float(zeta[np.hypot(*size).argmax()])
+
+
 def hits_by_size(machine: str, law: str) -> list[dict[str, Any]]:
     """Impact responses of the open loop and of a law for hits of several sizes."""
     rows = []
@@ -98,10 +169,16 @@ def hits_by_size(machine: str, law: str) -> list[dict[str, Any]]:
     return rows
 
 
-def run_up(machine: str, law: str, point: Point) -> dict[str, Any]:
-    """A slow run-up: imbalance amplitude (2,) [m] at its end; speeds (2,) [Hz] of the largest amplitude in BANDS."""
-    speed, pressure = point
-    run = runup(_plant(machine), _law(law), SLOW, pressure, speed, down=False)
+def run_up(machine: str, law: str, point: Point, table: bool = False) -> dict[str, Any]:
+    """A slow run-up: imbalance amplitude (2,) [m] at its end; speeds (2,) [Hz] of the largest amplitude in BANDS.
+
+    With `table` the law takes off the runout that a slow roll of the plant shows.
+    """
+    (speed, pressure), plant, held = point, _plant(machine), _law(law)
+    if table and held is not None:
+        slow = slow_roll(plant, speed=SLOW_ROLL, pressure=pressure, revolutions=TURNS)
+        held = held.with_(runout=runout_table(slow))
+    run = runup(plant, held, SLOW, pressure, speed, down=False)
     n = len(run.table)
     return {"amplitude": amplitudes(run, n - round(0.35 / RIG_SAMPLE), n).tolist(), "ended": run.ended} | peaks(run)
 
@@ -149,6 +226,48 @@ def whirl(machine: str, pressures: list[float]) -> dict[str, list[float]]:
     plant, at = _plant(machine), np.array(pressures)
     found, first = whirl_onset(plant, at), critical_speeds(plant, at, (1,)).critical_speed.values[:, 0, 0]
     return {"onset": (found.onset_speed.values / first).tolist(), "frequency": found.onset_ratio.values.tolist()}
+
+
+def coast(machine: str, point: Point) -> dict[str, bool]:
+    """Whether a fast run-up to a point rubs or ends on the way, and whether a slow coast-down from there rubs."""
+    (top, pressure), plant = point, _plant(machine)
+    Ts = plant.machine.sampling_time
+    up = run_rows(plant, None, changing((0.0, top), (pressure, pressure), top / FAST, Ts))
+    down = run_rows(plant, None, changing((top, COAST_END), (pressure, pressure), (top - COAST_END) / COAST, Ts))
+    return {"up": bool(up.touched or up.ended), "down": bool(down.touched or down.ended)}
+
+
+def static_map(machine: str, point: Point) -> dict[str, Any]:
+    """Errors [um] of a linear map from the pins' differences to the disc's equilibrium over staircases along x and y.
+
+    `largest` of all, `rms` (2, 2) by axis of the disc and of the references; `gain` (2, 2) of disc per pins [m/m].
+    """
+    (speed, pressure), plant = point, _plant(machine)
+    Ts = plant.machine.sampling_time
+    step, last = round(STEP / Ts), round(SETTLED / Ts)
+    errors, gains = np.zeros((2, 2, len(VOLTS))), np.zeros((2, 2))
+    for axis in range(2):
+        rows = steady_rows(speed, pressure, len(VOLTS) * STEP, Ts)
+        rows[:, 2 + axis] = np.repeat(VOLTS, step)
+        run = run_rows(plant, None, rows)
+        if run.ended:
+            raise DataError(f"static map: a staircase of {VOLTS.max():g} V {run.ended}")
+        u = pin_differences(plant, run)[:, axis].reshape(-1, step)[:, -last:].mean(axis=1)
+        p = run.pair("disc_measured").reshape(-1, step, 2)[:, -last:].mean(axis=1)
+        line = np.column_stack([u, np.ones_like(u)])
+        found = np.linalg.lstsq(line, p, rcond=None)[0]
+        errors[:, axis], gains[:, axis] = TO_UM * (p - line @ found).T, found[0]
+    return {"largest": float(np.abs(errors).max()), "rms": np.sqrt(np.mean(errors**2, axis=2)).tolist(),
+            "gain": gains.tolist()}  # fmt: skip
+
+
+def pin_differences(plant: Plant, run: Run) -> np.ndarray:
+    """Differences (n, 2) [m] of opposite pins along x and y, as their sensors read them where there are any."""
+    values = split_columns(plant.assembly, run.table, run.rows)
+    pins, found = np.asarray(values.get("pin_measured", values["pin"])), np.zeros((len(run.table), 2))
+    for k, injector in enumerate(plant.machine.injectors):
+        found[:, "xy".index(injector.reference[1])] += pins[:, k] * (1 if injector.reference[0] == "+" else -1)
+    return found
 
 
 def spectra(run: Run) -> dict[str, list[Any]]:

@@ -16,6 +16,7 @@ from rotorsim.control.designs import h2_scheduled
 from rotorsim.plant import Plant
 from studies.thesis.cached_cases import CachedCase, Progress, run_cases
 from studies.thesis.claims.rules import points
+from studies.thesis.printed import law_a
 from studies.thesis.stage_key import key_of
 
 HOME = "studies.thesis.control_cases"
@@ -47,7 +48,11 @@ DESIGNS: dict[str, tuple[str, str, tuple[str, ...]]] = {
 RINGING = {"placement": "placement", "hinf reduced": "reduced_hits", "p": "decentralised", "softening": "decentralised",
            "hardening": "decentralised"}  # fmt: skip
 """Points of the rules that the damping under a law is measured at."""
-NO_HITS = ("youla", "local", "hinf reduced", "hinf critical")
+FITTED = {"placement": "placement_thesis", "printed": "placement_thesis", "p": "decentralised"}
+"""Points of the rules that ring-downs under a law are read at as the thesis reads them."""
+BESIDE = ("lpv thesis", "hinf thesis")
+"""Laws whose hits are repeated beside the film."""
+NO_HITS = ("youla", "local", "hinf reduced", "hinf critical", "printed")
 HELD_OUT = ("lpv", "hinf")
 RUN_UP = ("lpv thesis", "hinf thesis")
 EXTENDED = ("p", "softening", "placement", "lqr", "hinf", "hinf critical", "lpv", "h2_scheduled")
@@ -55,6 +60,8 @@ BIASED = {"hinf, bias y +1.5 V": ("hinf", (0.0, 1.5)), "hinf, bias y -1.5 V": ("
 """Run-ups with a constant reference, which moves the rotor in its bearing."""
 BY_SIZE = ("hinf thesis", "hinf", "p")
 CELL = ("local", "h2_scheduled", "youla")
+SINGLE = ("coast", "static_map")
+"""Cases of the plant without a law, at the points of the rules of the same name."""
 VERIFIED = ("hinf", "lpv")
 
 
@@ -69,10 +76,15 @@ class ControlStudy:
     held_out: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
     by_size: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
     ringing: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
+    fitted: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
+    beside: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
     runup: dict[str, dict[str, Any]] = field(default_factory=dict)
+    tabled: dict[str, dict[str, Any]] = field(default_factory=dict)
     safe: dict[str, dict[str, Any]] = field(default_factory=dict)
     cell: dict[str, float] = field(default_factory=dict)
     whirl: dict[str, list[float]] = field(default_factory=dict)
+    coast: dict[str, bool] = field(default_factory=dict)
+    static_map: dict[str, Any] = field(default_factory=dict)
     verified: dict[str, dict[str, Any]] = field(default_factory=dict)
     left_out: tuple[str, ...] = ()
 
@@ -140,6 +152,8 @@ def control_study(
     if "h2_scheduled" in found.laws:
         found.laws["local"] = h2_scheduled.local(model, *points("cell")[0])
         found.laws["local"].save(files.law("local"))
+    found.laws["printed"] = law_a()
+    found.laws["printed"].save(files.law("printed"))
     second = run_cases(folder, _runs(files, {name: str(files.law(name)) for name in found.laws}), workers, progress)
     _take_runs(found, first | second)
     checked = [] if quick else [name for name in VERIFIED if name in found.laws]
@@ -181,11 +195,10 @@ class _Files:
         label = f"{title or stage.replace('_', ' ')} {name}"
         return CachedCase(stage, label, key, f"{HOME}:{stage}", (self.machine, law, *more))
 
-    def whirl(self) -> CachedCase:
-        """The case of the linearised plant's whirl."""
-        pressures = [pressure for _, pressure in points("whirl")]
-        key = key_of("whirl", self.physics, repr(pressures))
-        return CachedCase("whirl", "whirl", key, f"{HOME}:whirl", (self.machine, pressures))
+    def alone(self, stage: str, given: Any) -> CachedCase:
+        """A case of the plant that is no law's."""
+        key = key_of(stage, self.physics, repr(given))
+        return CachedCase(stage, stage, key, f"{HOME}:{stage}", (self.machine, given))
 
     def machine_code(self) -> CachedCase:
         """The case that spares the verifications, which run at the same time, from compiling the same twice."""
@@ -204,20 +217,29 @@ def _runs(files: _Files, laws: dict[str, str]) -> list[CachedCase]:
     cases = [
         files.run("run_up", name, law, points("run_up")[0]) for name, law in laws.items() if alone or name in RUN_UP
     ]
+    if alone:
+        cases += [files.alone(stage, points(stage)[0]) for stage in SINGLE]
+    cases += [files.run("run_up", name, law, points("run_up")[0], True, title="run up with table")
+              for name, law in laws.items() if name in RUN_UP]  # fmt: skip
     cases += [files.run("extension", name, law) for name, law in laws.items() if alone or name in EXTENDED]
     cases += [files.run("extension", name, laws[law], bias) for name, (law, bias) in BIASED.items() if law in laws]
     cases += [files.run("hits", name, law, some["impacts"]) for name, law in laws.items() if name not in NO_HITS]
+    cases += [files.run("hits", name, law, some["impacts"], True, title="hits beside the film")
+              for name, law in laws.items() if alone or name in BESIDE]  # fmt: skip
     cases += [files.run("hits", name, law, some["held_out"], title="held out hits")
               for name, law in laws.items() if alone or name in HELD_OUT]  # fmt: skip
     cases += [files.run("hits_by_size", name, laws[name]) for name in BY_SIZE if name in laws]
     cases += [files.run("ring_downs", name, law, _ringing(name)) for name, law in laws.items() if _ringing(name)]
+    cases += [files.run("fits", name, law, _ringing(name, FITTED))
+              for name, law in laws.items() if _ringing(name, FITTED)]  # fmt: skip
     cases += [files.run("cell", name, law, points("cell")[0]) for name, law in laws.items() if alone or name in CELL]
-    return [*cases, files.whirl()] if alone else cases
+    whirl = files.alone("whirl", [pressure for _, pressure in points("whirl")])
+    return [*cases, whirl] if alone else cases
 
 
-def _ringing(name: str) -> list[tuple[float, float]]:
+def _ringing(name: str, at: dict[str, str] = RINGING) -> list[tuple[float, float]]:
     """Points at which the damping under a law is measured; without a law, all of them."""
-    named = dict.fromkeys(RINGING.values()) if name == OPEN else [RINGING[name]] if name in RINGING else []
+    named = dict.fromkeys(at.values()) if name == OPEN else [at[name]] if name in at else []
     return [q for one in named for q in points(one)]
 
 
@@ -232,10 +254,11 @@ def _take_design(found: ControlStudy, files: _Files, name: str, result: dict[str
 def _take_runs(found: ControlStudy, result: dict[str, Any]) -> None:
     homes: dict[str, dict[str, Any]] = {
         "hits": found.impacts, "held out hits": found.held_out, "hits by size": found.by_size,
-        "ring downs": found.ringing, "run up": found.runup, "extension": found.safe, "cell": found.cell,
+        "ring downs": found.ringing, "fits": found.fitted, "hits beside the film": found.beside, "run up": found.runup,
+        "run up with table": found.tabled, "extension": found.safe, "cell": found.cell,
     }  # fmt: skip
     for title in sorted(result, key=len):
         stage = max((s for s in homes if title.startswith(f"{s} ")), key=len, default="")
         if stage:
             homes[stage][title.removeprefix(f"{stage} ")] = result[title]
-    found.whirl = result["whirl"]
+    found.whirl, found.coast, found.static_map = (result[name] for name in ("whirl", *SINGLE))

@@ -15,19 +15,20 @@ MEASURES = ("limit", "measures", "measures_control", "measures_identification")
 SOURCES = {
     "control": (
         "identification", "reynolds", "rotorsim/base", "rotorsim/machine", "rotorsim/control",
-        f"{HERE}/control_cases.py",
+        f"{HERE}/control_cases.py", f"{HERE}/printed.py", f"{HERE}/data/printed.toml",
     ),
     "verify": (*RUNS, "rotorsim/analysis", "rotorsim/verify", "rotorsim/report", f"{HERE}/control_cases.py"),
     "hysteresis": (*PLANT, f"{HERE}/claims/hysteresis.py"),
     "experiments": (
         *RUNS, "rotorsim/analysis", "rotorsim/verify", f"{HERE}/control_study.py", f"{HERE}/control_cases.py",
         f"{STUDY}/identification_vs_physics.py", f"{HERE}/claims/control_numbers.py", f"{HERE}/claims/rules.py",
-        f"{HERE}/claims/rules.toml", f"{HERE}/claims/identification_numbers.py",
+        f"{HERE}/claims/rules.toml", f"{HERE}/claims/amended.toml", f"{HERE}/claims/identification_numbers.py",
         *(f"{HERE}/experiments/{name}.py" for name in MEASURES),
     ),
     "identification": (
         *PLANT, "rotorsim/analysis", *(f"{STUDY}/{name}.py" for name in IDENTIFICATION),
-        *(f"{HERE}/claims/{name}" for name in ("identification_numbers.py", "targets.py", "rules.py", "rules.toml")),
+        *(f"{HERE}/claims/{name}.py" for name in ("identification_numbers", "targets", "rules")),
+        f"{HERE}/claims/rules.toml", f"{HERE}/claims/amended.toml",
     ),
 }  # fmt: skip
 """Sources, files and folders, that a kind of result follows from."""

@@ -10,8 +10,9 @@ from rotorsim.control.designs import h2_scheduled
 from rotorsim.verify.transients import ImpactResponse
 from studies.thesis import control_study as control
 from studies.thesis.claims.control_numbers import control_numbers
-from studies.thesis.claims.rules import claims, points
-from studies.thesis.control_study import OPEN, RINGING, ControlStudy, _ringing
+from studies.thesis.claims.rules import claims, first_claims, points
+from studies.thesis.control_study import FITTED, OPEN, RINGING, ControlStudy, _ringing
+from studies.thesis.printed import law_a
 
 
 def responses(name, response, effort):
@@ -32,10 +33,18 @@ def found(model):
         study.laws[name] = study.laws[f"hinf{ending}"].with_(gamma=1.5, about={"optimal_gamma": 1.4})
     for name, size in ((OPEN, 1.0), ("lpv", 0.5), ("hinf", 0.6), ("lpv thesis", 0.4), ("hinf thesis", 0.8)):
         study.impacts[name], study.held_out[name] = responses("impacts", size, size), responses("held_out", size, size)
+        study.beside[name] = responses("impacts", 2 * size**2, size)
         study.runup[name] = {"amplitude": [size, size / 2], "half": [61.0, 67.0], "third": [39.0, 44.0]}
+        study.tabled[name] = {"amplitude": [size / 2, size / 4]}
     for name, zeta in ((OPEN, 0.02), *((name, 0.1) for name in RINGING)):
         study.ringing[name] = [{"speed": w, "pressure": p, "wn": (700.0, 750.0), "zeta": (zeta, 1.5 * zeta)}
                                for w, p in _ringing(name)]  # fmt: skip
+    study.laws["printed"] = law_a()
+    for name, w, zeta in ((OPEN, 800.0, 0.02), *((name, 600.0, 0.1) for name in FITTED)):
+        study.fitted[name] = [{"speed": s, "pressure": p, "wn": [w, 1.1 * w], "zeta": [zeta, 2 * zeta],
+                               "decrement": 3 * zeta} for s, p in _ringing(name, FITTED)]  # fmt: skip
+    study.coast = {"up": False, "down": True}
+    study.static_map = {"largest": 0.9, "rms": [[0.4, 0.03], [0.05, 0.2]]}
     study.safe = {OPEN: {"speed": 600.0, "left": True, "share": 0.45}, "hinf critical": {"speed": 1200.0}}
     study.cell = {OPEN: 4.0, "local": 1.0, "h2_scheduled": 1.1, "youla": 2.2}
     study.whirl = {"onset": [2.0, 2.1, 2.2], "frequency": [0.45, 0.46, 0.47]}
@@ -47,10 +56,25 @@ def numbers(found, model):
     return control_numbers(found, model)
 
 
-def test_every_figure_of_the_rules_has_a_number(numbers):
-    wanted = {claim.number: {figure.name for figure in claim.figures} for claim in claims() if claim.number[0] == "C"}
+def test_every_figure_of_the_rules_and_of_the_first_rules_has_a_number(numbers):
+    wanted = {}
+    for claim in (*first_claims(), *claims()):
+        if claim.number[0] == "C" or claim.number in ("N2", "N3", "N4", "N5"):
+            wanted.setdefault(claim.number, set()).update(figure.name for figure in claim.figures)
     assert {number: set(figures) for number, figures in numbers.items()} == wanted
     assert all(np.isfinite(value) for figures in numbers.values() for value in figures.values())
+
+
+def test_amended_figures_are_read_from_their_own_runs(numbers):
+    assert [numbers["C1"][f"{name}_8"] for name in ("open", "closed", "lift")] == pytest.approx([0.06, 0.3, 5.0])
+    assert numbers["N5"] == pytest.approx({"closed": 0.3, "lift": 5.0})
+    assert [numbers["C3"][f"fit_{name}"] for name in ("w_1", "zeta_1", "zeta_2")] == pytest.approx([0.75, 0.1, 0.2])
+    c7 = {"near_lpv_x": 0.16, "near_hinf_y": 0.64, "near_effort_x": 0.5, "near_lpv_raised": 0.0}
+    assert {name: numbers["C7"][name] for name in c7} == pytest.approx(c7)
+    assert (numbers["C8"]["table_lpv_x"], numbers["C8"]["table_hinf_y"]) == pytest.approx((20.0, 40.0))
+    assert numbers["N4"]["ratio"] == pytest.approx(0.5)
+    assert numbers["N2"] == {"up": 0.0, "down": 1.0} and numbers["N3"]["rms_xy"] == 0.03
+    assert 0.5 < numbers["C5"]["ridge"] <= 1
 
 
 def test_the_law_of_paper_b_has_four_states(found):
@@ -58,7 +82,8 @@ def test_the_law_of_paper_b_has_four_states(found):
 
 
 def test_what_comes_from_runs_is_taken_from_the_right_law_axis_and_points(numbers):
-    assert numbers["C1"] == pytest.approx({"open": 0.03, "closed": 0.15, "lift": 5.0})
+    c1 = {"open": 0.03, "closed": 0.15, "lift": 5.0}
+    assert {name: numbers["C1"][name] for name in c1} == pytest.approx(c1)
     c7 = {"lpv_x": 0.4, "hinf_y": 0.8, "effort_x": 0.5, "lpv_raised": 0.0, "rig_lpv_worst": 0.5, "rig_effort": 5 / 6}
     assert {name: numbers["C7"][name] for name in c7} == pytest.approx(c7)
     assert (numbers["C8"]["lpv_x"], numbers["C8"]["half_y"]) == pytest.approx((40.0, 67.0))

@@ -1,4 +1,4 @@
-"""Numbers for claims C1 to C12 on control, from the study of control."""
+"""Numbers for claims C1 to C12 on control and N2 to N5, from the study of control."""
 
 from __future__ import annotations
 
@@ -62,10 +62,30 @@ def _placement(found: ControlStudy, model: LpvModel) -> Figures:
     return {"open": open_, "closed": closed_, "lift": closed_ / open_}
 
 
+def _decrements(found: ControlStudy, name: str, words: tuple[str, str, str]) -> Figures:
+    """Vertical damping at the thesis' pressure by the logarithmic decrement, without and with a law; a ratio."""
+    if not found.fitted:
+        return {}
+    open_, closed_ = (_at_point(found.fitted[one], "placement_thesis")["decrement"] for one in (OPEN, name))
+    return dict(zip(words, (open_, closed_, closed_ / open_), strict=True))
+
+
+def _placement_thesis(found: ControlStudy, model: LpvModel) -> Figures:
+    return _decrements(found, "placement", ("open_8", "closed_8", "lift_8"))
+
+
+def _printed_law(found: ControlStudy, model: LpvModel) -> Figures:
+    return {k: v for k, v in _decrements(found, "printed", ("open", "closed", "lift")).items() if k != "open"}
+
+
 def _ringing(found: ControlStudy, name: str, at: str, number: int = 0) -> dict:
     """The ring-down at a named point of the rules."""
+    return _at_point(found.ringing[name], at, number)
+
+
+def _at_point(rows: list[dict], at: str, number: int = 0) -> dict:
+    """The row at a named point of the rules."""
     speed, pressure = points(at)[number]
-    rows = found.ringing[name]
     return next(row for row in rows if np.allclose((row["speed"], row["pressure"]), (speed, pressure), rtol=1e-9))
 
 
@@ -92,6 +112,15 @@ def _proportional(found: ControlStudy, model: LpvModel) -> Figures:
         figures |= {f"w_{k + 1}": w1[k] / w0[k], f"zeta_{k + 1}": zeta1[k], f"lift_{k + 1}": zeta1[k] / zeta0[k]}
         figures |= {f"measured_w_{axis}": held["wn"][k] / alone["wn"][k], f"measured_zeta_{axis}": held["zeta"][k]}
     return {name: float(value) for name, value in figures.items()}
+
+
+def _two_modes(found: ControlStudy, model: LpvModel) -> Figures:
+    """Both modes of a fit, slowest first, as Tables C.3 and C.4 list them."""
+    if not found.fitted:
+        return {}
+    held, alone = (_at_point(found.fitted[name], "decentralised") for name in ("p", OPEN))
+    figures = {f"fit_w_{k + 1}": held["wn"][k] / alone["wn"][k] for k in range(2)}
+    return figures | {f"fit_zeta_{k + 1}": held["zeta"][k] for k in range(2)}
 
 
 def _loop_poles(law: Law, model: LpvModel, speed: float, pressure: float) -> np.ndarray:
@@ -145,8 +174,9 @@ def _nominal(found: ControlStudy, model: LpvModel) -> Figures:
     norms = np.array([[peak_gain(closed(mixed_sensitivity(design_plant(model, w, p), weights), K)) for p in pressures]
                       for w in speeds])  # fmt: skip
     i, j = np.unravel_index(norms.argmax(), norms.shape)
+    there = peak_gain(closed(mixed_sensitivity(design_plant(model, 1.86 * KRPM, 0.3 * MPA), weights), K))
     return {"gamma": float(best), "worst": float(norms[i, j]), "worst_speed": float(speeds[i] / KRPM),
-            "worst_pressure": float(pressures[j] / MPA)}  # fmt: skip
+            "worst_pressure": float(pressures[j] / MPA), "ridge": float(there / max(norms.max(), there))}  # fmt: skip
 
 
 def _lpv(found: ControlStudy, model: LpvModel) -> Figures:
@@ -162,6 +192,31 @@ def _hits(found: ControlStudy, model: LpvModel) -> Figures:
     figures |= {f"effort_{axis}": effort[k] for k, axis in enumerate("xy")}
     figures |= {f"{name}_raised": np.count_nonzero(~(ratio.max(axis=1) <= 1)) for name, ratio in means.items()}
     return {name: float(value) for name, value in figures.items()}
+
+
+def _beside(found: ControlStudy, model: LpvModel) -> Figures:
+    """Ratios of means over the twenty points, as in Table E.3, of hits beside the film."""
+    if not found.beside:
+        return {}
+    names = {"lpv": "lpv thesis", "hinf": "hinf thesis", "open": OPEN}
+    response, effort = ({short: np.array([row[key] for row in found.beside[name]]) for short, name in names.items()}
+                        for key in ("response", "effort"))  # fmt: skip
+    alone, cost = response["open"], effort["lpv"].mean(axis=0) / effort["hinf"].mean(axis=0)
+    figures = {f"near_effort_{axis}": cost[k] for k, axis in enumerate("xy")}
+    for name in ("lpv", "hinf"):
+        ratio = response[name].mean(axis=0) / alone.mean(axis=0)
+        figures |= {f"near_{name}_{axis}": ratio[k] for k, axis in enumerate("xy")}
+        raised = ~((response[name] / alone).max(axis=1) <= 1)
+        figures |= {f"near_{name}_raised": np.count_nonzero(raised)}
+    return {name: float(value) for name, value in figures.items()}
+
+
+def _energies(found: ControlStudy, model: LpvModel) -> Figures:
+    """V_p of y over that of x without control, means of the twenty points, of hits beside the film."""
+    if not found.beside:
+        return {}
+    x, y = np.array([row["response"] for row in found.beside[OPEN]]).mean(axis=0)
+    return {"ratio": float(y / x)}
 
 
 def _held_out(found: ControlStudy, model: LpvModel) -> Figures:
@@ -182,6 +237,22 @@ def _runup_hinf(found: ControlStudy, model: LpvModel) -> Figures:
 def _runup(found: ControlStudy, name: str) -> Figures:
     held, alone = (found.runup[one]["amplitude"] for one in (f"{name} thesis", OPEN))
     return {f"{name}_{axis}": 100 * held[k] / alone[k] for k, axis in enumerate("xy")}
+
+
+def _table_lpv(found: ControlStudy, model: LpvModel) -> Figures:
+    return _tabled(found, "lpv")
+
+
+def _table_hinf(found: ControlStudy, model: LpvModel) -> Figures:
+    return _tabled(found, "hinf")
+
+
+def _tabled(found: ControlStudy, name: str) -> Figures:
+    """Amplitudes of a law that takes the slow-roll runout off, of the open loop's, which nothing is read in."""
+    if f"{name} thesis" not in found.tabled:
+        return {}
+    held, alone = found.tabled[f"{name} thesis"]["amplitude"], found.runup[OPEN]["amplitude"]
+    return {f"table_{name}_{axis}": 100 * held[k] / alone[k] for k, axis in enumerate("xy")}
 
 
 def _runup_peaks(found: ControlStudy, model: LpvModel) -> Figures:
@@ -220,25 +291,45 @@ def _whirl(found: ControlStudy, model: LpvModel) -> Figures:
     return figures | ({} if share is None else {"run_up": share})
 
 
+def _coast(found: ControlStudy, model: LpvModel) -> Figures:
+    return {name: float(rubs) for name, rubs in found.coast.items()}
+
+
+def _static(found: ControlStudy, model: LpvModel) -> Figures:
+    if not found.static_map:
+        return {}
+    rms = {f"rms_{p}{u}": found.static_map["rms"][i][j] for i, p in enumerate("xy") for j, u in enumerate("xy")}
+    return {"largest": found.static_map["largest"]} | rms
+
+
 _PARTS: tuple[tuple[str, tuple[str, ...], Part], ...] = (
     ("C1", ("placement",), _placement),
+    ("C1", ("placement",), _placement_thesis),
     ("C2", ("hinf reduced",), _reduced),
     ("C3", ("p",), _proportional),
+    ("C3", ("p",), _two_modes),
     ("C4", (), _stable),
     ("C4", ("softening",), _softening),
     ("C4", ("hardening",), _hardening),
     ("C5", (), _nominal),
     ("C6", ("lpv thesis",), _lpv),
     ("C7", ("lpv thesis", "hinf thesis"), _hits),
+    ("C7", ("lpv thesis", "hinf thesis"), _beside),
     ("C7", ("lpv", "hinf"), _held_out),
     ("C8", (), _runup_peaks),
     ("C8", ("lpv thesis",), _runup_lpv),
     ("C8", ("hinf thesis",), _runup_hinf),
+    ("C8", ("lpv thesis",), _table_lpv),
+    ("C8", ("hinf thesis",), _table_hinf),
     ("C9", ("lpv",), _settings),
     ("C10", ("h2_scheduled", "local", "youla"), _scheduled),
     ("C11", (), _safe),
     ("C11", ("hinf critical",), _extended),
     ("C12", (), _whirl),
+    ("N2", (), _coast),
+    ("N3", (), _static),
+    ("N4", (), _energies),
+    ("N5", ("printed",), _printed_law),
 )
 """Claim, the laws that its figures need, and what makes them."""
 

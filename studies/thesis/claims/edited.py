@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_json
 from rotorsim.base.input_files import parse_json
-from studies.thesis.claims.rules import text
+from studies.thesis.claims.rules import AMENDED, FIRST, text
 
 if TYPE_CHECKING:
     from rotorsim.report.page import Block
@@ -22,20 +22,31 @@ RESULTS = ("report.html", "study.json", "control.json", "claims.md")
 """Files that a study has when it has been judged."""
 LOST = "lost"
 """Entry of rules that were kept anew, because those of the first run were not there any more."""
-JUDGING = ("thesis", "met", "near", "kind", "one_sided")
+JUDGING = ("thesis", "met", "near", "kind", "one_sided", "old")
 """Parts of a figure's rule that decide its verdict or what is compared."""
 
 
 def judging() -> dict[str, Any]:
-    """All that verdicts follow from, by 'points.NAME' and 'I2.figure', from the rules as they are now."""
-    table = tomllib.loads(text())
-    kept: dict[str, Any] = {f"points.{name}": one["at"] for name, one in table["points"].items()}
-    for number, claim in table["claims"].items():
-        shared = {key: claim[key] for key in JUDGING if key in claim}
-        for figure in claim["figures"]:
-            rule = shared | {key: figure[key] for key in JUDGING if key in figure}
-            kept[f"{number}.{figure['name']}"] = {key: str(value) for key, value in rule.items()}
+    """All that verdicts follow from, by 'points.NAME', 'I2.figure' and, as amended or added, 'I7.figure (amended)'."""
+    kept: dict[str, Any] = {}
+    for name, heads in ((FIRST, {"claims": ""}), (AMENDED, {"amended": " (amended)", "added": " (added)"})):
+        table = tomllib.loads(text(name))
+        kept |= {f"points.{point}": one["at"] for point, one in table["points"].items()}
+        for head, word in heads.items():
+            for number, claim in table[head].items():
+                kept |= {f"{number}.{figure}{word}": rule for figure, rule in _judging(claim).items()}
     return kept
+
+
+def _judging(claim: Mapping[str, Any]) -> dict[str, dict[str, str]]:
+    """What decides the verdicts on a claim's figures, by name."""
+    shared = {key: claim[key] for key in JUDGING if key in claim}
+    return {
+        figure.get("name") or figure["old"]: {
+            key: str(value) for key, value in (shared | figure).items() if key in JUDGING
+        }
+        for figure in claim["figures"]
+    }
 
 
 def edited(folder: Path, rules: Mapping[str, Any] | None = None) -> list[str]:

@@ -1,4 +1,4 @@
-"""Numbers for claims I1 to I12 on identification, from the study of identification."""
+"""Numbers for claims I1 to I12 and N1 on identification, from the study of identification."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from identification import Identification, open_pair, sampling_time
 from identification.local.greybox import actuator_poles
 from identification.records.prefilter import REST, rest_length
 from rotorsim.base.units import TO_HZ, TO_UM
-from rotorsim.study.identification_vs_physics import RECIPE, Study
+from rotorsim.study.identification_vs_physics import RECIPE, Study, errors
 from studies.thesis.claims.rules import points
 
 MS = 1e3
@@ -25,6 +25,7 @@ def identification_numbers(study: Study) -> dict[str, Figures]:
         "I1": _data(study), "I2": _fits(study, "rest"), "I3": _fits(study, "turning"), "I4": _runout(study),
         "I5": _orders(study), "I6": _surfaces(study), "I7": _ranges(study), "I8": _gains(study),
         "I9": _actuators(study), "I10": _cross(study), "I11": _deviations(study), "I12": _white(study),
+        "N1": _computed(study),
     }  # fmt: skip
 
 
@@ -145,6 +146,11 @@ def _deviations(study: Study) -> Figures:
 
 def _white(study: Study) -> Figures:
     return {"white": float(np.mean([one.residuals.white for one in study.results]))}
+
+
+def _computed(study: Study) -> Figures:
+    """Largest difference of a frequency of the linearised physics from Model 2's, over the grid [%]."""
+    return {"largest": float(100 * np.abs(errors(study, "2")["wn"]).max())}
 
 
 def _stack(found: Iterable[Identification], key: str) -> np.ndarray:

@@ -17,12 +17,21 @@ Numbers = Mapping[str, Mapping[str, float]]
 
 @dataclass(frozen=True)
 class Judged:
-    """A claim with our values (None: there is none) and verdicts by figure, and its own verdict."""
+    """A claim with our values (None: there is none) and verdicts by figure, and its own verdict.
+
+    first: the same claim by the first rules; None where they have no such claim.
+    """
 
     claim: Claim
     values: tuple[float | None, ...]
     verdicts: tuple[str, ...]
     verdict: str
+    first: Judged | None = None
+
+    @property
+    def old_verdict(self) -> str | None:
+        """The verdict by the first rules; None for a claim that they do not have."""
+        return None if self.first is None else self.first.verdict
 
 
 def judge(claim: Claim, ours: Mapping[str, float], left_out: Collection[str] = ()) -> Judged:

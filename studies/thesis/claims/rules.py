@@ -1,8 +1,8 @@
-"""Rules of the thesis' claims: intervals of each figure and operating points, from `rules.toml`."""
+"""Rules of the thesis' claims: intervals of each figure and operating points, as first written and as amended."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib.resources import files
 from typing import Any
@@ -11,6 +11,8 @@ from rotorsim.base.input_files import parse_toml
 from rotorsim.base.units import KRPM, MPA
 
 Interval = tuple[float, float]
+FIRST, AMENDED = "rules.toml", "amended.toml"
+"""Rules as first written, which stay, and what was amended in them since."""
 
 
 @dataclass(frozen=True)
@@ -18,7 +20,8 @@ class Figure:
     """A figure of a claim: the thesis' number and the closed intervals, in `unit`, that ours is met and near in.
 
     one_sided: why the intervals need not surround the thesis' number, empty where they do; kind: '', 'trivial' or 'not
-    comparable', with `because`; fitted: the machine file was calibrated with it.
+    comparable', with `because`; fitted: the machine file was calibrated with it; old: name of the figure of the first
+    rules in whose place it stands, empty where they did not change.
     """
 
     name: str
@@ -31,11 +34,24 @@ class Figure:
     kind: str = ""
     because: str = ""
     fitted: bool = False
+    old: str = ""
+
+
+@dataclass(frozen=True)
+class Amendment:
+    """Why a rule was amended: `lines` of the thesis' text, the reason, and what was known of our figures before."""
+
+    lines: str
+    why: str
+    seen: str
 
 
 @dataclass(frozen=True)
 class Claim:
-    """A claim of the thesis: its words, place and figures, where they are taken, and why these tolerances."""
+    """A claim of the thesis: its words, place and figures, where they are taken, and why these tolerances.
+
+    amendment: of the first rule, or of its absence where the claim was `added` since; None where it stands.
+    """
 
     number: str
     words: str
@@ -44,34 +60,66 @@ class Claim:
     why: str
     figures: tuple[Figure, ...]
     remark: str = ""
+    amendment: Amendment | None = None
+    added: bool = False
 
 
 @lru_cache
 def claims() -> tuple[Claim, ...]:
-    """All claims, in the order of the file."""
-    return tuple(_claim(number, dict(table)) for number, table in _file()["claims"].items())
+    """All claims by the rules as they are now: those of the first file in its order, then those added since."""
+    table = _file(AMENDED)
+    kept = tuple(_amended(claim, table["amended"].get(claim.number)) for claim in first_claims())
+    return (*kept, *(_added(number, dict(one)) for number, one in table["added"].items()))
+
+
+@lru_cache
+def first_claims() -> tuple[Claim, ...]:
+    """The claims by the rules as first written."""
+    return tuple(_claim(number, dict(table)) for number, table in _file(FIRST)["claims"].items())
 
 
 def points(name: str) -> tuple[tuple[float, float], ...]:
     """Named operating points, speed [rad/s] and gauge pressure [Pa]."""
-    return tuple((speed * KRPM, pressure * MPA) for speed, pressure in _file()["points"][name]["at"])
+    at = (_file(FIRST)["points"] | _file(AMENDED)["points"])[name]["at"]
+    return tuple((speed * KRPM, pressure * MPA) for speed, pressure in at)
 
 
 @lru_cache
-def _file() -> dict[str, Any]:
-    return parse_toml(text())
+def _file(name: str) -> dict[str, Any]:
+    return parse_toml(text(name))
 
 
-def text() -> str:
-    """The file's text."""
-    return (files("studies.thesis.claims") / "rules.toml").read_text(encoding="utf-8")
+def text(name: str) -> str:
+    """A file's text."""
+    return (files("studies.thesis.claims") / name).read_text(encoding="utf-8")
+
+
+def _amended(claim: Claim, table: dict[str, Any] | None) -> Claim:
+    """The claim with its amended figures in the places of the old ones."""
+    if table is None:
+        return claim
+    changed = {one["old"]: _intervals(one) for one in table["figures"]}
+    figures = tuple(replace(f, **changed[f.name]) if f.name in changed else f for f in claim.figures)
+    assert len(changed) == sum(bool(figure.old) for figure in figures), claim.number
+    own = {key: table[key] for key in ("points", "remark") if key in table}
+    return replace(claim, figures=figures, amendment=_amendment(table), **own)
+
+
+def _amendment(table: dict[str, Any]) -> Amendment:
+    return Amendment(table["lines"], table["why"], table["seen"])
+
+
+def _added(number: str, table: dict[str, Any]) -> Claim:
+    amendment = _amendment(table)
+    kept = {key: value for key, value in table.items() if key not in ("lines", "seen")}
+    return replace(_claim(number, kept), amendment=amendment, added=True)
 
 
 def _claim(number: str, table: dict[str, Any]) -> Claim:
     shared = {key: table.pop(key) for key in ("kind", "because") if key in table}
-    return Claim(number, **table | {"figures": tuple(_figure(shared | one) for one in table["figures"])})
+    return Claim(number, **table | {"figures": tuple(Figure(**_intervals(shared | one)) for one in table["figures"])})
 
 
-def _figure(table: dict[str, Any]) -> Figure:
-    intervals = {key: tuple(map(float, value)) for key, value in table.items() if isinstance(value, list)}
-    return Figure(**table | intervals)
+def _intervals(table: dict[str, Any]) -> dict[str, Any]:
+    """The table with its lists as intervals."""
+    return table | {key: tuple(map(float, value)) for key, value in table.items() if isinstance(value, list)}

@@ -14,7 +14,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.input_files import parse_toml
 from rotorsim.machine import Machine
 from rotorsim.machine.file_text import expanded
-from studies.thesis.claims.rules import Figure, claims
+from studies.thesis.claims.rules import Figure, first_claims
 
 KEYS = {"words", "fields", "factors", "measure", "figures", "why"}
 EXTRA = {
@@ -115,8 +115,8 @@ def figure_of(key: str) -> Figure:
 
 @lru_cache
 def known_figures() -> dict[str, Figure]:
-    """All figures of the rules by claim and name, and those that only experiments have."""
-    return {f"{claim.number}.{figure.name}": figure for claim in claims() for figure in claim.figures} | EXTRA
+    """All figures of the first rules by claim and name, and those that only experiments have."""
+    return {f"{claim.number}.{figure.name}": figure for claim in first_claims() for figure in claim.figures} | EXTRA
 
 
 def chosen_experiments(names: Iterable[str]) -> tuple[Experiment, ...]:
