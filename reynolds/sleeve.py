@@ -434,7 +434,8 @@ class Pieces:
         Both in cells and over those that the trapezoidal rule makes too small, sinc^2 of half a cell: the force of
         pressures that fall straight from line to line has that factor everywhere.
         """
-        middle, length = (self.middles, self.lines) if middles is None else (middles, lengths)
+        middle = self.middles if middles is None else middles
+        length = self.lines if lengths is None else lengths
         step = 1j * grid.dtheta
         low = np.arange(grid.n_theta)[:, None] + middle - 0.5 * length
         a = np.where(length > 0, step * length, 1.0)

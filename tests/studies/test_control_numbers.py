@@ -33,7 +33,7 @@ def found(model):
         study.laws[name] = study.laws[f"hinf{ending}"].with_(gamma=1.5, about={"optimal_gamma": 1.4})
     for name, size in ((OPEN, 1.0), ("lpv", 0.5), ("hinf", 0.6), ("lpv thesis", 0.4), ("hinf thesis", 0.8)):
         study.impacts[name], study.held_out[name] = responses("impacts", size, size), responses("held_out", size, size)
-        study.beside[name] = responses("impacts", 2 * size**2, size)
+        study.near_film[name] = responses("impacts", 2 * size**2, size)
         study.runup[name] = {"amplitude": [size, size / 2], "half": [61.0, 67.0], "third": [39.0, 44.0]}
         study.tabled[name] = {"amplitude": [size / 2, size / 4]}
     for name, zeta in ((OPEN, 0.02), *((name, 0.1) for name in RINGING)):

@@ -194,12 +194,12 @@ def _hits(found: ControlStudy, model: LpvModel) -> Figures:
     return {name: float(value) for name, value in figures.items()}
 
 
-def _beside(found: ControlStudy, model: LpvModel) -> Figures:
-    """Ratios of means over the twenty points, as in Table E.3, of hits beside the film."""
-    if not found.beside:
+def _near_film(found: ControlStudy, model: LpvModel) -> Figures:
+    """Ratios of means over the twenty points, as in Table E.3, of hits near the film."""
+    if not found.near_film:
         return {}
     names = {"lpv": "lpv thesis", "hinf": "hinf thesis", "open": OPEN}
-    response, effort = ({short: np.array([row[key] for row in found.beside[name]]) for short, name in names.items()}
+    response, effort = ({short: np.array([row[key] for row in found.near_film[name]]) for short, name in names.items()}
                         for key in ("response", "effort"))  # fmt: skip
     alone, cost = response["open"], effort["lpv"].mean(axis=0) / effort["hinf"].mean(axis=0)
     figures = {f"near_effort_{axis}": cost[k] for k, axis in enumerate("xy")}
@@ -212,10 +212,10 @@ def _beside(found: ControlStudy, model: LpvModel) -> Figures:
 
 
 def _energies(found: ControlStudy, model: LpvModel) -> Figures:
-    """V_p of y over that of x without control, means of the twenty points, of hits beside the film."""
-    if not found.beside:
+    """V_p of y over that of x without control, means of the twenty points, of hits near the film."""
+    if not found.near_film:
         return {}
-    x, y = np.array([row["response"] for row in found.beside[OPEN]]).mean(axis=0)
+    x, y = np.array([row["response"] for row in found.near_film[OPEN]]).mean(axis=0)
     return {"ratio": float(y / x)}
 
 
@@ -314,7 +314,7 @@ _PARTS: tuple[tuple[str, tuple[str, ...], Part], ...] = (
     ("C5", (), _nominal),
     ("C6", ("lpv thesis",), _lpv),
     ("C7", ("lpv thesis", "hinf thesis"), _hits),
-    ("C7", ("lpv thesis", "hinf thesis"), _beside),
+    ("C7", ("lpv thesis", "hinf thesis"), _near_film),
     ("C7", ("lpv", "hinf"), _held_out),
     ("C8", (), _runup_peaks),
     ("C8", ("lpv thesis",), _runup_lpv),
