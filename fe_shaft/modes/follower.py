@@ -172,9 +172,11 @@ def _linked(here: Node, there: Node, region: Region, first: bool) -> tuple[Node,
     if ahead is None or not len(near) or not len(there.modes.values):
         return here, there, {}
     P = overlap(there.pencil, ahead, there.pencil, there.modes)
-    best = P.argmax(axis=1)
-    pairs = [(j, int(k)) for j, k in enumerate(best) if P[j, k] > CERTAIN and P[:, k].argmax() == j]
-    return here, there, {int(near[j]): k for j, k in pairs}
+    s = there.modes.values
+    shared = P @ (np.abs(s - s[:, None]) < INDISTINCT * np.abs(s))  # with all that rounding may mix with a mode
+    pairs = [(j, k) for j, k in zip(*_pairs(P), strict=True) if shared[j, k] > CERTAIN]
+    pairs = [(j, k) for j, k in pairs if P[j, k] < CERTAIN or P[:, k].argmax() == j]
+    return here, there, {int(near[j]): int(k) for j, k in pairs}
 
 
 def carried(modes: Modes, pencil: Pencil) -> Modes | None:
@@ -209,7 +211,7 @@ def through(
         new, vectors = np.linalg.eig(first * (1 - now - step) + last * (now + step))
         inverse = np.linalg.inv(vectors)
         P = np.abs((back @ vectors) * (inverse @ turn).T)
-        best = _assigned(P)
+        best = _pairs(P)[1]
         alike = np.abs(new[best][:, None] - new) < INDISTINCT * np.abs(new)
         if np.sum(P * alike, axis=1)[chosen].min() > CERTAIN:
             values, turn, back = new[best], vectors[:, best], inverse[best]
@@ -221,14 +223,15 @@ def through(
     return values, turn
 
 
-def _assigned(P: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Column of each row: the largest one where they are different, else those with the largest sum."""
+def _pairs(P: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Rows and their columns: the largest one of each where they are different, else those with the largest sum."""
     best = P.argmax(axis=1)
     if len(set(best.tolist())) == len(best):
-        return best
+        return np.arange(len(best)), best
     from scipy.optimize import linear_sum_assignment  # slow to import, and no run-up needs it
 
-    return np.asarray(linear_sum_assignment(-P)[1])
+    rows, columns = linear_sum_assignment(-P)
+    return rows, columns
 
 
 def _all_linked(here: Node, there: Node, one: dict[int, int], region: Region) -> bool:

@@ -219,3 +219,18 @@ def test_growth_without_oscillation_is_found_however_far_beyond_the_region(rate)
     found = modes_in(SecondOrder(np.eye(75), Q.T @ np.diag(damping) @ Q, Q.T @ np.diag(stiffness) @ Q), REGION)
     real = np.abs(found.values.imag) <= 1e-6 * np.abs(found.values)
     assert found.proven and found.values.real[real].max() == pytest.approx(rate, rel=1e-6)
+
+
+@pytest.mark.parametrize("top", [1e-4, 0.1, 1.0, 100.0])
+def test_planes_that_part_by_less_than_rounding_tells_take_no_steps(top):
+    """Two planes of frequency 1 kept apart by gyroscopics alone, from equal to distinct: eleven nodes whatever the range.
+
+    Closed form: M = K = 1, D = 2 g v [[0, 1], [-1, 0]] with g = 1e-7, wn = 1 -+ g v.
+    """
+    one, turn = np.eye(2), np.array([[0.0, 1.0], [-1.0, 0.0]])
+    found = follow(lambda v: SecondOrder(one, 0.02 * one + 2e-7 * v * turn, one), [0.0, top], Region(10.0, 1e-3))
+    assert len(found.nodes) == 11 and len(found.branches) == 2 and not found.uncertain
+    for branch in found.branches:
+        v, s = found.values(branch)
+        assert np.abs(s) == pytest.approx(np.ones(len(v)), rel=2e-7 * top + 1e-9)
+        assert {branch.begins, branch.ends} == {"first value", "last value"}
