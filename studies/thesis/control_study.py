@@ -50,8 +50,8 @@ RINGING = {"placement": "placement", "hinf reduced": "reduced_hits", "p": "decen
 """Points of the rules that the damping under a law is measured at."""
 FITTED = {"placement": "placement_thesis", "printed": "placement_thesis", "p": "decentralised"}
 """Points of the rules that ring-downs under a law are read at as the thesis reads them."""
-BESIDE = ("lpv thesis", "hinf thesis")
-"""Laws whose hits are repeated beside the film."""
+NEAR_FILM = ("lpv thesis", "hinf thesis")
+"""Laws whose hits are repeated next to the film."""
 NO_HITS = ("youla", "local", "hinf reduced", "hinf critical", "printed")
 HELD_OUT = ("lpv", "hinf")
 RUN_UP = ("lpv thesis", "hinf thesis")
@@ -77,7 +77,7 @@ class ControlStudy:
     by_size: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
     ringing: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
     fitted: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
-    beside: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
+    near_film: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
     runup: dict[str, dict[str, Any]] = field(default_factory=dict)
     tabled: dict[str, dict[str, Any]] = field(default_factory=dict)
     safe: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -224,8 +224,8 @@ def _runs(files: _Files, laws: dict[str, str]) -> list[CachedCase]:
     cases += [files.run("extension", name, law) for name, law in laws.items() if alone or name in EXTENDED]
     cases += [files.run("extension", name, laws[law], bias) for name, (law, bias) in BIASED.items() if law in laws]
     cases += [files.run("hits", name, law, some["impacts"]) for name, law in laws.items() if name not in NO_HITS]
-    cases += [files.run("hits", name, law, some["impacts"], True, title="hits beside the film")
-              for name, law in laws.items() if alone or name in BESIDE]  # fmt: skip
+    cases += [files.run("hits", name, law, some["impacts"], True, title="hits next to the film")
+              for name, law in laws.items() if alone or name in NEAR_FILM]  # fmt: skip
     cases += [files.run("hits", name, law, some["held_out"], title="held out hits")
               for name, law in laws.items() if alone or name in HELD_OUT]  # fmt: skip
     cases += [files.run("hits_by_size", name, laws[name]) for name in BY_SIZE if name in laws]
@@ -254,8 +254,8 @@ def _take_design(found: ControlStudy, files: _Files, name: str, result: dict[str
 def _take_runs(found: ControlStudy, result: dict[str, Any]) -> None:
     homes: dict[str, dict[str, Any]] = {
         "hits": found.impacts, "held out hits": found.held_out, "hits by size": found.by_size,
-        "ring downs": found.ringing, "fits": found.fitted, "hits beside the film": found.beside, "run up": found.runup,
-        "run up with table": found.tabled, "extension": found.safe, "cell": found.cell,
+        "ring downs": found.ringing, "fits": found.fitted, "hits next to the film": found.near_film,
+        "run up": found.runup, "run up with table": found.tabled, "extension": found.safe, "cell": found.cell,
     }  # fmt: skip
     for title in sorted(result, key=len):
         stage = max((s for s in homes if title.startswith(f"{s} ")), key=len, default="")

@@ -8,7 +8,8 @@ import pytest
 from rotorsim.control.catalogue import make_spec, module_of
 from rotorsim.control.designs import h2_scheduled
 from rotorsim.verify.transients import ImpactResponse
-from studies.thesis import control_study as control
+from studies.thesis import control_cases, control_study as control
+from studies.thesis.cached_cases import CachedCase
 from studies.thesis.claims.control_numbers import control_numbers
 from studies.thesis.claims.rules import claims, first_claims, points
 from studies.thesis.control_study import FITTED, OPEN, RINGING, ControlStudy, _ringing
@@ -33,7 +34,7 @@ def found(model):
         study.laws[name] = study.laws[f"hinf{ending}"].with_(gamma=1.5, about={"optimal_gamma": 1.4})
     for name, size in ((OPEN, 1.0), ("lpv", 0.5), ("hinf", 0.6), ("lpv thesis", 0.4), ("hinf thesis", 0.8)):
         study.impacts[name], study.held_out[name] = responses("impacts", size, size), responses("held_out", size, size)
-        study.beside[name] = responses("impacts", 2 * size**2, size)
+        study.near_film[name] = responses("impacts", 2 * size**2, size)
         study.runup[name] = {"amplitude": [size, size / 2], "half": [61.0, 67.0], "third": [39.0, 44.0]}
         study.tabled[name] = {"amplitude": [size / 2, size / 4]}
     for name, zeta in ((OPEN, 0.02), *((name, 0.1) for name in RINGING)):
@@ -75,6 +76,30 @@ def test_amended_figures_are_read_from_their_own_runs(numbers):
     assert numbers["N4"]["ratio"] == pytest.approx(0.5)
     assert numbers["N2"] == {"up": 0.0, "down": 1.0} and numbers["N3"]["rms_xy"] == 0.03
     assert 0.5 < numbers["C5"]["ridge"] <= 1
+
+
+class Named:
+    """Cases by name alone."""
+
+    def run(self, stage, name, law, *more, title=""):
+        return CachedCase(stage, f"{title or stage.replace('_', ' ')} {name}", "", f"{control.HOME}:{stage}", more)
+
+    def alone(self, stage, given):
+        return CachedCase(stage, stage, "", f"{control.HOME}:{stage}", (given,))
+
+
+def test_each_run_of_the_plant_is_a_function_of_the_cases_and_comes_to_its_own_place():
+    laws = dict.fromkeys([*control.DESIGNS, "local", "printed"], "law")
+    cases = [*control._runs(Named(), {OPEN: ""}), *control._runs(Named(), laws)]
+    assert len({case.name for case in cases}) == len(cases)
+    assert all(hasattr(control_cases, case.function.split(":")[1]) for case in cases)
+    study = ControlStudy()
+    control._take_runs(study, {case.name: case.name for case in cases})
+    assert set(study.fitted) == {OPEN, *FITTED} and study.fitted["p"] == "fits p"
+    assert set(study.near_film) == {OPEN, *control.NEAR_FILM} and set(study.tabled) == set(control.RUN_UP)
+    assert study.impacts["hinf"] == "hits hinf" and study.runup[OPEN] == f"run up {OPEN}"
+    assert (study.coast, study.static_map, study.whirl) == ("coast", "static_map", "whirl")
+    assert "printed" not in study.impacts
 
 
 def test_the_law_of_paper_b_has_four_states(found):

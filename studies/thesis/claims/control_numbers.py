@@ -195,11 +195,11 @@ def _hits(found: ControlStudy, model: LpvModel) -> Figures:
 
 
 def _beside(found: ControlStudy, model: LpvModel) -> Figures:
-    """Ratios of means over the twenty points, as in Table E.3, of hits beside the film."""
-    if not found.beside:
+    """Ratios of means over the twenty points, as in Table E.3, of hits next to the film."""
+    if not found.near_film:
         return {}
     names = {"lpv": "lpv thesis", "hinf": "hinf thesis", "open": OPEN}
-    response, effort = ({short: np.array([row[key] for row in found.beside[name]]) for short, name in names.items()}
+    response, effort = ({short: np.array([row[key] for row in found.near_film[name]]) for short, name in names.items()}
                         for key in ("response", "effort"))  # fmt: skip
     alone, cost = response["open"], effort["lpv"].mean(axis=0) / effort["hinf"].mean(axis=0)
     figures = {f"near_effort_{axis}": cost[k] for k, axis in enumerate("xy")}
@@ -212,10 +212,10 @@ def _beside(found: ControlStudy, model: LpvModel) -> Figures:
 
 
 def _energies(found: ControlStudy, model: LpvModel) -> Figures:
-    """V_p of y over that of x without control, means of the twenty points, of hits beside the film."""
-    if not found.beside:
+    """V_p of y over that of x without control, means of the twenty points, of hits next to the film."""
+    if not found.near_film:
         return {}
-    x, y = np.array([row["response"] for row in found.beside[OPEN]]).mean(axis=0)
+    x, y = np.array([row["response"] for row in found.near_film[OPEN]]).mean(axis=0)
     return {"ratio": float(y / x)}
 
 
