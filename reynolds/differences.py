@@ -96,16 +96,23 @@ def gap_jacobian(w, F, L, U, iadt):
 
 @kernel
 def gap_derivative(w, F, L, U, iadt, axis, out):
-    """Derivative of the cells' residual after the journal's displacement along an axis, into the array at `out`."""
+    """Derivative of the cells' residual after the journal's displacement along an axis, into the array at `out`, and
+    that of the push between the lines, into w[push + 2 + 2 axis]."""
     begin, step = w[L.journal + axis], STEP * F.clearance
     w[L.journal + axis] = begin + step
     cells_only(w, F, L, U, iadt)
     for k in range(L.length):
         w[L.two_p + k] = w[L.r + k]
+    slope = L.push + 2 + 2 * axis
+    if L.textured == 1:
+        w[slope], w[slope + 1] = w[L.push], w[L.push + 1]
     w[L.journal + axis] = begin - step
     cells_only(w, F, L, U, iadt)
     for k in range(L.length):
         w[L.two_p + k] = (w[L.two_p + k] - w[L.r + k]) * (0.5 / step)
+    if L.textured == 1:
+        for e in range(2):
+            w[slope + e] = (w[slope + e] - w[L.push + e]) * (0.5 / step)
     w[L.journal + axis] = begin
     cells_only(w, F, L, U, iadt)
     # `out` may be where the residual was

@@ -360,8 +360,18 @@ def mean_gap(w, L, k):
 @view
 def stored(w, L, k):
     """Mass p h of cell k (times R_g T); grooves and steps hold gas too, and cells that edges cut are more or less
-    broad."""
-    return w[L.p + k] * w[L.h + k] if L.textured == 0 else w[L.p + k] * (w[L.h + k] * w[L.broad + k] + w[L.deep + k])
+    broad, and as much further round the sleeve."""
+    return (
+        w[L.p + k] * w[L.h + k]
+        if L.textured == 0
+        else w[L.p + k]
+        * (
+            w[L.h + k] * w[L.broad + k]
+            + w[L.deep + k]
+            - w[L.journal] * w[L.ahead_x + k]
+            - w[L.journal + 1] * w[L.ahead_y + k]
+        )
+    )
 
 
 @inlined
@@ -384,7 +394,7 @@ def force(w, L):
 def force_of(w, L, array):
     """Force (fx, fy) [N] on the journal of the pressures in the array at offset `array`."""
     fx, fy = two_dots(w, array + L.first, L.force_x + L.first, L.force_y + L.first, L.span)
-    return (fx, fy) if L.textured == 0 else (fx + w[L.push + 3], fy + w[L.push + 4])
+    return (fx, fy) if L.textured == 0 else (fx + w[L.push], fy + w[L.push + 1])
 
 
 @inlined

@@ -27,9 +27,9 @@ FILM_ARRAYS = (
     "m_old", "rate", "m_mid", "dp", "force_x", "force_y", "p_1", "p_2", "p_3",
 )  # fmt: skip
 FOIL_ARRAYS = ("soft", "bend", "bend_rhs", "bend_old", "bend_rate", "bend_mid")
-TEXTURE_ARRAYS = ("depth", "share", "cos_squared", "sin_cos", "deep", "broad", "patch", "patch_south", "mixed",
-                  "south", "north", "face_west", "face_east", "south_west", "south_east", "north_west",
-                  "north_east")  # fmt: skip
+TEXTURE_ARRAYS = ("depth", "share", "cos_squared", "sin_cos", "deep", "broad", "ahead_x", "ahead_y", "patch",
+                  "patch_south", "mixed", "south", "north", "face_west", "face_east", "south_west", "south_east",
+                  "north_west", "north_east")  # fmt: skip
 """Arrays of films with a foil or with grooves and steps; other films have no room for them."""
 INJECTOR_ARRAYS = ("plenum", "plenum_rhs", "pin_conductance", "supply", "curtain", "capacity", "pin_flow", "film_flow",
                    "gain_q", "gain_h", "defect", "shift", "pull_q", "pull_h", "pin_p", "film_p", "film_q", "film_h",
@@ -47,8 +47,8 @@ MEDIUM = 6
 """Numbers of a piece in w[media]: conductances [m3] along the circumference, between both axes and along the axis, drag
 [m] along both, and what the surface adds to the pressure in its middle [Pa]."""
 LAMINATE = 7
-"""Numbers of a lane of pieces in w[laminate]: those of `reynolds.texture.medium`, and what its pieces drag at their own
-pressures: [m2] per gradient of p^2 over p, and [Pa m]."""
+"""Numbers of a lane of pieces in w[laminate]: those of `reynolds.texture.medium`, with the inverse of the conductance
+along the other axis, and what its pieces drag at their own pressures: [m2] per gradient of p^2 over p, and [Pa m]."""
 
 
 class FilmError(RotorsimError, ValueError):
@@ -118,6 +118,8 @@ class Layout(NamedTuple):
     sin_cos: int
     deep: int
     broad: int
+    ahead_x: int
+    ahead_y: int
     patch: int
     patch_south: int
     mixed: int
@@ -131,6 +133,8 @@ class Layout(NamedTuple):
     north_east: int
     line_piece: int
     line_lift: int
+    line_middle: int
+    line_turn: int
     line_cover: int
     row_piece: int
     row_slant: int
@@ -294,10 +298,11 @@ def make_layout(
     further = {name: length * foil for name in FOIL_ARRAYS} | {name: length * textured for name in TEXTURE_ARRAYS}
     lines, patches = (textured * count * form.pieces for count in (grid.n_theta, rows + 1))
     further |= {
-        "line_piece": lines, "line_lift": lines, "line_cover": lines * form.steps,
+        "line_piece": lines, "line_lift": lines, "line_middle": lines, "line_turn": 4 * lines,
+        "line_cover": lines * form.steps,
         "row_piece": patches, "row_slant": patches, "row_cover": patches * form.steps,
         "step_depth": form.steps, "groove": 4 * textured, "media": MEDIUM * form.pieces**2 * textured,
-        "laminate": LAMINATE * form.pieces * textured, "push": 5 * textured,
+        "laminate": LAMINATE * form.pieces * textured, "push": 6 * textured,
     }  # fmt: skip
     sizes |= {name: n_inj for name in INJECTOR_ARRAYS}
     sizes |= {

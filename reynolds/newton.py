@@ -134,6 +134,9 @@ def keep_border(w, ix, L, border):
     for k in range(L.length):
         w[column + k] = w[L.r + k]
     fx, fy = read_force(w, L, L.r)
+    if L.textured == 1 and border >= L.n_inj:
+        slope = L.push + 2 + 2 * (border - L.n_inj)
+        fx, fy = fx + w[slope], fy + w[slope + 1]
     w[L.border_force + 2 * border] = fx
     w[L.border_force + 2 * border + 1] = fy
     for i in range(L.n_inj):

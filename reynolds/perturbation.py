@@ -79,11 +79,15 @@ def linear_film(
     J = _injector_rows(layout, w, ix, F, index, _ring_matrix(layout, w))
     capacity = w[layout.capacity : layout.capacity + ni]
     area, held = film(layout.weight), film(layout.weight) * film(layout.h)
+    opens = np.stack([film(layout.cos), film(layout.sin)], axis=1)
     if layout.textured:
+        ahead = np.stack([film(layout.ahead_x), film(layout.ahead_y)], axis=1)
+        opens = film(layout.broad)[:, None] * opens + ahead
         area, held = area * film(layout.broad), held * film(layout.broad) + film(layout.weight) * film(layout.deep)
+        held -= film(layout.weight) * (ahead @ w[layout.journal : layout.journal + 2])
     S = np.concatenate([0.5 * held / film(layout.p), capacity])
-    axes = np.stack([-film(layout.cos) * film(layout.slope), -film(layout.sin) * film(layout.slope)], axis=1)
-    S_X = np.vstack([(area * film(layout.p))[:, None] * axes, np.zeros((ni, 2))])
+    rate = film(layout.weight) * film(layout.p) * film(layout.slope)
+    S_X = np.vstack([-rate[:, None] * opens, np.zeros((ni, 2))])
     local = np.stack([w[layout.inj_cos : layout.inj_cos + ni], w[layout.inj_sin : layout.inj_sin + ni]], axis=1)
     J_X = np.vstack(
         [
@@ -95,7 +99,18 @@ def linear_film(
     F_y = np.hstack([np.stack([read * film(layout.force_x), read * film(layout.force_y)]), np.zeros((2, ni))])
     linear = LinearFilm(S, J, S_X, J_X, _inputs(layout, w, n), F_y)
     opening = area * film(layout.p) * film(layout.slope)
-    return _on_foil(linear, opening, layout, w, F, speed * model.grid.radius, kernels) if layout.foil else linear
+    if layout.foil:
+        linear = _on_foil(linear, opening, layout, w, F, speed * model.grid.radius, kernels)
+    return _pushed(linear, w[layout.push + 2 : layout.push + 6].reshape(2, 2).T) if layout.textured else linear
+
+
+def _pushed(film: LinearFilm, push: np.ndarray) -> LinearFilm:
+    """The film whose journal its own displacement pushes too, by `push` (2, 2) [N/m].
+
+    Pressures that push as much, T X with F_y T = `push`, are added to the unknown: y + T X is the state.
+    """
+    T = film.F_y.T @ np.linalg.solve(film.F_y @ film.F_y.T, push)
+    return replace(film, J_X=film.J_X - film.J @ T, S_X=film.S_X - film.S[:, None] * T)
 
 
 def _on_foil(

@@ -320,10 +320,10 @@ class Pieces:
     """Cells cut at the edges of pockets, lands and lobes, in theta (between lines) and in z (between rows).
 
     A cell has `most` pieces one behind another, whose lengths are shares of the cell and may be 0: `lines` (n_theta,
-    most) and `rows` (patches, most). About a jump between lobes a piece differs by `lift` [m] from the mean thickness
-    of the cell's two lines, and the mean about the nodes of a line by `raised` [m] from that of the nodes. The middles
-    of pieces (n_theta, most) are counted in lines. `line_cover` and `row_cover` (..., n_steps) say which pockets are
-    there, `slant` (patches, most) the sign of the groove angle.
+    most) and `rows` (patches, most). The `middles` of pieces (n_theta, most) are shares of the cell. About a jump
+    between lobes a piece differs by `lift` [m] from the thickness that the cell's two lines have there, and the mean
+    about the nodes of a line by `raised` [m] from that of the nodes. `line_cover` and `row_cover` (..., n_steps) say
+    which pockets are there, `slant` (patches, most) the sign of the groove angle.
     """
 
     def __init__(self, layout: Layout, grid: FilmGrid, sleeve: Sleeve, clearance: float) -> None:
@@ -341,7 +341,8 @@ class Pieces:
             return np.stack([*(s.covers(theta) for s in steps), side], axis=-1)
 
         begins = np.arange(grid.n_theta)
-        self.lines, keys, self.middles = self._cut(begins, cuts, along, grid.n_theta)
+        self.lines, keys, middles = self._cut(begins, cuts, along, grid.n_theta)
+        self.middles = middles - begins[:, None]
         self.line_cover = keys[..., :-1]
         self.lift, self.raised = np.zeros_like(self.lines), np.zeros(begins.size)
         if lobes is not None and jumps.size:
@@ -350,8 +351,8 @@ class Pieces:
             nodes = sleeve.height(grid.theta, clearance)
             cell = np.floor(np.concatenate([cuts - ON_A_LINE, cuts + ON_A_LINE])).astype(int) % begins.size
             line = np.concatenate([cell, (cell + 1) % begins.size])
-            pieces = sleeve.height(self.middles * grid.dtheta, clearance)
-            self.lift[cell] = (pieces - 0.5 * (nodes + np.roll(nodes, -1))[:, None])[cell]
+            pieces = sleeve.height(middles * grid.dtheta, clearance)
+            self.lift[cell] = (pieces - self._between(nodes))[cell]
             self.raised[line] = (0.5 * (mean[::2] + np.roll(mean[1::2], 1)) - nodes)[line]
         rows = np.arange(layout.half - 1, grid.n_rows)
         low = 0.0 if grid.half else grid.dz - grid.length / 2
@@ -395,16 +396,16 @@ class Pieces:
         from reynolds.texture import mean_flow  # which loads the compiler; a form is read from a file without
 
         depth, share, slant = self.texture(sleeve)
-        nodes = clearance + sleeve.height(grid.theta, clearance)
-        h = (0.5 * (nodes + np.roll(nodes, -1))[:, None] + self.lift)[..., None, None]
+        h = (clearance + self._between(sleeve.height(grid.theta, clearance)) + self.lift)[..., None, None]
         along, across, drag, aside = getattr(mean_flow, "py_func", mean_flow)(h, depth, share, 0.0)
         angle, sense = (0.0, 1.0) if sleeve.grooves is None else (sleeve.grooves.angle, sleeve.grooves.sense)
         turned = np.abs(slant) * np.sin(angle) ** 2
         more = (across - along) * turned
         return along + more, across - more, drag + sense * turned * (aside - drag)
 
-    def carried(self, sleeve: Sleeve, clearance: float, grid: FilmGrid) -> np.ndarray:
-        """Shares (line, patch, piece, piece, 2, 2) of a patch that its pieces give its four nodes.
+    def carried(self, sleeve: Sleeve, clearance: float, grid: FilmGrid) -> tuple[np.ndarray, np.ndarray]:
+        """Shares (line, patch, 2, 2, piece, piece) of a patch that its pieces give its four nodes, and the integrals of
+        exp(i theta) over them, sums (line, patch, 2, 2) less those of a patch without edges.
 
         Along both axes the pressure falls from side to side as the resistance of pockets and grooves that is passed,
         for a journal in the middle.
@@ -414,22 +415,42 @@ class Pieces:
         for axis, one in ((1, lines / along), (3, self.rows / across)):
             part = (one.cumsum(axis=axis) - 0.5 * one) / one.sum(axis=axis, keepdims=True)
             passed.append(np.stack([1 - part, part], axis=-1))
-        return np.einsum("isjt,isjta,isjtb->ijstab", lines * self.rows, *passed)
+            if axis == 1:
+                half = 0.5 * one / one.sum(axis=1, keepdims=True)
+        shares = np.einsum("isjt,isjta,isjtb->ijabst", lines * self.rows, *passed)
+        falls = np.stack([half, -half], axis=-1)
+        whole, rising = (turn[:, :, None, None, None] for turn in self.turns(grid))
+        turned = (passed[0] + falls) * whole - 2 * falls * rising
+        moments = np.einsum("jt,isjta,isjtb->ijab", self.rows, turned, passed[1])
+        uncut = self.turns(grid, np.full((grid.n_theta, 1), 0.5), np.ones((grid.n_theta, 1)))
+        plain = 0.5 * np.stack([uncut[0] - uncut[1], uncut[1]], axis=-1)
+        return shares, moments - plain[:, 0, None, :, None]
 
-    def push(self, sleeve: Sleeve, clearance: float, grid: FilmGrid) -> np.ndarray:
-        """Force (2,) [1] on the journal of the pressures that the surface adds between the lines, and the largest of
-        them [1/m], per mu U and for a journal in the middle."""
-        along, _, drag = self.flow(sleeve, clearance, grid)
-        lines = self.lines[:, :, None, None]
-        one = lines / along
-        rise = one * (drag - (one * drag).sum(axis=1, keepdims=True) / one.sum(axis=1, keepdims=True))
-        added = 6 * grid.dy * (rise.cumsum(axis=1) - 0.5 * rise)
-        inside = np.ones(len(self.rows))
-        # the edges of the film are at ambient pressure
-        inside[[-1] if grid.half else [0, -1]] = 0.5
-        of_lines = np.einsum("isjt,is,jt,j->is", added, self.lines, self.rows, inside)
-        theta, area = self.middles * grid.dtheta, grid.dy * grid.dz * (2 if grid.half else 1)
-        return np.array([*(-area * (of_lines * turn(theta)).sum() for turn in (np.cos, np.sin)), np.abs(added).max()])
+    def turns(
+        self, grid: FilmGrid, middles: np.ndarray | None = None, lengths: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Integrals (n_theta, most) of exp(i theta) over the pieces, and with a factor that rises from 0 to 1 on each.
+
+        Both in cells and over those that the trapezoidal rule makes too small, sinc^2 of half a cell: the force of
+        pressures that fall straight from line to line has that factor everywhere.
+        """
+        middle, length = (self.middles, self.lines) if middles is None else (middles, lengths)
+        step = 1j * grid.dtheta
+        low = np.arange(grid.n_theta)[:, None] + middle - 0.5 * length
+        a = np.where(length > 0, step * length, 1.0)
+        e = np.exp(a)
+        scale = length * np.exp(step * low) / np.sinc(0.5 * grid.dtheta / np.pi) ** 2
+        return scale * (e - 1) / a, scale * (e / a - (e - 1) / a**2)
+
+    def pushing(self, grid: FilmGrid) -> np.ndarray:
+        """Forces (n_theta, most, 4) [m2] x and y of a unit pressure on a piece, over the whole patch in z, and of one
+        that rises from 0 to 1 on it."""
+        area = grid.dy * grid.dz * (2 if grid.half else 1)
+        return np.stack([-area * part for turn in self.turns(grid) for part in (turn.real, turn.imag)], axis=-1)
+
+    def _between(self, nodes: np.ndarray) -> np.ndarray:
+        """Values (n_theta, most) in the middles of pieces that nodes (n_theta,) have there by a straight line."""
+        return nodes[:, None] + (np.roll(nodes, -1) - nodes)[:, None] * self.middles
 
     def texture(self, sleeve: Sleeve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Depth [m], groove share and slant of every piece, (n_theta, most, patches, most)."""
@@ -477,24 +498,30 @@ def fill_texture(w: np.ndarray, layout: Layout, grid: FilmGrid, sleeve: Sleeve, 
         (layout.line_piece, pieces.lines), (layout.line_lift, pieces.lift), (layout.line_cover, pieces.line_cover),
         (layout.row_piece, pieces.rows), (layout.row_slant, pieces.slant), (layout.row_cover, pieces.row_cover),
         (layout.step_depth, np.array([step.depth for step in sleeve.steps])),
-        (layout.push, pieces.push(sleeve, clearance, grid)),
+        (layout.line_middle, pieces.middles), (layout.line_turn, pieces.pushing(grid)),
     ):  # fmt: skip
         w[offset : offset + values.size] = values.ravel()
     if (grooves := sleeve.grooves) is not None:
         w[layout.groove : layout.groove + 4] = (
             grooves.depth, grooves.share, np.cos(angle) ** 2, np.sin(angle) * np.cos(angle)
         )  # fmt: skip
-    carried = pieces.carried(sleeve, clearance, grid)
-    deep = (carried * (texture[0] * texture[1]).transpose(0, 2, 1, 3)[..., None, None]).sum(axis=(2, 3))
+    carried, moments = pieces.carried(sleeve, clearance, grid)
+    deep = (carried * (texture[0] * texture[1]).transpose(0, 2, 1, 3)[:, :, None, None]).sum(axis=(4, 5))
     fill(w, layout.deep, layout, _about_nodes(deep, grid) + pieces.raised[:, None], 0.0)
-    more = _about_nodes(np.where(mixed[..., None, None], carried.sum(axis=(2, 3)) - 0.25, 0.0), grid)
+    cut = mixed[..., None, None]
+    more = _about_nodes(np.where(cut, carried.sum(axis=(4, 5)) - 0.25, 0.0), grid)
     fill(w, layout.broad, layout, 1 + more, 1.0)
-    edge = cells(layout)[:, -1] + 1
-    for offset in (layout.force_x, layout.force_y):
-        added = w[offset + cells(layout)] * more
-        w[offset + cells(layout)] += added
+    turned = _about_nodes(np.where(cut, moments, 0.0), grid)
+    inside = cells(layout)
+    area = -np.hypot(w[layout.force_x + inside], w[layout.force_y + inside])
+    for force, ahead, part, own in (
+        (layout.force_x, layout.ahead_x, turned.real, np.cos(grid.theta)),
+        (layout.force_y, layout.ahead_y, turned.imag, np.sin(grid.theta)),
+    ):
+        w[force + inside] += area * part
         # over the ambient pressure, which the edge has
-        w[offset + edge] = -added.sum(axis=1)
+        w[force + inside[:, -1] + 1] = -(area * part).sum(axis=1)
+        fill(w, ahead, layout, part - own[:, None] * more, 0.0)
 
 
 def _about_nodes(quarters: np.ndarray, grid: FilmGrid) -> np.ndarray:

@@ -25,7 +25,10 @@ edge differs from that by what the surface piles up there,
 .. math:: \Delta p = 6\mu U \sum_{passed} r\,(S - \bar S), \qquad r = \frac{a}{A}, \quad \bar S = \sum r S \Big/ \sum r
 
 over pieces of the lengths a, as at a Rayleigh step. A piece is dragged along at its own pressure, the pressure at an
-edge falls towards the ends of a pocket, and it pushes the journal, that push with a journal in the middle.
+edge falls towards the ends of a pocket, and it pushes the journal. Every piece has the thickness of its middle. What
+acts between two lines is summed with exp(i theta) integrated over the pieces, divided by sinc^2(step / 2), the factor
+that the trapezoidal rule leaves out everywhere, so that the force of a long film is exact up to that factor, and that
+of a journal in the middle of equal pockets vanishes.
 
 The friction torque is that of `reynolds.film`, summed over what is there: the gap is that of ridge, groove or pocket,
 and so is the gradient,
@@ -62,46 +65,52 @@ def mean_flow(h, depth, share, slip):
 
 
 @inlined
-def flux_along(w, F, L, k, U, h, p, dy, dz, jump):
+def flux_along(w, L, k, U, h, p, dy, dz, jump, step, mu, slip, grooved):
     """Circumferential flux of patch k at thickness h and pressure p for the gradients dy, dz of p^2 [Pa2/m].
 
-    `jump` is the change of p over the face, which the flux is blended with where the cell number exceeds 2.
+    `jump` is the change of p over the face, which the flux is blended with where the cell number exceeds 2. Of the
+    film: `step` [m] along the circumference, viscosity, slip [Pa m] and `grooved`.
     """
-    a, b, s, t = mean_flow(h, w[L.depth + k], w[L.share + k], slip_length(w, L, p))
+    a, b, s, t = mean_flow(h, w[L.depth + k], w[L.share + k], slip / p if L.rarefied == 1 else 0.0)
     cc, sc = w[L.cos_squared + k], w[L.sin_cos + k]
     conductance = a * cc + b * (1.0 - cc)
-    drag = s + F.grooved * (cc * s + (1.0 - cc) * t - s)
+    drag = s + grooved * (cc * s + (1.0 - cc) * t - s)
     carried = 0.5 * U * drag
-    blend = max(0.5 * abs(carried) - conductance * p / (12.0 * w[L.mu] * F.dy), 0.0)
-    return carried * p - blend * jump - (conductance * dy + (a - b) * sc * dz) / (24.0 * w[L.mu])
+    blend = 0.5 * abs(carried) - conductance * p / (12.0 * mu * step)
+    blend = blend if blend > 0.0 else 0.0
+    return carried * p - blend * jump - (conductance * dy + (a - b) * sc * dz) / (24.0 * mu)
 
 
 @inlined
-def flux_across(w, F, L, k, U, h, p, dy, dz):
+def flux_across(w, L, k, U, h, p, dy, dz, mu, slip, grooved):
     """Axial flux of patch k; as `flux_along`."""
-    a, b, s, t = mean_flow(h, w[L.depth + k], w[L.share + k], slip_length(w, L, p))
+    a, b, s, t = mean_flow(h, w[L.depth + k], w[L.share + k], slip / p if L.rarefied == 1 else 0.0)
     cc, sc = w[L.cos_squared + k], w[L.sin_cos + k]
     conductance = a * (1.0 - cc) + b * cc
-    return 0.5 * U * F.grooved * sc * (s - t) * p - ((a - b) * sc * dy + conductance * dz) / (24.0 * w[L.mu])
+    return 0.5 * U * grooved * sc * (s - t) * p - ((a - b) * sc * dy + conductance * dz) / (24.0 * mu)
 
 
 @inlined
 def patch_fluxes(w, F, L, U):
     """Fluxes through the four half faces of every patch, divided by twice the step; one loop without branches."""
-    t, a = 0.5 / F.dy, 0.5 / F.dz
+    # the loop runs side by side if it reads nothing that it might have written
+    length, width, mu, slip, grooved = F.dy, F.dz, w[L.mu], w[L.slip], F.grooved
+    t, a = 0.5 / length, 0.5 / width
     for k in range(L.first - L.stride - 1, L.first + L.n_theta * L.stride):
         e, n = k + L.stride, k + 1
         ne = e + 1
         p, pe, pn, pne = w[L.p + k], w[L.p + e], w[L.p + n], w[L.p + ne]
         h, he, hn, hne = w[L.h + k], w[L.h + e], w[L.h + n], w[L.h + ne]
-        ys, yn = (pe * pe - p * p) / F.dy, (pne * pne - pn * pn) / F.dy
-        zw, ze = (pn * pn - p * p) / F.dz, (pne * pne - pe * pe) / F.dz
+        ys, yn = (pe * pe - p * p) / length, (pne * pne - pn * pn) / length
+        zw, ze = (pn * pn - p * p) / width, (pne * pne - pe * pe) / width
         y, z = 0.5 * (ys + yn), 0.5 * (zw + ze)
         inside, south = w[L.patch + k], w[L.patch_south + k]
-        w[L.south + k] = south * t * flux_along(w, F, L, k, U, 0.5 * (h + he), 0.5 * (p + pe), ys, z, pe - p)
-        w[L.north + k] = inside * t * flux_along(w, F, L, k, U, 0.5 * (hn + hne), 0.5 * (pn + pne), yn, z, pne - pn)
-        w[L.face_west + k] = inside * a * flux_across(w, F, L, k, U, 0.5 * (h + hn), 0.5 * (p + pn), y, zw)
-        w[L.face_east + k] = inside * a * flux_across(w, F, L, k, U, 0.5 * (he + hne), 0.5 * (pe + pne), y, ze)
+        below = flux_along(w, L, k, U, 0.5 * (h + he), 0.5 * (p + pe), ys, z, pe - p, length, mu, slip, grooved)
+        above = flux_along(w, L, k, U, 0.5 * (hn + hne), 0.5 * (pn + pne), yn, z, pne - pn, length, mu, slip, grooved)
+        west = flux_across(w, L, k, U, 0.5 * (h + hn), 0.5 * (p + pn), y, zw, mu, slip, grooved)
+        east = flux_across(w, L, k, U, 0.5 * (he + hne), 0.5 * (pe + pne), y, ze, mu, slip, grooved)
+        w[L.south + k], w[L.north + k] = south * t * below, inside * t * above
+        w[L.face_west + k], w[L.face_east + k] = inside * a * west, inside * a * east
 
 
 @inlined
@@ -109,11 +118,11 @@ def sides(w, F, L, k, axis):
     """Pressure, gradient of p^2 along an axis (0: theta, 1: z), change of p and thickness on the near and the far side
     of patch k, and the mean gradient along the other axis."""
     step, aside = (L.stride, 1) if axis == 0 else (1, L.stride)
-    length, width = (F.dy, F.dz) if axis == 0 else (F.dz, F.dy)
+    length, width = (1.0 / F.dy, 1.0 / F.dz) if axis == 0 else (1.0 / F.dz, 1.0 / F.dy)
     a, b, c, d = w[L.p + k], w[L.p + k + step], w[L.p + k + aside], w[L.p + k + aside + step]
-    near = 0.5 * (a + b), (b * b - a * a) / length, b - a, 0.5 * (w[L.h + k] + w[L.h + k + step])
-    far = 0.5 * (c + d), (d * d - c * c) / length, d - c, 0.5 * (w[L.h + k + aside] + w[L.h + k + aside + step])
-    return near, far, 0.5 * (c * c - a * a + d * d - b * b) / width
+    near = 0.5 * (a + b), (b * b - a * a) * length, b - a, 0.5 * (w[L.h + k] + w[L.h + k + step])
+    far = 0.5 * (c + d), (d * d - c * c) * length, d - c, 0.5 * (w[L.h + k + aside] + w[L.h + k + aside + step])
+    return near, far, 0.5 * (c * c - a * a + d * d - b * b) * width
 
 
 @inlined
@@ -126,9 +135,16 @@ def middle(w, L, k):
 
 
 @inlined
-def piece(w, F, L, i, j, s, t, h):
+def incline(w, L, k):
+    """Change of thickness [m] from line to line in patch k."""
+    n, e = k + 1, k + L.stride
+    return 0.5 * (w[L.h + e] - w[L.h + k] + w[L.h + e + 1] - w[L.h + n])
+
+
+@inlined
+def piece(w, F, L, i, j, s, t, h, rise):
     """Thickness, depth, groove share, cos^2 and sin cos of the groove angle of piece (s, t) of the patch behind line i
-    and row j, whose mean thickness is h."""
+    and row j, whose mean thickness is h and rises by `rise` from line to line."""
     line, row = i * L.pieces + s, j * L.pieces + t
     slant = w[L.row_slant + row]
     depth, share, cc, sc = 0.0, 0.0, 1.0, 0.0
@@ -137,11 +153,12 @@ def piece(w, F, L, i, j, s, t, h):
     for n in range(L.n_steps):
         if w[L.line_cover + line * L.n_steps + n] * w[L.row_cover + row * L.n_steps + n] > 0.0:
             depth, share, cc, sc = w[L.step_depth + n], 1.0, 1.0, 0.0
-    return max(h + w[L.line_lift + line], F.h_min), depth, share, cc, sc
+    inside = h + rise * (w[L.line_middle + line] - 0.5) + w[L.line_lift + line]
+    return max(inside, F.h_min), depth, share, cc, sc
 
 
 @inlined
-def find_media(w, F, L, i, j, h, slip, bent):
+def find_media(w, F, L, i, j, h, rise, slip, bent):
     """Put the `MEDIUM` of every piece of the patch behind line i and row j, of mean thickness h, into w[media].
 
     Conductances [m3] along the circumference, between both axes and along the axis, and the drag [m] along both. Pieces
@@ -151,10 +168,15 @@ def find_media(w, F, L, i, j, h, slip, bent):
         for t in range(L.pieces):
             if w[L.line_piece + i * L.pieces + s] * w[L.row_piece + j * L.pieces + t] > 0.0:
                 c = L.media + MEDIUM * (s * L.pieces + t)
-                thick, depth, share, cc, sc = piece(w, F, L, i, j, s, t, h)
+                thick, depth, share, cc, sc = piece(w, F, L, i, j, s, t, h, rise)
                 if bent:
                     thick = max(thick + w[c + 5], F.h_min)
-                a, b, drag, across = mean_flow(thick, depth, share, slip)
+                # without grooves nothing lies side by side
+                thick, depth = (thick, depth) if 0.0 < share < 1.0 else (thick + share * depth, 0.0)
+                a = b = thick * thick * (thick + slip)
+                drag = across = thick
+                if depth > 0.0:
+                    a, b, drag, across = mean_flow(thick, depth, share, slip)
                 w[c], w[c + 1], w[c + 2] = a * cc + b * (1.0 - cc), (a - b) * sc, a * (1.0 - cc) + b * cc
                 w[c + 3] = drag + F.grooved * (cc * drag + (1.0 - cc) * across - drag)
                 w[c + 4] = F.grooved * sc * (drag - across)
@@ -188,7 +210,7 @@ def lane(w, F, L, i, j, axis, other, U, p):
             carry += share * moved_aside - one * between * moved
     along = 1.0 / inverse
     o = L.laminate + LAMINATE * other
-    w[o], w[o + 1], w[o + 2] = along, along * cross, rest + along * cross * cross
+    w[o], w[o + 1], w[o + 2] = along, along * cross, 1.0 / (rest + along * cross * cross)
     w[o + 3], w[o + 4] = along * drag, carry + along * cross * drag
     if axis == 0:
         w[o + 5] = w[o + 6] = w[L.media + MEDIUM * other + 5] = 0.0
@@ -227,8 +249,8 @@ def beyond_mean(w, F, p, gradient, passed, c):
 
 
 @inlined
-def bend_pieces(w, F, L, k, i, j, U, h, p, slip, gradient):
-    """Find the media of a patch again, with the foil bent by the pressure of every piece instead of the mean."""
+def bend_pieces(w, F, L, k, i, j, U, h, rise, p, slip, gradient):
+    """Find the media of a patch again, with the foil bent by the pressure of every piece, no straight line's."""
     for t in range(L.pieces):
         if w[L.row_piece + j * L.pieces + t] > 0.0:
             lane(w, F, L, i, j, 0, t, U, p)
@@ -238,17 +260,19 @@ def bend_pieces(w, F, L, k, i, j, U, h, p, slip, gradient):
                 if length > 0.0:
                     c, along, _, _, _, _ = medium(w, L, 0, s, t)
                     own = length * w[L.laminate + LAMINATE * t] / along
-                    w[c + 5] = w[L.soft + k] * beyond_mean(w, F, p, gradient, passed + 0.5 * own, c)
+                    uneven = passed + 0.5 * own - w[L.line_middle + i * L.pieces + s] + 0.5
+                    w[c + 5] = w[L.soft + k] * beyond_mean(w, F, p, gradient, uneven, c)
                     passed += own
-    find_media(w, F, L, i, j, h, slip, True)
+    find_media(w, F, L, i, j, h, rise, slip, True)
 
 
 @kernel
-def find_pieces(w, F, L, k, i, j, U, h, p, slip, gradient):
-    """Find the media of patch k at its thickness h, pressure p and gradient of p^2 along the circumference."""
-    find_media(w, F, L, i, j, h, slip, False)
+def find_pieces(w, F, L, k, i, j, U, h, rise, p, slip, gradient):
+    """Find the media of patch k at its thickness h, which rises by `rise` from line to line, and its pressure p with a
+    gradient of p^2 along the circumference."""
+    find_media(w, F, L, i, j, h, rise, slip, False)
     if L.foil == 1 and w[L.line_piece + i * L.pieces + 1] > 0.0:
-        bend_pieces(w, F, L, k, i, j, U, h, p, slip, gradient)
+        bend_pieces(w, F, L, k, i, j, U, h, rise, p, slip, gradient)
 
 
 @inlined
@@ -261,7 +285,7 @@ def find_lanes(w, F, L, i, j, axis, U, p, gradient, mean):
         if share > 0.0:
             lane(w, F, L, i, j, axis, o, U, p)
             c = L.laminate + LAMINATE * o
-            one = share / w[c + 2]
+            one = share * w[c + 2]
             flow += one * (12.0 * w[L.mu] * U * p * w[c + 4] - w[c + 1] * gradient)
             inverse += one
     return (flow - mean) / inverse, inverse
@@ -281,20 +305,20 @@ def lane_flux(w, L, U, axis, c, p, gradient, mean, flow):
     """Flux (times 24 mu) along an axis in the lane at w[c] for a pressure and a gradient of p^2 along it, and the
     gradient along the other axis there."""
     if L.grooved == 1:
-        mean = (12.0 * w[L.mu] * U * p * w[c + 4] - w[c + 1] * gradient - flow) / w[c + 2]
+        mean = (12.0 * w[L.mu] * U * p * w[c + 4] - w[c + 1] * gradient - flow) * w[c + 2]
     return carried(w, L, U, axis, c, p, gradient) - w[c] * gradient - w[c + 1] * mean, mean
 
 
 @inlined
-def side_flux(w, F, L, U, axis, c, side, mean, flow, middle_h, middle_slip):
+def side_flux(w, F, L, U, axis, c, side, mean, flow, middle_h, middle_slip, smooth):
     """`lane_flux` at one side of the patch, with the blend where the cell number exceeds 2.
 
-    The lane is that of the thickness in the patch's middle; a smooth gap's difference to that of the side is added, so
-    that pieces without depth are no pieces.
+    Where no edge lies between the sides, the lane is that of the thickness in the patch's middle; a `smooth` gap's
+    difference to that of the side is added, so that pieces without depth are no pieces.
     """
     p, gradient, jump, h = side
     flux, _ = lane_flux(w, L, U, axis, c, p, gradient, mean, flow)
-    wider = h * h * (h + slip_length(w, L, p)) - middle_h * middle_h * (middle_h + middle_slip)
+    wider = h * h * (h + slip_length(w, L, p)) - middle_h * middle_h * (middle_h + middle_slip) if smooth else 0.0
     flux -= wider * gradient
     if axis == 0:
         drag = w[c + 3] + h - middle_h
@@ -310,15 +334,18 @@ def twice_inside(w, L, k, row):
 
 
 @inlined
-def mixed_fluxes(w, F, L, k, i, j, axis, U, h, p, slip):
-    """Fluxes through the near and the far half face of a patch along an axis, weighted by their shares of the face.
+def mixed_fluxes(w, F, L, k, i, j, axis, U, h, p, slip, around):
+    """Fluxes through the near and the far half face of a patch along an axis, weighted by their shares of the face, for
+    the sides `around` it.
 
-    From side to side p^2 falls as the resistance that is passed, and so do a lane's shares of the two. Along z it falls
-    by what the surface adds to the pieces' pressures, too, which the lanes along the circumference have left in
-    w[media].
+    They are divided by the step. From side to side p^2 falls as the resistance that is passed, and so do the shares of
+    a lane that the two have. Along z it falls by what the surface adds to the pieces' pressures, too, which the lanes
+    along the circumference have left in w[media].
     """
-    near, far, mean = sides(w, F, L, k, axis)
+    near, far, mean = around
     flow, resistance = find_lanes(w, F, L, i, j, axis, U, p, 0.5 * (near[1] + far[1]), mean)
+    passes = 1.0 / resistance
+    smooth = axis == 0 or w[L.line_piece + i * L.pieces + 1] == 0.0
     sum_near = sum_far = passed = below = above = 0.0
     last = 0
     if axis == 1:
@@ -329,9 +356,9 @@ def mixed_fluxes(w, F, L, k, i, j, axis, U, h, p, slip):
         share = w[(L.row_piece + j * L.pieces if axis == 0 else L.line_piece + i * L.pieces) + o]
         if share > 0.0:
             c = L.laminate + LAMINATE * o
-            own = share / (w[c + 2] * resistance)
-            at_near = side_flux(w, F, L, U, axis, c, near, mean, flow, h, slip)
-            at_far = side_flux(w, F, L, U, axis, c, far, mean, flow, h, slip)
+            own = share * w[c + 2] * passes
+            at_near = side_flux(w, F, L, U, axis, c, near, mean, flow, h, slip, smooth)
+            at_far = side_flux(w, F, L, U, axis, c, far, mean, flow, h, slip, smooth)
             if axis == 1:
                 e = L.media + MEDIUM * o * L.pieces + 5
                 more = w[c] * (w[e] * below - w[e + MEDIUM * last] * above) / F.dz
@@ -340,36 +367,49 @@ def mixed_fluxes(w, F, L, k, i, j, axis, U, h, p, slip):
             sum_near += share * (1.0 - passed - 0.5 * own) * at_near
             sum_far += share * (passed + 0.5 * own) * at_far
             passed += own
-    return sum_near / (24.0 * w[L.mu]), sum_far / (24.0 * w[L.mu])
+    scale = 1.0 / (24.0 * w[L.mu] * (F.dy if axis == 0 else F.dz))
+    return sum_near * scale, sum_far * scale
 
 
 @inlined
-def push_journal(w, F, L, U):
-    """Force on the journal [N] of what the surface adds to the pressures between the lines, into w[push + 3]."""
-    added = w[L.mu] * U
-    added *= F.pa / (F.pa + abs(added) * w[L.push + 2])
-    for axis in range(2):
-        w[L.push + 3 + axis] = added * w[L.push + axis]
+def inside_film(L, j):
+    """Mean over patch row j of what the surface adds, as a share of that inside: nothing at the edges of the film."""
+    return 0.5 if j == L.n_rows - L.half or (j == 0 and L.half == 0) else 1.0
+
+
+@inlined
+def push_journal(w, L, i, width, t):
+    """Add the force on the journal [N] of what the surface adds to the pressures between line i and the next, in the
+    lanes t of a `width` in shares of a row, to w[push]."""
+    begins = 0.0
+    for s in range(L.pieces):
+        if w[L.line_piece + i * L.pieces + s] > 0.0:
+            rise = 2.0 * (w[L.media + MEDIUM * (s * L.pieces + t) + 5] - begins)
+            turn = L.line_turn + 4 * (i * L.pieces + s)
+            w[L.push] += width * (begins * w[turn] + rise * w[turn + 2])
+            w[L.push + 1] += width * (begins * w[turn + 1] + rise * w[turn + 3])
+            begins += rise
 
 
 @kernel
 def cut_patches(w, F, L, U):
     """`patch_fluxes` of the patches that edges cut."""
-    push_journal(w, F, L, U)
+    w[L.push] = w[L.push + 1] = 0.0
     for line in range(-1, L.n_theta):
         i = line if line >= 0 else L.n_theta - 1
         for j in range(L.n_rows + 1 - L.half):
             k = L.first + line * L.stride + j + L.half - 1
             if w[L.mixed + k] > 0.0:
                 h, p, slip = middle(w, L, k)
-                near, far, _ = sides(w, F, L, k, 0)
-                find_pieces(w, F, L, k, i, j, U, h, p, slip, 0.5 * (near[1] + far[1]))
-                south, north = mixed_fluxes(w, F, L, k, i, j, 0, U, h, p, slip)
-                west, east = mixed_fluxes(w, F, L, k, i, j, 1, U, h, p, slip)
-                w[L.south + k] = w[L.patch_south + k] * south / F.dy
-                w[L.north + k] = north / F.dy
-                w[L.face_west + k] = west / F.dz
-                w[L.face_east + k] = east / F.dz
+                around = sides(w, F, L, k, 0)
+                find_pieces(w, F, L, k, i, j, U, h, incline(w, L, k), p, slip, 0.5 * (around[0][1] + around[1][1]))
+                south, north = mixed_fluxes(w, F, L, k, i, j, 0, U, h, p, slip, around)
+                if line >= 0:
+                    for t in range(L.pieces if w[L.line_piece + i * L.pieces + 1] > 0.0 else 0):
+                        push_journal(w, L, i, w[L.row_piece + j * L.pieces + t] * inside_film(L, j), t)
+                west, east = mixed_fluxes(w, F, L, k, i, j, 1, U, h, p, slip, sides(w, F, L, k, 1))
+                w[L.south + k], w[L.north + k] = w[L.patch_south + k] * south, north
+                w[L.face_west + k], w[L.face_east + k] = west, east
 
 
 @inlined
@@ -396,7 +436,7 @@ def jump_along_z(w, F, L, k, conductance, pushed):
 @kernel
 def jump_fluxes(w, F, L, U):
     """Correct the fluxes of a smooth gap where it jumps between lobes, in films without pockets and grooves."""
-    push_journal(w, F, L, U)
+    w[L.push] = w[L.push + 1] = 0.0
     for line in range(-1, L.n_theta):
         i = line if line >= 0 else L.n_theta - 1
         first = L.first + line * L.stride
@@ -405,8 +445,11 @@ def jump_fluxes(w, F, L, U):
                 p, p_t = w[L.p + k], w[L.p + k + L.stride]
                 h, mean = 0.5 * (w[L.h + k] + w[L.h + k + L.stride]), 0.5 * (p + p_t)
                 c, gradient = L.laminate, (p_t * p_t - p * p) / F.dy
-                find_pieces(w, F, L, k, i, 0, U, h, mean, slip_length(w, L, mean), gradient)
+                rise = w[L.h + k + L.stride] - w[L.h + k]
+                find_pieces(w, F, L, k, i, 0, U, h, rise, mean, slip_length(w, L, mean), gradient)
                 lane(w, F, L, i, 0, 0, 0, U, mean)
+                if line >= 0:
+                    push_journal(w, L, i, 0.5 if L.half == 1 and k == first else 1.0, 0)
                 blend = max(6.0 * w[L.mu] * abs(U) * w[c + 3] - 2.0 * w[c] * mean / F.dy, 0.0)
                 flux = carried(w, L, U, 0, c, mean, gradient) - w[c] * gradient - blend * (p_t - p)
                 w[L.flow_t + k] = flux / (24.0 * w[L.mu] * F.dy)
@@ -414,7 +457,7 @@ def jump_fluxes(w, F, L, U):
                 k = first + row
                 h, p, slip = middle(w, L, k)
                 below, above, _ = sides(w, F, L, k, 0)
-                find_pieces(w, F, L, k, i, 0, U, h, p, slip, 0.5 * (below[1] + above[1]))
+                find_pieces(w, F, L, k, i, 0, U, h, incline(w, L, k), p, slip, 0.5 * (below[1] + above[1]))
                 lane(w, F, L, i, 0, 0, 0, U, p)
                 rise = twice_inside(w, L, k, row) - twice_inside(w, L, k + 1, row + 1)
                 near = far = near_rise = far_rise = passed = 0.0
@@ -455,7 +498,8 @@ def textured_torque(w, F, L, speed):
             near, far, mean = sides(w, F, L, k, 0)
             h, p, slip = middle(w, L, k)
             gradient = 0.5 * (near[1] + far[1])
-            find_pieces(w, F, L, k, i, j, U, h, p, slip, gradient)
+            rise = incline(w, L, k)
+            find_pieces(w, F, L, k, i, j, U, h, rise, p, slip, gradient)
             flow, _ = find_lanes(w, F, L, i, j, 0, U, p, gradient, mean)
             for t in range(L.pieces):
                 width = w[L.row_piece + j * L.pieces + t]
@@ -465,14 +509,18 @@ def textured_torque(w, F, L, speed):
                     for s in range(L.pieces):
                         length = w[L.line_piece + i * L.pieces + s]
                         if length > 0.0:
-                            thick, depth, grooves, cc, sc = piece(w, F, L, i, j, s, t, h)
+                            thick, depth, grooves, cc, sc = piece(w, F, L, i, j, s, t, h, rise)
                             c, along, cross, _, drag, _ = medium(w, L, 0, s, t)
                             own = length * w[o] / along
                             more = beyond_mean(w, F, p, gradient, passed + 0.5 * own, c)
                             inside = p + more
                             if L.foil == 1:
-                                thick = max(thick + w[L.soft + k] * more, F.h_min)
+                                uneven = passed + 0.5 * own - w[L.line_middle + i * L.pieces + s] + 0.5
+                                bent = w[L.soft + k] * beyond_mean(w, F, p, gradient, uneven, c)
+                                thick = max(thick + bent, F.h_min)
                             dy = (12.0 * w[L.mu] * U * inside * drag - cross * dz - flux) / along
+                            if w[L.mixed + k] > 0.0:
+                                dy += (1.0 - inside_film(L, j)) * (w[o] * gradient / along - dy)
                             stress = traction(w, F, L, thick, depth, grooves, cc, sc, slip, U, inside, dy, dz)
                             total += width * length * stress
                             passed += own

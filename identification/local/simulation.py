@@ -48,7 +48,6 @@ def kernel(**options: Any) -> Callable[[Function], Function]:
     return compiled
 
 
-HOLDS = ("zero", "first")
 TERMS = 12
 """Terms of the Taylor series; with a norm below 1/2 the first one left out is 1e-14."""
 

@@ -96,7 +96,7 @@ def likely(name: str) -> str:
     plain = [variable for variable, known in VARIABLES.items() if not known.dims]
     label = number or letter
     stem = text[: label.start()].rstrip("_ ") if label else ""  # 'speed_1', 'pressure_a'
-    return closest(text, names) or ("" if stem in {"", *VARIABLES.keys() - plain} else closest(stem, plain))
+    return closest(text, names if stem in {"", *VARIABLES.keys() - plain} else [*names, *plain])
 
 
 def schema_unit(key: tuple[str, str, str]) -> str:

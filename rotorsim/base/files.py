@@ -233,7 +233,7 @@ def _alive(pid: int) -> bool:
 
 
 def _ended(pid: int) -> bool:
-    """Whether a process has ended and its parent has not yet asked how; only Linux says."""
+    """Whether a process has ended and its parent has not yet asked how; only Linux states it."""
     try:
         state = Path(f"/proc/{pid}/stat").read_text(encoding="ascii", errors="replace")
     except OSError:

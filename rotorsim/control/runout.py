@@ -169,7 +169,7 @@ def runout_table(slow_roll: xr.Dataset, points: int = POINTS, orders: int = ORDE
 
 @dataclass(frozen=True)
 class RunoutCheck:
-    """A runout table beside another slow roll of the same sensors: rms over both axes [m], angle [rad].
+    """A runout table next to another slow roll of the same sensors: rms over both axes [m], angle [rad].
 
     `reading` is the runout of the slow roll, `left` what the table leaves of it, `turned_left` what it would leave
     turned by `turn`, the angle at which it fits best.

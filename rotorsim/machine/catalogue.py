@@ -21,8 +21,9 @@ from rotorsim.effects.base import WHERE
 HEAD = """# Effects
 
 Every physical effect is a table `[effects.NAME]` of the machine file and one file of the package, from which this page
-is made. At the neutral values, the defaults here, an effect leaves every bit of a trajectory as it is without it. How
-to write your own: [machine files](machine_files.md#your-own-effect).
+is made. How to write your own: [machine files](machine_files.md#your-own-effect).
+
+At the neutral values, the defaults here, an effect leaves every bit of a trajectory as it is without it.
 """
 PLACES = {
     "disc": "at the first disc",
@@ -99,7 +100,7 @@ def catalogue() -> list[dict[str, Any]]:
 
 
 def _read(docstring: str) -> tuple[str, str, str, str]:
-    """Title, prose, TeX of the equations and source out of a module's docstring."""
+    """Title, paragraphs of prose, TeX of the equations and source out of a module's docstring."""
     title, _, rest = inspect.cleandoc(docstring).partition("\n\n")
     prose, equations = [], []
     for block in rest.split("\n\n"):
@@ -107,8 +108,8 @@ def _read(docstring: str) -> tuple[str, str, str, str]:
             equations.append(" ".join(block.removeprefix(".. math::").split()))
         else:
             prose.append(" ".join(block.split()))
-    about, _, source = " ".join(prose).partition("Source: ")
-    return " ".join(title.split()), about.strip(), r" \\ ".join(equations), source.strip()
+    about, _, source = "\n\n".join(prose).partition("Source: ")
+    return " ".join(title.split()), about.strip(), r" \\ ".join(equations), " ".join(source.split())
 
 
 def _place(effect: type[Effect]) -> str:
@@ -136,7 +137,7 @@ def markdown(entry: dict[str, Any]) -> str:
     again = " Several tables add up." if entry["several"] else ""
     lines = [f"### {entry['name']}", entry["title"]]
     lines += [f"$$\n{textwrap.fill(entry['equation'], 119, break_long_words=False)}\n$$"] if entry["equation"] else []
-    lines += [_wrapped(_escaped(entry["about"]))] if entry["about"] else []
+    lines += [_wrapped(_escaped(text)) for text in entry["about"].split("\n\n") if text]
     lines += [_wrapped(f"Source: {_escaped(entry['source'])}")] if entry["source"] else []
     lines += ["\n".join(f"- {_escaped(one)}" for one in entry["references"])] if entry["references"] else []
     lines += [_wrapped(f"Port `{entry['port']}`; acts {entry['acts']}.{again}")]

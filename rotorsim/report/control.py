@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,9 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from rotorsim.base.units import MPA, TO_HZ, TO_MPA, TO_RPM, TO_UM
+from rotorsim.base.quantity import quantities
+from rotorsim.base.units import MPA, TO_HZ, TO_MPA, TO_RPM, TO_UM, show
+from rotorsim.control.catalogue import DESIGNS, make_spec
 from rotorsim.control.law import Law
 from rotorsim.control.plants import sampled_plant
 from rotorsim.control.sampled_loop import (
@@ -55,9 +57,7 @@ def design_page(law: Law, model: Any) -> Page:
     """Page of a design: sensitivities, damping over the operating range or modes at its only point, root locus."""
     speeds, pressures = fine_axes(law, model)
     corners = [(w, p) for w in {speeds[0], speeds[-1]} for p in {pressures[0], pressures[-1]}]
-    rows = [
-        (key.replace("_", " "), f"{v:.5g}" if isinstance(v, float) else v) for key, v in overview(law, model).items()
-    ]
+    rows = [_entry(key, value) for key, value in overview(law, model).items()]
     middle = float(np.mean(speeds)), float(np.mean(pressures))
     single = len(speeds) == len(pressures) == 1
     where = f"at {_point(*middle)}" if single else "at the corners of the range"
@@ -174,27 +174,51 @@ def verification_page(result: Verification) -> Page:
         text += "".join(f" Beyond the range in which the model was checked: {one}." for one in held.beyond)
         blocks.append(Block("Run-up extension", text, figure=waterfall_figure(alone.run, held.run)))
     rows = [("order", result.law.order), ("fingerprint", result.law.hash)]
-    rows += [row for key, value in result.law.about.items() for row in _about(str(key), value)]
+    rows += _about(result.law)
     blocks.append(Block("The law", "", ("quantity", "value"), rows))
     return Page(f"{result.law.name} on {result.machine}", "A control law on the nonlinear plant.", blocks)
 
 
-def _about(key: str, value: object) -> list[tuple[str, str]]:
-    """Rows of an entry that a law states about itself: one, or one for each entry of a specification."""
-    if isinstance(value, dict):
-        return [(f"{key}: {name}", f"{v:.6g}" if isinstance(v, float) else str(v)) for name, v in value.items()]
-    return [(key, str(value))]
+def _entry(key: str, value: object) -> tuple[str, str]:
+    """Row of a number, word or choice that a law states about itself."""
+    words: dict[object, str] = {True: "yes", False: "no", None: "none"}
+    name = key.replace("_", " ").removesuffix(" deg") + " [deg]" * key.endswith("_deg")
+    if isinstance(value, bool) or value is None:
+        return name, words[value]
+    return name, f"{value:.5g}" if isinstance(value, float) else str(value)
+
+
+def _about(law: Any) -> list[tuple[str, str]]:
+    """Rows of what a law states about itself, its specification field by field with units."""
+    rows = [_entry(key, value) for key, value in law.about.items() if not isinstance(value, dict)]
+    spec = law.about.get("spec")
+    if not isinstance(spec, dict):
+        return rows
+    design = str(law.about.get("design", law.name))
+    return rows + list(_fields(spec, make_spec(design) if design in DESIGNS else None, "spec."))
+
+
+def _fields(values: Mapping[str, Any], spec: Any, above: str = "") -> Iterator[tuple[str, str]]:
+    """Rows of a stored specification; `spec` is one of the same class, from which units follow, or None."""
+    units = quantities(spec) if is_dataclass(spec) else {}
+    for name, value in values.items():
+        if isinstance(value, dict):
+            yield from _fields(value, getattr(spec, name, None), f"{above}{name}.")
+        elif isinstance(value, (int, float)) and not isinstance(value, bool) and name in units:
+            number, _, unit = show(float(f"{value:.9g}"), units[name].unit).partition(" ")
+            yield f"{above}{name}", quantity(float(number), unit, ".6g") if unit else number
+        else:
+            yield f"{above}{name}", _entry(name, value)[1]
 
 
 def responses_figure(result: Verification) -> go.Figure:
     """Open and closed impact responses by point, and the closed over the open one."""
     figure = make_subplots(1, 2, subplot_titles=["hits along x", "hits along y"], shared_yaxes=True)
-    names = [
-        [f"{e.speed / 1000 * TO_RPM:.3g} krpm" for e in result.open],
-        [f"{e.pressure / MPA:.2f}" for e in result.open],
-    ]
+    order = sorted(range(len(result.open)), key=lambda k: (result.open[k].speed, result.open[k].pressure))
+    opened, closed = ([values[k] for k in order] for values in (result.open, result.closed))
+    names = [[f"{e.speed / 1000 * TO_RPM:.3g} krpm" for e in opened], [f"{e.pressure / MPA:.2f}" for e in opened]]
     for axis in range(2):
-        for label, values, colour in (("open loop", result.open, OPEN), ("closed loop", result.closed, CLOSED)):
+        for label, values, colour in (("open loop", opened, OPEN), ("closed loop", closed, CLOSED)):
             heights = [e.response[axis] for e in values]
             figure.add_trace(go.Bar(x=names, y=heights, name=label, marker_color=colour, legendgroup=label,
                                     showlegend=axis == 0), 1, axis + 1)  # fmt: skip

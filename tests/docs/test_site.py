@@ -108,3 +108,23 @@ def test_the_installation_page_lists_every_extra():
     extras = tomllib.loads((DOCS.parent / "pyproject.toml").read_text())["project"]["optional-dependencies"]
     page = (DOCS / "install.md").read_text()
     assert len(extras) > 5 and [name for name in extras if f'".[{name}]"' not in page] == []
+
+
+WORDS = 45
+"""Longest paragraph of a page or entry of its lists [words]; tables, code and formulas are none."""
+LONGER = {"bibliography", "changes", "theory_film"}
+"""Pages of sources and changes, and one whose paragraphs are still longer."""
+
+
+def paragraphs(text):
+    """Paragraphs and entries of lists of a page, without code, formulas, tables, headings and pictures."""
+    plain = re.sub(r"(?ms)^(```|\$\$).*?^(```|.*\$\$)\s*$", "", text)
+    blocks = (block.strip() for block in re.split(r"\n\s*\n", plain))
+    prose = (block for block in blocks if block and not block.startswith(("|", "#", "!", ":::", "<", ">")))
+    return [entry for block in prose for entry in re.split(r"(?m)^\s*(?:[-*]|\d+\.)\s+", block)]
+
+
+def test_no_paragraph_is_long():
+    counted = {(page.stem, text[:50]): len(text.split()) for page in sorted(DOCS.glob("*.md"))
+               if page.stem not in LONGER for text in paragraphs(page.read_text())}  # fmt: skip
+    assert len(counted) > 600 and {one for one, words in counted.items() if words > WORDS} == set()

@@ -126,19 +126,31 @@ FORMS = {
     "plain": {},
     "lobes": {"lobes": LOBES | {"offset": 0.5}},
     "pockets": {"steps": [{"count": 3, "depth": "8 um", "arc": "40 deg", "length": "30 mm"}]},
+    "axial grooves": {"steps": [{"count": 4, "depth": "8 um", "arc": "20 deg"}]},
+    "recesses": {"steps": [{"count": 4, "depth": "8 um", "arc": "45 deg", "length": "20 mm"}]},
+    "foil": {"foil": {"stiffness": "20 GN/m^3", "loss_factor": 0.2}},
     "foil with lobes that jump": {"lobes": LOBES, "foil": {"stiffness": "20 GN/m^3", "loss_factor": 0.2}},
     "herringbone": {"grooves": {"on": "sleeve", "depth": "10 um", "share": 0.5, "angle": "28 deg", "land": "9 mm"}},
     "grooved journal": {"grooves": {"on": "journal", "depth": "10 um", "share": 0.5, "angle": "28 deg"}},
+    "spiral": {
+        "grooves": {"on": "sleeve", "pattern": "spiral", "depth": "10 um", "share": 0.5, "angle": "28 deg"},
+    },
 }
+PAIRS = [
+    ("plain", "lobes"), ("pockets", "foil with lobes that jump"), ("herringbone", "grooved journal"),
+    ("spiral", "recesses"), ("axial grooves", "foil"),
+]  # fmt: skip
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "pair", [("plain", "lobes"), ("pockets", "foil with lobes that jump"), ("herringbone", "grooved journal")]
-)
-def test_the_heat_of_films_that_slip_is_their_friction_power(pair):
-    """Films without a feed lose through their walls what torque times speed puts in; with the torque of `reynolds`."""
-    machine = two_films().replace("effects.slip", {"mean_free_path": "0.068 um"})
+@pytest.mark.parametrize("path", ["0 um", "0.068 um"], ids=["no slip", "slip"])
+@pytest.mark.parametrize("pair", PAIRS, ids=" and ".join)
+def test_the_heat_of_a_film_of_any_form_is_its_friction_power(pair, path):
+    """Films without a feed lose through their walls what torque times speed puts in; with the torque of `reynolds`.
+
+    A free path of 0 is no slip to the last bit, in the same kernels.
+    """
+    machine = two_films().replace("effects.slip", {"mean_free_path": path})
     for k, name in enumerate(pair):
         for key, value in FORMS[name].items():
             machine = machine.replace(f"bearings.{k}.{key}", value)

@@ -1,9 +1,14 @@
 """Fixtures of the data tests: a small record and run-up vectors."""
 
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import identification as idn
+
+sys.path.insert(0, str(Path(__file__).parent))  # for what test_ident_rates.py has for another test file
 
 
 @pytest.fixture

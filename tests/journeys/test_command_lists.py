@@ -110,8 +110,8 @@ def test_completion_lists_the_commands_without_what_computes():
 
 
 @pytest.mark.parametrize(("words", "hint"), [
-    ("respons", "no command 'respons'; did you mean 'response'?"),
-    ("data chek", "no command 'chek'; did you mean 'check'?"),
+    ("responses", "no command 'responses'; did you mean 'response'?"),
+    ("data converts", "no command 'converts'; did you mean 'convert'?"),
     ("map plain_rotor --speeds 3", "no option --speeds; did you mean --speed? 'rotorsim map --help' lists its options"),
     ("response plain_rotor --speed 3", "no option --speed; did you mean --speeds? "),
     ("modes --zzz", "no option --zzz; 'rotorsim modes --help' lists its options"),

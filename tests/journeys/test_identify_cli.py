@@ -1,18 +1,13 @@
 """`rotorsim identify`: from files to a model, and messages for bad data."""
 
-import importlib.util
 import json
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import identification as idn
-
-_spec = importlib.util.spec_from_file_location("model3", Path(__file__).parent.parent / "identification" / "model3.py")
-model3 = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(model3)
+import model3
 
 
 @pytest.fixture
@@ -68,7 +63,7 @@ def test_a_folder_of_records_becomes_a_parameter_varying_model(run, tmp_path):
         (["nowhere.nc"], "is not there"),
         (["{folder}"], "no .nc record in it"),
         (["{folder}/short.csv", "--mapping", "{folder}/short.toml"], "with excitation"),
-        (["{folder}/short.csv", "--mapping", "{folder}/short.toml", "--model", "7"], "choose of 1, 2, 2-rate, 3"),
+        (["{folder}/short.csv", "--mapping", "{folder}/short.toml", "--model", "7"], "one of 1, 2, 2-rate, 3"),
         (["{folder}/short.csv", "--surfaces", "many"], "choose one of 1, 2, 3, hold-out"),
         (["{folder}/short.csv", "--refine", "much"], "choose one of none, frequency, global"),
         (["{folder}/short.csv", "--runout", "both"], "choose one of harmonic, table, none"),

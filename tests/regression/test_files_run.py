@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 SCRIPT = Path(__file__).parents[1] / "support" / "files_run.py"
-MOST_FILES, MOST_ROOMS = 110, 12
+MOST_FILES, MOST_ROOMS = 96, 12
 
 
 @pytest.mark.slow

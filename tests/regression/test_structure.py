@@ -117,7 +117,7 @@ def test_an_effects_parameters_are_named_in_its_own_file_only(trees):
 OPENINGS = ("Of ", "By ", "What ", "Where ", "With ", "For ", "How ", "As much", "So many")
 """Beginnings of a docstring that name neither an actor nor a thing."""
 AROUND = ("studies", "docs", "tests/support")
-"""Folders beside the packages whose docstrings follow the same rule."""
+"""Folders outside the packages whose docstrings follow the same rule."""
 
 
 def docstrings(tree):

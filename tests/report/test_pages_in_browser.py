@@ -50,6 +50,21 @@ def browser():
         browser.close()
 
 
+@pytest.mark.parametrize(("width", "stacked"), [(400, True), (1300, False)])
+def test_panels_stand_below_each_other_on_a_narrow_screen(browser, page, width, stacked):
+    window = window_of(browser, viewport={"width": width, "height": 900})
+    window.goto(page.as_uri())
+    window.wait_for_selector(".modebar", state="attached")
+    domains = "['', '2'].map(n => ['x', 'y'].map(letter => PLOTS[0]._fullLayout[`${letter}axis${n}`].domain))"
+    panels = window.evaluate(domains)
+    (x1, y1), (x2, y2) = panels
+    assert (x1 == x2 == [0, 1] and y1[0] > y2[1]) is stacked and (x1[1] < x2[0] and y1 == y2) is not stacked
+    titles = window.evaluate("() => [...document.querySelectorAll('.annotation')].map(one => "
+                             "[one.getBoundingClientRect().top, one.getBoundingClientRect().left])")  # fmt: skip
+    assert (titles[1][0] > titles[0][0] + 100) is stacked and (titles[1][1] > titles[0][1] + 100) is not stacked
+    assert window.evaluate("document.documentElement.scrollWidth") == width and window.evaluate(COVERED) == 0
+
+
 @pytest.mark.parametrize("width", [700, 1300])
 def test_toolbars_cover_neither_legends_nor_titles(browser, page, width):
     window = window_of(browser, viewport={"width": width, "height": 900})

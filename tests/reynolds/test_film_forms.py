@@ -37,6 +37,9 @@ FORMS = {
     "three pockets": pockets((3, 20e-6, np.radians(40), None, 0.1)),
     "recesses": pockets((4, 10e-6, np.pi / 4, 0.021, 0.0)),
     "feed grooves and steps": pockets((4, 20e-6, 0.39, 0.03, 0.0), (4, 8e-6, 0.3, 0.03, 0.345)),
+    "feed grooves on lines": pockets(
+        (4, 20e-6, np.pi / 8, 0.03, np.pi / 16), (4, 8e-6, np.pi / 8, 0.03, 3 * np.pi / 16)
+    ),
     "herringbone": grooved(),
     "grooved journal": grooved(on="journal"),
     "spiral": grooved("spiral"),
@@ -46,8 +49,12 @@ FORMS = {
         Sleeve(foil=Foil(5e9, 0.2, 2000.0), lobes=Lobes(3, 0.5, 0.8, 0.3)),
     ),
 }
-CUT = ("lobes that jump", "foil with lobes that jump", "axial grooves", "three pockets", "feed grooves and steps")
-"""Forms whose edges cut cells at other places on every grid."""
+ORDERS = {
+    "feed grooves and steps": (1.1, 1.1, 1.1, 1.1),
+    "lobes that jump": (1.8, 1.8, 1.8, 1.75),
+    "foil with lobes that jump": (1.8, 1.8, 1.7, 1.7),
+}
+"""Least orders of force, K, C and friction over 16, 32 and 64 lines that are not 1.8."""
 
 
 @lru_cache
@@ -91,17 +98,27 @@ def test_a_coarse_film_is_near_the_independent_solver(name, path):
 def test_a_film_is_that_of_the_independent_solver_in_the_second_order(name, path):
     """At six places to 1 % on 64 x 32 lines, every quantity in the second order.
 
-    Where edges cut cells the error also depends on where they cut them: there the orders of three grids are 1.4 to 2.6,
-    and 1.8 to 2.4 of all quantities together.
+    Feed grooves of one cell on 16 lines have half the errors there where their edges cut cells in the middle, and the
+    same on 64 lines, where they almost are lines: so the order between them is low. Where a gap jumps at the end of a
+    film the pressure is r log r, with or without a line there, and friction has an error of step^2 log(step).
     """
     sizes = np.array([16, 32, 64])
     found = np.array([[errors(name, path, place, n) for place in PLACES] for n in sizes])
     assert found[-1].max() < 0.01
-    rms = np.sqrt((found**2).mean(axis=1))
-    inexact = rms[0] > 1e-4
-    orders = -np.polyfit(np.log(sizes), np.log(rms[:, inexact]), 1)[0]
-    assert (orders > (1.0 if name in CUT else 1.8)).all()
-    assert -np.polyfit(np.log(sizes), np.log(np.linalg.norm(rms, axis=1)), 1)[0] > (1.7 if name in CUT else 1.8)
+    rms = np.sqrt((found**2).mean(axis=1))[:, :4]
+    orders = -np.polyfit(np.log(sizes), np.log(rms), 1)[0]
+    assert (orders > ORDERS.get(name, 1.8)).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lines", [16, 32, 64])
+def test_edges_between_lines_cost_nothing_against_edges_on_lines(lines):
+    """Feed grooves of one cell on 16 lines: the errors of edges anywhere are those of edges that are lines."""
+    between, on = (
+        np.mean([errors(f"feed grooves {name}", 0.0, place, lines) ** 2 for place in PLACES], axis=0) ** 0.5
+        for name in ("and steps", "on lines")
+    )
+    assert (between[:4] < 1.2 * on[:4]).all()
 
 
 def test_the_independent_solver_has_converged():
@@ -161,14 +178,31 @@ def test_a_long_film_of_axial_pockets_brakes_as_steps_behind_one_another():
 @pytest.mark.parametrize("lines", [32, 52, 64, 128])
 @pytest.mark.parametrize("count", [2, 3, 4, 5, 6, 7, 8])
 def test_a_centred_film_of_equal_pockets_does_not_push_the_journal(count, lines):
-    """To round-off where grid and pockets turn into themselves by one part of a turn, in the second order elsewhere.
+    """To round-off where grid and pockets turn into themselves by one part of a turn, in the third order elsewhere.
 
-    A grid of n lines makes waves of k n +- m count per turn, and one of them pushes where that can be 1.
+    A grid of n lines makes waves of k n +- m count per turn, and one of them pushes where that can be 1. What is left
+    are the axial flows of the cells that edges cut: a clearance times the stiffness is 30 N.
     """
     sleeve = Sleeve(steps=(Steps(count, 20e-6, np.radians(24), None, 0.1),))
     film = bearing(sleeve, lines, 16).steady((0.0, 0.0), 2000.0)
     together = np.gcd(count, lines) > 1
-    assert np.linalg.norm(film.force) < (1e-10 if together else 100.0 / lines**2)
+    assert np.linalg.norm(film.force) < (1e-10 if together else 30.0 / 4 * (2 * np.pi / lines) ** 3)
+
+
+@pytest.mark.parametrize("lines", [16, 32, 52])
+@pytest.mark.parametrize("arc", [0.42, 0.75])
+@pytest.mark.parametrize("count", [1, 2, 3, 5])
+def test_a_long_centred_film_of_equal_pockets_does_not_push_the_journal_at_all(count, arc, lines):
+    """Nothing flows along the axis: force and pressures are those of Rayleigh steps wherever edges cut the cells.
+
+    To the round-off of an ambient pressure of 1000 bar, which makes the gas incompressible, with one edge in a cell.
+    One pocket pushes.
+    """
+    sleeve = Sleeve(steps=(Steps(count, 20e-6, arc, None, 0.1),))
+    film = bearing(sleeve, lines, 8, length=400.0, ambient_pressure=1e8)
+    push = np.linalg.norm(film.steady((0.0, 0.0), 20.0).force)
+    scale = 6 * 1.85e-5 * 20.0 * SIZE["radius"] ** 3 * 400.0 / SIZE["clearance"] ** 2
+    assert push > 1e-3 * scale if count == 1 else push < 1e-6 * scale
 
 
 def test_pockets_that_turn_with_their_first_angle_turn_the_force_with_them():
@@ -187,15 +221,19 @@ def test_pockets_that_turn_with_their_first_angle_turn_the_force_with_them():
 def test_a_long_pocket_pushes_as_two_rayleigh_steps_wherever_its_edges_cut_the_cells(share):
     """A journal in the middle: F = -R^2 L (s_1 - s_2) (exp(i b) - exp(i a)) with the slopes s = 6 mu U (h - q) / h^3.
 
-    An ambient pressure of 1000 bar makes the gas incompressible; the ends take the last half of the last rows.
+    An ambient pressure of 10000 bar makes the gas incompressible to 1e-6. The flow is the same everywhere, so that the
+    pressures at the lines are exact; the trapezoidal rule makes the force of straight lines between them larger by
+    1 / sinc^2 of half a step, in the second order, and the ends take the last half of the last rows.
     """
-    depth, arc, length, ambient = 20e-6, 0.9, 4.0, 1e8
-    first = share * 2 * np.pi / 32
+    depth, arc, length, ambient, lines, rows = 20e-6, 0.9, 400.0, 1e9, 32, 16
+    step = 2 * np.pi / lines
+    first = share * step
     U, gaps, arcs = 10.0 * SIZE["radius"], (SIZE["clearance"] + depth, SIZE["clearance"]), (arc, 2 * np.pi - arc)
     q, weight = (sum(a / h**n for h, a in zip(gaps, arcs, strict=True)) for n in (2, 3))
     deep, flat = (6 * 1.85e-5 * U * (h - q / weight) / h**3 for h in gaps)
     turn = np.exp(1j * (first + arc / 2)) - np.exp(1j * (first - arc / 2))
     expected = -(SIZE["radius"] ** 2) * length * (deep - flat) * turn
+    expected *= (1 - 1 / rows) / np.sinc(0.5 * step / np.pi) ** 2
     sleeve = Sleeve(steps=(Steps(1, depth, arc, None, first),))
-    x, y = bearing(sleeve, 32, 64, length=length, ambient_pressure=ambient).steady((0.0, 0.0), 10.0).force
-    assert x + 1j * y == pytest.approx(expected, rel=0.025)
+    film = bearing(sleeve, lines, rows, length=length, ambient_pressure=ambient).steady((0.0, 0.0), 10.0)
+    assert film.force[0] + 1j * film.force[1] == pytest.approx(expected, rel=1e-5)

@@ -4,9 +4,12 @@ r"""Hysteresis of the piezo stacks: Prandtl and Ishlinskii's superposition of pl
           p_i(t) = \max\{v - r_i, \min\{v + r_i, p_i(t^-)\}\}, \quad r_i = (i + \tfrac12)\,r
 
 counted from the lower end of a full cycle that begins at 0 V; s is the sensitivity of the actuators, so w = 0 leaves
-the straight line. With s = 2.82 um/V, w = 0.336 um/V and r = 0.5 V a full cycle between 0 and 10 V runs from 0 to 45
-um and opens by 8.4 um, as in the thesis' Fig. C.28. Source: Kuhnen (2003), Modeling, identification and compensation
-of complex hysteretic nonlinearities.
+the straight line.
+
+With s = 2.82 um/V, w = 0.336 um/V and r = 0.5 V a full cycle between 0 and 10 V runs from 0 to 45 um and opens by 8.4
+um, as in the thesis' Fig. C.28.
+
+Source: Kuhnen (2003), Modeling, identification and compensation of complex hysteretic nonlinearities.
 """
 
 from reynolds.jit import inlined

@@ -3,8 +3,12 @@ r"""Clearance change with speed (centrifugal growth) and temperature.
 .. math:: \Delta c = a\,T - g\,(\Omega/\Omega_0)^2, \qquad \Omega_0 = 2\pi\,100\ \mathrm{rad/s}
 
 A positive T is a housing warmer than the shaft, which widens the gap by a = alpha R; centrifugal growth g of the
-journal at 100 Hz narrows it. A solid cylinder has g = (1 - nu) rho Omega_0^2 R^3 / (4 E), 21 nm for a journal of steel
-of 40 mm; hollow journals, sleeves and heat make more. Source: Timoshenko & Goodier (1970), section 32.
+journal at 100 Hz narrows it.
+
+A solid cylinder has g = (1 - nu) rho Omega_0^2 R^3 / (4 E), 21 nm for a journal of steel of 40 mm; hollow journals,
+sleeves and heat make more.
+
+Source: Timoshenko & Goodier (1970), section 32.
 """
 
 import math

@@ -3,10 +3,15 @@ r"""Contact of the journal with the sleeve, with Coulomb friction.
 .. math:: N = k\,\delta\,(1 + d\,\dot\delta)_+, \qquad T = \mu N \tanh(v_t / v_0), \qquad \delta = g - h
 
 delta is the penetration at each angle where the gap h between the surfaces (`reynolds.film.closest_places`) has a
-minimum, g the gap at which the asperities meet; in a plain sleeve h = c - e. N acts inwards along the normal there, T
-against the sliding speed v_t of the surface, and R T brakes the shaft. The factor of the approach leaves no sticking
-and no jump of the force at first touch; tanh regularises Coulomb's law at v_0. A displacement dx turns the place by
-dx . t / h'', t along the surface. Source: Hunt & Crossley (1975) for the factor.
+minimum, g the gap at which the asperities meet; in a plain sleeve h = c - e.
+
+N acts inwards along the normal there, T against the sliding speed v_t of the surface, and R T brakes the shaft. The
+factor of the approach leaves no sticking and no jump of the force at first touch; tanh regularises Coulomb's law at
+v_0.
+
+A displacement dx turns the place by dx . t / h'', t along the surface.
+
+Source: Hunt & Crossley (1975) for the factor.
 """
 
 import math

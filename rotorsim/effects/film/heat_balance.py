@@ -6,10 +6,14 @@ r"""Temperatures of gas, journal and sleeve of a film, lumped, with the clearanc
     \Delta c = R\,(\alpha_s T_s - \alpha_j T_j)
 
 T are rises [K] above the temperature in [gas], at which the gas enters and the surroundings are; P is the power of
-the film's friction, torque times speed; the flow is what the injectors feed. The gas stores no heat; 6 k / c carries it
-to a wall where heat is made evenly across a thin gap. Each sample is one step of the implicit Euler method; at an
-equilibrium the temperatures rest too. Density and injectors keep the temperature in [gas]. Source: Incropera et al.
-(2007), sections 2.3 and 5.1; viscosity as in `gas_heating`.
+the film's friction, torque times speed; the flow is what the injectors feed.
+
+The gas stores no heat; 6 k / c carries it to a wall where heat is made evenly across a thin gap. Each sample is one
+step of the implicit Euler method; at an equilibrium the temperatures rest too.
+
+Density and injectors keep the temperature in [gas].
+
+Source: Incropera et al. (2007), sections 2.3 and 5.1; viscosity as in `gas_heating`.
 """
 
 from __future__ import annotations

@@ -2,8 +2,11 @@ r"""Tilt of the sleeve against the journal: the gap varies along the film.
 
 .. math:: h = c - X\cos\theta - Y\sin\theta - z\,(a\cos\theta + b\sin\theta)
 
-z from the film's middle, a = dX/dz and b = dY/dz of the journal against the sleeve. The whole film is solved then, not
-half of it. The rotor feels the change of the film's force, not the film's moment, which is small against the shaft's.
+z from the film's middle, a = dX/dz and b = dY/dz of the journal against the sleeve. The whole film is solved then,
+not half of it.
+
+The rotor feels the change of the film's force, not the film's moment, which is small against the shaft's.
+
 Source: San Andres (2012), Modern Lubrication Theory, notes 4.
 """
 

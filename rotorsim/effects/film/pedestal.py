@@ -4,9 +4,12 @@ r"""Flexible pedestal of the gas bearing: an isotropic resonance of the sleeve.
           m_p = m_\mathrm{rotor}/r
 
 F is the film's force on the journal. It enters as two modal coordinates x_p = (r / m_rotor)^(1/2) q_p of the rotor,
-met implicitly like the others; r = 0 is a pedestal that does not move. A film of stiffness K then has the static
-stiffness 1 / (1/K + 1/(m_p omega^2)). Records give the journal's displacement against the sleeve. Source: Childs
-(1993), section 3.6.
+met implicitly like the others; r = 0 is a pedestal that does not move.
+
+A film of stiffness K then has the static stiffness 1 / (1/K + 1/(m_p omega^2)). Records give the journal's
+displacement against the sleeve.
+
+Source: Childs (1993), section 3.6.
 """
 
 import math

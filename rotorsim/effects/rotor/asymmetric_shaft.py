@@ -4,15 +4,20 @@ r"""Shaft with two lateral stiffnesses, which turn with it: a keyway, flats, a t
           \end{bmatrix} \begin{bmatrix} x \\ y \end{bmatrix}, \qquad \alpha = \varphi + \psi
 
 at one plane, whose stiffness is k + Delta k / 2 along the axis at alpha and k - Delta k / 2 across. With z = x + i y
-the force is -(Delta k / 2) exp(2 i alpha) conj(z). A static sag s makes the vibration z_2 at twice the speed,
+the force is -(Delta k / 2) exp(2 i alpha) conj(z).
+
+A static sag s makes the vibration z_2 at twice the speed,
 
 .. math:: z_2 = -\frac{\Delta k}{2}\,\frac{\bar s\,e^{2 i \psi}}{k - 4 m \Omega^2 + 2 i c \Omega}
 
-with a resonance at half the critical speed; an undamped rotor is unstable where
-k - Delta k / 2 < m Omega^2 < k + Delta k / 2. The deflected shaft is braked by the torque -dV/d phi of its energy V,
-y F_x - x F_y, which supplies what the vibration takes up. Source: Genta (2005), Dynamics of
-Rotating Systems, chapter 6; Friswell et al. (2010), chapter 7. Assumes: the difference acts at one plane; that of a
-whole shaft is the same for its first mode.
+with a resonance at half the critical speed; an undamped rotor is unstable where k - Delta k / 2 < m Omega^2 < k +
+Delta k / 2.
+
+The deflected shaft is braked by the torque -dV/d phi of its energy V, y F_x - x F_y, which supplies what the
+vibration takes up.
+
+Source: Genta (2005), Dynamics of Rotating Systems, chapter 6; Friswell et al. (2010), chapter 7. Assumes: the
+difference acts at one plane; that of a whole shaft is the same for its first mode.
 """
 
 import math

@@ -3,11 +3,15 @@ r"""Ball bearing with radial clearance, softer than in the machine file or stiff
 .. math:: F = k\,x - s\,k\,\frac{(e - g)_+}{e}\,x, \qquad e = |x|, \qquad
           s = (1 - \sigma)\,(T / T_k)^{1/3}
 
-added to the linear bearing's -k x: the two together are a spring s k behind a radial clearance g. k is the mean of the
-bearing's k_xx and k_yy, T the thrust load and T_k the one at which k holds: balls in Hertz' contact are pressed by
-delta^(3/2), so that the stiffness against small motion grows as the cube root of the load. The few modes kept of the
-rotor are those of the stiff bearing and hardly move there: x is their displacement and R F, with R the static
-compliance of the modes left out (MacNeal 1971). Source: Harris (2001), Rolling Bearing Analysis, chapter 7.
+added to the linear bearing's -k x: the two together are a spring s k behind a radial clearance g.
+
+k is the mean of the bearing's k_xx and k_yy, T the thrust load and T_k the one at which k holds: balls in Hertz'
+contact are pressed by delta^(3/2), so that the stiffness against small motion grows as the cube root of the load.
+
+The few modes kept of the rotor are those of the stiff bearing and hardly move there: x is their displacement and R F,
+with R the static compliance of the modes left out (MacNeal 1971).
+
+Source: Harris (2001), Rolling Bearing Analysis, chapter 7.
 """
 
 import math

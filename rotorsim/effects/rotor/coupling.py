@@ -3,9 +3,13 @@ r"""Forces of a misaligned coupling at two and three times the shaft speed.
 .. math:: f_x = \sum_n F_n \cos(n\varphi+\psi_n), \qquad f_y = \kappa \sum_n F_n \sin(n\varphi+\psi_n), \quad n=2, 3
 
 with constant amplitudes F_n, as a coupling with a fixed offset gives. kappa = 1 is a force turning forward, 0 one of
-fixed direction, -1 one turning backward. The torque of these forces on the shaft is left out: over a turn of a steady
-orbit it has the mean power that they put into the whirl. Source: harmonics of a misaligned coupling, Gibbons (1976) and
-Sekhar & Prabhu (1995); the thesis (E.5.2) sees their resonances at one half and one third of the critical speeds.
+fixed direction, -1 one turning backward.
+
+The torque of these forces on the shaft is left out: over a turn of a steady orbit it has the mean power that they put
+into the whirl.
+
+Source: harmonics of a misaligned coupling, Gibbons (1976) and Sekhar & Prabhu (1995); the thesis (E.5.2) sees their
+resonances at one half and one third of the critical speeds.
 """
 
 import math

@@ -2,13 +2,20 @@ r"""Breathing transverse crack: the shaft is softer across the crack, which the 
 
 .. math:: F = \Delta k\,b(\varphi)\,(x \cdot n)\,n, \qquad b = \tfrac12\,(1 + \cos(\varphi + \alpha - \psi))
 
-n, from the axis to the crack, turns with the shaft at the angle phi + alpha. b is 1, the crack open, where n points
-along psi, the side that the weight stretches: the lower side between two bearings, the upper one of an overhung shaft.
-Opposite it is closed, b = 0. A loss Delta k at the crack's plane is taken out of the shaft's stiffness there. A static
-sag s along psi makes a force Delta k s {1/4, 3/8, 1/4, 1/8} along psi and {0, 1/8, 1/4, 1/8} across at 0X, 1X, 2X, 3X;
-2X resonates at half the critical speed. The shaft is braked by the torque -dV/d phi of the energy
-V = -(Delta k / 2) b (x . n)^2. Breathing by the weight supposes vibration small against the sag. Source:
-Mayes & Davies (1984), J. Vib. Acoust. 106, 139; Gasch (1993), J. Sound Vib. 160, 313.
+n, from the axis to the crack, turns with the shaft at the angle phi + alpha.
+
+b is 1, the crack open, where n points along psi, the side that the weight stretches: the lower side between two
+bearings, the upper one of an overhung shaft. Opposite it is closed, b = 0.
+
+A loss Delta k at the crack's plane is taken out of the shaft's stiffness there.
+
+A static sag s along psi makes a force Delta k s {1/4, 3/8, 1/4, 1/8} along psi and {0, 1/8, 1/4, 1/8} across at 0X,
+1X, 2X, 3X; 2X resonates at half the critical speed.
+
+The shaft is braked by the torque -dV/d phi of the energy V = -(Delta k / 2) b (x . n)^2. Breathing by the weight
+supposes vibration small against the sag.
+
+Source: Mayes & Davies (1984), J. Vib. Acoust. 106, 139; Gasch (1993), J. Sound Vib. 160, 313.
 """
 
 import math

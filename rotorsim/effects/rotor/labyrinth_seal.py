@@ -4,16 +4,23 @@ r"""Labyrinth seal: damping against gas that turns with a share of the shaft's s
           - C \begin{bmatrix} \dot x \\ \dot y \end{bmatrix}, \qquad
           k = k_0\,\mathrm{sgn}\,\Omega + \lambda\,\Omega\,C
 
-lambda is the mean swirl of the gas over the speed of the shaft, k_0 what swirl at the inlet adds, which the shaft turns
-with it (a shaft at rest counts as turning from x to y). A seal drives
-forward whirl where k > omega (C + c_e), for a whirl at omega and the other damping c_e of its plane, so that without
-k_0 the threshold is Omega = (omega / lambda)(1 + c_e / C). With lambda = 1 it is internal damping at one plane; of a
-rotor in one mode records tell the two apart by the damping alone.
+lambda is the mean swirl of the gas over the speed of the shaft, k_0 what swirl at the inlet adds, which the shaft
+turns with it (a shaft at rest counts as turning from x to y).
 
-The shaft keeps the gas turning, as through a gear of the ratio lambda: the torque -lambda e_z (q x F_C) of the damping
-force F_C against the gas brakes it, so that what the whirl takes up comes from the spin and nothing is lost but
-C |v - lambda Omega e_z x q|^2. What k_0 feeds comes from the flow through the seal. Source: Childs (1993),
-Turbomachinery Rotordynamics, chapter 5. Assumes: small motion about the centre, no added mass, no cross damping.
+A seal drives forward whirl where k > omega (C + c_e), for a whirl at omega and the other damping c_e of its plane, so
+that without k_0 the threshold is Omega = (omega / lambda)(1 + c_e / C).
+
+With lambda = 1 it is internal damping at one plane; of a rotor in one mode records tell the two apart by the damping
+alone.
+
+The shaft keeps the gas turning, as through a gear of the ratio lambda: the torque -lambda e_z (q x F_C) of the
+damping force F_C against the gas brakes it.
+
+So what the whirl takes up comes from the spin, and nothing is lost but C |v - lambda Omega e_z x q|^2. What k_0 feeds
+comes from the flow through the seal.
+
+Source: Childs (1993), Turbomachinery Rotordynamics, chapter 5. Assumes: small motion about the centre, no added mass,
+no cross damping.
 """
 
 from reynolds.jit import inlined

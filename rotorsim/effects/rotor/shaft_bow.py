@@ -2,9 +2,11 @@ r"""Residual bow of the shaft: a half sine wave between the bearings, which rota
 
 .. math:: M\ddot q + C\dot q + K_b q + K_s\,(q - u\,e^{i\varphi}) = f, \qquad u(z) = a \sin\frac{\pi(z-z_1)}{z_2-z_1}
 
-K_s is the shaft's own stiffness, K_b its bearings'; the bow acts as the force K_s u, whose amplitude does not depend on
-the speed: far below the first critical speed the shaft turns in its bent shape, indistinguishable from a runout.
+K_s is the shaft's own stiffness, K_b its bearings'; the bow acts as the force K_s u, whose amplitude does not depend
+on the speed: far below the first critical speed the shaft turns in its bent shape, indistinguishable from a runout.
+
 The torque of the bow on the turning shaft, of second order, is left out.
+
 Source: Nicholas, Gunter & Allaire (1976), Effect of residual shaft bow on unbalance response, Part I.
 """
 

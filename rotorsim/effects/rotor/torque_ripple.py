@@ -3,7 +3,10 @@ r"""Torque ripple of the drive: the speed oscillates about its set value.
 .. math:: J\,\delta\dot\Omega = M \cos(n\varphi + \psi) - J\,\delta\Omega/T
 
 with the moment of inertia J of the rotor and the time T in which the drive takes deviations back ([drive]): in the
-mean the speed swings by M / (J n Omega). Evaluated once a sample, so n Omega must stay well below half the rate.
+mean the speed swings by M / (J n Omega).
+
+Evaluated once a sample, so n Omega must stay well below half the rate.
+
 Source: Holmes (1986) and any text on drives; turbines ripple at their blade number.
 """
 

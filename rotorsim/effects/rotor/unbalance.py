@@ -1,13 +1,14 @@
 r"""Residual unbalance in one plane.
 
-A mass m at radius e turns with the shaft angle \varphi: with \beta the angular position,
-
 .. math:: f_x = me\,(\Omega^2 \cos(\varphi+\beta) + \dot\Omega \sin(\varphi+\beta)), \quad
           f_y = me\,(\Omega^2 \sin(\varphi+\beta) - \dot\Omega \cos(\varphi+\beta)).
 
-Source: thesis eq. (1.1); the tangential term of a run-up is in Friswell et al. (2010), section 6.2. The phase is
-continuous whatever the speed does, because the force depends on the shaft angle and not on Omega t. The torque of the
-unbalance on the turning shaft, of second order in the motion, is left out.
+A mass m at radius e turns with the shaft angle phi; beta is its angular position. The phase is continuous whatever the
+speed does, because the force depends on the shaft angle and not on Omega t.
+
+The torque of the unbalance on the turning shaft, of second order in the motion, is left out.
+
+Source: thesis eq. (1.1); the tangential term of a run-up is in Friswell et al. (2010), section 6.2.
 """
 
 from __future__ import annotations

@@ -1,9 +1,10 @@
 """Effects on the sensors and their signals, and the random numbers that they draw.
 
 A random number is a function of seed, channel and sample, the same on every machine. The three are mixed by the
-finaliser of SplitMix64 (Steele, Lea & Flood 2014). A normal deviate is the sum of twelve uniform ones of 16 bits less 6
-(Irwin & Hall): variance 1, kurtosis 2.9, nothing beyond 6; it needs no library function, whose last bit differs from
-platform to platform.
+finaliser of SplitMix64 (Steele, Lea & Flood 2014).
+
+A normal deviate is the sum of twelve uniform ones of 16 bits less 6 (Irwin & Hall): variance 1, kurtosis 2.9, nothing
+beyond 6; it needs no library function, whose last bit differs from platform to platform.
 """
 
 import numpy as np

@@ -2,10 +2,12 @@ r"""Noise of the displacement sensors: white, normal, independent in both axes.
 
 .. math:: s = x + \sigma\,n_i
 
-n_i depends on (seed of the run, channel, number of the sample) alone; see `rotorsim.effects.sensors`. sigma is that of
-a reading at any sampling rate f_s: white up to f_s / 2 with the one-sided density 2 sigma^2 / f_s. Who knows the
-density of a probe and not its standard deviation writes sigma = sqrt(density f_s / 2). Source: thesis 2.1, noise of
-about +-1 um at the disc.
+n_i depends on (seed of the run, channel, number of the sample) alone; see `rotorsim.effects.sensors`. sigma is that
+of a reading at any sampling rate f_s: white up to f_s / 2 with the one-sided density 2 sigma^2 / f_s.
+
+Who knows the density of a probe and not its standard deviation writes sigma = sqrt(density f_s / 2).
+
+Source: thesis 2.1, noise of about +-1 um at the disc.
 """
 
 import numpy as np

@@ -2,12 +2,17 @@ r"""Pin sensors: position sensors of the injectors' pins, which the loops of the
 
 .. math:: T\,\dot s + s = (1 + g)\,y, \qquad y_m = s + \sigma\,n_i
 
-A record has the reading y_m of every pin in `pin_measured`, next to the true position y in `pin`. The position loop of
-a pin acts on s, so that behind a slow sensor the pin is ahead of its reading. The lag is exact for a pin that is
-straight over a substep. The noise is a recorder's, which the loop does not read; n_i depends on (seed of the run, pin,
-number of the sample) alone. A lag is refused that takes more than 45 deg, or more than half of the phase margin, at
-the crossover of the pin's loop. Source: thesis C.2 and eq. (C.23), whose laws and models have measured positions;
-Åström & Wittenmark (1997) for the lag.
+A record has the reading y_m of every pin in `pin_measured`, next to the true position y in `pin`. The position loop
+of a pin acts on s, so that behind a slow sensor the pin is ahead of its reading.
+
+The lag is exact for a pin that is straight over a substep. The noise is a recorder's, which the loop does not read;
+n_i depends on (seed of the run, pin, number of the sample) alone.
+
+A lag is refused that takes more than 45 deg, or more than half of the phase margin, at the crossover of the pin's
+loop.
+
+Source: thesis C.2 and eq. (C.23), whose laws and models have measured positions; Åström & Wittenmark (1997) for the
+lag.
 """
 
 from __future__ import annotations

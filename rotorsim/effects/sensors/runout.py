@@ -4,11 +4,16 @@ r"""Runout: sensor reading from a disc surface that is not round or not electric
           r(\alpha) = \sum_{n=1}^{3} a_n \cos(n\alpha + \psi_n)
           + b \sum_{n=4}^{24} \frac{\cos(n\alpha + \psi_n)}{(21/2)^{1/2}}
 
-Both sensors look at one surface, a quarter turn apart; the angle of their ring (sensor_ring.py) adds to alpha. The
-roughness b (rms) has phases psi_n = pi g n^2 (Schroeder's, which spread it over the turn) with g of its number
-`surface`, so that it is the same in every run. With a `drift` d the whole surface grows as 1 + d t from the start of a
-run, as rust or magnetism does, which a table of runout taken before does not hold. The sensors see the true angle, so
-this comes before an encoder.
+Both sensors look at one surface, a quarter turn apart; the angle of their ring (sensor_ring.py) adds to alpha.
+
+The roughness b (rms) has phases psi_n = pi g n^2 (Schroeder's, which spread it over the turn) with g of its number
+`surface`, so that it is the same in every run.
+
+With a `drift` d the whole surface grows as 1 + d t from the start of a run, as rust or magnetism does, which a table
+of runout taken before does not hold.
+
+The sensors see the true angle, so this comes before an encoder.
+
 Source: thesis 2.6.2, Figs 2.12 and 2.13; API 670; Schroeder (1970).
 """
 

@@ -2,10 +2,13 @@ r"""Sensor ring: both displacement probes on one ring, which is turned about the
 
 .. math:: s_1 = x \cos a + y \sin a, \quad s_2 = y \cos a - x \sin a
 
-The probes read along a and a + 90 deg, counted from x towards y. Gains, lags, delays and offsets stay with the probes,
-so this comes before all other effects on the readings, wherever the machine file has it. The runout that a probe reads
-is that of the surface under its new place. The keyphasor and the encoder stay where they are. Source: rotation of the
-axes; API 670 for two probes 90 deg apart.
+The probes read along a and a + 90 deg, counted from x towards y. Gains, lags, delays and offsets stay with the
+probes, so this comes before all other effects on the readings, wherever the machine file has it.
+
+The runout that a probe reads is that of the surface under its new place. The keyphasor and the encoder stay where
+they are.
+
+Source: rotation of the axes; API 670 for two probes 90 deg apart.
 """
 
 import math

@@ -36,7 +36,7 @@ export function axes({ g, colours }, box, xs, ys, xlabel, ylabel, name = text) {
   g.lineWidth = 1;
   g.textBaseline = "top";
   g.textAlign = "center";
-  for (const v of ticks(xs[0], xs[1], Math.max(box.w / 60, 2))) {
+  for (const v of ticks(xs[0], xs[1], Math.max(box.w / 38, 2))) {
     stroke(g, px(v), box.y, px(v), box.y + box.h);
     if (xlabel !== null) g.fillText(text(v), px(v), box.y + box.h + 3);
   }

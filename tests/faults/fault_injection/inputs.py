@@ -106,7 +106,7 @@ def make_hidden(folder: Path) -> Path:
 
 
 def _model3() -> Any:
-    spec = importlib.util.spec_from_file_location("model3", TESTS / "identification" / "model3.py")
+    spec = importlib.util.spec_from_file_location("model3", TESTS / "support" / "model3.py")
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
