@@ -85,13 +85,13 @@ def design(model_path: str, name: str, preset: str, changes: list[str], out: str
 
 
 def hits(machine: str, law: str, points: list[Point], near_film: bool = False) -> list[dict[str, Any]]:
-    """Responses to hits of the disc, or `near_film`, at operating points [rad/s, Pa]."""
+    """Responses to hits of the disc, or with `near_film` of the shaft next to it, at operating points [rad/s, Pa]."""
     plant = _plant(machine)
-    position = place_near_film(plant) if near_film else None
+    position = next_to_film(plant) if near_film else None
     return [asdict(impact_responses(plant, _law(law), *q, position=position)) for q in points]
 
 
-def place_near_film(plant: Plant) -> float:
+def next_to_film(plant: Plant) -> float:
     """Position [m] of the film's end towards the disc: as close to the bearing as a hammer comes."""
     film, disc = plant.machine.films[0], plant.machine.discs[0]
     return float(film.position + np.copysign(film.length / 2, disc.position - film.position))
@@ -113,7 +113,7 @@ def ringing(plant: Plant, law: Law | None, points: Iterable[Point]) -> list[dict
 
 
 def fits(machine: str, law: str, points: list[Point]) -> list[dict[str, Any]]:
-    """Ring-downs after hits near the film, read as the thesis reads them, at operating points [rad/s, Pa]."""
+    """Ring-downs after hits next to the film, read as the thesis reads them, at operating points [rad/s, Pa]."""
     return fitted(_plant(machine), _law(law), points)
 
 
@@ -122,7 +122,7 @@ def fitted(plant: Plant, law: Law | None, points: Iterable[Point]) -> list[dict[
     and y, added, slowest first; `decrement`, the damping ratio of y by the logarithmic decrement."""
     rows = []
     for speed, pressure in points:
-        x, y = impact_answers(plant, law, speed, pressure, RING_DOWN, place_near_film(plant))
+        x, y = impact_answers(plant, law, speed, pressure, RING_DOWN, next_to_film(plant))
         free = round(PULSE / plant.machine.sampling_time)
         time = np.arange(len(x) - free) * plant.machine.sampling_time
         wn, zeta = two_modes(time, (x + y)[free:])

@@ -51,7 +51,7 @@ RINGING = {"placement": "placement", "hinf reduced": "reduced_hits", "p": "decen
 FITTED = {"placement": "placement_thesis", "printed": "placement_thesis", "p": "decentralised"}
 """Points of the rules that ring-downs under a law are read at as the thesis reads them."""
 NEAR_FILM = ("lpv thesis", "hinf thesis")
-"""Laws whose hits are repeated near the film."""
+"""Laws whose hits are repeated next to the film."""
 NO_HITS = ("youla", "local", "hinf reduced", "hinf critical", "printed")
 HELD_OUT = ("lpv", "hinf")
 RUN_UP = ("lpv thesis", "hinf thesis")
@@ -224,7 +224,7 @@ def _runs(files: _Files, laws: dict[str, str]) -> list[CachedCase]:
     cases += [files.run("extension", name, law) for name, law in laws.items() if alone or name in EXTENDED]
     cases += [files.run("extension", name, laws[law], bias) for name, (law, bias) in BIASED.items() if law in laws]
     cases += [files.run("hits", name, law, some["impacts"]) for name, law in laws.items() if name not in NO_HITS]
-    cases += [files.run("hits", name, law, some["impacts"], True, title="hits near the film")
+    cases += [files.run("hits", name, law, some["impacts"], True, title="hits next to the film")
               for name, law in laws.items() if alone or name in NEAR_FILM]  # fmt: skip
     cases += [files.run("hits", name, law, some["held_out"], title="held out hits")
               for name, law in laws.items() if alone or name in HELD_OUT]  # fmt: skip
@@ -254,8 +254,8 @@ def _take_design(found: ControlStudy, files: _Files, name: str, result: dict[str
 def _take_runs(found: ControlStudy, result: dict[str, Any]) -> None:
     homes: dict[str, dict[str, Any]] = {
         "hits": found.impacts, "held out hits": found.held_out, "hits by size": found.by_size,
-        "ring downs": found.ringing, "fits": found.fitted, "hits near the film": found.near_film, "run up": found.runup,
-        "run up with table": found.tabled, "extension": found.safe, "cell": found.cell,
+        "ring downs": found.ringing, "fits": found.fitted, "hits next to the film": found.near_film,
+        "run up": found.runup, "run up with table": found.tabled, "extension": found.safe, "cell": found.cell,
     }  # fmt: skip
     for title in sorted(result, key=len):
         stage = max((s for s in homes if title.startswith(f"{s} ")), key=len, default="")

@@ -223,7 +223,7 @@ def test_growth_without_oscillation_is_found_however_far_beyond_the_region(rate)
 
 @pytest.mark.parametrize("top", [1e-4, 0.1, 1.0, 100.0])
 def test_planes_that_part_by_less_than_rounding_tells_take_no_steps(top):
-    """Two planes of frequency 1 kept apart by gyroscopics alone, from equal to distinct: eleven nodes whatever the range.
+    """Two planes of frequency 1 that gyroscopics alone part, from equal to distinct: eleven nodes.
 
     Closed form: M = K = 1, D = 2 g v [[0, 1], [-1, 0]] with g = 1e-7, wn = 1 -+ g v.
     """

@@ -8,7 +8,8 @@ import pytest
 from rotorsim.control.catalogue import make_spec, module_of
 from rotorsim.control.designs import h2_scheduled
 from rotorsim.verify.transients import ImpactResponse
-from studies.thesis import control_study as control
+from studies.thesis import control_cases, control_study as control
+from studies.thesis.cached_cases import CachedCase
 from studies.thesis.claims.control_numbers import control_numbers
 from studies.thesis.claims.rules import claims, first_claims, points
 from studies.thesis.control_study import FITTED, OPEN, RINGING, ControlStudy, _ringing
@@ -75,6 +76,30 @@ def test_amended_figures_are_read_from_their_own_runs(numbers):
     assert numbers["N4"]["ratio"] == pytest.approx(0.5)
     assert numbers["N2"] == {"up": 0.0, "down": 1.0} and numbers["N3"]["rms_xy"] == 0.03
     assert 0.5 < numbers["C5"]["ridge"] <= 1
+
+
+class Named:
+    """Cases by name alone."""
+
+    def run(self, stage, name, law, *more, title=""):
+        return CachedCase(stage, f"{title or stage.replace('_', ' ')} {name}", "", f"{control.HOME}:{stage}", more)
+
+    def alone(self, stage, given):
+        return CachedCase(stage, stage, "", f"{control.HOME}:{stage}", (given,))
+
+
+def test_each_run_of_the_plant_is_a_function_of_the_cases_and_comes_to_its_own_place():
+    laws = dict.fromkeys([*control.DESIGNS, "local", "printed"], "law")
+    cases = [*control._runs(Named(), {OPEN: ""}), *control._runs(Named(), laws)]
+    assert len({case.name for case in cases}) == len(cases)
+    assert all(hasattr(control_cases, case.function.split(":")[1]) for case in cases)
+    study = ControlStudy()
+    control._take_runs(study, {case.name: case.name for case in cases})
+    assert set(study.fitted) == {OPEN, *FITTED} and study.fitted["p"] == "fits p"
+    assert set(study.near_film) == {OPEN, *control.NEAR_FILM} and set(study.tabled) == set(control.RUN_UP)
+    assert study.impacts["hinf"] == "hits hinf" and study.runup[OPEN] == f"run up {OPEN}"
+    assert (study.coast, study.static_map, study.whirl) == ("coast", "static_map", "whirl")
+    assert "printed" not in study.impacts
 
 
 def test_the_law_of_paper_b_has_four_states(found):

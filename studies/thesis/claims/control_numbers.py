@@ -194,8 +194,8 @@ def _hits(found: ControlStudy, model: LpvModel) -> Figures:
     return {name: float(value) for name, value in figures.items()}
 
 
-def _near_film(found: ControlStudy, model: LpvModel) -> Figures:
-    """Ratios of means over the twenty points, as in Table E.3, of hits near the film."""
+def _next_to_film(found: ControlStudy, model: LpvModel) -> Figures:
+    """Ratios of means over the twenty points, as in Table E.3, of hits next to the film."""
     if not found.near_film:
         return {}
     names = {"lpv": "lpv thesis", "hinf": "hinf thesis", "open": OPEN}
@@ -212,7 +212,7 @@ def _near_film(found: ControlStudy, model: LpvModel) -> Figures:
 
 
 def _energies(found: ControlStudy, model: LpvModel) -> Figures:
-    """V_p of y over that of x without control, means of the twenty points, of hits near the film."""
+    """V_p of y over that of x without control, means of the twenty points, of hits next to the film."""
     if not found.near_film:
         return {}
     x, y = np.array([row["response"] for row in found.near_film[OPEN]]).mean(axis=0)
@@ -314,7 +314,7 @@ _PARTS: tuple[tuple[str, tuple[str, ...], Part], ...] = (
     ("C5", (), _nominal),
     ("C6", ("lpv thesis",), _lpv),
     ("C7", ("lpv thesis", "hinf thesis"), _hits),
-    ("C7", ("lpv thesis", "hinf thesis"), _near_film),
+    ("C7", ("lpv thesis", "hinf thesis"), _next_to_film),
     ("C7", ("lpv", "hinf"), _held_out),
     ("C8", (), _runup_peaks),
     ("C8", ("lpv thesis",), _runup_lpv),
