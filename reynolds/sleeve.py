@@ -422,20 +422,19 @@ class Pieces:
         whole, rising = (turn[:, :, None, None, None] for turn in self.turns(grid))
         turned = (passed[0] + falls) * whole - 2 * falls * rising
         moments = np.einsum("jt,isjta,isjtb->ijab", self.rows, turned, passed[1])
-        uncut = self.turns(grid, np.full((grid.n_theta, 1), 0.5), np.ones((grid.n_theta, 1)))
+        uncut = self.turns(grid, whole=True)
         plain = 0.5 * np.stack([uncut[0] - uncut[1], uncut[1]], axis=-1)
         return shares, moments - plain[:, 0, None, :, None]
 
-    def turns(
-        self, grid: FilmGrid, middles: np.ndarray | None = None, lengths: np.ndarray | None = None
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Integrals (n_theta, most) of exp(i theta) over the pieces, and with a factor that rises from 0 to 1 on each.
+    def turns(self, grid: FilmGrid, whole: bool = False) -> tuple[np.ndarray, np.ndarray]:
+        """Integrals (n_theta, most) of exp(i theta) over the pieces, and with a factor that rises from 0 to 1 on each;
+        of `whole` cells (n_theta, 1) if asked for.
 
         Both in cells and over those that the trapezoidal rule makes too small, sinc^2 of half a cell: the force of
         pressures that fall straight from line to line has that factor everywhere.
         """
-        middle = self.middles if middles is None else middles
-        length = self.lines if lengths is None else lengths
+        one = np.ones((grid.n_theta, 1))
+        middle, length = (0.5 * one, one) if whole else (self.middles, self.lines)
         step = 1j * grid.dtheta
         low = np.arange(grid.n_theta)[:, None] + middle - 0.5 * length
         a = np.where(length > 0, step * length, 1.0)
