@@ -20,7 +20,7 @@ ANGLE = "meas.angle"
 OUTPUTS = ("piezo.ref_x", "piezo.ref_y")
 ALARM = "law.alarm"
 CODES = "; ".join(f"{code:g}: {sentence}" for code, sentence in SENTENCES.items())
-FAULTS = ("SENSOR", "POINT", "OVERFLOW", "JUMP", "STUCK", "POINT_FAR", "RANGE", "CONNECTION", "UNSTEADY")
+FAULTS = ("SENSOR", "POINT", "OVERFLOW", "JUMP", "STUCK", "POINT_FAR", "RANGE", "CONNECTION", "UNSTEADY", "ANGLE")
 LAYOUT = ("B", "C", "D", "W", "x", "new", "centre", "sums", "done", "guard", "checks", "seen", "pn", "pspeeds",
           "ppressures", "pB", "pC", "pL", "pS", "psize", "pblock", "px", "pnew", "evidence",
           "runout", "angles")  # fmt: skip
@@ -30,7 +30,8 @@ SEEN = ("SEEN", "GOOD", "SAME", "CHANGED", "AT", "COUNT", "FRESH", "AWAY", "REST
         "RETURNS", "KNOWN", "OTHER", "HELD")  # fmt: skip
 """Offsets in the memories of the guard and of its checks of plausibility."""
 CONSTANTS = ("HOLD", "QUICK", "SLOW", "LEAST", "FARTHEST", "NU", "DOUBT", "MISSED", "LATELY", "WAYS", "GLITCH",
-             "ACCEPTED", "OFTEN", "FORGOTTEN", "ARMED", "REFRESHED")  # fmt: skip
+             "ACCEPTED", "OFTEN", "FORGOTTEN", "ARMED", "REFRESHED",
+             "WOUND")  # fmt: skip
 PAUSES = {"PAUSE_FIRST": guard.PAUSE, "PAUSE_MOST": guard.MOST, "PAUSE_SETTLED": guard.SETTLED}
 
 

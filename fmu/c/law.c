@@ -111,7 +111,7 @@ static double fault_in(const double in[N_INPUTS]) {
     if (!(fabs(in[0]) < FARTHEST && fabs(in[1]) < FARTHEST)) return FAULT_SENSOR;
     if ((N_SPEEDS > 1 && !isfinite(in[2])) || (N_PRESSURES > 1 && !isfinite(in[3]))) return FAULT_POINT;
 #if L_ANGLES > 0
-    if (!isfinite(in[4])) return FAULT_POINT;
+    if (!(fabs(in[4]) < WOUND)) return FAULT_ANGLE;
 #endif
     return 0.0;
 }
@@ -144,8 +144,9 @@ static void fade_states(double *w) {
 /* A bad sample: the output is the last one, later a part of it; at once where that may be wrong itself. */
 static void hold(double *g, double fault, double out[2]) {
     if (g[G_BAD] == 0.0) memcpy(g + G_BEGIN, g + G_OUT, 2 * sizeof *g);
-    if (g[G_BAD] < HOLD && fault >= FAULT_RANGE) g[G_BAD] = HOLD;
-    g[G_BAD] += fault >= FAULT_RANGE ? pace(g) : 1.0;
+    bool wrong = fault >= FAULT_RANGE && fault < FAULT_ANGLE;
+    if (g[G_BAD] < HOLD && wrong) g[G_BAD] = HOLD;
+    g[G_BAD] += wrong ? pace(g) : 1.0;
     g[G_LOST] += 1.0;
     g[G_ALARM] = g[G_LAST] = fault;
     double part = left(g);

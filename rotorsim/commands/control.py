@@ -96,11 +96,9 @@ def design(
         if bias:
             law = biased(law, _pair(bias))
         if runout is not None:
-            law = law.with_(runout=_runout_table(runout))
+            law = law.with_(runout=_runout_table(runout, law))
         law.save(target)
         findings = overview(law, loaded) | {"law": str(target)}
-        if law.runout is not None:
-            findings |= {"runout_table": law.runout.text}
         if report:
             from rotorsim.report.control import write_design
 
@@ -109,13 +107,22 @@ def design(
     _print_findings(findings, as_json)
 
 
-def _runout_table(path: Path) -> RunoutTable:
-    """Table of a slow roll's file, dated as the file is."""
+def _runout_table(path: Path, law: Law) -> RunoutTable:
+    """Table of a slow roll's file, dated as the file was last written; refused where it is of another machine."""
     from identification import load
     from rotorsim.control import runout_table
 
     record = load(path)
-    return runout_table(record, taken=date.fromtimestamp(path.stat().st_mtime).isoformat())
+    file = max(path.glob("*.nc"), key=lambda one: one.stat().st_mtime, default=path) if path.is_dir() else path
+    table = runout_table(record, taken=date.fromtimestamp(file.stat().st_mtime).isoformat())
+    designed = str(law.about.get("machine", "")).rpartition(" ")[0]
+    if table.machine and designed and table.machine != designed:
+        raise DataError(
+            f"--runout {path}: is a slow roll of {table.machine}, and the model is one of {designed}; record one there",
+            argument="runout",
+            value=table.machine,
+        )
+    return table
 
 
 def _made(name: str, model: Any, spec: Sequence[str], preset: str) -> Law:

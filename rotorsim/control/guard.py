@@ -55,13 +55,16 @@ LEAST = 0.05
 FARTHEST = 1e3
 """Displacement [m] that no sensor shows; it would take seconds to leave the states of a law."""
 OK, SENSOR, POINT, OVERFLOW, JUMP, STUCK, POINT_FAR, RANGE, CONNECTION = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0
-UNSTEADY = 12.0
+UNSTEADY, ANGLE = 12.0, 13.0
 """Alarm codes, from CONNECTION on one for each wrong connection of the sensors; their sentences are in `SENTENCES`."""
+WOUND = 1e9
+"""Shaft angle [rad] that no encoder counts to: a month at 3600 rpm."""
 _HELD = "the output is held, fades out within 105 samples and comes back with the samples"
 _TRIES = "the output fades out and the law tries to come back after 0.1 s at 5 kHz, later each time it fails"
 SENTENCES = {
     SENSOR: f"the measured displacement is not a number: {_HELD}; check the sensors",
-    POINT: f"speed, pressure or shaft angle, which the law needs, is not a number: {_HELD}; check its measurement",
+    POINT: f"speed or pressure, over which the law is scheduled, is not a number: {_HELD}; check its measurement",
+    ANGLE: f"the shaft angle, over which the law takes runout off, is not a number: {_HELD}; check the encoder",
     OVERFLOW: "the law's own states overflowed and start again from rest: it is unstable; design it again",
     JUMP: f"the measured displacement jumped further than a rotor moves in a sample: {_TRIES}; check the sensors",
     STUCK: f"a sensor has shown one and the same value for long: {_HELD}; check the sensors",
@@ -104,8 +107,8 @@ def fault_in(L, measured_x, measured_y, speed, pressure, angle):
         return POINT
     if L.pressures > 1 and not math.isfinite(pressure):
         return POINT
-    if L.angles > 0 and not math.isfinite(angle):
-        return POINT
+    if L.angles > 0 and not abs(angle) < WOUND:
+        return ANGLE
     return OK
 
 
@@ -141,9 +144,10 @@ def hold(w, g, fault, out):
     """A bad sample: `out` (2,) [V] is the last output, later a part of it; at once where that may be wrong itself."""
     if w[g + BAD] == 0.0:
         w[g + BEGIN], w[g + BEGIN + 1] = w[g + OUT], w[g + OUT + 1]
-    if w[g + BAD] < HOLD and fault >= RANGE:
+    wrong = RANGE <= fault < ANGLE
+    if w[g + BAD] < HOLD and wrong:
         w[g + BAD] = HOLD
-    w[g + BAD] += pace(w, g) if fault >= RANGE else 1.0
+    w[g + BAD] += pace(w, g) if wrong else 1.0
     w[g + LOST] += 1.0
     w[g + ALARM] = w[g + LAST] = fault
     part = left(w, g)

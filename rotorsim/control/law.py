@@ -113,6 +113,11 @@ class Law(Guarded, Shown):
     def __post_init__(self) -> None:
         for name in (*MATRICES, "speeds", "pressures"):
             object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name), float))
+        if self.runout is not None and not isinstance(self.runout, RunoutTable):
+            raise LawError(
+                f"law {self.name}: runout is a {type(self.runout).__name__}; give rs.control.runout_table(slow_roll)",
+                argument="runout",
+            )
         check_shapes(self)
         check_numbers(self)
 
@@ -314,7 +319,8 @@ class Law(Guarded, Shown):
     def attrs(self) -> dict[str, Any]:
         """Name, order and fingerprint for a record's attributes."""
         machine = {"law_machine": self.about["machine"]} if self.about.get("machine") else {}
-        return {"law": self.name, "law_order": self.order, "law_hash": self.hash} | machine
+        table = {} if self.runout is None else {"law_runout": self.runout.origin}
+        return {"law": self.name, "law_order": self.order, "law_hash": self.hash} | machine | table
 
     @cached_property
     def hash(self) -> str:
@@ -369,7 +375,7 @@ def load_law(path: str | Path) -> Law:
         data = parse_json(path.read_text(encoding="utf-8-sig"))
         if (kind := data.pop("kind", None)) != "law":
             raise ValueError(f"its kind is '{kind}'" if kind else "it does not state its kind")
-        if np.size(data["A"]) == 0:  # JSON does not keep the shape of a law without states
+        if not any(np.size(data[name]) for name in NO_STATES):  # JSON does not keep the shape of a law without states
             grid = (len(data["speeds"]), len(data["pressures"]))
             data |= {name: np.zeros((*grid, *shape)) for name, shape in NO_STATES.items()}
         for name in ("bias", "centre"):

@@ -209,7 +209,7 @@ def check(w, table, axes, L, S, fault, measured_x, measured_y, x, y, speed, pres
 
 @kernel
 def steps(w, table, axes, L, S, measured, speed, pressure, out):
-    """As many samples as `measured` (2 n,) holds pairs, into `out` (2 n,), of a law without runout table.
+    """All samples of the pairs in `measured` (2 n,), into `out` (2 n,), of a law without runout table.
 
     Speed and pressure are constant.
     """

@@ -105,12 +105,20 @@ class RunoutTable:
         return ((today or date.today()) - date.fromisoformat(self.taken)).days if self.taken else None
 
     @property
-    def text(self) -> str:
-        """Size, origin and age in one line."""
+    def origin(self) -> str:
+        """Size, slow roll and date in one line."""
         x, y = self.peak * TO_UM
+        when = f"taken {self.taken}" if self.taken else "date not known"
+        of = f" of {self.machine}" if self.machine else ""
+        return f"x {x:.3g}, y {y:.3g} um 0-pk, {self.turns:.3g} turns{of} at {self.speed * TO_RPM:.4g} rpm, {when}"
+
+    @property
+    def text(self) -> str:
+        """Size, slow roll, date and age in one line."""
         age = self.age()
-        when = "date not known" if age is None else f"taken {self.taken}, {age} day{'' if age == 1 else 's'} ago"
-        return f"x {x:.3g}, y {y:.3g} um 0-pk, {self.turns:.3g} turns at {self.speed * TO_RPM:.4g} rpm, {when}"
+        if age is None:
+            return self.origin
+        return f"{self.origin}, {'in the future' if age < 0 else 'today' if not age else f'{age} days ago'}"
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and lists for JSON."""
@@ -140,6 +148,11 @@ def runout_table(slow_roll: xr.Dataset, points: int = POINTS, orders: int = ORDE
     >>> slow = rs.experiments.slow_roll(plant, speed=10.5, pressure=0.5e6, revolutions=2)
     >>> law = law.with_(runout=rs.control.runout_table(slow))
     """
+    if not hasattr(slow_roll, "data_vars"):
+        raise LawError(
+            f"runout: {type(slow_roll).__name__} is no record; open it, e.g. rs.identification.read('slow.nc')",
+            argument="slow_roll",
+        )
     angle = measured(slow_roll, "angle")
     if angle is None or "disc_measured" not in slow_roll:
         raise LawError("runout: the slow roll has no shaft angle or no disc_measured; map the encoder and the probes")
@@ -147,6 +160,8 @@ def runout_table(slow_roll: xr.Dataset, points: int = POINTS, orders: int = ORDE
     time = np.asarray(slow_roll["time"].values, float)
     good = np.isfinite(angle) & np.isfinite(y).all(axis=1)
     angle, y, time = angle[good], y[good], time[good]
+    if angle.size > 1 and np.abs(np.diff(angle)).max() > np.pi:
+        raise LawError("runout: the shaft angle jumps; give it unwrapped, in one piece", argument="angle")
     turns = abs(angle[-1] - angle[0]) / (2 * np.pi) if angle.size > 1 else 0.0
     if turns < TURNS * (1 - 1e-3):
         raise LawError(
@@ -154,17 +169,26 @@ def runout_table(slow_roll: xr.Dataset, points: int = POINTS, orders: int = ORDE
             argument="turns",
         )
     speed = abs(angle[-1] - angle[0]) / (time[-1] - time[0])
-    if speed > FASTEST:
+    fastest = _fastest(angle, time)
+    if fastest > FASTEST:
         raise LawError(
-            f"runout: {speed * TO_RPM:.4g} rpm is no slow roll, the shaft itself moves; record below "
+            f"runout: {fastest * TO_RPM:.4g} rpm is no slow roll, the shaft itself moves; record below "
             f"{FASTEST * TO_RPM:.4g} rpm",
             argument="speed",
+            value=fastest,
         )
     if slow_roll.attrs.get("slow_roll"):
         raise LawError("runout: the record's slow roll is subtracted, nothing is left of it; give the original")
     machine = machine_of(slow_roll).rpartition(" ")[0]
     found = estimate_runout(angle, y, count=orders).at(2 * np.pi * np.arange(points) / points)
     return RunoutTable(found - found.mean(axis=0), float(speed), float(turns), machine, taken)
+
+
+def _fastest(angle: np.ndarray, time: np.ndarray) -> float:
+    """Highest speed [rad/s] over a quarter of a turn, which an encoder's counts do not move."""
+    turned = np.abs(angle - angle[0])
+    marks = np.searchsorted(np.maximum.accumulate(turned), np.arange(0.0, turned[-1], np.pi / 2))
+    return float((np.diff(turned[marks]) / np.maximum(np.diff(time[marks]), 1e-12)).max())
 
 
 @dataclass(frozen=True)
@@ -191,7 +215,7 @@ class RunoutCheck:
         found = f"leaves {self.left * TO_UM:.2g} of {self.reading * TO_UM:.2g} um rms at a slow roll"
         if self.left <= self.bound:
             return found
-        if self.turned_left < 0.5 * self.left:
+        if self.turned_left <= self.bound:
             return f"{found}: it fits turned by {np.degrees(self.turn):.3g} deg, the zero of the shaft angle has moved"
         return f"{found}: the surface is another one; take the table again"
 

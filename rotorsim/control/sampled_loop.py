@@ -261,7 +261,7 @@ def overview(law: Law, model: Model) -> dict[str, Any]:
         "gain_margin": loop.gain_margin,
         "phase_margin_deg": loop.phase_margin,
     }
-    return overview
+    return overview if law.runout is None else overview | {"runout_table": law.runout.text}
 
 
 SAMPLES = 500

@@ -97,12 +97,17 @@ class WithHarmonics:
         """
         call(self.controller, "applied", reference - self.now)
 
-    def step(self, measured: np.ndarray, speed: float, pressure: float) -> np.ndarray:
+    @property
+    def runout(self) -> Any:
+        """Runout table of the controller; None where it has none."""
+        return getattr(self.controller, "runout", None)
+
+    def step(self, measured: np.ndarray, speed: float, pressure: float, *angle: float) -> np.ndarray:
         """Reference (2,) [V]: the controller's and the harmonics of now."""
         time = self.Ts * self.sample
         turn = min(time / FADE, 1.0) * np.exp(1j * self.orders * self.speed * time)
         self.sample, self.now = self.sample + 1, (turn @ self.amplitudes).real
-        return np.asarray(self.controller.step(measured, speed, pressure), float) + self.now
+        return np.asarray(self.controller.step(measured, speed, pressure, *angle), float) + self.now
 
     @property
     def bad_samples(self) -> int:

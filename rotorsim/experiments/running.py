@@ -22,6 +22,7 @@ from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.experiments.experiment import Experiment, ask_speeds, check_seed, fastest, reference_range
 from rotorsim.experiments.limits import beyond_attrs, check_begin, choked, extremes, passed
 from rotorsim.experiments.recording import FEWEST, Recording
+from rotorsim.machine.checks import SAME_PLACE
 from rotorsim.machine.numerics import check_speed
 from rotorsim.plant.controller import alarms_of, as_controller, ask, call
 from rotorsim.plant.equilibrium import describe
@@ -123,7 +124,7 @@ def run(
     time = np.concatenate([time for time, _ in blocks])
     if len(time) < FEWEST:
         raise LimitError(f"{experiment.name}: {ended}; too little was simulated to keep")
-    attrs = plant.provenance(seed) | experiment.attrs() | {"ended": ended} | simulation.counters
+    attrs = plant.provenance(seed) | _attrs(plant, experiment) | {"ended": ended} | simulation.counters
     attrs |= beyond_attrs(plant.assembly, values["speed"], experiment.initial()[1])
     attrs |= alarms_of(getattr(experiment, "controller", None))
     return make_record(time, values, attrs, probe_coordinates(plant.machine), plant.machine.film_names)
@@ -151,7 +152,7 @@ def record(
     """
     plant, path = as_plant(plant), Path(path)
     experiment = as_experiment(experiment, plant)
-    attrs = plant.provenance(check_seed(seed)) | experiment.attrs() | {"ended": "unfinished"}
+    attrs = plant.provenance(check_seed(seed)) | _attrs(plant, experiment) | {"ended": "unfinished"}
     simulation = begin(plant, experiment, seed)
     coordinates = probe_coordinates(plant.machine), plant.machine.film_names
     with Interrupt(), Recording(path, attrs, *coordinates) as file:
@@ -214,6 +215,14 @@ def stream(
     notes = simulation.counters | beyond_attrs(simulation.assembly, speeds, experiment.initial()[1])
     file.note(ended=ended, **notes, **alarms_of(getattr(experiment, "controller", None)))
     return Outcome(file.samples, wanted, ended, simulation.counters, Ts=experiment.Ts)
+
+
+def _attrs(plant: Plant, experiment: Experiment) -> dict[str, Any]:
+    """Attributes of an experiment; a place of the force that is the disc's is none."""
+    found = experiment.attrs()
+    if abs(found.get("force_position", np.nan) - plant.assembly.mesh.probe) < SAME_PLACE:
+        del found["force_position"]
+    return found
 
 
 def begin(plant: Plant, experiment: Experiment, seed: int) -> Simulation:

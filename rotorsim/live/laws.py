@@ -31,6 +31,7 @@ import numpy as np
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.units import MPA, RPM, TO_UM
 from rotorsim.control.law import load_law
+from rotorsim.control.runout import RunoutTable
 from rotorsim.control.sampled_loop import closed_poles, law_system, smallest_damping
 from rotorsim.control.systems import (
     System,
@@ -51,7 +52,7 @@ from rotorsim.live.settings import OFF, P_LAW, driven_axes
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import describe, settle
-from rotorsim.plant.kernels.layout import AT, DISC, DISC_READ, REFERENCE, inputs_of
+from rotorsim.plant.kernels.layout import ANGLE_READ, AT, DISC, DISC_READ, REFERENCE, inputs_of
 from rotorsim.plant.linearise import linearise
 
 SHIPPED = Path(__file__).parent / "shipped"
@@ -138,12 +139,19 @@ class StabilityVerdict:
         return sentence + (f", orbit at 1X {before:.1f} -> {after:.1f} um" if max(before, after) > 0.05 else "")
 
 
-def motion(rows: np.ndarray, Ts: float, external: tuple[float, float] = (0.0, 0.0)) -> Motion | None:
-    """Motion in the last rows (n, columns + 6), a row every Ts [s], under a constant reference [V]; None if too few."""
+def motion(
+    rows: np.ndarray, Ts: float, external: tuple[float, float] = (0.0, 0.0), runout: RunoutTable | None = None
+) -> Motion | None:
+    """Motion in the last rows (n, columns + 6), a row every Ts [s], under a constant reference [V]; None if too few.
+
+    What is measured is less the `runout` that a law takes off.
+    """
     if len(rows) < FEWEST:
         return None
     disc = rows[:, DISC] * TO_UM
     read = rows[:, DISC_READ] * TO_UM
+    if runout is not None:
+        read = read - runout.at(rows[:, ANGLE_READ]) * TO_UM
     speed = float(rows[-1, AT["speed"]])
     orders = ORDERS if abs(speed) * Ts * len(rows) > 2 * np.pi else ()
     waves = [np.ones(len(rows))] + [np.exp(1j * n * rows[:, AT["angle"]]) for n in orders]

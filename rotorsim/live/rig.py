@@ -323,7 +323,8 @@ class Rig:
         speed, target, pressure = self.speed, self.target if self._held else self.speed, self.pressure
         numbers = self.settings.numbers
         external = numbers.get("reference_x", 0.0), numbers.get("reference_y", 0.0)
-        now = motion(self.history.last(min(2 * LOOK, max(self.seen - DECAY, 0))).copy(), self.Ts, external)
+        recent = self.history.last(min(2 * LOOK, max(self.seen - DECAY, 0))).copy()
+        now = motion(recent, self.Ts, external, getattr(law, "runout", None))
 
         def work() -> StabilityVerdict:
             there = check(a, law, speed, pressure, now, limit)

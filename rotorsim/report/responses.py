@@ -51,6 +51,8 @@ def transfer_caption(run: AnalysedRun, transfer: Transfer) -> str:
             for k, f, size in peaks if np.isfinite(f)]  # fmt: skip
     text = " ".join(parts) or "No peak stands out with a coherence above one half."
     times = "impact" if transfer.input_name == "disc_force" else "segment"
+    if transfer.input_name == "disc_force" and "force_position" in run.record.attrs:
+        text += f" The shaft was hit at {1e3 * float(run.record.attrs['force_position']):.6g} mm, not on the disc."
     text += f" H1 estimate from {transfer.count} {times}{'s' * (transfer.count > 1)}"
     text += "." if transfer.coherence is not None else "; a coherence takes more."
     if transfer.together:
@@ -146,7 +148,9 @@ def _gaps(phase: np.ndarray) -> np.ndarray:
 
 def ring_down_caption(run: AnalysedRun, downs: list[RingDown]) -> str:
     """Frequency and damping after each pulse."""
-    return " ".join(_decay_sentence(down) for down in downs) + sensed(run)
+    place = run.record.attrs.get("force_position")
+    hit = "" if place is None else f" The shaft was hit at {1e3 * float(place):.6g} mm, not on the disc."
+    return " ".join(_decay_sentence(down) for down in downs) + hit + sensed(run)
 
 
 def _decay_sentence(down: RingDown) -> str:
@@ -166,9 +170,13 @@ def _decay_sentence(down: RingDown) -> str:
 
 def _pair_sentence(modes: ModePair) -> str:
     """Both modes of the fit with two degrees of freedom."""
-    one, other = (f"{f:.4g} Hz with {zeta:.3g}" for f, zeta in zip(modes.frequency, modes.zeta, strict=True))
+    clear = [f"{f:.4g} Hz, damping ratio {zeta:.3g}" for f, zeta, seen in
+             zip(modes.frequency, modes.zeta, modes.clear, strict=True) if seen]  # fmt: skip
+    if not clear:
+        return " A fit of two modes to x and y together finds none above the noise."
+    other = "" if len(clear) > 1 else "; a second one does not stand out of the noise"
     return (
-        f" Two modes fitted to x and y together: {one} and {other} of critical damping; they explain "
+        f" A fit of two modes to x and y together: {' and '.join(clear)}{other}. It explains "
         f"{100 * modes.explained:.3g} % of the energy."
     )
 

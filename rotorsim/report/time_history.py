@@ -42,7 +42,7 @@ PANELS = {
     "temperature_rise": ("warmer by<br>[K]", 1.0),
     "contact": ("contact<br>[% of time]", 100.0),
     "reference": ("reference<br>[V]", 1.0),
-    "disc_force": ("force on disc<br>[N]", 1.0),
+    "disc_force": ("force<br>[N]", 1.0),
     "pin": ("pins<br>[µm]", TO_UM),
     "pin_measured": ("pins<br>[µm]", TO_UM),
 }

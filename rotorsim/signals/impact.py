@@ -21,6 +21,7 @@ Cites: friswell_2010, juang_1985, thesis.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -219,6 +220,12 @@ MOST_DAMPED = 0.98
 """Largest damping ratio of a fitted mode."""
 HANKEL = 1500
 """Most samples of a decay that its realisation takes."""
+PARAMETERS = 12
+"""Numbers of a fit of two modes to two axes."""
+CLEAR = 60.0
+"""Energy that a mode takes off the rest, in variances of its samples, above which it is none of the noise."""
+HEARD = 0.0005
+"""Share of the energy above the noise that may come after the samples that are fitted."""
 PER_PERIOD = 12
 """Samples a period of the dominant frequency in the realisation."""
 
@@ -227,11 +234,13 @@ PER_PERIOD = 12
 class ModePair:
     """Two modes of a decay: natural `frequency` (2,) [Hz] ascending, damping ratios `zeta` (2,) [1].
 
+    `clear` (2,) states whether a mode stands out of the noise, alone and within the damping that a fit can tell;
     `explained` is the share of the decay's energy that both describe.
     """
 
     frequency: np.ndarray
     zeta: np.ndarray
+    clear: np.ndarray
     explained: float
 
 
@@ -259,20 +268,37 @@ def mode_pair(time: np.ndarray, motion: np.ndarray) -> ModePair:
 
     need(len(time) >= 32, "The ring-down is too short.")
     need(bool(np.ptp(motion) > 0), "The disc does not move.")
-    t = time - time[0]
+    heard = _audible(motion)
+    t, motion = (time - time[0])[:heard], motion[:heard]
     scale = float(np.sqrt(np.mean(motion**2)))
 
     def left(p: np.ndarray) -> np.ndarray:
         basis = _decays(t, np.exp(p[:2]), p[2:])
         return np.asarray(motion - basis @ np.linalg.lstsq(basis, motion, rcond=None)[0])
 
-    wn, zeta = _realised(t, motion)
-    start = np.concatenate([np.log(wn), np.clip(zeta, -0.2, 0.9)])
+    def fit(wn: np.ndarray, zeta: np.ndarray) -> Any:
+        start = np.concatenate([np.log(wn), np.clip(zeta, -0.2, 0.9)])
+        return least_squares(lambda p: left(p).ravel() / scale, start, bounds=free, x_scale=0.1)
+
     free = ([-np.inf, -np.inf, -0.5, -0.5], [np.inf, np.inf, MOST_DAMPED, MOST_DAMPED])
-    found = least_squares(lambda p: left(p).ravel() / scale, start, bounds=free, x_scale=0.1)
+    main = 2 * np.pi * dominant_frequency(motion[:, np.abs(motion).max(axis=0).argmax()], t[1])
+    near = [(main * np.array([1 - a, 1 + a]), np.array([z, z])) for a, z in ((0.03, 0.03), (0.06, 0.3))]
+    found = min((fit(*start) for start in (_realised(t, motion, main), *near)), key=lambda one: one.cost)
     order = np.argsort(found.x[:2])
-    explained = 1 - float(np.sum(left(found.x) ** 2) / np.sum(motion**2))
-    return ModePair(np.exp(found.x[:2][order]) / (2 * np.pi), found.x[2:][order], explained)
+    wn, zeta = np.exp(found.x[:2][order]), found.x[2:][order]
+    rest = float(np.sum(left(found.x) ** 2))
+    level = rest / (motion.size - PARAMETERS)
+    alone = [float(np.sum(left(np.array([np.log(w), np.log(w), z, z])) ** 2)) for w, z in zip(wn, zeta, strict=True)]
+    clear = (np.array(alone[::-1]) - rest > CLEAR * level) & (zeta < 0.99 * MOST_DAMPED)
+    return ModePair(wn / (2 * np.pi), zeta, clear, 1 - rest / float(np.sum(motion**2)))
+
+
+def _audible(motion: np.ndarray) -> int:
+    """Samples until the motion (n, 2) has sunk into the noise of its last tenth; 32 at least."""
+    power = (motion**2).sum(axis=1)
+    noise = power[-max(len(power) // 10, 16) :].mean()
+    above = np.cumsum((power - noise)[::-1])[::-1]
+    return max(int(np.searchsorted(-above, -HEARD * max(above[0], 0.0))), 32)
 
 
 def _decays(t: np.ndarray, wn: np.ndarray, zeta: np.ndarray) -> np.ndarray:
@@ -282,11 +308,10 @@ def _decays(t: np.ndarray, wn: np.ndarray, zeta: np.ndarray) -> np.ndarray:
     return np.hstack([waves.real, waves.imag])
 
 
-def _realised(t: np.ndarray, motion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Natural frequencies (2,) [rad/s] and damping ratios (2,) of a realisation of four states."""
+def _realised(t: np.ndarray, motion: np.ndarray, main: float) -> tuple[np.ndarray, np.ndarray]:
+    """Natural frequencies (2,) [rad/s] and damping ratios (2,) of four states realised around `main` [rad/s]."""
     dt = t[1] - t[0]
-    main = dominant_frequency(motion[:, np.abs(motion).max(axis=0).argmax()], dt)
-    step = max(1, min(round(1 / (PER_PERIOD * max(main, 1e-9) * dt)), len(t) // 32))
+    step = max(1, min(round(2 * np.pi / (PER_PERIOD * max(main, 1e-9) * dt)), len(t) // 32))
     y = motion[::step][:HANKEL]
     rows = min(len(y) // 3, 60)
     columns = len(y) - rows
@@ -296,7 +321,7 @@ def _realised(t: np.ndarray, motion: np.ndarray) -> tuple[np.ndarray, np.ndarray
     s = np.log(np.linalg.eigvals(np.linalg.lstsq(seen[:-2], seen[2:], rcond=None)[0]).astype(complex)) / (step * dt)
     best = s[s.imag > 1e-9 * np.abs(s)]
     if len(best) < 2:
-        best = 2 * np.pi * main * np.array([-0.3 + 0.9j, -0.2 + 1.1j])
+        best = main * np.array([-0.3 + 0.9j, -0.2 + 1.1j])
     return np.abs(best[:2]), -best[:2].real / np.abs(best[:2])
 
 

@@ -1,5 +1,6 @@
 """Runout table of a law: fit of a slow roll, what a running law takes off, ages, refusals."""
 
+import json
 from dataclasses import replace
 from datetime import date
 
@@ -9,6 +10,7 @@ import pytest
 import identification as idn
 from rotorsim.base.errors import OtherMachine
 from rotorsim.control import Law, LawError, RunoutTable, check_runout, load_law, runout_table
+from rotorsim.experiments.orbit import WithHarmonics
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 
@@ -79,6 +81,7 @@ def test_it_is_kept_in_both_kinds_of_file(tmp_path):
 
 def test_its_age_is_shown():
     table = runout_table(slow_roll(), taken="2026-11-20")
+    assert gain_law(runout=table).attrs()["law_runout"] == table.origin
     assert table.age(date(2026, 11, 26)) == 6 and "2026-11-20" in str(gain_law(runout=table).card())
     assert runout_table(slow_roll()).age() is None
 
@@ -90,14 +93,37 @@ def test_a_moved_zero_of_the_angle_is_named_and_another_surface_too():
     assert sound.left < sound.bound and sound.left == pytest.approx(3e-7 * np.sqrt(72 / 9000), rel=0.25)
     assert moved.left > moved.bound and np.degrees(moved.turn) == pytest.approx(-40.0, abs=0.5)
     assert moved.turned_left < 0.02 * moved.reading
-    other = check_runout(replace(table, values=np.roll(table.values, 180, axis=0)[:, ::-1]), slow_roll())
-    assert other.left > other.bound
+    angle = np.arange(720) * np.pi / 360
+    worn = table.values + np.outer(2.5e-6 * np.cos(3 * angle), [1.0, 1.0])
+    other = check_runout(replace(table, values=-worn), slow_roll())
+    assert other.left > other.bound and other.turned_left > other.bound
+    assert "zero of the shaft angle" in moved.text and "zero of the shaft angle" not in other.text
+
+
+def speeding_up():
+    """A slow roll that ends in a second at 1900 rpm; its mean speed is below the limit."""
+    slow = slow_roll(turns=20.0)
+    angle = slow["angle"].values.copy()
+    angle[-5000:] = angle[-5001] + 200.0 * TS * np.arange(1, 5001)
+    return slow.assign_coords(angle=("time", angle)) if "angle" in slow.coords else slow.assign(angle=("time", angle))
+
+
+def wrapped():
+    slow = slow_roll()
+    return slow.assign(angle=("time", np.mod(slow["angle"].values, 2 * np.pi)))
 
 
 @pytest.mark.parametrize(
-    ("record", "argument"), [(slow_roll(turns=1.5), "turns"), (slow_roll(turns=40, rpm=1200), "speed")]
+    ("record", "argument"),
+    [
+        (slow_roll(turns=1.5), "turns"),
+        (slow_roll(turns=40, rpm=1200), "speed"),
+        (speeding_up(), "speed"),
+        (wrapped(), "angle"),
+    ],
+    ids=["turns", "speed", "ramp", "wrapped"],
 )
-def test_too_few_turns_and_a_shaft_at_speed_are_refused(record, argument):
+def test_too_few_turns_a_shaft_at_speed_and_an_angle_that_jumps_are_refused(record, argument):
     with pytest.raises(LawError) as error:
         runout_table(record)
     assert error.value.argument == argument
@@ -121,8 +147,29 @@ def test_a_law_with_a_table_asks_for_the_angle_and_holds_where_it_is_lost():
         law.step((0.0, 0.0), 1.0, 0.0)
     assert error.value.argument == "angle"
     before = law.step((1e-5, 0.0), 1.0, 0.0, 0.5)
-    np.testing.assert_array_equal(law.step((2e-5, 0.0), 1.0, 0.0, np.nan), before)
-    assert law.alarm is not None
+    for lost in (np.nan, np.inf, 6e19):
+        np.testing.assert_array_equal(law.step((2e-5, 0.0), 1.0, 0.0, lost), before)
+        assert law.alarm_code == 13
+
+
+def test_a_lost_angle_forgives_no_lost_speed():
+    """Both come from one encoder: a speed of 0 after a sample without angle is still a leap from 300 rad/s."""
+    from rotorsim.control import Plausibility
+
+    limits = Plausibility(speed_jump=50.0)
+    law, codes = gain_law(runout=runout_table(slow_roll()), plausibility=limits), []
+    for k in range(60):
+        speed, angle = (300.0, 0.06 * k) if k < 50 else (0.0, np.nan if k == 50 else 3.0)
+        law.step((1e-6, 0.0), speed, 0.0, angle)
+        codes.append(law.alarm_code)
+    assert codes[49:52] == [0, 13, 6] and set(codes[51:]) == {6}
+
+
+def test_a_damaged_file_is_no_law_without_states(tmp_path):
+    data = gain_law().to_dict() | {"B": [[[[1.0, 2.0]]]]}
+    (tmp_path / "law.json").write_text(json.dumps(data))
+    with pytest.raises(LawError):
+        load_law(tmp_path / "law.json")
 
 
 def test_a_sensor_that_hangs_is_found_although_the_runout_below_it_moves():
@@ -154,6 +201,40 @@ def test_python_and_the_compiled_loop_take_the_same_off_on_the_plant():
     record = plant.simulate(0.1, speed=300.0, pressure=0.5e6, controller=law)
     run = run_rows(plant, law, steady_rows(300.0, 0.5e6, 0.1))
     np.testing.assert_array_equal(record["reference"].values, run.reference)
-    read, true = record["disc_measured"].values, record["disc"].values
-    left = read - law.runout.at(record["angle_measured"].values) - true
-    assert np.std(left) < 0.5 * np.std(read - true)
+    read, true, angle = (record[name].values for name in ("disc_measured", "disc", "angle_measured"))
+    left = read - law.runout.at(angle)
+    asked = 0.02 * GAIN * left[:-1]
+    np.testing.assert_allclose(record["reference"].values[1:], asked, atol=1e-9)  # one sample later
+    assert np.std(left - true) < 0.5 * np.std(read - true)
+    harmonics = WithHarmonics(law, 300.0, np.zeros((1, 2)))
+    again = plant.simulate(0.1, speed=300.0, pressure=0.5e6, controller=harmonics)
+    np.testing.assert_array_equal(again["reference"].values, record["reference"].values)
+
+
+def test_the_live_check_reads_the_motion_that_a_law_answers():
+    """Runout alone is no motion to a law whose table takes it off."""
+    from rotorsim.live.laws import motion
+    from rotorsim.plant.kernels.layout import ANGLE_READ, AT, COLUMNS, DISC_READ
+
+    table, n = runout_table(slow_roll()), 5000
+    angle = 300.0 * TS * np.arange(n)
+    rows = np.zeros((n, len(COLUMNS) + 6))
+    rows[:, AT["speed"]], rows[:, AT["angle"]], rows[:, ANGLE_READ] = 300.0, angle, angle
+    rows[:, DISC_READ] = table.at(angle)
+    seen, left = motion(rows, TS).measured, motion(rows, TS, runout=table).measured
+    assert np.abs(seen).max() > 1.5 and np.abs(left).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    "given", ["slow", 3.0, np.zeros((8, 2)), slow_roll()], ids=["text", "number", "array", "record"]
+)
+def test_a_law_takes_a_table_alone(given):
+    with pytest.raises(LawError) as error:
+        gain_law(runout=given)
+    assert error.value.argument == "runout"
+
+
+def test_a_path_is_no_slow_roll():
+    with pytest.raises(LawError) as error:
+        runout_table("slow.nc")
+    assert error.value.argument == "slow_roll"

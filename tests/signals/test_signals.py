@@ -207,6 +207,21 @@ def test_two_modes_of_a_decay_are_told_apart_however_damped(
     assert clean.explained > 1 - 1e-9 and noisy.explained > 0.98
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_a_mode_of_the_noise_is_none(seed: int) -> None:
+    """Noise of a probe, .33 um, at 10 um: one mode is one, and two near ones are read to some percent."""
+    t, rng = np.arange(0, 0.8, 1 / 5000), np.random.default_rng(seed)
+    wn, z = 2 * np.pi * np.array([118.0, 124.0]), np.array([0.06, 0.037])
+    waves = np.exp(np.outer(t, wn * (-z + 1j * np.sqrt(1 - z**2))))
+    one = 1e-5 * np.real(waves[:, :1] @ np.array([[1.0, 0.3j]])) + 3.3e-7 * rng.standard_normal((len(t), 2))
+    both = 1e-5 * np.real(waves @ np.array([[1.0, 0.4 - 0.2j], [0.3j, 0.9 + 0.1j]]))
+    found, pair = mode_pair(t, one), mode_pair(t, both + 3.3e-7 * rng.standard_normal(both.shape))
+    assert found.clear.sum() == 1
+    assert float(found.frequency[found.clear][0]) == pytest.approx(118, rel=0.01)
+    assert pair.clear.all() and pair.frequency == pytest.approx([118, 124], rel=0.01)
+    assert pair.zeta == pytest.approx(z, rel=0.12)
+
+
 def test_a_disc_at_rest_has_no_modes() -> None:
     with pytest.raises(MissingError):
         mode_pair(np.arange(100) / 5000, np.zeros((100, 2)))

@@ -39,7 +39,7 @@ def judging() -> dict[str, Any]:
 
 
 def _judging(claim: Mapping[str, Any]) -> dict[str, dict[str, str]]:
-    """What decides the verdicts on a claim's figures, by name."""
+    """Entries that decide the verdicts on a claim's figures, by name."""
     shared = {key: claim[key] for key in JUDGING if key in claim}
     return {
         figure.get("name") or figure["old"]: {

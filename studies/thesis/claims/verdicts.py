@@ -26,7 +26,7 @@ OWN = "thesis' own model"
 FIRST_RULE = "first rule"
 HEADS = ("figure", "thesis", OWN, "here", f"{MET} in", f"{NEAR} in", "verdict", FIRST_RULE)
 NO_RULE = "-"
-"""What stands for the first rules' verdict on a claim that they do not have."""
+"""Verdict of the first rules on a claim that they do not have."""
 
 
 def verdicts(ours: Numbers, letters: str = "ICN", left_out: Collection[str] = ()) -> list[Judged]:
@@ -43,7 +43,7 @@ def verdicts(ours: Numbers, letters: str = "ICN", left_out: Collection[str] = ()
 
 
 def counted(found: Sequence[Judged]) -> str:
-    """How many claims have each verdict, by the rules and by the first rules, and how many of those added since."""
+    """Number of claims with each verdict, by the rules and by the first rules, and of those added since."""
     kept, added = [one for one in found if one.first], [one.verdict for one in found if not one.first]
     text = f"{count(one.verdict for one in kept)}; by the first rules {count(one.old_verdict or '' for one in kept)}"
     return f"{text}; of claims added since {count(added)}" if added else text
@@ -182,7 +182,7 @@ def _printed() -> dict[str, dict[str, float]]:
 
 
 def _own(claim: Claim, figure: Figure) -> float | None:
-    """What the thesis' printed model gives for a figure; None where it gives none."""
+    """Figure of the thesis' printed model; None where it gives none."""
     return _printed().get(claim.number, {}).get(figure.old or figure.name)
 
 
