@@ -75,7 +75,7 @@ BAD = [
     (["thesis", "--out", "s", "--time-limit", "5"], "time-limit"),
     (["thesis", "--out", "s", "--time-limit", "0 s"], "--time-limit: '0 s' is not above 0"),
     (["thesis", "--out", "s", "--scheduler", "tls://a:1", "--tls-ca", "a.pem"], "a.pem: is not a file; give a PEM"),
-    (["status", "nowhere"], "nowhere: holds no campaign; give the folder that was its --out"),
+    (["status", "nowhere"], "nowhere: holds no campaign"),
     (["retry", "nowhere"], "holds no campaign"),
     (["collect", "nowhere"], "holds no campaign"),
     (["collect", "nowhere", "--out", "a.xlsx"], "a.xlsx: is neither .csv nor .nc"),
