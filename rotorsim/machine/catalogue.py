@@ -134,7 +134,7 @@ def _parameter(field: Field[Any]) -> dict[str, str]:
 
 def markdown(entry: dict[str, Any]) -> str:
     """One effect as a section of Markdown."""
-    again = " Several tables add up." if entry["several"] else ""
+    again = " It may stand in several tables." if entry["several"] else ""
     lines = [f"### {entry['name']}", entry["title"]]
     lines += [f"$$\n{textwrap.fill(entry['equation'], 119, break_long_words=False)}\n$$"] if entry["equation"] else []
     lines += [_wrapped(_escaped(text)) for text in entry["about"].split("\n\n") if text]
