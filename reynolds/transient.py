@@ -186,7 +186,7 @@ def begin_pseudo_film(w, F, L):
 
 @inlined
 def begin_pseudo_step(w, F, L, iadt, damping):
-    """Those of film and journal for a step of 1/iadt; iadt = 0 is the steady equation."""
+    """Begin a step of film and journal in pseudo-time, 1/iadt long; iadt = 0 is the steady equation."""
     begin_pseudo_film(w, F, L)
     for e in range(4):
         w[L.journal_a + e] = w[L.static_a + e]
