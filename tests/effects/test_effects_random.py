@@ -38,8 +38,8 @@ def drawn(n, speed, seed=0.0, **values):
 
 
 def test_the_force_has_the_density_of_the_low_pass_and_grows_with_the_speed():
-    """Welch over 400 segments: 5 % a bin and axis, 1 % over the band; n = 3 multiplies the force by 2^1.5 exactly."""
-    force = drawn(400_000, 100 * HZ)
+    """Welch over 200 segments: 7 % a bin and axis, 1 % over a band; n = 3 multiplies the force by 2^1.5 exactly."""
+    force = drawn(100_000, 100 * HZ)
     f, density = welch(force.T, 1 / SAMPLE, nperseg=2000)
     for low, high in ((5, 50), (100, 200), (350, 450)):
         band = (f >= low) & (f <= high)
@@ -57,11 +57,11 @@ def test_numbers_of_sequences_and_seeds_make_forces_that_have_nothing_in_common(
 
 
 def test_a_mode_under_the_force_has_the_variance_of_an_oscillator_under_coloured_noise(rotor, held):
-    """G / (4 c k) w_c (w_c + 2 z w) / (w^2 + 2 z w w_c + w_c^2) of the first mode; 20 s give it within 4 % (1 sd).
+    """G / (4 c k) w_c (w_c + 2 z w) / (w^2 + 2 z w w_c + w_c^2) of the first mode; 10 s give it within 3 % (1 sd).
 
     The higher modes add less than a hundredth.
     """
-    values = FORCE | {"effects.broadband_force.exponent": 0.0}
+    values = FORCE | {"effects.broadband_force.exponent": 0.0, "shaft.damping_ratio": 0.2}
     plant = rotor(values)
     linear = plant.linearise()
     w, z, corner = linear.wn[0], linear.zeta[0], 400 * HZ
@@ -70,8 +70,8 @@ def test_a_mode_under_the_force_has_the_variance_of_an_oscillator_under_coloured
     expected = 0.02 / (4 * c * k) * corner * (corner + 2 * z * w) / (w**2 + 2 * z * w * corner + corner**2)
     run = plant.start(0.0)
     run.advance(held(5000, 0.0, 0.0))
-    disc = run.advance(held(100_000, 0.0, 0.0))[:, :2]
-    assert disc.var(axis=0).mean() == pytest.approx(expected, rel=0.12)
+    disc = run.advance(held(50_000, 0.0, 0.0))[:, :2]
+    assert disc.var(axis=0).mean() == pytest.approx(expected, rel=0.09)
 
 
 def test_runs_of_one_seed_are_one_run_and_a_saved_state_goes_on_with_the_same_bits(rotor, held):
@@ -90,7 +90,7 @@ def test_runs_of_one_seed_are_one_run_and_a_saved_state_goes_on_with_the_same_bi
 
 
 def test_a_drive_wanders_about_its_speed_with_the_standard_deviation_and_the_correlation_of_the_file(rotor, held):
-    """Matern's (1 + t/T) exp(-t/T) at T and 3 T; 40 s of T = 20 ms give the sd within 3 % and correlations within .03.
+    """Matern's (1 + t/T) exp(-t/T) at T and 3 T; 20 s of T = 20 ms give the sd within 3 % and correlations within .04.
 
     The acceleration has the rms sd Omega / T, the shaft angle is the integral of the speed, and the encoder sees both.
     """
@@ -98,13 +98,13 @@ def test_a_drive_wanders_about_its_speed_with_the_standard_deviation_and_the_cor
     plant = rotor({"effects.speed_wander.sd": 0.01, "effects.speed_wander.time": "20 ms", "effects.encoder.counts": 2000})
     run = plant.start(omega)
     run.advance(held(2000, omega, 0.0))
-    table = run.advance(held(200_000, omega, 0.0))
+    table = run.advance(held(100_000, omega, 0.0))
     speed, angle = table[:, AT["speed"]], table[:, AT["angle"]]
     xi = speed / omega - 1
-    assert xi.std() == pytest.approx(0.01, rel=0.06) and abs(xi.mean()) < 1e-3
+    assert xi.std() == pytest.approx(0.01, rel=0.1) and abs(xi.mean()) < 2e-3
     for times in (1, 3):
         lag = round(times * T / SAMPLE)
-        assert (xi[lag:] * xi[:-lag]).mean() / xi.var() == pytest.approx((1 + times) * math.exp(-times), abs=0.06)
+        assert (xi[lag:] * xi[:-lag]).mean() / xi.var() == pytest.approx((1 + times) * math.exp(-times), abs=0.12)
     assert (np.diff(speed) / SAMPLE).std() == pytest.approx(0.01 * omega / T, rel=0.06)
     assert np.diff(angle) == pytest.approx(0.5 * SAMPLE * (speed[1:] + speed[:-1]), abs=1e-9)
     read = table[:, AT["angle_measured"]]
@@ -122,9 +122,21 @@ def test_a_ramp_wanders_about_its_speed_and_a_shaft_that_coasts_does_not(rotor, 
     rows[2000:, 0] = np.nan
     moved, straight = (one.start(50 * HZ, seed=2).advance(rows)[:, AT["speed"]] for one in (plant, still))
     assert moved[0] == straight[0]
-    deviation = moved[500:2000] / straight[500:2000] - 1
+    deviation = moved[1:2000] / straight[1:2000] - 1
     assert 0.01 < deviation.std() < 0.03
     assert np.ptp(moved[2001:]) == pytest.approx(0, abs=1e-6 * HZ)
+
+
+def test_a_run_begins_off_its_speed_by_the_same_standard_deviation_and_goes_on_without_a_step():
+    """2000 seeds: xi and its filter at the first sample have variance 1 and covariance (1 + r^2)^(-1/2), within 3 sd."""
+    p = SimpleNamespace(sd=0.01, time=1.0, interval=SAMPLE)
+    w, first, after = np.zeros((2000, 2)), [], []
+    for seed in range(len(w)):
+        first.append(speed_wander.py_func(w[seed], 0, float(seed), 0.0, 1.0, p) - 1)
+        after.append(speed_wander.py_func(w[seed].copy(), 0, float(seed), 1.0, 1.0, p) - 1)
+    assert np.std(first) == pytest.approx(0.01, rel=0.05)
+    assert np.cov(w.T) == pytest.approx(np.array([[1.0, 0.5**0.5], [0.5**0.5, 1.0]]), abs=0.1)
+    assert np.abs(np.subtract(after, first)).max() < 4 * 0.01 * SAMPLE / 1.0
 
 
 def test_neutral_the_drive_reaches_the_speed_that_is_set_to_the_last_bit():

@@ -9,8 +9,9 @@ r"""Speed wander: the drive does not hold its speed exactly, as a turbine's, but
 xi has variance 1 and is white noise behind two equal low-passes: the acceleration of the shaft is finite, sigma Omega / T
 in the rms.
 
-A run begins at the set speed and wanders fully after some T; ramps wander about their speed. A shaft that coasts does
-not. Shaft angle and encoder follow the true speed.
+The first sample of a run takes the shaft from the set speed to one off by a deviation of its own, so that two records
+of one speed and two seeds are not of one speed. Ramps wander about their speed; a shaft that coasts does not. Shaft
+angle and encoder follow the true speed.
 
 n depends on (seed of the run, number of the sample) alone.
 
@@ -25,7 +26,7 @@ from rotorsim.effects.base import SampledEffect, param, register
 from rotorsim.effects.sensors import normal
 
 CHANNEL = 100.0
-"""Channel of the random numbers."""
+"""Channel of the random numbers; the next one is that of the start."""
 
 
 @inlined
@@ -35,8 +36,13 @@ def speed_wander(w, state, seed, sample, speed, p):
         return speed
     span = p.interval / p.time
     keep, lost = math.exp(-span), -math.expm1(-2.0 * span)
-    w[state] = keep * w[state] + math.sqrt(lost) * normal(seed, CHANNEL, sample)
-    w[state + 1] = keep * w[state + 1] + lost / math.sqrt(2.0 - lost) * w[state]
+    draw = normal(seed, CHANNEL, sample)
+    if sample == 0.0:
+        w[state] = draw
+        w[state + 1] = (draw + keep * normal(seed, CHANNEL + 1.0, sample)) / math.sqrt(2.0 - lost)
+    else:
+        w[state] = keep * w[state] + math.sqrt(lost) * draw
+        w[state + 1] = keep * w[state + 1] + lost / math.sqrt(2.0 - lost) * w[state]
     return speed * (1.0 + p.sd * w[state + 1])
 
 
