@@ -37,7 +37,7 @@ from identification.records.columns import (
     sensitivity,
 )
 from identification.records.mapping import ColumnEntry, Mapping
-from identification.records.sampling import nominal_rate, problems
+from identification.records.sampling import nominal_rate, problems, unrounded, whole_slices
 from identification.records.schema import (
     AXES,
     PINS,
@@ -348,6 +348,8 @@ def _reading(table: DataTable, entry: ColumnEntry, probe: LabProbe) -> np.ndarra
     return found - probe.gap * scale_of(table, entry, "m") / volts
 
 
+MOST_STRETCHES = 1000
+"""Stretches between gaps, above which the gaps are those of rounded stamps."""
 MOST = 6
 """Sentences about parts that were left out."""
 RATE = 1e-3
@@ -388,7 +390,7 @@ def _series(table: DataTable, mapping: Mapping) -> xr.Dataset:
     arrays |= {name: np.full(time.size, value) for name, value in mapping.constants.items()}
     probes = _probes(table, mapping, list(groups.get("probe_measured", ())), seen.coordinates if seen else {})
     record = make_record(time, {name: arrays[name] for name in VARIABLES if name in arrays}, probes=probes)
-    record = with_notes(record, seen.notes if seen else ())
+    record = with_notes(record, [*(seen.notes if seen else ()), *_rounding(table, mapping, time)])
     if seen and seen.position is not None:
         record.attrs["disc_position"] = seen.position
     if (limits := _clipped(table, mapping)) and table.header is None:
@@ -496,6 +498,7 @@ def _time(table: DataTable, mapping: Mapping, n: int) -> np.ndarray:
                 "no time; a mapping needs [time] with a column or a sample_rate, else a column must be named 'time'"
             )
         return np.arange(n) / mapping.sample_rate
+    time = _without_rounding(time)
     if mapping.sample_rate is not None and time.size > 1:
         found = 1 / np.median(np.diff(time)) if problems(time) else nominal_rate(time)
         if not abs(found / mapping.sample_rate - 1) < RATE:
@@ -503,6 +506,26 @@ def _time(table: DataTable, mapping: Mapping, n: int) -> np.ndarray:
                 f"time.sample_rate: {mapping.sample_rate:.6g} Hz, but the file's time gives {found:.6g} Hz; drop one"
             )
     return time
+
+
+def _rounding(table: DataTable, mapping: Mapping, time: np.ndarray) -> list[str]:
+    """A sentence where the times are not the file's stamps, but the even clock that these were rounded from."""
+    stamps = values(table, mapping.time, "s") if mapping.time else table.time
+    if stamps is None or np.array_equal(stamps, time, equal_nan=True):
+        return []
+    return [f"time: the stamps are rounded; {nominal_rate(time):.6g} Hz follows from their whole length"]
+
+
+def _without_rounding(time: np.ndarray) -> np.ndarray:
+    """The even clock behind rounded stamps, of the whole or of each stretch between gaps and missing stamps."""
+    whole = unrounded(time)
+    if whole is not time or not problems(time):
+        return whole
+    parts = whole_slices(time, ~np.isfinite(time))
+    found = time.copy()
+    for part in parts if len(parts) < MOST_STRETCHES else ():
+        found[part] = unrounded(time[part])
+    return found
 
 
 def _vectors(table: DataTable, mapping: Mapping) -> xr.Dataset:
