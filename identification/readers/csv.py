@@ -115,7 +115,7 @@ def _found(path: Path, stated: dict[str, str], longest: int, encoding: str) -> T
     if found:
         # a preamble may hold a line of numbers alone; the table has the most
         width = Counter(map(len, found.values())).most_common(1)[0][0]
-        first = next(i for i, row in found.items() if len(row) == width)
+        first = min(i for i, row in found.items() if len(row) == width)
         delimiter, comma = _separators(lines[first], stated)
         return _layout(lines[:first], found[first], delimiter, comma, header)
     first = _mixed(lines, stated)

@@ -368,7 +368,7 @@ def assemble(table: DataTable, mapping: Mapping) -> xr.Dataset:
 def used(mapping: Mapping) -> list[ColumnEntry]:
     """Entries of a mapping."""
     single = [entry for entry in (mapping.time, mapping.speed) if entry]
-    single += [entry for entry, _ in (*mapping.probes.values(), *filter(None, [mapping.keyphasor]))]
+    single += [entry for entry, _ in (*mapping.probes.values(), *filter(None, [mapping.keyphasor, mapping.hammer]))]
     return [*single, *mapping.channels.values(), *mapping.vectors.values()]
 
 
@@ -380,6 +380,8 @@ def _series(table: DataTable, mapping: Mapping) -> xr.Dataset:
     seen = read_probes(table, mapping) if mapping.probes else None
     for name, parts in seen.groups.items() if seen else ():
         groups[name] = groups.get(name, {}) | parts
+    if mapping.hammer:
+        groups["disc_force"] = mapping.hammer[1].along(_blows(table, mapping.hammer[0]))
     if "disc_measured" in groups and not seen:
         one_unit(table, [entry for (name, _), entry in mapping.channels.items() if name == "disc_measured"])
     n = max(column.size for parts in groups.values() for column in parts.values())
@@ -393,6 +395,8 @@ def _series(table: DataTable, mapping: Mapping) -> xr.Dataset:
     record = with_notes(record, [*(seen.notes if seen else ()), *_rounding(table, mapping, time)])
     if seen and seen.position is not None:
         record.attrs["disc_position"] = seen.position
+    if mapping.hammer and mapping.hammer[1].position is not None:
+        record.attrs["force_position"] = mapping.hammer[1].position
     if (limits := _clipped(table, mapping)) and table.header is None:
         record.attrs[CLIPPED] = limits
     numbers = {name: sorted(map(int, groups[name])) for name in PINS if name in groups}
@@ -448,6 +452,16 @@ def _probe_unit(table: DataTable, entry: ColumnEntry) -> str:
     return found[0]
 
 
+def _blows(table: DataTable, entry: ColumnEntry) -> np.ndarray:
+    """Force (n,) [N] of a hammer; raises ReadError where its column shows none."""
+    force = values(table, entry, "N")
+    finite = force[np.isfinite(force)]
+    if not finite.size or finite.min() == finite.max():
+        reason = f"constant at {finite[0]:.6g} N" if finite.size else "missing throughout"
+        raise ReadError(f"{entry.path}: the force is {reason}, no blow; check the channel or remove [hammer]")
+    return force
+
+
 def _turning(table: DataTable, mapping: Mapping, time: np.ndarray) -> dict[str, np.ndarray]:
     """Angle and speed of the shaft from the keyphasor."""
     assert mapping.keyphasor is not None
@@ -473,6 +487,8 @@ def _joined(name: str, parts: dict[str, np.ndarray], n: int) -> np.ndarray:
         return parts[""]
     if dims == ("probe",):
         return np.column_stack(list(parts.values()))
+    if name == "disc_force" and set(parts) < set(AXES):  # a hammer along one axis
+        parts = {axis: parts.get(axis, np.zeros(n)) for axis in AXES}
     labels = list(AXES) if dims == ("axis",) else sorted(parts, key=lambda label: _number(name, label))
     missing = [label for label in labels if label not in parts]
     if missing:
