@@ -212,10 +212,11 @@ class TwinComparison:
         found: dict[str, np.ndarray] = {}
         columns = []
         for parameter in parameters:
-            if parameter.key not in found:
-                found[parameter.key] = self.column(point, replace(parameter, trend=""), here, progress, central)
+            plain = replace(parameter, trend="").name
+            if plain not in found:
+                found[plain] = self.column(point, replace(parameter, trend=""), here, progress, central)
             share = np.array([parameter.share(t.speed, t.pressure) for t in self.trials])
-            columns.append(found[parameter.key] * (share[self.layout.record] if parameter.trend else 1.0))
+            columns.append(found[plain] * (share[self.layout.record] if parameter.trend else 1.0))
         return np.column_stack(columns) if columns else np.zeros((len(here), 0))
 
     def apart(self, point: ParameterPoint) -> list[np.ndarray]:
@@ -334,7 +335,11 @@ class SensitivityColumns:
                 out.append(comparison.directions[parameter.key])
                 continue
             column = self._column(
-                point, FitParameter(parameter.key, parameter.step, low=parameter.low, high=parameter.high), progress
+                point,
+                FitParameter(
+                    parameter.key, parameter.step, low=parameter.low, high=parameter.high, plane=parameter.plane
+                ),
+                progress,
             )
             out.append(column * (share[parameter][comparison.layout.record] if parameter.trend else 1.0))
         return np.column_stack(out) if out else np.zeros((len(comparison.measured), 0))
@@ -342,7 +347,7 @@ class SensitivityColumns:
     def _column(
         self, point: ParameterPoint, parameter: FitParameter, progress: Callable[[], None] | None
     ) -> np.ndarray:
-        key = self.rough.key(point, self.rough.twin, parameter.key, parameter.step, parameter.low, parameter.high)
+        key = self.rough.key(point, self.rough.twin, parameter.name, parameter.step, parameter.low, parameter.high)
         shape = self.comparison.measured.shape
         return self.cache.array(key, shape, lambda: self.rough.column(point, parameter, self._at(point), progress))
 

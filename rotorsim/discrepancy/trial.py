@@ -41,6 +41,7 @@ from identification.records.sensors import DISPLACEMENTS, SAME_PLACE
 from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import answer
 from rotorsim.base.units import MPA, RIG_SAMPLE, TO_RPM
+from rotorsim.discrepancy.changes import PLANE, RING_KEY
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -100,6 +101,8 @@ class Trial:
     """Changes on purpose for this record: sums by key of `calibration`."""
     probe_angle: float | None = None
     """Angle [rad] from x towards y of the only probe, whose reading takes the place of x; None where both are seen."""
+    names: tuple[str, ...] = ()
+    """Names of the probes that the channels are, where a record states them; their directions are those of the ring."""
 
     @property
     def speed(self) -> float:
@@ -109,9 +112,16 @@ class Trial:
     @property
     def channels(self) -> tuple[str, ...]:
         """Names of what is measured, as text."""
+        if self.names:
+            return self.names
         if self.probe_angle is None:
             return ("x", "y")
         return (f"probe at {np.degrees(self.probe_angle):.4g} deg",)
+
+    @property
+    def stated_changes(self) -> dict[str, float]:
+        """Changes on purpose without the plane that is read and, where the channels are probes, their directions."""
+        return {k: v for k, v in self.changes.items() if k != PLANE and not (self.names and k == RING_KEY)}
 
     @property
     def off_axes(self) -> bool:
@@ -147,9 +157,14 @@ class Trial:
         return 0.0
 
     @property
+    def other_plane(self) -> bool:
+        """Whether its probes stand at another plane than the machine file's."""
+        return PLANE in self.changes
+
+    @property
     def has_mean(self) -> bool:
-        """Whether the zeros of the displacement sensors show in the data."""
-        return True
+        """Whether the zeros of the displacement sensors show in the data: those of the machine file's own plane."""
+        return not self.other_plane
 
     @property
     def in_motion(self) -> bool:
@@ -207,7 +222,7 @@ class Trial:
     @cached_property
     def balanced(self) -> bool:
         """Whether the reference has no mean over a period."""
-        one = self.rows[self.start : self.start + self.length, 2:4]
+        one = self.rows[self.start : self.start + self.length, 2:6]
         return bool(np.abs(one.mean(axis=0)).max() <= 1e-3 * max(np.abs(one).max(), 1e-300))
 
     @property
@@ -226,6 +241,8 @@ class Trial:
         """Real data vector of blocks' DFTs: for each channel the mean, the drift, real and imaginary parts [m]."""
         mean = spectra.mean(axis=0)
         drift = (spectra[-1] - spectra[0])[:, 0].real
+        if not self.has_mean and not self.orders:
+            mean[:, 0], drift = 0.0, np.zeros(2)
         parts = [np.column_stack([mean[:, 0].real, drift]), mean[:, 1:].real, mean[:, 1:].imag]
         return np.concatenate(parts, axis=1).ravel()
 
@@ -246,7 +263,7 @@ def planned_trial(name: str, rows: np.ndarray) -> Trial:
 def trial_of(rows: np.ndarray, displacement: np.ndarray, angle: float, name: str) -> Trial:
     """Trial of inputs (n, 6), displacements (n, 2) [m] and the angle [rad] at the first sample."""
     speed, n = float(rows[0, 0]), len(rows)
-    period = find_period(rows[:, 2:4]) if rows[:, 2:4].any() else None
+    period = find_period(_inputs(rows)) if rows[:, 2:6].any() else None
     window = start, length, blocks = find_window(rows, speed, n, name, period)
     count, repeating = min(int(HIGHEST * length * RIG_SAMPLE) + 1, length // 2), period == length
     broken = _broken(repeating, speed, length, blocks)
@@ -255,6 +272,12 @@ def trial_of(rows: np.ndarray, displacement: np.ndarray, angle: float, name: str
         name, "fit", rows, float(rows[0, 1]), angle, *window, spectra, _excited(rows, start, length, blocks, count),
         periodic=repeating and not len(broken), repeating=repeating,
     )  # fmt: skip
+
+
+def _inputs(rows: np.ndarray) -> np.ndarray:
+    """References and forces (n, 4) that excite, each in its largest one: all of them have to repeat."""
+    size = np.array([np.abs(rows[:, pair]).max() for pair in (slice(2, 4), slice(4, 6))])
+    return rows[:, 2:6] / np.repeat(np.where(size > 0, size, 1.0), 2)
 
 
 def displacement_of(record: xr.Dataset, name: str) -> tuple[np.ndarray, float | None]:

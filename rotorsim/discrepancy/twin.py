@@ -19,9 +19,10 @@ from scipy.linalg import expm
 from rotorsim.base.errors import ConvergenceError, MachineFileError, NoAnswerError, NoLiftOffError
 from rotorsim.base.rounding import answer, decays
 from rotorsim.base.units import RIG_SAMPLE
+from rotorsim.discrepancy.changes import PLANE
 from rotorsim.effects import FILM_PORTS, REGISTRY, Effect, FilmEffect
 from rotorsim.machine import Machine
-from rotorsim.plant.assemble import Assembly, assemble
+from rotorsim.plant.assemble import Assembly, assemble, put_rows
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.kernels.layout import READ
 from rotorsim.plant.linearise import linearise
@@ -36,7 +37,8 @@ CLOSE = 0.01
 SETTLED = 1e-6
 """Relative change of the state over the turns below which the motion is periodic."""
 Setting = Mapping[str, float]
-"""Values by key: 'effect.table.parameter' (absolute, SI) or a name of FACTORS (a relative change)."""
+"""Values by key: 'effect.table.parameter' (absolute, SI), a name of FACTORS (a relative change), or 'plane', the
+coordinate z [m] whose displacement is read."""
 FACTORS = ("curtain_discharge", "shaft_damping", "shaft_stiffness", "actuator_x", "actuator_y")
 """Keys of relative changes of numbers that no effect describes."""
 PRESSURE = np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
@@ -241,7 +243,9 @@ class Twin:
             stiffer, lossier = (setting.get(f"bearing.{place}.{what}{axis}", 0.0) for what in "kc")
             _bear(a, w, int(place), axis, stiffer, lossier)
         for key, value in setting.items():
-            if key in FACTORS:
+            if key == PLANE:
+                put_rows(w, a.rotor.disc, a.mesh.shape_between(value), a.rotor.n)
+            elif key in FACTORS:
                 _scale(a, record, w, key, value)
             elif "." in key and not key.startswith("bearing."):
                 name, table, parameter = key.split(".")
