@@ -290,9 +290,17 @@ def simulate(twin: Twin, trial: Trial, point: ParameterPoint, whole: bool = Fals
     """DFTs of a trial's blocks (blocks, 2, lines) [m] at a point; 1 mm throughout if the twin has no solution.
 
     Of a periodic record the twin runs one period and what leads into it, unless it is to be run as a `whole` or an
-    effect with a long memory is at work.
+    effect with a long memory is at work. A rotor on linear bearings that a record shows in its motion from the first
+    sample on is in that of all its inputs.
     """
     values = point.setting(twin, trial.speed, trial.pressure, trial.changes)
+    if trial.settled and twin.machine.film is None:
+        ahead, rows, angle = trial.from_motion
+        found = twin.run(values, np.concatenate([ahead, rows]), trial.pressure, angle, True, not len(ahead))
+        table = found[len(ahead) :, :2]
+        if not np.abs(table).max() < BEYOND:  # nor a number
+            return np.full(trial.spectra.shape, NO_SOLUTION, complex)
+        return trial.lines_of_window(table)
     short = trial.lead > 0 and not whole and not twin.lingers(values, trial.balanced)
     rows, angle = trial.short if short else (trial.used, trial.angle)
     table = twin.run(values, rows, trial.pressure, angle, turning=trial.in_motion)[:, :2]

@@ -54,6 +54,10 @@ OFF_AXES = 0.02
 """Sine of twice an angle from which a probe stands off the axes: half a degree."""
 SETTLING = 0.5
 """Beginning [s] of a record that is never compared: the twin starts at rest in equilibrium."""
+UNSETTLED = 0.2
+"""Change of the excited lines from the first block to the last, as a share, from which on a record begins at rest."""
+RUN_IN = 10.0
+"""Time [s] in which a rotor forgets how its motion began, where no period holds whole turns."""
 SHORTEST_PERIOD = 0.2
 """Shortest period [s] of an excitation, and shortest window."""
 TURNING = 1.0
@@ -97,6 +101,8 @@ class Trial:
     """Stated standard deviation [s] of the clock's offset; 0 where displacements and inputs have one clock."""
     repeating: bool = False
     """Whether every block is one period of the excitation, with whole turns or not."""
+    settled: bool = False
+    """Whether the response to a force that repeats from the first sample does so too: the record begins in motion."""
     changes: Mapping[str, float] = field(default_factory=dict)
     """Changes on purpose for this record: sums by key of `calibration`."""
     probe_angle: float | None = None
@@ -226,6 +232,29 @@ class Trial:
         return bool(np.abs(one.mean(axis=0)).max() <= 1e-3 * max(np.abs(one).max(), 1e-300))
 
     @property
+    def from_motion(self) -> tuple[np.ndarray, np.ndarray, float]:
+        """Rows (n, 6) that repeat the excitation before the window, those of the window, and the angle [rad] before.
+
+        Where a period holds whole turns the window is one period, and nothing has to lead into it.
+        """
+        turn = self.speed * RIG_SAMPLE
+        period = self.rows[self.start : self.start + self.length]
+        if self.periodic:
+            return period[:0], period, self.angle + turn * self.start
+        ahead = np.tile(period, (int(np.ceil(RUN_IN / (self.length * RIG_SAMPLE))), 1))
+        window = self.rows[self.start : self.start + self.blocks * self.length]
+        return ahead, window, self.angle + turn * (self.start - len(ahead))
+
+    def lines_of_window(self, displacement: np.ndarray) -> np.ndarray:
+        """DFTs (blocks, 2, lines) [m] of the response (n, 2) [m] in the window alone, or in the one period for it."""
+        seen, count = self.seen(displacement), self.spectra.shape[2]
+        if self.periodic:
+            return np.repeat(block_lines(seen, 0, self.length, 1, count), self.blocks, axis=0)
+        angle = self.angle + self.speed * RIG_SAMPLE * self.start
+        moved = on_lines(seen, (0, self.length, self.blocks), self.speed, angle, self.broken)
+        return block_lines(moved, 0, self.length, self.blocks, count)
+
+    @property
     def short(self) -> tuple[np.ndarray, float]:
         """Rows (n, 6) that lead into one period and hold it, and the shaft angle [rad] at their beginning."""
         first = self.start - self.lead
@@ -268,9 +297,11 @@ def trial_of(rows: np.ndarray, displacement: np.ndarray, angle: float, name: str
     count, repeating = min(int(HIGHEST * length * RIG_SAMPLE) + 1, length // 2), period == length
     broken = _broken(repeating, speed, length, blocks)
     spectra = block_lines(on_lines(displacement, window, speed, angle, broken), *window, count)
+    excited = _excited(rows, start, length, blocks, count)
     return Trial(
-        name, "fit", rows, float(rows[0, 1]), angle, *window, spectra, _excited(rows, start, length, blocks, count),
+        name, "fit", rows, float(rows[0, 1]), angle, *window, spectra, excited,
         periodic=repeating and not len(broken), repeating=repeating,
+        settled=repeating and _settled(rows, without_orders(displacement, speed, broken), length, excited),
     )  # fmt: skip
 
 
@@ -308,6 +339,18 @@ def _broken(repeating: bool, speed: float, length: int, blocks: int) -> np.ndarr
     """Orders (k,) that no line of a block holds; only blocks that repeat show them apart."""
     apart = repeating and abs(speed) > TURNING
     return broken_orders(speed, length, blocks, HIGHEST) if apart else np.zeros(0)
+
+
+def _settled(rows: np.ndarray, displacement: np.ndarray, length: int, excited: np.ndarray) -> bool:
+    """Whether a force that repeats from the first sample moves the shaft in the first block as in the last one."""
+    blocks = len(rows) // length
+    if blocks < 2 or not rows[:, 4:6].any():
+        return False
+    force = rows[: 2 * length, 4:6]
+    if np.abs(force[length:] - force[:length]).max() > 1e-6 * np.abs(force).max():
+        return False
+    lines = block_lines(displacement, len(rows) - blocks * length, length, blocks, len(excited))[:, :, excited]
+    return bool(np.linalg.norm(lines[0] - lines[-1]) < UNSETTLED * np.linalg.norm(lines[-1]))
 
 
 def _excited(rows: np.ndarray, start: int, length: int, blocks: int, count: int) -> np.ndarray:
@@ -407,6 +450,14 @@ def on_lines(
 def _waves(phases: np.ndarray) -> np.ndarray:
     """Cosines and sines (n, 2 k) of phases (n, k)."""
     return np.concatenate([np.cos(phases), np.sin(phases)], axis=1)
+
+
+def without_orders(displacement: np.ndarray, speed: float, orders: np.ndarray) -> np.ndarray:
+    """Displacements (n, 2) [m] less these orders (k,) of a speed [rad/s], by least squares."""
+    if not len(orders):
+        return displacement
+    waves = _waves(np.outer(np.arange(len(displacement)), orders * speed * RIG_SAMPLE))
+    return np.asarray(displacement - waves @ answer(np.linalg.lstsq, waves, displacement, rcond=None)[0])
 
 
 def _unrepeated(values: np.ndarray, blocks: int) -> np.ndarray:

@@ -135,8 +135,12 @@ def whole_turns(speed: float) -> int:
     return int(np.round(turns[close[0]]))
 
 
-def in_motion(a: Assembly, w: np.ndarray, speed: float, pressure: float) -> np.ndarray:
+def in_motion(
+    a: Assembly, w: np.ndarray, speed: float, pressure: float, inputs: np.ndarray | None = None
+) -> np.ndarray:
     r"""Workspace of a rotor on linear bearings in periodic motion at a speed [rad/s]; w itself if that is unstable.
+
+    `inputs` (n, 6) are rows that repeat, in whole turns; without them nothing but the turning excites the rotor.
 
     A lightly damped rotor takes minutes to forget how it was started. One step of Newton's method on the map over whole
     turns finds its motion instead,
@@ -148,10 +152,13 @@ def in_motion(a: Assembly, w: np.ndarray, speed: float, pressure: float) -> np.n
 
     Cites: aprille_1972.
     """
-    if a.film_model is not None or abs(speed) < 1.0:
+    if a.film_model is not None or (abs(speed) < 1.0 and inputs is None):
         return w
-    rows = np.zeros((whole_turns(speed), 6))
-    rows[:, 0], rows[:, 1] = speed, pressure
+    if inputs is None:
+        rows = np.zeros((whole_turns(speed), 6))
+        rows[:, 0], rows[:, 1] = speed, pressure
+    else:
+        rows = inputs
     try:
         phi = answer(expm, linearise(a, w, speed).A * (len(rows) * RIG_SAMPLE))
         if not decays(answer(np.linalg.eigvals, phi)):
@@ -258,11 +265,13 @@ class Twin:
         return replace(a, record=record, w=w)
 
     def run(
-        self, setting: Setting, rows: np.ndarray, pressure: float, angle: float = 0.0, turning: bool = False
-    ) -> np.ndarray:
+        self, setting: Setting, rows: np.ndarray, pressure: float, angle: float = 0.0, turning: bool = False,
+        repeating: bool = False,
+    ) -> np.ndarray:  # fmt: skip
         """Readings (n, 5) for input rows (n, 6) from the equilibrium at the first speed; NaN where there is none.
 
-        With `turning` a rotor on linear bearings is in its periodic motion already.
+        With `turning` a rotor on linear bearings is in its periodic motion already, and with `repeating` in that of
+        the rows, which hold whole turns.
         """
         a, speed = self.set(setting), float(rows[0, 0])
         try:
@@ -270,7 +279,7 @@ class Twin:
             w = settle(a, speed, regulator)
             w[a.rotor.angle] = angle
             if turning:
-                w = in_motion(a, w, speed, regulator)
+                w = in_motion(a, w, speed, regulator, rows if repeating else None)
             fed = rows + (regulator - pressure) * PRESSURE if regulator != pressure else rows
             return Simulation(a, w).advance(fed)[:, READ : READ + 5]
         except FAILURES:
