@@ -298,10 +298,11 @@ def trial_of(rows: np.ndarray, displacement: np.ndarray, angle: float, name: str
     broken = _broken(repeating, speed, length, blocks)
     spectra = block_lines(on_lines(displacement, window, speed, angle, broken), *window, count)
     excited = _excited(rows, start, length, blocks, count)
+    quiet = excited & _apart(broken, speed, length, count)
     return Trial(
         name, "fit", rows, float(rows[0, 1]), angle, *window, spectra, excited,
         periodic=repeating and not len(broken), repeating=repeating,
-        settled=repeating and _settled(rows, without_orders(displacement, speed, broken), length, excited),
+        settled=repeating and _settled(rows, without_orders(displacement, speed, broken), length, quiet),
     )  # fmt: skip
 
 
@@ -339,6 +340,12 @@ def _broken(repeating: bool, speed: float, length: int, blocks: int) -> np.ndarr
     """Orders (k,) that no line of a block holds; only blocks that repeat show them apart."""
     apart = repeating and abs(speed) > TURNING
     return broken_orders(speed, length, blocks, HIGHEST) if apart else np.zeros(0)
+
+
+def _apart(orders: np.ndarray, speed: float, length: int, count: int) -> np.ndarray:
+    """Which lines (count,) of a block are not next to one of these orders (k,)."""
+    turns = orders * turns_of(speed, length)
+    return np.asarray(np.all(np.abs(np.arange(count)[:, None] - turns) > 1.0, axis=1))
 
 
 def _settled(rows: np.ndarray, displacement: np.ndarray, length: int, excited: np.ndarray) -> bool:
