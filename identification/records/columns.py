@@ -77,6 +77,8 @@ class DataTable:
     header: Header | None = None
     notes: tuple[str, ...] = ()
     """Sentences about how the file was read, and about its statements that no reader takes."""
+    rate: float | None = None
+    """Sampling rate [Hz] that the file states and that no column of times shows."""
 
     @property
     def clocked(self) -> bool:
