@@ -82,6 +82,11 @@ def first_claims() -> tuple[Claim, ...]:
     return tuple(_claim(number, dict(table)) for number, table in _file(FIRST)["claims"].items())
 
 
+def machines() -> tuple[str, ...]:
+    """Names of the shipped machines that claims are measured on besides the study's own."""
+    return tuple(_file(AMENDED)["machines"])
+
+
 def points(name: str) -> tuple[tuple[float, float], ...]:
     """Named operating points, speed [rad/s] and gauge pressure [Pa]."""
     at = (_file(FIRST)["points"] | _file(AMENDED)["points"])[name]["at"]
