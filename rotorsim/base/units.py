@@ -116,6 +116,7 @@ TABLE: dict[str, Dimension] = {
     ),
     "s/m": Dimension("time/length", "1 s/m", ("s/m",), {"s/m": "1"}),
     "N": Dimension("force", "0.5 N", ("N",), {"N": "1", "mN": "1e-3", "kN": "1e3"}, {"lbf": "4.4482216152605"}),
+    "N^2/Hz": Dimension("force^2/frequency", "0.01 N^2/Hz", ("N^2/Hz",), {"N^2/Hz": "1", "mN^2/Hz": "1e-6"}),
     "Pa": Dimension(
         "pressure",
         "0.3 MPa",

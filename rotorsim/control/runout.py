@@ -14,7 +14,7 @@ Cites: thesis, api_670.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import date
+from datetime import UTC, date, datetime
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -102,7 +102,7 @@ class RunoutTable:
 
     def age(self, today: date | None = None) -> int | None:
         """Days since the slow roll; None where its date is not known."""
-        return ((today or date.today()) - date.fromisoformat(self.taken)).days if self.taken else None
+        return ((today or datetime.now(UTC).date()) - date.fromisoformat(self.taken)).days if self.taken else None
 
     @property
     def origin(self) -> str:
@@ -135,7 +135,7 @@ def runout_table(slow_roll: xr.Dataset, points: int = POINTS, orders: int = ORDE
     points, orders : int
         Number of angles and highest order of the table; fewer orders where the record has too few samples a turn.
     taken : str
-        Date YYYY-MM-DD, where it is known.
+        Date YYYY-MM-DD; that of the record, its attribute `date`, where it is not given.
 
     Raises
     ------
@@ -181,7 +181,15 @@ def runout_table(slow_roll: xr.Dataset, points: int = POINTS, orders: int = ORDE
         raise LawError("runout: the record's slow roll is subtracted, nothing is left of it; give the original")
     machine = machine_of(slow_roll).rpartition(" ")[0]
     found = estimate_runout(angle, y, count=orders).at(2 * np.pi * np.arange(points) / points)
-    return RunoutTable(found - found.mean(axis=0), float(speed), float(turns), machine, taken)
+    return RunoutTable(found - found.mean(axis=0), float(speed), float(turns), machine, taken or date_of(slow_roll))
+
+
+def date_of(record: xr.Dataset) -> str:
+    """Date YYYY-MM-DD of a record by its attribute `date`; empty where it has none that can be read."""
+    try:
+        return datetime.fromisoformat(str(record.attrs["date"])).date().isoformat()
+    except (KeyError, ValueError):
+        return ""
 
 
 def _fastest(angle: np.ndarray, time: np.ndarray) -> float:

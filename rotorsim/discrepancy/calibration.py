@@ -30,6 +30,7 @@ from math import pi, sqrt
 
 import numpy as np
 
+from rotorsim.discrepancy.changes import MAIN, PLANE
 from rotorsim.discrepancy.twin import FAILURES, Setting, Twin
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.effects.base import INJECTOR_FLOW, CalibrationParameter
@@ -74,6 +75,8 @@ class FitParameter:
     trend: str = ""
     usual: float = 0.0
     """Prior standard deviation of an effect's size in the odds; `STEPS` steps where none is stated."""
+    plane: float | None = None
+    """Plane [m] of the probes whose readings alone it changes, `MAIN` for the machine file's; None for all."""
 
     @property
     def prior_size(self) -> float:
@@ -83,7 +86,12 @@ class FitParameter:
     @property
     def name(self) -> str:
         """Unique name."""
-        return f"{self.key} x {self.trend}" if self.trend else self.key
+        of_plane = "" if self.plane is None else f" in plane {self.plane:g}"
+        return (f"{self.key} x {self.trend}" if self.trend else self.key) + of_plane
+
+    def acts_at(self, known: Mapping[str, float] | None) -> bool:
+        """Whether it changes the readings of a record with these `known` changes, of which one is the plane."""
+        return self.plane is None or self.plane == (known or {}).get(PLANE, MAIN)
 
     def share(self, speed: float, pressure: float) -> float:
         """Factor of the parameter's value at an operating point [rad/s], [Pa]; 1 without a trend."""
@@ -104,6 +112,8 @@ def contributions(
     """Sum of the changes by key at an operating point, on top of those `known` of a record."""
     out: dict[str, float] = dict(known or {})
     for parameter, value in values.items():
+        if not parameter.acts_at(known):
+            continue
         out[parameter.key] = out.get(parameter.key, 0.0) + value * parameter.share(speed, pressure)
     return out
 

@@ -16,7 +16,7 @@ from itertools import combinations
 
 import numpy as np
 
-from rotorsim.discrepancy.changes import RING_KEY
+from rotorsim.discrepancy.changes import PLANE, RING_KEY
 from rotorsim.discrepancy.trial import TURNING, Trial
 
 BANDS = ((0.0, 90.0), (90.0, 150.0), (150.0, 1e9))
@@ -156,7 +156,7 @@ def repeats(a: Trial, b: Trial) -> bool:
         return a.inputs == b.inputs
     same = a.rows.shape == b.rows.shape and a.start == b.start and a.length == b.length
     near = same and abs(a.speed - b.speed) < 0.5 and abs(a.pressure - b.pressure) < 5e3
-    rings = {t.changes.get(RING_KEY, 0.0) for t in (a, b)}
+    rings = {(t.changes.get(RING_KEY, 0.0), t.changes.get(PLANE)) for t in (a, b)}
     return bool(
         near and a.probe_angle == b.probe_angle and len(rings) == 1 and np.array_equal(a.rows[:, 2:], b.rows[:, 2:])
     )

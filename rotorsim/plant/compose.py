@@ -91,7 +91,7 @@ SEVERAL_ENTRIES = ("begin_correction", "read_correction", "finish_correction", "
 """Kernels of a film that are compiled once for a grid, whatever the effects are: of one film, and of several."""
 SOURCES = (modal_rotor, films, injectors, sample, step, equilibrium_kernel, entry)
 """Templates of a machine's module."""
-KERNELS = ("kernel", "foundation", "warmed", "braking", "reading_noise")
+KERNELS = ("kernel", "between", "foundation", "warmed", "braking", "reading_noise")
 """Kernels that an effect can have."""
 ENTRIES = tuple(name for name, _ in inspect.getmembers(KernelModule, inspect.isfunction) if not name.startswith("_"))
 

@@ -21,6 +21,7 @@ from rotorsim.plant.kernels.effect_calls import (
     ROTOR,
     add_forces,
     add_motion,
+    add_random_forces,
     contact_forces,
     correct_motion,
     film_constants,
@@ -196,6 +197,8 @@ def solve_motion(w, ix, P, t, angle, speed, acceleration, tau, adt):
             w[ROTOR.f + m] = 0.0
         add_force(w, ROTOR, ROTOR.struck, w[ROTOR.disc_fx], w[ROTOR.disc_fy], ROTOR.f)
         add_forces(w, P, t, angle, speed, acceleration)
+        if RIG.n_random_force > 0:
+            add_random_forces(w, P, (t - w[RIG.begin]) / P.sample)
         add_motion(w, P, t, angle, speed, adt)
         free_velocity(w, ROTOR, adt)
         if ROTOR.n_films > 0:
