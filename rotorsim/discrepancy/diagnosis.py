@@ -50,9 +50,9 @@ from rotorsim.discrepancy.judge import (
     worse_than,
 )
 from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect, recalibrated_values
+from rotorsim.discrepancy.mistakes import check_before
 from rotorsim.discrepancy.records import (
     check_after,
-    check_before,
     check_plane,
     check_ring,
     data_hash,
