@@ -13,7 +13,18 @@ from reynolds.film import force
 from reynolds.grid import PLACE
 from reynolds.jit import inlined, kernel
 from reynolds.lanes import wide_vectors
-from reynolds.newton import AGE, FACTORISATIONS, ITERATIONS, LAST, MAX_AGE, NOT_CONVERGED, LIVELY, STALE_FACTORS, newton, refresh
+from reynolds.newton import (
+    AGE,
+    FACTORISATIONS,
+    ITERATIONS,
+    LAST,
+    LIVELY,
+    MAX_AGE,
+    NOT_CONVERGED,
+    STALE_FACTORS,
+    newton,
+    refresh,
+)
 from reynolds.transient import GAMMA, STAGE, TO_END, end_stage, predict, stage_rhs, take_back
 from rotorsim.plant.kernels.effect_calls import (
     FILM,
