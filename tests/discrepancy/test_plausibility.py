@@ -10,7 +10,8 @@ from rotorsim.discrepancy.calibration import ParameterPoint
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.experiments import campaign
 from rotorsim.discrepancy.hidden_machine import record_of
-from rotorsim.discrepancy.records import check_after, check_before, make_trial
+from rotorsim.discrepancy.mistakes import check_before
+from rotorsim.discrepancy.records import check_after, make_trial
 
 WANTED = ("fit_2", "fit_3", "fit_5")
 
