@@ -66,7 +66,7 @@ class CalibrationRow:
 
 @dataclass(frozen=True)
 class Reach:
-    """What a fitted number that is not met could come to if it weighed most, and the one that pays most for it.
+    """Fitted number that is not met, what it comes to when it weighs most, and the one that pays most for it.
 
     Names are those of targets, of a range with the end; `asked`, `reached` (with all targets) and `alone` (when it
     weighs most) in SI. `other` is empty, and its numbers None, where none pays.
@@ -311,7 +311,7 @@ def _outcome(
     after = _read(machine, targets, targets.targets)
     rows = tuple(CalibrationRow(*entry) for entry in zip(targets.targets, before, after, strict=True))
     J, last = state.jacobian(x), state.residual(x)
-    reach = tuple(_reach(state, x, J, k) for k in np.flatnonzero(np.abs(last) > 1)) if ended == "complete" else ()
+    reach = tuple(_reach(state, x, J, int(k)) for k in np.flatnonzero(np.abs(last) > 1)) if ended == "complete" else ()
     _, s, V = np.linalg.svd(J, full_matrices=len(J) < J.shape[1])
     s = np.concatenate([s, np.zeros(len(V) - len(s))])
     covariance = (V.T / np.maximum(s, 1e-6) ** 2) @ V
@@ -324,7 +324,7 @@ def _outcome(
 
 
 def _reach(state: _Fit, x: np.ndarray, J: np.ndarray, k: int) -> Reach:
-    """What number k could reach, by Gauss-Newton steps with the Jacobian J at the end x of the fit of all."""
+    """Number k weighed most, by Gauss-Newton steps with the Jacobian J at the end x of the fit of all."""
     weights = np.where(np.arange(len(J)) == k, HEAVY, 1.0)[:, None]
     before = best = state.residual(x)
     at = x
