@@ -90,7 +90,7 @@ TABLE: dict[str, Dimension] = {
         "6000 rpm",
         ("rpm",),
         {"rad/s": "1", "rpm": _RPM, "krpm": _KRPM, "Hz": _TURN, "deg/s": _DEG},
-        {"RPM": _RPM, "r/min": _RPM, "1/min": _RPM, "rev/s": _TURN},
+        {"kHz": repr(1e3 * float(_TURN)), "RPM": _RPM, "r/min": _RPM, "1/min": _RPM, "rev/s": _TURN},
     ),
     "1/s": Dimension("angular frequency", "101 rad/s", ("rad/s",), {"rad/s": "1", "1/s": "1"}),
     "Hz": Dimension("frequency", "50 Hz", ("Hz",), {"Hz": "1", "kHz": "1e3", "MHz": "1e6", "mHz": "1e-3"}),

@@ -156,6 +156,14 @@ def wave(effect: Effect, amplitude: str, phase: str, n: float = 1.0) -> complex:
     return complex(getattr(effect, amplitude) * np.exp(1j * n * getattr(effect, phase)))
 
 
+def sd_of_polar(c: float, s: float, V: np.ndarray, base: complex = 0.0) -> tuple[float, float, float, float]:
+    """Amplitude, phase and their standard deviations of base + c + i s with covariance V (2, 2) of c, s."""
+    z = base + complex(c, s)
+    a, phi = abs(z), float(np.angle(z))
+    along, across = np.array([np.cos(phi), np.sin(phi)]), np.array([-np.sin(phi), np.cos(phi)])
+    return a, phi, float(np.sqrt(along @ V @ along)), float(np.sqrt(across @ V @ across) / max(a, 1e-300))
+
+
 def within(parameters: Iterable[FitParameter], values: np.ndarray) -> np.ndarray:
     """Values (k,) clipped to the limits of the fit parameters."""
     pairs = [(k.low, k.high) for k in parameters]

@@ -25,7 +25,7 @@ from rotorsim.discrepancy.comparison import (
     table,
     unsteady,
 )
-from rotorsim.discrepancy.data_vector import TOLERANCE, unknown_sources
+from rotorsim.discrepancy.data_vector import TOLERANCE, unknown_sources, without_hum
 from rotorsim.discrepancy.decision import check_allowed
 from rotorsim.discrepancy.fit import (
     MOST_REPEATS,
@@ -50,9 +50,9 @@ from rotorsim.discrepancy.judge import (
     worse_than,
 )
 from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect, recalibrated_values
+from rotorsim.discrepancy.mistakes import check_before
 from rotorsim.discrepancy.records import (
     check_after,
-    check_before,
     check_plane,
     check_ring,
     data_hash,
@@ -213,6 +213,7 @@ def diagnose_trials(
     allow: tuple[str, ...] | None = None,
 ) -> Diagnosis:  # fmt: skip
     """Diagnosis of prepared trials, with the next experiment among those that `allow` names."""
+    trials, hum = without_hum(trials)
     by_role = {role: [t for t in trials if t.role == role] for role in ("fit", "held_out", "untouched")}
     if not by_role["fit"]:
         raise DataError("diagnose: no records to fit; give some, or set the attribute role")
@@ -221,7 +222,7 @@ def diagnose_trials(
     models = models or CompiledModels.of(machine, None if effects is None else {f.effect for f in forms}, progress)
     parts = {role: TwinComparison(models.twin, own, threads, cache=cache) for role, own in by_role.items() if own}
     found = DiagnosisRun(machine, models, parts, forms, trials, tolerance, progress, allow).run()
-    return replace(found, notes=(*found.notes, *left_out))
+    return replace(found, notes=(*found.notes, *left_out, *hum))
 
 
 def by_probe(forms: tuple[Form, ...], trials: Sequence[Trial]) -> tuple[Form, ...]:

@@ -21,8 +21,7 @@ import tomlkit
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import quantities
 from rotorsim.base.units import TO_UM, show
-from rotorsim.discrepancy.calibration import wave
-from rotorsim.discrepancy.fit import sd_of_polar
+from rotorsim.discrepancy.calibration import sd_of_polar, wave
 from rotorsim.discrepancy.twin import of_axis, of_bearing, of_each_film, own_tables
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine

@@ -12,12 +12,12 @@ import numpy as np
 from rotorsim.base.display import Card, Reported, Shown
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import TO_RPM, TO_UM
-from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, lobes, wave
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, lobes, sd_of_polar, wave
 from rotorsim.discrepancy.candidates import Form
 from rotorsim.discrepancy.changes import MAIN
 from rotorsim.discrepancy.comparison import Misfit
 from rotorsim.discrepancy.decision import DecisionSteps, check_allowed
-from rotorsim.discrepancy.fit import ParameterFit, sd_of_polar
+from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.hypotheses import EffectSearch, Hypothesis
 from rotorsim.discrepancy.judge import LIKELY, NO_ACCURACY, VERDICTS

@@ -101,6 +101,8 @@ class Trial:
     """Stated standard deviation [s] of the clock's offset; 0 where displacements and inputs have one clock."""
     repeating: bool = False
     """Whether every block is one period of the excitation, with whole turns or not."""
+    hum: tuple[tuple[float, float], ...] = ()
+    """Frequency [Hz] and amplitude [m] of the hum of the mains that an order or an excited line hides."""
     settled: bool = False
     """Whether the response to a force that repeats from the first sample does so too: the record begins in motion."""
     changes: Mapping[str, float] = field(default_factory=dict)

@@ -88,7 +88,7 @@ def closed_loop(machine, k, T, gain):
 
 @pytest.mark.parametrize(("lag", "gain"), [(0.25e-3, 0.0), (0.36e-3, 0.1)])
 def test_the_loop_of_a_pin_acts_on_what_its_sensor_reads(controlled, held, lag, gain):
-    """Four coupled lags in closed form; the loop of substeps of 50 us, as long as its fastest lag, is 1 % of the step off."""
+    """Four coupled lags in closed form; the loop of substeps of 50 us, as long as the stack's lag, is 1 % off."""
     plant = controlled(pin_sensor={"lag": f"{1e3 * lag} ms", "gain": gain})
     rows = held(300, 0.0, PRESSURE)
     rows[50:, 2:4] = 0.2, 0.1

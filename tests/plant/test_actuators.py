@@ -86,14 +86,14 @@ def prbs():
 
 
 def pairs(reference, **changes):
-    """Difference of what the sensors of the two pins of each axis read, in volts of the transducers (thesis eq. C.1)."""
+    """Difference of the readings of the two pins of each axis in volts of the transducers (thesis eq. C.1)."""
     y = pins(reference, READ, **changes) / 4.5e-6
     return {"x": y[:, 1] - y[:, 3], "y": y[:, 0] - y[:, 2]}
 
 
 @pytest.mark.parametrize("axis", ["x", "y"])
 def test_pairs_of_pins_have_the_poles_and_the_gain_of_table_c2_as_their_sensors_read_them(axis):
-    """With closed loops. Poles within 10 %, the scatter of Fig. C.8; the gain is 1.6 % (x) and 1.1 % (y) above the table's."""
+    """With closed loops. Poles within 10 %, the scatter of Fig. C.8; the gain is up to 1.6 % above."""
     reference = prbs()
     moved = pairs(reference)[axis]
     gain, *poles = identified(reference[:, "xy".index(axis)], moved - moved[:500].mean())
