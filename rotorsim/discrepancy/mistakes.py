@@ -259,8 +259,8 @@ def _mistakes(trials: Sequence[Trial]) -> Iterator[ProbeMistake]:
     """All alternatives: of each plane, of both, and of the shaft."""
     names = {t.changes.get(PLANE, MAIN): t.channels for t in trials if t.probe_angle is None}
 
-    def of(z: float, matrix: np.ndarray) -> Callable[[Readings], Readings]:
-        return lambda y: {plane: matrix @ one if plane == z else one for plane, one in y.items()}
+    def of(z: float | None, matrix: np.ndarray) -> Callable[[Readings], Readings]:
+        return lambda y: {plane: matrix @ one if z in (None, plane) else one for plane, one in y.items()}
 
     for z, (a, b) in names.items():
         yield ProbeMistake(f"channels {a} and {b} are exchanged", of(z, np.array([[0, 1], [1, 0]])))
@@ -269,9 +269,7 @@ def _mistakes(trials: Sequence[Trial]) -> Iterator[ProbeMistake]:
         if len(names) > 1:
             yield ProbeMistake(f"probes {a} and {b} are both reversed", of(z, -np.eye(2)))
         for angle in TURNS:
-            c, s = np.cos(angle), np.sin(angle)
-            sentence = f"probes {a} and {b} are turned by {np.degrees(angle):+.0f} deg"
-            yield ProbeMistake(sentence, of(z, np.array([[c, -s], [s, c]])))
+            yield ProbeMistake(f"probes {a} and {b} are turned by {np.degrees(angle):+.0f} deg", of(z, _turn(angle)))
     if len(names) == 2:
         one, other = names
         yield ProbeMistake(
@@ -279,11 +277,14 @@ def _mistakes(trials: Sequence[Trial]) -> Iterator[ProbeMistake]:
             lambda y: {one: y[other], other: y[one]},
         )
         for angle in TURNS:
-            c, s = np.cos(angle), np.sin(angle)
-            turn = np.array([[c, -s], [s, c]])
             yield ProbeMistake(
-                f"the probes of both planes are turned by {np.degrees(angle):+.0f} deg",
-                lambda y, turn=turn: {z: turn @ own for z, own in y.items()},
+                f"the probes of both planes are turned by {np.degrees(angle):+.0f} deg", of(None, _turn(angle))
             )
     if any(abs(t.speed) > 1.0 for t in trials):
         yield ProbeMistake("the rotation is in the other sense", lambda y: y, backward=True)
+
+
+def _turn(angle: float) -> np.ndarray:
+    """Rotation (2, 2) of readings by an angle [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s], [s, c]])
