@@ -21,10 +21,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
 from rotorsim.discrepancy.changes import MAIN, PLANE
 from rotorsim.discrepancy.comparison import TwinComparison
-from rotorsim.discrepancy.trial import Trial
+from rotorsim.discrepancy.trial import Trial, turns_of
 from rotorsim.machine.bearings import LinearBearing
 
 FACTORS = {25.4: "mils or inches taken for millimetres", 1e3: "a prefix of a thousand lost (mm, um; mV, V)",
@@ -34,6 +35,8 @@ ALIKE = 0.7
 """Cosine between measured and simulated lines from which they count as the same up to a factor."""
 NEAR = 0.35
 """Relative distance of a ratio to one of FACTORS: the calibration may be off as well."""
+FEWEST_CLOCKS, SURE_TURN, LEAST_TURN = 4, 5.0, 1e-3
+"""Fewest records that show the rate of a clock; times the scatter by which it stands clear; least scatter [rad]."""
 LAGS = np.linspace(-0.02, 0.02, 801)
 """Time shifts [s] that are tried."""
 SHAPE, CLEARER, MOSTLY = 0.05, 0.25, 0.8
@@ -50,6 +53,7 @@ def check_before(comparison: TwinComparison, simulated: np.ndarray) -> None:
     check_exchanged(comparison, simulated)
     check_units(comparison, simulated)
     check_clocks(comparison, simulated)
+    check_clock_rate(comparison)
     check_probes(comparison, simulated)
 
 
@@ -166,6 +170,38 @@ class ProbeMistake:
     change: Callable[[dict[float, np.ndarray]], dict[float, np.ndarray]]
     backward: bool = False
     """Whether the twin's shaft turns the other way instead."""
+
+
+def check_clock_rate(comparison: TwinComparison) -> None:
+    """Check for a clock of the probes that runs at another rate than that of the shaft's angle.
+
+    The order of the shaft turns from block to block then, by the same share of its angle in every record.
+    """
+    found = []
+    for trial in comparison.trials:
+        if trial.orders or trial.clock or trial.blocks < 2 or abs(trial.speed) < 1.0 or len(trial.broken):
+            continue
+        f = trial.frequencies
+        at = int(np.argmin(np.abs(f - abs(trial.speed) / (2 * np.pi))))
+        lines = trial.spectra[:, :, at]
+        whole = turns_of(trial.speed, trial.length)  # blocks hold whole samples, and nearly whole turns
+        steps = np.sum(np.conj(lines[:-1]) * lines[1:]) * np.exp(-2j * np.pi * (whole - round(whole)))
+        turned = float(np.angle(steps))
+        shaken = np.linalg.norm(np.abs(lines[1:]) - np.abs(lines[:-1])) / max(float(np.linalg.norm(lines)), 1e-300)
+        found.append((turned, shaken, -turned / (2 * np.pi * f[at] * trial.length * RIG_SAMPLE)))
+    if len(found) < FEWEST_CLOCKS:
+        return
+    turned, shaken, rate = np.array(found).T
+    usual, spread = float(np.median(rate)), float(np.median(np.abs(rate - np.median(rate))))
+    clear = np.abs(turned) > SURE_TURN * np.maximum(shaken, LEAST_TURN)
+    if abs(usual) > SURE_TURN * spread and np.mean(clear) >= MOSTLY:
+        raise DataError(
+            f"records: the clock of the probes drifts by {1e6 * usual:+.0f} ppm against the shaft's angle; state clock "
+            "in [conditions], how far it may be off, and its drift is taken out, or record all channels on one clock; "
+            "nothing was assumed",
+            argument="clock",
+            value=usual,
+        )
 
 
 def check_probes(comparison: TwinComparison, simulated: np.ndarray) -> None:
