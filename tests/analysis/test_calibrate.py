@@ -261,6 +261,14 @@ def test_parameters_that_do_not_fit_the_machine_are_refused(machine, tmp_path, o
         calibrate(machine, read_targets(path))
 
 
+def test_a_pin_sensor_slower_than_the_pins_loops_allow_is_no_start(tmp_path):
+    path = tmp_path / "targets.toml"
+    lag = '[parameters."effects.pin_sensor.lag"]\nstart = "0.9 ms"\nlow = "0 ms"\nhigh = "1 ms"\n'
+    path.write_text(HEAD + lag + TWICE.format("f", 760))
+    with pytest.raises(DataError, match=r"'0\.9 ms' is slower than the position loop of pin 2 allows; write at most"):
+        calibrate(load_machine("dtu_gas_bearing"), read_targets(path))
+
+
 def test_targets_that_do_not_exist_are_refused_with_what_there_is():
     with refused(DataError, "targets", "nothing_here.toml"):
         read_targets("nothing_here.toml")
