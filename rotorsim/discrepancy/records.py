@@ -23,6 +23,7 @@ from identification.records.sensors import DISPLACEMENTS, WORST
 from rotorsim.base.display import listing
 from rotorsim.base.errors import DataError, ReadError, SchemaError
 from rotorsim.base.units import RIG_SAMPLE, TO_RPM
+from rotorsim.discrepancy.calibration import ParameterPoint
 from rotorsim.discrepancy.changes import PLANE, RING, RING_KEY, known_changes, ring_angle, ring_axes
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.data_vector import EXCITED
@@ -48,6 +49,10 @@ LARGEST_ACCURACY = 1e-3
 """Accuracy [m] from which a record shows nothing."""
 TURNED = {60 / (2 * np.pi): "rpm taken for rad/s", 2 * np.pi: "Hz taken for rad/s", 60.0: "Hz taken for rpm"}
 """Ratios of a speed to the turning of the angle, or the other way round, that a wrong unit makes."""
+FEWEST_LINES = 12
+"""Excited lines of a record from which its frequencies and gains are laid over the twin's."""
+SCALES = np.exp(np.linspace(np.log(0.5), np.log(2.0), 281))
+"""Factors on the frequency that are tried."""
 SAME_PLANE = 1e-3
 """Distance [m] up to which a probe of a record stands at a plane of the machine file."""
 RIGHT_ANGLE = 1e-4
@@ -372,15 +377,52 @@ def unexplained(comparison: TwinComparison, fitted: np.ndarray) -> float:
     return float(np.linalg.norm(y - f)) / max(float(np.linalg.norm(y)), 1e-300)
 
 
+def how_far_off(comparison: TwinComparison) -> str:
+    """Text on frequencies and gains of the records against the machine file's; empty without excited lines.
+
+    Of every record and channel the magnitudes of the excited lines are laid over the twin's by a factor on the
+    frequency, and one on the size.
+    """
+    simulated, found = comparison.predict(ParameterPoint()), list[tuple[float, float]]()
+    for i, trial in enumerate(comparison.trials):
+        at = trial.excited[1:]
+        if trial.orders or at.sum() < FEWEST_LINES:
+            continue
+        f = np.log(trial.frequencies[1:][at])
+        for y, s in zip(comparison.lines_of(i, comparison.measured), comparison.lines_of(i, simulated), strict=True):
+            a, b = (np.log(np.maximum(np.abs(one[at]), 1e-12)) for one in (y, s))
+            if np.ptp(a) and np.ptp(b):
+                found.append(_laid_over(f, a, b))
+    if not found:
+        return ""
+    shift, size = np.percentile(np.array(found), (25, 75), axis=0).T
+    return f"frequencies {_off(*shift)}, gains {_off(*size)} of those in the file"
+
+
+def _laid_over(f: np.ndarray, a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
+    """Factors on frequency and size by which logarithms b (k,) over log frequencies f lie best over a (k,)."""
+    best = min(SCALES, key=lambda scale: float(np.std(a - np.interp(f - np.log(scale), f, b))))
+    return float(best), float(np.exp(np.median(a - np.interp(f - np.log(best), f, b))))
+
+
+def _off(low: float, high: float) -> str:
+    """Range of ratios as text."""
+    return f"{100 * low:.0f} to {100 * high:.0f} %"
+
+
 def check_after(comparison: TwinComparison, fitted: np.ndarray) -> list[str]:
     """Warnings for a poorly matching machine; raises DataError if the records cannot be this machine's."""
     share = unexplained(comparison, fitted)
     if share < UNLIKE:
         return []
     if share > FOREIGN:
+        name, off = comparison.twin.machine.name, how_far_off(comparison)
         raise DataError(
-            f"records: even re-calibrated, the machine file leaves {100 * share:.0f} % of the response unexplained; "
-            "are they of this machine, and are the machine file, speed and pressure right?"
+            f"records: even re-calibrated, {name} leaves {100 * share:.0f} % of the response unexplained"
+            f"{f' ({off})' if off else ''}; are they of this machine, at this speed and pressure? If so, calibrate "
+            f"first: rotorsim machine calibrate {name} --targets targets.toml --out {name}_new.toml",
+            argument="records",
+            value=off,
         )
     return [
         f"re-calibrated, the machine file leaves {100 * share:.0f} % of the response unexplained: nothing is named; "

@@ -21,6 +21,7 @@ from rotorsim.base.rounding import answer, decays
 from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.changes import PLANE
 from rotorsim.effects import FILM_PORTS, REGISTRY, Effect, FilmEffect
+from rotorsim.effects.base import WHERE
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly, assemble, put_rows
 from rotorsim.plant.equilibrium import settle
@@ -259,9 +260,13 @@ class Twin:
                 changes.setdefault((name, int(table)), {})[parameter] = value
         for (name, number), values in changes.items():
             effect: Any = replace(self.effect(name, number), **values)
+            if "position" in values:
+                call = next(c for c in a.calls if c.record == f"{name}_{number}")
+                put_rows(w, call.shape, a.mesh.shape_between(values["position"]), a.rotor.n)
             row = record[f"{name}_{number}"]
             for parameter, value in (values | effect.derived(a.machine)).items():
-                row[parameter] = value
+                if parameter not in WHERE:
+                    row[parameter] = value
         return replace(a, record=record, w=w)
 
     def run(
