@@ -147,3 +147,15 @@ def test_gaps_of_rounded_stamps_are_still_cut_out(tmp_path):
 def test_a_rate_above_the_table_is_kept(tmp_path, line, rate):
     (tmp_path / "a.csv").write_text(f"{line}\na;b;c\n" + "1;2;3\n2;3;4\n" * 5, encoding="latin-1")
     assert idn.columns(tmp_path / "a.csv").rate == pytest.approx(rate)
+
+
+@pytest.mark.parametrize("line", ["sample rate of version 1.2.3", "fs: ,5", "Messrate;;", "dt and fs = ."])
+def test_what_is_no_rate_is_passed_over(tmp_path, line):
+    (tmp_path / "a.csv").write_text(f"{line}\na;b;c\n" + "1;2;3\n2;3;4\n" * 5, encoding="latin-1")
+    assert idn.columns(tmp_path / "a.csv").rate in (None, 5.0)
+
+
+def test_a_record_of_ours_with_rates_in_its_header_is_read_back(tmp_path):
+    record = idn.make_record(T[:100], {"disc_measured": np.column_stack([X, Y])[:100]})
+    idn.save(record.assign_attrs(sample_rate_hz=12800.5, fs="1.2.3", sampling_interval="0.1.2"), tmp_path / "a.csv")
+    assert idn.read(tmp_path / "a.csv").attrs["fs"] == "1.2.3"
