@@ -62,8 +62,8 @@ from identification.records.columns import quantity_at
 from identification.records.schema import AXES, VARIABLES, VECTORS
 from identification.records.sensors import (
     OWN,
-    LabHammer,
     Keyphasor,
+    LabHammer,
     LabProbe,
     SlowRollSource,
     parse_slow_roll,
