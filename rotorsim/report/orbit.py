@@ -390,7 +390,7 @@ def _centreline(run: AnalysedRun) -> np.ndarray:
     coupled = next((text for text in notes_of(run.record) if text.startswith("AC-coupled")), "")
     need(not coupled, f"The probes have no mean position ({coupled}).")
     seconds = run.summary["duration_s"]
-    if run.tracked.sizes["window"] > 1:  # means beside the orders, without a rest of them
+    if run.tracked.sizes["window"] > 1:  # means fitted next to the orders, without a rest of them
         step = 1 + run.tracked.sizes["window"] // MOST_MEANS
         means = run.tracked.isel(window=slice(None, None, step))
         path = np.column_stack([means["mean"].values, means["time"].values, means["speed"].values])

@@ -95,7 +95,7 @@ def test_the_rate_of_rounded_stamps_follows_from_their_whole_length(form, rate, 
     found = unrounded(stamps)
     coarse = np.abs(stamps - true).max()
     if coarse * 2 > 1e-3 * np.ptp(true):
-        assert found is stamps  # nothing is told by so few different stamps
+        assert found is stamps  # so few different stamps show nothing
         return
     assert not problems(found)
     assert (found.size - 1) / np.ptp(found) == pytest.approx(rate, rel=2e-5 if coarse < 1e-4 else 1e-3)
