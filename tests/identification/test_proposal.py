@@ -199,7 +199,8 @@ def test_a_unit_that_is_read_is_proposed_as_it_is_spelled(tmp_path, heading, kin
 @pytest.mark.parametrize(
     ("heading", "name", "unit"),
     [("t / s", "t", "s"), ("x/µm", "x", "µm"), ("n / min⁻¹", "n", "min⁻¹"), ("CH1 in V", "CH1", "V"),
-     ("in s", "in s", "s"), ("Once/rev", "Once/rev", None), ("Data1/Time", "Data1/Time", None), ("rad/s", "rad/s", None),
+     ("in s", "in s", "s"), ("Once/rev", "Once/rev", None), ("Data1/Time", "Data1/Time", None),
+     ("rad/s", "rad/s", None),
      ("T_oil (°C)", "T_oil", "°C")],
 )  # fmt: skip
 def test_headings_have_their_unit_in_brackets_behind_a_stroke_or_in_words(heading, name, unit):
