@@ -104,7 +104,7 @@ class LabProbe:
 
 
 @dataclass(frozen=True)
-class Hammer:
+class LabHammer:
     """Direction [rad] of an impact hammer's force from x towards y, position [m] along the shaft, None at the disc."""
 
     angle: float

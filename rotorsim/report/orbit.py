@@ -357,7 +357,7 @@ def polar(run: AnalysedRun, _: None) -> go.Figure:
             hover = {"customdata": compact(rpm), "hovertemplate": "%{customdata:.0f} rpm<extra></extra>"}
             figure.add_trace(go.Scatter(x=compact(a.real), y=compact(a.imag), mode="lines", line=look, name=name,
                                         legendgroup=axis, showlegend=column == 1, **hover), 1, column)  # fmt: skip
-            at = _spread(a) if np.abs(a).max(initial=0.0) > FAINT * largest else []
+            at = _spread(a) if np.abs(a - a.mean()).max(initial=0.0) > FAINT * largest else np.array([], int)
             figure.add_trace(go.Scatter(x=compact(a.real[at]), y=compact(a.imag[at]), mode="markers+text",
                                         text=[f"{v:.0f}" for v in rpm[at]], textposition="top center",
                                         textfont={"size": 11}, marker={"color": look["color"], "size": 5},
@@ -390,7 +390,7 @@ def _centreline(run: AnalysedRun) -> np.ndarray:
     coupled = next((text for text in notes_of(run.record) if text.startswith("AC-coupled")), "")
     need(not coupled, f"The probes have no mean position ({coupled}).")
     seconds = run.summary["duration_s"]
-    if run.tracked.sizes["window"] > 1:  # means beside the orders, without a rest of them
+    if run.tracked.sizes["window"] > 1:  # means fitted next to the orders, without a rest of them
         step = 1 + run.tracked.sizes["window"] // MOST_MEANS
         means = run.tracked.isel(window=slice(None, None, step))
         path = np.column_stack([means["mean"].values, means["time"].values, means["speed"].values])

@@ -27,7 +27,7 @@ from rotorsim.signals.record_blocks import SHOWN, MissingError, open_record
 CHAPTERS = (orders, orbit, responses, time_history, film)
 """Modules that register sections."""
 POSSIBLE = ("static_gain", "hysteresis_loops", "ring_down", "response_to_force", "response_to_reference", "excitation",
-            "spectra", "filtered_orbits")  # fmt: skip
+            "spectra", "filtered_orbits", "polar", "cascade", "centreline")  # fmt: skip
 """Sections that are added, if they can be made, for a record that does not name its experiment."""
 MEASURED = ("orbits", "filtered_orbits", "polar", "bode", "spectra", "full_spectrum", "waterfall", "cascade",
             "centreline", "against_time")  # fmt: skip
