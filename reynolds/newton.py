@@ -25,7 +25,7 @@ from reynolds.film import force_of, thickness_slope, wrap
 from reynolds.jit import inlined, kernel
 from reynolds.lanes import add_columns, dot, two_dots, wide_vectors
 from reynolds.residual import CAREFUL, injected_derivative, jacobian, residual, thickness_derivative
-from reynolds.ring import close_ring, factor, keep_spike, open_solve, spike_rhs
+from reynolds.ring import BOTH, close_ring, factor, keep_spike, open_solve, spike_rhs
 
 RATE, AGE, FACTORISATIONS, ITERATIONS = 0, 1, 2, 3
 """Places in w[convergence]: estimated rate, stages since it was measured, and two counters."""
@@ -66,6 +66,7 @@ def read_footprint(w, ix, L, i, array):
 @inlined
 def refresh(w, ix, F, L, U, iadt):
     """Factorise at the present state: ring, borders and the small system. Leaves no residual behind."""
+    wide_vectors()
     residual(w, ix, F, L, U, iadt)
     thickness_slope(w, F, L)
     cell_jacobian(w, F, L, U, iadt)
@@ -79,7 +80,7 @@ def refresh(w, ix, F, L, U, iadt):
             spike_rhs(w, L, c)
         else:
             border_column(w, ix, F, L, U, iadt, border, L.r)
-        open_solve(w, L, L.r)
+        open_solve(w, L, L.r, c // L.n_rows if border < 0 else BOTH)
         if border < 0:
             keep_spike(w, L, c)
         else:
@@ -318,7 +319,7 @@ def newton(w, ix, F, L, U, iadt, tolerance, most, careful):
 def solve_ring(w, L):
     """Solution of the ring alone, without borders, for the residual in r."""
     scale_rows(w, L)
-    open_solve(w, L, L.r)
+    open_solve(w, L, L.r, BOTH)
     close_ring(w, L, L.r)
 
 
