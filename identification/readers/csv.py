@@ -4,9 +4,10 @@ The first lines show the layout; every line below the heading must be a full row
 A column with what is not a number has a fault that names line and column; it is never interpreted, and where no mapping
 takes the column it does no harm.
 
-The heading is the first line with as many cells as the first row of numbers. Lines before it with fewer cells are a
-preamble, and so are those that begin with a name and a colon; a line after it may hold units. A table may come without
-a heading: then columns go by their numbers.
+The heading is the lowest line of words above the numbers that has as many cells as they; below it may stand a line of
+units. Lines before it are a preamble, as `key;value` of loggers, also those with a colon, in longer tables also lines
+that a spreadsheet filled up with empty cells. Its statement of a sampling rate is kept. A table may come without a
+heading: then columns go by their numbers.
 """
 
 from __future__ import annotations
@@ -24,12 +25,13 @@ import numpy as np
 
 from identification.readers import reader
 from identification.records.columns import (
+    FACTORS,
     MARK,
     MAX_NAME,
     MAX_VALUES,
     Column,
     DataTable,
-    is_unit,
+    is_written_unit,
     parse_header,
     split_name,
 )
@@ -41,6 +43,14 @@ _DELIMITERS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": None}
 _NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|nan|inf|infinity)", re.ASCII | re.IGNORECASE)
 _STATED = re.compile(r"[^\W\d][^:,;]{0,60}:(\s|$)")
 """First cell of a line that states something about the file, such as 'Point Name:, DE X'; never a heading."""
+_RATE = re.compile(
+    r"(?:((?:sampl|abtast|mess)\w*[ _-]?(?:rate|freq\w*|frek\w*)|fr.quence d.\w*chantillonnage|\bfs\b)"
+    r"|((?:sampl|abtast)\w*[ _-]?(?:interval\w*|period\w*)|\bdelta_x\b))"
+    r"[^\d\n]*?(\d[\d.,]*(?:[eE][+-]?\d+)?)[\s;,]*([a-zµ]?(?:Hz|s)\b)?",
+    re.IGNORECASE,
+)
+"""Statement of a sampling rate or of the time between samples, its number and unit."""
+_BRACKETS = re.compile(r"[\[(][^\])]*[\])]")
 _COMMENT = ("#", "%", "//")
 UTF8, LATIN = "utf-8-sig", "latin-1"
 
@@ -54,6 +64,7 @@ class TextLayout:
     comma: bool
     first: int
     header: str = ""
+    rate: float | None = None
     encoding: str = UTF8
 
 
@@ -100,16 +111,24 @@ def _found(path: Path, stated: dict[str, str], longest: int, encoding: str) -> T
     with opened(path, encoding) as file:
         lines = _start(file, longest)
     header = "".join(line[2:] for line in lines[1:2]) if lines and lines[0].startswith(f"# {MARK}") else ""
-    for i, line in enumerate(lines):
-        delimiter, comma = _separators(line, stated)
-        row = _cells(line, delimiter, comma)
-        if any(map(is_number, row)) and all(not cell or is_number(cell) for cell in row):
-            return _layout(lines[:i], len(row), delimiter, comma, header)
+    found = {i: row for i, line in enumerate(lines) if (row := _numeric(line, stated))}
+    if found:
+        # a preamble may hold a line of numbers alone; the table has the most
+        width = Counter(map(len, found.values())).most_common(1)[0][0]
+        start = min(i for i, row in found.items() if len(row) == width)
+        delimiter, comma = _separators(lines[start], stated)
+        return _layout(lines[:start], found[start], delimiter, comma, header)
     first = _mixed(lines, stated)
     if first is None:
         raise ReadError(_no_numbers(lines, stated))
     delimiter, comma = _separators(lines[first], stated)
-    return _layout(lines[:first], len(cells(lines[first], delimiter)), delimiter, comma, header)
+    return _layout(lines[:first], cells(lines[first], delimiter), delimiter, comma, header)
+
+
+def _numeric(line: str, stated: dict[str, str]) -> list[str]:
+    """The cells of a row of numbers and missing values; none of any other line."""
+    row = _cells(line, *_separators(line, stated))
+    return row if any(map(is_number, row)) and all(not cell or is_number(cell) for cell in row) else []
 
 
 def _mixed(lines: list[str], stated: dict[str, str]) -> int | None:
@@ -158,43 +177,64 @@ def _cells(line: str, delimiter: str | None, comma: bool) -> list[str]:
     return [cell.replace(",", ".") if "." not in cell else cell + "," for cell in found] if comma else found
 
 
-def _layout(above: list[str], width: int, delimiter: str | None, comma: bool, header: str) -> TextLayout:
-    """Layout from the lines above the first row of numbers, which has `width` cells."""
+def _layout(above: list[str], row: list[str], delimiter: str | None, comma: bool, header: str) -> TextLayout:
+    """Layout from the lines above the first row of numbers."""
+    width, first = len(row), len(above)
     if width > MAX_COLUMNS:
         raise ReadError(f"{width} columns are above the limit of {MAX_COLUMNS}; cut the file")
-    rows = [(i, cells(line, delimiter)) for i, line in enumerate(above) if line.strip() and not _is_comment(line)]
-    rows = [(i, row) for i, row in rows if not _STATED.match(row[0])]
-    full = [(i, row) for i, row in rows if len(row) == width]
-    first = len(above)
-    if not full:
+    lines = [(i, cells(line, delimiter)) for i, line in enumerate(above) if line.strip() and not _is_comment(line)]
+    rows = [(i, _fitted(line, row)) for i, line in lines if not _STATED.match(line[0])]
+    full = [(i, line) for i, line in rows if len(line) == width]
+    words = [(i, line) for i, line in full if not is_number(line[0])] or full[:1]
+    rate = _stated_rate(above)
+    if not words:
         if rows and width > 1:
-            i, row = rows[-1]
-            raise ReadError(f"line {i + 1}: a heading of {len(row)} cells above rows of {width}; correct the heading")
-        return TextLayout(tuple((f"column {i + 1}", None) for i in range(width)), delimiter, comma, first, header)
-    names = [split_name(cell) for cell in full[0][1]]
-    rest = [(i, row) for i, row in rows if i > full[0][0]]
-    if rest and _is_units(rest[0][1], width):
-        names = [
-            (name, unit or cell.strip("[]()") or None) for (name, unit), cell in zip(names, rest[0][1], strict=True)
-        ]
-        rest = rest[1:]
-    if rest:
-        raise ReadError(_bad_row(rest[0], names))
+            i, line = rows[-1]
+            raise ReadError(f"line {i + 1}: a heading of {len(line)} cells above rows of {width}; correct the heading")
+        return TextLayout(tuple((f"column {i + 1}", None) for i in range(width)), delimiter, comma, first, header, rate)
+    units = [""] * width
+    if len(words) > 1 and _is_units(words[-1][1]):
+        units = [cell.strip("[]()") for cell in words.pop()[1]]
+    filled = [(i, line) for i, line in words if sum(map(bool, line)) >= 0.5 * width]
+    at, heading = (filled or words)[-1]
+    names = [(name, unit or below or None) for (name, unit), below in zip(map(split_name, heading), units, strict=True)]
+    if wrong := [(i, line) for i, line in full if i > at and is_number(line[0])]:
+        raise ReadError(_bad_row(wrong[0], names))
     for i, (name, _) in enumerate(names):
         if len(name) > MAX_NAME or not name.isprintable():
-            raise ReadError(f"line {full[0][0] + 1}: {quote(name)} is not a valid name for column {i + 1}; rename it")
-    return TextLayout(tuple(names), delimiter, comma, first, header)
+            raise ReadError(f"line {at + 1}: {quote(name)} is not a valid name for column {i + 1}; rename it")
+    return TextLayout(tuple(names), delimiter, comma, first, header, rate)
+
+
+def _fitted(line: list[str], row: list[str]) -> list[str]:
+    """A line above a row of numbers, without a delimiter or a column of comments that only one of both ends with."""
+    if len(line) == len(row) + 1 and line[-1].lower() in ("", "comment"):
+        return line[:-1]
+    return [*line, ""] if len(line) == len(row) - 1 and not row[-1] else line
+
+
+def _stated_rate(above: list[str]) -> float | None:
+    """Sampling rate [Hz] that a line above the table states, as 'Abtastrate;12800' and 'Delta_X 7.8E-5'."""
+    for line in above:
+        found = _RATE.search(line)
+        number = float(found[3].replace(",", ".")) if found else 0.0
+        if found and number > 0:
+            factors = FACTORS["s" if found[2] else "Hz"]
+            unit = found[4] or next((one.strip("[]() ") for one in _BRACKETS.findall(line[: found.start(3)])), "")
+            value = number * factors.get(unit, 1.0)
+            return 1 / value if found[2] else value
+    return None
 
 
 def _is_comment(line: str) -> bool:
     return line.lstrip().startswith(_COMMENT)
 
 
-def _is_units(row: list[str], width: int) -> bool:
-    """Whether a line holds units: each cell is known as one, in brackets, or empty."""
-    bracketed = [cell[:1] in "[(" and cell[-1:] in "])" if cell else True for cell in row]
-    known = [not cell or is_unit(cell) for cell in row]
-    return len(row) == width and any(row) and (all(bracketed) or all(known))
+def _is_units(row: list[str]) -> bool:
+    """Whether a line holds units: each cell is in brackets or empty, or most are known as units."""
+    filled = [cell for cell in row if cell]
+    bracketed = all(cell[:1] in "[(" and cell[-1:] in "])" for cell in filled)
+    return bool(filled) and (bracketed or 2 * sum(map(is_written_unit, filled)) > len(filled))
 
 
 def _bad_row(line: tuple[int, list[str]], names: list[tuple[str, str | None]]) -> str:
@@ -220,7 +260,7 @@ MAX_LINE = 1_000_000
 """Longest line, in characters."""
 
 
-@reader(".csv", ".txt", ".tsv", ".dat", ".asc", takes_layout=True)
+@reader(".csv", ".txt", ".tsv", ".dat", ".asc", ".lvm", takes_layout=True)
 def read_csv(path: Path, file: dict[str, str] | None = None) -> DataTable:
     """Table of a text file; `file` may state delimiter and decimal sign (see `identification.records.mapping`)."""
     try:
@@ -240,7 +280,7 @@ def read_csv(path: Path, file: dict[str, str] | None = None) -> DataTable:
     found = tuple(Column(name, column, unit, fault=faults.get(i, "")) for i, ((name, unit), column) in columns if name)
     if all(column.fault for column in found):
         raise ReadError(found[0].fault if found else "no column with a name; name them in the heading")
-    return DataTable("CSV", found, header=header, notes=notes if guessed else ())
+    return DataTable("CSV", found, header=header, notes=notes if guessed else (), rate=layout.rate)
 
 
 def _numbers(path: Path, layout: TextLayout, stated: bool) -> tuple[np.ndarray, dict[int, str]]:

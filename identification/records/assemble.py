@@ -37,7 +37,7 @@ from identification.records.columns import (
     sensitivity,
 )
 from identification.records.mapping import ColumnEntry, Mapping
-from identification.records.sampling import nominal_rate, problems
+from identification.records.sampling import nominal_rate, problems, unrounded, whole_slices
 from identification.records.schema import (
     AXES,
     PINS,
@@ -281,6 +281,8 @@ class ProbeColumns:
     notes: tuple[str, ...] = ()
     position: float | None = None
     """Plane of the disc's probes [m], where they state it."""
+    angles: dict[str, float] = field(default_factory=dict)
+    """Angles [rad] from x towards y of the probes that the motion of the disc is made of."""
 
 
 def read_probes(table: DataTable, mapping: Mapping) -> ProbeColumns:
@@ -315,7 +317,8 @@ def read_probes(table: DataTable, mapping: Mapping) -> ProbeColumns:
         notes.append(f"AC-coupled, without a mean position: {', '.join(coupled)}")
     position = probes[next(iter(disc))].position if motion else None
     groups = ({"disc_measured": motion} if motion else {}) | ({"probe_measured": others} if others else {})
-    return ProbeColumns(groups, coordinates({name: probes[name] for name in others}), tuple(notes), position)
+    angles = {name: probes[name].angle for name in disc} if motion else {}
+    return ProbeColumns(groups, coordinates({name: probes[name] for name in others}), tuple(notes), position, angles)
 
 
 def _left_out(table: DataTable, entries: dict[str, ColumnEntry]) -> dict[str, str]:
@@ -348,6 +351,8 @@ def _reading(table: DataTable, entry: ColumnEntry, probe: LabProbe) -> np.ndarra
     return found - probe.gap * scale_of(table, entry, "m") / volts
 
 
+MOST_STRETCHES = 1000
+"""Stretches between gaps, above which the gaps are those of rounded stamps."""
 MOST = 6
 """Sentences about parts that were left out."""
 RATE = 1e-3
@@ -366,7 +371,7 @@ def assemble(table: DataTable, mapping: Mapping) -> xr.Dataset:
 def used(mapping: Mapping) -> list[ColumnEntry]:
     """Entries of a mapping."""
     single = [entry for entry in (mapping.time, mapping.speed) if entry]
-    single += [entry for entry, _ in (*mapping.probes.values(), *filter(None, [mapping.keyphasor]))]
+    single += [entry for entry, _ in (*mapping.probes.values(), *filter(None, [mapping.keyphasor, mapping.hammer]))]
     return [*single, *mapping.channels.values(), *mapping.vectors.values()]
 
 
@@ -378,6 +383,8 @@ def _series(table: DataTable, mapping: Mapping) -> xr.Dataset:
     seen = read_probes(table, mapping) if mapping.probes else None
     for name, parts in seen.groups.items() if seen else ():
         groups[name] = groups.get(name, {}) | parts
+    if mapping.hammer:
+        groups["disc_force"] = mapping.hammer[1].along(_blows(table, mapping.hammer[0]))
     if "disc_measured" in groups and not seen:
         one_unit(table, [entry for (name, _), entry in mapping.channels.items() if name == "disc_measured"])
     n = max(column.size for parts in groups.values() for column in parts.values())
@@ -388,9 +395,13 @@ def _series(table: DataTable, mapping: Mapping) -> xr.Dataset:
     arrays |= {name: np.full(time.size, value) for name, value in mapping.constants.items()}
     probes = _probes(table, mapping, list(groups.get("probe_measured", ())), seen.coordinates if seen else {})
     record = make_record(time, {name: arrays[name] for name in VARIABLES if name in arrays}, probes=probes)
-    record = with_notes(record, seen.notes if seen else ())
+    record = with_notes(record, [*(seen.notes if seen else ()), *_rounding(table, mapping, time)])
     if seen and seen.position is not None:
         record.attrs["disc_position"] = seen.position
+    if mapping.hammer and mapping.hammer[1].position is not None:
+        record.attrs["force_position"] = mapping.hammer[1].position
+    if seen and seen.angles:
+        record.attrs |= {"disc_probes": ", ".join(seen.angles), "disc_probe_angles": list(seen.angles.values())}
     if (limits := _clipped(table, mapping)) and table.header is None:
         record.attrs[CLIPPED] = limits
     numbers = {name: sorted(map(int, groups[name])) for name in PINS if name in groups}
@@ -446,6 +457,16 @@ def _probe_unit(table: DataTable, entry: ColumnEntry) -> str:
     return found[0]
 
 
+def _blows(table: DataTable, entry: ColumnEntry) -> np.ndarray:
+    """Force (n,) [N] of a hammer; raises ReadError where its column shows none."""
+    force = values(table, entry, "N")
+    finite = force[np.isfinite(force)]
+    if not finite.size or finite.min() == finite.max():
+        reason = f"constant at {finite[0]:.6g} N" if finite.size else "missing throughout"
+        raise ReadError(f"{entry.path}: the force is {reason}, no blow; check the channel or remove [hammer]")
+    return force
+
+
 def _turning(table: DataTable, mapping: Mapping, time: np.ndarray) -> dict[str, np.ndarray]:
     """Angle and speed of the shaft from the keyphasor."""
     assert mapping.keyphasor is not None
@@ -471,6 +492,8 @@ def _joined(name: str, parts: dict[str, np.ndarray], n: int) -> np.ndarray:
         return parts[""]
     if dims == ("probe",):
         return np.column_stack(list(parts.values()))
+    if name == "disc_force" and set(parts) < set(AXES):  # a hammer along one axis
+        parts = {axis: parts.get(axis, np.zeros(n)) for axis in AXES}
     labels = list(AXES) if dims == ("axis",) else sorted(parts, key=lambda label: _number(name, label))
     missing = [label for label in labels if label not in parts]
     if missing:
@@ -496,6 +519,7 @@ def _time(table: DataTable, mapping: Mapping, n: int) -> np.ndarray:
                 "no time; a mapping needs [time] with a column or a sample_rate, else a column must be named 'time'"
             )
         return np.arange(n) / mapping.sample_rate
+    time = _without_rounding(time)
     if mapping.sample_rate is not None and time.size > 1:
         found = 1 / np.median(np.diff(time)) if problems(time) else nominal_rate(time)
         if not abs(found / mapping.sample_rate - 1) < RATE:
@@ -503,6 +527,26 @@ def _time(table: DataTable, mapping: Mapping, n: int) -> np.ndarray:
                 f"time.sample_rate: {mapping.sample_rate:.6g} Hz, but the file's time gives {found:.6g} Hz; drop one"
             )
     return time
+
+
+def _rounding(table: DataTable, mapping: Mapping, time: np.ndarray) -> list[str]:
+    """A sentence where the times are not the file's stamps, but the even clock that these were rounded from."""
+    stamps = values(table, mapping.time, "s") if mapping.time else table.time
+    if stamps is None or np.array_equal(stamps, time, equal_nan=True):
+        return []
+    return [f"time: the stamps are rounded; {nominal_rate(time):.6g} Hz follows from their whole length"]
+
+
+def _without_rounding(time: np.ndarray) -> np.ndarray:
+    """The even clock behind rounded stamps, of the whole or of each stretch between gaps and missing stamps."""
+    whole = unrounded(time)
+    if whole is not time or not problems(time):
+        return whole
+    parts = whole_slices(time, ~np.isfinite(time))
+    found = time.copy()
+    for part in parts if len(parts) < MOST_STRETCHES else ():
+        found[part] = unrounded(time[part])
+    return found
 
 
 def _vectors(table: DataTable, mapping: Mapping) -> xr.Dataset:

@@ -23,6 +23,12 @@
     coupling = "DC"                 # or AC; gap = "-10 V" or "mean" is taken off a DC-coupled one
     position = "150 mm"             # its plane; [disc] position = "150 mm" chooses the disc's among several
 
+    [hammer]                        # in place of channels.disc_force: one force at any angle and plane
+    column = "hammer"
+    unit = "N"
+    angle = "90 deg"                # from x towards y
+    position = "320 mm"             # if that is not the disc's
+
     [file]                          # where it is not clear: delimiter = "tab", decimal = "comma"
     encoding = "cp1252"             # UTF-8 is tried first, then Latin-1
 
@@ -54,7 +60,15 @@ from typing import Any
 
 from identification.records.columns import quantity_at
 from identification.records.schema import AXES, VARIABLES, VECTORS
-from identification.records.sensors import OWN, Keyphasor, LabProbe, SlowRollSource, parse_slow_roll, split_probe
+from identification.records.sensors import (
+    OWN,
+    Hammer,
+    Keyphasor,
+    LabProbe,
+    SlowRollSource,
+    parse_slow_roll,
+    split_probe,
+)
 from rotorsim.base.display import did_you_mean, quote
 from rotorsim.base.errors import ReadError
 from rotorsim.base.input_files import instead, parse_toml
@@ -62,7 +76,7 @@ from rotorsim.base.input_files import instead, parse_toml
 MAX_BYTES = 1_000_000
 MOST_PULSES = 10_000
 _ENTRY = ("column", "unit", "sensitivity", "scale", "sign", "offset", "full_scale")
-_SECTIONS = ("time", "channels", "keyphasor", "probes", "disc", "constants", "conditions", "changes", "speed",
+_SECTIONS = ("time", "channels", "keyphasor", "hammer", "probes", "disc", "constants", "conditions", "changes", "speed",
              "vectors", "slow_roll", "file")  # fmt: skip
 _KEYPHASOR = ("level", "hysteresis", "edge", "pulses")
 _CONDITIONS = {"accuracy": "m", "rate": "rad/s", "pressure": "Pa", "clock": "s", "probe_angle": "rad"}
@@ -111,6 +125,7 @@ class Mapping:
     text: str = ""
     keyphasor: tuple[ColumnEntry, Keyphasor] | None = None
     probes: dict[str, tuple[ColumnEntry, LabProbe]] = field(default_factory=dict)
+    hammer: tuple[ColumnEntry, Hammer] | None = None
     slow_roll: SlowRollSource | None = None
     disc: float | None = None
     """Position [m] of the plane that is the disc's, where probes stand at several."""
@@ -170,6 +185,7 @@ def parse(tables: dict[str, Any], text: str = "", folder: Path = Path()) -> Mapp
         keyphasor=_keyphasor(dict(tables["keyphasor"])) if "keyphasor" in tables else None,
         slow_roll=parse_slow_roll(tables["slow_roll"], _order, folder) if "slow_roll" in tables else None,
         disc=_disc(tables["disc"]) if "disc" in tables else None,
+        hammer=_hammer(dict(tables["hammer"])) if "hammer" in tables else None,
         probes={name: _probe(f"probes.{name}", part) for name, part in tables.get("probes", {}).items()},
     )
     return _consistent(mapping)
@@ -213,9 +229,11 @@ def _consistent(mapping: Mapping) -> Mapping:
         raise ReadError("mapping: [probes] and [channels.disc_measured] are the same motion; remove one")
     if mapping.keyphasor and "angle" in names:
         raise ReadError("mapping: [keyphasor] and [channels.angle] are the same angle; remove one")
-    if mapping.vectors and (mapping.keyphasor or mapping.probes):
-        raise ReadError("mapping: [vectors] are not a time series; remove [keyphasor] and [probes]")
-    alone = mapping.time or mapping.sample_rate or mapping.constants or mapping.keyphasor
+    if mapping.hammer and "disc_force" in names:
+        raise ReadError("mapping: [hammer] and [channels.disc_force] are the same force; remove one")
+    if mapping.vectors and (mapping.keyphasor or mapping.probes or mapping.hammer):
+        raise ReadError("mapping: [vectors] are not a time series; remove [keyphasor], [hammer] and [probes]")
+    alone = mapping.time or mapping.sample_rate or mapping.constants or mapping.keyphasor or mapping.hammer
     if not mapping.maps_columns and (alone or not (mapping.conditions or mapping.slow_roll or mapping.file)):
         raise ReadError("mapping: no [channels.NAME] and no [vectors.1X.x]; map at least one column")
     twice = set(mapping.constants) & {name for name, _ in mapping.channels}
@@ -244,6 +262,14 @@ def _keyphasor(table: dict[str, Any]) -> tuple[ColumnEntry, Keyphasor]:
     if isinstance(pulses, bool) or not isinstance(pulses, int) or not 1 <= pulses <= MOST_PULSES:
         raise ReadError(f"keyphasor.pulses: {quote(pulses)}; give the whole number of pulses in a turn")
     return entry, Keyphasor(edge=edge, pulses=pulses, **volts)
+
+
+def _hammer(table: dict[str, Any]) -> tuple[ColumnEntry, Hammer]:
+    if "angle" not in table:
+        raise ReadError("hammer.angle: is missing; give the direction of the blow from x towards y, e.g. '90 deg'")
+    angle = quantity_at("hammer.angle", table.pop("angle"), "rad")
+    position = quantity_at("hammer.position", table.pop("position"), "m") if "position" in table else None
+    return _entry("hammer", table, ("angle", "position")), Hammer(angle, position)
 
 
 def _probe(path: str, table: Any) -> tuple[ColumnEntry, LabProbe]:

@@ -2,10 +2,14 @@
 
 Time stamps that a program rounded still count as even: each step may differ by a tenth from the mean one, and no stamp
 lies further than half a sample from the even clock. A step of more than one and a half samples is a gap.
+
+Stamps that were rounded more coarsely, to decimals or to significant digits, are no clock of their own: where rounding
+alone explains every stamp and every step, the rate follows from the whole length (`unrounded`).
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +23,12 @@ if TYPE_CHECKING:
 
 JITTER, DRIFT, GAP = 0.1, 0.5, 1.5
 """Largest deviation of a step, largest deviation of a stamp, smallest gap; all in samples."""
+COARSEST = 1e-3
+"""Largest share of a record's length to which its stamps may be rounded."""
+DIGITS = range(4, 10)
+"""Significant digits to which a stamp may be rounded."""
+DECIMALS = range(10)
+"""Decimals to which a stamp [s] may be rounded."""
 EXACT = 1e-9
 """Relative difference of rates that are the same."""
 WAY_OUT = "cut it with 'rotorsim data cut', or read it with identification.load: identify leaves its gaps out"
@@ -54,6 +64,43 @@ def nominal_rate(time: np.ndarray) -> float:
     open_ = mean * (2 * off / span + EXACT)
     rounder = (round(mean, digits) for digits in range(-4, 7))
     return next((rate for rate in rounder if rate > 0 and abs(rate - mean) <= open_), mean)
+
+
+def unrounded(time: np.ndarray) -> np.ndarray:
+    """The even times (n,) [s] whose rounded values are uneven stamps; the stamps themselves where that is not so.
+
+    Rounding to r, up, down or to the nearest, moves no stamp by more than r and changes no step by more.
+    """
+    if not problems(time) or time.size < 3 or not np.isfinite(time).all() or not time[-1] > time[0]:
+        return time
+    step = 1 / nominal_rate(time)
+    even = step * np.arange(time.size)
+    off = time - even
+    for size in _roundings(time):
+        if size.max() > COARSEST * (time[-1] - time[0]):
+            continue
+        start = float(np.clip(0.5 * (off.max() + off.min()), time[0] - size[0], time[0] + size[0]))
+        start = float(time[0]) if np.all(np.abs(off - time[0]) <= size) else start
+        slack = 4 * float(np.spacing(np.abs(time).max()))
+        larger = np.maximum(size[1:], size[:-1]) + slack
+        if np.all(np.abs(off - start) <= size + slack) and np.all(np.abs(np.diff(time) - step) <= larger):
+            return start + even
+    return time
+
+
+def _roundings(time: np.ndarray) -> Iterator[np.ndarray]:
+    """Sizes (n,) [s] to which all stamps may have been rounded: fewest decimals, then fewest significant digits."""
+    slack = 4 * np.spacing(np.abs(time).max())
+    for decimals in DECIMALS:
+        if np.abs(np.round(time, decimals) - time).max() <= slack:
+            yield np.full(time.size, 10.0**-decimals)
+            break
+    exponent = np.floor(np.log10(np.maximum(np.abs(time), np.finfo(float).tiny)) + EXACT)
+    for digits in DIGITS:
+        size = 10.0 ** (exponent - digits + 1)
+        if np.abs(np.round(time / size) * size - time).max() <= slack:
+            yield np.where(time == 0, size.max(), size)
+            break
 
 
 def problems(time: np.ndarray) -> tuple[str, ...]:

@@ -103,6 +103,18 @@ class LabProbe:
     gap: float | str | None = None
 
 
+@dataclass(frozen=True)
+class Hammer:
+    """Direction [rad] of an impact hammer's force from x towards y, position [m] along the shaft, None at the disc."""
+
+    angle: float
+    position: float | None = None
+
+    def along(self, force: np.ndarray) -> dict[str, np.ndarray]:
+        """Parts (n,) of a force (n,) in x and y; none of round-off across an axis."""
+        return {"x": force * round(float(np.cos(self.angle)), 15), "y": force * round(float(np.sin(self.angle)), 15)}
+
+
 def split_probe(path: str, table: dict[str, Any]) -> tuple[dict[str, Any], LabProbe]:
     """The entry of a probe's column and the probe itself; raises ReadError for what is missing or contradictory."""
     if "angle" not in table:
@@ -129,6 +141,14 @@ def disc_plane(probes: dict[str, LabProbe], wanted: float | None) -> tuple[str, 
             raise ReadError(f"disc.position: no probe at {1e3 * wanted:.6g} mm; give the position of a probe")
         return found
     known = [z for z in places.values() if z is not None]
+    alike = {probe.angle: name for name, probe in probes.items()}
+    if not known and 1 < len(alike) < len(probes):
+        name = next(name for name, probe in probes.items() if alike[probe.angle] != name)
+        other, degrees = alike[probes[name].angle], np.rad2deg(probes[name].angle)
+        raise ReadError(
+            f"probes {name} and {other}: both stand at {degrees:g} deg and state no position, so their planes are not "
+            "known; state position = '150 mm' of each probe"
+        )
     if known and (len(known) < len(places) or np.ptp(known) > SAME_PLACE):
         at = ", ".join(f"{name} {'nowhere' if z is None else f'{1e3 * z:.6g} mm'}" for name, z in places.items())
         raise ReadError(f"probes: stand at several planes ({at}); state the disc's: [disc] with position = '150 mm'")

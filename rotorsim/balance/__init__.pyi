@@ -8,6 +8,7 @@ from .unbalance import (
     assess as assess,
     correction as correction,
     estimate as estimate,
+    fit_amplitudes as fit_amplitudes,
     fit_influence as fit_influence,
     fit_physical as fit_physical,
     leave_one_out as leave_one_out,

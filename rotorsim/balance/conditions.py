@@ -9,7 +9,7 @@
     column = "rpm"
     unit = "rpm"
     [readings.p1x]                   # a displacement probe
-    real = "p1x_re"                  # or: amplitude and phase (a lag, in degrees) instead of real and imaginary
+    real = "p1x_re"                  # or: amplitude and phase (a lag, in degrees), or amplitude alone in all readings
     imaginary = "p1x_im"
     unit = "mil"                     # 0-pk
     position = "120 mm"
@@ -56,6 +56,8 @@ SECTIONS = {"conditions": ("column", "speed"), "speed": ("column", "unit")}
 class Reading:
     """A probe: position along the shaft [m] and angle from x towards y [rad], None where it is not stated.
 
+    Its vectors have no phase, and are real and positive, where it is not `phased`.
+
     Examples
     --------
     >>> import rotorsim as rs
@@ -66,6 +68,7 @@ class Reading:
     name: str
     position: float | None = None
     angle: float | None = None
+    phased: bool = True
 
 
 @dataclass(frozen=True)
@@ -154,6 +157,11 @@ def read_conditions(paths: Sequence[str | Path], mapping: str | Path | Mapping[s
     planes = {n: _section(f"planes.{n}", t, PLANE) for n, t in _parts(tables, "planes")}
     if not readings or not planes:
         raise DataError("mapping: name at least one probe in [readings.NAME] and one plane in [planes.NAME]")
+    bare = [name for name, entry in readings.items() if not _phased(entry)]
+    if bare and len(bare) < len(readings):
+        raise DataError(
+            f"mapping: readings {listing(bare)} have no phase and the others one; give it to all of them, or to none"
+        )
     return _collect(rows, names, clock, readings, planes)
 
 
@@ -181,9 +189,13 @@ def _collect(rows: list[Any], names: Any, clock: Any, readings: Any, planes: Any
         speed,
         vectors,
         unbalance,
-        tuple(Reading(n, _stated(t, "position"), _stated(t, "angle", "rad")) for n, t in readings.items()),
+        tuple(Reading(n, _stated(t, "position"), _stated(t, "angle", "rad"), _phased(t)) for n, t in readings.items()),
         tuple(Plane(n, _stated(t, "position"), _stated(t, "radius"), t.get("holes")) for n, t in planes.items()),
     )
+
+
+def _phased(entry: Mapping[str, Any]) -> bool:
+    return not ("amplitude" in entry and "phase" not in entry and "real" not in entry)
 
 
 def _vector(path: Any, row: dict[str, str], name: str, entry: dict[str, Any]) -> complex:
@@ -193,8 +205,10 @@ def _vector(path: Any, row: dict[str, str], name: str, entry: dict[str, Any]) ->
     elif "amplitude" in entry and "phase" in entry:
         lag = math.radians(_number(path, row, entry["phase"]))
         value = _number(path, row, entry["amplitude"]) * complex(math.cos(lag), -math.sin(lag))
+    elif "amplitude" in entry and "real" not in entry and "imaginary" not in entry:
+        value = complex(abs(_number(path, row, entry["amplitude"])))
     else:
-        raise DataError(f"mapping: [readings.{name}] needs real and imaginary, or amplitude and phase")
+        raise DataError(f"mapping: [readings.{name}] needs real and imaginary, amplitude and phase, or amplitude alone")
     return scale * (value.conjugate() if entry.get("conjugated") else value)
 
 

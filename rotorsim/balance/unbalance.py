@@ -14,6 +14,12 @@ squares over speeds and probes, Schaefer & Strimmer (2005). As many conditions a
 and one with a trial weight in one plane, give H and y_0 exactly and tell nothing of S: all readings then weigh the same
 and no deviation is stated.
 
+Without phases, amplitudes a = \|y\| of a run without and three with a trial weight at different angles of each plane
+give the same coefficients, turned so that y_0 is real: the four-run method (three circles that meet in a point), here
+by least squares,
+
+.. math:: a_k^2 = |y_0|^2 + |h|^2 |u_k|^2 + 2 \Re(\bar y_0 h u_k).
+
 A machine's model gives the whirl of the shaft at each probe for unbalance in each plane. What a probe makes of it, its
 angle, its sensitivity, the origin of the angles, is one complex number that all planes and speeds share and labelled
 records give. Correction weights cancel the vectors, in the holes that a disc has. Results are a table of texts, plain
@@ -25,7 +31,7 @@ Cites: goodman_1964, schaefer_2005.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from math import isfinite, pi
 from pathlib import Path
@@ -50,7 +56,11 @@ NOISELESS = 1e-9
 """Least error of a reading, as a share of the largest: repeats may be equal to the last digit."""
 DOUBT = 1e-3
 """Probability, for all labels together, below which a label is taken to contradict the others."""
-METHODS = ("influence coefficients", "physical model")
+METHODS = ("influence coefficients", "physical model", "amplitudes alone")
+LEAST_CHANGE = 0.03
+"""Least change of the vectors by a trial weight, root mean square over those without it."""
+CLEAR = 3.0
+"""Change by a trial weight, in errors of the vectors, that is more than chance."""
 G_MM = 1e6
 """g mm in a kg m."""
 
@@ -166,6 +176,83 @@ def fit_influence(vectors: np.ndarray, unbalance: np.ndarray) -> Influence:
     return Influence(
         solution[:q].T, solution[q], _covariance(vectors - regressors @ solution, n - q - 1), leverage, n - q - 1
     )
+
+
+def fit_amplitudes(vectors: np.ndarray, unbalance: np.ndarray) -> Influence:
+    """Influence of `unbalance` (n, q) [kg m], in one plane at a time, on amplitudes (n, m) [m] without phases.
+
+    Coefficients and base are turned so that the base is real: the weights that follow are those of the rotor.
+
+    Raises
+    ------
+    DataError
+        Where a run has trial weights in several planes, a plane has fewer than three at different angles, or there is
+        no run without.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> unbalance = 1e-5 * np.array([0, 1, np.exp(2j), np.exp(4j)])[:, None]
+    >>> found = rs.balance.fit_amplitudes(abs(1e-6 + 0.1j * unbalance), unbalance)
+    >>> complex(found.coefficients[0, 0].round(6))
+    0.1j
+    """
+    from scipy.optimize import least_squares
+
+    n, q = unbalance.shape
+    if not np.isfinite(vectors).all():
+        raise DataError("a condition with a known unbalance was not measured at every speed; leave it out")
+    if ((unbalance != 0).sum(axis=1) > 1).any():
+        raise DataError(
+            "amplitudes without phase: a run has trial weights in several planes; put them in one plane at a time",
+            argument="unbalance",
+        )
+    size = np.abs(unbalance).max() or 1.0
+    scaled = unbalance / size
+    parts = [np.column_stack([np.abs(u) ** 2, 2 * u.real, -2 * u.imag]) for u in scaled.T]
+    regressors = np.column_stack([np.ones(n), *parts])
+    for k, part in enumerate(parts):
+        own = np.column_stack([np.ones(n), part])[(scaled[:, k] != 0) | (scaled == 0).all(axis=1)]
+        if not (scaled == 0).all(axis=1).any() or np.linalg.matrix_rank(own, tol=1e-6) < 4:
+            raise DataError(
+                f"amplitudes without phase: plane {k + 1} has {np.count_nonzero(scaled[:, k])} trial weights; one run "
+                "without weight and three with one at different angles are needed, as fewer leave two answers",
+                argument="unbalance",
+                value=int(np.count_nonzero(scaled[:, k])),
+            )
+    coefficients, base = np.zeros((vectors.shape[1], q), complex), np.zeros(vectors.shape[1], complex)
+    for m, a in enumerate(np.abs(vectors).T):
+        unit = a.max() or 1.0
+        start = np.linalg.lstsq(regressors, (a / unit) ** 2, rcond=None)[0]
+        first = max(start[0], 1e-12) ** 0.5
+        guess = np.concatenate([[first], np.delete(start, [0, *range(1, 3 * q + 1, 3)]) / first])
+
+        def left(x: np.ndarray, a: np.ndarray = a / unit) -> np.ndarray:
+            return np.asarray(np.abs(x[0] + scaled @ (x[1::2] + 1j * x[2::2])) - a)
+
+        x = least_squares(left, guess, x_scale="jac").x * unit
+        base[m], coefficients[m] = abs(x[0]), (x[1::2] + 1j * x[2::2]) * np.sign(x[0]) / size
+    return Influence(coefficients, base, np.eye(len(base), dtype=complex), np.zeros((q + 1, q + 1)), 0)
+
+
+def changes(found: Influence, unbalance: np.ndarray) -> np.ndarray:
+    """Change of the vectors by the heaviest trial weight of each plane (q,), as a share of those without it (rms)."""
+    size = np.linalg.norm(found.coefficients, axis=0) * np.abs(unbalance).max(axis=0)
+    return np.asarray(size / max(float(np.linalg.norm(found.base)), np.finfo(float).tiny))
+
+
+def _check_changes(found: Influence, unbalance: np.ndarray, planes: tuple[Plane, ...]) -> None:
+    """Refuse a trial weight that changed nothing: its coefficients are noise, and so are the weights after them."""
+    noise = float(np.sqrt(np.trace(found.covariance).real)) if found.freedom else np.inf
+    for share, plane, u in zip(changes(found, unbalance), planes, unbalance.T, strict=True):
+        if share < LEAST_CHANGE and share * float(np.linalg.norm(found.base)) < CLEAR * noise:
+            weight = float(np.abs(u).max()) * G_MM
+            raise DataError(
+                f"{plane.name}: the trial weight of {weight:.4g} g mm changed the vectors by {100 * share:.2g} %, at "
+                f"least {100 * LEAST_CHANGE:g} % are needed; take a heavier one or check that it was mounted",
+                argument="unbalance",
+                value=share,
+            )
 
 
 def separable(unbalance: np.ndarray) -> bool:
@@ -419,6 +506,7 @@ class Assessment:
     estimates : by record without known unbalance its unbalance [kg m] and standard deviation
     corrected : record that the weights are against; empty without one
     correction : weights, None without such a record
+    changes : of the vectors by the heaviest trial weight of each plane, as a share of those without it (q,)
     left_out : why the physical model was not used; empty where it was
     """
 
@@ -428,6 +516,7 @@ class Assessment:
     estimates: dict[str, Estimate]
     corrected: str
     correction: Correction | None
+    changes: np.ndarray
     left_out: str = ""
 
 
@@ -459,16 +548,30 @@ def assess(machine: Machine | str | Path, conditions: Conditions, correct: str =
     if not known.any():
         raise DataError("no condition has a known unbalance; add a trial weight in each plane and label it")
     labelled = conditions.flat[known], conditions.unbalance[known]
+    if not all(reading.phased for reading in conditions.readings):
+        return _assess_amplitudes(conditions, labelled, correct)
     free: Fit = fit_influence
     enough = testable(conditions.unbalance[known])
     left_out = without_model(model, conditions) or ("" if enough else _too_few(conditions))
     methods = {METHODS[0]: free} if left_out else {METHODS[0]: free, METHODS[1]: fit_physical(model, conditions)}
     fits = {name: fit(*labelled) for name, fit in methods.items()}
     tests = {name: leave_one_out(conditions, fit) for name, fit in methods.items()} if enough else {}
+    _check_changes(fits[METHODS[0]], conditions.unbalance[known], conditions.planes)
     best = min(tests, key=lambda name: tests[name].vector_rms, default=METHODS[0])
     label, weights = _correction(conditions, fits[best], correct)
     found = {c: estimate(fits[best], conditions.flat[k]) for k, c in enumerate(conditions.labels) if not known[k]}
-    return Assessment(conditions, tests, best, found, label, weights, left_out)
+    changed = changes(fits[METHODS[0]], conditions.unbalance[known])
+    return Assessment(conditions, tests, best, found, label, weights, changed, left_out)
+
+
+def _assess_amplitudes(conditions: Conditions, labelled: tuple[np.ndarray, np.ndarray], correct: str) -> Assessment:
+    """Correction weights by amplitudes alone; conditions without a label and the model need phases."""
+    found = fit_amplitudes(*labelled)
+    _check_changes(found, labelled[1], conditions.planes)
+    turned = np.where(conditions.known[:, None], found.base + conditions.unbalance @ found.coefficients.T, np.nan)
+    label, weights = _correction(replace(conditions, vectors=turned.reshape(conditions.vectors.shape)), found, correct)
+    changed = changes(found, labelled[1])
+    return Assessment(conditions, {}, METHODS[2], {}, label, weights, changed, "the readings have no phases")
 
 
 def _correction(conditions: Conditions, found: Influence, wanted: str) -> tuple[str, Correction | None]:
@@ -498,6 +601,9 @@ def result_rows(found: Assessment) -> list[tuple[str, str]]:
         rows.append(("Labels that the others contradict", ", ".join(doubtful) or "none"))
     else:
         rows.append(("Errors", "not known: too few records with known unbalance to leave one out"))
+    shares = zip(conditions.planes, found.changes, strict=True)
+    text = ", ".join(f"{plane.name} {100 * share:.3g} %" for plane, share in shares)
+    rows.append(("Change of the vectors by the heaviest trial weight", text))
     if found.left_out:
         rows.append(("Physical model", f"left out: {found.left_out}"))
     rows.append(("Estimates by", found.method))
@@ -522,6 +628,7 @@ def summary(found: Assessment) -> dict[str, Any]:
         },
         "estimates_by": found.method,
         "physical_model_left_out": found.left_out,
+        "changes_by_trial_weights": [float(share) for share in found.changes],
         "unbalance": {c: [_numbers(u, s) for u, s in zip(e.unbalance, e.deviation, strict=True)]
                       for c, e in found.estimates.items()},
         "correction": None if fix is None else {

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict
-from datetime import date
+from dataclasses import asdict, replace
+from datetime import UTC, datetime
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -108,13 +108,15 @@ def design(
 
 
 def _runout_table(path: Path, law: Law) -> RunoutTable:
-    """Table of a slow roll's file, dated as the file was last written; refused where it is of another machine."""
+    """Table of a slow roll, of the record's date or, where it has none, the file's; refused for another machine's."""
     from identification import load
     from rotorsim.control import runout_table
 
     record = load(path)
-    file = max(path.glob("*.nc"), key=lambda one: one.stat().st_mtime, default=path) if path.is_dir() else path
-    table = runout_table(record, taken=date.fromtimestamp(file.stat().st_mtime).isoformat())
+    table = runout_table(record)
+    if not table.taken:
+        file = max(path.glob("*.nc"), key=lambda one: one.stat().st_mtime, default=path) if path.is_dir() else path
+        table = replace(table, taken=datetime.fromtimestamp(file.stat().st_mtime, UTC).date().isoformat())
     designed = str(law.about.get("machine", "")).rpartition(" ")[0]
     if table.machine and designed and table.machine != designed:
         raise DataError(

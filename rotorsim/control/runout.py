@@ -13,8 +13,8 @@ Cites: thesis, api_670.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from datetime import date
+from dataclasses import dataclass, fields
+from datetime import UTC, date, datetime
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -57,7 +57,8 @@ class RunoutTable:
     Raises
     ------
     LawError
-        For values of another shape, of fewer than 8 angles, or not finite, and for a date that is none.
+        For values of another shape, of fewer than 8 angles, or not finite, for a speed and turns that are no numbers,
+        and for a date that is none.
 
     Examples
     --------
@@ -75,7 +76,12 @@ class RunoutTable:
     taken: str = ""
 
     def __post_init__(self) -> None:
-        values = np.ascontiguousarray(self.values, float)
+        try:
+            values, numbers = np.ascontiguousarray(self.values, float), [float(self.speed), float(self.turns)]
+        except (TypeError, ValueError) as error:
+            raise LawError("runout: holds text or lists where a table has numbers; take it again") from error
+        if not (np.isfinite(numbers).all() and min(numbers) >= 0.0):
+            raise LawError(f"runout: speed = {self.speed}, turns = {self.turns}; give finite numbers, 0 or more")
         object.__setattr__(self, "values", values)
         if values.ndim != 2 or values.shape[1] != 2 or len(values) < 8 or not np.isfinite(values).all():
             raise LawError(
@@ -102,7 +108,7 @@ class RunoutTable:
 
     def age(self, today: date | None = None) -> int | None:
         """Days since the slow roll; None where its date is not known."""
-        return ((today or date.today()) - date.fromisoformat(self.taken)).days if self.taken else None
+        return ((today or datetime.now(UTC).date()) - date.fromisoformat(self.taken)).days if self.taken else None
 
     @property
     def origin(self) -> str:
@@ -120,6 +126,14 @@ class RunoutTable:
             return self.origin
         return f"{self.origin}, {'in the future' if age < 0 else 'today' if not age else f'{age} days ago'}"
 
+    @classmethod
+    def from_dict(cls, data: Any) -> RunoutTable:
+        """Table of what `to_dict` gave; raises LawError."""
+        names = [field.name for field in fields(cls)]
+        if not isinstance(data, dict) or not {"values"} <= data.keys() <= {*names}:
+            raise LawError(f"runout: is not a table; its entries are {', '.join(names)}", argument="runout")
+        return cls(**data)
+
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and lists for JSON."""
         return {**self.__dict__, "values": self.values.tolist()}
@@ -135,7 +149,7 @@ def runout_table(slow_roll: xr.Dataset, points: int = POINTS, orders: int = ORDE
     points, orders : int
         Number of angles and highest order of the table; fewer orders where the record has too few samples a turn.
     taken : str
-        Date YYYY-MM-DD, where it is known.
+        Date YYYY-MM-DD; that of the record, its attribute `date`, where it is not given.
 
     Raises
     ------
@@ -181,7 +195,15 @@ def runout_table(slow_roll: xr.Dataset, points: int = POINTS, orders: int = ORDE
         raise LawError("runout: the record's slow roll is subtracted, nothing is left of it; give the original")
     machine = machine_of(slow_roll).rpartition(" ")[0]
     found = estimate_runout(angle, y, count=orders).at(2 * np.pi * np.arange(points) / points)
-    return RunoutTable(found - found.mean(axis=0), float(speed), float(turns), machine, taken)
+    return RunoutTable(found - found.mean(axis=0), float(speed), float(turns), machine, taken or date_of(slow_roll))
+
+
+def date_of(record: xr.Dataset) -> str:
+    """Date YYYY-MM-DD of a record by its attribute `date`; empty where it has none that can be read."""
+    try:
+        return datetime.fromisoformat(str(record.attrs["date"])).date().isoformat()
+    except (KeyError, ValueError):
+        return ""
 
 
 def _fastest(angle: np.ndarray, time: np.ndarray) -> float:

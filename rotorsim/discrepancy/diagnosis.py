@@ -13,7 +13,7 @@ from rotorsim.base.cache import Cache
 from rotorsim.base.errors import DataError, NoAnswerError
 from rotorsim.discrepancy.calibration import GRID, STEP, CompiledModels, ParameterPoint, Progress
 from rotorsim.discrepancy.candidates import Form, candidates, prior_sizes
-from rotorsim.discrepancy.changes import known_changes, notes_on_changes
+from rotorsim.discrepancy.changes import MAIN, PLANE, known_changes, notes_on_changes
 from rotorsim.discrepancy.comparison import (
     THREADS,
     UNSTEADY,
@@ -25,7 +25,7 @@ from rotorsim.discrepancy.comparison import (
     table,
     unsteady,
 )
-from rotorsim.discrepancy.data_vector import TOLERANCE, unknown_sources
+from rotorsim.discrepancy.data_vector import TOLERANCE, unknown_sources, without_hum
 from rotorsim.discrepancy.decision import check_allowed
 from rotorsim.discrepancy.fit import (
     MOST_REPEATS,
@@ -40,22 +40,30 @@ from rotorsim.discrepancy.fit import (
 )
 from rotorsim.discrepancy.gap import equivalent_force, gap_dataset, gap_of, missed_bands, spectra_of
 from rotorsim.discrepancy.hypotheses import CLEAR, EffectSearch
-from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect
+from rotorsim.discrepancy.judge import (
+    AllEvidence,
+    Judgement,
+    beyond_floor,
+    by_odds,
+    judged,
+    untouched_gone,
+    worse_than,
+)
+from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect, recalibrated_values
+from rotorsim.discrepancy.mistakes import check_before
 from rotorsim.discrepancy.records import (
-    UNLIKE,
     check_after,
-    check_before,
     check_plane,
     check_ring,
     data_hash,
     limits,
     make_trials,
     open_records,
+    plane_notes,
     record_notes,
     unexplained,
 )
 from rotorsim.discrepancy.result import (
-    NO_ACCURACY,
     Diagnosis,
     Planner,
     calibration_of,
@@ -70,13 +78,11 @@ from rotorsim.discrepancy.verdict import (
     SURE,
     Explanation,
     SearchVerdict,
-    by_odds,
     explanation_odds,
     joined_classes,
     judge,
-    objection,
-    untouched_gone,
 )
+from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
 
 if TYPE_CHECKING:
@@ -103,6 +109,8 @@ STRAINED = (
     "re-calibration ends where it is not believed ({}): what is missing leads it astray, or the machine is another one"
 )
 """Note on a calibration beyond its limits or priors."""
+NAMED_PROBES = "x and y of the sensors are the probes {0} and {1}, in their own directions"
+"""Note on records whose channels are their probes."""
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
 """Note on a search without finite numbers."""
 
@@ -175,7 +183,7 @@ def diagnose(
     found = diagnose_trials(machine, trials, effects, tolerance, progress, models, threads, cache, allow)
     every = [one for part in parts.values() for one in part]
     tables = [(name, record) for name, record in every if is_table(record)]
-    return replace(found, notes=(*record_notes(every), *rate_notes(tables), *found.notes))
+    return replace(found, notes=(*record_notes(every), *plane_notes(machine, every), *rate_notes(tables), *found.notes))
 
 
 def trials_of(machine: Machine, opened: Sequence[tuple[str, xr.Dataset]], role: str | None) -> list[Trial]:
@@ -205,15 +213,42 @@ def diagnose_trials(
     allow: tuple[str, ...] | None = None,
 ) -> Diagnosis:  # fmt: skip
     """Diagnosis of prepared trials, with the next experiment among those that `allow` names."""
+    trials, hum = without_hum(trials)
     by_role = {role: [t for t in trials if t.role == role] for role in ("fit", "held_out", "untouched")}
     if not by_role["fit"]:
         raise DataError("diagnose: no records to fit; give some, or set the attribute role")
     forms = candidates(Twin(machine, GRID, STEP) if models is None else models.twin, effects)
-    forms, left_out = for_probes(forms, trials)
+    forms, left_out = for_probes(by_probe(forms, trials), trials)
     models = models or CompiledModels.of(machine, None if effects is None else {f.effect for f in forms}, progress)
     parts = {role: TwinComparison(models.twin, own, threads, cache=cache) for role, own in by_role.items() if own}
     found = DiagnosisRun(machine, models, parts, forms, trials, tolerance, progress, allow).run()
-    return replace(found, notes=(*found.notes, *left_out))
+    return replace(found, notes=(*found.notes, *left_out, *hum))
+
+
+def by_probe(forms: tuple[Form, ...], trials: Sequence[Trial]) -> tuple[Form, ...]:
+    """Forms with those of the sensors for every probe, or every plane, of several planes: each errs by itself."""
+    planes = {t.changes.get(PLANE, MAIN): t.names for t in trials}
+    if len(planes) < 2:
+        return forms
+    out: list[Form] = []
+    for form in forms:
+        own = REGISTRY[form.effect].port == "sensor"
+        for z, names in planes.items() if own else ():
+            axis = form.parameters[0].key.partition("~")[0].rpartition(".")[2].rpartition("_")[2]
+            if axis in ("x", "y") and len(names) == 1:
+                continue
+            where = names["xy".index(axis)] if axis in ("x", "y") and names else _plane_of(z, names)
+            label, _, shape = form.label.partition(" @ ")
+            label = f"{label} of {where}" + (f" @ {shape}" if shape else "")
+            moved = {kind: tuple(replace(k, plane=z) for k in getattr(form, kind)) for kind in ("parameters", "refine")}
+            out.append(replace(form, label=label, **moved))
+        out += [] if own else [form]
+    return tuple(sorted(out, key=lambda f: f.label))
+
+
+def _plane_of(z: float, names: tuple[str, ...]) -> str:
+    """The probes of a plane as text."""
+    return " and ".join(names) or ("the probes of the disc" if z == MAIN else f"the probes at {1e3 * z:.6g} mm")
 
 
 def for_probes(forms: tuple[Form, ...], trials: Sequence[Trial]) -> tuple[tuple[Form, ...], list[str]]:
@@ -258,7 +293,9 @@ class DiagnosisRun:
         if not self.fitted.scatter_known:
             source = " and ".join(unknown_sources(self.fitted.trials))
             notes.append(f"no repeats and no periods: the floor comes from {source}")
-        notes += notes_on_changes({t.name: t.changes for t in self.trials})
+        named = {t.names for t in self.fitted.trials if len(t.names) == 2 and not t.other_plane}
+        notes += [NAMED_PROBES.format(*names) for names in sorted(named)]
+        notes += notes_on_changes({t.name: t.stated_changes for t in self.trials})
         beyond = strained(base)
         notes += [STRAINED.format(", ".join(beyond))] if beyond else []
         notes += [COMMON_DELAY] if any(t.clock for t in self.trials) else []
@@ -284,29 +321,40 @@ class DiagnosisRun:
         except NoAnswerError:
             verdict, search = SearchVerdict("unknown"), None
             notes.append(NO_ANSWER)
-        judged = self._odds(base, flags, verdict, search)
-        if search is not None:
-            judged = joined_classes(judged, verdict)
-            verdict = by_odds(verdict, judged, {f.key for f in search.forms})
-        verdict, refused = self._confirmed(base, verdict)
-        notes += refused
-        if verdict.status == "no_disagreement" and not self.fitted.scatter_known:
-            verdict = replace(verdict, status="unknown")
-            notes.append(NO_ACCURACY)
-        if verdict.best is not None and not flags:
-            notes.append(FAINT.format(base.cost - verdict.best.fit.cost))
-        if unexplained(self.fitted, fitted) > UNLIKE and verdict.status != "no_disagreement":
-            verdict = replace(verdict, status="unknown", best=None, rivals=())
-        return self._result(base, flags, verdict, search, judged, notes)
+        judgement = self._judged(base, flags, verdict, search, unexplained(self.fitted, fitted))
+        notes += judgement.notes
+        if judgement.verdict.best is not None and not flags:
+            notes.append(FAINT.format(base.cost - judgement.verdict.best.fit.cost))
+        return self._result(base, flags, judgement.verdict, search, judgement.odds, notes)
 
-    def _confirmed(self, base: ParameterFit, verdict: SearchVerdict) -> tuple[SearchVerdict, list[str]]:
-        """The verdict, refused where untouched records do not bear it out, with the sentence of the refusal."""
-        untouched, best = self.parts.get("untouched"), verdict.best
-        if untouched is None or best is None:
-            return verdict, []
-        gone = untouched_gone(untouched, untouched.residual(base.point), untouched.residual(best.fit.point))
-        refused = objection(verdict.status, " with ".join(best.keys), gone)
-        return (replace(verdict, status="unknown", best=None, rivals=()), [refused]) if refused else (verdict, [])
+    def _judged(
+        self, base: ParameterFit, flags: list[Misfit], verdict: SearchVerdict, search: EffectSearch | None, share: float
+    ) -> Judgement:
+        """The verdict of the judge on all evidence; `share` of the response stays unexplained."""
+        odds, known = self._odds(base, flags, verdict, search), frozenset[str]()
+        if search is not None:
+            odds, known = joined_classes(odds, verdict), frozenset(f.key for f in search.forms)
+        best = by_odds(verdict, odds, known).best
+        point, gone, left, worse = base.point if best is None else best.fit.point, None, list[Misfit](), ()
+        others = {role: part for role, part in self.parts.items() if role != "fit"}
+        for role, part in others.items():
+            after = part.residual(point)
+            left += beyond_floor(part, after)
+            if role == "untouched":
+                gone = None if best is None else untouched_gone(part, part.residual(base.point), after)
+                worse = worse_than(part, part.residual(ParameterPoint()), after)
+        large = self._large(base)
+        return judged(
+            AllEvidence(verdict, odds, known, tuple(left), gone, worse, large, share, self.fitted.scatter_known)
+        )
+
+    def _large(self, base: ParameterFit) -> tuple[str, ...]:
+        """Sentences on calibrated numbers that are far from the machine file."""
+        found = calibration_of(base, covariance(base, self.fitted.layout.record), base.parameters)
+        rows = {row.key: row for row in recalibrated_values(self.machine, found)}
+        far = strained(base)
+        shown = [row.sentence for row in rows.values() if row.large or row.key in far]
+        return (*shown, *(f"{key} is {found[key][0]:+.3g} +- {found[key][1]:.2g}" for key in far if key not in rows))
 
     def _name(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit]
@@ -343,7 +391,7 @@ class DiagnosisRun:
 
     def _result(
         self, base: ParameterFit, flags: list[Misfit], verdict: SearchVerdict, search: EffectSearch | None,
-        judged: tuple[Explanation, ...], notes: list[str],
+        odds: tuple[Explanation, ...], notes: list[str],
     ) -> Diagnosis:  # fmt: skip
         self.progress("show")
         best = verdict.best
@@ -362,7 +410,7 @@ class DiagnosisRun:
         model = "the re-calibrated model" if best is None else f"the model with {' and '.join(best.keys)}"
         moved = self._moved_by_solver(comparison)
         unsettled = [NOT_SETTLED.format(" and ".join(best.keys), moved)] if best and moved > UNSETTLED else []
-        planner = self._planner(base, verdict, search, judged)
+        planner = self._planner(base, verdict, search, odds)
         return Diagnosis(
             status=verdict.status,
             machine=self.machine,
@@ -379,13 +427,14 @@ class DiagnosisRun:
             ),
             calibration=calibration_of(*written, base.parameters) | self._clocks(final.point),
             evidence=evidence_of(base, best, search),
-            explanations=judged,
+            explanations=odds,
             priors=prior_sizes(self.forms),
             planned=None if self.allow is None else planner(self.allow, np.inf, SURE),
             planner=planner,
             data_hash=data_hash(self.trials),
             spectra=shown,
             tried=tuple(h.as_dict() for h in verdict.tried),
+            large=self._large(base),
         )
 
     def _odds(
@@ -399,7 +448,7 @@ class DiagnosisRun:
             return ()
 
     def _planner(
-        self, base: ParameterFit, verdict: SearchVerdict, search: EffectSearch | None, judged: tuple[Explanation, ...]
+        self, base: ParameterFit, verdict: SearchVerdict, search: EffectSearch | None, odds: tuple[Explanation, ...]
     ) -> Planner:  # fmt: skip
         """Planner of the next experiment, by allowed changes, longest experiment [min] and probability that settles."""
 
@@ -409,11 +458,11 @@ class DiagnosisRun:
             fits = {h.keys: h.fit for h in sorted(verdict.fitted, key=lambda h: -h.fit.cost) if not h.failed} | {
                 (): base
             }
-            others = [e for e in rivals_of(judged) if len(e.effects) == 1 and e.effects not in fits]
+            others = [e for e in rivals_of(odds) if len(e.effects) == 1 and e.effects not in fits]
             if search is not None and others:
                 fits |= search.tangents(e.effects[0] for e in others if e.shown)
                 fits |= search.not_moved(e.effects[0] for e in others if not e.shown)
-            return plan_next(self.fitted, fits, judged, allow, lambda: self.progress("plan"), longest, sure)
+            return plan_next(self.fitted, fits, odds, allow, lambda: self.progress("plan"), longest, sure)
 
         return planned
 

@@ -8,22 +8,25 @@ actuators have no place in a machine file and stand as comments.
 from __future__ import annotations
 
 from cmath import phase as argument
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from difflib import unified_diff
-from math import hypot, pi
+from math import hypot, log, nan, pi
 from typing import Any
 
+import numpy as np
 import tomlkit
 
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import quantities
 from rotorsim.base.units import TO_UM, show
+from rotorsim.discrepancy.calibration import sd_of_polar, wave
 from rotorsim.discrepancy.twin import of_axis, of_bearing, of_each_film, own_tables
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine
 from rotorsim.machine.file_text import comment, inline
+from rotorsim.plant.mesh import Mesh
 
 CLOCK = "clock of "
 """Beginning of the calibration's keys of clock offsets [s], before the name of a record."""
@@ -34,6 +37,26 @@ HEAD = (
 """Comment at the top of a re-calibrated machine file."""
 WRITTEN = ("named", "tie")
 """Verdicts whose effects are written."""
+LARGE = {"k": 1.5, "c": 2.0}
+"""Factor on the stiffness (k) and on the damping (c) of a bearing from which on its calibration is a finding."""
+WORDS_OF_CHANGE = {"k": ("stiffer", "softer"), "c": ("more damped", "less damped")}
+"""Words for a larger and a smaller number of a bearing."""
+CHANGED = ("larger", "smaller")
+"""Words for other numbers."""
+FACTORS_OF: dict[str, tuple[str, str, str, Callable[[Any], float]]] = {
+    "shaft_damping": ("shaft.damping_ratio", "the damping ratio of the shaft", "1", lambda m: m.shaft.damping_ratio),
+    "shaft_stiffness": (
+        "shaft.material.youngs_modulus", "Young's modulus of the shaft", "Pa",
+        lambda m: m.shaft.material.youngs_modulus,
+    ),
+    "curtain_discharge": (
+        "injection.curtain_discharge", "the discharge coefficient of the curtains", "1",
+        lambda m: m.injection.curtain_discharge,
+    ),
+}  # fmt: skip
+"""Path, place, unit and value before of the numbers that a relative change of the calibration turns."""
+SAME_PLACE = 1e-6
+"""Distance [m] within which two effects act at one place."""
 FOUND, FITTED = "found by rotorsim diagnose", "re-calibrated by rotorsim diagnose"
 """Remarks next to an identified and to a calibrated value."""
 
@@ -47,6 +70,8 @@ class IdentifiedEffect:
     parameters: dict[str, float]
     sd: dict[str, float]
     tie_class: tuple[str, ...]
+    written: bool = True
+    """Whether the machine file has a place for it: it has none for single probes, and for those of other planes."""
 
     def sizes(self) -> Iterator[tuple[str, str, str]]:
         """Parameter, value and standard deviation in display units; no standard deviation where it was held."""
@@ -54,6 +79,102 @@ class IdentifiedEffect:
         for name, value in self.parameters.items():
             sd = _with_unit(self.sd[name], units[name], 2) if name in self.sd else ""
             yield name, _with_unit(value, units[name], 4), sd
+
+
+@dataclass(frozen=True)
+class RecalibratedValue:
+    """Number of the machine file that was calibrated: its path, value, standard deviation and value before [SI].
+
+    `key` is that of the calibration, `place` what the number belongs to, in words.
+    """
+
+    path: str
+    value: float
+    sd: float
+    before: float
+    unit: str
+    key: str
+    place: str
+
+    @property
+    def large(self) -> bool:
+        """Whether a bearing's number has changed by a factor of `LARGE`, by two standard deviations at least."""
+        least = LARGE.get(self.key.rpartition(".")[2][:1]) if self.key.startswith("bearing.") else None
+        if least is None or not min(self.value, self.before) > 0:
+            return False
+        return abs(log(self.value / self.before)) - 2 * self.sd / self.value > log(least)
+
+    @property
+    def sentence(self) -> str:
+        """Sentence on the place, the size with its standard deviation, and the change."""
+        size = f"{_rough(self.value, self.unit, 3)} +- {_rough(self.sd, self.unit)}"
+        file = f"the file has {_rough(self.before, self.unit, 3)}" if self.before else "the file has none"
+        words = WORDS_OF_CHANGE.get(self.key.rpartition(".")[2][:1] if self.key.startswith("bearing.") else "", CHANGED)
+        ratio = self.value / self.before if self.before else nan
+        more = f": {max(ratio, 1 / ratio):.2g} times {words[ratio < 1]}" if ratio > 0 else ""
+        return f"{self.place} is {size}, {file}{more}"
+
+
+def recalibrated_values(
+    machine: Machine, calibration: Mapping[str, tuple[float, float]]
+) -> tuple[RecalibratedValue, ...]:
+    """Numbers of the machine file that a calibration (value and standard deviation by key) replaces."""
+    found = []
+    partners = {f"bearing.{n}.{w}{key[-1]}": (0.0, 0.0) for key in calibration if key.startswith("bearing.")
+                for n in (key.split(".")[1],) for w in "kc"}  # fmt: skip
+    for key, (change, sd) in (partners | dict(calibration)).items():
+        _, _, last = key.rpartition(".")
+        if key.startswith("bearing."):
+            row = _of_bearing(machine, key, calibration)
+            found += [row] if row.value else []
+        elif key in FACTORS_OF:
+            path, name, unit, own = FACTORS_OF[key]
+            before = own(machine)
+            found.append(RecalibratedValue(path, before * (1 + change), abs(before) * sd, before, unit, key, name))
+        elif " x " not in key and "~" not in key and "." in key and not key.startswith(CLOCK):
+            name, table = key.split(".")[:2]
+            before = float(getattr(_table_before(machine, name, int(table)), last))
+            path, shown = f"effects.{name}.{table}.{last}", f"{last} of {name}"
+            found.append(RecalibratedValue(path, before + change, sd, before, _unit_of(key), key, shown))
+    for key in dict.fromkeys(key[:-2] for key in calibration if "~" in key):
+        found += _of_wave(machine, key, calibration)
+    return tuple(found)
+
+
+def _of_wave(machine: Machine, key: str, calibration: Mapping[str, tuple[float, float]]) -> Iterator[RecalibratedValue]:
+    """Amplitude and phase of a wave of the machine file whose parts were calibrated; none where it has no such wave."""
+    (name, table, pair), parts = key.split("."), [calibration.get(f"{key}.{part}", (0.0, 0.0)) for part in "cs"]
+    amplitude, phase = pair.split("~")
+    number = _same_place(machine, name, int(table))
+    if number is None:
+        return
+    own = wave(machine.effects[name][number], amplitude, phase)
+    sizes = sd_of_polar(parts[0][0], parts[1][0], np.diag([sd**2 for _, sd in parts]), own)
+    before = abs(own), argument(own)
+    for i, parameter in enumerate((amplitude, phase)):
+        path, shown = f"effects.{name}.{number}.{parameter}", f"{parameter} of {name} {number + 1}"
+        unit = quantities(REGISTRY[name])[parameter].unit
+        yield RecalibratedValue(path, sizes[i], sizes[2 + i], before[i], unit, key, shown)
+
+
+def _same_place(machine: Machine, name: str, table: int) -> int | None:
+    """Number of the machine file's own table of an effect at the place of a table of its twin; None for none."""
+    mesh, present = Mesh(machine), machine.effects.get(name, ())
+    place = mesh.place(REGISTRY[name].neutral(machine, table - len(present)))
+    return next((i for i, effect in enumerate(present) if abs(mesh.place(effect) - place) < SAME_PLACE), None)
+
+
+def _of_bearing(machine: Machine, key: str, calibration: Mapping[str, tuple[float, float]]) -> RecalibratedValue:
+    """Calibrated stiffness or damping of a linear bearing along an axis."""
+    _, place, (what, axis) = key.split(".")
+    (stiffer, sd_k), (lossier, sd_c) = (calibration.get(f"bearing.{place}.{w}{axis}", (0.0, 0.0)) for w in "kc")
+    before = of_axis(machine.bearings[int(place)], axis)
+    new = of_bearing(*before, stiffer, lossier)
+    shares = (sd_k / (1 - stiffer), hypot(sd_c / (1 + lossier), 2 * sd_k / (1 - stiffer)))
+    i = "kc".index(what)
+    name = f"{('stiffness', 'damping')[i]} {what}{axis}{axis} of the bearing {machine.bearing_names[int(place)]}"
+    path = f"bearings.{place}.{what}{axis}{axis}"
+    return RecalibratedValue(path, new[i], shares[i] * new[i], before[i], ("N/m", "N*s/m")[i], key, name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +188,11 @@ class Findings:
     calibration: dict[str, tuple[float, float]]
     evidence: dict[str, float]
     data_hash: str
+
+    @property
+    def recalibration(self) -> tuple[RecalibratedValue, ...]:
+        """Calibrated numbers of the machine file: path, value, standard deviation and value before."""
+        return recalibrated_values(self.machine, self.calibration)
 
     def changes(self) -> Iterator[tuple[str, str, str]]:
         """Calibrated parameter, its change and standard deviation in display units; relative where there is no unit."""
@@ -113,6 +239,9 @@ def _written(diagnosis: Findings, text: str, last: bool) -> str:
     _one_for_each_film(effects, diagnosis.machine, changed | {key.split(".")[0] for key in diagnosis.calibration})
     left_out = _calibrate(document, effects, diagnosis)
     for found in diagnosis.effects if diagnosis.status in WRITTEN else ():
+        if not found.written:
+            left_out += [f"{found.form}: {p} = {value}{f' +- {sd}' if sd else ''}" for p, value, sd in found.sizes()]
+            continue
         _add(effects, found.effect, found.parameters, _comments(diagnosis, found), FOUND)
     if not last:
         _put_ahead(effects, [name for name in effects if name not in before])
@@ -159,10 +288,12 @@ def _comments(diagnosis: Findings, found: IdentifiedEffect) -> list[str]:
     return lines
 
 
-def _rough(value: float, unit: str) -> str:
+def _rough(value: float, unit: str, digits: int = 2) -> str:
     """Value with two digits, in the unit that machine files use."""
+    if unit == "1":
+        return f"{value:.{digits}g}"
     number, _, written = show(value, unit).partition(" ")
-    return f"{float(f'{float(number):.2g}'):g} {written}".rstrip()
+    return f"{float(f'{float(number):.{digits}g}'):g} {written}".rstrip()
 
 
 def _add(effects: Any, name: str, values: dict[str, float], comments: list[str], remark: str) -> None:
@@ -249,6 +380,18 @@ def short(value: float) -> float:
     return float(f"{value:.9g}")
 
 
+def _replace(document: Any, row: RecalibratedValue) -> None:
+    """Write a calibrated number, with its standard deviation and the value before as its comment."""
+    *path, last = row.path.split(".")
+    table = document
+    for name in path:
+        # a single table of an effect needs no number
+        if not name.isdigit() or isinstance(table, list):
+            table = table[int(name) if name.isdigit() else name]
+    value = short(row.value) if row.unit == "1" else show(short(row.value), row.unit)
+    _put(table, last, value, f"{FITTED}, +- {_rough(row.sd, row.unit)}; before {_rough(row.before, row.unit, 9)}")
+
+
 def _keep_y(table: Any, bearing: Any) -> None:
     """Write a bearing's numbers along y where the file leaves them to be those along x."""
     for what, value, unit in zip("kc", of_axis(bearing, "y"), ("N/m", "N*s/m"), strict=True):
@@ -256,22 +399,12 @@ def _keep_y(table: Any, bearing: Any) -> None:
             table[f"{what}yy"] = show(value, unit)
 
 
-def _bearing(table: Any, bearing: Any, axis: str, estimates: dict[str, tuple[float, float]]) -> None:
-    """Write stiffness and damping of a bearing along an axis; `estimates` has changes and their scatter by 'k', 'c'."""
-    (stiffer, sd_k), (lossier, sd_c) = (estimates.get(what, (0.0, 0.0)) for what in "kc")
-    new = of_bearing(*of_axis(bearing, axis), stiffer, lossier)
-    shares = (sd_k / (1 - stiffer), hypot(sd_c / (1 + lossier), 2 * sd_k / (1 - stiffer)))
-    for what, value, share, unit in zip("kc", map(short, new), shares, ("N/m", "N*s/m"), strict=True):
-        if value:
-            _put(table, f"{what}{axis}{axis}", show(value, unit), f"{FITTED}, +- {_rough(share * value, unit)}")
-
-
 def _calibrate(document: Any, effects: Any, diagnosis: Findings) -> list[str]:
     """Write the calibration; returns comments on the numbers that have no place in the file."""
     machine, left_out = diagnosis.machine, []
     tables: dict[tuple[str, int], dict[str, float]] = {}
     turned: dict[str, complex] = {}
-    bearings: dict[tuple[int, str], dict[str, tuple[float, float]]] = {}
+    direct: list[str] = []
     for key, (value, sd) in diagnosis.calibration.items():
         if (
             " x " in key
@@ -289,30 +422,23 @@ def _calibrate(document: Any, effects: Any, diagnosis: Findings) -> list[str]:
             left_out.append(f"calibration not written: {key} = {value:.4g} +- {sd:.2g}")
         elif "~" in key:
             turned[key[:-2]] = turned.get(key[:-2], 0) + value * (1 if key[-1] == "c" else 1j)
-        elif key == "shaft_damping":
-            own = machine.shaft.damping_ratio
-            _put(document["shaft"], "damping_ratio", short(own * (1 + value)), f"{FITTED}, +- {own * sd:.2g}")
-        elif key == "shaft_stiffness":
-            own = machine.shaft.material.youngs_modulus
-            text = show(short(own * (1 + value)), "Pa")
-            _put(document["shaft"]["material"], "youngs_modulus", text, f"{FITTED}, +- {_rough(own * sd, 'Pa')}")
-        elif key == "curtain_discharge" and machine.injection is not None:
-            own = machine.injection.curtain_discharge
-            _put(document["injection"], "curtain_discharge", short(own * (1 + value)), f"{FITTED}, +- {own * sd:.2g}")
-        elif key.startswith("bearing."):
-            _, place, what = key.split(".")
-            bearings.setdefault((int(place), what[1]), {})[what[0]] = value, sd
+        elif key in FACTORS_OF or key.startswith("bearing."):
+            direct.append(key)
         else:
             name, table, parameter = key.split(".")
             tables.setdefault((name, int(table)), {})[parameter] = value
-    for (number, axis), estimates in bearings.items():
-        if (number, "y") not in bearings:
+    for number in dict.fromkeys(int(key.split(".")[1]) for key in direct if key.startswith("bearing.")):
+        if not any(key.startswith(f"bearing.{number}.") and key.endswith("y") for key in direct):
             _keep_y(document["bearings"][number], machine.bearings[number])
-        _bearing(document["bearings"][number], machine.bearings[number], axis, estimates)
+    replaced = set()
+    for row in recalibrated_values(machine, diagnosis.calibration):
+        if row.key in direct or row.key in turned or row.key.startswith("bearing."):
+            _replace(document, row)
+            replaced.add(row.key)
     for (name, number), changes in tables.items():
         before = _table_before(machine, name, number)
         _add(effects, name, {p: getattr(before, p) + v for p, v in changes.items()} | _film(before), [FITTED], FITTED)
-    for key, z in turned.items():
+    for key, z in ((key, z) for key, z in turned.items() if key not in replaced):
         owner, _, pair = key.rpartition(".")
         amplitude, _, phase = pair.partition("~")
         name, place = owner.split(".")

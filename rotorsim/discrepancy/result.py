@@ -12,13 +12,15 @@ import numpy as np
 from rotorsim.base.display import Card, Reported, Shown
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import TO_RPM, TO_UM
-from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, lobes, wave
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, lobes, sd_of_polar, wave
 from rotorsim.discrepancy.candidates import Form
+from rotorsim.discrepancy.changes import MAIN
 from rotorsim.discrepancy.comparison import Misfit
 from rotorsim.discrepancy.decision import DecisionSteps, check_allowed
-from rotorsim.discrepancy.fit import ParameterFit, sd_of_polar
+from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.hypotheses import EffectSearch, Hypothesis
+from rotorsim.discrepancy.judge import LIKELY, NO_ACCURACY, VERDICTS
 from rotorsim.discrepancy.machine_file import Findings, IdentifiedEffect, extended
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, entropy, shown_share
@@ -32,16 +34,6 @@ if TYPE_CHECKING:
 
     from rotorsim.discrepancy.ranking import ExperimentPlan
 
-EXIT_CODES = {"no_disagreement": 0, "named": 10, "tie": 11, "partial": 11, "unknown": 12}
-"""Exit code of the command by verdict."""
-WORDS = {
-    "no_disagreement": "No disagreement: after re-calibration every group of lines is within the floor.",
-    "named": "Named: {effects}.",
-    "tie": "Tie: the records show {effects}, or, indistinguishable from it: {rivals}.",
-    "partial": "Partial: {effects} helps, but much of the disagreement stays; this is not a name.",
-    "unknown": "Unknown: no effect of the catalogue explains the disagreement; see the equivalent force.",
-}
-"""Sentence of each verdict."""
 NOT_SURE = "Tie: the records show {effects}, but do not exclude: {others}."
 WITHIN_FORM = (
     "No disagreement: that nothing is missing has {share}; {count} groups of lines are beyond the floor, but within "
@@ -51,10 +43,6 @@ EXCLUDED = 0.01
 """Probability below which an explanation counts as excluded."""
 Planner = Callable[[Iterable[str], float, float], "ExperimentPlan"]
 """Planner of experiments by allowed changes, longest experiment [min] and probability that settles."""
-NO_ACCURACY = (
-    "nothing states how exact the records are: they may agree or be too coarse to disagree; give accuracy (a "
-    "displacement), or record one operating point twice"
-)
 PLAN_NEXT = (
     "To rank the experiments that may separate the explanations, diagnose again with --plan-next (in Python: "
     "found.plan())."
@@ -62,13 +50,17 @@ PLAN_NEXT = (
 NOTHING_BEYOND = (
     "Unknown: nothing disagrees beyond the scatter within the records, but how exact they are is not stated."
 )
+UNDECIDED = (
+    "Unknown: {count} groups of lines are beyond the floor; that nothing is missing has {share}, less than the "
+    "{sure:.0f} % that it takes."
+)
 FORCE = "equivalent force"
 """Label of the force that would make the residual which no effect explains."""
 
 
 def found_of(twin: Twin, form: Form, fit: ParameterFit, V: np.ndarray, tie_class: tuple[str, ...]) -> IdentifiedEffect:
     """Estimated parameters of a form with standard deviations, as in its table of the machine file."""
-    own = {k: fit.point.values.get(k, 0.0) for k in (*form.parameters, *form.refine)}
+    own = {replace(k, plane=None): fit.point.values.get(k, 0.0) for k in (*form.parameters, *form.refine)}
     absolute = ParameterPoint(own, form.fixed).setting(twin)
     parameters = {key.split(".")[2]: value for key, value in absolute.items()}
     table = next(iter(absolute)).split(".")[1]
@@ -91,7 +83,8 @@ def found_of(twin: Twin, form: Form, fit: ParameterFit, V: np.ndarray, tie_class
     for parameter in (*form.parameters, *form.refine):
         if "~" not in parameter.key and parameter in at:
             sd[parameter.key.split(".")[2]] = float(np.sqrt(V[at[parameter], at[parameter]]))
-    return IdentifiedEffect(form.effect, form.key, parameters, sd, tie_class)
+    in_file = form.parameters[0].plane in (None, MAIN)
+    return IdentifiedEffect(form.effect, form.key, parameters, sd, tie_class, in_file)
 
 
 def calibration_of(
@@ -142,6 +135,8 @@ class Diagnosis(Shown, Findings, Reported):
     """Planner of further experiments; a diagnosis that was stored has none."""
     steps: DecisionSteps | None = None
     """Odds after each step of a loop of diagnoses and experiments."""
+    large: tuple[str, ...] = ()
+    """Sentences on calibrated numbers that are far from the machine file."""
 
     @property
     def odds(self) -> dict[str, float]:
@@ -160,7 +155,8 @@ class Diagnosis(Shown, Findings, Reported):
     @property
     def unplanned(self) -> bool:
         """Whether the odds are not settled and no experiment was planned that may settle them."""
-        if self.status in ("no_disagreement", "named") or self.planned is not None or self.steps is not None:
+        settled = self.status in ("no_disagreement", "recalibrated", "named")
+        if settled or self.planned is not None or self.steps is not None:
             return False
         return bool(self.explanations) and (self.status == "tie" or max(self.odds.values()) < SURE)
 
@@ -206,8 +202,8 @@ class Diagnosis(Shown, Findings, Reported):
 
     @property
     def exit_code(self) -> int:
-        """Exit code of the command: 0 no disagreement, 10 named, 11 tie or partial, 12 unknown."""
-        return EXIT_CODES[self.status]
+        """Exit code: 0 no disagreement, 10 named, 11 tie or partial, 12 unknown, 13 re-calibrated far off."""
+        return VERDICTS[self.status].exit_code
 
     @property
     def sentence(self) -> str:
@@ -223,7 +219,11 @@ class Diagnosis(Shown, Findings, Reported):
         if self.status == "no_disagreement" and self.localisation and self.explanations:
             share = shown_share(self.odds.get(NOTHING, 0.0))
             return WITHIN_FORM.format(share=share, count=len(self.localisation))
-        return WORDS[self.status].format(effects=effects, rivals="; ".join(rivals))
+        nothing = self.odds.get(NOTHING, 0.0)
+        if self.status == "unknown" and nothing > LIKELY and self.localisation:
+            return UNDECIDED.format(count=len(self.localisation), share=shown_share(nothing), sure=100 * SURE)
+        text = VERDICTS[self.status].sentence
+        return text.format(effects=effects, rivals="; ".join(rivals), changes="; ".join(self.large))
 
     def apply(self) -> Machine:
         """The machine with the new calibration, and the effects where they are named or tied."""
@@ -251,6 +251,10 @@ class Diagnosis(Shown, Findings, Reported):
             "gap_reduction_untouched": _number(reduction(self.gap)),
             "gap_reduction_fit": _number(reduction(self.gap, "fit")),
             "calibration": {k: {"value": v, "sd": s} for k, (v, s) in self.calibration.items()},
+            "recalibration": [
+                {"path": r.path, "value": r.value, "sd": r.sd, "before": r.before} for r in self.recalibration
+            ],
+            "large": list(self.large),
             "evidence": self.evidence,
             "notes": list(self.notes),
             "odds": self.odds,

@@ -1,9 +1,6 @@
-r"""Verdict of a diagnosis: what its search accepts, the odds of all explanations, and what follows from both.
+r"""Verdict of a search, and the odds of all explanations; the judge (`judge`) makes the verdict of a diagnosis of both.
 
-The search names an effect for at least 95 % of the flagged misfit only. An explanation is confirmed by records that
-took no part in the search. The gap there is that of the line groups beyond their floor, before or with the effect, the
-floor's own part subtracted. In the few cases known when the border was chosen, halfway, right names took 97 to 100 % of
-the whole gap (69 % in records resampled by hand) and wrong ones 0 to 20 %.
+The search names an effect for at least 95 % of the flagged misfit only.
 
 .. math:: P_k \propto p_k\, Z_k
 
@@ -13,11 +10,6 @@ point. The temperature T makes up for what the evidence takes for certain (indep
 on hidden cases, not derived. An effect whose size the records do not narrow down cannot be distinguished from nothing,
 and is counted with it.
 
-A name or a tie of the search is named where one explanation has `SURE`, a tie where several share it, and partial where
-something beyond the catalogue is more likely than not. A partial explanation is the most probable one that helps. Where
-the search has no name, or too little, `no_disagreement` follows if nothing missing has `SURE`: all that is flagged is
-within the model's inferred form error then.
-
 Cites: mackay_2003, kennedy_2001.
 """
 
@@ -25,12 +17,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from math import comb, inf, sqrt
+from math import comb
 
 import numpy as np
 
 from rotorsim.discrepancy.candidates import alike_by_weight, class_of
-from rotorsim.discrepancy.comparison import Misfit, TwinComparison, flagged, table
+from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.evidence import (
     ModelForm,
     likely_sizes,
@@ -64,8 +56,6 @@ A_FIFTH = 0.2
 """Share of the flagged excess that a partial explanation takes at least."""
 ANOTHER = 0.05
 """Share of the flagged misfit that a further effect must take."""
-LEAST_GONE = {"named": 0.5, "tie": 0.5, "partial": 0.1}
-"""Share of the gap on untouched records that has to go, by verdict."""
 BEYOND = "something that is not in the catalogue"
 NOTHING = "nothing is missing"
 NOT_IN_CATALOGUE = "not in the catalogue"
@@ -87,10 +77,6 @@ LESS_EXACT = 10.0
 within 10 %."""
 NARROWED = 0.3
 """Standard deviation of a size, over the prior one, from which on the records do not show it."""
-RIVAL = 0.01
-"""Probability from which an explanation is a rival of a tie."""
-LIKELY = 0.5
-"""Probability of something beyond the catalogue from which no name is given."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,34 +193,6 @@ def _short_of_a_name(search: EffectSearch, tried: list[Hypothesis], known: set[s
     best = min(simpler, key=lambda h: (len(h.forms), h.score)) if simpler else best
     rivals = tied(best, [h for h in helps if len(h.forms) == len(best.forms)], search.base)
     return SearchVerdict("partial", best, tuple(rivals), tuple(class_of(k, known) for k in best.keys), tuple(tried))
-
-
-def untouched_gone(comparison: TwinComparison, before: np.ndarray, after: np.ndarray) -> float | None:
-    """Share of the gap that goes from one whitened residual (n,) to another; None if no group is beyond its floor.
-
-    Negative where the gap grows, minus infinity where there was none.
-    """
-    tables = [table(comparison, residual) for residual in (before, after)]
-    beyond = {_place(f) for groups in tables for f in flagged(groups)}
-    if not beyond:
-        return None
-    # sums of squares [m^2] of the groups beyond their floor
-    old, new = (
-        max(sum(f.numbers * (f.rms**2 - f.floor**2) for f in groups if _place(f) in beyond), 0.0) for groups in tables
-    )
-    return 1 - sqrt(new / old) if old > 0 else -inf
-
-
-def objection(status: str, names: str, gone: float | None) -> str:
-    """Sentence that refuses a verdict for the share of the untouched gap that goes; empty where nothing does."""
-    if gone is None or gone >= LEAST_GONE.get(status, -inf):
-        return ""
-    found = f"only {100 * gone:.0f} % of the gap goes" if gone > 0 else "the gap does not get smaller"
-    return f"with {names} {found} on untouched records: not confirmed, nothing is named"
-
-
-def _place(flag: Misfit) -> tuple[int, str, str]:
-    return flag.number, flag.channel, flag.group
 
 
 def tied(best: Hypothesis, others: Sequence[Hypothesis], base: ParameterFit) -> list[Hypothesis]:
@@ -430,42 +388,6 @@ def _merged(found: list[Explanation], known: set[str]) -> tuple[Explanation, ...
         if e.shown
     ]
     return tuple(sorted(out, key=lambda e: (-e.probability, e.name)))
-
-
-def by_odds(verdict: SearchVerdict, odds: Sequence[Explanation], known: Iterable[str]) -> SearchVerdict:
-    """The verdict of a search as the odds have it; unchanged where there are none."""
-    if not odds:
-        return verdict
-    beyond = sum(e.probability for e in odds if e.beyond)
-    if verdict.status in ("named", "tie") and verdict.best is not None:
-        if beyond > LIKELY:
-            return replace(verdict, status="partial", rivals=())
-        return _of_names(verdict, verdict.best, odds, set(known))
-    nothing = sum(e.probability for e in odds if not e.effects and not e.beyond)
-    if verdict.status in ("unknown", "partial") and nothing >= SURE:
-        return replace(verdict, status="no_disagreement", best=None, rivals=(), classes=())
-    return _most_probable_part(verdict, odds, set(known)) if verdict.status == "partial" else verdict
-
-
-def _most_probable_part(verdict: SearchVerdict, odds: Sequence[Explanation], known: set[str]) -> SearchVerdict:
-    """A partial explanation by the effects that are most probable, with something beyond the catalogue or without."""
-    first = max((e for e in odds if e.effects), key=lambda e: e.probability, default=None)
-    own = () if first is None else (first.effects, *first.alike)
-    helps = [h for h in verdict.tried if h.keys in own and not h.failed and h.gone >= A_FIFTH]
-    if not helps:
-        return verdict
-    best = min(helps, key=lambda h: h.fit.cost)
-    return replace(verdict, best=best, rivals=(), classes=tuple(class_of(key, known) for key in best.keys))
-
-
-def _of_names(verdict: SearchVerdict, best: Hypothesis, odds: Sequence[Explanation], known: set[str]) -> SearchVerdict:
-    """A name or a tie of the hypotheses that the search has accepted."""
-    accepted = sorted((best, *verdict.rivals), key=lambda h: -probability_of(h.keys, odds))
-    first, p = accepted[0], probability_of(accepted[0].keys, odds)
-    others = [h for h in accepted[1:] if p < SURE and probability_of(h.keys, odds) >= RIVAL]
-    classes = verdict.classes if first is best else tuple(class_of(key, known) for key in first.keys)
-    several = any(len(own) > 1 for own in classes) or bool(others) or p < SURE
-    return replace(verdict, status="tie" if several else "named", best=first, rivals=tuple(others), classes=classes)
 
 
 def joined_classes(odds: Sequence[Explanation], verdict: SearchVerdict) -> tuple[Explanation, ...]:

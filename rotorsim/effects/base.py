@@ -7,6 +7,9 @@ An effect file holds the equation and its source, a dataclass whose fields are m
               `position`, at time t [s]; with ``influence = "mass"`` the pair is an acceleration [m/s^2] of the
               whole shaft, with ``influence = "bow"`` the deflection [m] the unloaded shaft has between its bearings.
               `angle` [rad] stays within one turn, so only whole orders of it are continuous.
+``random_force`` ``(w, state, seed, sample, speed, p)``  moves its `states` in w[state:] on by a sample, once a sample,
+              with random numbers of the seed and the sample; `between`, ``(w, state, share, p) -> (fx, fy)``, is the
+              force [N] on the shaft at `position` after a share of the sample.
 ``motion``    ``(t, angle, speed, x, y, vx, vy, p) -> (fx, fy)``  force [N] on the shaft at `position` that depends on
               the displacement [m] and velocity [m/s] there; met implicitly by the step.
               Of a force that turns the shaft, `braking`, with the same arguments, is the torque [N m] along z.
@@ -35,6 +38,8 @@ An effect file holds the equation and its source, a dataclass whose fields are m
               reads after h [s] in which the pin went straight from `start` to `end` and the signal began as `before`;
               `seen` is that of a perfect sensor, `end`, or of the table before; h is 0 where a pin has just jumped.
               `reading_noise`, ``(number, seed, sample, p) -> noise``, is what a recorded reading has more [m].
+``drive``     ``(w, state, seed, sample, speed, p) -> speed``  speed [rad/s] that the drive reaches at the end of a
+              sample where `speed` is set; not called while the drive is off. Its own `states` are w[state:].
 ``torque``    ``(t, angle, speed, p) -> torque``  torque [N m] on the shaft besides the drive's.
 ``support``   ``(p) -> (omega, zeta, gain)``  a resonance [rad/s, 1] under the film's sleeve; gain [kg^-1/2] is its
               displacement per modal coordinate.
@@ -66,8 +71,8 @@ from rotorsim.base.public import Registry, modules_below
 from rotorsim.base.quantity import UNLIMITED, Quantity, declared, quantities
 
 PORTS = (
-    "force", "motion", "contact", "film", "gas", "heat", "injector", "plenum", "supply", "actuator", "sensor",
-    "pin_sensor", "torque", "support", "rotating",
+    "force", "random_force", "motion", "contact", "film", "gas", "heat", "injector", "plenum", "supply", "actuator",
+    "sensor", "pin_sensor", "drive", "torque", "support", "rotating",
 )  # fmt: skip
 """Places where an effect acts; the head of this file has the signature of each port's kernel."""
 FILM_PORTS = ("contact", "film", "gas", "heat", "injector", "plenum", "supply", "actuator", "pin_sensor", "support")
@@ -189,6 +194,8 @@ class Effect:
     kernel: ClassVar[Callable[..., Any]]
     foundation: ClassVar[Callable[..., Any] | None] = None
     """Kernel (t, p) -> (x, y, vx, vy, ax, ay): motion of the foundation [m, m/s, m/s^2] that goes with its force."""
+    between: ClassVar[Callable[..., Any] | None] = None
+    """Kernel of the port `random_force` for the force within a sample."""
     warmed: ClassVar[Callable[..., Any] | None] = None
     """Kernel of the port `heat` for what follows from the temperatures."""
     braking: ClassVar[Callable[..., Any] | None] = None
@@ -281,7 +288,7 @@ class FilmEffect(Effect):
 
 @dataclass(frozen=True)
 class SampledEffect(Effect):
-    """Base of the sensors' effects whose kernels need the time between two samples: `p.interval` [s].
+    """Base of the effects whose kernels need the time between two samples: `p.interval` [s].
 
     Examples
     --------

@@ -27,7 +27,7 @@ from rotorsim.machine.numerics import check_speed
 from rotorsim.plant.controller import alarms_of, as_controller, ask, call
 from rotorsim.plant.equilibrium import describe
 from rotorsim.plant.locations import probe_coordinates
-from rotorsim.plant.plant import BLOCK, LONGEST as LONGEST_IN_MEMORY, Plant, as_plant
+from rotorsim.plant.plant import BLOCK, LONGEST as LONGEST_IN_MEMORY, Plant, as_plant, dated
 from rotorsim.plant.simulation import Simulation, split_columns
 
 if TYPE_CHECKING:
@@ -218,8 +218,8 @@ def stream(
 
 
 def _attrs(plant: Plant, experiment: Experiment) -> dict[str, Any]:
-    """Attributes of an experiment; a place of the force that is the disc's is none."""
-    found = experiment.attrs()
+    """Date of a run and attributes of its experiment; a place of the force that is the disc's is none."""
+    found = dated() | experiment.attrs()
     if abs(found.get("force_position", np.nan) - plant.assembly.mesh.probe) < SAME_PLACE:
         del found["force_position"]
     return found

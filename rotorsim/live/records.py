@@ -26,6 +26,7 @@ from rotorsim.plant.kernels.layout import (
     inputs_of,
 )
 from rotorsim.plant.locations import probe_coordinates
+from rotorsim.plant.plant import dated
 from rotorsim.plant.simulation import split_columns
 
 
@@ -150,7 +151,7 @@ class Recorder:
 
     def __init__(self, rig: Rig, path: Path) -> None:
         attrs = rig.plant.provenance(rig.seed) | {"machine": rig.machine.text, "machine_hash": rig.machine.hash}
-        attrs |= {"experiment": "live", "rest": rig.rest}
+        attrs |= dated() | {"experiment": "live", "rest": rig.rest}
         self._file = Recording(path, attrs, probe_coordinates(rig.machine), rig.machine.film_names)
         self.path, self._rig = path, rig
         self._changes: list[tuple[float, str, float | str]] = [

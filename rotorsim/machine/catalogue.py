@@ -42,6 +42,7 @@ ELSEWHERE = {
     "actuator": "in every piezo actuator, in the file's order",
     "sensor": "on the readings, in the file's order",
     "pin_sensor": "on the readings of the pins",
+    "drive": "on the speed of the shaft",
     "torque": "on the speed of the shaft",
     "support": "under the sleeve of the gas bearing",
     "rotating": "on the whole shaft",

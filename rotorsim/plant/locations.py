@@ -22,7 +22,7 @@ from rotorsim.plant.mesh import SAME_PLACE, Mesh
 
 OF_NOZZLES = ("injector", "plenum", "pin_sensor")
 """Ports of single injectors."""
-WHOLE = ("torque", "rotating")
+WHOLE = ("drive", "torque", "rotating")
 """Ports of the whole shaft."""
 OF_PINS = ("actuator", "pin_sensor")
 """Ports of the pins."""

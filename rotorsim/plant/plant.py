@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from datetime import UTC, datetime
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -130,7 +131,7 @@ class Plant(Shown):
         speed, pressure : float
             Operating point [rad/s], [Pa, gauge] of `initial`, the states to start from.
         seed : int
-            Of the sensors' noise.
+            Of the machine's random effects: the sensors' noise, a broadband force, a wandering speed.
 
         Returns
         -------
@@ -185,7 +186,7 @@ class Plant(Shown):
         part. It is an object with ``step(measured, speed, pressure)``, a function of these, or a sampled system of the
         package `control`, which is given the displacement from the equilibrium of the first sample. `initial` is
         "equilibrium" or a `Simulation` to continue; a controller's `reset()` is called in the first case only. `seed`
-        makes the sensors' noise and nothing else.
+        makes what is random in the machine's effects, mostly the sensors' noise, and nothing else.
         Raises NoLiftOffError, ConvergenceError, DataError, ControllerError.
         """
         if not isinstance(initial, Simulation) and initial != "equilibrium":
@@ -201,7 +202,7 @@ class Plant(Shown):
         used = np.concatenate([u for _, u in blocks])
         time = (begin + np.arange(len(table))) * self.machine.sampling_time
         values = split_columns(self.assembly, table, used)
-        attrs = self.provenance(seed)
+        attrs = self.provenance(seed) | dated()
         if controller is not None:
             attrs |= provenance(controller) | alarms_of(controller)
             values["reference_external"] = inputs[:, REFERENCE]
@@ -253,6 +254,11 @@ class Plant(Shown):
             "numba_version": installed("numba"),
             "sample_rate_hz": 1 / self.machine.sampling_time,
         }
+
+
+def dated() -> dict[str, str]:
+    """Attribute `date` of a record that begins now, in UTC: all that differs in two records of one seed."""
+    return {"date": datetime.now(UTC).isoformat(timespec="seconds")}
 
 
 def as_plant(plant: Plant | Machine | str | Path) -> Plant:

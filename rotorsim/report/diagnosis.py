@@ -14,8 +14,9 @@ from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.discrepancy import Diagnosis
 from rotorsim.discrepancy.decision import DecisionSteps
 from rotorsim.discrepancy.gap import reduction
+from rotorsim.discrepancy.judge import NO_ACCURACY, VERDICTS
 from rotorsim.discrepancy.machine_file import difference
-from rotorsim.discrepancy.result import FORCE, NO_ACCURACY, NOTHING_BEYOND, PLAN_NEXT, LocatedEffect, located
+from rotorsim.discrepancy.result import FORCE, NOTHING_BEYOND, PLAN_NEXT, LocatedEffect, located
 from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOTHING, Explanation, shown_share
 from rotorsim.report.machine_sketch import MARKS, machine_sketch
 from rotorsim.report.page import Block, Page, page_of
@@ -29,27 +30,6 @@ METHOD = (
     "coefficients do not pass for physics; then every effect of the catalogue was tried. Records held out at other "
     "operating points helped to choose; untouched records took no part in anything and are the test."
 )
-MEANING = {
-    "no_disagreement": "The file describes the machine as well as these records can show. Nothing needs to be added.",
-    "named": "One explanation has 95 % and accounts for at least 95 % of what was beyond the floor, also in held-out "
-    "records where there are any.",
-    "tie": "No explanation has 95 % alone; the machine file holds the most probable effect. No name is given: choose "
-    "by what is known, or plan and record an experiment that distinguishes them.",
-    "partial": "An effect explains part of what is beyond the floor. Something else is missing; it is not a name.",
-    "unknown": "Nothing in the catalogue explains what is beyond the floor. The force on the disc that would "
-    "explain it is given below.",
-}
-"""Meaning of each verdict."""
-NEXT = {
-    "no_disagreement": "Use the re-calibrated machine file. Nothing needs to be recorded.",
-    "named": "Inspect {places}; the new machine file holds the effect.",
-    "tie": "Inspect {places}: these records do not distinguish the explanations.",
-    "partial": "Do not use the effect as found. Inspect {places}, record more operating points at two excitation "
-    "amplitudes, and diagnose again.",
-    "unknown": "Look on the machine for what acts like the equivalent force below, by its frequency, its direction and "
-    "what it grows with. If it is known, write it as an effect of your own and diagnose again.",
-}
-"""Next step after each verdict where no experiment is proposed."""
 ALSO = {"found": "", "rival": "or ", "force": ""}
 """Words before a place by its role."""
 MOST_PROPOSALS = 8
@@ -86,7 +66,7 @@ def _first_screen(d: Diagnosis) -> tuple[Block, ...]:
     sentences = [(f"{ALSO[one.role]}{one.sentence}", MARKS[one.role][1]) for one in places]
     marked = [(one.role, place) for one in places for place in one.places]
     scattered = d.status == "unknown" and not d.localisation  # nothing is beyond the scatter of the records
-    meaning = NOTHING_BEYOND if scattered else MEANING[d.status]
+    meaning = NOTHING_BEYOND if scattered else VERDICTS[d.status].meaning
     notes = f"{len(d.notes)} notes" if len(d.notes) > 1 else "a note"
     stages = {"nominal": "file as given", "with effect": "with the effect"}
     blocks = [
@@ -109,7 +89,7 @@ def next_step(d: Diagnosis) -> str:
         return d.planned.sentence
     if d.status == "unknown" and NO_ACCURACY in d.notes and not d.localisation:
         return f"{NO_ACCURACY[:1].upper()}{NO_ACCURACY[1:]}."
-    step = NEXT[d.status].format(places=_places(located(d)))
+    step = VERDICTS[d.status].next.format(places=_places(located(d)), changes="; ".join(d.large))
     if d.planned is not None:
         return f"{d.planned.sentence} {step}"
     return f"{step} {PLAN_NEXT}" if d.unplanned else step
@@ -264,7 +244,11 @@ def _unknown(unknown: dict[str, Any]) -> Block:
         for x in unknown["lines"]
     ]  # fmt: skip
     growth = ", ".join(f"{k} to the power {v:.1f}" for k, v in unknown["growth"].items())
-    text = f"Acting {unknown['where']}." + (f" It grows with {growth}." if growth else "")
+    text = f"Acting {unknown['where']}." + (f" The force grows with {growth}." if growth else "")
+    if growth and unknown.get("calibrated_share"):
+        text += (
+            f" That is before re-calibration, which took up {100 * unknown['calibrated_share']:.0f} % of its motion."
+        )
     heads = ("point", "frequency", "order", "force", "direction", "residual")
     return Block("Equivalent force of what is not explained", heads=heads, rows=rows, texts=[text])
 

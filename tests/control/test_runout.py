@@ -1,8 +1,9 @@
 """Runout table of a law: fit of a slow roll, what a running law takes off, ages, refusals."""
 
 import json
+import os
 from dataclasses import replace
-from datetime import date
+from datetime import UTC, date, datetime
 
 import numpy as np
 import pytest
@@ -10,7 +11,9 @@ import pytest
 import identification as idn
 from rotorsim.base.errors import OtherMachine
 from rotorsim.control import Law, LawError, RunoutTable, check_runout, load_law, runout_table
+from rotorsim.experiments import Steady
 from rotorsim.experiments.orbit import WithHarmonics
+from rotorsim.experiments.running import record as run_record, run
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 
@@ -79,11 +82,56 @@ def test_it_is_kept_in_both_kinds_of_file(tmp_path):
         assert again.hash == law.hash != gain_law().hash and again.runout.taken == "2026-11-20"
 
 
+@pytest.mark.parametrize("name", ["law.json", "law.mat"])
+@pytest.mark.parametrize(
+    "damage",
+    [
+        {"values": [[0.0, 0.0]] * 4},
+        {"values": [[None, 0.0]] * 9},
+        {"values": "x"},
+        {"speed": "fast"},
+        {"turns": float("nan")},
+        {"turns": None},
+        {"taken": "yesterday"},
+        {"other": 1},
+    ],
+)
+def test_a_damaged_table_in_a_file_is_refused_with_the_file(tmp_path, monkeypatch, name, damage):
+    table = runout_table(slow_roll())
+    whole = table.to_dict()
+    monkeypatch.setattr(RunoutTable, "to_dict", lambda _: whole | damage)
+    gain_law(runout=table).save(tmp_path / name)
+    with pytest.raises(LawError, match=rf"{name}: runout: .*") as caught:
+        load_law(tmp_path / name)
+    assert "\n" not in str(caught.value) and "argument" not in str(caught.value)
+
+
 def test_its_age_is_shown():
     table = runout_table(slow_roll(), taken="2026-11-20")
     assert gain_law(runout=table).attrs()["law_runout"] == table.origin
     assert table.age(date(2026, 11, 26)) == 6 and "2026-11-20" in str(gain_law(runout=table).card())
     assert runout_table(slow_roll()).age() is None
+
+
+@pytest.mark.parametrize(
+    ("stated", "taken"),
+    [("2026-11-20T23:59:58+00:00", "2026-11-20"), ("2026-11-20", "2026-11-20"), ("20.11.2026", "")],
+)
+def test_its_date_is_that_of_the_record_where_that_can_be_read(stated, taken):
+    assert runout_table(slow_roll().assign_attrs(date=stated)).taken == taken
+    assert runout_table(slow_roll().assign_attrs(date=stated), taken="2026-01-02").taken == "2026-01-02"
+
+
+def test_a_run_states_its_date_in_utc(tmp_path):
+    """In memory, streamed to a file, and by `simulate`; a record of yesterday copied today stays one of yesterday."""
+    plant, before = Plant("plain_rotor"), datetime.now(UTC).replace(microsecond=0)
+    roll = Steady(speed=10.0, pressure=0.0, duration=1.3)
+    run_record(plant, roll, tmp_path / "roll.nc")
+    made = [run(plant, roll), plant.simulate(0.01, 10.0), idn.read(tmp_path / "roll.nc")]
+    for record in made:
+        assert before <= datetime.fromisoformat(record.attrs["date"]) <= datetime.now(UTC)
+    os.utime(tmp_path / "roll.nc", (0, 0))
+    assert runout_table(idn.read(tmp_path / "roll.nc")).taken == made[2].attrs["date"][:10]
 
 
 def test_a_moved_zero_of_the_angle_is_named_and_another_surface_too():

@@ -5,10 +5,17 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.calibration import REFERENCE_SPEED, FitParameter, ParameterPoint, contributions, setting
+from rotorsim.discrepancy.calibration import (
+    REFERENCE_SPEED,
+    FitParameter,
+    ParameterPoint,
+    contributions,
+    sd_of_polar,
+    setting,
+)
 from rotorsim.discrepancy.candidates import Form, class_of, screen
-from rotorsim.discrepancy.fit import ParameterFit, covariance, fit_parameters, sd_of_polar, singular_directions
-from rotorsim.discrepancy.result import EXIT_CODES
+from rotorsim.discrepancy.fit import ParameterFit, covariance, fit_parameters, singular_directions
+from rotorsim.discrepancy.judge import VERDICTS
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.effects import REGISTRY
 from rotorsim.effects.base import forms_of_parameters
@@ -129,7 +136,8 @@ def test_every_effect_of_the_catalogue_gets_recipes_from_its_own_parameters():
 
 
 def test_exit_codes_are_those_of_the_interface():
-    assert EXIT_CODES == {"no_disagreement": 0, "named": 10, "tie": 11, "partial": 11, "unknown": 12}
+    codes = {"no_disagreement": 0, "named": 10, "tie": 11, "partial": 11, "unknown": 12, "recalibrated": 13}
+    assert {status: text.exit_code for status, text in VERDICTS.items()} == codes
 
 
 def test_the_phase_of_lobes_is_the_place_of_one_of_them():

@@ -4,7 +4,11 @@ from types import SimpleNamespace
 
 import pytest
 
-from rotorsim.discrepancy.verdict import Explanation, SearchVerdict, by_odds, joined_classes
+from rotorsim.discrepancy.comparison import Misfit
+from rotorsim.discrepancy.judge import MANY, AllEvidence, by_odds, judged
+from rotorsim.discrepancy.machine_file import recalibrated_values
+from rotorsim.discrepancy.verdict import Explanation, SearchVerdict, joined_classes
+from rotorsim.machine import load_machine
 
 KNOWN = ("coupling.force_2x", "runout.amplitude_1x", "runout.amplitude_2x", "shaft_bow.bow")
 COUPLING, RUNOUT, BOW = ("coupling.force_2x",), ("runout.amplitude_2x",), ("shaft_bow.bow",)
@@ -73,3 +77,77 @@ def test_members_of_a_class_that_only_the_found_size_shows_are_one():
     found = joined_classes(odds((COUPLING, 0.6), (("crack.loss",), 0.3), beyond=0.1), verdict)
     assert found[0].effects == COUPLING and found[0].probability == pytest.approx(0.9)
     assert found[0].alike == (("crack.loss",),) and len(found) == 3
+
+
+def group(times, record="held_out_1"):
+    """A group of lines of a record that was not fitted, so many floors large."""
+    return Misfit(record, "1500 rpm", "y", "1X", 2, 2 * times**2, times * 5e-8, 5e-8, 0.0, 0)
+
+
+QUIET = SearchVerdict("no_disagreement")
+GOOD = odds(nothing=0.97, beyond=0.03)
+
+
+@pytest.mark.parametrize(
+    ("more", "status"),
+    [
+        ({}, "no_disagreement"),
+        ({"left": (group(0.9 * MANY),)}, "no_disagreement"),
+        ({"left": (group(1.5), group(30.0))}, "unknown"),
+        ({"worse": ("untouched_1",)}, "unknown"),
+        ({"large": ("a bearing is softer",)}, "recalibrated"),
+        ({"large": ("a bearing is softer",), "left": (group(30.0),)}, "unknown"),
+        ({"scatter_known": False}, "unknown"),
+    ],
+)
+def test_no_disagreement_follows_from_all_evidence(more, status):
+    """1.5 um at a held-out point over .05 um, or a calibration far off: never nothing to be recorded."""
+    found = judged(AllEvidence(QUIET, GOOD, **more))
+    assert found.verdict.status == status
+    assert bool(found.notes) == (status == "unknown")
+
+
+def test_no_disagreement_needs_an_even_chance_that_nothing_is_missing():
+    assert judged(AllEvidence(QUIET, odds((COUPLING, 0.6), nothing=0.4))).verdict.status == "unknown"
+    assert judged(AllEvidence(QUIET, odds((COUPLING, 0.4), nothing=0.6))).verdict.status == "no_disagreement"
+
+
+def certain(found):
+    """Explanations without anything beyond the catalogue, by their probability."""
+    return {e.effects: e.probability for e in found.odds if not e.beyond}
+
+
+def test_odds_never_name_what_the_verdict_does_not():
+    """'unknown' above '97 %: sensor_gain.x' contradicts itself; that gain with something else does not."""
+    found = judged(AllEvidence(search("unknown"), odds((RUNOUT, 0.97), beyond=0.02, nothing=0.01)))
+    assert found.verdict.status == "unknown" and certain(found) == {(): 0.01}
+    assert sum(e.probability for e in found.odds) == pytest.approx(1.0)
+    assert found.odds[0].effects == RUNOUT and found.odds[0].beyond
+
+
+def test_nothing_missing_is_not_probable_where_points_that_were_not_fitted_refute_it():
+    assert certain(judged(AllEvidence(QUIET, GOOD, left=(group(30.0),)))) == {}
+
+
+@pytest.mark.parametrize("share", [0.2, 0.9])
+def test_names_that_untouched_records_do_not_confirm_leave_no_odds_behind(share):
+    one = fitted(COUPLING)
+    found = judged(
+        AllEvidence(search("named", one), odds((COUPLING, 0.99), nothing=0.01), frozenset(KNOWN), gone=share)
+    )
+    assert (found.verdict.status == "named") == (share > 0.5)
+    assert (COUPLING in certain(found)) == (share > 0.5)
+
+
+@pytest.mark.parametrize(("factor", "large"), [(0.35, True), (0.85, False), (1.15, False), (2.0, True)])
+def test_a_bearing_far_from_its_file_is_a_finding_with_place_size_and_interval(factor, large):
+    """Compliance 1 / k changes by s: k' = k / (1 - s); the standard deviation of k' is k' sd / (1 - s)."""
+    machine, s = load_machine("plain_rotor"), 1 - 1 / factor
+    rows = {row.path: row for row in recalibrated_values(machine, {"bearing.1.kx": (s, 0.01)})}
+    row, before = rows["bearings.1.kxx"], machine.bearings[1].kxx
+    assert (row.before, row.large) == (before, large)
+    assert row.value == pytest.approx(factor * before) and row.sd == pytest.approx(row.value * 0.01 * factor)
+    assert machine.bearing_names[1] in row.sentence
+    assert ("softer" if factor < 1 else "stiffer") in row.sentence
+    vague = recalibrated_values(machine, {"bearing.1.kx": (s, 3.0)})[0]
+    assert not vague.large

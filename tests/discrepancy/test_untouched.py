@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy import verdict
+from rotorsim.discrepancy import judge
 from rotorsim.discrepancy.comparison import Misfit
-from rotorsim.discrepancy.verdict import objection, untouched_gone
+from rotorsim.discrepancy.judge import objection, untouched_gone
 
 
 def group(rms, name="2X", floor=1e-8, n=50):
@@ -13,7 +13,7 @@ def group(rms, name="2X", floor=1e-8, n=50):
 
 
 def gone(monkeypatch, before, after):
-    monkeypatch.setattr(verdict, "table", lambda comparison, residual: before if residual[0] == 0 else after)
+    monkeypatch.setattr(judge, "table", lambda comparison, residual: before if residual[0] == 0 else after)
     return untouched_gone(None, np.zeros(1), np.ones(1))
 
 

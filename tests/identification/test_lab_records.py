@@ -1,11 +1,15 @@
 """Records as laboratories make them: keyphasor pulses, probes at 45 degrees, high sampling rates."""
 
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import identification as idn
+from identification.records.assemble import assemble
+from identification.records.columns import Column, DataTable
+from identification.records.mapping import load_mapping
 from identification.records.sensors import Keyphasor, pulse_times, shaft_angle
 from rotorsim.base.errors import ReadError, SchemaError
 
@@ -169,3 +173,67 @@ def test_inputs_are_averaged_over_the_interval_in_which_they_are_held():
     half = idn.resample(own_record, 2500.0)["reference"].values
     np.testing.assert_allclose(half, 0.5 * (drive[::2] + drive[1::2]), atol=1e-12)
     np.testing.assert_allclose(idn.resample(own_record, 5000.0)["reference"].values, drive, atol=1e-12)
+
+
+def struck(**more):
+    """Tables of a mapping and of a record struck once along 60 deg at 320 mm."""
+    time = np.arange(1000) / 5000
+    force = np.where((time > 0.05) & (time < 0.053), 120.0, 0.0)
+    columns = (("t", time, "s"), ("a", np.cos(300 * time) * 1e-6, "m"), ("b", np.sin(300 * time) * 1e-6, "m"),
+               ("F", force, "N"))  # fmt: skip
+    table = DataTable("CSV", tuple(Column(name, values, unit) for name, values, unit in columns))
+    mapping = {
+        "time": {"column": "t"},
+        "probes": {"A": {"column": "a", "angle": "0 deg"}, "B": {"column": "b", "angle": "90 deg"}},
+    } | more  # fmt: skip
+    return table, force, load_mapping(mapping)
+
+
+def test_a_hammer_strikes_along_any_direction_and_at_any_plane():
+    entry = {"column": "F", "angle": "60 deg", "position": "320 mm", "sign": -1}
+    table, force, mapping = struck(hammer=entry)
+    record = assemble(table, mapping)
+    parts = record["disc_force"].values
+    assert parts == pytest.approx(-np.outer(force, [0.5, np.sqrt(0.75)])) and record.attrs["force_position"] == 0.32
+    assert np.array_equal(assemble(*struck(hammer=entry | {"angle": "90 deg", "sign": 1})[::2])["disc_force"].values,
+                          np.column_stack([0 * force, force]))  # fmt: skip
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_a_force_along_one_axis_needs_no_column_of_the_other(axis):
+    table, force, mapping = struck(channels={"disc_force": {axis: {"column": "F"}}})
+    record = assemble(table, mapping)
+    assert np.array_equal(record["disc_force"].sel(axis=axis).values, force)
+    assert not record["disc_force"].sel(axis="y" if axis == "x" else "x").values.any()
+
+
+@pytest.mark.parametrize(
+    ("entry", "match"),
+    [
+        ({"column": "F"}, "hammer.angle: is missing"),
+        ({"column": "F", "angle": 0}, "hammer.angle"),
+        ({"column": "zero", "unit": "N", "angle": "0 deg"}, "hammer: the force is constant at 0 N, no blow"),
+        ({"column": "t", "unit": "N", "angle": "0 deg", "place": 1}, "hammer"),
+    ],
+)
+def test_a_hammer_without_direction_or_force_is_refused(entry, match):
+    with pytest.raises(ReadError, match=match):
+        table, _, mapping = struck(hammer=entry)
+        assemble(replace(table, columns=(*table.columns, Column("zero", np.zeros(1000)))), mapping)
+
+
+def test_a_hammer_and_a_force_of_the_disc_are_one():
+    with pytest.raises(ReadError, match="the same force"):
+        struck(hammer={"column": "F", "angle": "0 deg"}, channels={"disc_force": {"x": {"column": "F"}}})
+
+
+def test_probes_at_one_angle_without_positions_are_of_planes_that_nobody_stated():
+    table, _, _ = struck()
+    probes = {name: {"column": column, "angle": angle} for name, column, angle in
+              (("A", "a", "0 deg"), ("B", "b", "90 deg"), ("C", "a", "0 deg"), ("D", "b", "90 deg"))}  # fmt: skip
+    with pytest.raises(ReadError, match="state position"):
+        assemble(table, load_mapping({"time": {"column": "t"}, "probes": probes}))
+    for name in probes:
+        probes[name]["position"] = "100 mm" if name in "AB" else "300 mm"
+    made = assemble(table, load_mapping({"time": {"column": "t"}, "probes": probes, "disc": {"position": "300 mm"}}))
+    assert made["probe"].values.tolist() == ["A", "B"]

@@ -44,9 +44,10 @@ RECORDS = Path(os.environ.get("ROTORSIM_RECORDS", "records"))
 """Folder of the records of the diagnosis."""
 
 EVERY_EFFECT: dict[str, Any] = {
-    "asymmetric_shaft": {},  # this, seal, heat, ring and pins: neutral, numbers stored before them stay as they are
+    "asymmetric_shaft": {},  # this, seal, heat, ring, pins and random ones: neutral, as numbers stored before them
     "ball_bearing": {"softening": 0.05, "clearance": "0.5 um"},
     "base_vibration": {},  # excludes a pedestal
+    "broadband_force": {},
     "clearance_growth": {"growth": "0.4 um", "temperature": "3 K"},
     "contact": {"stiffness": "200 MN/m", "damping": "1 s/m", "friction": 0.15},
     "coupling": {"force_2x": "4 N", "force_3x": "2.5 N", "phase_2x": "30 deg", "ellipticity": 0.4},
@@ -73,6 +74,7 @@ EVERY_EFFECT: dict[str, Any] = {
     "sensor_ring": {},
     "shaft_bow": {"bow": "3 um", "phase": "15 deg"},
     "slip": {"mean_free_path": "0.068 um"},
+    "speed_wander": {},
     "supply_droop": {"droop": "50000000 Pa*s/kg", "filling_time": "0.2 s"},
     "torque_ripple": {"amplitude": "0.01 N*m", "order": 2},
     "unbalance": {"me": "6.5 g*mm", "phase": "25 deg"},

@@ -9,8 +9,8 @@ Both sensors look at one surface, a quarter turn apart; the angle of their ring 
 The roughness b (rms) has phases psi_n = pi g n^2 (Schroeder's, which spread it over the turn) with g of its number
 `surface`, so that it is the same in every run.
 
-With a `drift` d the whole surface grows as 1 + d t from the start of a run, as rust or magnetism does, which a table
-of runout taken before does not hold.
+With a `drift` d the whole surface grows as 1 + d t from the start of each run, as rust or magnetism does, which a table
+of runout taken before does not hold. The table's age does not enter: growth before the run is in the amplitudes.
 
 The sensors see the true angle, so this comes before an encoder.
 

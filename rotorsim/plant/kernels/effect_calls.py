@@ -5,10 +5,10 @@ stand they belong to a small machine without effects, which is how the kernels a
 module that `rotorsim.plant.compose` writes for a machine they are replaced: a size by its number, and a function by the
 same with the lines of its decorator, once for every effect of the port, before it returns.
 
-In these lines {kernel}, {foundation}, {warmed}, {braking}, {reading_noise} and {p} are the effect's kernels and
-parameter record, {shape} the offset of its (2, n) rows, {slot} of its place among the motion forces, {state} of its own
-states, {old} and {new} of its states in actuator k, {dof} of its modal coordinates, {journal} the number of its film. A
-function whose first argument is `f`, the number of a film, skips the effects of other films.
+In these lines {kernel}, {between}, {foundation}, {warmed}, {braking}, {reading_noise} and {p} are the effect's kernels
+and parameter record, {shape} the offset of its (2, n) rows, {slot} of its place among the motion forces, {state} of its
+own states, {old} and {new} of its states in actuator k, {dof} of its modal coordinates, {journal} the number of its
+film. A function whose first argument is `f`, the number of a film, skips the effects of other films.
 """
 
 from __future__ import annotations
@@ -100,6 +100,21 @@ def write_film_constants(n_films: int) -> str:
 )
 def add_forces(w, P, t, angle, speed, acceleration):
     """Add the modal forces of all force effects at a time."""
+
+
+@port("random_force", "{kernel}(w, {state}, w[RIG.seed], w[RIG.tick], speed, {p})")
+def draw_forces(w, P, speed):
+    """Move all random forces on by a sample."""
+
+
+@port(
+    "random_force",
+    "fx, fy = {between}(w, {state}, share, {p})",
+    "add_force(w, ROTOR, {shape}, fx, fy, ROTOR.f)",
+    kernel="between",
+)
+def add_random_forces(w, P, share):
+    """Add the modal forces of all random forces after a share of the sample."""
 
 
 @port(
@@ -279,6 +294,12 @@ def pin_reading_noise(w, P, k):
     """Noise [m] of the reading of pin k."""
     noise = 0.0
     return noise
+
+
+@port("drive", "speed = {kernel}(w, {state}, w[RIG.seed], w[RIG.tick], speed, {p})")
+def driven_speed(w, P, speed):
+    """Speed [rad/s] that the drive reaches at the end of the sample where `speed` is set."""
+    return speed
 
 
 @port("torque", "torque += {kernel}(t, angle, speed, {p})")

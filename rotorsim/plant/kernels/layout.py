@@ -213,6 +213,7 @@ class RigLayout(NamedTuple):
     n_pin_columns: int
     driven: int
     substeps: int
+    n_random_force: int
     n_motion: int
     n_film: int
     n_gas: int
@@ -293,7 +294,7 @@ def make_rig_layout(
     offsets, at = {}, base
     for name, size in sizes.items():
         offsets[name], at = at, at + (size if name in RIG_SCALARS else (size + 7) // 8 * 8)
-    counted = ("motion", "film", "gas", "heat", "injector", "plenum", "supply", "sensor", "pin_sensor")
+    counted = ("random_force", "motion", "film", "gas", "heat", "injector", "plenum", "supply", "sensor", "pin_sensor")
     counts = {f"n_{port}": ports[port] for port in counted}
     # warm walls shape the gap, warm gas changes the viscosity
     counts["n_film"], counts["n_gas"] = ports["film"] + ports["heat"], ports["gas"] + ports["heat"]

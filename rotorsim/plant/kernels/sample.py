@@ -14,6 +14,8 @@ from rotorsim.plant.kernels.effect_calls import (
     RIG,
     ROTOR,
     build_supports,
+    draw_forces,
+    driven_speed,
     film_constants,
     foundation,
     sense,
@@ -139,7 +141,7 @@ def drive(w, P, end_speed):
         torque = outer_torque(w, P)
         w[RIG.ripple] += P.sample * (torque / P.inertia - w[RIG.ripple] / P.drive_time)
         w[RIG.command] = end_speed
-        w[ROTOR.acceleration] = (end_speed + w[RIG.ripple] - w[ROTOR.speed]) / P.sample
+        w[ROTOR.acceleration] = (driven_speed(w, P, end_speed) + w[RIG.ripple] - w[ROTOR.speed]) / P.sample
 
 
 @kernel
@@ -147,6 +149,7 @@ def set_inputs(w, P, end_speed, supply, ref_x, ref_y, fx, fy):
     """Hold the inputs of the coming sample; the speed reaches `end_speed` [rad/s] at its end, NaN: drive off."""
     w[RIG.begin] = w[ROTOR.time]
     drive(w, P, end_speed)
+    draw_forces(w, P, w[ROTOR.speed])
     # a force that jumps: the rates at the start of the sample are those after the jump
     jump_x, jump_y = fx - w[ROTOR.disc_fx], fy - w[ROTOR.disc_fy]
     if jump_x != 0.0 or jump_y != 0.0:
