@@ -30,6 +30,8 @@ from reynolds.ring import BOTH, close_ring, factor, keep_spike, open_solve, spik
 RATE, AGE, FACTORISATIONS, ITERATIONS = 0, 1, 2, 3
 """Places in w[convergence]: estimated rate, stages since it was measured, and two counters."""
 MAX_AGE = 48
+MOST = 20
+"""Most corrections with the same factors."""
 LONGEST_MOVE = 0.2
 """Most of the clearance that the journal moves in one correction."""
 NOT_CONVERGED = -1
@@ -284,12 +286,13 @@ def update(w, ix, F, L):
 
 
 @inlined
-def newton(w, ix, F, L, U, iadt, tolerance, most, careful):
+def newton(w, ix, F, L, U, iadt, tolerance, patient, careful):
     """Iterate until what is left is below `tolerance`; returns the number of iterations or a negative status.
 
     The error left after a correction d is estimated as d rate / (1 - rate); the rate is measured by two corrections
     and kept for the stages that follow, at most MAX_AGE of them. On success r holds the residual of the answer.
-    STALE_FACTORS asks the caller for `refresh` and another, `careful` go.
+    STALE_FACTORS asks the caller for `refresh` and another, `careful` go: where corrections hardly become smaller and,
+    unless the caller is `patient`, where new factors cost less than the corrections that the old ones still need.
     """
     wide_vectors()
     before = 0.0
@@ -300,7 +303,7 @@ def newton(w, ix, F, L, U, iadt, tolerance, most, careful):
         residual(w, ix, F, L, U, iadt)
         if done:
             return n
-        if n == most:
+        if n == MOST:
             return STALE_FACTORS
         solve_ring(w, L)
         solve_borders(w, ix, L)
@@ -308,7 +311,7 @@ def newton(w, ix, F, L, U, iadt, tolerance, most, careful):
         size = update(w, ix, F, L)
         n += 1
         w[L.convergence + ITERATIONS] += 1.0
-        verdict = judge_correction(w, L.convergence, n, size, before, tolerance)
+        verdict = judge_correction(w, L.convergence, n, size, before, tolerance, patient)
         if verdict < 0:
             return verdict
         done = verdict > 0
@@ -324,7 +327,7 @@ def solve_ring(w, L):
 
 
 @inlined
-def judge_correction(w, c, n, size, before, tolerance):
+def judge_correction(w, c, n, size, before, tolerance, patient):
     """1 if what is left after the n-th correction is small enough, 0 if not, or a negative status.
 
     `size` and `before` are those of this correction and of the last one; w[c:] is the film's memory of convergence.
@@ -341,7 +344,18 @@ def judge_correction(w, c, n, size, before, tolerance):
     if size < 1e-3 * tolerance or (known and rate < 1.0 and size * rate < tolerance * (1.0 - rate)):
         w[c + AGE] += 1.0
         return 1
-    return STALE_FACTORS if n > 3 and rate > 0.5 else 0
+    if n > 3 and rate > 0.5:
+        return STALE_FACTORS
+    impatient = n > 1 and not patient and w[c + CAREFUL] == 0.0
+    return STALE_FACTORS if impatient and lasts_long(size, rate, tolerance) else 0
+
+
+@inlined
+def lasts_long(size, rate, tolerance):
+    """Whether ten more corrections at this rate, the price of new factors, would not do."""
+    square = rate * rate
+    fourth = square * square
+    return size * (fourth * fourth * square) > tolerance * (1.0 - rate)
 
 
 @inlined

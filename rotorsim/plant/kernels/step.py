@@ -64,13 +64,13 @@ def form(w, P, speed, adt):
 
 
 @kernel
-def solve_film(w, ix, P, speed, iadt, tolerance):
+def solve_film(w, ix, P, speed, iadt, tolerance, patient):
     """Newton's method for films, plena and journals, with new factorisations when the old ones have gone stale."""
     for attempt in range(6):
         if ROTOR.n_films == 1:
-            n = newton(w, ix, P.film_0, FILM, speed * P.film_0.radius, iadt, tolerance, 20, attempt > 0)
+            n = newton(w, ix, P.film_0, FILM, speed * P.film_0.radius, iadt, tolerance, patient, attempt > 0)
         else:
-            n = iterate_films(w, ix, P, speed, iadt, tolerance, 20, attempt > 0)
+            n = iterate_films(w, ix, P, speed, iadt, tolerance, patient, attempt > 0)
         if n != STALE_FACTORS:
             return n
         factorise(w, ix, P, speed, iadt)
@@ -181,7 +181,7 @@ def solve_stage(w, ix, P, speed, adt):
             v, s = film_part(w, f), ROTOR.journal_before + 2 * f
             w[s], w[s + 1] = v[FILM.journal], v[FILM.journal + 1]
         journal_equation(w, P, speed, adt)
-        if solve_film(w, ix, P, speed, 1.0 / adt, P.tolerance) < 0:
+        if solve_film(w, ix, P, speed, 1.0 / adt, P.tolerance, False) < 0:
             return NOT_CONVERGED
         if ROTOR.n_contact == 0 or contacts_agree(w, P, speed, adt):
             return 1
