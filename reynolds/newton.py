@@ -30,6 +30,8 @@ from reynolds.ring import BOTH, close_ring, factor, keep_spike, open_solve, spik
 RATE, AGE, FACTORISATIONS, ITERATIONS = 0, 1, 2, 3
 """Places in w[convergence]: estimated rate, stages since it was measured, and two counters."""
 MAX_AGE = 48
+NEAR = 0.1
+"""Correction above which factors of the present state would not last to the answer."""
 MOST = 20
 """Most corrections with the same factors."""
 LONGEST_MOVE = 0.2
@@ -346,7 +348,7 @@ def judge_correction(w, c, n, size, before, tolerance, patient):
         return 1
     if n > 3 and rate > 0.5:
         return STALE_FACTORS
-    impatient = n > 1 and not patient and w[c + CAREFUL] == 0.0
+    impatient = n > 1 and not patient and w[c + CAREFUL] == 0.0 and size < NEAR
     return STALE_FACTORS if impatient and lasts_long(size, rate, tolerance) else 0
 
 
