@@ -120,10 +120,10 @@ def test_a_step_on_an_eleven_micron_orbit_is_cheap_and_accurate(rig, held):
     assert np.abs(tables[0] - tables[1]).max() < 5e-9
 
 
-def test_factors_of_a_large_orbit_are_renewed_before_many_corrections_are_spent_on_them(rig, held):
+def test_factors_of_a_large_orbit_are_made_anew_before_many_corrections_are_spent_on_them(rig, held):
     """An orbit of 24.7 um in a clearance of 25: at most 34.5 corrections a sample of two steps.
 
-    Measured 32.4, and 37 where only slow convergence renews the factors.
+    Measured 32.4, and 37 where only slow convergence asks for new factors.
     """
     samples, speed, pressure = 1000, 700.0, 0.1e6
     run = rig({"effects.unbalance.me": "300 g*mm"}, n_z=16, dt=1e-4).start(speed, pressure)
