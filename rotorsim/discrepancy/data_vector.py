@@ -39,6 +39,14 @@ MAINS, HEARD, MOST_OF_IT, HUM_WIDTH = (50.0, 60.0), 0.5, 0.5, 1.6
 to each side within which nothing else may stand."""
 HUM = "hum of the mains at {frequency:g} Hz, {size:.2g} um at every speed, was taken out: it turns with no shaft"
 """Note on hum."""
+DRIFT, FAR_DRIFT, DRIFT_LINES = 1e-8, 10.0, 3
+"""Drift [m] from block to block that counts as none; times that of the other probe from which a probe drifts by itself;
+lowest lines that show a straight drift within a block."""
+PROBE_DRIFT = (
+    "{probe} drifts by {rate:+.2g} um/s in {count} of {of} records and the other probe of its plane does not: no motion"
+    " of the shaft, it was taken out; check that probe"
+)
+"""Note on a probe that drifts."""
 LN2 = 0.6931471805599453
 """Median of an exponential distribution of mean 1."""
 QUIET, ROWS = "the quiet lines within the records", "neighbouring rows"
@@ -311,6 +319,36 @@ def _tone_at(trial: Trial, frequency: float) -> tuple[float, np.ndarray] | None:
     if not np.any(left < (1 - MOST_OF_IT) * whole):
         return None
     return float(np.hypot(*found).max()), np.einsum("kc,bkl->bcl", found, shapes)
+
+
+def without_probe_drift(trials: Sequence[Trial]) -> tuple[list[Trial], list[str]]:
+    """Trials without the straight drift of a single probe, and a sentence on each such probe.
+
+    A shaft that moves aside shows in both probes of its plane; one that drifts alone by many times what the others of
+    the records do, and along a straight line within its blocks too, is the probe's own.
+    """
+    left, drifting = list(trials), dict[str, list[float]]()
+    able = [i for i, t in enumerate(trials) if not t.orders and t.blocks > 1 and len(t.channels) > 1]
+    rates = {i: (trials[i].spectra[-1] - trials[i].spectra[0])[:, 0].real / (trials[i].blocks - 1) for i in able}
+    for i in able:
+        trial = trials[i]
+        t = np.arange(trial.blocks * trial.length) / trial.length
+        ramp = block_lines(np.column_stack([t, t]), 0, trial.length, trial.blocks, trial.spectra.shape[2])
+        for c, channel in enumerate(trial.channels):
+            step, other = rates[i][c], abs(rates[i][1 - c])
+            usual = max(other, float(np.median([np.abs(rates[k]).min() for k in able])), DRIFT)
+            low = slice(1, 1 + DRIFT_LINES)
+            before, after = trial.spectra[:, c, low], (trial.spectra[:, c] - step * ramp[:, c])[:, low]
+            if abs(step) < FAR_DRIFT * usual or np.linalg.norm(after) > 0.5 * np.linalg.norm(before):
+                continue
+            spectra = left[i].spectra.copy()
+            spectra[:, c] -= step * (ramp[:, c] - ramp[0, c] * (np.arange(ramp.shape[2]) == 0))
+            left[i] = replace(left[i], spectra=spectra)
+            drifting.setdefault(channel, []).append(step / (trial.length * RIG_SAMPLE))
+    return left, [
+        PROBE_DRIFT.format(probe=name, rate=float(np.median(own)) * TO_UM, count=len(own), of=len(able))
+        for name, own in drifting.items()
+    ]
 
 
 def modulus(layout: DataLayout, vector: np.ndarray) -> np.ndarray:

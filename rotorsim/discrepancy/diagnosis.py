@@ -25,7 +25,7 @@ from rotorsim.discrepancy.comparison import (
     table,
     unsteady,
 )
-from rotorsim.discrepancy.data_vector import TOLERANCE, unknown_sources, without_hum
+from rotorsim.discrepancy.data_vector import TOLERANCE, unknown_sources, without_hum, without_probe_drift
 from rotorsim.discrepancy.decision import check_allowed
 from rotorsim.discrepancy.fit import (
     MOST_REPEATS,
@@ -214,6 +214,7 @@ def diagnose_trials(
 ) -> Diagnosis:  # fmt: skip
     """Diagnosis of prepared trials, with the next experiment among those that `allow` names."""
     trials, hum = without_hum(trials)
+    trials, drifting = without_probe_drift(trials)
     by_role = {role: [t for t in trials if t.role == role] for role in ("fit", "held_out", "untouched")}
     if not by_role["fit"]:
         raise DataError("diagnose: no records to fit; give some, or set the attribute role")
@@ -222,7 +223,7 @@ def diagnose_trials(
     models = models or CompiledModels.of(machine, None if effects is None else {f.effect for f in forms}, progress)
     parts = {role: TwinComparison(models.twin, own, threads, cache=cache) for role, own in by_role.items() if own}
     found = DiagnosisRun(machine, models, parts, forms, trials, tolerance, progress, allow).run()
-    return replace(found, notes=(*found.notes, *left_out, *hum))
+    return replace(found, notes=(*found.notes, *left_out, *hum, *drifting))
 
 
 def by_probe(forms: tuple[Form, ...], trials: Sequence[Trial]) -> tuple[Form, ...]:

@@ -166,7 +166,8 @@ def _same_place(machine: Machine, name: str, table: int) -> int | None:
 
 def _of_bearing(machine: Machine, key: str, calibration: Mapping[str, tuple[float, float]]) -> RecalibratedValue:
     """Calibrated stiffness or damping of a linear bearing along an axis."""
-    _, place, (what, axis) = key.split(".")
+    _, place, last = key.split(".")
+    what, axis = last[0], last[1]
     (stiffer, sd_k), (lossier, sd_c) = (calibration.get(f"bearing.{place}.{w}{axis}", (0.0, 0.0)) for w in "kc")
     before = of_axis(machine.bearings[int(place)], axis)
     new = of_bearing(*before, stiffer, lossier)

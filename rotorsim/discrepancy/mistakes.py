@@ -21,10 +21,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
 from rotorsim.discrepancy.changes import MAIN, PLANE
 from rotorsim.discrepancy.comparison import TwinComparison
-from rotorsim.discrepancy.trial import Trial
+from rotorsim.discrepancy.trial import Trial, turns_of
 from rotorsim.machine.bearings import LinearBearing
 
 FACTORS = {25.4: "mils or inches taken for millimetres", 1e3: "a prefix of a thousand lost (mm, um; mV, V)",
@@ -34,6 +35,8 @@ ALIKE = 0.7
 """Cosine between measured and simulated lines from which they count as the same up to a factor."""
 NEAR = 0.35
 """Relative distance of a ratio to one of FACTORS: the calibration may be off as well."""
+FEWEST_CLOCKS, SURE_TURN, LEAST_TURN = 4, 5.0, 1e-3
+"""Fewest records that show the rate of a clock; times the scatter by which it stands clear; least scatter [rad]."""
 LAGS = np.linspace(-0.02, 0.02, 801)
 """Time shifts [s] that are tried."""
 SHAPE, CLEARER, MOSTLY = 0.05, 0.25, 0.8
@@ -50,6 +53,7 @@ def check_before(comparison: TwinComparison, simulated: np.ndarray) -> None:
     check_exchanged(comparison, simulated)
     check_units(comparison, simulated)
     check_clocks(comparison, simulated)
+    check_clock_rate(comparison)
     check_probes(comparison, simulated)
 
 
@@ -168,6 +172,38 @@ class ProbeMistake:
     """Whether the twin's shaft turns the other way instead."""
 
 
+def check_clock_rate(comparison: TwinComparison) -> None:
+    """Check for a clock of the probes that runs at another rate than that of the shaft's angle.
+
+    The order of the shaft turns from block to block then, by the same share of its angle in every record.
+    """
+    found = []
+    for trial in comparison.trials:
+        if trial.orders or trial.clock or trial.blocks < 2 or abs(trial.speed) < 1.0 or len(trial.broken):
+            continue
+        f = trial.frequencies
+        at = int(np.argmin(np.abs(f - abs(trial.speed) / (2 * np.pi))))
+        lines = trial.spectra[:, :, at]
+        whole = turns_of(trial.speed, trial.length)  # blocks hold whole samples, and nearly whole turns
+        steps = np.sum(np.conj(lines[:-1]) * lines[1:]) * np.exp(-2j * np.pi * (whole - round(whole)))
+        turned = float(np.angle(steps))
+        shaken = np.linalg.norm(np.abs(lines[1:]) - np.abs(lines[:-1])) / max(float(np.linalg.norm(lines)), 1e-300)
+        found.append((turned, shaken, -turned / (2 * np.pi * f[at] * trial.length * RIG_SAMPLE)))
+    if len(found) < FEWEST_CLOCKS:
+        return
+    turned, shaken, rate = np.array(found).T
+    usual, spread = float(np.median(rate)), float(np.median(np.abs(rate - np.median(rate))))
+    clear = np.abs(turned) > SURE_TURN * np.maximum(shaken, LEAST_TURN)
+    if abs(usual) > SURE_TURN * spread and np.mean(clear) >= MOSTLY:
+        raise DataError(
+            f"records: the clock of the probes drifts by {1e6 * usual:+.0f} ppm against the shaft's angle; state clock "
+            "in [conditions], how far it may be off, and its drift is taken out, or record all channels on one clock; "
+            "nothing was assumed",
+            argument="clock",
+            value=usual,
+        )
+
+
 def check_probes(comparison: TwinComparison, simulated: np.ndarray) -> None:
     """Check of probes that are exchanged, reversed, turned or of another plane, and of the sense of rotation."""
     groups = _simultaneous(comparison.trials)
@@ -259,8 +295,8 @@ def _mistakes(trials: Sequence[Trial]) -> Iterator[ProbeMistake]:
     """All alternatives: of each plane, of both, and of the shaft."""
     names = {t.changes.get(PLANE, MAIN): t.channels for t in trials if t.probe_angle is None}
 
-    def of(z: float, matrix: np.ndarray) -> Callable[[Readings], Readings]:
-        return lambda y: {plane: matrix @ one if plane == z else one for plane, one in y.items()}
+    def of(z: float | None, matrix: np.ndarray) -> Callable[[Readings], Readings]:
+        return lambda y: {plane: matrix @ one if z in (None, plane) else one for plane, one in y.items()}
 
     for z, (a, b) in names.items():
         yield ProbeMistake(f"channels {a} and {b} are exchanged", of(z, np.array([[0, 1], [1, 0]])))
@@ -269,9 +305,7 @@ def _mistakes(trials: Sequence[Trial]) -> Iterator[ProbeMistake]:
         if len(names) > 1:
             yield ProbeMistake(f"probes {a} and {b} are both reversed", of(z, -np.eye(2)))
         for angle in TURNS:
-            c, s = np.cos(angle), np.sin(angle)
-            sentence = f"probes {a} and {b} are turned by {np.degrees(angle):+.0f} deg"
-            yield ProbeMistake(sentence, of(z, np.array([[c, -s], [s, c]])))
+            yield ProbeMistake(f"probes {a} and {b} are turned by {np.degrees(angle):+.0f} deg", of(z, _turn(angle)))
     if len(names) == 2:
         one, other = names
         yield ProbeMistake(
@@ -279,11 +313,14 @@ def _mistakes(trials: Sequence[Trial]) -> Iterator[ProbeMistake]:
             lambda y: {one: y[other], other: y[one]},
         )
         for angle in TURNS:
-            c, s = np.cos(angle), np.sin(angle)
-            turn = np.array([[c, -s], [s, c]])
             yield ProbeMistake(
-                f"the probes of both planes are turned by {np.degrees(angle):+.0f} deg",
-                lambda y, turn=turn: {z: turn @ own for z, own in y.items()},
+                f"the probes of both planes are turned by {np.degrees(angle):+.0f} deg", of(None, _turn(angle))
             )
     if any(abs(t.speed) > 1.0 for t in trials):
         yield ProbeMistake("the rotation is in the other sense", lambda y: y, backward=True)
+
+
+def _turn(angle: float) -> np.ndarray:
+    """Rotation (2, 2) of readings by an angle [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s], [s, c]])
