@@ -220,7 +220,8 @@ BOTH = 2
 def open_solve(w, L, r, next_to):
     """Solve the four open chains in place for the right-hand side at r; the cut lines stay.
 
-    A right-hand side that is zero but for the lines next to one cut names it: the chains from the other one begin with zeros.
+    A right-hand side that is zero but for the lines next to one cut names that cut: the chains from the other one begin
+    with zeros.
     """
     n, s, half, middle = L.n_rows, L.stride, L.n_theta // 2, L.n_theta // 4
     lead = (n + 7) // 8 * 8
