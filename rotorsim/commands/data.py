@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -64,7 +64,7 @@ def check(
     from identification import examine, load
 
     record = load(file, mapping)
-    found = examine(record)
+    found = _asked(examine(record), record)
     if as_json:
         print_json(_numbers(found, record))
     else:
@@ -275,6 +275,16 @@ def _print(file: Path, found: Examination, record: xr.Dataset) -> None:
         console.print(escape(line), soft_wrap=True)
 
 
+def _asked(found: Examination, record: xr.Dataset) -> Examination:
+    """An examination with what identification itself answers, where it lacks no variable."""
+    from identification.local.identify import refusal
+    from identification.records.examination import FITS
+
+    asked = [use for use in FITS if found.fit(use)]
+    why = refusal(record) if asked else ""
+    return replace(found, refused=dict.fromkeys(asked, why)) if why else found
+
+
 def _summary(found: Examination) -> str:
     if found.kind == "run-up vectors":
         return f"run-up vectors at {found.samples} speeds"
@@ -285,6 +295,8 @@ def _summary(found: Examination) -> str:
 def _verdict(found: Examination, use: str) -> str:
     if missing := found.uses[use]:
         return f"lacks {missing}"
+    if use in found.refused:
+        return f"refused: {found.refused[use]}"
     if found.fit(use):
         return f"fit without its gaps: {found.left_out}" if found.problems else "fit"
     return "once the problems are corrected" if found.problems else "once the unit or the angle is corrected"
