@@ -110,7 +110,7 @@ def plant_variables(a: Assembly, speed: float, pressure: float) -> tuple[UnitVar
     found += [*_inputs(a, speed, pressure), *_outputs(a), *_machine_parameters(a), *_effect_parameters(a)]
     found.append(
         UnitVariable(
-            "noise.seed", "seed", "Makes the sensors' noise and nothing else.", kind="integer", start=0.0, low=0.0,
+            "noise.seed", "seed", "Makes the machine's noise and nothing else.", kind="integer", start=0.0, low=0.0,
             high=MOST_SEED, whole=True,
         )
     )  # fmt: skip

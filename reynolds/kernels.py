@@ -91,7 +91,7 @@ def march_film(w, ix, F, L, speed, dt, tolerance, path, forces, flows):
         w[L.journal_b + e] = 0.0
     for i in range(n):
         for stage in range(2):
-            predict(w, L, stage, min(i, 3))
+            predict(w, F, L, stage, min(i, 3))
             stage_rhs(w, L, stage, adt)
             row = 2 * i + 1 + stage
             w[L.journal_rhs], w[L.journal_rhs + 1] = path[row, 0], path[row, 1]

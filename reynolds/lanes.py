@@ -26,7 +26,12 @@ def _vector_at(builder: Any, data: Any, index: Any, lanes: int) -> Any:
 
 
 def _splat(builder: Any, value: Any, lanes: int) -> Any:
-    vector = ir.VectorType(_DOUBLE, lanes)
+    return _spread(builder, value, ir.VectorType(_DOUBLE, lanes))
+
+
+def _spread(builder: Any, value: Any, vector: Any) -> Any:
+    """Vector of a type whose elements are all one value."""
+    lanes = vector.count
     one = builder.insert_element(ir.Constant(vector, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
     mask = ir.Constant(ir.VectorType(ir.IntType(32), lanes), [0] * lanes)
     return builder.shuffle_vector(one, ir.Constant(vector, ir.Undefined), mask)
@@ -165,6 +170,38 @@ _less_product_8, _less_product_4 = (
 )
 
 
+def _clear(lanes: int) -> Any:
+    """Intrinsic y = y - f x for `lanes` values, or f x without `keep`, but `one` in lane c: one write of the whole."""
+
+    @intrinsic
+    def clear(typing, w, y, x, factor, one, c, keep):
+        def generate(context, builder, signature, args):
+            data = _data(context, builder, signature.args[0], args[0])
+            y, x, factor, one, c, keep = args[1:]
+            numbers = ir.VectorType(c.type, lanes)
+            lane = builder.icmp_signed("==", _spread(builder, c, numbers), ir.Constant(numbers, list(range(lanes))))
+            target = _vector_at(builder, data, y, lanes)
+            product = builder.fmul(
+                builder.load(_vector_at(builder, data, x, lanes), align=8), _splat(builder, factor, lanes)
+            )
+            rest = builder.select(keep, builder.fsub(builder.load(target, align=8), product), product)
+            builder.store(builder.select(lane, _splat(builder, one, lanes), rest), target, align=8)
+            return context.get_dummy_value()
+
+        return types.none(w, types.intp, types.intp, types.float64, types.float64, types.intp, types.boolean), generate
+
+    def plain(w: Any, y: int, x: int, factor: float, one: float, c: int, keep: bool) -> None:
+        product = w[x : x + lanes] * factor
+        w[y : y + lanes] = w[y : y + lanes] - product if keep else product
+        if 0 <= c < lanes:
+            w[y + c] = one
+
+    return plain if config.DISABLE_JIT else clear
+
+
+_clear_8, _clear_4 = _clear(8), _clear(4)
+
+
 def _dot_plain(w: Any, x: int, y: int, n: int) -> float:
     parts = [sum((float(w[x + k] * w[y + k]) for k in range(lane, n, LANES)), 0.0) for lane in range(LANES)]
     while len(parts) > 1:
@@ -241,6 +278,22 @@ def copy(w, y, a, n):
         done = k + 4
     for k in range(done, n):
         w[y + k] = w[a + k]
+
+
+@inlined
+def clear(w, y, x, factor, one, c, n, keep):
+    """y = y - f x, or f x without `keep`, for n values, of which the c-th becomes `one`."""
+    done = 0
+    for k in range(0, n - 7, 8):
+        _clear_8(w, y + k, x + k, factor, one, c - k, keep)
+        done = k + 8
+    for k in range(done, n - 3, 4):
+        _clear_4(w, y + k, x + k, factor, one, c - k, keep)
+        done = k + 4
+    for k in range(done, n):
+        product = w[x + k] * factor
+        rest = w[y + k] - product if keep else product
+        w[y + k] = one if k == c else rest
 
 
 @inlined

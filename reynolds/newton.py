@@ -26,10 +26,15 @@ from reynolds.jit import inlined, kernel
 from reynolds.lanes import add_columns, dot, two_dots, wide_vectors
 from reynolds.residual import CAREFUL, injected_derivative, jacobian, residual, thickness_derivative
 from reynolds.ring import close_ring, factor, keep_spike, open_solve, spike_rhs
+from reynolds.secant import learn
 
 RATE, AGE, FACTORISATIONS, ITERATIONS = 0, 1, 2, 3
 """Places in w[convergence]: estimated rate, stages since it was measured, and two counters."""
+LIVELY, LAST = 6, 7
+"""Places in w[convergence]: whether stages take many corrections, and how many the last stage took."""
 MAX_AGE = 48
+IMPATIENT, PATIENT = 3, 9
+"""Corrections after which slow ones call for new factors, in a calm film and in one whose secants are learnt."""
 LONGEST_MOVE = 0.2
 """Most of the clearance that the journal moves in one correction."""
 NOT_CONVERGED = -1
@@ -294,8 +299,10 @@ def newton(w, ix, F, L, U, iadt, tolerance, most, careful):
     before = 0.0
     n = 0
     done = False
+    lively = w[L.convergence + LIVELY] > 0.0 and not careful
+    patience = PATIENT if lively else IMPATIENT
     while True:
-        w[L.convergence + CAREFUL] = 1.0 if careful or n >= 4 else 0.0
+        w[L.convergence + CAREFUL] = 1.0 if careful or n > patience else 0.0
         residual(w, ix, F, L, U, iadt)
         if done:
             return n
@@ -304,13 +311,17 @@ def newton(w, ix, F, L, U, iadt, tolerance, most, careful):
         solve_ring(w, L)
         solve_borders(w, ix, L)
         add_borders(w, L)
+        if lively:
+            learn(w, L, n)
         size = update(w, ix, F, L)
         n += 1
         w[L.convergence + ITERATIONS] += 1.0
-        verdict = judge_correction(w, L.convergence, n, size, before, tolerance)
+        verdict = judge_correction(w, L.convergence, n, size, before, tolerance, patience)
         if verdict < 0:
             return verdict
         done = verdict > 0
+        if n > 1 and size > before:
+            lively, patience = False, IMPATIENT
         before = size
 
 
@@ -323,7 +334,7 @@ def solve_ring(w, L):
 
 
 @inlined
-def judge_correction(w, c, n, size, before, tolerance):
+def judge_correction(w, c, n, size, before, tolerance, patience):
     """1 if what is left after the n-th correction is small enough, 0 if not, or a negative status.
 
     `size` and `before` are those of this correction and of the last one; w[c:] is the film's memory of convergence.
@@ -340,7 +351,7 @@ def judge_correction(w, c, n, size, before, tolerance):
     if size < 1e-3 * tolerance or (known and rate < 1.0 and size * rate < tolerance * (1.0 - rate)):
         w[c + AGE] += 1.0
         return 1
-    return STALE_FACTORS if n > 3 and rate > 0.5 else 0
+    return STALE_FACTORS if n > patience and rate > 0.5 else 0
 
 
 @inlined

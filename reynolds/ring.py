@@ -18,7 +18,7 @@ Cites: golub_2013.
 from __future__ import annotations
 
 from reynolds.jit import inlined
-from reynolds.lanes import add_columns, copy, less_product, multiply, times
+from reynolds.lanes import add_columns, clear, copy, less_product, multiply, times
 
 REACH = 5
 """Place in w[convergence] of the number of lines to either side of a cut at which its spike is not faded."""
@@ -29,18 +29,20 @@ FADED = 1e-3
 def invert_block(w, block, n):
     """Invert in place by Gauss-Jordan, column by column; the blocks are diagonally dominant, so no pivoting."""
     for c in range(n):
-        pivot = 1.0 / w[block + c * n + c]
-        w[block + c * n + c] = 1.0
-        for b in range(n):
-            if b != c:
-                factor = w[block + b * n + c] * pivot
-                w[block + b * n + c] = 0.0
-                for a in range(n):
-                    w[block + b * n + a] -= w[block + c * n + a] * factor
-                w[block + b * n + c] = factor
-        for a in range(n):
-            w[block + c * n + a] *= -pivot
-        w[block + c * n + c] = pivot
+        clear_column(w, block, n, c)
+
+
+@inlined
+def clear_column(w, block, n, c):
+    """Column c of `invert_block`; a column is written whole, since it is read whole in the next turn."""
+    own = block + c * n
+    pivot = 1.0 / w[own + c]
+    for b in range(n):
+        if b != c:
+            column = block + b * n
+            factor = w[column + c] * pivot
+            clear(w, column, own, factor, factor, c, n, True)
+    clear(w, own, own, -pivot, pivot, c, n, False)
 
 
 @inlined
@@ -114,25 +116,36 @@ def times_line(w, L, y, side, k, x):
 
 @inlined
 def factor(w, L):
-    """Eliminate the four chains of the Jacobian in diag, west, east, down, up; `keep_spike` completes the factors."""
-    n, s, half = L.n_rows, L.stride, L.n_theta // 2
+    """Eliminate the four chains of the Jacobian in diag, west, east, down, up; `keep_spike` completes the factors.
+
+    The lines at one distance from the cuts are inverted side by side: they do not wait for each other.
+    """
+    n, half, middle = L.n_rows, L.n_theta // 2, L.n_theta // 4
     for cut in range(0, L.n_theta, half):
-        for order in range(half):
-            # of the lines from one cut to the next 0, then 1, half - 1, 2, half - 2, ... and the middle last
-            step = (order + 1) // 2
-            ahead = order % 2 == 1
-            from_cut = step if ahead or step == 0 else half - step
-            i = cut + from_cut
-            load_block(w, L, i, L.first + i * s)
-            for side in range(2):
-                inner = (side == 0 and ahead and step > 1) or (side == 1 and not ahead and step > 1)
-                if inner or (from_cut == half // 2 and order > 1):
-                    other = i - 1 if side == 0 else i + 1
-                    to_other = L.west if side == 0 else L.east
-                    from_other = L.east if side == 0 else L.west
-                    eliminate(w, L, i, other, to_other, from_other)
-            if from_cut > 0:
-                invert_block(w, L.inverse + i * n * n, n)
+        load_block(w, L, cut, L.first + cut * L.stride)
+    for step in range(1, middle):
+        for cut in range(0, L.n_theta, half):
+            load_line(w, L, cut + step, step > 1, False)
+            load_line(w, L, cut + half - step, False, step > 1)
+        for c in range(n):
+            for cut in range(0, L.n_theta, half):
+                clear_column(w, L.inverse + (cut + step) * n * n, n, c)
+                clear_column(w, L.inverse + (cut + half - step) * n * n, n, c)
+    for cut in range(0, L.n_theta, half):
+        load_line(w, L, cut + middle, middle > 1, middle > 1)
+    for c in range(n):
+        for cut in range(0, L.n_theta, half):
+            clear_column(w, L.inverse + (cut + middle) * n * n, n, c)
+
+
+@inlined
+def load_line(w, L, i, after_west, after_east):
+    """Write the block of line i into inverse block i, less what the eliminated lines to its sides leave of it."""
+    load_block(w, L, i, L.first + i * L.stride)
+    if after_west:
+        eliminate(w, L, i, i - 1, L.west, L.east)
+    if after_east:
+        eliminate(w, L, i, i + 1, L.east, L.west)
 
 
 @inlined

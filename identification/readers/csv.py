@@ -31,7 +31,7 @@ from identification.records.columns import (
     MAX_VALUES,
     Column,
     DataTable,
-    is_unit,
+    is_written_unit,
     parse_header,
     split_name,
 )
@@ -115,9 +115,9 @@ def _found(path: Path, stated: dict[str, str], longest: int, encoding: str) -> T
     if found:
         # a preamble may hold a line of numbers alone; the table has the most
         width = Counter(map(len, found.values())).most_common(1)[0][0]
-        first = min(i for i, row in found.items() if len(row) == width)
-        delimiter, comma = _separators(lines[first], stated)
-        return _layout(lines[:first], found[first], delimiter, comma, header)
+        start = min(i for i, row in found.items() if len(row) == width)
+        delimiter, comma = _separators(lines[start], stated)
+        return _layout(lines[:start], found[start], delimiter, comma, header)
     first = _mixed(lines, stated)
     if first is None:
         raise ReadError(_no_numbers(lines, stated))
@@ -234,7 +234,7 @@ def _is_units(row: list[str]) -> bool:
     """Whether a line holds units: each cell is in brackets or empty, or most are known as units."""
     filled = [cell for cell in row if cell]
     bracketed = all(cell[:1] in "[(" and cell[-1:] in "])" for cell in filled)
-    return bool(filled) and (bracketed or 2 * sum(map(is_unit, filled)) > len(filled))
+    return bool(filled) and (bracketed or 2 * sum(map(is_written_unit, filled)) > len(filled))
 
 
 def _bad_row(line: tuple[int, list[str]], names: list[tuple[str, str | None]]) -> str:

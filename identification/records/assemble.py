@@ -281,6 +281,8 @@ class ProbeColumns:
     notes: tuple[str, ...] = ()
     position: float | None = None
     """Plane of the disc's probes [m], where they state it."""
+    angles: dict[str, float] = field(default_factory=dict)
+    """Angles [rad] from x towards y of the probes that the motion of the disc is made of."""
 
 
 def read_probes(table: DataTable, mapping: Mapping) -> ProbeColumns:
@@ -315,7 +317,8 @@ def read_probes(table: DataTable, mapping: Mapping) -> ProbeColumns:
         notes.append(f"AC-coupled, without a mean position: {', '.join(coupled)}")
     position = probes[next(iter(disc))].position if motion else None
     groups = ({"disc_measured": motion} if motion else {}) | ({"probe_measured": others} if others else {})
-    return ProbeColumns(groups, coordinates({name: probes[name] for name in others}), tuple(notes), position)
+    angles = {name: probes[name].angle for name in disc} if motion else {}
+    return ProbeColumns(groups, coordinates({name: probes[name] for name in others}), tuple(notes), position, angles)
 
 
 def _left_out(table: DataTable, entries: dict[str, ColumnEntry]) -> dict[str, str]:
@@ -397,6 +400,8 @@ def _series(table: DataTable, mapping: Mapping) -> xr.Dataset:
         record.attrs["disc_position"] = seen.position
     if mapping.hammer and mapping.hammer[1].position is not None:
         record.attrs["force_position"] = mapping.hammer[1].position
+    if seen and seen.angles:
+        record.attrs |= {"disc_probes": ", ".join(seen.angles), "disc_probe_angles": list(seen.angles.values())}
     if (limits := _clipped(table, mapping)) and table.header is None:
         record.attrs[CLIPPED] = limits
     numbers = {name: sorted(map(int, groups[name])) for name in PINS if name in groups}

@@ -33,6 +33,12 @@ MAX_VALUES = 2**29
 """No column or matrix of more values is read: 4 GB."""
 MAX_NAME = 200
 """Longest name of a column."""
+OTHER_UNITS = frozenset(
+    {"A", "mA", "°C", "degC", "C", "K", "F", "°F", "Nm", "N*m", "N·m", "W", "kW", "dB", "dB(A)", "%", "l/min", "L/min"}
+    | {"nl/min", "Nl/min", "kg/h", "Ohm", "Ω", "lux", "lx", "µm/m", "um/m", "counts", "digits"}
+)
+"""Units of quantities that no channel of a record has; they are no part of a name."""
+_IN = re.compile(r"(.*?)\s*\bin (\S+)")
 _NAME = re.compile(r"([^\[\]]+)(?:\[([^\[\]]*)\]|\(([^()]*)\))")
 
 
@@ -124,8 +130,10 @@ def not_read(names: Sequence[str]) -> tuple[str, ...]:
 def split_name(text: str) -> tuple[str, str | None]:
     """Name and unit of a heading such as 'X probe [um]'; what stands in round brackets counts if it is a known unit."""
     text = text.strip()
+    if len(text) <= MAX_NAME and (found := _IN.fullmatch(text)) and is_unit(found[2]):
+        return found[1].strip() or text, found[2]
     match = _NAME.fullmatch(text) if len(text) <= MAX_NAME else None
-    if not match or not match[1].strip() or (match[3] is not None and not is_unit(match[3])):
+    if not match or not match[1].strip() or (match[3] is not None and not is_written_unit(match[3])):
         return text, None
     return match[1].strip(), (match[2] or match[3] or "").strip() or None
 
@@ -329,6 +337,11 @@ def is_unit_of(text: str, si: str) -> bool:
 def is_unit(text: str) -> bool:
     """Whether a text is a unit known here, of whatever quantity."""
     return any(is_unit_of(text, si) for si in KINDS) or _plain(text).partition(" ")[2].strip() in PEAK
+
+
+def is_written_unit(text: str) -> bool:
+    """Whether a text is a unit that files write, known here or of a quantity that is no channel."""
+    return is_unit(text) or text in OTHER_UNITS
 
 
 def agree(unit: str, stated: str) -> bool:

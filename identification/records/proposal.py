@@ -13,11 +13,11 @@ import re
 import tomllib
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from identification.records.column_kinds import GAP, ColumnGuess, guess_columns, schema_unit
 from identification.records.columns import FACTORS, Column, DataTable, is_unit_of
 from identification.records.mapping import ColumnEntry, Mapping
 from identification.records.schema import AXES, VARIABLES, VECTORS
@@ -99,12 +99,6 @@ def likely(name: str) -> str:
     return closest(text, names if stem in {"", *VARIABLES.keys() - plain} else [*names, *plain])
 
 
-def schema_unit(key: tuple[str, str, str]) -> str:
-    """SI unit of what a column means."""
-    known = VECTORS.get(key[0]) or VARIABLES.get(key[0])
-    return known.units if known else "s"
-
-
 def _recognised(column: Column, table: DataTable) -> ColumnEntry:
     key = meaning(column.name)
     assert key is not None
@@ -183,56 +177,10 @@ def _quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-KINDS: tuple[tuple[str, str, str], ...] = (
-    ("time", r"^(t|time|zeit|seconds?|x axis( value)?)( (s|sec|ms|us|min))?$", "s"),
-    ("keyphasor", r"key ?ph|phasor|\bkey\b|tach|trig|pulse|once per", "V"),
-    ("phase", r"\b\d ?x\b.*(phase|phas|lag|deg)|^phase\b", "rad"),
-    ("amplitude", r"\b\d ?x\b.*(amp|ampl|mag)|^(amp|amplitude)\b", "m"),
-    ("speed", r"\bk?rpm\b|speed|drehzahl|\bomega\b|^n( hz)?$", "rad/s"),
-    ("pressure", r"press|druck|supply|^p( (k|m)?pa| m?bar| psi)?$", "Pa"),
-    ("disc_force", r"force|hammer|kraft|\bf ?[xy]\b", "N"),
-    ("acceleration", r"acc|\ba ?[xyz]\b", "m/s^2"),
-    ("velocity", r"\bvel", "m/s"),
-    ("reference", r"\bref|drive|command|excit|\bu ?[12xy]\b|piezo", "V"),
-    ("probe", r"probe|prox|disp|weg|orbit|shaft|disc|\b[xy]\b|\d+ ?(l|r|left|right)\b|y axis value", "m"),
-)
-"""Kind of a column, pattern of its name in plain words, SI unit of its quantity; the first that fits counts."""
-_AXIS = re.compile(r"(?:^|[ \d])([xy])(?:[ \d]|$)")
-_ANGLE = re.compile(r"(\d{1,3}) ?(?:deg)? ?(left|right|l|r)?\b")
-_CAPITAL = re.compile(r"(?<=[a-z])(?!(?<=\b[kmu])(?:V|Hz|Pa|N)\b)(?=[A-Z])")
-"""Places where a word begins with a capital letter; the units mV, kHz, kPa and the like stay whole."""
-_PREFIXED = re.compile(r"(?:(?<![a-z])[ku]|m)(?:V|Hz|Pa|N)$")
-_ORDER = re.compile(r"\b(\d) ?x\b")
-_GUESSES: dict[str, tuple[tuple[float, str], ...]] = {
-    "s": ((0.05, "s"), (50.0, "ms"), (np.inf, "us")),
-    "rad/s": ((200.0, "Hz"), (np.inf, "rpm")),
-    "Pa": ((3.0, "MPa"), (20.0, "bar"), (500.0, "psi"), (np.inf, "Pa")),
-    "rad": ((6.5, "rad"), (np.inf, "deg")),
-    "m": ((1e-4, "m"), (0.5, "mil"), (np.inf, "um")),
-    "m/s": ((np.inf, "mm/s"),),
-    "m/s^2": ((np.inf, "m/s^2"),),
-}
-"""Unit to guess by the largest absolute value, up to each limit; of a time by its step."""
 PAIRS = ("reference", "disc_force")
 """Kinds that need both axes."""
 LABELLED = ("pin", "pin_measured", "journal", "disc", "film_force", "probe_measured", "reference_external")
 """Kinds that only the schema's names give, with an axis, a number or a name."""
-GAP = (3.0, 22.0)
-"""Mean [V] below 0 of a proximity probe."""
-
-
-@dataclass(frozen=True)
-class ColumnGuess:
-    """Probable meaning of a column: kind, axis, order, angle [deg], unit, and where the unit comes from."""
-
-    column: Column
-    number: int
-    kind: str
-    axis: str = ""
-    order: int = 0
-    angle: float | None = None
-    unit: str = ""
-    source: str = ""
 
 
 def propose(table: DataTable, file: str) -> tuple[str, int]:
@@ -243,17 +191,23 @@ def propose(table: DataTable, file: str) -> tuple[str, int]:
     >>> import rotorsim as rs
     >>> text, incomplete = rs.identification.propose(rs.identification.columns("run.csv"), "run.csv")
     """
-    guesses = [_guess(column, number) for number, column in enumerate(table.columns, 1)]
+    guesses = guess_columns(table, meaning)
     known = [guess for guess in guesses if guess.kind]
-    vectors = any(g.kind in ("amplitude", "phase") for g in known)
+    vectors = all(any(g.kind == kind for g in known) for kind in VECTORS)
+    known = [g for g in known if vectors or g.kind not in VECTORS]
     parts = [f"# Proposed for {_safe(file)} from names, units and values; check every line before use.\n"]
     if not table.clocked and not vectors and not any(g.kind == "time" for g in known):
-        parts.append('# No time was found: [time] with column = "..." and unit = "s", or with\n'
-                     '# sample_rate = "5 kHz"\n')  # fmt: skip
+        if table.rate:
+            parts.append(f'[time]\nsample_rate = "{table.rate:.9g} Hz"    # from the file\n')
+        else:
+            parts.append('# No time was found: [time] with column = "..." and unit = "s", or with\n'
+                         '# sample_rate = "5 kHz"\n')  # fmt: skip
     parts += _vectors(known) if vectors else _series(known)
-    unknown = [g for g in guesses if not g.kind]
+    numbers = {g.number for g in known}
+    unknown = [g for g in guesses if g.number not in numbers]
     parts += [
-        f"# not known: column {g.number}, {_quoted(g.column.name)}, {g.column.fault or _range(g.column)}\n"
+        f"# not known: column {g.number}, {_quoted(g.column.name)}, {g.column.fault or _range(g.column)}"
+        f"{'; ' * bool(g.why)}{g.why}\n"
         for g in unknown
     ]
     if not vectors:
@@ -271,117 +225,104 @@ def _complete(tables: dict[str, Any], angled: bool = False) -> Iterator[bool]:
             yield from _complete(table, name == "probes")
 
 
-def _guess(column: Column, number: int) -> ColumnGuess:
-    if column.fault:
-        return ColumnGuess(column, number, "")
-    words = " ".join(_CAPITAL.sub(" ", re.sub(r"[_-]", " ", column.name)).lower().split())
-    if key := meaning(column.name):
-        unit, source = (column.unit, "the file") if column.unit else (schema_unit(key), "the schema's name")
-        kind = {"disc_measured": "probe", "time": "time"}.get(key[0], key[0])
-        own = int(key[1]) if kind in ("amplitude", "phase") else 0
-        return ColumnGuess(column, number, kind, key[2] or key[1], own, None, unit, source)
-    kind, si = next(((kind, si) for kind, pattern, si in KINDS if re.search(pattern, words)), ("", ""))
-    if not kind:
-        return ColumnGuess(column, number, "")
-    axis, order = _AXIS.search(words), _ORDER.search(words)
-    unit, source = _unit(column, words, si, kind)
-    angle = None
-    if kind == "probe" and (found := _ANGLE.search(words)) and (found[2] or "deg" in words):
-        # 45 deg right of the top, seen from the driver, is 45 deg from x towards y; 45 deg left is 135 deg
-        angle = float(found[1]) if not found[2] else 90.0 + float(found[1]) * (1 if found[2][0] == "l" else -1)
-    letter = axis[1] if axis else {"1": "x", "2": "y"}.get(words[-1], "") if kind in PAIRS else ""
-    return ColumnGuess(column, number, kind, letter, int(order[1]) if order else 0, angle, unit, source)
-
-
-def _unit(column: Column, words: str, si: str, kind: str) -> tuple[str, str]:
-    """Unit of a column, and where it is from."""
-    if column.unit:
-        return column.unit, "the file"
-    if named := _named_unit(column.name, words, si):
-        return named, "the name"
-    finite = column.values[np.isfinite(column.values)]
-    mean = float(np.mean(finite)) if finite.size else 0.0
-    if kind == "probe" and -GAP[1] < mean < -GAP[0]:
-        return "V", "the values, as a gap voltage"
-    largest = float(np.abs(finite).max(initial=0.0))
-    if kind == "time" and finite.size > 1:
-        largest = float(np.median(np.abs(np.diff(finite))))
-    guess = next((unit for limit, unit in _GUESSES.get(si, ()) if largest <= limit), si)
-    return guess, "the values"
-
-
-def _named_unit(name: str, words: str, si: str) -> str:
-    """Unit that ends a column's name without brackets, as in 'time ms' and 'speed_rad_s'; empty if there is none."""
-    first, *rest = words.split()
-    last = rest[-1] if rest else first
-    if rest[-2:] == ["rad", "s"]:
-        last = "rad/s"
-    plain = {"v": "V", "mv": "mV", "hz": "Hz", "khz": "kHz", "pa": "Pa", "kpa": "kPa", "mpa": "MPa"}.get(last, last)
-    if prefixed := _PREFIXED.search(name.rstrip()):
-        plain = prefixed[0]
-    if plain in ("1", "-") or (plain in ("m", "s", "g") and not (rest and name.rstrip().endswith(plain))):
-        return ""  # a letter alone, or a capital one, is a name
-    return plain if is_unit_of(plain, si) or is_unit_of(plain, "V") else ""
-
-
 def _series(known: Sequence[ColumnGuess]) -> list[str]:
-    probes = [g for g in known if g.kind == "probe"]
-    axes = [g.axis for g in probes]
-    plain = sorted(axes) == ["x", "y"] and all(g.angle is None for g in probes)
     seen: set[str] = set()
     parts = []
-    for g in known:
-        if g.kind == "probe":
-            section = f"channels.disc_measured.{g.axis}" if plain else f"probes.{_label(g.column.name)}"
-        elif g.kind in ("acceleration", "velocity"):
-            section = f"channels.probe_measured.{_label(g.column.name)}"
-        elif g.kind in PAIRS:
-            section = f"channels.{g.kind}.{g.axis or 'x'}"
-        else:
-            section = g.kind if g.kind in ("time", "keyphasor") else f"channels.{g.kind}"
-            section += f".{g.axis}" if g.kind in LABELLED else ""
-        text = _entry(section, g, not plain)
-        alone = g.kind in PAIRS and {"x", "y"} - {o.axis for o in known if o.kind == g.kind}
+    for g, section in zip(known, _sections(known), strict=True):
+        alone = g.kind == "reference" and {"x", "y"} - {o.axis for o in known if o.kind == g.kind}
         why = "the second of its kind:" if section in seen else "the other axis is not known:" if alone else ""
+        if g.kind == "disc_force" and not g.axis:
+            why = "its direction is not known:"
         seen.add(section)
+        text = _entry(section, g)
         parts.append("".join(f"# {line}\n" for line in [why, *text.splitlines()]) if why else text)
     return parts
 
 
-def _entry(section: str, g: ColumnGuess, angled: bool) -> str:
-    lines = [f"[{section}]", f"column = {_quoted(g.column.name)}    # {_range(g.column)}", _unit_line(g)]
-    if g.kind == "probe" and is_unit_of(g.unit, "V"):
+def _sections(known: Sequence[ColumnGuess]) -> list[str]:
+    """Section of the mapping for each guess: probes of one plane make the disc's motion, all others are readings."""
+    probes = [g for g in known if g.kind == "probe" and g.label != "schema"]
+    planes: dict[str, list[ColumnGuess]] = {}
+    for g in probes:
+        if _angle_of(g) is not None:
+            planes.setdefault(g.label, []).append(g)
+    seen = [g for plane in planes.values() for g in plane]
+    if len({_angle_of(g) for g in seen}) == len(seen):
+        disc = seen  # whatever they are called, no two stand at one angle
+    else:
+        disc = next((plane for plane in planes.values() if 1 < len(plane) == len({_angle_of(g) for g in plane})), [])
+    plain = sorted(g.axis for g in disc) == ["x", "y"] and all(g.angle is None for g in disc)
+    found, labels = [], Counter[str]()
+    for g in known:
+        label = _label(g.column.name)
+        labels[label] += 1
+        label += f"_{labels[label]}" if labels[label] > 1 else ""
+        if g.kind == "probe" and (g in disc or g.label == "schema"):
+            found.append(f"channels.disc_measured.{g.axis}" if plain or g.label == "schema" else f"probes.{label}")
+        elif g.kind in ("probe", "acceleration", "velocity"):
+            found.append(f"channels.probe_measured.{label}")
+        elif g.kind == "disc_force" and g.blows:
+            found.append("hammer")
+        elif g.kind in PAIRS:
+            found.append(f"channels.{g.kind}.{g.axis or 'x'}")
+        else:
+            section = g.kind if g.kind in ("time", "keyphasor") else f"channels.{g.kind}"
+            found.append(section + (f".{g.axis}" if g.kind in LABELLED else ""))
+    return found
+
+
+def _angle_of(g: ColumnGuess) -> float | None:
+    """Angle [deg] of a probe from x towards y; None where its name does not hold it."""
+    return g.angle if g.angle is not None else {"x": 0.0, "y": 90.0}.get(g.axis)
+
+
+def _entry(section: str, g: ColumnGuess) -> str:
+    column = _quoted(g.column.name) if g.alone else str(g.number)
+    lines = [f"[{section}]", f"column = {column}    # {_range(g.column)}", _unit_line(g)]
+    angled, volts = section.startswith("probes."), is_unit_of(g.unit, "V")
+    if g.edge and g.kind == "keyphasor":
+        lines.append(f'edge = "{g.edge}"    # from the values')
+        lines += [f"pulses = {g.pulses}    # of a turn, from the values"] if g.pulses > 1 else []
+    if g.kind == "probe" and volts:
         mean = float(np.nanmean(g.column.values)) if np.isfinite(g.column.values).any() else 0.0
         lines.append('sensitivity = "200 mV/mil"    # guessed: the usual 7.87 V/mm; take that of the calibration')
         if angled and mean < -GAP[0]:
             lines += ['coupling = "DC"', f'gap = "{mean:.4g} V"    # the mean of this record; take that at rest']
-    if g.kind in ("acceleration", "velocity") and is_unit_of(g.unit, "V"):
+    if g.kind in ("acceleration", "velocity") and volts:
         of = {"acceleration": "100 mV/g", "velocity": "4 mV/(mm/s)"}[g.kind]
         lines.append(f'sensitivity = "{of}"    # guessed; take that of the calibration')
-    if g.kind == "probe" and angled:
-        known = g.angle if g.angle is not None else {"x": 0.0, "y": 90.0}.get(g.axis)
+    if angled:
         where = "from the name, seen from the driver" if g.angle is not None else "guessed from the axis"
-        if known is None:
-            lines.append('# angle = "?"    # not known: from x towards y, e.g. "45 deg"')
-        else:
-            lines.append(f'angle = "{known:g} deg"    # {where}; from x towards y')
+        lines.append(f'angle = "{_angle_of(g):g} deg"    # {where}; from x towards y')
+    elif section.startswith("channels.probe_measured.") and g.kind == "probe":
+        known = _angle_of(g)
+        lines.append(
+            f"# of another plane: with its position it may be [probes.{section.rpartition('.')[2]}], "
+            f'angle = "{known:g} deg"'
+            if known is not None
+            else f'# not known: with its angle it may be [probes.{section.rpartition(".")[2]}], e.g. angle = "45 deg"'
+        )
+    if section == "hammer":
+        angle = {"x": '"0 deg"', "y": '"90 deg"'}.get(g.axis, '"?"')
+        lines.append(
+            f'angle = {angle}    # {len(g.blows)} blows; from x towards y; position = "..." if not at the disc'
+        )
     return "\n".join(lines) + "\n"
 
 
 def _vectors(known: Sequence[ColumnGuess]) -> list[str]:
-    parts = [_entry("speed", g, False) for g in known if g.kind == "speed"][:1]
+    parts = [_entry("speed", g) for g in known if g.kind == "speed"][:1]
     parts = parts or ['# No speed was found: [speed] with column = "..." and unit = "rpm"\n']
     for order, axis in sorted({(g.order or 1, g.axis or "x") for g in known if g.kind in ("amplitude", "phase")}):
         lines = [f"[vectors.{order}X.{axis}]"]
         for kind in ("amplitude", "phase"):
             own = [g for g in known if g.kind == kind and (g.order or 1, g.axis or "x") == (order, axis)]
-            lines += [
-                f"{'# the second: ' if i else ''}{kind} = {{ column = {_quoted(g.column.name)}, "
-                f"unit = {_quoted(g.unit)} }}"
-                f"    # unit from {g.source}" + ("; 0-pk unless 'pp' or 'rms' stands there" if kind == "amplitude" else
-                                                 "; a lag, else add sign = -1")
-                for i, g in enumerate(own)
-            ] or [f"# no {kind} was found for it"]  # fmt: skip
+            note = "0-pk unless 'pp' or 'rms' stands there" if kind == "amplitude" else "a lag, else add sign = -1"
+            for i, g in enumerate(own):
+                unit = f", unit = {_quoted(g.unit)}" if g.unit else ""
+                start = f"{'# the second: ' if i else ''}{kind} = {{ column = {_quoted(g.column.name)}{unit} }}"
+                lines.append(f"{start}    # unit {f'from {g.source}' if unit else 'not stated'}; {note}")
+            lines += [] if own else [f"# no {kind} was found for it"]
         parts.append("\n".join(lines) + "\n")
     return parts
 

@@ -90,7 +90,7 @@ TABLE: dict[str, Dimension] = {
         "6000 rpm",
         ("rpm",),
         {"rad/s": "1", "rpm": _RPM, "krpm": _KRPM, "Hz": _TURN, "deg/s": _DEG},
-        {"RPM": _RPM, "r/min": _RPM, "1/min": _RPM, "rev/s": _TURN},
+        {"kHz": repr(1e3 * float(_TURN)), "RPM": _RPM, "r/min": _RPM, "1/min": _RPM, "rev/s": _TURN},
     ),
     "1/s": Dimension("angular frequency", "101 rad/s", ("rad/s",), {"rad/s": "1", "1/s": "1"}),
     "Hz": Dimension("frequency", "50 Hz", ("Hz",), {"Hz": "1", "kHz": "1e3", "MHz": "1e6", "mHz": "1e-3"}),
@@ -195,7 +195,7 @@ _WORDS = {
     "micron=um microns=um "
     "micrometer=um micrometers=um micrometre=um micrometres=um nanometer=nm mil=mil mils=mil thou=mil inch=in "
     "inches=in in.=in",
-    "rad/s": "rpm=rpm r.p.m.=rpm rev/min=rpm revs/min=rpm u/min=rpm tr/min=rpm min^-1=rpm rps=rev/s "
+    "rad/s": "rpm=rpm r.p.m.=rpm rev/min=rpm revs/min=rpm u/min=rpm tr/min=rpm o/min=rpm omdr/min=rpm varv/min=rpm giri/min=rpm min^-1=rpm rps=rev/s "
     "radian/s radians/s rad/sec °/s=deg/s",
     "rad": "radian radians degree=deg degrees=deg deg=deg revs=rev revolution=rev revolutions=rev",
     "Pa": "pascal pascals kilopascal=kPa megapascal=MPa psi=psi psig=psig bar=bar barg=barg bar(g)=barg psi(g)=psig",

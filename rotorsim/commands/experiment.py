@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from rotorsim.plant import Plant
 
 Rows = list[tuple[str, str]]
-Seed = Annotated[str, typer.Option("--seed", help="Seed of the sensors' noise.")]
+Seed = Annotated[str, typer.Option("--seed", help="Seed of the machine's noise.")]
 COMMON: dict[str, tuple[Any, Any]] = {
     "settings": (PlantOptions, PlantOptions()),
     "seed": (Seed, "0"),

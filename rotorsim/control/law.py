@@ -383,13 +383,21 @@ def load_law(path: str | Path) -> Law:
         if data.get("plausibility") is not None:
             data["plausibility"] = Plausibility.from_dict(data["plausibility"])
         if data.get("runout") is not None:
-            data["runout"] = RunoutTable(**data["runout"])
+            data["runout"] = _runout_of(path, data["runout"])
         return Law(**data)
     except FileNotFoundError as error:
         raise LawError(f"{path}: is not there; give a file that 'rotorsim design' wrote") from error
     except (UnicodeDecodeError, IsADirectoryError, ValueError, KeyError, TypeError, AttributeError) as error:
         reason = instead(path, "a law", "a control law of 'rotorsim design'") or f"is not a law ({error})"
         raise LawError(f"{path}: {reason}; give a JSON file that 'rotorsim design' wrote") from error
+
+
+def _runout_of(path: Path, data: Any) -> RunoutTable:
+    """Runout table in a law's file, whose errors name the file."""
+    try:
+        return RunoutTable.from_dict(data)
+    except LawError as error:
+        raise LawError(f"{path}: {error}", **error.where) from error
 
 
 MOST_STATES = 400

@@ -132,5 +132,5 @@ def _of_content(kind: Any, name: str, content: dict[str, Any], Ts: float) -> Any
     if "plausibility" in content:
         chosen |= {"plausibility": Plausibility.from_dict(parse_json(content["plausibility"]))}
     if "runout" in content:
-        chosen |= {"runout": RunoutTable(**parse_json(content["runout"]))}
+        chosen |= {"runout": RunoutTable.from_dict(parse_json(content["runout"]))}
     return kind(content.get("name", name), **stacked, speeds=speeds, pressures=pressures, Ts=Ts, **chosen)

@@ -13,7 +13,7 @@ Cites: thesis, api_670.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from datetime import UTC, date, datetime
 from typing import TYPE_CHECKING, Any
 
@@ -57,7 +57,8 @@ class RunoutTable:
     Raises
     ------
     LawError
-        For values of another shape, of fewer than 8 angles, or not finite, and for a date that is none.
+        For values of another shape, of fewer than 8 angles, or not finite, for a speed and turns that are no numbers,
+        and for a date that is none.
 
     Examples
     --------
@@ -75,7 +76,12 @@ class RunoutTable:
     taken: str = ""
 
     def __post_init__(self) -> None:
-        values = np.ascontiguousarray(self.values, float)
+        try:
+            values, numbers = np.ascontiguousarray(self.values, float), [float(self.speed), float(self.turns)]
+        except (TypeError, ValueError) as error:
+            raise LawError("runout: holds text or lists where a table has numbers; take it again") from error
+        if not (np.isfinite(numbers).all() and min(numbers) >= 0.0):
+            raise LawError(f"runout: speed = {self.speed}, turns = {self.turns}; give finite numbers, 0 or more")
         object.__setattr__(self, "values", values)
         if values.ndim != 2 or values.shape[1] != 2 or len(values) < 8 or not np.isfinite(values).all():
             raise LawError(
@@ -119,6 +125,14 @@ class RunoutTable:
         if age is None:
             return self.origin
         return f"{self.origin}, {'in the future' if age < 0 else 'today' if not age else f'{age} days ago'}"
+
+    @classmethod
+    def from_dict(cls, data: Any) -> RunoutTable:
+        """Table of what `to_dict` gave; raises LawError."""
+        names = [field.name for field in fields(cls)]
+        if not isinstance(data, dict) or not {"values"} <= data.keys() <= {*names}:
+            raise LawError(f"runout: is not a table; its entries are {', '.join(names)}", argument="runout")
+        return cls(**data)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and lists for JSON."""

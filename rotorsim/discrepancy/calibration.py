@@ -30,6 +30,7 @@ from math import pi, sqrt
 
 import numpy as np
 
+from rotorsim.discrepancy.changes import MAIN, PLANE
 from rotorsim.discrepancy.twin import FAILURES, Setting, Twin
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.effects.base import INJECTOR_FLOW, CalibrationParameter
@@ -74,6 +75,8 @@ class FitParameter:
     trend: str = ""
     usual: float = 0.0
     """Prior standard deviation of an effect's size in the odds; `STEPS` steps where none is stated."""
+    plane: float | None = None
+    """Plane [m] of the probes whose readings alone it changes, `MAIN` for the machine file's; None for all."""
 
     @property
     def prior_size(self) -> float:
@@ -83,7 +86,12 @@ class FitParameter:
     @property
     def name(self) -> str:
         """Unique name."""
-        return f"{self.key} x {self.trend}" if self.trend else self.key
+        of_plane = "" if self.plane is None else f" in plane {self.plane:g}"
+        return (f"{self.key} x {self.trend}" if self.trend else self.key) + of_plane
+
+    def acts_at(self, known: Mapping[str, float] | None) -> bool:
+        """Whether it changes the readings of a record with these `known` changes, of which one is the plane."""
+        return self.plane is None or self.plane == (known or {}).get(PLANE, MAIN)
 
     def share(self, speed: float, pressure: float) -> float:
         """Factor of the parameter's value at an operating point [rad/s], [Pa]; 1 without a trend."""
@@ -104,6 +112,8 @@ def contributions(
     """Sum of the changes by key at an operating point, on top of those `known` of a record."""
     out: dict[str, float] = dict(known or {})
     for parameter, value in values.items():
+        if not parameter.acts_at(known):
+            continue
         out[parameter.key] = out.get(parameter.key, 0.0) + value * parameter.share(speed, pressure)
     return out
 
@@ -144,6 +154,14 @@ def lobes(effect: Effect, amplitude: str) -> float:
 def wave(effect: Effect, amplitude: str, phase: str, n: float = 1.0) -> complex:
     """Complex amplitude (cosine + i sine) of a wave from its amplitude and n times its phase."""
     return complex(getattr(effect, amplitude) * np.exp(1j * n * getattr(effect, phase)))
+
+
+def sd_of_polar(c: float, s: float, V: np.ndarray, base: complex = 0.0) -> tuple[float, float, float, float]:
+    """Amplitude, phase and their standard deviations of base + c + i s with covariance V (2, 2) of c, s."""
+    z = base + complex(c, s)
+    a, phi = abs(z), float(np.angle(z))
+    along, across = np.array([np.cos(phi), np.sin(phi)]), np.array([-np.sin(phi), np.cos(phi)])
+    return a, phi, float(np.sqrt(along @ V @ along)), float(np.sqrt(across @ V @ across) / max(a, 1e-300))
 
 
 def within(parameters: Iterable[FitParameter], values: np.ndarray) -> np.ndarray:

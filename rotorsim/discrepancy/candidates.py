@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from itertools import combinations, pairwise
+from itertools import combinations, pairwise, product
 from pathlib import Path
 from typing import Any
 
@@ -36,10 +36,13 @@ from rotorsim.discrepancy.fit import ParameterFit, prior_rows, singular_directio
 from rotorsim.discrepancy.records import make_trial, make_trials, open_records
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import NO_SOLUTION, Twin
-from rotorsim.effects import REGISTRY
+from rotorsim.effects import REGISTRY, Effect
 from rotorsim.effects.base import CandidateForm
 from rotorsim.machine import Machine, load_machine
+from rotorsim.machine.bearings import LinearBearing
 
+ONE_PLACE = 1e-6
+"""Distance [m] within which two forces act at one place."""
 ALIAS = 0.95
 """Cosine of two signatures above which their effects are aliases."""
 NOISE = 5e-9
@@ -114,18 +117,59 @@ def _forms(twin: Twin, name: str, recipe: CandidateForm) -> list[Form]:
         of, pinned = _about(twin, name, table)
         if recipe.pinned and not pinned:
             continue
-        for k in _injectors(twin, name, table):
+        for k, (position, where) in product(_injectors(twin, name, table), force_places(machine, effect, recipe)):
             for option in options:
                 fixed = {f"{name}.{table}.{p}": v for p, v in option.items()}
                 if k:
                     fixed[f"{name}.{table}.injector"] = k
-                label = f"{name}.{recipe.parameter}" + (f" of injector {k:.0f}" if k else "") + of
+                if position is not None:
+                    fixed[f"{name}.{table}.position"] = position
+                label = f"{name}.{recipe.parameter}" + (f" of injector {k:.0f}" if k else "") + of + where
                 shape = ", ".join(f"{p} {v:.4g}" for p, v in option.items() if p in several)
                 parameters, refine = _fit_parameters(twin, name, table, recipe), _refine(name, table, recipe, option)
                 forms.append(
                     Form(name, f"{label} @ {shape}" if shape else label, parameters, fixed, refine, recipe.axes_only)
                 )
     return forms
+
+
+def force_places(machine: Machine, effect: type[Effect], recipe: CandidateForm) -> list[tuple[float | None, str]]:
+    """Positions [m] at which a force of an effect may act, and how a key names them; (None, '') for the only one.
+
+    Each disc, or each end of the shaft for what acts there, and where the machine file has such an effect; of a shaft
+    with several places each support as well, unless it is a property of the shaft itself.
+    """
+    if (
+        effect.port not in ("force", "motion")
+        or "position" not in {f.name for f in fields(effect)}
+        or effect.calibration_of(machine)
+    ):
+        return [(None, "")]
+    shaft, discs = machine.shaft, [d.position for d in machine.discs]
+    own = [shaft.start, shaft.end] if effect.place == "start" else discs
+    own = [*own, *(e.position for e in machine.effects.get(effect.name, ()) if e.position is not None)]  # type: ignore
+    if effect.place == "start" and len(discs) < 2 and len(own) == 2:
+        own = own[:1]
+    if len(own) > 1 and effect.port == "motion" and not recipe.with_weight:
+        own += [b.position for b in machine.bearings if isinstance(b, LinearBearing)]
+    places = list(dict.fromkeys(round(z, 9) for z in own))
+    if len(places) < 2:
+        usual = shaft.start if effect.place == "start" else (discs or [None])[0]
+        stated = [(z, "") for z in places if usual is None or abs(z - usual) > ONE_PLACE]
+        return stated or [(None, "")]
+    return [(z, f" of {_place_name(machine, z)}") for z in places]
+
+
+def _place_name(machine: Machine, z: float) -> str:
+    """A place on the shaft as text."""
+    for number, disc in enumerate(machine.discs):
+        if abs(disc.position - z) < ONE_PLACE:
+            return f"disc {number + 1}"
+    for name, bearing in zip(machine.bearing_names, machine.bearings, strict=True):
+        if abs(bearing.position - z) < ONE_PLACE:
+            return f"the bearing {name}"
+    ends = {"the left end": machine.shaft.start, "the right end": machine.shaft.end}
+    return next((name for name, end in ends.items() if abs(end - z) < ONE_PLACE), f"the shaft at {1e3 * z:.6g} mm")
 
 
 def _about(twin: Twin, name: str, table: int) -> tuple[str, bool]:

@@ -25,6 +25,8 @@ from rotorsim.machine import Machine
 WEIGHT, RING = "trial_weight", "sensor_ring"
 RING_KEY = f"{RING}.0.angle"
 """Key of the ring's angle among the sums."""
+PLANE, MAIN = "plane", -math.inf
+"""Key of the plane [m] of the probes that a trial shows, and what stands for the machine file's, which none states."""
 NEAR = 1e-6
 """Distance [m] within which two planes are the same."""
 

@@ -212,10 +212,11 @@ class TwinComparison:
         found: dict[str, np.ndarray] = {}
         columns = []
         for parameter in parameters:
-            if parameter.key not in found:
-                found[parameter.key] = self.column(point, replace(parameter, trend=""), here, progress, central)
+            plain = replace(parameter, trend="").name
+            if plain not in found:
+                found[plain] = self.column(point, replace(parameter, trend=""), here, progress, central)
             share = np.array([parameter.share(t.speed, t.pressure) for t in self.trials])
-            columns.append(found[parameter.key] * (share[self.layout.record] if parameter.trend else 1.0))
+            columns.append(found[plain] * (share[self.layout.record] if parameter.trend else 1.0))
         return np.column_stack(columns) if columns else np.zeros((len(here), 0))
 
     def apart(self, point: ParameterPoint) -> list[np.ndarray]:
@@ -289,9 +290,17 @@ def simulate(twin: Twin, trial: Trial, point: ParameterPoint, whole: bool = Fals
     """DFTs of a trial's blocks (blocks, 2, lines) [m] at a point; 1 mm throughout if the twin has no solution.
 
     Of a periodic record the twin runs one period and what leads into it, unless it is to be run as a `whole` or an
-    effect with a long memory is at work.
+    effect with a long memory is at work. A rotor on linear bearings that a record shows in its motion from the first
+    sample on is in that of all its inputs.
     """
     values = point.setting(twin, trial.speed, trial.pressure, trial.changes)
+    if trial.settled and twin.machine.film is None:
+        ahead, rows, angle = trial.from_motion
+        found = twin.run(values, np.concatenate([ahead, rows]), trial.pressure, angle, True, not len(ahead))
+        table = found[len(ahead) :, :2]
+        if not np.abs(table).max() < BEYOND:  # nor a number
+            return np.full(trial.spectra.shape, NO_SOLUTION, complex)
+        return trial.lines_of_window(table)
     short = trial.lead > 0 and not whole and not twin.lingers(values, trial.balanced)
     rows, angle = trial.short if short else (trial.used, trial.angle)
     table = twin.run(values, rows, trial.pressure, angle, turning=trial.in_motion)[:, :2]
@@ -334,7 +343,11 @@ class SensitivityColumns:
                 out.append(comparison.directions[parameter.key])
                 continue
             column = self._column(
-                point, FitParameter(parameter.key, parameter.step, low=parameter.low, high=parameter.high), progress
+                point,
+                FitParameter(
+                    parameter.key, parameter.step, low=parameter.low, high=parameter.high, plane=parameter.plane
+                ),
+                progress,
             )
             out.append(column * (share[parameter][comparison.layout.record] if parameter.trend else 1.0))
         return np.column_stack(out) if out else np.zeros((len(comparison.measured), 0))
@@ -342,7 +355,7 @@ class SensitivityColumns:
     def _column(
         self, point: ParameterPoint, parameter: FitParameter, progress: Callable[[], None] | None
     ) -> np.ndarray:
-        key = self.rough.key(point, self.rough.twin, parameter.key, parameter.step, parameter.low, parameter.high)
+        key = self.rough.key(point, self.rough.twin, parameter.name, parameter.step, parameter.low, parameter.high)
         shape = self.comparison.measured.shape
         return self.cache.array(key, shape, lambda: self.rough.column(point, parameter, self._at(point), progress))
 

@@ -11,13 +11,16 @@ Cites: bendat_2010.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 
-from rotorsim.discrepancy.changes import RING_KEY
-from rotorsim.discrepancy.trial import TURNING, Trial
+from rotorsim.base.rounding import answer
+from rotorsim.base.units import RIG_SAMPLE, TO_UM
+from rotorsim.discrepancy.changes import PLANE, RING_KEY
+from rotorsim.discrepancy.trial import TURNING, Trial, block_lines
 
 BANDS = ((0.0, 90.0), (90.0, 150.0), (150.0, 1e9))
 """Bands [Hz] of excited lines: below, about and above the first natural frequencies of a rig of this size."""
@@ -31,6 +34,11 @@ NEIGHBOURS = 12
 """Lines to each side whose scatter is pooled."""
 FAINTEST = 1e-9
 """Smallest floor [m], that of the solver's stopping rule."""
+MAINS, HEARD, MOST_OF_IT, HUM_WIDTH = (50.0, 60.0), 0.5, 0.5, 1.6
+"""Frequencies [Hz] of the mains; share of the records that show a hum; share of the power next to it that it has; lines
+to each side within which nothing else may stand."""
+HUM = "hum of the mains at {frequency:g} Hz, {size:.2g} um at every speed, was taken out: it turns with no shaft"
+"""Note on hum."""
 LN2 = 0.6931471805599453
 """Median of an exponential distribution of mean 1."""
 QUIET, ROWS = "the quiet lines within the records", "neighbouring rows"
@@ -156,7 +164,7 @@ def repeats(a: Trial, b: Trial) -> bool:
         return a.inputs == b.inputs
     same = a.rows.shape == b.rows.shape and a.start == b.start and a.length == b.length
     near = same and abs(a.speed - b.speed) < 0.5 and abs(a.pressure - b.pressure) < 5e3
-    rings = {t.changes.get(RING_KEY, 0.0) for t in (a, b)}
+    rings = {(t.changes.get(RING_KEY, 0.0), t.changes.get(PLANE)) for t in (a, b)}
     return bool(
         near and a.probe_angle == b.probe_angle and len(rings) == 1 and np.array_equal(a.rows[:, 2:], b.rows[:, 2:])
     )
@@ -231,12 +239,78 @@ def floor(
         for channel in range(2):
             own = (layout.record == i) & (layout.channel == channel)
             lines = scatter[i, channel, 1 : trial.spectra.shape[2]]
+            for frequency, hum in trial.hum:
+                lines = np.hypot(lines, np.where(hum_lines(trial, frequency)[1:], hum, 0.0))
             sigma[own] = np.concatenate([[means[i, channel], drifts[i, channel]], lines, lines])
     size, error = modulus(layout, response), modulus(layout, solver)
     size[layout.drift] = 0.0
     share = np.array([max(tolerance, t.least_tolerance) for t in trials])[layout.record]
     total = sigma**2 + (share * size) ** 2 + (SOLVER_SHARE * error) ** 2 + FAINTEST**2
     return np.asarray(np.sqrt(total))
+
+
+def without_hum(trials: Sequence[Trial]) -> tuple[list[Trial], list[str]]:
+    """Trials without the hum of the mains, and a sentence on each line of it.
+
+    Hum is a tone at a multiple of 50 or 60 Hz that stands in most records of several speeds: it turns with no shaft.
+    Where an order lies on it the two cannot be told apart, and its size is kept for the floor.
+    """
+    left, notes = list(trials), []
+    for frequency in (n * mains for mains in MAINS for n in (1, 2, 3)):
+        clear = [i for i, t in enumerate(left) if not t.orders and _stands_clear(t, frequency)]
+        tones = {i: tone for i in clear if (tone := _tone_at(left[i], frequency)) is not None}
+        if len({round(left[i].speed, 1) for i in tones}) < 2 or len(tones) < HEARD * len(clear):
+            continue
+        size = float(np.median([size for size, _ in tones.values()]))
+        for i, trial in enumerate(left):
+            if i in tones:
+                left[i] = replace(trial, spectra=trial.spectra - tones[i][1])
+            elif not trial.orders:
+                left[i] = replace(trial, hum=(*trial.hum, (frequency, size)))
+        notes.append(HUM.format(frequency=frequency, size=size * TO_UM))
+    return left, notes
+
+
+def hum_lines(trial: Trial, frequency: float) -> np.ndarray:
+    """Mask (lines,) of the lines that a tone at a frequency [Hz] reaches."""
+    f = trial.frequencies
+    return np.asarray(np.abs(f - frequency) < HUM_WIDTH * f[1])
+
+
+def _quiet_lines(trial: Trial) -> np.ndarray:
+    """Mask (lines,) of the lines that neither an order nor an input excites."""
+    f, turns = trial.frequencies, abs(trial.speed) / (2 * np.pi)
+    quiet = ~trial.excited & (f > 0)
+    if abs(trial.speed) > TURNING:
+        quiet &= np.abs(f - np.round(f / turns) * turns) > 0.51 * f[1]
+    return np.asarray(quiet)
+
+
+def _stands_clear(trial: Trial, frequency: float) -> bool:
+    """Whether neither an order nor an excited line is next to a frequency [Hz] of a record."""
+    f, turns = trial.frequencies, abs(trial.speed) / (2 * np.pi)
+    order = abs(frequency - round(frequency / turns) * turns) if abs(trial.speed) > TURNING else np.inf
+    inside = f[-1] > frequency + HUM_WIDTH * f[1]
+    return bool(inside and not trial.excited[hum_lines(trial, frequency)].any() and order > HUM_WIDTH * f[1])
+
+
+def _tone_at(trial: Trial, frequency: float) -> tuple[float, np.ndarray] | None:
+    """Amplitude [m] and lines (blocks, 2, lines) of a tone [Hz] through all blocks; None where it is not loud."""
+    f, quiet = trial.frequencies, _quiet_lines(trial)
+    near = quiet & (np.abs(f - frequency) < NEIGHBOURS * f[1])
+    t = np.arange(trial.blocks * trial.length) * RIG_SAMPLE
+    waves = np.column_stack([np.cos(2 * np.pi * frequency * t), np.sin(2 * np.pi * frequency * t)])
+    shapes = block_lines(waves, 0, trial.length, trial.blocks, len(f))
+    A = np.column_stack([np.concatenate([s[:, near].real.ravel(), s[:, near].imag.ravel()])
+                         for s in (shapes[:, 0], shapes[:, 1])])  # fmt: skip
+    y = np.column_stack([np.concatenate([s[:, near].real.ravel(), s[:, near].imag.ravel()])
+                         for s in (trial.spectra[:, 0], trial.spectra[:, 1])])  # fmt: skip
+    found = answer(np.linalg.lstsq, A, y, rcond=None)[0]
+    left, whole = (np.sum(one**2, axis=0) for one in (y - A @ found, y))
+    # a tone takes most of what is near it, or stands clear of the noise there by its own size
+    if not np.any(left < (1 - MOST_OF_IT) * whole):
+        return None
+    return float(np.hypot(*found).max()), np.einsum("kc,bkl->bcl", found, shapes)
 
 
 def modulus(layout: DataLayout, vector: np.ndarray) -> np.ndarray:

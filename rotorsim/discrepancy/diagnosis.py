@@ -13,7 +13,7 @@ from rotorsim.base.cache import Cache
 from rotorsim.base.errors import DataError, NoAnswerError
 from rotorsim.discrepancy.calibration import GRID, STEP, CompiledModels, ParameterPoint, Progress
 from rotorsim.discrepancy.candidates import Form, candidates, prior_sizes
-from rotorsim.discrepancy.changes import known_changes, notes_on_changes
+from rotorsim.discrepancy.changes import MAIN, PLANE, known_changes, notes_on_changes
 from rotorsim.discrepancy.comparison import (
     THREADS,
     UNSTEADY,
@@ -25,7 +25,7 @@ from rotorsim.discrepancy.comparison import (
     table,
     unsteady,
 )
-from rotorsim.discrepancy.data_vector import TOLERANCE, unknown_sources
+from rotorsim.discrepancy.data_vector import TOLERANCE, unknown_sources, without_hum
 from rotorsim.discrepancy.decision import check_allowed
 from rotorsim.discrepancy.fit import (
     MOST_REPEATS,
@@ -50,15 +50,16 @@ from rotorsim.discrepancy.judge import (
     worse_than,
 )
 from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect, recalibrated_values
+from rotorsim.discrepancy.mistakes import check_before
 from rotorsim.discrepancy.records import (
     check_after,
-    check_before,
     check_plane,
     check_ring,
     data_hash,
     limits,
     make_trials,
     open_records,
+    plane_notes,
     record_notes,
     unexplained,
 )
@@ -81,6 +82,7 @@ from rotorsim.discrepancy.verdict import (
     joined_classes,
     judge,
 )
+from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
 
 if TYPE_CHECKING:
@@ -107,6 +109,8 @@ STRAINED = (
     "re-calibration ends where it is not believed ({}): what is missing leads it astray, or the machine is another one"
 )
 """Note on a calibration beyond its limits or priors."""
+NAMED_PROBES = "x and y of the sensors are the probes {0} and {1}, in their own directions"
+"""Note on records whose channels are their probes."""
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
 """Note on a search without finite numbers."""
 
@@ -179,7 +183,7 @@ def diagnose(
     found = diagnose_trials(machine, trials, effects, tolerance, progress, models, threads, cache, allow)
     every = [one for part in parts.values() for one in part]
     tables = [(name, record) for name, record in every if is_table(record)]
-    return replace(found, notes=(*record_notes(every), *rate_notes(tables), *found.notes))
+    return replace(found, notes=(*record_notes(every), *plane_notes(machine, every), *rate_notes(tables), *found.notes))
 
 
 def trials_of(machine: Machine, opened: Sequence[tuple[str, xr.Dataset]], role: str | None) -> list[Trial]:
@@ -209,15 +213,42 @@ def diagnose_trials(
     allow: tuple[str, ...] | None = None,
 ) -> Diagnosis:  # fmt: skip
     """Diagnosis of prepared trials, with the next experiment among those that `allow` names."""
+    trials, hum = without_hum(trials)
     by_role = {role: [t for t in trials if t.role == role] for role in ("fit", "held_out", "untouched")}
     if not by_role["fit"]:
         raise DataError("diagnose: no records to fit; give some, or set the attribute role")
     forms = candidates(Twin(machine, GRID, STEP) if models is None else models.twin, effects)
-    forms, left_out = for_probes(forms, trials)
+    forms, left_out = for_probes(by_probe(forms, trials), trials)
     models = models or CompiledModels.of(machine, None if effects is None else {f.effect for f in forms}, progress)
     parts = {role: TwinComparison(models.twin, own, threads, cache=cache) for role, own in by_role.items() if own}
     found = DiagnosisRun(machine, models, parts, forms, trials, tolerance, progress, allow).run()
-    return replace(found, notes=(*found.notes, *left_out))
+    return replace(found, notes=(*found.notes, *left_out, *hum))
+
+
+def by_probe(forms: tuple[Form, ...], trials: Sequence[Trial]) -> tuple[Form, ...]:
+    """Forms with those of the sensors for every probe, or every plane, of several planes: each errs by itself."""
+    planes = {t.changes.get(PLANE, MAIN): t.names for t in trials}
+    if len(planes) < 2:
+        return forms
+    out: list[Form] = []
+    for form in forms:
+        own = REGISTRY[form.effect].port == "sensor"
+        for z, names in planes.items() if own else ():
+            axis = form.parameters[0].key.partition("~")[0].rpartition(".")[2].rpartition("_")[2]
+            if axis in ("x", "y") and len(names) == 1:
+                continue
+            where = names["xy".index(axis)] if axis in ("x", "y") and names else _plane_of(z, names)
+            label, _, shape = form.label.partition(" @ ")
+            label = f"{label} of {where}" + (f" @ {shape}" if shape else "")
+            moved = {kind: tuple(replace(k, plane=z) for k in getattr(form, kind)) for kind in ("parameters", "refine")}
+            out.append(replace(form, label=label, **moved))
+        out += [] if own else [form]
+    return tuple(sorted(out, key=lambda f: f.label))
+
+
+def _plane_of(z: float, names: tuple[str, ...]) -> str:
+    """The probes of a plane as text."""
+    return " and ".join(names) or ("the probes of the disc" if z == MAIN else f"the probes at {1e3 * z:.6g} mm")
 
 
 def for_probes(forms: tuple[Form, ...], trials: Sequence[Trial]) -> tuple[tuple[Form, ...], list[str]]:
@@ -262,7 +293,9 @@ class DiagnosisRun:
         if not self.fitted.scatter_known:
             source = " and ".join(unknown_sources(self.fitted.trials))
             notes.append(f"no repeats and no periods: the floor comes from {source}")
-        notes += notes_on_changes({t.name: t.changes for t in self.trials})
+        named = {t.names for t in self.fitted.trials if len(t.names) == 2 and not t.other_plane}
+        notes += [NAMED_PROBES.format(*names) for names in sorted(named)]
+        notes += notes_on_changes({t.name: t.stated_changes for t in self.trials})
         beyond = strained(base)
         notes += [STRAINED.format(", ".join(beyond))] if beyond else []
         notes += [COMMON_DELAY] if any(t.clock for t in self.trials) else []

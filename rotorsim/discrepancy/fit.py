@@ -212,14 +212,6 @@ def covariance(fit: ParameterFit, record: np.ndarray) -> np.ndarray:
     return np.asarray(inverse * np.outer(factor, factor))
 
 
-def sd_of_polar(c: float, s: float, V: np.ndarray, base: complex = 0.0) -> tuple[float, float, float, float]:
-    """Amplitude, phase and their standard deviations of base + c + i s with covariance V (2, 2) of c, s."""
-    z = base + complex(c, s)
-    a, phi = abs(z), float(np.angle(z))
-    along, across = np.array([np.cos(phi), np.sin(phi)]), np.array([-np.sin(phi), np.cos(phi)])
-    return a, phi, float(np.sqrt(along @ V @ along)), float(np.sqrt(across @ V @ across) / max(a, 1e-300))
-
-
 def nearest(
     comparison: TwinComparison, parameters: tuple[FitParameter, ...], progress: Callable[[], None]
 ) -> ParameterPoint:

@@ -1,8 +1,9 @@
 r"""Gap between measurement and simulation: rms at each stage, bands missed, the force that would make the rest.
 
-The rms [um] is that by channel and operating point. Of a run-up's vectors an amplitude is missed by more than a tenth
-of the order's largest one, a phase by more than 15 deg. Phases of amplitudes, and orders, that are hardly above their
-floor do not count. A residual that no effect explains is shown as the equivalent force on the disc,
+The rms [um] of the vibration, without its mean, is that by channel and operating point. Of a run-up's vectors an
+amplitude is missed by more than a tenth of the order's largest one, a phase by more than 15 deg. Phases of amplitudes,
+and orders, that are hardly above their floor do not count. A residual that no effect explains is shown as the
+equivalent force on the disc,
 
 .. math:: f(\omega) = Z(\omega)\, r(\omega), \qquad Z = G^{-1}
 
@@ -47,10 +48,15 @@ MOST_LINES, NEIGHBOURS, MOST_RECORDS = 8, 3, 4
 
 
 def rms(comparison: TwinComparison, vector: np.ndarray) -> np.ndarray:
-    """Time-domain rms (records, 2) [m] of a data vector (n,) [m], from its mean and lines; over all rows of vectors."""
+    """Time-domain rms of the vibration (records, 2) [m] of a data vector (n,) [m], over all rows of vectors.
+
+    Without the mean: static sag and zeros of the sensors are no vibration.
+    """
     layout = comparison.layout
-    power = np.where(layout.frequency == 0, vector**2, vector**2 / 2)
-    power = np.where(layout.drift, 0.0, power) / np.array([t.rows_of_vectors for t in comparison.trials])[layout.record]
+    power = (
+        np.where(layout.frequency == 0, 0.0, vector**2 / 2)
+        / np.array([t.rows_of_vectors for t in comparison.trials])[layout.record]
+    )
     out = np.zeros((len(comparison.trials), 2))
     np.add.at(out, (layout.record, layout.channel), power)
     return np.sqrt(out)
@@ -218,7 +224,7 @@ def equivalent_force(
 ) -> dict[str, Any]:
     """Spectral lines of the equivalent force in flagged records, its direction and growth exponents."""
     lines: list[dict[str, Any]] = []
-    growth = _growth(comparison, residual, flags)
+    growth, taken = _growth(comparison, residual, flags)
     for i in list(dict.fromkeys(f.number for f in flags))[:MOST_RECORDS]:
         trial = comparison.trials[i]
         groups = {f.group for f in flags if f.number == i}
@@ -234,6 +240,7 @@ def equivalent_force(
         "where": "at the disc, as far as one measuring plane shows",
         "lines": lines[:MOST_LINES],
         "growth": growth,
+        "calibrated_share": taken,
         "groups": sorted({f.group for f in flags}),
     }
 
@@ -314,8 +321,9 @@ def _line(trial: Trial, plant: Any, probes: np.ndarray, f: float, r: np.ndarray,
 
 
 def _order(trial: Trial, f: float) -> float | None:
-    """Order of a frequency [Hz] that is a whole one or below 1X; None for others and at rest."""
-    if abs(trial.speed) <= TURNING:
+    """Order of a frequency [Hz] that is a whole one or below 1X; None for others, for lines of the exciter, at rest."""
+    near = np.abs(trial.frequencies - f) < 0.51 * trial.frequencies[1]
+    if abs(trial.speed) <= TURNING or (not trial.orders and (trial.excited & near).any()):
         return None
     order = f * 2 * np.pi / abs(trial.speed)
     return order if abs(order - round(order)) < 0.02 or order < 1 else None
@@ -344,25 +352,52 @@ def _direction(force: np.ndarray) -> str:
     return f"along {angle:.0f} deg from x"
 
 
-def _growth(comparison: TwinComparison, residual: np.ndarray, flags: Sequence[Misfit]) -> dict[str, float]:
-    """Exponents of a fit  size ~ speed^a pressure^b amplitude^c  to the residual of the worst group over records."""
+def _growth(
+    comparison: TwinComparison, residual: np.ndarray, flags: Sequence[Misfit]
+) -> tuple[dict[str, float], float | None]:
+    """Exponents of a fit  force ~ speed^a pressure^b amplitude^c  to the worst group over records, and a share.
+
+    The force is that of the machine file as given: what the re-calibration has taken up of it is the share.
+    """
     flags = [f for f in flags if f.group != UNSTEADY]
-    if not flags:
-        return {}
-    layout, trials = comparison.layout, comparison.trials
-    group, kind = flags[0].group, bool(trials[flags[0].number].orders)
-    metres = residual * comparison.sigma
+    if not flags or comparison.trials[flags[0].number].orders:
+        return {}, None
+    layout, trials, group = comparison.layout, comparison.trials, comparison.layout.groups.index(flags[0].group)
+    origin = ParameterPoint()
+    before = comparison.residual(origin) * comparison.sigma
     rows: list[list[float]] = []
     sizes: list[float] = []
     for i, t in enumerate(trials):
-        own = (layout.record == i) & (layout.group == layout.groups.index(group))
-        if own.any() and t.speed > 1 and bool(t.orders) is kind:
+        lines = layout.group[comparison.numbers_of(i)[0]][: t.spectra.shape[2] - 1] == group
+        if not lines.any() or t.speed <= 1 or t.orders or t.other_plane:
+            continue
+        with suppress(*FAILURES):
             rows.append([1.0, np.log(t.speed), np.log(max(t.pressure, 1.0)), np.log(max(t.amplitude, 1e-3))])
-            sizes.append(float(np.log(max(float(np.linalg.norm(metres[own])), 1e-12))))
+            sizes.append(float(np.log(max(_force_of(comparison, origin, i, before, lines), 1e-12))))
+    own = layout.group == group
+    taken = 1 - float(np.linalg.norm((residual * comparison.sigma)[own])) / max(
+        float(np.linalg.norm(before[own])), 1e-300
+    )
     names = ("", "speed", "pressure", "amplitude")
     A = np.array(rows)
     vary = [k for k in range(4) if k == 0 or (len(A) and np.ptp(A[:, k]) > 0.1)]
     if len(rows) < len(vary) + 1:
-        return {}
+        return {}, None
     x = answer(np.linalg.lstsq, A[:, vary], np.array(sizes), rcond=None)[0]
-    return {names[k]: float(v) for k, v in zip(vary, x, strict=True) if k}
+    return {names[k]: float(v) for k, v in zip(vary, x, strict=True) if k}, max(taken, 0.0)
+
+
+def _force_of(comparison: TwinComparison, point: ParameterPoint, i: int, left: np.ndarray, wanted: np.ndarray) -> float:
+    """Size [N] of the force on the disc that makes the wanted lines (k,) of what is left (n,) [m] in trial i."""
+    trial = comparison.trials[i]
+    values = point.setting(comparison.twin, trial.speed, trial.pressure, trial.changes)
+    a, probes = comparison.twin.set(values), _probes(comparison.twin, trial, values)
+    plant = linearise(
+        a, settle(a, trial.speed, comparison.twin.regulator(values, trial.speed, trial.pressure)), trial.speed
+    )
+    lines, f = comparison.lines_of(i, left), trial.frequencies[1:]
+    each = [
+        answer(np.linalg.pinv, probes @ answer(plant.transfer, 2j * np.pi * f[k])[:, 2:4]) @ lines[: len(probes), k]
+        for k in np.flatnonzero(wanted)
+    ]
+    return float(np.linalg.norm(each))

@@ -21,8 +21,7 @@ import tomlkit
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import quantities
 from rotorsim.base.units import TO_UM, show
-from rotorsim.discrepancy.calibration import wave
-from rotorsim.discrepancy.fit import sd_of_polar
+from rotorsim.discrepancy.calibration import sd_of_polar, wave
 from rotorsim.discrepancy.twin import of_axis, of_bearing, of_each_film, own_tables
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine
@@ -71,6 +70,8 @@ class IdentifiedEffect:
     parameters: dict[str, float]
     sd: dict[str, float]
     tie_class: tuple[str, ...]
+    written: bool = True
+    """Whether the machine file has a place for it: it has none for single probes, and for those of other planes."""
 
     def sizes(self) -> Iterator[tuple[str, str, str]]:
         """Parameter, value and standard deviation in display units; no standard deviation where it was held."""
@@ -238,6 +239,9 @@ def _written(diagnosis: Findings, text: str, last: bool) -> str:
     _one_for_each_film(effects, diagnosis.machine, changed | {key.split(".")[0] for key in diagnosis.calibration})
     left_out = _calibrate(document, effects, diagnosis)
     for found in diagnosis.effects if diagnosis.status in WRITTEN else ():
+        if not found.written:
+            left_out += [f"{found.form}: {p} = {value}{f' +- {sd}' if sd else ''}" for p, value, sd in found.sizes()]
+            continue
         _add(effects, found.effect, found.parameters, _comments(diagnosis, found), FOUND)
     if not last:
         _put_ahead(effects, [name for name in effects if name not in before])

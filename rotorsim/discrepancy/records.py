@@ -8,8 +8,8 @@ assumed: a diagnosis stops with the sentence. Effects that a set of records cann
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,10 +19,12 @@ from identification import notes_of, read
 from identification.records.prefilter import operating_point
 from identification.records.sampling import sampling_time
 from identification.records.schema import measured
+from identification.records.sensors import DISPLACEMENTS, WORST
 from rotorsim.base.display import listing
 from rotorsim.base.errors import DataError, ReadError, SchemaError
 from rotorsim.base.units import RIG_SAMPLE, TO_RPM
-from rotorsim.discrepancy.changes import RING_KEY, known_changes, ring_angle
+from rotorsim.discrepancy.calibration import ParameterPoint
+from rotorsim.discrepancy.changes import PLANE, RING, RING_KEY, known_changes, ring_angle, ring_axes
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.data_vector import EXCITED
 from rotorsim.discrepancy.trial import (
@@ -47,23 +49,20 @@ LARGEST_ACCURACY = 1e-3
 """Accuracy [m] from which a record shows nothing."""
 TURNED = {60 / (2 * np.pi): "rpm taken for rad/s", 2 * np.pi: "Hz taken for rad/s", 60.0: "Hz taken for rpm"}
 """Ratios of a speed to the turning of the angle, or the other way round, that a wrong unit makes."""
+FEWEST_LINES = 12
+"""Excited lines of a record from which its frequencies and gains are laid over the twin's."""
+SCALES = np.exp(np.linspace(np.log(0.5), np.log(2.0), 281))
+"""Factors on the frequency that are tried."""
 SAME_PLANE = 1e-3
 """Distance [m] up to which a probe of a record stands at a plane of the machine file."""
+RIGHT_ANGLE = 1e-4
+"""Missing cosine up to which two probes stand a right angle apart: under a degree."""
 SPEED_CHANNELS = ("speed", "speed_measured", "angle", "angle_measured")
 """Channels that show the speed."""
 FEWEST_POINTS = 4
 """Operating points from which a smooth trend differs from a missing effect."""
 Source = Any
 """A Dataset, or the path of a file of it."""
-FACTORS = {25.4: "mils or inches taken for millimetres", 1e3: "a prefix of a thousand lost (mm, um; mV, V)",
-           1e6: "metres taken for micrometres", 39.37: "inches taken for metres"}  # fmt: skip
-"""Factors between units that are taken for one another, with their causes."""
-ALIKE = 0.7
-"""Cosine between measured and simulated lines from which they count as the same up to a factor."""
-NEAR = 0.35
-"""Relative distance of a ratio to one of FACTORS: the calibration may be off as well."""
-LAGS = np.linspace(-0.02, 0.02, 801)
-"""Time shifts [s] that are tried."""
 UNLIKE, FOREIGN = 0.5, 0.8
 """Shares of the response that stay unexplained: from the first nothing is named, from the second it is refused."""
 
@@ -179,6 +178,81 @@ def record_notes(opened: Sequence[tuple[str, xr.Dataset]]) -> list[str]:
     ]
 
 
+@dataclass(frozen=True, eq=False)
+class ProbeView:
+    """Readings (n, 2) [m] of the probes of one plane, in their own directions where these are a right angle apart.
+
+    angle : angle [rad] of the only probe; None where there are two
+    names : names of the channels, where a record states them; none for x and y
+    changes : direction [rad] of the first probe as that of the sensor ring, and the plane [m] where it is another one
+    """
+
+    readings: np.ndarray
+    angle: float | None = None
+    names: tuple[str, ...] = ()
+    changes: Mapping[str, float] = field(default_factory=dict)
+
+
+def views_of(machine: Machine, record: xr.Dataset, name: str) -> list[ProbeView]:
+    """The machine file's own plane, and all others whose probes state where they stand."""
+    motion, angle = displacement_of(record, name)
+    names = tuple(str(record.attrs.get("disc_probes", "")).split(", "))
+    angles = np.atleast_1d(np.asarray(record.attrs.get("disc_probe_angles", ()), float))
+    turned = RING in str(record.attrs.get("changes", "")) or ring_angle(machine)
+    own = ProbeView(motion, angle)
+    if angle is None and len(angles) == len(names) == 2 and not turned:
+        own = _along_probes(motion, names, angles, {})
+    return [own, *(_other_planes(machine, record) if angle is None else ())]
+
+
+def _along_probes(
+    motion: np.ndarray, names: tuple[str, ...], angles: np.ndarray, plane: Mapping[str, float]
+) -> ProbeView:
+    """Motion in x and y (n, 2) [m] along two probes a right angle apart; x and y for others."""
+    first = next((i for i in (0, 1) if abs(np.cos(angles[1 - i] - angles[i] - 0.5 * np.pi) - 1) < RIGHT_ANGLE), None)
+    if first is None:
+        return ProbeView(motion, changes=plane)
+    angle = float(angles[first])
+    ring = {RING_KEY: angle} if angle else {}
+    return ProbeView(motion @ ring_axes(angle).T, None, (names[first], names[1 - first]), {**plane, **ring})
+
+
+def _other_planes(machine: Machine, record: xr.Dataset) -> Iterator[ProbeView]:
+    """Planes of `probe_measured` that are not the machine file's, with one displacement probe or two."""
+    if not {"probe_quantity", "probe_angle", "probe_gain", "probe_position"} <= set(record.coords):
+        return
+    found, own = record["probe_measured"], Mesh(machine).probe
+    ends = machine.shaft.start, machine.shaft.end
+    z = np.asarray(found["probe_position"].values, float)
+    of_use = np.isin(found["probe_quantity"].values, DISPLACEMENTS) & (np.abs(z - own) > SAME_PLANE)
+    of_use &= (z >= ends[0]) & (z <= ends[1])
+    for place in np.unique(z[of_use]):
+        own_probes = found.isel(probe=np.flatnonzero(of_use & (z == place)))
+        angles = np.asarray(own_probes["probe_angle"].values, float)
+        readings = np.asarray(own_probes.values, float) / np.asarray(own_probes["probe_gain"].values, float)
+        names = tuple(map(str, own_probes["probe"].values))
+        seen, plane = np.column_stack([np.cos(angles), np.sin(angles)]), {PLANE: float(place)}
+        if len(names) > 1 and np.linalg.cond(seen) < WORST:
+            yield _along_probes(np.linalg.lstsq(seen, readings.T, rcond=None)[0].T, names, angles, plane)
+        elif len(names) == 1:
+            yield ProbeView(np.column_stack([readings[:, 0], 0 * readings[:, 0]]), float(angles[0]), names, plane)
+
+
+def plane_notes(machine: Machine, opened: Sequence[tuple[str, xr.Dataset]]) -> list[str]:
+    """Sentences on displacement probes that take no part, as they state no place on the shaft."""
+    found: dict[str, None] = {}
+    ends = machine.shaft.start, machine.shaft.end
+    for _, record in opened:
+        if "probe_measured" not in record or "disc_measured" not in record or "probe_position" not in record.coords:
+            continue
+        for probe, z in zip(record["probe"].values, record["probe_position"].values, strict=True):
+            if not ends[0] <= float(z) <= ends[1]:  # nor a number
+                found[str(probe)] = None
+    if not found:
+        return []
+    return [f"{listing(list(found), 3)}: state no place on the shaft and take no part; give [probes] position"]
+
+
 def make_trials(machine: Machine, records: Sequence[tuple[str, xr.Dataset]], role: str | None) -> list[Trial]:
     """Trials sorted by operating point, so that the order of the records has no effect."""
     trials = []
@@ -186,22 +260,24 @@ def make_trials(machine: Machine, records: Sequence[tuple[str, xr.Dataset]], rol
         own = role or str(record.attrs.get("role", "fit"))
         check_sensors(machine, record, name)
         changes = known_changes(machine, record.attrs.get("changes"), name)
-        trials.append(replace(make_trial(record, own, name), changes=changes))
-        check_ring(machine, trials[-1])
-        check_pressure(machine, trials[-1])
-        check_turns(trials[-1])
+        for view in views_of(machine, record, name):
+            shown = f"{name}, {1e3 * view.changes[PLANE]:.6g} mm" if PLANE in view.changes else name
+            trials.append(replace(make_trial(record, own, shown, view), changes={**changes, **view.changes}))
+            check_ring(machine, trials[-1])
+            check_pressure(machine, trials[-1])
+            check_turns(trials[-1])
     return sorted(trials, key=lambda t: (t.role, round(t.speed, 2), round(t.pressure, -2), t.amplitude, _digest(t)))
 
 
-def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> Trial:
-    """Trial from a record; raises DataError with one sentence if it is unsuitable."""
+def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record", view: ProbeView | None = None) -> Trial:
+    """Trial from a record, as x and y of the disc or the probes of a view show it; raises DataError with a sentence."""
     Ts = sampling_time(record)
     if abs(Ts / RIG_SAMPLE - 1) > 1e-6:
         raise DataError(
             f"{name}: is sampled at {1 / Ts:.6g} Hz, a diagnosis needs 5000 Hz; resample it", argument="Ts", value=Ts
         )
-    displacement, probe_angle = displacement_of(record, name)
-    n = len(displacement)
+    view = view or ProbeView(*displacement_of(record, name))
+    displacement, n = view.readings, len(view.readings)
     speed, pressure = operating_point(record, Ts)
     check_constant(record, name)
     check_loop(record, name)
@@ -222,8 +298,9 @@ def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record") -> T
         f, duration = found.frequencies, found.length * RIG_SAMPLE
         spectra = without_drift(spectra, f, duration, drift_of(spectra, f, duration))
     return replace(
-        found, role=role, spectra=spectra, accuracy=stated_accuracy(record, name), clock=clock, probe_angle=probe_angle
-    )
+        found, role=role, spectra=spectra, accuracy=stated_accuracy(record, name), clock=clock,
+        probe_angle=view.angle, names=view.names,
+    )  # fmt: skip
 
 
 def _initial_angle(record: xr.Dataset, speed: float, n: int) -> float:
@@ -289,118 +366,6 @@ def limits(trials: Sequence[Trial], film: bool) -> list[str]:
     return notes
 
 
-def check_before(comparison: TwinComparison, simulated: np.ndarray) -> None:
-    """Raise DataError for records with a likely mistake; simulated (n,) [m] is at the nominal point."""
-    check_exchanged(comparison, simulated)
-    check_units(comparison, simulated)
-    check_clocks(comparison, simulated)
-
-
-def excited(comparison: TwinComparison, vector: np.ndarray, wanted: Callable[[str], bool]) -> np.ndarray:
-    """Values (k,) of the selected line groups."""
-    layout = comparison.layout
-    groups = [i for i, name in enumerate(layout.groups) if wanted(name)]
-    return np.asarray(vector[np.isin(layout.group, groups) & (layout.frequency > 0)])
-
-
-def _ratio(comparison: TwinComparison, simulated: np.ndarray, wanted: Callable[[str], bool]) -> tuple[float, float]:
-    """Ratio of norms measured to simulated, and cosine, over some groups; (nan, 0) where there is nothing."""
-    y, s = (excited(comparison, v, wanted) for v in (comparison.measured, simulated))
-    a, b = float(np.linalg.norm(y)), float(np.linalg.norm(s))
-    return (a / b, float(y @ s) / (a * b)) if a > 0 and b > 0 else (np.nan, 0.0)
-
-
-def _factor(ratio: float) -> tuple[float, str] | None:
-    """The factor of FACTORS that a ratio is near, and what it comes from."""
-    for factor, what in FACTORS.items():
-        for share in (factor, 1 / factor):
-            if abs(ratio / share - 1) < NEAR:
-                return share, what
-    return None
-
-
-def check_units(comparison: TwinComparison, simulated: np.ndarray) -> None:
-    """Check of displacement and excitation for a factor between units."""
-    drive, alike = _ratio(comparison, simulated, lambda g: g.endswith("band") or g == "resonance")
-    turning, turned = _ratio(comparison, simulated, lambda g: g in ("1X", "2X", "3X"))
-    every = [(r, c) for r, c in ((drive, alike), (turning, turned)) if abs(c) > ALIKE]
-    found = [(f, r) for r, _ in every if (f := _factor(r)) is not None]
-    if not found:
-        return
-    (factor, what), ratio = found[0]
-    only = len(every) == 2 and len(found) == 1 and ratio == drive
-    channel = "the reference, or the force," if only else "the displacement"
-    shown = f"{1 / ratio:.3g}" if only else f"{ratio:.3g}"
-    near = 1 / factor if only else factor
-    raise DataError(
-        f"records: {channel} is {shown} times what the machine file makes of it, about {near:.4g}: is it a matter of "
-        f"units, {what}? state the unit in the mapping; nothing was assumed",
-        argument="units",
-        value=near,
-    )
-
-
-def check_exchanged(comparison: TwinComparison, simulated: np.ndarray) -> None:
-    """Check for exchanged channels x and y."""
-    y, s, other = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
-    for i, trial in enumerate(comparison.trials):
-        if trial.probe_angle is None:
-            y += [*comparison.lines_of(i, comparison.measured)]
-            s += [*comparison.lines_of(i, simulated)]
-            other += [*comparison.lines_of(i, simulated)[::-1]]
-    measured, own, exchanged = (np.concatenate(v) for v in (y, s, other))
-    least = min(np.linalg.norm(measured - own), np.linalg.norm(measured))
-    if np.linalg.norm(measured - exchanged) < 0.5 * least or _loud_where_quiet(comparison, simulated):
-        raise DataError("records: channels x and y fit when they are exchanged; check the mapping of the sensors")
-
-
-def _loud_where_quiet(comparison: TwinComparison, simulated: np.ndarray) -> bool:
-    """Whether the power of excited lines in x over y is that in y over x, record by record.
-
-    Resonances that are off spoil a comparison of lines, but not which way an excitation points.
-    """
-    bands = [k for k, name in enumerate(comparison.layout.groups) if name.endswith("band") or name == "resonance"]
-    ratios = []
-    for i, trial in enumerate(comparison.trials):
-        # not the orders: an unbalance is as loud in x as in y
-        at = comparison.lines_of(i, np.isin(comparison.layout.group, bands))[0].real > 0
-        if trial.orders or trial.probe_angle is not None or not at.any():
-            continue
-        power = [
-            [float(np.linalg.norm(lines[at])) for lines in comparison.lines_of(i, v)]
-            for v in (comparison.measured, simulated)
-        ]
-        if np.min(power) > 0:
-            ratios.append([np.log(x / y) for x, y in power])
-    if len(ratios) < 2:
-        return False
-    found, wanted = np.array(ratios).T
-    size = float(np.linalg.norm(found) * np.linalg.norm(wanted))
-    return bool(np.ptp(wanted) > 0.4 and float(found @ wanted) < -0.7 * size)
-
-
-def check_clocks(comparison: TwinComparison, simulated: np.ndarray) -> None:
-    """Check for a time shift of displacement against inputs, common to a record's excited lines."""
-    for i, trial in enumerate(comparison.trials):
-        at = trial.excited[1:]
-        if trial.orders or trial.clock or at.sum() < 4:
-            continue
-        f = trial.frequencies[1:][at]
-        turned = np.exp(-2j * np.pi * f * LAGS[:, None])
-        lags = []
-        for c in range(len(trial.channels)):
-            y, s = (comparison.lines_of(i, v)[c][at] for v in (comparison.measured, simulated))
-            match = np.abs((np.conj(s * turned) @ y).real)
-            best = int(np.argmax(match))
-            if match[best] > 0.85 * np.linalg.norm(y) * np.linalg.norm(s) and match[400] < 0.6 * match[best]:
-                lags.append(float(LAGS[best]))
-        if len(lags) == len(trial.channels) and abs(lags[0] - lags[-1]) < 3e-4:
-            raise DataError(
-                f"{trial.name}: the displacement is shifted by {lags[0] * 1e3:+.2f} ms in time; are the clocks of the "
-                "two recorders aligned? shift one of them, or state clock, how far it may be off; nothing was assumed"
-            )
-
-
 def unexplained(comparison: TwinComparison, fitted: np.ndarray) -> float:
     """Fraction of the measured response to excitation not explained by a prediction (n,) [m]; 0 if unexcited.
 
@@ -412,15 +377,52 @@ def unexplained(comparison: TwinComparison, fitted: np.ndarray) -> float:
     return float(np.linalg.norm(y - f)) / max(float(np.linalg.norm(y)), 1e-300)
 
 
+def how_far_off(comparison: TwinComparison) -> str:
+    """Text on frequencies and gains of the records against the machine file's; empty without excited lines.
+
+    Of every record and channel the magnitudes of the excited lines are laid over the twin's by a factor on the
+    frequency, and one on the size.
+    """
+    simulated, found = comparison.predict(ParameterPoint()), list[tuple[float, float]]()
+    for i, trial in enumerate(comparison.trials):
+        at = trial.excited[1:]
+        if trial.orders or at.sum() < FEWEST_LINES:
+            continue
+        f = np.log(trial.frequencies[1:][at])
+        for y, s in zip(comparison.lines_of(i, comparison.measured), comparison.lines_of(i, simulated), strict=True):
+            a, b = (np.log(np.maximum(np.abs(one[at]), 1e-12)) for one in (y, s))
+            if np.ptp(a) and np.ptp(b):
+                found.append(_laid_over(f, a, b))
+    if not found:
+        return ""
+    shift, size = np.percentile(np.array(found), (25, 75), axis=0).T
+    return f"frequencies {_off(*shift)}, gains {_off(*size)} of those in the file"
+
+
+def _laid_over(f: np.ndarray, a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
+    """Factors on frequency and size by which logarithms b (k,) over log frequencies f lie best over a (k,)."""
+    best = min(SCALES, key=lambda scale: float(np.std(a - np.interp(f - np.log(scale), f, b))))
+    return float(best), float(np.exp(np.median(a - np.interp(f - np.log(best), f, b))))
+
+
+def _off(low: float, high: float) -> str:
+    """Range of ratios as text."""
+    return f"{100 * low:.0f} to {100 * high:.0f} %"
+
+
 def check_after(comparison: TwinComparison, fitted: np.ndarray) -> list[str]:
     """Warnings for a poorly matching machine; raises DataError if the records cannot be this machine's."""
     share = unexplained(comparison, fitted)
     if share < UNLIKE:
         return []
     if share > FOREIGN:
+        name, off = comparison.twin.machine.name, how_far_off(comparison)
         raise DataError(
-            f"records: even re-calibrated, the machine file leaves {100 * share:.0f} % of the response unexplained; "
-            "are they of this machine, and are the machine file, speed and pressure right?"
+            f"records: even re-calibrated, {name} leaves {100 * share:.0f} % of the response unexplained"
+            f"{f' ({off})' if off else ''}; are they of this machine, at this speed and pressure? If so, calibrate "
+            f"first: rotorsim machine calibrate {name} --targets targets.toml --out {name}_new.toml",
+            argument="records",
+            value=off,
         )
     return [
         f"re-calibrated, the machine file leaves {100 * share:.0f} % of the response unexplained: nothing is named; "

@@ -12,11 +12,12 @@ import numpy as np
 from rotorsim.base.display import Card, Reported, Shown
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import TO_RPM, TO_UM
-from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, lobes, wave
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, lobes, sd_of_polar, wave
 from rotorsim.discrepancy.candidates import Form
+from rotorsim.discrepancy.changes import MAIN
 from rotorsim.discrepancy.comparison import Misfit
 from rotorsim.discrepancy.decision import DecisionSteps, check_allowed
-from rotorsim.discrepancy.fit import ParameterFit, sd_of_polar
+from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.hypotheses import EffectSearch, Hypothesis
 from rotorsim.discrepancy.judge import LIKELY, NO_ACCURACY, VERDICTS
@@ -59,7 +60,7 @@ FORCE = "equivalent force"
 
 def found_of(twin: Twin, form: Form, fit: ParameterFit, V: np.ndarray, tie_class: tuple[str, ...]) -> IdentifiedEffect:
     """Estimated parameters of a form with standard deviations, as in its table of the machine file."""
-    own = {k: fit.point.values.get(k, 0.0) for k in (*form.parameters, *form.refine)}
+    own = {replace(k, plane=None): fit.point.values.get(k, 0.0) for k in (*form.parameters, *form.refine)}
     absolute = ParameterPoint(own, form.fixed).setting(twin)
     parameters = {key.split(".")[2]: value for key, value in absolute.items()}
     table = next(iter(absolute)).split(".")[1]
@@ -82,7 +83,8 @@ def found_of(twin: Twin, form: Form, fit: ParameterFit, V: np.ndarray, tie_class
     for parameter in (*form.parameters, *form.refine):
         if "~" not in parameter.key and parameter in at:
             sd[parameter.key.split(".")[2]] = float(np.sqrt(V[at[parameter], at[parameter]]))
-    return IdentifiedEffect(form.effect, form.key, parameters, sd, tie_class)
+    in_file = form.parameters[0].plane in (None, MAIN)
+    return IdentifiedEffect(form.effect, form.key, parameters, sd, tie_class, in_file)
 
 
 def calibration_of(

@@ -41,6 +41,7 @@ from identification.records.sensors import DISPLACEMENTS, SAME_PLACE
 from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import answer
 from rotorsim.base.units import MPA, RIG_SAMPLE, TO_RPM
+from rotorsim.discrepancy.changes import PLANE, RING_KEY
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,6 +54,10 @@ OFF_AXES = 0.02
 """Sine of twice an angle from which a probe stands off the axes: half a degree."""
 SETTLING = 0.5
 """Beginning [s] of a record that is never compared: the twin starts at rest in equilibrium."""
+UNSETTLED = 0.2
+"""Change of the excited lines from the first block to the last, as a share, from which on a record begins at rest."""
+RUN_IN = 10.0
+"""Time [s] in which a rotor forgets how its motion began, where no period holds whole turns."""
 SHORTEST_PERIOD = 0.2
 """Shortest period [s] of an excitation, and shortest window."""
 TURNING = 1.0
@@ -96,10 +101,16 @@ class Trial:
     """Stated standard deviation [s] of the clock's offset; 0 where displacements and inputs have one clock."""
     repeating: bool = False
     """Whether every block is one period of the excitation, with whole turns or not."""
+    hum: tuple[tuple[float, float], ...] = ()
+    """Frequency [Hz] and amplitude [m] of the hum of the mains that an order or an excited line hides."""
+    settled: bool = False
+    """Whether the response to a force that repeats from the first sample does so too: the record begins in motion."""
     changes: Mapping[str, float] = field(default_factory=dict)
     """Changes on purpose for this record: sums by key of `calibration`."""
     probe_angle: float | None = None
     """Angle [rad] from x towards y of the only probe, whose reading takes the place of x; None where both are seen."""
+    names: tuple[str, ...] = ()
+    """Names of the probes that the channels are, where a record states them; their directions are those of the ring."""
 
     @property
     def speed(self) -> float:
@@ -109,9 +120,16 @@ class Trial:
     @property
     def channels(self) -> tuple[str, ...]:
         """Names of what is measured, as text."""
+        if self.names:
+            return self.names
         if self.probe_angle is None:
             return ("x", "y")
         return (f"probe at {np.degrees(self.probe_angle):.4g} deg",)
+
+    @property
+    def stated_changes(self) -> dict[str, float]:
+        """Changes on purpose without the plane that is read and, where the channels are probes, their directions."""
+        return {k: v for k, v in self.changes.items() if k != PLANE and not (self.names and k == RING_KEY)}
 
     @property
     def off_axes(self) -> bool:
@@ -147,9 +165,14 @@ class Trial:
         return 0.0
 
     @property
+    def other_plane(self) -> bool:
+        """Whether its probes stand at another plane than the machine file's."""
+        return PLANE in self.changes
+
+    @property
     def has_mean(self) -> bool:
-        """Whether the zeros of the displacement sensors show in the data."""
-        return True
+        """Whether the zeros of the displacement sensors show in the data: those of the machine file's own plane."""
+        return not self.other_plane
 
     @property
     def in_motion(self) -> bool:
@@ -207,8 +230,31 @@ class Trial:
     @cached_property
     def balanced(self) -> bool:
         """Whether the reference has no mean over a period."""
-        one = self.rows[self.start : self.start + self.length, 2:4]
+        one = self.rows[self.start : self.start + self.length, 2:6]
         return bool(np.abs(one.mean(axis=0)).max() <= 1e-3 * max(np.abs(one).max(), 1e-300))
+
+    @property
+    def from_motion(self) -> tuple[np.ndarray, np.ndarray, float]:
+        """Rows (n, 6) that repeat the excitation before the window, those of the window, and the angle [rad] before.
+
+        Where a period holds whole turns the window is one period, and nothing has to lead into it.
+        """
+        turn = self.speed * RIG_SAMPLE
+        period = self.rows[self.start : self.start + self.length]
+        if self.periodic:
+            return period[:0], period, self.angle + turn * self.start
+        ahead = np.tile(period, (int(np.ceil(RUN_IN / (self.length * RIG_SAMPLE))), 1))
+        window = self.rows[self.start : self.start + self.blocks * self.length]
+        return ahead, window, self.angle + turn * (self.start - len(ahead))
+
+    def lines_of_window(self, displacement: np.ndarray) -> np.ndarray:
+        """DFTs (blocks, 2, lines) [m] of the response (n, 2) [m] in the window alone, or in the one period for it."""
+        seen, count = self.seen(displacement), self.spectra.shape[2]
+        if self.periodic:
+            return np.repeat(block_lines(seen, 0, self.length, 1, count), self.blocks, axis=0)
+        angle = self.angle + self.speed * RIG_SAMPLE * self.start
+        moved = on_lines(seen, (0, self.length, self.blocks), self.speed, angle, self.broken)
+        return block_lines(moved, 0, self.length, self.blocks, count)
 
     @property
     def short(self) -> tuple[np.ndarray, float]:
@@ -226,6 +272,8 @@ class Trial:
         """Real data vector of blocks' DFTs: for each channel the mean, the drift, real and imaginary parts [m]."""
         mean = spectra.mean(axis=0)
         drift = (spectra[-1] - spectra[0])[:, 0].real
+        if not self.has_mean and not self.orders:
+            mean[:, 0], drift = 0.0, np.zeros(2)
         parts = [np.column_stack([mean[:, 0].real, drift]), mean[:, 1:].real, mean[:, 1:].imag]
         return np.concatenate(parts, axis=1).ravel()
 
@@ -246,15 +294,24 @@ def planned_trial(name: str, rows: np.ndarray) -> Trial:
 def trial_of(rows: np.ndarray, displacement: np.ndarray, angle: float, name: str) -> Trial:
     """Trial of inputs (n, 6), displacements (n, 2) [m] and the angle [rad] at the first sample."""
     speed, n = float(rows[0, 0]), len(rows)
-    period = find_period(rows[:, 2:4]) if rows[:, 2:4].any() else None
+    period = find_period(_inputs(rows)) if rows[:, 2:6].any() else None
     window = start, length, blocks = find_window(rows, speed, n, name, period)
     count, repeating = min(int(HIGHEST * length * RIG_SAMPLE) + 1, length // 2), period == length
     broken = _broken(repeating, speed, length, blocks)
     spectra = block_lines(on_lines(displacement, window, speed, angle, broken), *window, count)
+    excited = _excited(rows, start, length, blocks, count)
+    quiet = excited & _apart(broken, speed, length, count)
     return Trial(
-        name, "fit", rows, float(rows[0, 1]), angle, *window, spectra, _excited(rows, start, length, blocks, count),
+        name, "fit", rows, float(rows[0, 1]), angle, *window, spectra, excited,
         periodic=repeating and not len(broken), repeating=repeating,
+        settled=repeating and _settled(rows, without_orders(displacement, speed, broken), length, quiet),
     )  # fmt: skip
+
+
+def _inputs(rows: np.ndarray) -> np.ndarray:
+    """References and forces (n, 4) that excite, each in its largest one: all of them have to repeat."""
+    size = np.array([np.abs(rows[:, pair]).max() for pair in (slice(2, 4), slice(4, 6))])
+    return rows[:, 2:6] / np.repeat(np.where(size > 0, size, 1.0), 2)
 
 
 def displacement_of(record: xr.Dataset, name: str) -> tuple[np.ndarray, float | None]:
@@ -285,6 +342,24 @@ def _broken(repeating: bool, speed: float, length: int, blocks: int) -> np.ndarr
     """Orders (k,) that no line of a block holds; only blocks that repeat show them apart."""
     apart = repeating and abs(speed) > TURNING
     return broken_orders(speed, length, blocks, HIGHEST) if apart else np.zeros(0)
+
+
+def _apart(orders: np.ndarray, speed: float, length: int, count: int) -> np.ndarray:
+    """Which lines (count,) of a block are not next to one of these orders (k,)."""
+    turns = orders * turns_of(speed, length)
+    return np.asarray(np.all(np.abs(np.arange(count)[:, None] - turns) > 1.0, axis=1))
+
+
+def _settled(rows: np.ndarray, displacement: np.ndarray, length: int, excited: np.ndarray) -> bool:
+    """Whether a force that repeats from the first sample moves the shaft in the first block as in the last one."""
+    blocks = len(rows) // length
+    if blocks < 2 or not rows[:, 4:6].any():
+        return False
+    force = rows[: 2 * length, 4:6]
+    if np.abs(force[length:] - force[:length]).max() > 1e-6 * np.abs(force).max():
+        return False
+    lines = block_lines(displacement, len(rows) - blocks * length, length, blocks, len(excited))[:, :, excited]
+    return bool(np.linalg.norm(lines[0] - lines[-1]) < UNSETTLED * np.linalg.norm(lines[-1]))
 
 
 def _excited(rows: np.ndarray, start: int, length: int, blocks: int, count: int) -> np.ndarray:
@@ -384,6 +459,14 @@ def on_lines(
 def _waves(phases: np.ndarray) -> np.ndarray:
     """Cosines and sines (n, 2 k) of phases (n, k)."""
     return np.concatenate([np.cos(phases), np.sin(phases)], axis=1)
+
+
+def without_orders(displacement: np.ndarray, speed: float, orders: np.ndarray) -> np.ndarray:
+    """Displacements (n, 2) [m] less these orders (k,) of a speed [rad/s], by least squares."""
+    if not len(orders):
+        return displacement
+    waves = _waves(np.outer(np.arange(len(displacement)), orders * speed * RIG_SAMPLE))
+    return np.asarray(displacement - waves @ answer(np.linalg.lstsq, waves, displacement, rcond=None)[0])
 
 
 def _unrepeated(values: np.ndarray, blocks: int) -> np.ndarray:

@@ -19,9 +19,11 @@ from scipy.linalg import expm
 from rotorsim.base.errors import ConvergenceError, MachineFileError, NoAnswerError, NoLiftOffError
 from rotorsim.base.rounding import answer, decays
 from rotorsim.base.units import RIG_SAMPLE
+from rotorsim.discrepancy.changes import PLANE
 from rotorsim.effects import FILM_PORTS, REGISTRY, Effect, FilmEffect
+from rotorsim.effects.base import WHERE
 from rotorsim.machine import Machine
-from rotorsim.plant.assemble import Assembly, assemble
+from rotorsim.plant.assemble import Assembly, assemble, put_rows
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.kernels.layout import READ
 from rotorsim.plant.linearise import linearise
@@ -36,7 +38,8 @@ CLOSE = 0.01
 SETTLED = 1e-6
 """Relative change of the state over the turns below which the motion is periodic."""
 Setting = Mapping[str, float]
-"""Values by key: 'effect.table.parameter' (absolute, SI) or a name of FACTORS (a relative change)."""
+"""Values by key: 'effect.table.parameter' (absolute, SI), a name of FACTORS (a relative change), or 'plane', the
+coordinate z [m] whose displacement is read."""
 FACTORS = ("curtain_discharge", "shaft_damping", "shaft_stiffness", "actuator_x", "actuator_y")
 """Keys of relative changes of numbers that no effect describes."""
 PRESSURE = np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
@@ -133,8 +136,12 @@ def whole_turns(speed: float) -> int:
     return int(np.round(turns[close[0]]))
 
 
-def in_motion(a: Assembly, w: np.ndarray, speed: float, pressure: float) -> np.ndarray:
+def in_motion(
+    a: Assembly, w: np.ndarray, speed: float, pressure: float, inputs: np.ndarray | None = None
+) -> np.ndarray:
     r"""Workspace of a rotor on linear bearings in periodic motion at a speed [rad/s]; w itself if that is unstable.
+
+    `inputs` (n, 6) are rows that repeat, in whole turns; without them nothing but the turning excites the rotor.
 
     A lightly damped rotor takes minutes to forget how it was started. One step of Newton's method on the map over whole
     turns finds its motion instead,
@@ -146,10 +153,13 @@ def in_motion(a: Assembly, w: np.ndarray, speed: float, pressure: float) -> np.n
 
     Cites: aprille_1972.
     """
-    if a.film_model is not None or abs(speed) < 1.0:
+    if a.film_model is not None or (abs(speed) < 1.0 and inputs is None):
         return w
-    rows = np.zeros((whole_turns(speed), 6))
-    rows[:, 0], rows[:, 1] = speed, pressure
+    if inputs is None:
+        rows = np.zeros((whole_turns(speed), 6))
+        rows[:, 0], rows[:, 1] = speed, pressure
+    else:
+        rows = inputs
     try:
         phi = answer(expm, linearise(a, w, speed).A * (len(rows) * RIG_SAMPLE))
         if not decays(answer(np.linalg.eigvals, phi)):
@@ -241,24 +251,32 @@ class Twin:
             stiffer, lossier = (setting.get(f"bearing.{place}.{what}{axis}", 0.0) for what in "kc")
             _bear(a, w, int(place), axis, stiffer, lossier)
         for key, value in setting.items():
-            if key in FACTORS:
+            if key == PLANE:
+                put_rows(w, a.rotor.disc, a.mesh.shape_between(value), a.rotor.n)
+            elif key in FACTORS:
                 _scale(a, record, w, key, value)
             elif "." in key and not key.startswith("bearing."):
                 name, table, parameter = key.split(".")
                 changes.setdefault((name, int(table)), {})[parameter] = value
         for (name, number), values in changes.items():
             effect: Any = replace(self.effect(name, number), **values)
+            if "position" in values:
+                call = next(c for c in a.calls if c.record == f"{name}_{number}")
+                put_rows(w, call.shape, a.mesh.shape_between(values["position"]), a.rotor.n)
             row = record[f"{name}_{number}"]
             for parameter, value in (values | effect.derived(a.machine)).items():
-                row[parameter] = value
+                if parameter not in WHERE:
+                    row[parameter] = value
         return replace(a, record=record, w=w)
 
     def run(
-        self, setting: Setting, rows: np.ndarray, pressure: float, angle: float = 0.0, turning: bool = False
-    ) -> np.ndarray:
+        self, setting: Setting, rows: np.ndarray, pressure: float, angle: float = 0.0, turning: bool = False,
+        repeating: bool = False,
+    ) -> np.ndarray:  # fmt: skip
         """Readings (n, 5) for input rows (n, 6) from the equilibrium at the first speed; NaN where there is none.
 
-        With `turning` a rotor on linear bearings is in its periodic motion already.
+        With `turning` a rotor on linear bearings is in its periodic motion already, and with `repeating` in that of
+        the rows, which hold whole turns.
         """
         a, speed = self.set(setting), float(rows[0, 0])
         try:
@@ -266,7 +284,7 @@ class Twin:
             w = settle(a, speed, regulator)
             w[a.rotor.angle] = angle
             if turning:
-                w = in_motion(a, w, speed, regulator)
+                w = in_motion(a, w, speed, regulator, rows if repeating else None)
             fed = rows + (regulator - pressure) * PRESSURE if regulator != pressure else rows
             return Simulation(a, w).advance(fed)[:, READ : READ + 5]
         except FAILURES:

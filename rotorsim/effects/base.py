@@ -38,8 +38,8 @@ An effect file holds the equation and its source, a dataclass whose fields are m
               reads after h [s] in which the pin went straight from `start` to `end` and the signal began as `before`;
               `seen` is that of a perfect sensor, `end`, or of the table before; h is 0 where a pin has just jumped.
               `reading_noise`, ``(number, seed, sample, p) -> noise``, is what a recorded reading has more [m].
-``drive``     ``(w, state, seed, sample, speed, p) -> speed``  speed [rad/s] that the drive reaches at the end of a sample
-              where `speed` is set; not called while the drive is off. Its own `states` are w[state:].
+``drive``     ``(w, state, seed, sample, speed, p) -> speed``  speed [rad/s] that the drive reaches at the end of a
+              sample where `speed` is set; not called while the drive is off. Its own `states` are w[state:].
 ``torque``    ``(t, angle, speed, p) -> torque``  torque [N m] on the shaft besides the drive's.
 ``support``   ``(p) -> (omega, zeta, gain)``  a resonance [rad/s, 1] under the film's sleeve; gain [kg^-1/2] is its
               displacement per modal coordinate.
@@ -71,8 +71,8 @@ from rotorsim.base.public import Registry, modules_below
 from rotorsim.base.quantity import UNLIMITED, Quantity, declared, quantities
 
 PORTS = (
-    "force", "random_force", "motion", "contact", "film", "gas", "heat", "injector", "plenum", "supply", "actuator", "sensor",
-    "pin_sensor", "drive", "torque", "support", "rotating",
+    "force", "random_force", "motion", "contact", "film", "gas", "heat", "injector", "plenum", "supply", "actuator",
+    "sensor", "pin_sensor", "drive", "torque", "support", "rotating",
 )  # fmt: skip
 """Places where an effect acts; the head of this file has the signature of each port's kernel."""
 FILM_PORTS = ("contact", "film", "gas", "heat", "injector", "plenum", "supply", "actuator", "pin_sensor", "support")

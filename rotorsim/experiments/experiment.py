@@ -39,7 +39,7 @@ def param(unit: str, doc: str, default: Any, *, low: float = -LARGEST, high: flo
 
 def sequence() -> Any:
     """The field of an experiment that draws: the number of what it draws."""
-    doc = "Number of the random sequence; the seed makes the sensors' noise alone."
+    doc = "Number of the random sequence; the seed makes the machine's noise alone."
     return param("1", doc, 0, low=0, high=2**53, multiple=1)
 
 

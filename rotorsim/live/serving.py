@@ -64,7 +64,7 @@ def serve_rig(
     laws : sequence of path, or mapping
         Files of control laws to switch on, or what `read_laws` returns.
     seed : int
-        Of the sensors' noise.
+        Of the machine's noise.
     out : path
         Folder of scenes and records.
     port : int

@@ -273,7 +273,8 @@ def _misplaced(machine: MachineTables, effect: Effect) -> tuple[str, str] | None
         return "", "acts in injectors, but there are none; add [[injectors]] or [[bearings.orifices]], or remove it"
     if effect.port == "actuator" and machine.actuators is None:
         return "", "acts in the piezo actuators, but there are none; add [actuators] or remove it"
-    if effect.port in ("force", "random_force", "motion") and effect.place == "disc" and not placed and not machine.discs:
+    on_disc = effect.port in ("force", "random_force", "motion") and effect.place == "disc"
+    if on_disc and not placed and not machine.discs:
         middle = show(float(f"{machine.shaft.start + machine.shaft.length / 2:.3g}"), "m")
         return "position", f"missing, and there is no disc to act on; write e.g. '{middle}'"
     return None

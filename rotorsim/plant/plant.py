@@ -131,7 +131,7 @@ class Plant(Shown):
         speed, pressure : float
             Operating point [rad/s], [Pa, gauge] of `initial`, the states to start from.
         seed : int
-            Of the sensors' noise.
+            Of the machine's random effects: the sensors' noise, a broadband force, a wandering speed.
 
         Returns
         -------
@@ -186,7 +186,7 @@ class Plant(Shown):
         part. It is an object with ``step(measured, speed, pressure)``, a function of these, or a sampled system of the
         package `control`, which is given the displacement from the equilibrium of the first sample. `initial` is
         "equilibrium" or a `Simulation` to continue; a controller's `reset()` is called in the first case only. `seed`
-        makes the sensors' noise and nothing else.
+        makes what is random in the machine's effects, mostly the sensors' noise, and nothing else.
         Raises NoLiftOffError, ConvergenceError, DataError, ControllerError.
         """
         if not isinstance(initial, Simulation) and initial != "equilibrium":

@@ -244,7 +244,11 @@ def _unknown(unknown: dict[str, Any]) -> Block:
         for x in unknown["lines"]
     ]  # fmt: skip
     growth = ", ".join(f"{k} to the power {v:.1f}" for k, v in unknown["growth"].items())
-    text = f"Acting {unknown['where']}." + (f" It grows with {growth}." if growth else "")
+    text = f"Acting {unknown['where']}." + (f" The force grows with {growth}." if growth else "")
+    if growth and unknown.get("calibrated_share"):
+        text += (
+            f" That is before re-calibration, which took up {100 * unknown['calibrated_share']:.0f} % of its motion."
+        )
     heads = ("point", "frequency", "order", "force", "direction", "residual")
     return Block("Equivalent force of what is not explained", heads=heads, rows=rows, texts=[text])
 

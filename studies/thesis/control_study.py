@@ -152,13 +152,31 @@ def control_study(
     if "h2_scheduled" in found.laws:
         found.laws["local"] = h2_scheduled.local(model, *points("cell")[0])
         found.laws["local"].save(files.law("local"))
-    found.laws["printed"] = law_a()
-    found.laws["printed"].save(files.law("printed"))
+    _take_printed(found, files)
     second = run_cases(folder, _runs(files, {name: str(files.law(name)) for name in found.laws}), workers, progress)
     _take_runs(found, first | second)
     checked = [] if quick else [name for name in VERIFIED if name in found.laws]
     last = run_cases(folder, [files.verification(name, found) for name in checked], workers, progress)
     found.verified = {name: last[f"verification {name}"] for name in checked}
+    return found
+
+
+def ringing_study(
+    plant: Plant, model: LpvModel, folder: Path, progress: Progress = _no_progress, workers: int = 1
+) -> ControlStudy:
+    """Make the designs alone whose damping in hits is measured, and their hits: claims C1 to C4 and N5.
+
+    Parameters as of `control_study`.
+    """
+    found = ControlStudy()
+    folder.mkdir(parents=True, exist_ok=True)
+    files = _Files(plant, model, folder)
+    first = run_cases(folder, [*map(files.design, RINGING), *_hit_runs(files, {OPEN: ""})], workers, progress)
+    for name in RINGING:
+        _take_design(found, files, name, first[f"design {name}"])
+    _take_printed(found, files)
+    second = run_cases(folder, _hit_runs(files, {name: str(files.law(name)) for name in found.laws}), workers, progress)
+    _take_runs(found, first | second)
     return found
 
 
@@ -229,12 +247,17 @@ def _runs(files: _Files, laws: dict[str, str]) -> list[CachedCase]:
     cases += [files.run("hits", name, law, some["held_out"], title="held out hits")
               for name, law in laws.items() if alone or name in HELD_OUT]  # fmt: skip
     cases += [files.run("hits_by_size", name, laws[name]) for name in BY_SIZE if name in laws]
-    cases += [files.run("ring_downs", name, law, _ringing(name)) for name, law in laws.items() if _ringing(name)]
-    cases += [files.run("fits", name, law, _ringing(name, FITTED))
-              for name, law in laws.items() if _ringing(name, FITTED)]  # fmt: skip
+    cases += _hit_runs(files, laws)
     cases += [files.run("cell", name, law, points("cell")[0]) for name, law in laws.items() if alone or name in CELL]
     whirl = files.alone("whirl", [pressure for _, pressure in points("whirl")])
     return [*cases, whirl] if alone else cases
+
+
+def _hit_runs(files: _Files, laws: dict[str, str]) -> list[CachedCase]:
+    """Cases of the plant whose hits show the damping under laws by name."""
+    cases = [files.run("ring_downs", name, law, _ringing(name)) for name, law in laws.items() if _ringing(name)]
+    return cases + [files.run("fits", name, law, _ringing(name, FITTED))
+                    for name, law in laws.items() if _ringing(name, FITTED)]  # fmt: skip
 
 
 def _ringing(name: str, at: dict[str, str] = RINGING) -> list[tuple[float, float]]:
@@ -251,6 +274,12 @@ def _take_design(found: ControlStudy, files: _Files, name: str, result: dict[str
     found.overview[name] = result["overview"]
 
 
+def _take_printed(found: ControlStudy, files: _Files) -> None:
+    """Take the law that the thesis prints."""
+    found.laws["printed"] = law_a()
+    found.laws["printed"].save(files.law("printed"))
+
+
 def _take_runs(found: ControlStudy, result: dict[str, Any]) -> None:
     homes: dict[str, dict[str, Any]] = {
         "hits": found.impacts, "held out hits": found.held_out, "hits by size": found.by_size,
@@ -261,4 +290,4 @@ def _take_runs(found: ControlStudy, result: dict[str, Any]) -> None:
         stage = max((s for s in homes if title.startswith(f"{s} ")), key=len, default="")
         if stage:
             homes[stage][title.removeprefix(f"{stage} ")] = result[title]
-    found.whirl, found.coast, found.static_map = (result[name] for name in ("whirl", *SINGLE))
+    found.whirl, found.coast, found.static_map = (result.get(name, {}) for name in ("whirl", *SINGLE))

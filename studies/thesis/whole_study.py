@@ -14,21 +14,22 @@ from identification.lpv.model import LpvModel
 from rotorsim.base.cache import Cache
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
+from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 from rotorsim.report.page import Block, save_study_page
 from rotorsim.study.identification_vs_physics import study
 from rotorsim.study.identify_records import COUNTED, QUICK, StudyGrid, run, sources_of
 from rotorsim.study.pages import identification_blocks
 from studies.thesis.cached_cases import CachedCase, Progress, run_cases
-from studies.thesis.claims.control_numbers import control_left_out, control_numbers
+from studies.thesis.claims.control_numbers import control_left_out, control_numbers, numbers_of
 from studies.thesis.claims.edited import edited, edited_block, edited_markdown
 from studies.thesis.claims.hysteresis import hysteresis_numbers
 from studies.thesis.claims.identification_numbers import identification_left_out, identification_numbers
 from studies.thesis.claims.judge import Judged
-from studies.thesis.claims.rules import points
+from studies.thesis.claims.rules import claims, machines, points
 from studies.thesis.claims.targets import targets
 from studies.thesis.claims.verdicts import claims_blocks, markdown, verdicts
-from studies.thesis.control_study import ControlStudy, control_study
+from studies.thesis.control_study import ControlStudy, control_study, ringing_study
 from studies.thesis.page import aims_block, blocks_of, control_blocks, plain_blocks
 from studies.thesis.stage_key import key_of
 
@@ -69,16 +70,15 @@ def whole_study(plant: Plant, out: Path, progress: Progress, workers: int = 2, q
     found.edited = edited(out)
     folders = run(plant.machine, layout(quick), out, workers)
     clock.lap("campaign")
-    kept = _identification(plant, folders, stages, workers, progress)
-    for name, text in kept["models"].items():
-        write_text(out / name, text)
+    kept, model = _identification(plant, folders, out, workers, progress)
     clock.lap("identification")
-    model = load_model(out / DESIGN_MODEL)
-    assert isinstance(model, LpvModel)
     found.control = control_study(plant, model, stages, progress, workers, quick)
     clock.lap("designs and verification")
+    elsewhere = {name: _on_machine(name, out, progress, workers, quick) for name in machines()}
+    clock.lap("the other assembly")
     numbers = kept["numbers"] | _hysteresis(plant, stages, progress) | control_numbers(found.control, model)
-    found.claims = verdicts(numbers, left_out={*kept.get("left_out", ()), *control_left_out(found.control)})
+    left_out = {*kept.get("left_out", ()), *control_left_out(found.control)}
+    found.claims = verdicts(numbers, left_out=left_out, elsewhere=elsewhere)
     write_text(out / "claims.md", edited_markdown(found.edited) + markdown(found.claims))
     found.targets, found.seconds = kept["targets"], clock.laps
     clock.lap("claims")
@@ -101,6 +101,23 @@ def layout(quick: bool = False) -> StudyGrid:
     return replace(usual, more=tuple(q for name in CLAIMED for q in points(name)))
 
 
+def _on_machine(name: str, out: Path, progress: Progress, workers: int, quick: bool) -> dict[str, dict[str, float]]:
+    """Numbers of the claims measured on another machine, whose study is in a folder of its name below `out`."""
+    plant, folder = Plant(load_machine(name)), out / name
+    usual = QUICK if quick else paper_c_grid()
+    folders = run(plant.machine, replace(usual, more=points("orders")), folder, workers)
+    kept, model = _identification(plant, folders, folder, workers, progress)
+    laws = ringing_study(plant, model, folder / "stages", progress, workers)
+    moved = [claim.number for claim in claims() if claim.machine == name]
+    return {number: kept["numbers"].get(number) or numbers_of(number, laws, model) for number in moved}
+
+
+def paper_c_grid() -> StudyGrid:
+    """Grid of Paper C's operating points."""
+    speeds, pressures = (tuple(sorted(set(column))) for column in zip(*points("paper_c"), strict=True))
+    return StudyGrid(speeds, pressures)
+
+
 class _Clock:
     """Wall time between laps."""
 
@@ -119,12 +136,17 @@ def _records(folders: Iterable[Path]) -> Sequence[str]:
 
 
 def _identification(
-    plant: Plant, folders: list[Path], stages: Path, workers: int, progress: Progress
-) -> dict[str, Any]:
-    """Numbers, aims, sections and models, from `stages` or made now."""
+    plant: Plant, folders: list[Path], out: Path, workers: int, progress: Progress
+) -> tuple[dict[str, Any], LpvModel]:
+    """Numbers, aims, sections and models, from the stages of `out` or made now, and the model that laws are made on."""
     key = key_of(plant.machine.hash, *_records(folders), kind="identification")
-    cache, name = Cache(stages, required=True), f"identification-{key}"
-    return cache.find(name) or cache.keep(name, _identify(plant, folders, workers, progress))
+    cache, name = Cache(out / "stages", required=True), f"identification-{key}"
+    kept = cache.find(name) or cache.keep(name, _identify(plant, folders, workers, progress))
+    for file, text in kept["models"].items():
+        write_text(out / file, text)
+    model = load_model(out / DESIGN_MODEL)
+    assert isinstance(model, LpvModel)
+    return kept, model
 
 
 def _identify(plant: Plant, folders: list[Path], workers: int, progress: Progress) -> dict[str, Any]:

@@ -82,6 +82,30 @@ def test_it_is_kept_in_both_kinds_of_file(tmp_path):
         assert again.hash == law.hash != gain_law().hash and again.runout.taken == "2026-11-20"
 
 
+@pytest.mark.parametrize("name", ["law.json", "law.mat"])
+@pytest.mark.parametrize(
+    "damage",
+    [
+        {"values": [[0.0, 0.0]] * 4},
+        {"values": [[None, 0.0]] * 9},
+        {"values": "x"},
+        {"speed": "fast"},
+        {"turns": float("nan")},
+        {"turns": None},
+        {"taken": "yesterday"},
+        {"other": 1},
+    ],
+)
+def test_a_damaged_table_in_a_file_is_refused_with_the_file(tmp_path, monkeypatch, name, damage):
+    table = runout_table(slow_roll())
+    whole = table.to_dict()
+    monkeypatch.setattr(RunoutTable, "to_dict", lambda _: whole | damage)
+    gain_law(runout=table).save(tmp_path / name)
+    with pytest.raises(LawError, match=rf"{name}: runout: .*") as caught:
+        load_law(tmp_path / name)
+    assert "\n" not in str(caught.value) and "argument" not in str(caught.value)
+
+
 def test_its_age_is_shown():
     table = runout_table(slow_roll(), taken="2026-11-20")
     assert gain_law(runout=table).attrs()["law_runout"] == table.origin

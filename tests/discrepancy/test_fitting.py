@@ -5,9 +5,16 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.calibration import REFERENCE_SPEED, FitParameter, ParameterPoint, contributions, setting
+from rotorsim.discrepancy.calibration import (
+    REFERENCE_SPEED,
+    FitParameter,
+    ParameterPoint,
+    contributions,
+    sd_of_polar,
+    setting,
+)
 from rotorsim.discrepancy.candidates import Form, class_of, screen
-from rotorsim.discrepancy.fit import ParameterFit, covariance, fit_parameters, sd_of_polar, singular_directions
+from rotorsim.discrepancy.fit import ParameterFit, covariance, fit_parameters, singular_directions
 from rotorsim.discrepancy.judge import VERDICTS
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.effects import REGISTRY

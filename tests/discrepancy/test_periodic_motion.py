@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.twin import in_motion
+from rotorsim.discrepancy.calibration import ParameterPoint
+from rotorsim.discrepancy.comparison import TwinComparison
+from rotorsim.discrepancy.hidden_machine import unshaken
+from rotorsim.discrepancy.trial import trial_of
+from rotorsim.discrepancy.twin import Twin, in_motion
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 from rotorsim.plant.equilibrium import settle
@@ -22,6 +26,17 @@ def test_a_rotor_that_whirls_away_begins_at_rest(coupling):
     np.testing.assert_array_equal(in_motion(a, w.copy(), 2.0, 0.0), w)
 
 
+def test_a_machine_that_is_shaken_at_random_has_no_period_and_the_twin_of_a_diagnosis_is_not_shaken():
+    """Its records are whole runs from the motion without the random forces; simulated means leave these out."""
+    machine = load_machine("plain_rotor").replace("effects.broadband_force", [{"density": "1e-3 N^2/Hz"}, {}])
+    machine = machine.replace("effects.speed_wander.sd", 0.01)
+    hidden, plain = Twin(machine, scatter=True), Twin(load_machine("plain_rotor"), scatter=True)
+    assert unshaken(hidden, {}) == {"broadband_force.0.density": 0.0, "speed_wander.0.sd": 0.0}
+    assert unshaken(hidden, {"speed_wander.0.sd": 0.0}) == {"broadband_force.0.density": 0.0}
+    assert unshaken(plain, {}) == {}
+    assert not {"broadband_force", "speed_wander"} & {*Twin(machine).equipped[0].effects, *Twin(machine).slots}
+
+
 def test_the_motion_found_repeats_from_turn_to_turn(machine, truth_plant):
     """At 40 Hz a turn is 125 samples; a start at rest would beat for a minute (damping ratio 0.002 at 44 Hz)."""
     rows = np.zeros((1000, 6))
@@ -29,3 +44,44 @@ def test_the_motion_found_repeats_from_turn_to_turn(machine, truth_plant):
     y = truth_plant.run({}, rows, 0.0, turning=True)[:, :2]
     np.testing.assert_allclose(y[-125:], y[:125], atol=1e-3 * np.ptp(y))
     assert np.ptp(y[:125], axis=0) == pytest.approx(np.ptp(y[:125, 0]), rel=0.01)  # a circle
+
+
+def shaken(speed, onset=False):
+    """Force (n, 6) of a multisine along x and y that repeats every 0.8 s, from 1 s on with `onset`."""
+    t = np.arange(12000) * 2e-4
+    f = np.arange(5, 250, 4) / 0.8
+    phases = np.pi * np.arange(len(f)) ** 2 / len(f)
+    rows = np.zeros((len(t), 6))
+    rows[:, 0] = speed
+    rows[:, 4] = np.sum(np.cos(2 * np.pi * np.outer(t, f) + phases), axis=1)
+    rows[:, 5] = 0.5 * np.roll(rows[:, 4], 700)
+    rows[:5000, 4:] *= not onset
+    return rows
+
+
+@pytest.mark.parametrize("hertz", [0.0, 40.0, 41.3])
+def test_a_shaken_rotor_that_a_record_shows_in_steady_state_begins_in_it(machine, models, hertz):
+    """A run of 40 s that repeats the force has forgotten its start; the last periods of it are the record."""
+    speed = 2 * np.pi * hertz
+    rows = shaken(speed)
+    long = np.concatenate([np.tile(rows[:4000], (50, 1)), rows])
+    angle = -speed * 2e-4 * (len(long) - len(rows))
+    y = models.twin.run({}, long, 0.0, angle, turning=True)[-len(rows) :, :2]
+    trial = trial_of(rows, y, 0.0, "shaken")
+    comparison = TwinComparison(models.twin, [trial])
+    assert trial.settled
+    left = comparison.measured - comparison.predict(ParameterPoint())
+    assert np.linalg.norm(left) < 2e-3 * np.linalg.norm(comparison.measured)
+
+
+def test_a_record_that_shows_the_onset_begins_at_rest(models):
+    rows = shaken(0.0, onset=True)
+    assert not trial_of(rows, models.twin.run({}, rows, 0.0)[:, :2], 0.0, "onset").settled
+
+
+def test_every_input_has_to_repeat_with_the_period():
+    """A force that repeats next to a reference that does not has no period, and each alone has its own."""
+    rows = shaken(0.0)
+    assert trial_of(rows, np.zeros((len(rows), 2)), 0.0, "force").length == 4000
+    rows[:, 2] = np.random.default_rng(1).normal(size=len(rows))
+    assert not trial_of(rows, np.zeros((len(rows), 2)), 0.0, "both").repeating

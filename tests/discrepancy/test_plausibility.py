@@ -10,7 +10,8 @@ from rotorsim.discrepancy.calibration import ParameterPoint
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.experiments import campaign
 from rotorsim.discrepancy.hidden_machine import record_of
-from rotorsim.discrepancy.records import check_after, check_before, make_trial
+from rotorsim.discrepancy.mistakes import check_before
+from rotorsim.discrepancy.records import _laid_over, check_after, make_trial
 
 WANTED = ("fit_2", "fit_3", "fit_5")
 
@@ -64,8 +65,21 @@ def test_a_clock_that_is_shifted_against_the_inputs_is_noticed(plain, models):
 def test_records_of_another_machine_are_refused(plain, models, rng):
     records, _ = plain
     wrong = comparison(models, changed(records, lambda y: rng.normal(0, 1e-5, y.shape)))
-    with pytest.raises(DataError, match="are they of this machine"):
+    with refused(DataError, "records", lambda value: isinstance(value, str)) as found:
         check_after(wrong, wrong.predict(ParameterPoint()))
+    assert f"machine calibrate {models.twin.machine.name}" in str(found.value)
+
+
+@pytest.mark.parametrize(("frequency", "gain"), [(1.08, 0.65), (0.9, 1.5)])
+def test_another_machine_is_told_by_how_much_it_differs(frequency, gain):
+    """A resonance at 100 Hz, and the same one 8 % higher with 65 % of the gain."""
+
+    def response(f, at):
+        return 1 / (1 - (f / at) ** 2 + 0.1j * f / at)
+
+    f = np.arange(5.0, 250.0, 2.5)
+    a, b = (np.log(np.abs(response(f, at))) for at in (100 * frequency, 100))
+    assert _laid_over(np.log(f), a + np.log(gain), b) == pytest.approx((frequency, gain), rel=0.01)
 
 
 def test_a_speed_that_the_angle_does_not_turn_with_is_refused():

@@ -22,6 +22,7 @@ QUICK = ("campbell", "lab_data", "runup")
 MOST_LINES = 60
 PRINTED = {
     "balance": (1.8,),
+    "broadband_force": ("wanders by 1 %, 1200 rpm: 0.5", 1200, 0.58, 3600, 1.71, 6000, 2.88),
     "campaign": (6,),
     "campbell": (2647, 2647),
     "compare_runups": (25, 489, 2702, 10, 195, 2702),
@@ -78,12 +79,14 @@ PRINTED = {
     "own_structure": (118.8, 0.0565, 3.08, 3, 118.3, 0.051, 3.5, 118.9, 0.0549, 3.11, 118.9, 0.0549, 3.09),
     "own_machine": (31.5, 36.2, 256.7, 288.7),
     "prbs_to_controller": (93.2, 92.5, 94.5, 0.549, 2, 0.159, 2),
+    "pin_sensors": (0.0, 0.52, 0.55, 0.1, 0.42, 0.44, 0.25, 0.28, 0.29),
     "plan_next": ("bit today", "Next: "),
     "probes": (22.2, 26.0, 35.2, 49.0),
     "pump": (2479, 4.8, 2209, 6.0),
     "python_control": (92, 0.012, 1.34, 2, 0.61, 2),
     "reversed_sensor": (79, 26, "the sensor of x is reversed"),
     "robust_design": ("rig, uncertainty 0.5: gamma 2.14", 0.67, 0.87, 0.44, 0.66, 0.51, 1.37, 0.0, 1.17, 0.74, 0.81),
+    "runout_table": ("orbit 4.6 um", "orbit 3.4 um", "today", 3.28, 2.66, 0, 4, 100.3),
     "runup": (59.7, 7805),
     "sensor_ring": (0, 12.3, 8.2, 45, 11.1, 9.7, 1, 0, 8.6, 5.7, 1, 45, 8.6, 5.7),
     "sensitivity": (23, 0.5, 17293, 25, 0.5, 16455, 27, 0.5, 15810),

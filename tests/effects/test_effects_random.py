@@ -95,7 +95,8 @@ def test_a_drive_wanders_about_its_speed_with_the_standard_deviation_and_the_cor
     The acceleration has the rms sd Omega / T, the shaft angle is the integral of the speed, and the encoder sees both.
     """
     omega, T = 50 * HZ, 0.02
-    plant = rotor({"effects.speed_wander.sd": 0.01, "effects.speed_wander.time": "20 ms", "effects.encoder.counts": 2000})
+    values = {"speed_wander.sd": 0.01, "speed_wander.time": "20 ms", "encoder.counts": 2000}
+    plant = rotor({f"effects.{name}": value for name, value in values.items()})
     run = plant.start(omega)
     run.advance(held(2000, omega, 0.0))
     table = run.advance(held(100_000, omega, 0.0))
@@ -108,7 +109,7 @@ def test_a_drive_wanders_about_its_speed_with_the_standard_deviation_and_the_cor
     assert (np.diff(speed) / SAMPLE).std() == pytest.approx(0.01 * omega / T, rel=0.06)
     assert np.diff(angle) == pytest.approx(0.5 * SAMPLE * (speed[1:] + speed[:-1]), abs=1e-9)
     read = table[:, AT["angle_measured"]]
-    assert 0 <= (angle - read).min() and (angle - read).max() <= HZ / 2000
+    assert (angle - read).min() >= 0 and (angle - read).max() <= HZ / 2000
     window = 50
     mean = (read[window:] - read[:-window]) / (window * SAMPLE)
     assert table[window:, AT["speed_measured"]] == pytest.approx(mean, rel=1e-12)
@@ -128,7 +129,7 @@ def test_a_ramp_wanders_about_its_speed_and_a_shaft_that_coasts_does_not(rotor, 
 
 
 def test_a_run_begins_off_its_speed_by_the_same_standard_deviation_and_goes_on_without_a_step():
-    """2000 seeds: xi and its filter at the first sample have variance 1 and covariance (1 + r^2)^(-1/2), within 3 sd."""
+    """2000 seeds: xi and its filter at the first sample have variance 1, covariance (1 + r^2)^(-1/2), within 3 sd."""
     p = SimpleNamespace(sd=0.01, time=1.0, interval=SAMPLE)
     w, first, after = np.zeros((2000, 2)), [], []
     for seed in range(len(w)):

@@ -73,10 +73,71 @@ def test_the_unit_of_a_time_is_guessed_by_its_step(scale, unit):
     assert tomllib.loads(proposed(t=T * scale)[0])["time"]["unit"] == unit
 
 
-def test_entries_that_are_comments_or_lack_an_angle_are_not_counted_as_complete():
+def test_entries_that_are_comments_are_not_counted_as_complete():
     names = ("time s", "drive A mV", "drive B mV", "probe A um", "probe B um", "shaft rpm", "supply bar")
     text, incomplete = proposed(**dict.fromkeys(names, T))
-    assert incomplete == 4 and text.count('# angle = "?"') == 2 and text.count("# [channels.reference.x]") == 2
+    assert incomplete == 2 and text.count("# [channels.reference.x]") == 2
+    assert set(tomllib.loads(text)["channels"]["probe_measured"]) == {"probe_A_um", "probe_B_um"}
+
+
+@pytest.mark.parametrize("size", [0.03, 0.4, 5.0])
+def test_a_unit_that_several_rigs_could_mean_is_not_guessed(size):
+    text, incomplete = proposed(t=T, X=size * np.cos(W * T), Y=size * np.sin(W * T))
+    assert incomplete == 2 and "disc_measured" not in text and "its unit is not stated" in text
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(60.0, "rpm"), (1.0, "Hz"), (2 * np.pi, "rad/s")])
+@pytest.mark.parametrize("name", ["speed", "N1"])
+def test_a_speed_is_known_by_the_pulses_that_it_goes_with(factor, unit, name):
+    t = np.arange(20_000) / 10_000
+    f = 20 + 15 * t
+    turn = 2 * np.pi * np.cumsum(f) / 10_000
+    text, _ = proposed(t=t, **{name: factor * f}, trigger=np.where(turn % (2 * np.pi) < 0.4, 5.0, 0.0))
+    tables = tomllib.loads(text)
+    assert tables["channels"]["speed"] == {"column": name, "unit": unit}
+    assert tables["keyphasor"] == {"column": "trigger", "unit": "V", "edge": "rising"}
+
+
+def test_pulses_of_a_turn_follow_from_the_speed():
+    t = np.arange(20_000) / 10_000
+    teeth = np.where((20 * 2 * np.pi * 30 * t) % (2 * np.pi) < 3, 5.0, 0.0)
+    text, _ = proposed(t=t, tacho=teeth, rpm=np.full(t.size, 1800.0))
+    assert tomllib.loads(text)["keyphasor"]["pulses"] == 20
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.1])
+def test_a_name_that_its_values_refuse_is_left_out_with_the_reason(noise):
+    rng = np.random.default_rng(0)
+    wild = rng.standard_normal(2000)
+    text, incomplete = proposed(t=T, tacho=wild, supply__pressure=wild, shaft__speed=wild, load__N=1000 + noise * wild)
+    assert incomplete == 4 and set(tomllib.loads(text)) == {"time"}
+    assert "no even pulses" in text and "too fast for a pressure" in text
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_the_direction_of_a_hammer_is_that_of_the_answer(axis):
+    t = np.arange(10_000) / 10_000
+    blow = np.where((t > 0.3) & (t < 0.302), 150.0, 0.0)
+    ring = np.where(t > 0.3, 40 * np.exp(-30 * (t - 0.3)) * np.sin(900 * (t - 0.3)), 0.0)
+    x, y = (ring, 0.1 * ring) if axis == "x" else (0.1 * ring, ring)
+    base = 3 * np.random.default_rng(0).standard_normal((2, t.size))
+    text, incomplete = proposed(t=t, hammer__N=blow, X__um=x + base[0], Y__um=y + base[1])
+    hammer = tomllib.loads(text)["hammer"]
+    assert incomplete == 0 and hammer["angle"] == {"x": "0 deg", "y": "90 deg"}[axis]
+
+
+def test_probes_of_two_planes_are_not_taken_for_one():
+    motion = {f"{name}__um": 30 * np.cos(W * T + k) for k, name in enumerate(("DE_X", "DE_Y", "NDE_X", "NDE_Y"))}
+    text, incomplete = proposed(t=T, **motion)
+    channels = tomllib.loads(text)["channels"]
+    assert incomplete == 0 and channels["disc_measured"]["x"]["column"] == "DE_X um"
+    assert set(channels["probe_measured"]) == {"NDE_X_um", "NDE_Y_um"}
+
+
+def test_columns_of_one_name_go_by_their_numbers():
+    table = DataTable("CSV", tuple(Column(name, v, "um") for name, v in (("X", T * 1e3), ("CH", T), ("CH", 2 * T))))
+    entries = tomllib.loads(idn.propose(table, "a")[0])["channels"]["probe_measured"]
+    assert [entry["column"] for entry in entries.values()][-2:] == [2, 3]
 
 
 @pytest.mark.parametrize("unit", ["um", "mm", "mil", "m"])

@@ -139,6 +139,7 @@ def test_gaps_are_cut_out_and_dead_probes_said(run, tmp_path):
 def test_a_mapping_is_proposed_and_never_replaced_unasked(run, rig, tmp_path):
     file, _ = rig
     out = tmp_path / "proposed.toml"
+    file.write_text(file.read_text().replace("X probe,Y probe", "X probe [um],Y probe [um]"))
     code, text, _ = run("check", file, "--propose", out)
     assert (
         code == 0

@@ -10,10 +10,11 @@ import rotorsim as rs
 from rotorsim.machine import GasFilm, load_machine, machine_text, shipped_machines
 from rotorsim.machine.schema import Machine
 
-RIGS = ("dtu_gas_bearing", "dtu_gas_bearing_b", "dtu_gas_bearing_c", "dtu_gas_bearing_d")
+CALIBRATIONS = ("dtu_gas_bearing", "dtu_gas_bearing_b", "dtu_gas_bearing_c", "dtu_gas_bearing_d")
+RIGS = ("dtu_first_assembly", *CALIBRATIONS)
 
 
-def test_the_shipped_machines_are_a_rotor_kit_the_four_calibrations_four_designs_and_a_plain_rotor():
+def test_the_shipped_machines_are_a_rotor_kit_two_assemblies_of_the_rig_designs_and_a_plain_rotor():
     others = ("foil_turbo_rotor", "grooved_turbo_rotor", "plain_rotor", "pump_on_tables", "rigid_rotor_self_acting")
     assert shipped_machines() == ("aerostatic_spindle", "bently_rk4", *RIGS, *others)
 

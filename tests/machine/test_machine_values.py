@@ -8,10 +8,11 @@ from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
 
 HASHES = {
-    "dtu_gas_bearing": "8be2b5785ca96760",
-    "dtu_gas_bearing_b": "f0757b4538e24820",
-    "dtu_gas_bearing_c": "6d72516d360ddd28",
-    "dtu_gas_bearing_d": "355fd691dac78705",
+    "dtu_first_assembly": "42d9edd8bc34fdea",
+    "dtu_gas_bearing": "bf1d56fde8b33469",
+    "dtu_gas_bearing_b": "c1c9d47854884c4b",
+    "dtu_gas_bearing_c": "e5ffa3696a02f674",
+    "dtu_gas_bearing_d": "a5d95fb9aa81cde1",
     "plain_rotor": "1eb224d7ad7cd992",
 }
 

@@ -7,8 +7,8 @@ import pytest
 
 from rotorsim.discrepancy.decision import DecisionSteps
 from rotorsim.discrepancy.files import StoredPlan
-from rotorsim.discrepancy.machine_file import IdentifiedEffect
 from rotorsim.discrepancy.judge import NO_ACCURACY
+from rotorsim.discrepancy.machine_file import IdentifiedEffect
 from rotorsim.discrepancy.result import PLAN_NEXT, located
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import load_machine

@@ -1,9 +1,11 @@
 """Rules for the claims of the thesis, tested with synthetic numbers on both sides of every interval."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
+from rotorsim.machine import shipped_machines
 from rotorsim.study.identify_records import StudyGrid
 from rotorsim.verify.transients import POINTS as TWENTY
 from studies.thesis.claims.judge import (
@@ -19,7 +21,7 @@ from studies.thesis.claims.judge import (
     judge_claim,
     judge_figure,
 )
-from studies.thesis.claims.rules import claims, first_claims, points
+from studies.thesis.claims.rules import AMENDED, _file, claims, first_claims, points
 from studies.thesis.weight_search import POINTS as CHOSEN_AT
 
 ADDED = [f"N{n}" for n in range(1, 6)]
@@ -58,11 +60,28 @@ def test_an_amended_rule_states_lines_reason_what_was_known_and_which_figure_it_
         old = {figure.name: figure for figure in first[claim.number].figures}
         assert len(claim.figures) == len(old)
         for figure in claim.figures:
-            assert (figure.old in old) if figure.old else (figure == old[figure.name])
+            same = figure.old or replace(old[figure.name], fitted=figure.fitted) == figure
+            assert (figure.old in old) if figure.old else same
             changes = figure.old and (figure.name != figure.old or figure.met != old[figure.old].met)
             assert bool(changes) == bool(figure.old), figure.name
     for claim in claims():
-        assert claim.amendment or claim == first[claim.number]
+        assert claim.amendment or claim.moved or claim == first[claim.number]
+
+
+def test_claims_of_papers_a_to_d_are_measured_on_the_first_assembly_by_the_same_intervals():
+    first = {claim.number: claim for claim in first_claims()}
+    moved = [claim for claim in claims() if claim.moved]
+    assert [claim.number for claim in moved] == ["I9", "I10", "C1", "C2", "C3", "C4", "N5"]
+    assert {claim.machine for claim in moved} == {"dtu_first_assembly"} <= set(shipped_machines())
+    for claim in moved:
+        assert claim.moved.lines and claim.moved.why and claim.moved.seen
+        if not claim.amendment:
+            assert replace(claim, figures=(), machine="", moved=None) == replace(first[claim.number], figures=())
+            kept = [replace(figure, fitted=False) for figure in claim.figures]
+            assert kept == [replace(figure, fitted=False) for figure in first[claim.number].figures]
+    assert not any(claim.machine for claim in (*first_claims(), *(one for one in claims() if not one.moved)))
+    fitted = {f"{claim.number}.{f.name}" for claim in moved for f in claim.figures if f.fitted}
+    assert fitted == set(_file(AMENDED)["machines"]["dtu_first_assembly"]["fitted"])
 
 
 def test_delays_of_e2_are_judged_by_the_scatter_that_the_thesis_prints():

@@ -66,6 +66,21 @@ def test_a_figure_shows_the_first_rule_and_what_the_thesis_own_model_gives():
     assert "| 1.993 (near) |" in hardening
 
 
+def test_claims_of_another_assembly_are_judged_by_its_numbers_and_by_the_study_s_own_by_the_first_rules():
+    poor = {number: dict.fromkeys(figures, 1e9) for number, figures in THESIS.items()}
+    found = verdicts.verdicts(poor, elsewhere={"dtu_first_assembly": THESIS})
+    met = {one.claim.number for one in found if one.verdict == "met"}
+    assert met == {"I9", "I10", "C1", "C2", "C3", "C4", "N5"}
+    assert {one.old_verdict for one in found if one.claim.number in met} == {"not met", None}
+    rows = verdicts.markdown(found).splitlines()
+    row = next(row for row in rows if row.startswith("| slow pole, x | 3078 rad/s (fitted)"))
+    assert "| 3078 | " in row and row.endswith("not met |")
+    assert verdicts.plain(found)["I10"]["machine"] == "dtu_first_assembly"
+    assert verdicts.plain(found)["I8"]["machine"] is None
+    alone = verdicts.verdicts(THESIS)
+    assert {one.verdict for one in alone if one.claim.machine} == {"met"}
+
+
 def test_claims_that_the_first_rules_do_not_have_show_no_verdict_by_them():
     (added,) = (one for one in verdicts.verdicts(THESIS, "N") if one.claim.number == "N2")
     assert added.old_verdict is None

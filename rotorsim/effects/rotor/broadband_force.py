@@ -66,8 +66,8 @@ class BroadbandForce(SampledEffect):
     random_part = "density"
     density: float = param("N^2/Hz", bounds=(0.0, 1e4), doc="One-sided density of the force at the reference speed.")
     speed: float = param("rad/s", default=100 * TURN, bounds=(TURN, 1e4 * TURN), doc="Reference speed.")
-    exponent: float = param("1", default=2.0, bounds=(0.0, 10.0), doc="Power of the speed with which the density grows.")
-    corner: float = param("rad/s", default=500 * TURN, bounds=(TURN, 1e5 * TURN), doc="Corner of the low-pass, e.g. '500 Hz'.")
+    exponent: float = param("1", default=2.0, bounds=(0.0, 10.0), doc="Power of the speed by which it grows.")
+    corner: float = param("rad/s", default=500 * TURN, bounds=(TURN, 1e5 * TURN), doc="Corner of the low-pass.")
     sequence: float = param(
         "1", default=1.0, bounds=(0.0, 1e6), whole=True, doc="Number of the random sequence, another for each table."
     )
@@ -81,7 +81,8 @@ class BroadbandForce(SampledEffect):
             return {}
         highest = 0.5 / machine.sampling_time
         if self.corner > TURN * highest:
-            return {"corner": f"{self.corner / TURN:g} Hz is above half the sampling rate; write at most {highest:g} Hz"}
+            given = f"{self.corner / TURN:g} Hz"
+            return {"corner": f"{given} is above half the sampling rate; write at most '{highest:g} Hz'"}
         tables = machine.effects.get(self.name, ())
         above = tables[: next((i for i, one in enumerate(tables) if one is self), 0)]
         if any(one.density > 0.0 and one.sequence == self.sequence for one in above):

@@ -6,8 +6,8 @@ r"""Speed wander: the drive does not hold its speed exactly, as a turbine's, but
 .. math:: z_{k+1} = r z_k + (1 - r^2)^{1/2}\,n_k, \quad \xi_{k+1} = r \xi_k + \frac{1 - r^2}{(1 + r^2)^{1/2}} z_{k+1},
           \quad r = e^{-T_s/T}
 
-xi has variance 1 and is white noise behind two equal low-passes: the acceleration of the shaft is finite, sigma Omega / T
-in the rms.
+xi has variance 1 and is white noise behind two equal low-passes: the acceleration of the shaft is finite, sigma Omega /
+T in the rms.
 
 The first sample of a run takes the shaft from the set speed to one off by a deviation of its own, so that two records
 of one speed and two seeds are not of one speed. Ramps wander about their speed; a shaft that coasts does not. Shaft

@@ -5,10 +5,10 @@ stand they belong to a small machine without effects, which is how the kernels a
 module that `rotorsim.plant.compose` writes for a machine they are replaced: a size by its number, and a function by the
 same with the lines of its decorator, once for every effect of the port, before it returns.
 
-In these lines {kernel}, {between}, {foundation}, {warmed}, {braking}, {reading_noise} and {p} are the effect's kernels and
-parameter record, {shape} the offset of its (2, n) rows, {slot} of its place among the motion forces, {state} of its own
-states, {old} and {new} of its states in actuator k, {dof} of its modal coordinates, {journal} the number of its film. A
-function whose first argument is `f`, the number of a film, skips the effects of other films.
+In these lines {kernel}, {between}, {foundation}, {warmed}, {braking}, {reading_noise} and {p} are the effect's kernels
+and parameter record, {shape} the offset of its (2, n) rows, {slot} of its place among the motion forces, {state} of its
+own states, {old} and {new} of its states in actuator k, {dof} of its modal coordinates, {journal} the number of its
+film. A function whose first argument is `f`, the number of a film, skips the effects of other films.
 """
 
 from __future__ import annotations

@@ -18,6 +18,7 @@ from __future__ import annotations
 from reynolds.film import closest_places, smallest_gap
 from reynolds.jit import inlined, kernel, view
 from reynolds.newton import (
+    IMPATIENT,
     ITERATIONS,
     STALE_FACTORS,
     begin_correction,
@@ -111,7 +112,7 @@ def iterate_films(w, ix, P, speed, iadt, tolerance, most, careful):
         size = correct_films(w, ix, P)
         n += 1
         first[FILM.convergence + ITERATIONS] += 1.0
-        verdict = judge_correction(first, FILM.convergence, n, size, before, tolerance)
+        verdict = judge_correction(first, FILM.convergence, n, size, before, tolerance, IMPATIENT)
         if verdict < 0:
             return verdict
         done = verdict > 0

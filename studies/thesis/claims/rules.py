@@ -51,6 +51,7 @@ class Claim:
     """A claim of the thesis: its words, place and figures, where they are taken, and why these tolerances.
 
     amendment: of the first rule, or of its absence where the claim was `added` since; None where it stands.
+    machine: name of the shipped machine that it is measured on, empty for the study's own; moved: why there.
     """
 
     number: str
@@ -62,6 +63,8 @@ class Claim:
     remark: str = ""
     amendment: Amendment | None = None
     added: bool = False
+    machine: str = ""
+    moved: Amendment | None = None
 
 
 @lru_cache
@@ -69,13 +72,19 @@ def claims() -> tuple[Claim, ...]:
     """All claims by the rules as they are now: those of the first file in its order, then those added since."""
     table = _file(AMENDED)
     kept = tuple(_amended(claim, table["amended"].get(claim.number)) for claim in first_claims())
-    return (*kept, *(_added(number, dict(one)) for number, one in table["added"].items()))
+    added = (_added(number, dict(one)) for number, one in table["added"].items())
+    return tuple(_moved(claim, table["machines"]) for claim in (*kept, *added))
 
 
 @lru_cache
 def first_claims() -> tuple[Claim, ...]:
     """The claims by the rules as first written."""
     return tuple(_claim(number, dict(table)) for number, table in _file(FIRST)["claims"].items())
+
+
+def machines() -> tuple[str, ...]:
+    """Names of the shipped machines that claims are measured on besides the study's own."""
+    return tuple(_file(AMENDED)["machines"])
 
 
 def points(name: str) -> tuple[tuple[float, float], ...]:
@@ -103,6 +112,16 @@ def _amended(claim: Claim, table: dict[str, Any] | None) -> Claim:
     assert len(changed) == sum(bool(figure.old) for figure in figures), claim.number
     own = {key: table[key] for key in ("points", "remark") if key in table}
     return replace(claim, figures=figures, amendment=_amendment(table), **own)
+
+
+def _moved(claim: Claim, machines: dict[str, dict[str, Any]]) -> Claim:
+    """The claim with the machine that it is measured on, and with its figures marked that this is fitted to."""
+    for name, table in machines.items():
+        if claim.number in table["claims"]:
+            fitted = tuple(replace(f, fitted=f.fitted or f"{claim.number}.{f.name}" in table["fitted"])
+                           for f in claim.figures)  # fmt: skip
+            return replace(claim, figures=fitted, machine=name, moved=_amendment(table))
+    return claim
 
 
 def _amendment(table: dict[str, Any]) -> Amendment:

@@ -7,10 +7,11 @@ gives where the claim can be computed from it: a figure that it misses is a cont
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from math import isinf
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from studies.thesis.claims.judge import MET, NEAR, NOT_MET, Judged, Numbers, count, judge, judge_figure
@@ -29,14 +30,21 @@ NO_RULE = "-"
 """Verdict of the first rules on a claim that they do not have."""
 
 
-def verdicts(ours: Numbers, letters: str = "ICN", left_out: Collection[str] = ()) -> list[Judged]:
+def verdicts(
+    ours: Numbers,
+    letters: str = "ICN",
+    left_out: Collection[str] = (),
+    elsewhere: Mapping[str, Numbers] = MappingProxyType({}),
+) -> list[Judged]:
     """Verdicts, by the rules as they are now and by the first ones, on claims whose number begins with a letter.
 
-    What `ours` does not hold is not run in the claims of `left_out`, and not met in all others.
+    What `ours` does not hold is not run in the claims of `left_out`, and not met in all others. The first rules measure
+    everything on one machine, the rules as they are now some claims `elsewhere`, whose numbers stand there by machine;
+    a study of one machine gives none, and judges all claims on it.
     """
 
     def judged(claim: Claim) -> Judged:
-        return judge(claim, ours.get(claim.number, {}), left_out)
+        return judge(claim, elsewhere.get(claim.machine, ours).get(claim.number, {}), left_out)
 
     first = {claim.number: judged(claim) for claim in first_claims()}
     return [replace(judged(one), first=first.get(one.number)) for one in claims() if one.number[0] in letters]
@@ -91,6 +99,9 @@ def remarks(claim: Claim) -> list[str]:
         reason = "" if claim.added else f": {claim.amendment.why}"
         found.append(f"{word} after lines {claim.amendment.lines} of the thesis{reason}; known before: "
                      f"{claim.amendment.seen}")  # fmt: skip
+    if claim.moved is not None:
+        found.append(f"measured on {claim.machine} after lines {claim.moved.lines} of the thesis: {claim.moved.why}; "
+                     f"known before: {claim.moved.seen}")  # fmt: skip
     return [*found, claim.remark] if claim.remark else found
 
 
@@ -99,7 +110,7 @@ def plain(found: Sequence[Judged]) -> dict[str, dict[str, Any]]:
     return {
         one.claim.number: {
             "claim": one.claim.words, "source": one.claim.source, "verdict": one.verdict,
-            "verdict_old_rules": one.old_verdict,
+            "verdict_old_rules": one.old_verdict, "machine": one.claim.machine or None,
             "figures": [_plain_figure(one, f, value) | {"verdict": verdict} for f, value, verdict in _figures(one)],
             "figures_old_rules": [] if one.first is None else [
                 _plain_figure(one, f, value) | {"verdict": verdict} for f, value, verdict in _figures(one.first)
@@ -193,11 +204,11 @@ def _own_words(claim: Claim, figure: Figure) -> str:
 
 
 def _first_rule(one: Judged, figure: Figure) -> str:
-    """Our number, intervals and verdict by the first rule where the figure was amended; empty where it was not."""
-    if not figure.old or one.first is None:
+    """Our number, intervals and verdict by the first rule where figure or machine were amended; empty where not."""
+    if one.first is None or not (figure.old or one.claim.machine):
         return ""
     for f, value, verdict in _figures(one.first):
-        if f.name == figure.old:
+        if f.name == (figure.old or figure.name):
             what = "" if f.words == figure.words else f"{f.words}, thesis {number(f.thesis)}: "
             return f"{what}{number(value)}; {_interval(f.met)}, {_interval(f.near)}: {verdict}"
     return ""

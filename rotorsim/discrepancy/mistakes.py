@@ -1,0 +1,289 @@
+r"""Mistakes of a laboratory, looked for before anything is fitted: units, clocks, probes, the sense of rotation.
+
+Each is a discrete alternative. A likely one is suggested and never assumed: a diagnosis stops with the sentence.
+
+Probes that are exchanged, reversed, turned, of another plane, and a shaft that turns the other way, change the shape of
+the motion at a line (its amplitudes and phases by probe), whatever the size and the phase of what excites it,
+
+.. math:: d = \Big\langle 1 - \frac{|\hat y' s|^2}{|y|^2\,|s|^2} \Big\rangle
+
+y are the readings of all probes at the line, s those of the twin, the mean is that over records. A resonance that is
+off scales both alike; supports that are off turn the orbit, and so twins with softer and with stiffer ones are tried.
+The alternatives act on y. One is named where the records have its shape (d at most `SHAPE`) and clearly not their own,
+nearly all of them; several that have it as well are named together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rotorsim.base.errors import DataError
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
+from rotorsim.discrepancy.changes import MAIN, PLANE
+from rotorsim.discrepancy.comparison import TwinComparison
+from rotorsim.discrepancy.trial import Trial
+from rotorsim.machine.bearings import LinearBearing
+
+FACTORS = {25.4: "mils or inches taken for millimetres", 1e3: "a prefix of a thousand lost (mm, um; mV, V)",
+           1e6: "metres taken for micrometres", 39.37: "inches taken for metres"}  # fmt: skip
+"""Factors between units that are taken for one another, with their causes."""
+ALIKE = 0.7
+"""Cosine between measured and simulated lines from which they count as the same up to a factor."""
+NEAR = 0.35
+"""Relative distance of a ratio to one of FACTORS: the calibration may be off as well."""
+LAGS = np.linspace(-0.02, 0.02, 801)
+"""Time shifts [s] that are tried."""
+SHAPE, CLEARER, MOSTLY = 0.05, 0.25, 0.8
+"""Largest misfit of a shape for an alternative to be named, its share of that of the records as they are, and the share
+of the records in which it is the better one."""
+TURNS = np.deg2rad([30.0, 45.0, 60.0, 90.0, -30.0, -45.0, -60.0, -90.0])
+"""Angles [rad] by which the probes of a plane may be turned."""
+COMPLIANCES = (0.5, -1.0)
+"""Changes of the compliance of all supports that are tried where the shape does not fit."""
+
+
+def check_before(comparison: TwinComparison, simulated: np.ndarray) -> None:
+    """Raise DataError for records with a likely mistake; simulated (n,) [m] is at the nominal point."""
+    check_exchanged(comparison, simulated)
+    check_units(comparison, simulated)
+    check_clocks(comparison, simulated)
+    check_probes(comparison, simulated)
+
+
+def excited(comparison: TwinComparison, vector: np.ndarray, wanted: Callable[[str], bool]) -> np.ndarray:
+    """Values (k,) of the selected line groups."""
+    layout = comparison.layout
+    groups = [i for i, name in enumerate(layout.groups) if wanted(name)]
+    return np.asarray(vector[np.isin(layout.group, groups) & (layout.frequency > 0)])
+
+
+def _ratio(comparison: TwinComparison, simulated: np.ndarray, wanted: Callable[[str], bool]) -> tuple[float, float]:
+    """Ratio of norms measured to simulated, and cosine, over some groups; (nan, 0) where there is nothing."""
+    y, s = (excited(comparison, v, wanted) for v in (comparison.measured, simulated))
+    a, b = float(np.linalg.norm(y)), float(np.linalg.norm(s))
+    return (a / b, float(y @ s) / (a * b)) if a > 0 and b > 0 else (np.nan, 0.0)
+
+
+def _factor(ratio: float) -> tuple[float, str] | None:
+    """The factor of FACTORS that a ratio is near, and what it comes from."""
+    for factor, what in FACTORS.items():
+        for share in (factor, 1 / factor):
+            if abs(ratio / share - 1) < NEAR:
+                return share, what
+    return None
+
+
+def check_units(comparison: TwinComparison, simulated: np.ndarray) -> None:
+    """Check of displacement and excitation for a factor between units."""
+    drive, alike = _ratio(comparison, simulated, lambda g: g.endswith("band") or g == "resonance")
+    turning, turned = _ratio(comparison, simulated, lambda g: g in ("1X", "2X", "3X"))
+    every = [(r, c) for r, c in ((drive, alike), (turning, turned)) if abs(c) > ALIKE]
+    found = [(f, r) for r, _ in every if (f := _factor(r)) is not None]
+    if not found:
+        return
+    (factor, what), ratio = found[0]
+    only = len(every) == 2 and len(found) == 1 and ratio == drive
+    channel = "the reference, or the force," if only else "the displacement"
+    shown = f"{1 / ratio:.3g}" if only else f"{ratio:.3g}"
+    near = 1 / factor if only else factor
+    raise DataError(
+        f"records: {channel} is {shown} times what the machine file makes of it, about {near:.4g}: is it a matter of "
+        f"units, {what}? state the unit in the mapping; nothing was assumed",
+        argument="units",
+        value=near,
+    )
+
+
+def check_exchanged(comparison: TwinComparison, simulated: np.ndarray) -> None:
+    """Check for exchanged channels x and y."""
+    y, s, other = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
+    for i, trial in enumerate(comparison.trials):
+        if trial.probe_angle is None:
+            y += [*comparison.lines_of(i, comparison.measured)]
+            s += [*comparison.lines_of(i, simulated)]
+            other += [*comparison.lines_of(i, simulated)[::-1]]
+    measured, own, exchanged = (np.concatenate(v) for v in (y, s, other))
+    least = min(np.linalg.norm(measured - own), np.linalg.norm(measured))
+    if np.linalg.norm(measured - exchanged) < 0.5 * least or _loud_where_quiet(comparison, simulated):
+        raise DataError("records: channels x and y fit when they are exchanged; check the mapping of the sensors")
+
+
+def _loud_where_quiet(comparison: TwinComparison, simulated: np.ndarray) -> bool:
+    """Whether the power of excited lines in x over y is that in y over x, record by record.
+
+    Resonances that are off spoil a comparison of lines, but not which way an excitation points.
+    """
+    bands = [k for k, name in enumerate(comparison.layout.groups) if name.endswith("band") or name == "resonance"]
+    ratios = []
+    for i, trial in enumerate(comparison.trials):
+        # not the orders: an unbalance is as loud in x as in y
+        at = comparison.lines_of(i, np.isin(comparison.layout.group, bands))[0].real > 0
+        if trial.orders or trial.probe_angle is not None or not at.any():
+            continue
+        power = [
+            [float(np.linalg.norm(lines[at])) for lines in comparison.lines_of(i, v)]
+            for v in (comparison.measured, simulated)
+        ]
+        if np.min(power) > 0:
+            ratios.append([np.log(x / y) for x, y in power])
+    if len(ratios) < 2:
+        return False
+    found, wanted = np.array(ratios).T
+    size = float(np.linalg.norm(found) * np.linalg.norm(wanted))
+    return bool(np.ptp(wanted) > 0.4 and float(found @ wanted) < -0.7 * size)
+
+
+def check_clocks(comparison: TwinComparison, simulated: np.ndarray) -> None:
+    """Check for a time shift of displacement against inputs, common to a record's excited lines."""
+    for i, trial in enumerate(comparison.trials):
+        at = trial.excited[1:]
+        if trial.orders or trial.clock or at.sum() < 4:
+            continue
+        f = trial.frequencies[1:][at]
+        turned = np.exp(-2j * np.pi * f * LAGS[:, None])
+        lags = []
+        for c in range(len(trial.channels)):
+            y, s = (comparison.lines_of(i, v)[c][at] for v in (comparison.measured, simulated))
+            match = np.abs((np.conj(s * turned) @ y).real)
+            best = int(np.argmax(match))
+            if match[best] > 0.85 * np.linalg.norm(y) * np.linalg.norm(s) and match[400] < 0.6 * match[best]:
+                lags.append(float(LAGS[best]))
+        if len(lags) == len(trial.channels) and abs(lags[0] - lags[-1]) < 3e-4:
+            raise DataError(
+                f"{trial.name}: the displacement is shifted by {lags[0] * 1e3:+.2f} ms in time; are the clocks of the "
+                "two recorders aligned? shift one of them, or state clock, how far it may be off; nothing was assumed"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class ProbeMistake:
+    """Alternative to the readings of one plane, or of all: its sentence, and the change of the readings by plane."""
+
+    sentence: str
+    change: Callable[[dict[float, np.ndarray]], dict[float, np.ndarray]]
+    backward: bool = False
+    """Whether the twin's shaft turns the other way instead."""
+
+
+def check_probes(comparison: TwinComparison, simulated: np.ndarray) -> None:
+    """Check of probes that are exchanged, reversed, turned or of another plane, and of the sense of rotation."""
+    groups = _simultaneous(comparison.trials)
+    lines = [_shapes(comparison, own, comparison.measured) for own in groups]
+    found = [_shapes(comparison, own, simulated) for own in groups]
+    if not any(lines) or _misfit(lines, found).mean() <= 2 * SHAPE:
+        return
+    twins = [found, *(
+        [_shapes(comparison, own, other) for own in groups] for other in _supported(comparison)
+    )]  # fmt: skip
+    own = min((_misfit(lines, one) for one in twins), key=np.mean)
+    if own.mean() <= 2 * SHAPE:
+        return
+    back = _turning_back(comparison)
+    backward = [[_shapes(comparison, g, back) for g in groups]]
+    better = []
+    for mistake in _mistakes(comparison.trials):
+        changed = [mistake.change(one) for one in lines]
+        misfit = min((_misfit(changed, one) for one in (backward if mistake.backward else twins)), key=np.mean)
+        if misfit.mean() <= min(SHAPE, CLEARER * own.mean()) and np.mean(misfit < own) >= MOSTLY:
+            better.append((float(misfit.mean()), mistake.sentence))
+    if better:
+        least = min(size for size, _ in better)
+        shown = [sentence for size, sentence in sorted(better) if size <= 2 * least + 0.1 * SHAPE]
+        raise DataError(
+            f"records: they fit when {' or when '.join(shown[:3])}; check names, angles, positions and signs of the "
+            "probes in the mapping; nothing was assumed",
+            argument="probes",
+            value=shown[0],
+        )
+
+
+def _simultaneous(trials: Sequence[Trial]) -> list[list[int]]:
+    """Numbers of the trials of each record: one for each of its planes."""
+    found: dict[str, list[int]] = {}
+    for i, trial in enumerate(trials):
+        if not trial.orders and trial.probe_angle is None:
+            found.setdefault(trial.name.partition(", ")[0] if trial.other_plane else trial.name, []).append(i)
+    return list(found.values())
+
+
+Readings = dict[float, np.ndarray]
+"""Readings (2, lines) by plane."""
+
+
+def _shapes(comparison: TwinComparison, own: Sequence[int], y: np.ndarray) -> Readings:
+    """Readings at the loudest lines of a record: the order of the shaft, and what is excited; none in a quiet one."""
+    first = comparison.trials[own[0]]
+    f, turns = first.frequencies[1:], abs(first.speed) / (2 * np.pi)
+    wanted = first.excited[1:] | (np.abs(f - turns) < 0.51 * f[0])
+    lines = {comparison.trials[i].changes.get(PLANE, MAIN): comparison.lines_of(i, y) for i in own}
+    return {z: one[:, wanted] for z, one in lines.items()}
+
+
+def _misfit(measured: Sequence[Readings], simulated: Sequence[Readings]) -> np.ndarray:
+    """Misfit of the shapes (records,), the loud lines of a record weighted by their power."""
+    out = []
+    for y, s in zip(measured, simulated, strict=True):
+        planes = sorted(y)
+        a, b = np.concatenate([y[z] for z in planes]), np.concatenate([s[z] for z in planes])
+        power, other = (np.sum(np.abs(one) ** 2, axis=0) for one in (a, b))
+        if not power.any() or not other.any():
+            continue
+        alike = np.abs(np.sum(np.conj(a) * b, axis=0)) ** 2 / np.maximum(power * other, 1e-300)
+        out.append(float(np.sum(power * (1 - alike)) / power.sum()))
+    return np.array(out or [0.0])
+
+
+def _supported(comparison: TwinComparison) -> Iterator[np.ndarray]:
+    """Responses (n,) [m] of the twin on softer and on stiffer supports; none without linear bearings."""
+    bearings = comparison.twin.machine.bearings
+    keys = [f"bearing.{i}.k{axis}" for i, one in enumerate(bearings) for axis in "xy"
+            if isinstance(one, LinearBearing) and one.kxx > 0]  # fmt: skip
+    for change in COMPLIANCES if keys else ():
+        yield comparison.predict(ParameterPoint({FitParameter(key, 0.1): change for key in keys}))
+
+
+def _turning_back(comparison: TwinComparison) -> np.ndarray:
+    """Response (n,) [m] of the twin whose shaft turns the other way."""
+    back = []
+    for trial in comparison.trials:
+        rows = trial.rows.copy()
+        rows[:, 0] *= -1
+        back.append(replace(trial, rows=rows, angle=-trial.angle))
+    return TwinComparison(comparison.twin, back, comparison.threads).predict(ParameterPoint())
+
+
+def _mistakes(trials: Sequence[Trial]) -> Iterator[ProbeMistake]:
+    """All alternatives: of each plane, of both, and of the shaft."""
+    names = {t.changes.get(PLANE, MAIN): t.channels for t in trials if t.probe_angle is None}
+
+    def of(z: float, matrix: np.ndarray) -> Callable[[Readings], Readings]:
+        return lambda y: {plane: matrix @ one if plane == z else one for plane, one in y.items()}
+
+    for z, (a, b) in names.items():
+        yield ProbeMistake(f"channels {a} and {b} are exchanged", of(z, np.array([[0, 1], [1, 0]])))
+        yield ProbeMistake(f"probe {a} is reversed", of(z, np.diag([-1, 1])))
+        yield ProbeMistake(f"probe {b} is reversed", of(z, np.diag([1, -1])))
+        if len(names) > 1:
+            yield ProbeMistake(f"probes {a} and {b} are both reversed", of(z, -np.eye(2)))
+        for angle in TURNS:
+            c, s = np.cos(angle), np.sin(angle)
+            sentence = f"probes {a} and {b} are turned by {np.degrees(angle):+.0f} deg"
+            yield ProbeMistake(sentence, of(z, np.array([[c, -s], [s, c]])))
+    if len(names) == 2:
+        one, other = names
+        yield ProbeMistake(
+            f"the planes are exchanged: {' and '.join(names[one])} with {' and '.join(names[other])}",
+            lambda y: {one: y[other], other: y[one]},
+        )
+        for angle in TURNS:
+            c, s = np.cos(angle), np.sin(angle)
+            turn = np.array([[c, -s], [s, c]])
+            yield ProbeMistake(
+                f"the probes of both planes are turned by {np.degrees(angle):+.0f} deg",
+                lambda y, turn=turn: {z: turn @ own for z, own in y.items()},
+            )
+    if any(abs(t.speed) > 1.0 for t in trials):
+        yield ProbeMistake("the rotation is in the other sense", lambda y: y, backward=True)

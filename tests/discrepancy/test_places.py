@@ -1,0 +1,73 @@
+"""Places of candidates: each disc, end and support, and where the machine file has such an effect, by name."""
+
+import numpy as np
+import pytest
+
+from rotorsim.discrepancy.calibration import GRID, ParameterPoint
+from rotorsim.discrepancy.candidates import candidates
+from rotorsim.discrepancy.fit import ParameterFit
+from rotorsim.discrepancy.machine_file import IdentifiedEffect
+from rotorsim.discrepancy.result import found_of
+from rotorsim.discrepancy.twin import Twin
+from rotorsim.machine import load_machine
+
+
+@pytest.fixture(scope="module")
+def two_discs():
+    """The plain rotor with its disc in two halves, at a third and at three quarters of the span."""
+    one = load_machine("plain_rotor")
+    (disc,) = one.discs
+    half = {"mass": disc.mass / 2, "polar_inertia": 0.006, "diametral_inertia": 0.003}
+    return one.with_({"discs": [{"position": 0.2, **half}, {"position": 0.45, **half}]})
+
+
+def keys(machine, effect, only=None):
+    return {f.key for f in candidates(Twin(machine, GRID, 2e-4, only=only)) if f.effect == effect}
+
+
+def test_a_seal_is_a_candidate_at_every_disc_and_support(two_discs):
+    ends = two_discs.bearing_names
+    places = {"disc 1", "disc 2", *(f"the bearing {name}" for name in ends)}
+    assert keys(two_discs, "labyrinth_seal") == {
+        f"labyrinth_seal.{p} of {place}" for p in ("damping", "cross_stiffness") for place in places
+    }
+    assert keys(two_discs, "crack") == {"crack.loss of disc 1", "crack.loss of disc 2"}
+
+
+def test_a_place_that_the_machine_file_states_is_kept(two_discs):
+    own = two_discs.replace("effects.labyrinth_seal", {"damping": "10 N*s/m", "position": "350 mm"})
+    assert "labyrinth_seal.damping of the shaft at 350 mm" in keys(own, "labyrinth_seal")
+
+
+def test_one_place_alone_is_not_named():
+    assert keys(load_machine("plain_rotor"), "labyrinth_seal") == {
+        "labyrinth_seal.damping", "labyrinth_seal.cross_stiffness"
+    }  # fmt: skip
+
+
+@pytest.mark.slow
+def test_a_force_of_the_twin_acts_at_its_place(two_discs):
+    """A twin whose seal is moved to the second disc answers as the machine that has it there from the start."""
+    twin = Twin(two_discs, GRID, 2e-4, only=("labyrinth_seal",))
+    table = twin.slots["labyrinth_seal"]
+    rows = np.zeros((500, 6))
+    rows[:, 0], rows[:20, 4] = 2 * np.pi * 30, 50.0
+    stem = f"labyrinth_seal.{table}"
+    values = {f"{stem}.damping": 300.0, f"{stem}.swirl": 0.5}
+    moved = twin.run({**values, f"{stem}.position": 0.45}, rows, 0.0)[:, :2]
+    there = two_discs.replace("effects.labyrinth_seal", {"position": "450 mm"})
+    own = Twin(there, GRID, 2e-4, only=())
+    beside = own.run({"labyrinth_seal.0.damping": 300.0}, rows, 0.0)[:, :2]
+    np.testing.assert_allclose(moved, beside, atol=1e-6 * np.abs(beside).max())
+    first = twin.run({**values, f"{stem}.position": 0.2}, rows, 0.0)[:, :2]
+    assert np.abs(first - moved).max() > 1e-2 * np.abs(moved).max()
+
+
+def test_the_place_is_written_into_the_machine_file(two_discs):
+    twin = Twin(two_discs, GRID, 2e-4, only=("labyrinth_seal",))
+    form = next(f for f in candidates(twin) if f.key == "labyrinth_seal.cross_stiffness of disc 2")
+    point = ParameterPoint({form.parameters[0]: 5e4}, form.fixed)
+    found = found_of(
+        twin, form, ParameterFit(form.parameters, point, np.zeros(1), np.zeros((1, 1)), 0.0), np.eye(1), ()
+    )
+    assert isinstance(found, IdentifiedEffect) and found.parameters["position"] == pytest.approx(0.45)
