@@ -275,8 +275,8 @@ class Examination:
 
     @property
     def usable(self) -> bool:
-        """Whether the record is fit for at least one use."""
-        return any(self.fit(use) for use in self.uses)
+        """Whether the record is sound and has the variables of at least one use, which may refuse what it shows."""
+        return any(self._sound(use) for use in self.uses)
 
     def fit(self, use: str) -> bool:
         """Whether the record is fit for a use; gaps do not hinder identification.
@@ -287,8 +287,11 @@ class Examination:
         >>> rs.identification.examine(record).fit("scheduled models")
         True
         """
+        return self._sound(use) and use not in self.refused
+
+    def _sound(self, use: str) -> bool:
         whole = not self.problems or (bool(self.left_out) and use in FITS)
-        return whole and not self.doubts and not self.uses[use] and use not in self.refused
+        return whole and not self.doubts and not self.uses[use]
 
 
 def examine(record: xr.Dataset) -> Examination:
@@ -327,10 +330,11 @@ def _series(record: xr.Dataset) -> Examination:
         use: ", ".join(" or ".join(group) for group in groups if not any(name in record for name in group))
         for use, groups in USES.items()
     }
-    if (angle := measured(record, "angle")) is not None and _turns(angle) < LEAST_TURNS * (1 - 1e-3):
-        uses["runout filter"] = uses["runout filter"] or f"{LEAST_TURNS:g} revolutions of the shaft"
+    refused = {}
+    if (angle := measured(record, "angle")) is not None and (turns := _turns(angle)) < LEAST_TURNS * (1 - 1e-3):
+        refused["runout filter"] = f"the shaft turns {turns:.2g} times, the filter needs {LEAST_TURNS:g}; record longer"
     uses["run-up analysis"] = uses["run-up analysis"] or ("" if _swept(record) else "a speed that rises or falls")
-    rest = (tuple(found), tuple(warnings), uses, _doubts(suspected), left_out)
+    rest = (tuple(found), tuple(warnings), uses, _doubts(suspected), left_out, refused)
     return Examination("time series", time.size, rate, duration, channels, *rest)
 
 

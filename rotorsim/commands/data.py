@@ -1,6 +1,6 @@
 """`rotorsim data check | cut | convert | resample | vectors | mapping`: check and convert files of measured data.
 
-Exit code 0: fit for at least one use. 2: cannot be read; one sentence gives the reason. 3: `check` could read the file,
+Exit code 0: sound, with the channels of at least one use. 2: cannot be read; one sentence gives the reason. 3: `check` could read the file,
 but it is fit for nothing as it is.
 """
 
@@ -44,7 +44,7 @@ class Data(CommandGroup):
 
 @command(
     "data check",
-    "rotorsim data check run.csv --mapping rig.toml. Exit code 0 if the data is fit for a use, "
+    "rotorsim data check run.csv --mapping rig.toml. Exit code 0 if the data is sound for a use, "
     "2 if it cannot be read, 3 if it can be read but is fit for nothing.",
     "rs.identification.examine(rs.identification.load('run.csv', 'rig.toml'))",
 )
@@ -282,7 +282,7 @@ def _asked(found: Examination, record: xr.Dataset) -> Examination:
 
     asked = [use for use in FITS if found.fit(use)]
     why = refusal(record) if asked else ""
-    return replace(found, refused=dict.fromkeys(asked, why)) if why else found
+    return replace(found, refused={**found.refused, **dict.fromkeys(asked, why)}) if why else found
 
 
 def _summary(found: Examination) -> str:
@@ -295,8 +295,8 @@ def _summary(found: Examination) -> str:
 def _verdict(found: Examination, use: str) -> str:
     if missing := found.uses[use]:
         return f"lacks {missing}"
-    if use in found.refused:
-        return f"refused: {found.refused[use]}"
     if found.fit(use):
         return f"fit without its gaps: {found.left_out}" if found.problems else "fit"
+    if use in found.refused and not (found.problems or found.doubts):
+        return f"refused: {found.refused[use]}"
     return "once the problems are corrected" if found.problems else "once the unit or the angle is corrected"
