@@ -362,7 +362,7 @@ class Pieces:
             return np.stack([*(np.abs(z) < s.reach(grid.length) for s in steps), slant], axis=-1)
 
         def depths(others: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-            """What tells pieces of one axis apart: depths beside all pieces `others` of the other one, arc or slant."""
+            """Difference between pieces of one axis: depths with all pieces `others` of the other one, arc or slant."""
 
             def at(kinds: np.ndarray) -> np.ndarray:
                 there = kinds[..., None, :-1] * others[:, :-1] > 0

@@ -1,7 +1,7 @@
 """`rotorsim data check | cut | convert | resample | vectors | mapping`: check and convert files of measured data.
 
-Exit code 0: sound, with the channels of at least one use. 2: cannot be read; one sentence gives the reason. 3: `check` could read the file,
-but it is fit for nothing as it is.
+Exit code 0: sound, with the channels of at least one use. 2: cannot be read; one sentence gives the reason. 3: `check`
+could read the file, but it is fit for nothing as it is.
 """
 
 from __future__ import annotations

@@ -63,7 +63,7 @@ class SlowRoll(PointExperiment):
 
     @classmethod
     def findings(cls, record: xr.Dataset) -> dict[str, Any]:
-        """Runout [um] by order of the shaft angle, why it is none, and what the sensors read beside the true motion."""
+        """Runout [um] by order of the shaft angle, why it is none, and the sensors' readings less the true motion."""
         from rotorsim.signals.record_blocks import blocks
 
         found = runout_of(record)
