@@ -11,6 +11,9 @@ at the order n is
 
 The truth of all cases is written first, and its SHA-256 is the first line of the results. A case that ends with a
 refusal in one sentence has the verdict `refused`. The verdict is judged by words that it has to contain (`Case.named`).
+Source of the elements: Friswell et al. (2010).
+
+Cites: friswell_2010.
 """
 
 from __future__ import annotations
