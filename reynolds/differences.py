@@ -55,9 +55,24 @@ def keep_neighbours(w, L, i, j, inverse):
                     w[(south if dj > 0 else north) + k] = value
 
 
+@inlined
+def keep_push(w, L, i, j, inverse):
+    """Derivative at node (i, j) of the push of the patches around it, whose differences are those of two arrays."""
+    k = L.first + i * L.stride + j
+    before = L.first + (i - 1 + L.n_theta) % L.n_theta * L.stride + j
+    x = y = 0.0
+    for corner in (k - 1, k, before - 1, before):
+        x += w[L.shifted_x + corner] - w[L.push_x + corner]
+        y += w[L.shifted_y + corner] - w[L.push_y + corner]
+    w[L.push_x_by + k], w[L.push_y_by + k] = x * inverse, y * inverse
+
+
 @kernel
 def differences(w, F, L, U, iadt, array, squared):
-    """Derivatives after the nodes of an array: after q = p^2 for p (`squared`), else after the values themselves."""
+    """Derivatives after the nodes of an array: after q = p^2 for p (`squared`), else after the values themselves.
+
+    Those of the residual stand as a Jacobian does, those of the push between lines in w[push_x_by] and w[push_y_by].
+    """
     kept = L.two_p
     for k in range(L.length):
         w[kept + k] = w[array + k]
@@ -71,12 +86,18 @@ def differences(w, F, L, U, iadt, array, squared):
             cells_only(w, F, L, U, iadt)
             for k in range(L.length):
                 w[L.dh + k] = w[L.r + k]
+            if L.textured == 1:
+                for k in range(L.length):
+                    w[L.shifted_x + k], w[L.shifted_y + k] = w[L.push_x + k], w[L.push_y + k]
             shift(w, L, array, kept, line, row, math.sqrt(1.0 - STEP) if squared else 1.0, -addend)
             cells_only(w, F, L, U, iadt)
             for i in range(line, L.n_theta, 4):
                 for j in range(row, L.n_rows, 3):
                     p = w[kept + L.first + i * L.stride + j]
-                    keep_neighbours(w, L, i, j, 0.5 / (STEP * p * p) if squared else 0.5 / addend)
+                    inverse = 0.5 / (STEP * p * p) if squared else 0.5 / addend
+                    keep_neighbours(w, L, i, j, inverse)
+                    if L.textured == 1:
+                        keep_push(w, L, i, j, inverse)
     for k in range(L.length):
         w[array + k] = w[kept + k]
     cells_only(w, F, L, U, iadt)

@@ -29,7 +29,8 @@ FILM_ARRAYS = (
 FOIL_ARRAYS = ("soft", "bend", "bend_rhs", "bend_old", "bend_rate", "bend_mid")
 TEXTURE_ARRAYS = ("depth", "share", "cos_squared", "sin_cos", "deep", "broad", "ahead_x", "ahead_y", "patch",
                   "patch_south", "mixed", "south", "north", "face_west", "face_east", "south_west", "south_east",
-                  "north_west", "north_east")  # fmt: skip
+                  "north_west", "north_east", "push_x", "push_y", "shifted_x", "shifted_y", "push_x_by",
+                  "push_y_by")  # fmt: skip
 """Arrays of films with a foil or with grooves and steps; other films have no room for them."""
 INJECTOR_ARRAYS = ("plenum", "plenum_rhs", "pin_conductance", "supply", "curtain", "capacity", "pin_flow", "film_flow",
                    "gain_q", "gain_h", "defect", "shift", "pull_q", "pull_h", "pin_p", "film_p", "film_q", "film_h",
@@ -133,6 +134,12 @@ class Layout(NamedTuple):
     south_east: int
     north_west: int
     north_east: int
+    push_x: int
+    push_y: int
+    shifted_x: int
+    shifted_y: int
+    push_x_by: int
+    push_y_by: int
     line_piece: int
     line_lift: int
     line_middle: int

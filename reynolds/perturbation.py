@@ -96,7 +96,10 @@ def linear_film(
         ]
     )
     read = 0.5 / film(layout.p)
-    F_y = np.hstack([np.stack([read * film(layout.force_x), read * film(layout.force_y)]), np.zeros((2, ni))])
+    F_q = np.stack([read * film(layout.force_x), read * film(layout.force_y)])
+    if layout.textured:
+        F_q += np.stack([film(layout.push_x_by), film(layout.push_y_by)])
+    F_y = np.hstack([F_q, np.zeros((2, ni))])
     linear = LinearFilm(S, J, S_X, J_X, _inputs(layout, w, n), F_y)
     opening = area * film(layout.p) * film(layout.slope)
     if layout.foil:
@@ -138,7 +141,10 @@ def _on_foil(
         return np.vstack([rows, np.zeros((n, rows.shape[1]))])
 
     S = np.concatenate([film.S, np.full(n, F["bend_time"])])
-    F_y = np.hstack([film.F_y, np.zeros((2, n))])
+    F_w = np.zeros((2, n))
+    if layout.textured:
+        F_w += np.stack([w[by + at].ravel() for by in (layout.push_x_by, layout.push_y_by)])
+    F_y = np.hstack([film.F_y - F_w @ R, F_w])
     return LinearFilm(S, J, below(film.S_X), below(film.J_X), below(film.J_u), F_y)
 
 

@@ -260,6 +260,14 @@ class Sleeve:
         return {path: form for path, form in found.items() if form is not None}
 
     @property
+    def effective(self) -> Sleeve:
+        """The sleeve without forms that leave the gap as it is: no preload, no depth, no share of the sleeve."""
+        lobes = self.lobes if self.lobes is not None and self.lobes.preload > 0 else None
+        steps = tuple(row for row in self.steps if row.depth > 0 and row.arc > 0)
+        there = self.grooves is not None and self.grooves.depth > 0 and self.grooves.share > 0
+        return Sleeve(lobes, steps, self.grooves if there else None, self.foil)
+
+    @property
     def closed(self) -> tuple[str, ...]:
         """Paths of the forms with which no gas can be fed into a film."""
         return tuple(path for path, form in self.forms.items() if not form.fed)
@@ -340,20 +348,6 @@ class Pieces:
             side = np.floor((theta - first) / arc) if jumps.size else 0 * theta
             return np.stack([*(s.covers(theta) for s in steps), side], axis=-1)
 
-        begins = np.arange(grid.n_theta)
-        self.lines, keys, middles = self._cut(begins, cuts, along, grid.n_theta)
-        self.middles = middles - begins[:, None]
-        self.line_cover = keys[..., :-1]
-        self.lift, self.raised = np.zeros_like(self.lines), np.zeros(begins.size)
-        if lobes is not None and jumps.size:
-            halves, _, at = self._cut(np.arange(2 * begins.size), 2 * cuts, lambda x: along(x / 2), 2 * begins.size)
-            mean = (halves * sleeve.height(at / 2 * grid.dtheta, clearance)).sum(axis=1)
-            nodes = sleeve.height(grid.theta, clearance)
-            cell = np.floor(np.concatenate([cuts - ON_A_LINE, cuts + ON_A_LINE])).astype(int) % begins.size
-            line = np.concatenate([cell, (cell + 1) % begins.size])
-            pieces = sleeve.height(middles * grid.dtheta, clearance)
-            self.lift[cell] = (pieces - self._between(nodes))[cell]
-            self.raised[line] = (0.5 * (mean[::2] + np.roll(mean[1::2], 1)) - nodes)[line]
         rows = np.arange(layout.half - 1, grid.n_rows)
         low = 0.0 if grid.half else grid.dz - grid.length / 2
         ends = [s.reach(grid.length) for s in steps]
@@ -367,23 +361,58 @@ class Pieces:
             slant = np.zeros_like(z) if sleeve.grooves is None else sleeve.grooves.slant(z)
             return np.stack([*(np.abs(z) < s.reach(grid.length) for s in steps), slant], axis=-1)
 
-        self.rows, keys, _ = self._cut(rows, z_cuts, across, 0)
+        def depths(others: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+            """What tells pieces of one axis apart: depths beside all pieces `others` of the other one, arc or slant."""
+
+            def at(kinds: np.ndarray) -> np.ndarray:
+                there = kinds[..., None, :-1] * others[:, :-1] > 0
+                found = np.zeros(there.shape[:-1])
+                for n, step in enumerate(steps):
+                    found = np.where(there[..., n], step.depth, found)
+                return np.concatenate([found, kinds[..., -1:]], axis=-1)
+
+            return at
+
+        lines_seen, rows_seen = (
+            depths(np.unique(kind(0.5 * (ends[1:] + ends[:-1])), axis=0))
+            for kind, ends in ((across, np.unique([-1, grid.n_rows, *z_cuts])), (along, np.unique([0, grid.n_theta, *cuts])))
+        )
+        begins = np.arange(grid.n_theta)
+        self.lines, keys, middles = self._cut(begins, cuts, along, lines_seen, grid.n_theta)
+        self.middles = middles - begins[:, None]
+        self.line_cover = keys[..., :-1]
+        self.lift, self.raised = np.zeros_like(self.lines), np.zeros(begins.size)
+        if lobes is not None and jumps.size:
+            halves, _, at = self._cut(np.arange(2 * begins.size), 2 * cuts, lambda x: along(x / 2), lines_seen, 2 * begins.size)
+            mean = (halves * sleeve.height(at / 2 * grid.dtheta, clearance)).sum(axis=1)
+            nodes = sleeve.height(grid.theta, clearance)
+            cell = np.floor(np.concatenate([cuts - ON_A_LINE, cuts + ON_A_LINE])).astype(int) % begins.size
+            line = np.concatenate([cell, (cell + 1) % begins.size])
+            pieces = sleeve.height(middles * grid.dtheta, clearance)
+            self.lift[cell] = (pieces - self._between(nodes))[cell]
+            self.raised[line] = (0.5 * (mean[::2] + np.roll(mean[1::2], 1)) - nodes)[line]
+        self.rows, keys, _ = self._cut(rows, z_cuts, across, rows_seen, 0)
         self.row_cover, self.slant = keys[..., :-1], keys[..., -1]
 
     def _cut(
-        self, begins: np.ndarray, cuts: np.ndarray, kind: Callable[[np.ndarray], np.ndarray], period: int
+        self, begins: np.ndarray, cuts: np.ndarray, kind: Callable[[np.ndarray], np.ndarray],
+        seen: Callable[[np.ndarray], np.ndarray], period: int,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Lengths, kinds and middles of the pieces of cells that begin at the numbers `begins`."""
+        """Lengths, kinds and middles of the pieces of cells that begin at the numbers `begins`.
+
+        Pieces whose kinds are `seen` alike are one.
+        """
         lengths, middles = np.zeros((2, begins.size, self.most))
         lengths[:, 0], middles[:] = 1.0, begins[:, None] + 0.5
         kinds = np.array(kind(middles), float)
         for cell, begin in enumerate(begins):
             inside = (cuts - begin) % period if period else cuts - begin
             inside = np.sort(inside[(inside > ON_A_LINE) & (inside < 1 - ON_A_LINE)])
-            bounds = begin + np.concatenate([[0.0], inside, [1.0]])
+            bounds = begin + np.concatenate([[0.0], inside[np.diff(inside, prepend=0.0) > ON_A_LINE], [1.0]])
             width, middle = np.diff(bounds), 0.5 * (bounds[1:] + bounds[:-1])
-            found, which = np.unique(kind(middle), axis=0, return_inverse=True)
-            size = np.bincount(which.ravel(), width)
+            found = kind(middle)
+            _, first, which = np.unique(seen(found), axis=0, return_index=True, return_inverse=True)
+            found, size = found[first], np.bincount(which.ravel(), width)
             place = np.bincount(which.ravel(), width * middle) / size
             order = np.argsort(place)
             for piece, values in ((lengths, size), (kinds, found), (middles, place)):

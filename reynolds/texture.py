@@ -378,16 +378,20 @@ def inside_film(L, j):
 
 
 @inlined
-def push_journal(w, L, i, width, t):
+def push_journal(w, L, k, i, width, t):
     """Add the force on the journal [N] of what the surface adds to the pressures between line i and the next, in the
-    lanes t of a `width` in shares of a row, to w[push]."""
+    lanes t of a `width` in shares of a row, to w[push] and to that of patch k."""
     begins = 0.0
     for s in range(L.pieces):
         if w[L.line_piece + i * L.pieces + s] > 0.0:
             rise = 2.0 * (w[L.media + MEDIUM * (s * L.pieces + t) + 5] - begins)
             turn = L.line_turn + 4 * (i * L.pieces + s)
-            w[L.push] += width * (begins * w[turn] + rise * w[turn + 2])
-            w[L.push + 1] += width * (begins * w[turn + 1] + rise * w[turn + 3])
+            x = width * (begins * w[turn] + rise * w[turn + 2])
+            y = width * (begins * w[turn + 1] + rise * w[turn + 3])
+            w[L.push] += x
+            w[L.push + 1] += y
+            w[L.push_x + k] += x
+            w[L.push_y + k] += y
             begins += rise
 
 
@@ -405,8 +409,9 @@ def cut_patches(w, F, L, U):
                 find_pieces(w, F, L, k, i, j, U, h, incline(w, L, k), p, slip, 0.5 * (around[0][1] + around[1][1]))
                 south, north = mixed_fluxes(w, F, L, k, i, j, 0, U, h, p, slip, around)
                 if line >= 0:
+                    w[L.push_x + k] = w[L.push_y + k] = 0.0
                     for t in range(L.pieces if w[L.line_piece + i * L.pieces + 1] > 0.0 else 0):
-                        push_journal(w, L, i, w[L.row_piece + j * L.pieces + t] * inside_film(L, j), t)
+                        push_journal(w, L, k, i, w[L.row_piece + j * L.pieces + t] * inside_film(L, j), t)
                 west, east = mixed_fluxes(w, F, L, k, i, j, 1, U, h, p, slip, sides(w, F, L, k, 1))
                 w[L.south + k], w[L.north + k] = w[L.patch_south + k] * south, north
                 w[L.face_west + k], w[L.face_east + k] = west, east
@@ -449,7 +454,8 @@ def jump_fluxes(w, F, L, U):
                 find_pieces(w, F, L, k, i, 0, U, h, rise, mean, slip_length(w, L, mean), gradient)
                 lane(w, F, L, i, 0, 0, 0, U, mean)
                 if line >= 0:
-                    push_journal(w, L, i, 0.5 if L.half == 1 and k == first else 1.0, 0)
+                    w[L.push_x + k] = w[L.push_y + k] = 0.0
+                    push_journal(w, L, k, i, 0.5 if L.half == 1 and k == first else 1.0, 0)
                 blend = max(6.0 * w[L.mu] * abs(U) * w[c + 3] - 2.0 * w[c] * mean / F.dy, 0.0)
                 flux = carried(w, L, U, 0, c, mean, gradient) - w[c] * gradient - blend * (p_t - p)
                 w[L.flow_t + k] = flux / (24.0 * w[L.mu] * F.dy)

@@ -45,7 +45,8 @@ class FilmGas:
 class FilmModel:
     """Grid, gas, clearance [m] and injectors of one film, and how they fill a workspace.
 
-    `rarefied` compiles the slip at the walls in, also where the gas does not slip.
+    `rarefied` compiles the slip at the walls in, also where the gas does not slip. Forms of the sleeve that leave the
+    gap as it is are no forms.
     """
 
     grid: FilmGrid
@@ -70,6 +71,7 @@ class FilmModel:
             )
         if self.grid.half and any(injector.offset != 0 for injector in self.injectors):
             raise FilmError("injectors: one is off the midplane, so the film is not symmetric; use symmetric=False")
+        object.__setattr__(self, "sleeve", self.sleeve.effective)
 
     @property
     def law(self) -> int:

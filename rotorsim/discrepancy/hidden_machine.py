@@ -44,6 +44,8 @@ SHARE_OF_PRIOR = 0.3
 """Standard deviation of the hidden machine's calibration, in standard deviations of the priors."""
 SIZES = (2.0, 8.0)
 """Range of hidden amplitudes in steps of the candidates."""
+RANDOM = ("random_force", "drive")
+"""Ports of effects whose random numbers move the shaft."""
 TILE = 2000
 """Samples of a period of the campaign's excitation, in which it makes whole turns."""
 BALANCED = 1e-3
@@ -172,13 +174,15 @@ def record_of(
     tiled = tiled and disturb is None and find_period(rows[:, 2:4]) == TILE
     drive = rows[-TILE:, 2:4]
     balanced = bool(np.abs(drive.mean(axis=0)).max() <= BALANCED * max(np.abs(drive).max(), 1e-300))
-    tiled = tiled and not twin.lingers(own, balanced)
+    still = unshaken(twin, own)  # no period of a motion with random forces is the next
+    tiled = tiled and not twin.lingers(own, balanced) and not still
     if tiled:
         table = _tiled(twin, own, rows, (speed, pressure), 1000 * seed + planned.noise)
     else:
         fed = rows if disturb is None else disturb(rows.copy(), planned)
-        a = twin.set(own)
-        w = in_motion(a, settle(a, speed, pressure), speed, pressure)
+        rest = twin.set({**own, **still})
+        w = in_motion(rest, settle(rest, speed, pressure), speed, pressure)
+        a = twin.set(own) if still else rest
         w[a.rig.seed] = 1000 * seed + planned.noise
         table = Simulation(a, w).advance(fed)
     values = split_columns(twin.assembly, table, rows)
@@ -207,6 +211,18 @@ def _tiled(twin: Twin, own: dict[str, float], rows: np.ndarray, point: tuple[flo
         readings = effect.scatter(readings, rng)
     table[:, first : first + 2] = readings
     return table
+
+
+def unshaken(twin: Twin, own: dict[str, float]) -> dict[str, float]:
+    """Setting that makes the random forces and the wander of the speed neutral which a setting has; empty without."""
+    found = {}
+    for name, tables in twin.equipped[0].effects.items():
+        kind = REGISTRY[name]
+        for number, table in enumerate(tables if kind.port in RANDOM else ()):
+            key = f"{name}.{number}.{kind.random_part}"
+            if own.get(key, getattr(table, kind.random_part)):
+                found[key] = 0.0
+    return found
 
 
 def _scatter(twin: Twin, own: dict[str, float]) -> tuple[list[Any], dict[str, float]]:

@@ -278,7 +278,8 @@ class Rig:
         driven = self.settings.positions["drive"] == "torque"
         self.assembly.P.drive_torque = self.sense * numbers["torque"] if driven else 0.0
         if self._held:
-            rows[:, SPEED] = ramp(self.speed, self.target, numbers["acceleration"], samples, self.Ts)
+            set_speed = float(self.simulation.w[self.assembly.rig.command])  # about which the shaft may wander
+            rows[:, SPEED] = ramp(set_speed, self.target, numbers["acceleration"], samples, self.Ts)
         else:
             rows[:, SPEED] = np.nan
         rows[:, SUPPLY] = self.pressure

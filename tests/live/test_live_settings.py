@@ -35,6 +35,8 @@ def fresh(changes=()):
         ("gas_heating.rise", 20.0, "20 K"),
         ("journal_tilt.x", 1e-4, "1e-4 rad"),
         ("noise.sigma", 1e-6, "1 um"),
+        ("broadband_force.density", 0.01, "0.01 N^2/Hz"),
+        ("speed_wander.sd", 0.01, 0.01),
     ],
 )
 def test_a_slider_does_what_the_machine_file_would_do_bit_for_bit(key, value, text):
@@ -43,6 +45,17 @@ def test_a_slider_does_what_the_machine_file_would_do_bit_for_bit(key, value, te
     rig.reset()
     rows = np.concatenate([rig.advance(200), rig.advance(300)])
     assert rows[:, :-6].tobytes() == fresh([(f"effects.{key}", text)]).tobytes()
+
+
+def test_the_set_speed_stays_where_it_is_while_the_shaft_wanders_about_it():
+    """However the samples are cut into frames: the ramp goes on from the set speed, not from the shaft's."""
+    rig = make_rig(speed=3000 * RPM)
+    rig.set("speed_wander.sd", 0.01)
+    rig.set("speed_wander.time", 0.05)
+    rows = np.concatenate([rig.advance(samples) for samples in (100, 7, 200, 193)])
+    assert np.all(rows[:, -6] == 3000 * RPM)
+    assert 0.003 < np.abs(rows[1:, AT["speed"]] / (3000 * RPM) - 1).max() < 0.04
+    assert np.abs(np.diff(rows[1:, AT["speed"]])).max() < 5 * 0.01 * 3000 * RPM * 2e-4 / 0.05
 
 
 def test_a_slider_that_is_put_back_leaves_every_bit_as_it_was():
