@@ -20,6 +20,7 @@ from functools import cache
 from hashlib import sha256
 from typing import Any, ClassVar
 
+from llvmlite.binding import Linkage, parse_bitcode
 from numba.core import typed_passes as typed, untyped_passes as untyped
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
 from numba.core.codegen import JITCodeLibrary
@@ -91,6 +92,12 @@ class KernelCompiler(Compiler):
         """Make no machine code of this function."""
         self.state.library = LinkedLibrary(self.state.targetctx.codegen(), "linked")
 
+    def compile_extra(self, function: Any) -> Any:
+        """The result without what only numba's reports on types show, a tenth of what a compiled machine holds."""
+        result: Any = super().compile_extra(function)
+        result.fndesc.typemap = result.fndesc.calltypes = None
+        return result._replace(type_annotation=None)
+
     def define_pipelines(self) -> list[PassManager]:
         """The passes."""
         passes = PassManager("kernel")
@@ -101,7 +108,10 @@ class KernelCompiler(Compiler):
 
 
 class LinkedLibrary(JITCodeLibrary):
-    """Code without an address: what numba does with one finds none."""
+    """Code without an address: what numba does with one finds none.
+
+    It is kept as bitcode, a tenth of the memory of modules that are ready to be linked.
+    """
 
     def add_linking_library(self, library: JITCodeLibrary) -> None:
         """Link other code, but for what is shared: that is called where it is."""
@@ -113,7 +123,21 @@ class LinkedLibrary(JITCodeLibrary):
 
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.linkage == Linkage.external:
+                function.linkage = "linkonce_odr"
+        self._bitcode = self._final_module.as_bitcode()
+        self._final_module.close()
         self._finalized = True
+
+    def _get_module_for_linking(self) -> Any:
+        """The code, in which further definitions of its functions may stand."""
+        self._ensure_finalized()
+        return parse_bitcode(self._bitcode)
+
+    def get_llvm_str(self) -> str:
+        """The code as text."""
+        return str(self._get_module_for_linking())
 
     def get_pointer_to_function(self, name: str) -> int:
         """0: there is no machine code."""

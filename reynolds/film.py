@@ -62,23 +62,18 @@ def bend_foil(w, F, L, iadt):
 
 
 @inlined
-def kept_open(gap, low, inverse):
-    """A gap kept above `low` by the parabola; `inverse` is 1/(4 low)."""
-    near = gap if gap > 0.0 else 0.0
-    near = near if near < 2.0 * low else 2.0 * low
-    # the parabola lies above the gap and touches it at 2 h_min, where `near` ends
-    kept = low + near * near * inverse
-    return kept if kept > gap else gap
-
-
-@inlined
 def thickness(w, F, L):
     """Fill h (ghosts and edges too) from the journal position."""
     x, y = w[L.journal], w[L.journal + 1]
     low = F.h_min
     inverse = 0.25 / low
     for k in range(L.length):
-        w[L.h + k] = kept_open(open_gap(w, L, k, x, y), low, inverse)
+        gap = open_gap(w, L, k, x, y)
+        near = gap if gap > 0.0 else 0.0
+        near = near if near < 2.0 * low else 2.0 * low
+        # the parabola lies above the gap and touches it at 2 h_min, where `near` ends
+        kept = low + near * near * inverse
+        w[L.h + k] = kept if kept > gap else gap
 
 
 @inlined

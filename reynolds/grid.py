@@ -37,8 +37,6 @@ INJECTOR_ARRAYS = ("plenum", "plenum_rhs", "pin_conductance", "supply", "curtain
                    "inj_cos", "inj_sin", "outward", "beta", "plenum_old", "plenum_rate", "plenum_mid", "plenum_1",
                    "plenum_2", "plenum_3", "local_p", "local_h")  # fmt: skip
 NOZZLE_TERMS = 16
-SECANTS = 6
-"""Corrections of a stage that `reynolds.secant` keeps."""
 PLACE = 5
 """Numbers of a place where the gap is smallest, in w[places]: distance of the sleeve from its centre, reach of the
 journal towards it, direction x and y, and the second derivative of the gap after the angle."""
@@ -193,7 +191,6 @@ class Layout(NamedTuple):
     reader_cell: int
     n_integers: int
     journal: int
-    journal_past: int
     journal_a: int
     journal_b: int
     journal_rhs: int
@@ -208,8 +205,6 @@ class Layout(NamedTuple):
     border_reader: int
     small: int
     small_matrix: int
-    secant: int
-    secant_small: int
     lanes: int
     convergence: int
     mu: int
@@ -320,10 +315,10 @@ def make_layout(
     sizes |= {
         "nozzle": NOZZLE_TERMS + 4, "source_weight": sum(source_sizes), "reader_weight": sum(reader_sizes),
         "plain_weight": sum(reader_sizes),
-        "journal": 2, "journal_past": 6, "journal_a": 4, "journal_b": 4, "journal_rhs": 2, "static_a": 4, "static_rhs": 2, "force": 2,
+        "journal": 2, "journal_a": 4, "journal_b": 4, "journal_rhs": 2, "static_a": 4, "static_rhs": 2, "force": 2,
         "inverse": blocks, "spike": 2 * rows * length, "closure": 4 * rows * rows, "border": borders * length,
         "border_force": 2 * borders, "border_reader": max(n_inj, 1) * borders, "small": 2 * borders,
-        "small_matrix": borders * borders, "secant": 2 * SECANTS * length, "secant_small": 3 * SECANTS, "lanes": 8 * _round(rows), "convergence": 8,
+        "small_matrix": borders * borders, "lanes": 8 * _round(rows), "convergence": 8,
         "mu": 1, "slip": 1,
         "outline": grid.n_theta + 3, "places": PLACE * grid.n_theta,
         "stretches": STRETCH * (grid.n_theta + edges), "added": foil * textured * (grid.n_theta + edges),

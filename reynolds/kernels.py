@@ -17,9 +17,9 @@ def factorise(w, ix, F, L, U, iadt):
 
 
 @kernel
-def iterate(w, ix, F, L, U, iadt, tolerance, most, careful):
+def iterate(w, ix, F, L, U, iadt, tolerance, patient, careful):
     """`newton.newton` as a call."""
-    return newton(w, ix, F, L, U, iadt, tolerance, most, careful)
+    return newton(w, ix, F, L, U, iadt, tolerance, patient, careful)
 
 
 @kernel
@@ -28,7 +28,7 @@ def stage_solve(w, ix, F, L, U, iadt, tolerance, fresh):
     if fresh:
         factorise(w, ix, F, L, U, iadt)
     for attempt in range(6):
-        n = iterate(w, ix, F, L, U, iadt, tolerance, 20, attempt > 0)
+        n = iterate(w, ix, F, L, U, iadt, tolerance, True, attempt > 0)
         if n != STALE_FACTORS:
             return n
         factorise(w, ix, F, L, U, iadt)
@@ -91,7 +91,7 @@ def march_film(w, ix, F, L, speed, dt, tolerance, path, forces, flows):
         w[L.journal_b + e] = 0.0
     for i in range(n):
         for stage in range(2):
-            predict(w, F, L, stage, min(i, 3))
+            predict(w, L, stage, min(i, 3))
             stage_rhs(w, L, stage, adt)
             row = 2 * i + 1 + stage
             w[L.journal_rhs], w[L.journal_rhs + 1] = path[row, 0], path[row, 1]

@@ -25,16 +25,15 @@ from reynolds.film import force_of, thickness_slope, wrap
 from reynolds.jit import inlined, kernel
 from reynolds.lanes import add_columns, dot, two_dots, wide_vectors
 from reynolds.residual import CAREFUL, injected_derivative, jacobian, residual, thickness_derivative
-from reynolds.ring import close_ring, factor, keep_spike, open_solve, spike_rhs
-from reynolds.secant import learn
+from reynolds.ring import BOTH, close_ring, factor, keep_spike, open_solve, spike_rhs
 
 RATE, AGE, FACTORISATIONS, ITERATIONS = 0, 1, 2, 3
 """Places in w[convergence]: estimated rate, stages since it was measured, and two counters."""
-LIVELY, LAST = 6, 7
-"""Places in w[convergence]: whether stages take many corrections, and how many the last stage took."""
 MAX_AGE = 48
-IMPATIENT, PATIENT = 3, 9
-"""Corrections after which slow ones call for new factors, in a calm film and in one whose secants are learnt."""
+NEAR = 0.1
+"""Correction above which factors of the present state would not last to the answer."""
+MOST = 20
+"""Most corrections with the same factors."""
 LONGEST_MOVE = 0.2
 """Most of the clearance that the journal moves in one correction."""
 NOT_CONVERGED = -1
@@ -71,6 +70,7 @@ def read_footprint(w, ix, L, i, array):
 @inlined
 def refresh(w, ix, F, L, U, iadt):
     """Factorise at the present state: ring, borders and the small system. Leaves no residual behind."""
+    wide_vectors()
     residual(w, ix, F, L, U, iadt)
     thickness_slope(w, F, L)
     cell_jacobian(w, F, L, U, iadt)
@@ -84,7 +84,7 @@ def refresh(w, ix, F, L, U, iadt):
             spike_rhs(w, L, c)
         else:
             border_column(w, ix, F, L, U, iadt, border, L.r)
-        open_solve(w, L, L.r)
+        open_solve(w, L, L.r, c // L.n_rows if border < 0 else BOTH)
         if border < 0:
             keep_spike(w, L, c)
         else:
@@ -288,40 +288,35 @@ def update(w, ix, F, L):
 
 
 @inlined
-def newton(w, ix, F, L, U, iadt, tolerance, most, careful):
+def newton(w, ix, F, L, U, iadt, tolerance, patient, careful):
     """Iterate until what is left is below `tolerance`; returns the number of iterations or a negative status.
 
     The error left after a correction d is estimated as d rate / (1 - rate); the rate is measured by two corrections
     and kept for the stages that follow, at most MAX_AGE of them. On success r holds the residual of the answer.
-    STALE_FACTORS asks the caller for `refresh` and another, `careful` go.
+    STALE_FACTORS asks the caller for `refresh` and another, `careful` go: where corrections hardly become smaller and,
+    unless the caller is `patient`, where new factors cost less than the corrections that the old ones still need.
     """
     wide_vectors()
     before = 0.0
     n = 0
     done = False
-    lively = w[L.convergence + LIVELY] > 0.0 and not careful
-    patience = PATIENT if lively else IMPATIENT
     while True:
-        w[L.convergence + CAREFUL] = 1.0 if careful or n > patience else 0.0
+        w[L.convergence + CAREFUL] = 1.0 if careful or n >= 4 else 0.0
         residual(w, ix, F, L, U, iadt)
         if done:
             return n
-        if n == most:
+        if n == MOST:
             return STALE_FACTORS
         solve_ring(w, L)
         solve_borders(w, ix, L)
         add_borders(w, L)
-        if lively:
-            learn(w, L, n)
         size = update(w, ix, F, L)
         n += 1
         w[L.convergence + ITERATIONS] += 1.0
-        verdict = judge_correction(w, L.convergence, n, size, before, tolerance, patience)
+        verdict = judge_correction(w, L.convergence, n, size, before, tolerance, patient)
         if verdict < 0:
             return verdict
         done = verdict > 0
-        if n > 1 and size > before:
-            lively, patience = False, IMPATIENT
         before = size
 
 
@@ -329,12 +324,12 @@ def newton(w, ix, F, L, U, iadt, tolerance, most, careful):
 def solve_ring(w, L):
     """Solution of the ring alone, without borders, for the residual in r."""
     scale_rows(w, L)
-    open_solve(w, L, L.r)
+    open_solve(w, L, L.r, BOTH)
     close_ring(w, L, L.r)
 
 
 @inlined
-def judge_correction(w, c, n, size, before, tolerance, patience):
+def judge_correction(w, c, n, size, before, tolerance, patient):
     """1 if what is left after the n-th correction is small enough, 0 if not, or a negative status.
 
     `size` and `before` are those of this correction and of the last one; w[c:] is the film's memory of convergence.
@@ -351,7 +346,18 @@ def judge_correction(w, c, n, size, before, tolerance, patience):
     if size < 1e-3 * tolerance or (known and rate < 1.0 and size * rate < tolerance * (1.0 - rate)):
         w[c + AGE] += 1.0
         return 1
-    return STALE_FACTORS if n > patience and rate > 0.5 else 0
+    if n > 3 and rate > 0.5:
+        return STALE_FACTORS
+    impatient = n > 1 and not patient and w[c + CAREFUL] == 0.0 and size < NEAR
+    return STALE_FACTORS if impatient and lasts_long(size, rate, tolerance) else 0
+
+
+@inlined
+def lasts_long(size, rate, tolerance):
+    """Whether ten more corrections at this rate, the price of new factors, would not do."""
+    square = rate * rate
+    fourth = square * square
+    return size * (fourth * fourth * square) > tolerance * (1.0 - rate)
 
 
 @inlined

@@ -212,9 +212,16 @@ def reach_of(w, L, c):
     return 1.0
 
 
+BOTH = 2
+"""In place of one of the two cuts 0 and 1."""
+
+
 @inlined
-def open_solve(w, L, r):
-    """Solve the four open chains in place for the right-hand side at r; the cut lines stay."""
+def open_solve(w, L, r, beside):
+    """Solve the four open chains in place for the right-hand side at r; the cut lines stay.
+
+    A right-hand side that is zero but beside one cut names it: the chains from the other one begin with zeros.
+    """
     n, s, half, middle = L.n_rows, L.stride, L.n_theta // 2, L.n_theta // 4
     lead = (n + 7) // 8 * 8
     for step in range(1, middle):
@@ -222,14 +229,18 @@ def open_solve(w, L, r):
             x = L.lanes + 2 * cut * lead
             i, j = cut * half + step, cut * half + half - step
             a, b = L.first + i * s, L.first + j * s
-            if step == 1:
-                copy(w, x, r + a, n)
-                copy(w, x + lead, r + b, n)
-            else:
-                less_line(w, L, x, r + a, L.west, a, r + a - s)
-                less_line(w, L, x + lead, r + b, L.east, b, r + b + s)
-            multiply(w, L.inverse + i * n * n, x, r + a, n, False)
-            multiply(w, L.inverse + j * n * n, x + lead, r + b, n, False)
+            if beside != 1 - cut:
+                if step == 1:
+                    copy(w, x, r + a, n)
+                else:
+                    less_line(w, L, x, r + a, L.west, a, r + a - s)
+                multiply(w, L.inverse + i * n * n, x, r + a, n, False)
+            if beside != cut:
+                if step == 1:
+                    copy(w, x + lead, r + b, n)
+                else:
+                    less_line(w, L, x + lead, r + b, L.east, b, r + b + s)
+                multiply(w, L.inverse + j * n * n, x + lead, r + b, n, False)
     for cut in range(2):
         x = L.lanes + 2 * cut * lead
         i = cut * half + middle

@@ -25,10 +25,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from reynolds.film import kept_open, open_gap, stored, thickness, wrap
+from reynolds.film import stored, thickness
 from reynolds.grid import Layout
 from reynolds.jit import inlined
-from reynolds.newton import LIVELY
 
 GAMMA = 2.0 - math.sqrt(2.0)
 STAGE = 1.0 - math.sqrt(0.5)
@@ -53,73 +52,8 @@ TABLE = tuple(float(v) for v in predictor_table())
 
 
 @inlined
-def predict(w, F, L, stage, order):
+def predict(w, L, stage, order):
     """Starting values of p and plena for a stage from the last `order` + 1 values."""
-    if w[L.convergence + LIVELY] > 0.0:
-        predict_mass(w, F, L, stage, order)
-    else:
-        predict_pressure(w, L, stage, order)
-        keep_journal(w, L, stage)
-    predict_plena(w, L, stage, order)
-
-
-@inlined
-def keep_journal(w, L, stage):
-    """Move the journal's past on by a step."""
-    if stage == TO_MID:
-        o = L.journal_past
-        for a in range(2):
-            w[o + 4 + a] = w[o + 2 + a]
-            w[o + 2 + a] = w[o + a]
-            w[o + a] = w[L.journal + a]
-
-
-@inlined
-def ahead(w, at, past, distance, b, c, d):
-    """Value extrapolated from the one at `at` and three earlier ones, each `distance` further on from `past`."""
-    now = w[at]
-    return now + b * (w[past] - now) + c * (w[past + distance] - now) + d * (w[past + 2 * distance] - now)
-
-
-@inlined
-def predict_mass(w, F, L, stage, order):
-    """Starting values of p from those of p h, and of the journal.
-
-    Where a narrow gap travels round the film, p follows it within a few steps, and p h hardly changes.
-    """
-    row = 16 * stage + 4 * order
-    b, c, d = TABLE[row + 1], TABLE[row + 2], TABLE[row + 3]
-    low = F.h_min
-    inverse = 0.25 / low
-    o = L.journal_past
-    x, y = ahead(w, L.journal, o, 2, b, c, d), ahead(w, L.journal + 1, o + 1, 2, b, c, d)
-    x0, y0, x1, y1 = w[L.journal], w[L.journal + 1], w[o], w[o + 1]
-    x2, y2, x3, y3 = w[o + 2], w[o + 3], w[o + 4], w[o + 5]
-    for k in range(L.first, L.first + L.n_theta * L.stride):
-        p, p1, p2, p3 = w[L.p + k], w[L.p_1 + k], w[L.p_2 + k], w[L.p_3 + k]
-        h = kept_open(open_gap(w, L, k, x, y), low, inverse)
-        now = p * kept_open(open_gap(w, L, k, x0, y0), low, inverse)
-        one = p1 * kept_open(open_gap(w, L, k, x1, y1), low, inverse)
-        two = p2 * kept_open(open_gap(w, L, k, x2, y2), low, inverse)
-        three = p3 * kept_open(open_gap(w, L, k, x3, y3), low, inverse)
-        next = (now + b * (one - now) + c * (two - now) + d * (three - now)) / h
-        next = next if next > 0.1 * p else 0.1 * p
-        w[L.p + k] = next if w[L.weight + k] > 0.0 else p
-        if stage == TO_MID:
-            w[L.p_3 + k] = p2
-            w[L.p_2 + k] = p1
-            w[L.p_1 + k] = p
-    keep_journal(w, L, stage)
-    w[L.journal], w[L.journal + 1] = x, y
-    wrap(w, L, L.p)
-    if stage == TO_MID:
-        for array in (L.p_1, L.p_2, L.p_3):
-            wrap(w, L, array)
-
-
-@inlined
-def predict_pressure(w, L, stage, order):
-    """Starting values of p from the last `order` + 1 of them."""
     row = 16 * stage + 4 * order
     b, c, d = TABLE[row + 1], TABLE[row + 2], TABLE[row + 3]
     # written in differences: a constant (the edge pressure) is kept to the last bit
@@ -131,13 +65,6 @@ def predict_pressure(w, L, stage, order):
             w[L.p_3 + k] = two
             w[L.p_2 + k] = one
             w[L.p_1 + k] = now
-
-
-@inlined
-def predict_plena(w, L, stage, order):
-    """Starting values of the plena from the last `order` + 1 of them."""
-    row = 16 * stage + 4 * order
-    b, c, d = TABLE[row + 1], TABLE[row + 2], TABLE[row + 3]
     for i in range(L.n_inj):
         now, one, two, three = w[L.plenum + i], w[L.plenum_1 + i], w[L.plenum_2 + i], w[L.plenum_3 + i]
         w[L.plenum + i] = max(now + b * (one - now) + c * (two - now) + d * (three - now), 0.1 * now)

@@ -12,10 +12,10 @@ import rotorsim as rs
 
 speed, pressure = 300.0, 0.5e6
 machine = rs.load_machine("dtu_gas_bearing")
-lags, delays = (0.0, 0.1, 0.25), []
+lags, delays = (0.0, 0.15, 0.315), []
 figure, (step, found) = plt.subplots(1, 2, figsize=(11, 4), layout="constrained")
 for number, lag in enumerate(lags):
-    plant = rs.Plant(machine.replace("effects.pin_sensor", {"lag": f"{lag} ms"}), n_theta=16, n_z=8)
+    plant = rs.Plant(machine.replace("effects.pin_sensor.lag", f"{lag} ms"), n_theta=16, n_z=8)
     jump = plant.simulate(0.02, speed, pressure, reference=lambda t: (1.0, 1.0) if t > 0.0099 else (0.0, 0.0))
     for name, style in (("pin", "-"), ("pin_measured", "o")):
         travel = jump[name].isel(injector=0) * 1e6

@@ -186,7 +186,7 @@ def _layout(above: list[str], row: list[str], delimiter: str | None, comma: bool
     rows = [(i, _fitted(line, row)) for i, line in lines if not _STATED.match(line[0])]
     full = [(i, line) for i, line in rows if len(line) == width]
     words = [(i, line) for i, line in full if not is_number(line[0])] or full[:1]
-    rate = _stated_rate(above)
+    rate = None if header else _stated_rate(above)
     if not words:
         if rows and width > 1:
             i, line = rows[-1]
@@ -217,7 +217,8 @@ def _stated_rate(above: list[str]) -> float | None:
     """Sampling rate [Hz] that a line above the table states, as 'Abtastrate;12800' and 'Delta_X 7.8E-5'."""
     for line in above:
         found = _RATE.search(line)
-        number = float(found[3].replace(",", ".")) if found else 0.0
+        text = found[3].replace(",", ".").rstrip(".") if found else ""
+        number = float(text) if is_number(text) else 0.0
         if found and number > 0:
             factors = FACTORS["s" if found[2] else "Hz"]
             unit = found[4] or next((one.strip("[]() ") for one in _BRACKETS.findall(line[: found.start(3)])), "")

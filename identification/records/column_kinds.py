@@ -30,7 +30,7 @@ from rotorsim.base.errors import ReadError
 _NONE = (
     r"temp(?!o\b|s\b)|température|\bt oil|(?<!wirbel)strom\b|current|courant|\bcurr\b|torque|drehmoment|couple\b|\bmic"
     r"|mikro|sound|schall|\bstatus|count|z[aä]hler|power|leistung|puissance|flow|durchfluss|débit|humid|feuchte|alarm"
-    r"|\boil|öl|atmos|ambient|barom|umgebung|absolut|\bv in\b|\bload|static"
+    r"|\boil|öl|atmos|ambient|barom|umgebung|absol|\bv in\b|\bload|static"
     r"|(bearing|lager|palier|reaction|leje).*(force|kraft)"
 )
 """Pattern of names that are no channel of a record."""
@@ -43,7 +43,7 @@ _WORDS: dict[str, tuple[str, str]] = {
     "disc_force": ("N", r"force\b|force|hammer|kraft|marteau|slag|martillo|martello|\bf ?[xy]\b"),
     "keyphasor": (
         "V",
-        r"key ?ph|phasor|phaseur|\bkey\b|\bkph\b|\bkp\b|tach|trig|pulse|puls\b|impulse?\b|once|top ?tour|phasengeber"
+        r"key ?ph|phasor|phaseur|\bkey\b|\bkph\b|\bkp\b|tach|trig|pul[s]e?\b|once|top ?tour|phasengeber"
         r"|phasenbezug|phase ref|1/rev|per rev|lichtschranke",
     ),
     "phase": ("rad", r"\b\d ?x\b.*(phase|phas|lag|deg)|^phase\b"),
@@ -57,7 +57,7 @@ _WORDS: dict[str, tuple[str, str]] = {
     ),
     "pressure": (
         "Pa",
-        r"press(ure|ion|ión|ione)?\b|presión|druck|tryk|tryck|supply|zuluft|^p( \w+)?( (k|m)?pa| m?bar| psi)?$",
+        r"\bpress\b|pressure|pression|presión|druck|tryk|tryck|supply|zuluft|^p( \w+)?( (k|m)?pa| m?bar| psi)?$",
     ),
     "reference": (
         "V",
@@ -67,7 +67,7 @@ _WORDS: dict[str, tuple[str, str]] = {
     "probe": (
         "m",
         r"probe|prox|disp|weg|orbit|shaft|disc|\b[xy]\b|\d+ ?(l|r|left|right)\b|y axis value|eddy|wirbelstrom|auslenk"
-        r"|verschieb|dépl|depl|desplaz|forskyd|läge|spost|abstand|laser|position|\d[xy]d\b",
+        r"|verschieb|dépl|depl|desplaz|forskyd|läge|spost|abstand|laser|position|\d[xy]d\b|\bd\d?[xy]\b",
     ),
 }
 """SI unit of the quantity of a kind of column, and pattern of its name in plain words; the first that fits counts."""
@@ -79,7 +79,7 @@ AMBIGUOUS = ("in", "m", "s", "n", "v", "min", "1", "-", "g", "a")
 """Last words of a name that are units only where another word agrees."""
 _AXIS = re.compile(r"(?:^|[ \d+-])([xy])(?:d?)(?:[ \d]|$)")
 _PLAIN = re.compile(r"\b(?:(horiz\w*|h|hor|waag\w*|vandret|vågrät)|(verti\w*|v|vert|senk\w*|lodret|lodrät))\b")
-_ANGLE = re.compile(r"(\d{1,3}) ?(?:deg|°)? ?(left|right|links|rechts|l|r)?\b")
+_ANGLE = re.compile(r"(\d{1,3}) ?(?:deg|°)? ?(left|right|links|rechts|l|r)\b")
 _TURNED = re.compile(r"\d{1,3} ?(?:deg|°|left|right|links|rechts|[lr]\b)(?: ?(?:left|right|links|rechts|[lr])\b)?")
 _CAPITAL = re.compile(r"(?<=[a-z])(?!(?<=\b[kmu])(?:V|Hz|Pa|N)\b)(?=[A-Z])")
 """Places where a word begins with a capital letter; the units mV, kHz, kPa and the like stay whole."""
@@ -94,7 +94,7 @@ _GUESSES: dict[str, tuple[tuple[float, str], ...]] = {
 """Unit to guess by the largest absolute value, up to each limit; of a time by its step. Empty where several may be."""
 UNSTATED = "its unit is not stated"
 RPM_FROM = 600.0
-"""Least number of a speed that nothing else tells the unit of and that is taken for rpm."""
+"""Least number of a speed whose unit nothing else shows and that is taken for rpm."""
 GAP = (3.0, 22.0)
 """Mean [V] below 0 of a proximity probe."""
 LEVELS = 0.85
@@ -219,9 +219,10 @@ def schema_unit(key: tuple[str, str, str]) -> str:
 def _direction(words: str, kind: str) -> tuple[str, float | None]:
     """Axis, or angle [deg] from x towards y, that a name holds."""
     angle = None
-    if kind == "probe" and (found := _ANGLE.search(words)) and (found[2] or "deg" in words or "°" in words):
-        # 45 deg right of the top, seen from the driver, is 45 deg from x towards y; 45 deg left is 135 deg
-        angle = float(found[1]) if not found[2] else 90.0 + float(found[1]) * (1 if found[2][0] == "l" else -1)
+    if kind == "probe" and (found := _ANGLE.search(words)):
+        # 45 deg right of the top, seen from the driver, is 45 deg from x towards y; 45 deg left is 135 deg. An angle
+        # without a side may count from anywhere, and either way round
+        angle = 90.0 + float(found[1]) * (1 if found[2][0] == "l" else -1)
     axis, plain = _AXIS.search(words), _PLAIN.search(words)
     letter = axis[1] if axis else ("x" if plain[1] else "y") if plain and kind == "probe" else ""
     if not letter and kind in ("reference", "disc_force") and re.search(r"(?:^|[a-z ])[12]$", words):
@@ -411,7 +412,7 @@ def _checked(g: ColumnGuess, shaft: np.ndarray) -> ColumnGuess:
 
 
 def _vector(g: ColumnGuess) -> ColumnGuess:
-    """An amplitude or a phase of vectors with the unit that its size tells."""
+    """An amplitude or a phase of vectors with the unit that its size shows."""
     if g.kind not in VECTORS or g.unit:
         return g
     unit = _by_size("m" if g.kind == "amplitude" else "rad", float(np.nanmax(np.abs(g.column.values), initial=0.0)))
@@ -419,7 +420,7 @@ def _vector(g: ColumnGuess) -> ColumnGuess:
 
 
 def _sized(g: ColumnGuess, si: str, finite: np.ndarray) -> ColumnGuess:
-    """A guess with the unit that its size tells, or nothing where it may be in several."""
+    """A guess with the unit that its size shows, or nothing where it may be in several."""
     unit = _by_size(si, float(np.abs(finite).max()))
     return replace(g, unit=unit, source="the values") if unit else replace(g, kind="", why=UNSTATED)
 

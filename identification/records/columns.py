@@ -38,7 +38,8 @@ OTHER_UNITS = frozenset(
     | {"nl/min", "Nl/min", "kg/h", "Ohm", "Ω", "lux", "lx", "µm/m", "um/m", "counts", "digits"}
 )
 """Units of quantities that no channel of a record has; they are no part of a name."""
-_IN = re.compile(r"(.*?)\s*\bin (\S+)")
+_OVER = re.compile(r"(.*?)(?:\s*\bin |(?<=\w)\s*/\s*)(\S+)")
+"""Heading such as 'CH1 in V' and 't / s'; 'once/rev' is none."""
 _NAME = re.compile(r"([^\[\]]+)(?:\[([^\[\]]*)\]|\(([^()]*)\))")
 
 
@@ -130,8 +131,9 @@ def not_read(names: Sequence[str]) -> tuple[str, ...]:
 def split_name(text: str) -> tuple[str, str | None]:
     """Name and unit of a heading such as 'X probe [um]'; what stands in round brackets counts if it is a known unit."""
     text = text.strip()
-    if len(text) <= MAX_NAME and (found := _IN.fullmatch(text)) and is_unit(found[2]):
-        return found[1].strip() or text, found[2]
+    over = _OVER.fullmatch(text) if len(text) <= MAX_NAME and not is_written_unit(text) else None
+    if over and over[2] != "rev" and is_written_unit(over[2]):
+        return over[1].strip() or text, over[2]
     match = _NAME.fullmatch(text) if len(text) <= MAX_NAME else None
     if not match or not match[1].strip() or (match[3] is not None and not is_written_unit(match[3])):
         return text, None

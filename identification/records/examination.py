@@ -217,6 +217,8 @@ USES: dict[str, tuple[tuple[str, ...], ...]] = {
     ),
 }
 """Variables that each use needs: at least one of every group, and always time."""
+MOTION = " or ".join(USES["run-up analysis"][0])
+"""Variables of the disc's motion, as a lack states them."""
 FITS = ("identification", "scheduled models")
 """Uses that leave gaps out."""
 CLIPPED = ("disc_measured", "journal", "pin", "pin_measured", "pressure_measured")
@@ -318,6 +320,10 @@ def _series(record: xr.Dataset) -> Examination:
         use: ", ".join(" or ".join(group) for group in groups if not any(name in record for name in group))
         for use, groups in USES.items()
     }
+    if "probe_measured" in record and "m" in record["probe_unit"].values.tolist():  # vectors of a lone probe will do
+        uses["run-up analysis"] = ", ".join(
+            part for part in uses["run-up analysis"].split(", ") if part and part != MOTION
+        )
     uses["run-up analysis"] = uses["run-up analysis"] or ("" if _swept(record) else "a speed that rises or falls")
     rest = (tuple(found), tuple(warnings), uses, _doubts(suspected), left_out)
     return Examination("time series", time.size, rate, duration, channels, *rest)

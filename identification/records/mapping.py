@@ -62,8 +62,8 @@ from identification.records.columns import quantity_at
 from identification.records.schema import AXES, VARIABLES, VECTORS
 from identification.records.sensors import (
     OWN,
-    Hammer,
     Keyphasor,
+    LabHammer,
     LabProbe,
     SlowRollSource,
     parse_slow_roll,
@@ -125,7 +125,7 @@ class Mapping:
     text: str = ""
     keyphasor: tuple[ColumnEntry, Keyphasor] | None = None
     probes: dict[str, tuple[ColumnEntry, LabProbe]] = field(default_factory=dict)
-    hammer: tuple[ColumnEntry, Hammer] | None = None
+    hammer: tuple[ColumnEntry, LabHammer] | None = None
     slow_roll: SlowRollSource | None = None
     disc: float | None = None
     """Position [m] of the plane that is the disc's, where probes stand at several."""
@@ -264,12 +264,12 @@ def _keyphasor(table: dict[str, Any]) -> tuple[ColumnEntry, Keyphasor]:
     return entry, Keyphasor(edge=edge, pulses=pulses, **volts)
 
 
-def _hammer(table: dict[str, Any]) -> tuple[ColumnEntry, Hammer]:
+def _hammer(table: dict[str, Any]) -> tuple[ColumnEntry, LabHammer]:
     if "angle" not in table:
         raise ReadError("hammer.angle: is missing; give the direction of the blow from x towards y, e.g. '90 deg'")
     angle = quantity_at("hammer.angle", table.pop("angle"), "rad")
     position = quantity_at("hammer.position", table.pop("position"), "m") if "position" in table else None
-    return _entry("hammer", table, ("angle", "position")), Hammer(angle, position)
+    return _entry("hammer", table, ("angle", "position")), LabHammer(angle, position)
 
 
 def _probe(path: str, table: Any) -> tuple[ColumnEntry, LabProbe]:

@@ -104,7 +104,7 @@ class LabProbe:
 
 
 @dataclass(frozen=True)
-class Hammer:
+class LabHammer:
     """Direction [rad] of an impact hammer's force from x towards y, position [m] along the shaft, None at the disc."""
 
     angle: float
@@ -478,10 +478,13 @@ def _less_vectors(record: xr.Dataset, vectors: SlowVectors) -> xr.Dataset:
 
 
 def _less_harmonics(record: xr.Dataset, how: SlowRollSource, slow: xr.Dataset | None) -> tuple[xr.Dataset, str]:
-    if how.below is not None:
-        raise SchemaError("slow roll: below is for vectors; give the file of a slow roll, or its vectors")
     angle, motion = _turning(record, "the record")
-    if how.vectors:
+    if how.below is not None:
+        rolling = _rolling(record, angle, how.below)
+        _check_slow(how.below, _speed(record, angle))
+        shown = estimate_runout(angle[rolling], motion[rolling]).at(angle)
+        source = f"the record's own motion below {how.below * TO_RPM:.4g} rpm"
+    elif how.vectors:
         shown = np.zeros_like(motion)
         for (order, axis), value in how.vectors.items():
             shown[:, AXES.index(axis)] += (value * np.exp(1j * order * angle)).real
@@ -498,6 +501,20 @@ def _less_harmonics(record: xr.Dataset, how: SlowRollSource, slow: xr.Dataset | 
     out = record.copy()
     out["disc_measured"] = (record["disc_measured"].dims, motion - shown, record["disc_measured"].attrs)
     return out, source
+
+
+def _rolling(record: xr.Dataset, angle: np.ndarray, below: float) -> slice:
+    """The longest stretch of a record in which the shaft turns slower than a speed [rad/s]."""
+    time = np.asarray(record["time"].values, float)
+    speed = measured(record, "speed")
+    speed = np.gradient(angle, time) if speed is None else np.asarray(speed, float)
+    parts = whole_slices(time, ~(np.abs(speed) < below))
+    if not parts:
+        raise SchemaError(
+            f"slow roll: the shaft never turns slower than {below * TO_RPM:.4g} rpm; raise slow_roll.below, or give a "
+            "file"
+        )
+    return max(parts, key=lambda part: part.stop - part.start)
 
 
 def _turning(record: xr.Dataset, which: str) -> tuple[np.ndarray, np.ndarray]:

@@ -8,24 +8,28 @@ targets notice: it is called not identifiable.
 A faint pull towards the start (`PULL`) keeps a parameter that no target feels where it was; without it the trust region
 of a matrix that lacks rank makes every step too long, and the fit ends early. It moves the others by PULL^2 / s^2.
 
+What a target that is not met could reach is found by weighing it `HEAVY` times as much as the others, by steps with J
+as it is at the end; the target that then pays most is named as the one that contradicts it.
+
 A fit to ranges is a calibration and no prediction; what is predicted are the targets of that role.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import least_squares, lsq_linear
 from threadpoolctl import threadpool_limits
 
+from rotorsim.analysis.identified import pin_figures, read_delays
 from rotorsim.analysis.load_capacity import lift_off
 from rotorsim.analysis.operating_map import operating_point
-from rotorsim.analysis.targets import AXES, BARE, Parameter, Target, Targets, split, value_at
+from rotorsim.analysis.targets import AXES, BARE, PINS, Parameter, Target, Targets, split, value_at
 from rotorsim.analysis.whirl_onset import whirl_onset
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.files import write_text
@@ -38,6 +42,8 @@ from rotorsim.plant.linearise import LinearPlant
 WEAK = 2.0
 STEP = 1e-3
 PULL = 1e-3
+HEAVY, STEPS, FARTHEST = 100.0, 4, 0.3
+"""Weight of a target when it is looked for alone, number of steps towards it, and length of one between the bounds."""
 LOST = 30.0
 """Residual of every target where the machine is not lifted or not valid, and of one that is not known there."""
 
@@ -58,6 +64,26 @@ class CalibrationRow:
         return self.target.verdict(self.before), self.target.verdict(self.after)
 
 
+@dataclass(frozen=True)
+class Reach:
+    """Fitted number that is not met, what it comes to when it weighs most, and the one that pays most for it.
+
+    Names are those of targets, of a range with the end; `asked`, `reached` (with all targets) and `alone` (when it
+    weighs most) in SI. `other` is empty, and its numbers None, where none pays.
+    """
+
+    name: str
+    quantity: str
+    asked: float
+    reached: float
+    alone: float
+    other: str
+    other_quantity: str
+    other_asked: float | None
+    other_reached: float | None
+    other_then: float | None
+
+
 @dataclass(frozen=True, eq=False)
 class Calibration:
     """Result of a calibration; `machine` has the new values, `values` and `sd` are in each parameter's unit."""
@@ -71,6 +97,7 @@ class Calibration:
     directions: np.ndarray
     at_bound: np.ndarray
     rows: tuple[CalibrationRow, ...]
+    reach: tuple[Reach, ...]
     cost: tuple[float, float]
     ended: str
 
@@ -163,6 +190,10 @@ class _Fit:
         self.count, self.cost = 0, np.inf
         self.best = np.zeros(len(targets.parameters))
         self.fitted = [t for t in targets.targets if t.role == "fit"]
+        numbers = [(t, end) for t in self.fitted for end in (("",) if t.at else (", lowest", ", highest"))]
+        self.names = [f"{t.name}{end}" for t, end in numbers]
+        self.quantities, self.tolerances = [t.quantity for t, _ in numbers], [t.tolerance for t, _ in numbers]
+        self.asked = [t.high if end == ", highest" else t.low for t, end in numbers]
         self.known: dict[bytes, np.ndarray] = {}
 
     def values(self, x: np.ndarray) -> np.ndarray:
@@ -247,13 +278,19 @@ def bare(plant: Plant, quantity: str, speed: float, pressure: float) -> float:
 def _read(machine: Machine, targets: Targets, asked: Sequence[Target]) -> list[tuple[float, float]]:
     """Smallest and largest value of each asked target's quantity; every operating point is computed once."""
     plant = Plant(machine)
-    point = cache(lambda speed, pressure: figures(plant, speed, pressure))
+    kinds = (figures, pin_figures, read_delays)
+    point = cache(lambda kind, speed, pressure: kinds[kind](plant, speed, pressure))
     with threadpool_limits(1):  # the matrices are small
         return [_ends(target, point, plant, targets) for target in asked]
 
 
+def _kind(quantity: str) -> int:
+    """Number of the function that computes a quantity: of the linear plant, of a record of pins or of the disc."""
+    return 1 if quantity[:-2] in PINS else 2 if quantity.startswith("delay_read") else 0
+
+
 def _ends(
-    target: Target, point: Callable[[float, float], dict[str, float]], plant: Plant, targets: Targets
+    target: Target, point: Callable[[int, float, float], dict[str, float]], plant: Plant, targets: Targets
 ) -> tuple[float, float]:
     """Smallest and largest value of a target's quantity over the operating points, or its value at one."""
     name = target.quantity
@@ -263,7 +300,7 @@ def _ends(
         values = [bare(plant, name, *at) for at in ([target.at] if target.at else grid)]
     else:
         grid = [(float(s), float(p)) for p in targets.pressures for s in targets.speeds]
-        values = [point(*at)[name] for at in ([target.at] if target.at else grid)]
+        values = [point(_kind(name), *at)[name] for at in ([target.at] if target.at else grid)]
     return min(values), max(values)
 
 
@@ -274,6 +311,7 @@ def _outcome(
     after = _read(machine, targets, targets.targets)
     rows = tuple(CalibrationRow(*entry) for entry in zip(targets.targets, before, after, strict=True))
     J, last = state.jacobian(x), state.residual(x)
+    reach = tuple(_reach(state, x, J, int(k)) for k in np.flatnonzero(np.abs(last) > 1)) if ended == "complete" else ()
     _, s, V = np.linalg.svd(J, full_matrices=len(J) < J.shape[1])
     s = np.concatenate([s, np.zeros(len(V) - len(s))])
     covariance = (V.T / np.maximum(s, 1e-6) ** 2) @ V
@@ -281,8 +319,33 @@ def _outcome(
     width = np.array([p.high - p.low for p in targets.parameters])
     return Calibration(
         machine, targets.parameters, state.values(x), spread * width, covariance / np.outer(spread, spread), s, V,
-        (x < 1e-3) | (x > 1 - 1e-3), rows, (float(first @ first), float(last @ last)), ended,
+        (x < 1e-3) | (x > 1 - 1e-3), rows, reach, (float(first @ first), float(last @ last)), ended,
     )  # fmt: skip
+
+
+def _reach(state: _Fit, x: np.ndarray, J: np.ndarray, k: int) -> Reach:
+    """Number k weighed most, by Gauss-Newton steps with the Jacobian J at the end x of the fit of all."""
+    weights = np.where(np.arange(len(J)) == k, HEAVY, 1.0)[:, None]
+    before = best = state.residual(x)
+    at = x
+    for _ in range(STEPS):
+        r = state.residual(at)
+        low, high = np.maximum(-at, -FARTHEST), np.minimum(1 - at, FARTHEST)
+        system, aim = np.vstack([weights * J, PULL * np.eye(len(x))]), np.append(-weights[:, 0] * r, PULL * (x - at))
+        at = np.clip(at + lsq_linear(system, aim, (low - 1e-12, high + 1e-12)).x, 0.0, 1.0)
+        if abs(state.residual(at)[k]) < abs(best[k]):
+            best = state.residual(at)
+    paid = np.where(np.arange(len(J)) == k, -np.inf, np.abs(best) - np.abs(before))
+    other = int(paid.argmax()) if len(paid) > 1 and paid.max() > 0.1 else -1
+
+    def number(i: int, r: np.ndarray) -> float:
+        return state.asked[i] + state.tolerances[i] * float(r[i])
+
+    mine = (state.names[k], state.quantities[k], state.asked[k], number(k, before), number(k, best))
+    if other < 0:
+        return Reach(*mine, "", "", None, None, None)
+    theirs = (state.names[other], state.quantities[other], state.asked[other])
+    return Reach(*mine, *theirs, number(other, before), number(other, best))
 
 
 def save_calibrated(found: Calibration, name: str, path: str | Path, loaded: Machine) -> None:
@@ -349,5 +412,6 @@ def calibration_numbers(found: Calibration) -> dict[str, Any]:
              "before": list(r.before), "after": list(r.after), "verdicts": list(r.verdicts)}
             for r in found.rows
         ],
+        "reach": [asdict(one) for one in found.reach],
         "met": dict(zip(("before", "after", "of"), found.met(), strict=True)),
     }  # fmt: skip

@@ -3,6 +3,8 @@
 A parameter is one number; `fields` are what depends on it, each scale * value + offset. A target is either a range, the
 smallest and the largest value over all operating points (`low`, `high`), or a `value` at one speed and pressure.
 Targets with role = "predict" are reported and not fitted.
+
+A table `pins` has poles, gain and fit of the pairs of pins by axis, as identification finds them behind their sensors.
 """
 
 from __future__ import annotations
@@ -21,14 +23,18 @@ from rotorsim.base.input_files import instead, parse_toml
 from rotorsim.base.units import parse
 
 AXES = ("x", "y")
+PINS = {"pole_slow": "rad/s", "pole_fast": "rad/s", "pin_gain": "1", "pin_fit": "1"}
+"""Figures of a pair of pins as their sensors read them, with their SI units; gains in volts of the sensor per volt."""
 UNITS = (
     {f"wn_{a}": "rad/s" for a in AXES}
     | {f"zeta_{a}": "1" for a in AXES}
     | {f"delay_{a}": "s" for a in AXES}
     | {f"gain_{a}{b}": "m/V" for a in AXES for b in AXES}
+    | {f"{name}_{a}": unit for name, unit in PINS.items() for a in AXES}
+    | {f"delay_read_{a}": "s" for a in AXES}
     | {"eccentricity_ratio": "1", "h_min": "m", "mass_flow": "kg/s", "lift_off": "Pa", "whirl_onset": "rad/s"}
 )
-"""Quantities with their SI units; gain_xy is disc x per volt of reference y."""
+"""Quantities with their SI units; gain_xy is disc x per volt of reference y, delay_read_x that behind pins as read."""
 BARE = ("lift_off", "whirl_onset")
 """Figures of no single operating point: lift-off of the speed, whirl onset of the pressure."""
 ROLES = ("fit", "predict")
@@ -135,13 +141,90 @@ def _targets(document: dict[str, Any], name: str) -> Targets:
     speeds = checked("operating_points.speeds", _numbers(grid, "speeds", "rad/s"))
     pressures = checked("operating_points.pressures", _numbers(grid, "pressures", "Pa"))
     parameters = tuple(_parameter(n, t) for n, t in _table(document, "parameters", "").items())
-    entries = document.get("targets")
-    if not isinstance(entries, list) or not entries or not parameters:
-        raise DataError("there is nothing to fit; give [parameters.NAME] tables and [[targets]]")
-    targets = tuple(_target(t, k) for k, t in enumerate(entries))
+    entries = document.get("targets", [])
+    if not isinstance(entries, list) or not (entries or "pins" in document) or not parameters:
+        raise DataError("there is nothing to fit; give [parameters.NAME] tables and [[targets]] or [pins]")
+    pins = _pins(_table(document, "pins", "")) if "pins" in document else ()
+    targets = (*pins, *(_target(t, k) for k, t in enumerate(entries)))
     if not any(t.role == "fit" for t in targets):
         raise DataError("no target has role = 'fit'; give at least one")
+    _refuse_contradiction([t for t in targets if t.role == "fit"])
     return Targets(str(document.get("name", name)), parameters, targets, speeds, pressures)
+
+
+def _pins(table: dict[str, Any]) -> tuple[Target, ...]:
+    """Targets of the table `pins`: poles, gain and fit of the axes that it has, at one operating point.
+
+    Tolerances of poles and gain are shares of the value, that of the fit is in points.
+    """
+    keys = ("speed", "pressure", "tolerances", "role", "source", *AXES)
+    if unknown := [key for key in table if key not in keys]:
+        raise DataError(f"pins.{unknown[0]}: there is no such entry; there are {', '.join(keys)}")
+    at = _quantity("pins.speed", table.get("speed"), "rad/s"), _quantity("pins.pressure", table.get("pressure"), "Pa")
+    shares, role, source = _table(table, "tolerances", "pins."), table.get("role", "fit"), str(table.get("source", ""))
+    found = []
+    for axis in (a for a in AXES if a in table):
+        for entry, values in _pair(f"pins.{axis}", _table(table, axis, "pins.")).items():
+            share = _positive(f"pins.tolerances.{entry}", shares.get(entry), "1")
+            for name, value in values.items():
+                tolerance = share if entry == "fit" else share * value
+                words = f"{name.replace('_', ' ')} {axis}"
+                found.append(Target(words, f"{name}_{axis}", value, value, tolerance, _role("pins", role), at, source))
+    if not found:
+        raise DataError(
+            f"pins: has no axis; write pins.{AXES[0]} = {{poles = ['3000 rad/s', '8000 rad/s'], gain = 1.8}}"
+        )
+    return tuple(found)
+
+
+def _pair(where: str, table: dict[str, Any]) -> dict[str, dict[str, float]]:
+    """Values by quantity of each entry of an axis: two poles, a gain, a fit."""
+    names = {"poles": ("pole_slow", "pole_fast"), "gain": ("pin_gain",), "fit": ("pin_fit",)}
+    found = {}
+    for key, entry in table.items():
+        if key not in names:
+            raise DataError(f"{where}.{key}: a pair of pins has no such entry; there are {', '.join(names)}")
+        listed = entry if key == "poles" else [entry]
+        if not isinstance(listed, list) or len(listed) != len(names[key]):
+            raise DataError(f"{where}.poles: give two, the slow one first, e.g. ['3000 rad/s', '8000 rad/s']")
+        values = [_positive(f"{where}.{key}", v, PINS[name]) for v, name in zip(listed, names[key], strict=True)]
+        if values != sorted(values):
+            raise DataError(f"{where}.poles: the slow one comes first; exchange them")
+        found[key] = dict(zip(names[key], values, strict=True))
+    return found
+
+
+def _positive(where: str, value: Any, unit: str) -> float:
+    """A quantity above zero."""
+    number = _quantity(where, value, unit)
+    if not number > 0:
+        raise DataError(f"{where}: {value!r} is not positive; correct it")
+    return number
+
+
+def _role(where: str, role: Any) -> str:
+    if role not in ROLES:
+        raise DataError(f"{where}: role {role!r}; choose 'fit' or 'predict'")
+    return str(role)
+
+
+def _refuse_contradiction(fitted: list[Target]) -> None:
+    """Refuse two fitted targets that ask the same number to be at two places further apart than their tolerances."""
+    for i, one in enumerate(fitted):
+        for other in fitted[:i]:
+            if one.quantity != other.quantity or one.at != other.at:
+                continue
+            for end in ("low", "high"):
+                a, b = getattr(one, end), getattr(other, end)
+                if abs(a - b) > one.tolerance + other.tolerance:
+                    weights = one.tolerance**-2, other.tolerance**-2
+                    middle = (weights[0] * a + weights[1] * b) / sum(weights)
+                    missed = abs(a - middle) / one.tolerance, abs(b - middle) / other.tolerance
+                    raise DataError(
+                        f"targets '{other.name}' and '{one.name}' contradict each other: they ask {one.quantity} to be "
+                        f"{b:.5g} and {a:.5g} {UNITS[one.quantity]}, and the best compromise, {middle:.5g}, misses "
+                        f"them by {missed[1]:.2g} and {missed[0]:.2g} tolerances; leave one out or predict it"
+                    )
 
 
 def _table(document: dict[str, Any], key: str, where: str) -> dict[str, Any]:
@@ -215,8 +298,6 @@ def _target(entry: dict[str, Any], number: int) -> Target:
     where, quantity, role = f"target '{name}'", entry.get("quantity"), entry.get("role", "fit")
     if quantity not in UNITS:
         raise DataError(f"{where}: quantity {quantity!r} does not exist; there are {', '.join(UNITS)}")
-    if role not in ROLES:
-        raise DataError(f"{where}: role {role!r}; choose 'fit' or 'predict'")
     unit = UNITS[quantity]
     single = "value" in entry
     if single == ("low" in entry and "high" in entry):
@@ -231,7 +312,7 @@ def _target(entry: dict[str, Any], number: int) -> Target:
     if single:
         speed = 0.0 if quantity == "whirl_onset" else _quantity(f"{where}.speed", entry.get("speed"), "rad/s")
         at = speed, 0.0 if quantity == "lift_off" else _quantity(f"{where}.pressure", entry.get("pressure"), "Pa")
-    return Target(name, quantity, low, high, tolerance, role, at, str(entry.get("source", "")))
+    return Target(name, quantity, low, high, tolerance, _role(where, role), at, str(entry.get("source", "")))
 
 
 def value_at(text: str, path: str) -> Any:

@@ -195,7 +195,8 @@ _WORDS = {
     "micron=um microns=um "
     "micrometer=um micrometers=um micrometre=um micrometres=um nanometer=nm mil=mil mils=mil thou=mil inch=in "
     "inches=in in.=in",
-    "rad/s": "rpm=rpm r.p.m.=rpm rev/min=rpm revs/min=rpm u/min=rpm tr/min=rpm o/min=rpm omdr/min=rpm varv/min=rpm giri/min=rpm min^-1=rpm rps=rev/s "
+    "rad/s": "rpm=rpm r.p.m.=rpm rev/min=rpm revs/min=rpm u/min=rpm tr/min=rpm o/min=rpm omdr/min=rpm "
+    "varv/min=rpm giri/min=rpm min^-1=rpm rps=rev/s "
     "radian/s radians/s rad/sec °/s=deg/s",
     "rad": "radian radians degree=deg degrees=deg deg=deg revs=rev revolution=rev revolutions=rev",
     "Pa": "pascal pascals kilopascal=kPa megapascal=MPa psi=psi psig=psig bar=bar barg=barg bar(g)=barg psi(g)=psig",

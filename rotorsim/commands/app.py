@@ -18,7 +18,7 @@ PANELS = {
     "Machine files": {"machine": "machine", "cite": "machine"},
     "Measured data": {
         "data": "data", "compare": "compare", "balance": "balance", "diagnose": "diagnosis", "hide": "diagnosis",
-        "report": "diagnosis",
+        "report": "report",
     },
     "Models, control, other simulators": {
         "identify": "identification", "study": "identification", "design": "control", "verify": "control", "fmu": "fmu",

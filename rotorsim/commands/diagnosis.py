@@ -1,4 +1,4 @@
-"""`rotorsim diagnose`: finds the effect that a machine file lacks; `hide` makes test data, `report` the page again.
+"""`rotorsim diagnose`: finds the effect that a machine file lacks; `hide` makes test data.
 
 On the terminal stand progress, steps of a loop, verdict, odds, sizes, misfit and plan, as text or JSON.
 """
@@ -24,7 +24,6 @@ from rotorsim.commands.completion import parameters
 from rotorsim.commands.options import (
     AsJson,
     GivenMachine,
-    PageOptions,
     ResultFolder,
     ResultOptions,
     a_folder,
@@ -33,8 +32,8 @@ from rotorsim.commands.options import (
     print_json,
     resumable,
 )
-from rotorsim.commands.registry import CommandGroup, command, group
-from rotorsim.commands.results import files, results
+from rotorsim.commands.registry import command
+from rotorsim.commands.results import results
 from rotorsim.discrepancy.decision import ALLOWED, check_allowed
 
 if TYPE_CHECKING:
@@ -312,47 +311,6 @@ def hide(
         print_json({"records": files, "sealed": str(out / "sealed" / "truth.json")})
         return
     typer.echo(f"{len(files)} records: {out / 'records'}; the truth, sealed: {out / 'sealed' / 'truth.json'}")
-
-
-@group("report", "Example: rotorsim report diagnosis diagnosis --units imperial")
-class Report(CommandGroup):
-    """Write the page of a stored result again."""
-
-
-@command(
-    "report diagnosis",
-    "rotorsim report diagnosis diagnosis --out again.html --units imperial",
-    "rs.discrepancy.load_diagnosis('diagnosis').report('again.html')",
-)
-def diagnosis(
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder that 'rotorsim diagnose' wrote.")],
-    out: Annotated[
-        Path | None, typer.Option(help="Page to write; by default that in the folder, in place of the older.")
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace the page that --out names.")] = False,
-    *,
-    page: PageOptions,
-    as_json: AsJson = False,
-) -> None:
-    """Write the page of a diagnosis again.
-
-    Nothing is computed: the numbers are those in the folder.
-    """
-    from rotorsim.discrepancy import load_diagnosis
-    from rotorsim.discrepancy.files import RESULTS
-
-    page.check()
-    found = load_diagnosis(folder)
-    target = out or folder / RESULTS["report"]
-    replace = force or out is None
-    with files(target, force=replace):
-        page.begin(target, replace)
-        written = {"report": str(found.report(target))} | page.finish(target)
-    if as_json:
-        print_json({"verdict": found.sentence, "files": written})
-        return
-    typer.echo(found.sentence)
-    print_files(written)
 
 
 STAGES = {

@@ -166,9 +166,7 @@ def calibrate_command(
     machine: GivenMachine,
     targets: Annotated[
         str,
-        typer.Option(
-            help="Targets file, or a shipped one: dtu_orifice, dtu_loss_factor.", autocompletion=shipped_targets
-        ),
+        typer.Option(help="Targets file, or a shipped one: dtu_orifice, dtu_pins, ...", autocompletion=shipped_targets),
     ],
     grid: Annotated[str | None, typer.Option(help="Film grid n_theta x n_z, e.g. 32x16.")] = None,
     passes: Annotated[int, typer.Option(help="Most steps of the fit.", min=1)] = 20,
@@ -219,6 +217,14 @@ def _print_calibration(found: Calibration) -> None:
     console.print("correlations above 0.8: " + (", ".join(strong(found)) or "none"))
     for text in found.unidentifiable:
         console.print(f"not identifiable from these targets: {text}")
+    for one in found.reach:
+        asked, here, alone = (_range(v, v, one.quantity) for v in (one.asked, one.reached, one.alone))
+        text = f"not reached: {one.name}, asked {asked}, here {here}; weighing most it comes to {alone}"
+        if one.other:
+            numbers = (one.other_asked, one.other_reached, one.other_then)
+            asked, here, then = (_range(v, v, one.other_quantity) for v in numbers if v is not None)
+            text += f", and then {one.other}, asked {asked}, goes from {here} to {then}"
+        console.print(text)
     for role in ("fit", "predict"):
         before, after, total = found.met(role)
         console.print(f"{role}: {before} of {total} met before, {after} after")

@@ -33,7 +33,7 @@ from typing import Any, Protocol, cast
 
 import numpy as np
 
-from reynolds import differences, film, injector, lanes, newton, residual, ring, secant, texture, transient
+from reynolds import differences, film, injector, lanes, newton, residual, ring, texture, transient
 from reynolds.grid import Layout
 from reynolds.jit import cache_digest, cache_folder
 from rotorsim.base.cache import in_cache, key_of, source_files
@@ -82,7 +82,7 @@ class KernelModule(Protocol):
 
 CHECK = "# hash of the lines above: "
 FILM_SOURCES = (
-    film, texture, injector, lanes, residual, differences, ring, secant, newton, transient,
+    film, texture, injector, lanes, residual, differences, ring, newton, transient,
 )  # fmt: skip
 LINEAR_ENTRIES = ("linear_terms", "gap_terms")
 """Kernels of a film that are compiled where a linear model is asked for."""

@@ -19,9 +19,16 @@ from .linear import (
     write_response as write_response,
 )
 from .operating_map import save_map_page as save_map_page
-from .orbit import filtered_orbits as filtered_orbits, orbits as orbits, probe_orbits as probe_orbits
+from .orbit import (
+    centreline as centreline,
+    filtered_orbits as filtered_orbits,
+    orbits as orbits,
+    polar as polar,
+    probe_orbits as probe_orbits,
+)
 from .orders import (
     bode as bode,
+    cascade as cascade,
     full_spectrum as full_spectrum,
     runout_profile as runout_profile,
     sensor_noise as sensor_noise,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,17 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.units import TO_RPM, TO_UM
-from rotorsim.report.run import AnalysedRun, end_of_run, need_motion, need_orders, record_section, sensed
+from rotorsim.report.run import (
+    AnalysedRun,
+    end_of_run,
+    need_motion,
+    need_orders,
+    need_plane,
+    need_time,
+    record_section,
+    sensed,
+    slow_roll_text,
+)
 from rotorsim.report.theme import (
     AXIS_COLOURS,
     FAINTEST,
@@ -43,7 +54,8 @@ def bode_caption(run: AnalysedRun, _: None) -> str:
     """Speeds and amplitudes of the peaks of the orders."""
     if not run.summary["peaks"]:
         return "The shaft did not turn long enough for whole revolutions to be tracked."
-    return " ".join([*(_order_sentence(run, int(n)) for n in run.tracked["order"].values), _start(run.summary)]).strip()
+    parts = [*(_order_sentence(run, int(n)) for n in run.tracked["order"].values), _start(run.summary)]
+    return " ".join(parts).strip() + slow_roll_text(run)
 
 
 def _order_sentence(run: AnalysedRun, order: int) -> str:
@@ -91,7 +103,7 @@ def bode(run: AnalysedRun, _: None) -> go.Figure:
     figure = make_subplots(2, len(orders), shared_xaxes=True, vertical_spacing=0.06, horizontal_spacing=0.07,
                            row_heights=[0.6, 0.4], subplot_titles=[f"{n}X" for n in orders])  # fmt: skip
     for column, n in enumerate(orders, 1):
-        for axis in AXIS_COLOURS:
+        for axis in run.axes:
             for row, trace in enumerate(order_traces(run, n, axis), 1):
                 figure.add_trace(trace.update(showlegend=row == column == 1), row, column)
         own = float(np.abs(run.tracked["amplitude"].sel(order=n).values).max(initial=0.0))
@@ -109,7 +121,7 @@ def order_traces(run: AnalysedRun, order: int, axis: str) -> tuple[go.Scatter, g
     at, label = run.abscissa(tracked)
     a = tracked["amplitude"].sel(order=order, axis=axis).values
     unit = label.split("[")[1][:-1]
-    common = {"x": compact(at, 6), "name": f"disc {axis}", "legendgroup": axis,
+    common = {"x": compact(at, 6), "name": run.axes[axis], "legendgroup": axis,
               "mode": "lines" if tracked.sizes["window"] > FEW else "lines+markers",
               "line": {"color": AXIS_COLOURS[axis], "width": 2, "simplify": False}}  # fmt: skip
     hover = f"{order}X {axis}: %{{y:.3g}} {{}} at %{{x:.0f}} {unit}<extra></extra>"
@@ -125,6 +137,7 @@ def faintest(run: AnalysedRun) -> float:
 
 
 def _need_spectra(run: AnalysedRun) -> None:
+    need_time(run)
     seconds = run.record.sizes["time"] * sampling_time(run.record)
     need(seconds >= SHORTEST, f"The record of {seconds:.2g} s is too short for spectra that follow the time.")
     need_motion(run)
@@ -135,7 +148,7 @@ def waterfall_caption(run: AnalysedRun, _: None) -> str:
     size = run.spectra["amplitude"]
     line, k, axis = (int(v) for v in np.unravel_index(int(size.values.argmax()), size.shape))
     frequency, rpm = float(run.spectra["frequency"][k]), float(run.spectra["speed"][line]) * TO_RPM
-    where = f"{frequency:.0f} Hz (disc {'xy'[axis]}" + (f", {rpm:.0f} rpm)" if run.speed_known else ")")
+    where = f"{frequency:.0f} Hz ({run.axes['xy'[axis]]}" + (f", {rpm:.0f} rpm)" if run.speed_known else ")")
     text = f"The strongest line is {displacement(float(size.max()))} at {where}."
     return f"{text} {sub_synchronous_text(run)}" if run.self_excitable else text
 
@@ -161,8 +174,9 @@ def waterfall(run: AnalysedRun, _: None) -> go.Figure:
     >>> import rotorsim as rs
     >>> figure = rs.report.waterfall(runup)
     """
-    figure = make_subplots(1, 2, shared_yaxes=True, horizontal_spacing=0.06, subplot_titles=["disc x", "disc y"])
-    for column, axis in enumerate("xy", 1):
+    titles = list(run.axes.values())
+    figure = make_subplots(1, len(titles), shared_yaxes=True, horizontal_spacing=0.06, subplot_titles=titles)
+    for column, axis in enumerate(run.axes, 1):
         size = run.spectra["amplitude"].sel(axis=axis).values
         figure.add_trace(spectrum_trace(run, "frequency", size), 1, column)
         add_order_lines(figure, run, (1, 2, 3), 1, column)
@@ -182,7 +196,12 @@ def full_spectrum_caption(run: AnalysedRun, _: None) -> str:
     )
 
 
-@record_section("Forward and backward whirl", _need_spectra, full_spectrum_caption)
+def _need_full_spectra(run: AnalysedRun) -> None:
+    _need_spectra(run)
+    need_plane(run)
+
+
+@record_section("Forward and backward whirl", _need_full_spectra, full_spectrum_caption)
 def full_spectrum(run: AnalysedRun, _: None) -> go.Figure:
     """Spectra [um 0-pk] of x + i y, forward above and backward below zero, against speed [rpm] or time [s].
 
@@ -198,6 +217,71 @@ def full_spectrum(run: AnalysedRun, _: None) -> go.Figure:
     for text, y in (("forward", 0.98), ("backward", 0.02)):
         figure.add_annotation(text=text, x=0.01, y=y, xref="paper", yref="paper", showarrow=False)
     return _finish(figure, run, 520, "frequency [Hz]")
+
+
+MOST_RAISED = 40
+"""Most spectra of a cascade."""
+HIGHEST = 4.0
+"""Highest order of a cascade."""
+RAISED = 6.0
+"""Height of the tallest line of a cascade, in distances of its spectra."""
+
+
+def _need_cascade(run: AnalysedRun) -> None:
+    _need_spectra(run)
+    need(run.swept, "The speed does not change; see the waterfall.")
+
+
+def cascade_caption(run: AnalysedRun, _: None) -> str:
+    """Tallest line and what its height stands for."""
+    size = run.spectra["amplitude" if run.lone else "full"]
+    what = f"of {run.axes['x']}" if run.lone else "of x + i y, forward above and backward below zero"
+    return (
+        f"Spectra {what}, each raised from its speed by its amplitude; the tallest line is "
+        f"{displacement(float(size.max()))} 0-pk."
+    )
+
+
+@record_section("Cascade", _need_cascade, cascade_caption)
+def cascade(run: AnalysedRun, _: None) -> go.Figure:
+    """Spectra of x + i y, or of the only probe, each above its shaft speed [rpm].
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> figure = rs.report.cascade(runup)
+    """
+    size = run.spectra["amplitude"].values[..., 0] if run.lone else run.spectra["full"].values
+    frequency = run.spectra["frequency" if run.lone else "signed_frequency"].values
+    at = run.abscissa(run.spectra)[0]
+    within = np.abs(frequency) <= HIGHEST * np.abs(at).max() / 60
+    frequency, size = frequency[within], size[:, within]
+    chosen = np.argsort(at, kind="stable")[:: 1 + at.size // MOST_RAISED]
+    apart = float(np.ptp(at[chosen])) / max(chosen.size - 1, 1)
+    group = -(-frequency.size // (2 * MOST_LINES))
+    starts = np.arange(0, frequency.size, group)
+    middle = np.add.reduceat(frequency, starts) / np.diff(np.append(starts, frequency.size))
+    figure = go.Figure()
+    for k in reversed(chosen):  # the slowest, drawn last, stands in front
+        um = np.maximum.reduceat(size[k], starts) * TO_UM
+        raised = at[k] + RAISED * apart * um / (float(size.max()) * TO_UM)
+        figure.add_trace(go.Scatter(x=compact(middle), y=compact(raised, 6), mode="lines", fill="tozeroy",
+                                    fillcolor="white", line={"color": AXIS_COLOURS["x"], "width": 1, "simplify": False},
+                                    customdata=compact(um, 3), showlegend=False,
+                                    hovertemplate=f"%{{customdata:.3g}} µm at %{{x:.0f}} Hz, {at[k]:.0f} rpm"
+"<extra></extra>"))  # fmt: skip
+    turning, low = np.abs(at[chosen]) / 60, float(at[chosen].min())
+    edge = float(np.abs(middle).max())
+    top, line = float(at.max()) + RAISED * apart, {"color": faint(INK, 0.6), "width": 1, "dash": "dot"}
+    for n in (1, 2, 3) if run.lone else (-2, -1, 1, 2):
+        if abs(n) * turning.max() <= edge:
+            figure.add_trace(go.Scatter(x=compact(n * turning), y=compact(at[chosen], 6), mode="lines", line=line,
+                                        hoverinfo="skip", showlegend=False))  # fmt: skip
+            figure.add_annotation(x=n * turning.max(), y=top, text=f"{n}X".replace("-", "−"),
+                                  showarrow=False, yanchor="bottom", yshift=2)  # fmt: skip
+    figure.update_xaxes(title_text="frequency [Hz]", range=[float(middle[0]), float(middle[-1])])
+    figure.update_yaxes(title_text="shaft speed [rpm]", range=[low - apart, top + 2 * apart])
+    return style(figure, 620)
 
 
 def spectrum_trace(run: AnalysedRun, axis: str, size: np.ndarray) -> go.Heatmap:
@@ -257,6 +341,7 @@ DEEPEST = 5.0
 
 
 def _steady_spectrum(run: AnalysedRun) -> Any:
+    need_time(run)
     need(not run.swept, "The speed changes; see the waterfall.")
     need_motion(run)
     return spectrum_of(run.record, run.output, run.highest_frequency)
@@ -266,11 +351,12 @@ def spectrum_caption(run: AnalysedRun, spectrum: Spectrum) -> str:
     """The strongest line and the quality of the estimate."""
     k, axis = np.unravel_index(int(spectrum.single.argmax()), spectrum.single.shape)
     full = int(spectrum.full.argmax())
+    turn = "forward" if spectrum.signed[full] > 0 else "backward"
+    line = f"{displacement(spectrum.full[full])} at {spectrum.signed[full]:.4g} Hz, {turn}"
+    both = "" if run.lone else f"; of x + i y it is {line}"
     return (
         f"The strongest line is {displacement(spectrum.single.max())} 0-pk at {spectrum.frequency[k]:.4g} Hz, "
-        f"disc {'xy'[axis]}; "
-        f"of x + i y it is {displacement(spectrum.full[full])} at {spectrum.signed[full]:.4g} Hz, "
-        f"{'forward' if spectrum.signed[full] > 0 else 'backward'}. Hann window, root mean square of {spectrum.count} "
+        f"{run.axes['xy'[axis]]}{both}. Hann window, root mean square of {spectrum.count} "
         f"segment{'s' * (spectrum.count > 1)}, resolution {spectrum.resolution:.2g} Hz.{sensed(run)}"
     )
 
@@ -284,19 +370,23 @@ def spectra(run: AnalysedRun, spectrum: Spectrum) -> go.Figure:
     >>> import rotorsim as rs
     >>> figure = rs.report.spectra(record)
     """
-    figure = make_subplots(2, 1, vertical_spacing=0.18)
-    add_single(figure, spectrum, 1)
-    figure.add_trace(_line(spectrum.signed, spectrum.full, "x + i y", NEUTRAL), 2, 1)
-    figure.update_xaxes(range=[0, float(spectrum.frequency[-1])], row=1)
+    rows = 1 if run.lone else 2
+    figure = make_subplots(rows, 1, vertical_spacing=0.18)
+    add_single(figure, spectrum, 1, run.axes)
+    figure.update_xaxes(title_text="frequency [Hz]", range=[0, float(spectrum.frequency[-1])], row=1)
     edge = float(np.abs(spectrum.signed).max())
-    figure.update_xaxes(range=[-edge, edge], title_text="frequency [Hz], backward below 0, forward above", row=2)
-    figure.update_xaxes(title_text="frequency [Hz]", row=1)
-    for row, values, what in ((1, spectrum.single, "disc x, disc y"), (2, spectrum.full, "x + i y")):
-        set_log_axis(figure, values, row)
+    shown = [(1, spectrum.single, ", ".join(run.axes.values()))]
+    if not run.lone:
+        figure.add_trace(_line(spectrum.signed, spectrum.full, "x + i y", NEUTRAL), 2, 1)
+        figure.update_xaxes(range=[-edge, edge], title_text="frequency [Hz], backward below 0, forward above", row=2)
+        shown.append((2, spectrum.full, "x + i y"))
+    for row, values, what in shown:
+        set_log_axis(figure, values[:, : len(run.axes)] if values.ndim > 1 else values, row)
         figure.update_yaxes(title_text=f"{what}<br>[µm 0-pk]", row=row)
     mark_orders(figure, run.turning, float(spectrum.frequency[-1]), 1, ORDERS)
-    mark_orders(figure, run.turning, edge, 2, (-3, -2, -1, *ORDERS))
-    return style(figure, 640)
+    if not run.lone:
+        mark_orders(figure, run.turning, edge, 2, (-3, -2, -1, *ORDERS))
+    return style(figure, 640 if rows == 2 else 380)
 
 
 def difference_caption(run: AnalysedRun, difference: SensorError) -> str:
@@ -324,7 +414,7 @@ def sensor_noise(run: AnalysedRun, difference: SensorError) -> go.Figure:
     """
     spectrum = difference.spectrum
     figure = make_subplots(1, 1)
-    add_single(figure, spectrum, 1)
+    add_single(figure, spectrum, 1, run.axes)
     figure.update_xaxes(title_text="frequency [Hz]", range=[0, float(spectrum.frequency[-1])])
     set_log_axis(figure, spectrum.single, 1)
     figure.update_yaxes(title_text="difference [µm 0-pk]")
@@ -332,10 +422,10 @@ def sensor_noise(run: AnalysedRun, difference: SensorError) -> go.Figure:
     return style(figure, 380)
 
 
-def add_single(figure: go.Figure, spectrum: Spectrum, row: int) -> None:
-    """Lines of x and y."""
-    for k, axis in enumerate("xy"):
-        trace = _line(spectrum.frequency, spectrum.single[:, k], f"disc {axis}", AXIS_COLOURS[axis])
+def add_single(figure: go.Figure, spectrum: Spectrum, row: int, axes: Mapping[str, str]) -> None:
+    """A line for each axis, of its label."""
+    for k, (axis, name) in enumerate(axes.items()):
+        trace = _line(spectrum.frequency, spectrum.single[:, k], name, AXIS_COLOURS[axis])
         figure.add_trace(trace.update(showlegend=True), row, 1)
 
 

@@ -20,15 +20,18 @@ from rotorsim.experiments.limits import BEYOND, sentences
 from rotorsim.report import film, orbit, orders, responses, time_history
 from rotorsim.report.film import feed_word
 from rotorsim.report.page import Block, Page, check_wanted, machine_entry, page_of, write_page
-from rotorsim.report.run import RUNS, SECTIONS, AnalysedRun, RecordSection, analyse, end_of_run
+from rotorsim.report.run import RUNS, SECTIONS, AnalysedRun, RecordSection, VectorRun, analyse, end_of_run
 from rotorsim.report.units import number, quantity
 from rotorsim.signals.record_blocks import SHOWN, MissingError, open_record
 
 CHAPTERS = (orders, orbit, responses, time_history, film)
 """Modules that register sections."""
 POSSIBLE = ("static_gain", "hysteresis_loops", "ring_down", "response_to_force", "response_to_reference", "excitation",
-            "spectra", "filtered_orbits")  # fmt: skip
+            "spectra", "filtered_orbits", "polar", "cascade", "centreline")  # fmt: skip
 """Sections that are added, if they can be made, for a record that does not name its experiment."""
+MEASURED = ("orbits", "filtered_orbits", "polar", "bode", "spectra", "full_spectrum", "waterfall", "cascade",
+            "centreline", "against_time")  # fmt: skip
+"""Sections of a record that was measured: each is shown, or left out with the reason."""
 ADDED = ("probe_orbits", "probe_readings", "sensor_noise", "film_pressure", "film_surface")
 """Sections that are added if they can be made, whatever the experiment."""
 NOTES = (
@@ -65,7 +68,8 @@ def write_report(
     """Write the report of a record as one HTML file, complete or not at all.
 
     The attribute `experiment` chooses the figures; what cannot be made of the record is named with the reason. A record
-    without that attribute, or of a rig with nothing but time and displacement, gets all figures that it suffices for.
+    without that attribute, or of a rig with nothing but time and displacement, gets all figures that it suffices for;
+    so do run-up vectors, and records of a lone probe.
 
     Parameters
     ----------
@@ -81,7 +85,7 @@ def write_report(
     Raises
     ------
     DataError
-        If the record cannot be read, has no displacement of the disc, or the page cannot be written; for other units
+        If the record cannot be read, has no displacement, or the page cannot be written; for other units
         and kinds of figures.
 
     Examples
@@ -112,14 +116,15 @@ def run_page(run: AnalysedRun) -> Page:
     name = machine_entry(run.record.attrs)
     description = machine_entry(run.record.attrs, "description", "")
     made = list(made_sections(run))
-    blocks: list[Block | tuple[Block, ...]] = [Block("Results", rows=results(run))]
+    vectors = isinstance(run, VectorRun)
+    blocks: list[Block | tuple[Block, ...]] = [Block("Results", rows=peaks(run) if vectors else results(run))]
     blocks += [
         Block(one.section.title, one.section.caption(run, one.data), figure=one.section.draw(run, one.data))
         for one in made if one.why is None
     ]  # fmt: skip
     if left_out := [(one.section.title, one.why) for one in made if one.why]:
         blocks.append(Block("Not shown", rows=left_out))
-    tables = Block("Settings", rows=settings(run)), Block("Provenance", rows=provenance(run))
+    tables = Block("Settings", rows=[] if vectors else settings(run)), Block("Provenance", rows=provenance(run))
     blocks.append(tuple(table for table in tables if table.rows))
     if notes := [SIMULATED] * run.simulated + list(NOTES) * (run.tracked.sizes["window"] > 0):
         blocks.append(Block("Notes", texts=notes))
@@ -127,7 +132,12 @@ def run_page(run: AnalysedRun) -> Page:
         blocks.append(Block("Machine file", code=text, folded=True))
     kind = NAMES.get(run.kind, run.kind.replace("_", " ") or "record")
     return Page(
-        name, f"{kind.capitalize()}. {description}", blocks, _key_numbers(run), _warnings(run), f"{name}: {kind}"
+        name,
+        f"{kind.capitalize()}. {description}",
+        blocks,
+        [] if vectors else _key_numbers(run),
+        _warnings(run),
+        f"{name}: {kind}",
     )
 
 
@@ -166,10 +176,11 @@ class MadeSection:
 
 def made_sections(run: AnalysedRun) -> Iterator[MadeSection]:
     """Sections of a run's page in order; those that its experiment expects are left out with the reason."""
-    expected = EXPERIMENTS[run.kind if run.kind in EXPERIMENTS else "runup"].figures
-    possible = () if run.kind in EXPERIMENTS else POSSIBLE
+    expected = EXPERIMENTS[run.kind if run.kind in EXPERIMENTS else "runup"].figures if run.simulated else MEASURED
+    possible = () if run.kind in EXPERIMENTS else tuple(name for name in POSSIBLE if name not in expected)
+    vectors = isinstance(run, VectorRun)
     levels = False
-    for name in (*expected, *possible, *ADDED):
+    for name in expected if vectors else (*expected, *possible, *ADDED):
         if name == "response_to_reference" and levels and name in possible:
             continue
         section = SECTIONS[name]
@@ -251,10 +262,7 @@ def results(run: AnalysedRun) -> Rows:
     if s["start_transient_s"]:
         more = "" if s["start_settled"] else ", not over by then: run longer"
         rows.append(("Start transient, left out below", f"{s['start_transient_s']:.3g} s{more}"))
-    for peak in run.peaks if not run.driven else ():
-        kind = "peak" if peak["local_maximum"] else "largest" + (end_of_run(peak) if run.swept else "")
-        size = f"{quantity(peak['um'], 'µm')} 0-pk at {peak['rpm']:.0f} rpm"
-        rows.append((f"{peak['order']}X, disc {peak['axis']}, {kind}", size))
+    rows += peaks(run) if not run.driven else []
     rows.append(("Largest distance of the disc from its mean", _where(run, s["largest_orbit"])))
     if s["smallest_film"]:
         rows.append(("Smallest film thickness", _where(run, s["smallest_film"])))
@@ -278,6 +286,16 @@ def results(run: AnalysedRun) -> Rows:
     if run.self_excitable:
         rows.append(("Largest component below 1X", _below(s["sub_synchronous"])))
     return rows + [("Beyond the checked range", text) for text in s.get("beyond_checked_range", ())]
+
+
+def peaks(run: AnalysedRun) -> Rows:
+    """Peaks of the orders."""
+    rows = []
+    for peak in run.peaks:
+        kind = "peak" if peak["local_maximum"] else "largest" + (end_of_run(peak) if run.swept else "")
+        size = f"{quantity(peak['um'], 'µm')} 0-pk at {peak['rpm']:.0f} rpm"
+        rows.append((f"{peak['order']}X, {run.axes.get(peak['axis'], peak['axis'])}, {kind}", size))
+    return rows
 
 
 def _speed(found: dict[str, float]) -> str:

@@ -11,17 +11,21 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
+from identification.records.sensors import ATTRIBUTE
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.units import TO_RPM
 from rotorsim.experiments.summary import summarise
 from rotorsim.machine import Machine
-from rotorsim.signals.orders import track_orders
+from rotorsim.signals.orders import find_resonances, track_orders
 from rotorsim.signals.record_blocks import (
+    READINGS,
     MissingError,
     blocks,
     displacement_name,
     need,
     prepared,
+    probe_names,
+    probe_units,
     sampling_time,
     sensed_name,
 )
@@ -39,6 +43,16 @@ class AnalysedRun:
     """A prepared record (`prepared`), its tracked orders, spectra and summary, and its machine if stated."""
 
     record: xr.Dataset
+
+    @property
+    def lone(self) -> str:
+        """Name of the probe that stands in for the disc's x where no two see x and y; empty otherwise."""
+        return str(self.record.attrs.get(LONE, ""))
+
+    @property
+    def axes(self) -> dict[str, str]:
+        """Label of each axis that was measured."""
+        return {"x": f"probe {self.lone}"} if self.lone else {"x": "disc x", "y": "disc y"}
 
     @cached_property
     def tracked(self) -> xr.Dataset:
@@ -187,9 +201,72 @@ class AnalysedRun:
              f"The shaft turns {self.revolutions:.2g} revolutions; this figure takes {least:g}.")  # fmt: skip
 
 
+@dataclass(frozen=True)
+class VectorRun(AnalysedRun):
+    """Run-up vectors, in place of a record over time."""
+
+    @cached_property
+    def tracked(self) -> xr.Dataset:
+        """Complex amplitudes over the speed, as `track_orders` has them."""
+        lag = self.record["phase"].transpose("speed", "order", "axis").values
+        size = self.record["amplitude"].transpose("speed", "order", "axis").values
+        speed = self.record["speed"].values
+        return xr.Dataset(
+            {"amplitude": (("window", "order", "axis"), size * np.exp(-1j * lag))},
+            {
+                "speed": ("window", speed),
+                "time": ("window", np.zeros(speed.size)),
+                "order": self.record["order"].values,
+                "axis": self.record["axis"].values,
+            },
+        )
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """Peaks and speeds."""
+        orders, axes = self.tracked["order"].values, self.tracked["axis"].values
+        peaks = [peak for n in orders for axis in axes for peak in find_resonances(self.tracked, int(n), str(axis))[:1]]
+        rpm = self.tracked["speed"].values * TO_RPM
+        ends = {"min": float(rpm.min()), "max": float(rpm.max()), "first": float(rpm[0]), "last": float(rpm[-1])}
+        return {"peaks": peaks, "start_transient_s": 0.0, "speed_rpm": ends}
+
+    @property
+    def axes(self) -> dict[str, str]:
+        """Label of each axis that was measured."""
+        return {str(axis): f"disc {axis}" for axis in self.tracked["axis"].values}
+
+    @property
+    def swept(self) -> bool:
+        """Vectors always go over the speed."""
+        return True
+
+    @property
+    def speed_known(self) -> bool:
+        """Vectors always state the speed."""
+        return True
+
+
+LONE = "lone_probe"
+"""Attribute of an analysed record whose only displacement is that of a probe."""
+
+
 def analyse(record: xr.Dataset) -> AnalysedRun:
-    """An open record with what figures need of it; raises DataError for one without a displacement of the disc."""
-    return AnalysedRun(prepared(record))
+    """An open record with what figures need of it; raises DataError for one without any displacement."""
+    return VectorRun(record) if "order" in record.dims else AnalysedRun(prepared(_with_lone_probe(record)))
+
+
+def _with_lone_probe(record: xr.Dataset) -> xr.Dataset:
+    """The record with the readings of its first displacement probe as x, and nothing as y, where it has no motion."""
+    if READINGS not in record or any(name in record for name in ("disc", "disc_measured")):
+        return record
+    name = next((n for n, unit in zip(probe_names(record), probe_units(record), strict=True) if unit == "m"), None)
+    if name is None:
+        return record
+    reading = np.asarray(record[READINGS].isel(probe=probe_names(record).index(name)).values, float)
+    motion = np.column_stack([reading, np.zeros(reading.size)])
+    attrs = {"units": "m", "long_name": f"displacement seen by the probe {name}"}
+    found = record.assign_coords(axis=["x", "y"]).assign(disc_measured=(("time", "axis"), motion, attrs))
+    return found.assign_attrs({LONE: name})
 
 
 @dataclass(frozen=True)
@@ -240,6 +317,17 @@ def need_motion(run: AnalysedRun) -> None:
          "The disc does not move.")  # fmt: skip
 
 
+def need_time(run: AnalysedRun) -> None:
+    """Raise MissingError for vectors, which hold no motion over time."""
+    need(not isinstance(run, VectorRun), "The file holds vectors over the speed, no motion over time.")
+
+
+def need_plane(run: AnalysedRun) -> None:
+    """Raise MissingError unless x and y were measured."""
+    need(not run.lone, f"Probe {run.lone} alone does not see both x and y.")
+    need(len(run.axes) > 1, "One axis alone makes no orbit.")
+
+
 def need_turns(run: AnalysedRun) -> None:
     """Raise MissingError unless the disc moves and the shaft turns round."""
     run.need_turning()
@@ -248,6 +336,8 @@ def need_turns(run: AnalysedRun) -> None:
 
 def need_orders(run: AnalysedRun) -> None:
     """Raise MissingError unless orders were tracked."""
+    if isinstance(run, VectorRun):
+        return
     need_turns(run)
     reason = f"The shaft turns {run.revolutions:.2g} revolutions; orders are fitted over 8 within 0.25 to 30 s."
     need(run.tracked.sizes["window"] > 0, reason)
@@ -262,3 +352,9 @@ def sensed(run: AnalysedRun) -> str:
     """Sentence, after a space, on the displacement that a figure is made of, where the record holds two."""
     both = "disc" in run.record and "disc_measured" in run.record
     return " Made from the measured displacement." if both and run.output == "disc_measured" else ""
+
+
+def slow_roll_text(run: AnalysedRun) -> str:
+    """Sentence, after a space, on the slow roll that was subtracted; empty where none was."""
+    done = str(run.record.attrs.get(ATTRIBUTE, ""))
+    return f" Slow roll was {done}." if done else ""

@@ -12,7 +12,7 @@ from plotly.subplots import make_subplots
 from identification.records.schema import PINS
 from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.report.film import feed_word
-from rotorsim.report.run import AnalysedRun, end_of_run, record_section
+from rotorsim.report.run import AnalysedRun, end_of_run, need_time, record_section
 from rotorsim.report.theme import AXIS_COLOURS, NEUTRAL, PIN_COLOURS, compact, curve, faint, style
 from rotorsim.report.units import quantity
 from rotorsim.signals.orders import Deceleration, deceleration_of
@@ -95,7 +95,7 @@ def _contact(contact: dict[str, Any]) -> str:
     )
 
 
-@record_section("The run against time", lambda _: None, overview_caption)
+@record_section("The run against time", need_time, overview_caption)
 def against_time(run: AnalysedRun, _: None) -> go.Figure:
     """Envelopes of speed [rpm], disc [um], film [um], flow [mg/s] and pressure [MPa] against time [s].
 

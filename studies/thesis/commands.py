@@ -23,6 +23,7 @@ from studies.thesis.cached_cases import Progress
 from studies.thesis.claims.control_numbers import control_left_out, control_numbers
 from studies.thesis.claims.edited import edited, edited_block, edited_markdown
 from studies.thesis.claims.judge import Judged
+from studies.thesis.claims.rules import as_run
 from studies.thesis.claims.verdicts import claims_blocks, lines, plain, tally, verdicts
 from studies.thesis.control_study import control_study
 from studies.thesis.experiments import pages as experiment_pages
@@ -90,14 +91,20 @@ def whole(
     quick: Annotated[
         bool, typer.Option("--quick", help="A grid of 3 x 3 points, no LPV synthesis, no full verification.")
     ] = False,
+    as_shipped: Annotated[
+        bool,
+        typer.Option("--as-shipped", help="Machine files as they are, quieter and steadier than the thesis' rig was."),
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """The whole circle: campaign, identification, designs, verification, every claim; resumes where it stopped."""
     page.check()
     refuse_campaign(out)
     plant = plant_of(machine)
+    if not as_shipped and plant.machine.actuators is not None:
+        plant = Plant(as_run(plant.machine))
     with study_folder(out, _inputs("whole", plant, quick)):
-        found = whole_study(plant, out, stage_bar(), jobs, quick)
+        found = whole_study(plant, out, stage_bar(), jobs, quick, as_shipped)
         numbers = {"claims": plain(found.claims), "count": tally(found.claims), "rules_edited": found.edited,
                    "targets": found.targets, "refused": found.control.refused, "seconds": found.seconds,
                    "report": str(out / "report.html")}  # fmt: skip

@@ -12,11 +12,19 @@ from rotorsim.base.units import TO_HZ
 from rotorsim.machine import load_machine
 from rotorsim.report.page import Block
 from studies.thesis.claims.judge import MET, NOT_MET
+from studies.thesis.claims.rules import as_run_values, as_run_why
 from studies.thesis.claims.targets import Target
 from studies.thesis.control_study import ControlStudy
 from studies.thesis.figures import ratios_figure, reach_figure, sizes_figure, waterfalls_figure
 
 VERDICTS = {True: "pass", False: "FAIL", None: "not judged"}
+
+
+def as_run_block() -> Block:
+    """Section of the changes to the machine files that make them the thesis' rig as it was run."""
+    why = as_run_why()
+    text = f"{why.why} (lines {why.lines}). Known before: {why.seen}."
+    return Block("The rig as it was run", text, ("field", "value"), [(k, str(v)) for k, v in as_run_values().items()])
 
 
 def aims_block(reached: Sequence[Target]) -> Block:

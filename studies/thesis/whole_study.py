@@ -26,11 +26,11 @@ from studies.thesis.claims.edited import edited, edited_block, edited_markdown
 from studies.thesis.claims.hysteresis import hysteresis_numbers
 from studies.thesis.claims.identification_numbers import identification_left_out, identification_numbers
 from studies.thesis.claims.judge import Judged
-from studies.thesis.claims.rules import claims, machines, points
+from studies.thesis.claims.rules import as_run, claims, machines, points
 from studies.thesis.claims.targets import targets
 from studies.thesis.claims.verdicts import claims_blocks, markdown, verdicts
 from studies.thesis.control_study import ControlStudy, control_study, ringing_study
-from studies.thesis.page import aims_block, blocks_of, control_blocks, plain_blocks
+from studies.thesis.page import aims_block, as_run_block, blocks_of, control_blocks, plain_blocks
 from studies.thesis.stage_key import key_of
 
 CLAIMED = ("rest", "turning", "runout", "orders")
@@ -51,8 +51,12 @@ class Whole:
     seconds: dict[str, float] = field(default_factory=dict)
 
 
-def whole_study(plant: Plant, out: Path, progress: Progress, workers: int = 2, quick: bool = False) -> Whole:
+def whole_study(
+    plant: Plant, out: Path, progress: Progress, workers: int = 2, quick: bool = False, as_shipped: bool = False
+) -> Whole:
     """Everything that is not yet in `out`, then claims and sections; the report is written to `out`.
+
+    The other machines run as the thesis' rig did, or `as_shipped`.
 
     Raises
     ------
@@ -74,7 +78,9 @@ def whole_study(plant: Plant, out: Path, progress: Progress, workers: int = 2, q
     clock.lap("identification")
     found.control = control_study(plant, model, stages, progress, workers, quick)
     clock.lap("designs and verification")
-    elsewhere = {name: _on_machine(name, out, progress, workers, quick) for name in machines()}
+    elsewhere = {
+        name: _on_machine(_other(name, as_shipped), out / name, progress, workers, quick) for name in machines()
+    }
     clock.lap("the other assembly")
     numbers = kept["numbers"] | _hysteresis(plant, stages, progress) | control_numbers(found.control, model)
     left_out = {*kept.get("left_out", ()), *control_left_out(found.control)}
@@ -85,6 +91,7 @@ def whole_study(plant: Plant, out: Path, progress: Progress, workers: int = 2, q
     times = [(name, f"{seconds:.0f} s") for name, seconds in clock.laps.items()]
     found.blocks = [
         *edited_block(found.edited),
+        *([] if as_shipped else [as_run_block()]),
         *claims_blocks(found.claims),
         *control_blocks(found.control),
         *blocks_of(kept["blocks"]),
@@ -101,14 +108,20 @@ def layout(quick: bool = False) -> StudyGrid:
     return replace(usual, more=tuple(q for name in CLAIMED for q in points(name)))
 
 
-def _on_machine(name: str, out: Path, progress: Progress, workers: int, quick: bool) -> dict[str, dict[str, float]]:
-    """Numbers of the claims measured on another machine, whose study is in a folder of its name below `out`."""
-    plant, folder = Plant(load_machine(name)), out / name
+def _other(name: str, as_shipped: bool) -> Plant:
+    machine = load_machine(name)
+    return Plant(machine if as_shipped else as_run(machine))
+
+
+def _on_machine(
+    plant: Plant, folder: Path, progress: Progress, workers: int, quick: bool
+) -> dict[str, dict[str, float]]:
+    """Numbers of the claims measured on another machine, whose study is in a folder of its own."""
     usual = QUICK if quick else paper_c_grid()
     folders = run(plant.machine, replace(usual, more=points("orders")), folder, workers)
     kept, model = _identification(plant, folders, folder, workers, progress)
     laws = ringing_study(plant, model, folder / "stages", progress, workers)
-    moved = [claim.number for claim in claims() if claim.machine == name]
+    moved = [claim.number for claim in claims() if claim.machine == plant.machine.name]
     return {number: kept["numbers"].get(number) or numbers_of(number, laws, model) for number in moved}
 
 

@@ -64,6 +64,7 @@ def test_critical_speeds_are_those_of_a_direct_search(number):
     check_against_direct_search(number, orders=(1, 2) if number == QUICK[0] else (1,))
 
 
+@pytest.mark.slow
 def test_critical_speeds_of_a_self_acting_rotor_are_roots_and_their_number_is_that_of_a_count_at_the_ends():
     """All eigenvalues at each critical speed, and at both ends, where no mode is near the border of the region."""
     machine, top = random_machine(2)

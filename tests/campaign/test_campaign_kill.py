@@ -327,6 +327,7 @@ def sockets(process):
     return found
 
 
+@pytest.mark.slow
 def test_no_process_of_a_campaign_on_this_computer_has_a_socket_that_others_can_reach(tmp_path):
     """A scheduler listened on the loopback, where any user could give it code that ran as the campaign's."""
     with running(tmp_path, SLEEPING.format(3, "1 s"), tmp_path / "store", workers=2, physics="stub") as process:

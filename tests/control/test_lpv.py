@@ -99,6 +99,7 @@ def test_the_frozen_norm_stays_below_gamma_also_between_the_design_points(rig, m
     assert max(norms) <= made.solution.gamma * 1.005
 
 
+@pytest.mark.slow
 def test_a_finer_grid_needs_hardly_more(rig, made):
     assert lpv.validated(rig, SPEC, made, (64, 64)) <= 1.005 * lpv.validated(rig, SPEC, made, (5, 5))
 
@@ -111,6 +112,7 @@ def test_constant_matrices_need_at_least_as_much(rig, made):
     assert still_Y >= 1.02 * moving
 
 
+@pytest.mark.slow
 def test_faster_changes_need_at_least_as_much(rig, made):
     grid = grid_of(rig, made)
     gammas = [synthesise(replace(grid, rates=k * grid.rates), Sought(feedback_only=True)).gamma for k in (0, 1, 300)]

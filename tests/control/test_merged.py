@@ -122,6 +122,7 @@ def test_predicted_hits_separate_damping_from_destabilising():
     assert sampled_plant(model, *POINTS[0]).order == 12
 
 
+@pytest.mark.slow
 def test_the_rigs_weights_are_those_that_the_rule_picks_among_their_neighbours():
     neighbours = [Weights(), Weights(zeta_2=0.1, k_0=0.9), RIG, Weights(zeta_2=0.1, k_0=1.0, force=0.5)]
     found = {one.weights: one for one in candidates(rig_model(), iter(neighbours))}

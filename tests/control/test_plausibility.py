@@ -290,6 +290,7 @@ def test_a_reference_that_is_added_is_no_evidence_against_the_sensors(plant, law
     assert evidence[0] < 1e5 and evidence[1] > 10 * evidence[0], evidence
 
 
+@pytest.mark.slow
 def test_the_end_of_an_offset_is_no_evidence_against_the_signs(plant):
     """The displacement jumps back while the law is suspended: predictors that went on across it called it a swap."""
     from rotorsim.control.designs import h2_scheduled

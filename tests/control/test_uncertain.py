@@ -38,6 +38,7 @@ def test_without_error_the_smallest_gamma_is_the_nominal_one(plant):
     assert bounds(uncertain(P, plant, 1e-6, 1e-3)).high == pytest.approx(bounds(P).high, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_larger_error_costs_gamma_and_is_stood(model, plant):
     laws = [hinf.design(model, replace(hinf.Spec(), uncertainty=error)) for error in (0.0, 0.1, 0.3)]
     gammas = [law.about["optimal_gamma"] for law in laws]

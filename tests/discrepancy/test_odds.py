@@ -97,6 +97,7 @@ def test_scatter_has_no_excess_and_a_few_loud_lines_have_one():
     assert unexplained_gain(loud, lines) > 2000
 
 
+@pytest.mark.slow
 def test_probabilities_are_right_as_often_as_they_say():
     """Machines drawn from the priors: of what is given 60 to 80 % about 70 % is true."""
     rng = np.random.default_rng(4)

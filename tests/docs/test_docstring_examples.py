@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import rotorsim as rs
+from coarse_rig import coarse
 
 PLAN = """name = "short"
 machine = "plain_rotor"
@@ -43,6 +44,9 @@ def examples():
 
 
 EXAMPLES = examples()
+SLOW = ("rs.report.whirl_orbits", "rs.report.draw_modes", "rs.report.film_on_journal", "rs.report.mode_turntable",
+        "rs.experiments.without_orbit")  # fmt: skip
+"""Pictures of full size, which load VTK, and a search that repeats a run."""
 
 
 def conditions():
@@ -60,7 +64,7 @@ def conditions():
 def at_hand(tmp_path_factory):
     """Names and files that the examples use."""
     folder = tmp_path_factory.mktemp("examples")
-    plant = rs.Plant("dtu_gas_bearing", n_theta=16, n_z=4, dt=2e-4)
+    plant = rs.Plant("dtu_gas_bearing", n_theta=16, n_z=8, dt=2e-4)
     record = rs.experiments.prbs(plant, 300.0, 0.5e6, duration=2.0)
     lpv = rs.load_model(RIG)
     law = rs.control.design("lqr", lpv)
@@ -79,7 +83,7 @@ def at_hand(tmp_path_factory):
     names = {
         "rotor": rs.fe_shaft.Rotor(shaft, bearing_elements=bearings), "conditions": conditions(),
         "bearing": rs.reynolds.GasBearing(0.02, 0.04, 25e-6, n_theta=32, n_z=8),
-        "rs": rs, "np": np, "Path": Path, "plant": plant, "machine": plant.machine, "record": record, "lpv": lpv,
+        "rs": rs, "np": np, "Path": Path, "plant": plant, "machine": coarse(), "record": record, "lpv": lpv,
         "law": law, "turning": rs.experiments.steady(plant, 300.0, 0.5e6, duration=2.0),
         "runup": rs.experiments.runup(plant, 50.0, 250.0, 50.0, 0.5e6),
         "impact": rs.experiments.impact(plant, speed=0.0, pressure=0.5e6, hits=2),
@@ -87,7 +91,7 @@ def at_hand(tmp_path_factory):
     return folder, names
 
 
-@pytest.mark.parametrize("name", EXAMPLES)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] * (n in SLOW)) for n in EXAMPLES])
 def test_the_example_of_a_public_name_runs(name, at_hand, monkeypatch):
     folder, names = at_hand
     text = EXAMPLES[name]

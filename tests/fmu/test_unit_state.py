@@ -5,7 +5,10 @@ import threading
 import numpy as np
 import pytest
 
+from fmu.check import plant_outputs
 from fmu.importer import reference_inputs
+from rotorsim.machine import load_machine
+from rotorsim.plant import Plant
 
 SAMPLE = 2e-4
 OUTPUTS = ["disc.x", "disc.y", "meas.disc_x", "meas.speed", "meas.pressure", "film.h_min"]
@@ -29,6 +32,29 @@ def test_a_state_continues_bitwise_also_in_another_instance(unit, running, model
     rows.append(other.run(part(inputs, 100, 200), SAMPLE, OUTPUTS, 100))
     other.close()
     assert rows[0].tobytes() == rows[1].tobytes() == rows[2].tobytes()
+
+
+@pytest.mark.slow
+def test_random_forces_and_a_wandering_speed_are_those_of_the_plant_and_part_of_the_state(exported_plant):
+    values = {"broadband_force.density": "0.01 N^2/Hz", "speed_wander.sd": 0.01, "speed_wander.time": "20 ms"}
+    machine = load_machine("plain_rotor")
+    for path, value in values.items():
+        machine = machine.replace(f"effects.{path}", value)
+    model, unit = exported_plant(Plant(machine), 250.0)
+    inputs = reference_inputs(model, 200, SAMPLE)
+    truth = plant_outputs(model, inputs, SAMPLE, seed=3)
+    instance = unit.instance()
+    instance.initialise({"noise.seed": 3.0})
+    rows = instance.run(part(inputs, 0, 100), SAMPLE, list(truth))
+    saved = instance.save()
+    instance.run(part(inputs, 100, 150), SAMPLE, list(truth), 100)
+    instance.restore(saved)
+    rows = np.concatenate([rows[:-1], instance.run(part(inputs, 100, 200), SAMPLE, list(truth), 100)])
+    instance.close()
+    for k, (name, (found, good)) in enumerate(truth.items()):
+        assert found[good].tobytes() == rows[good, k].tobytes(), name
+    speed = truth["shaft.speed"][0]
+    assert np.abs(speed / 250.0 - 1).max() > 1e-3
 
 
 def test_a_reset_unit_starts_again_from_its_start_values(unit, running, model):

@@ -188,7 +188,7 @@ FILES: dict[str, tuple[str, list[str], list[str] | None, list[str] | None, str]]
         [
             "Zeit  1 - Standardmessrate [s]",
             "Wellenweg horizontal [µm]",
-            "Wellenweg vertikal [µm]",
+            "Wellenweg vertikal [µm]",  # codespell:ignore
             "Phasengeber [V]",
             "Versorgungsdruck [bar]",
         ],
@@ -280,7 +280,7 @@ FILES: dict[str, tuple[str, list[str], list[str] | None, list[str] | None, str]]
             "Forskydning y [µm]",
             "Omdrejningstal [o/min]",
             "Forsyningstryk [bar]",
-            "Temperatur [°C]",
+            "Temperatur [°C]",  # codespell:ignore
         ],
         None,
         "t/s x/um y/um rpm/rpm bar/bar temp",

@@ -62,6 +62,7 @@ def test_the_bias_of_a_missing_dead_time_shows_and_its_intervals_hold_the_gain()
         assert abs(one.value - one.bias - value) < 0.6 * abs(one.value - value)
 
 
+@pytest.mark.slow
 def test_intervals_of_a_system_behind_a_pure_delay_which_no_model_has_hold():
     """Six samples late: standard deviations alone hold none of the 32 values."""
     inside, alone = [], []

@@ -47,6 +47,7 @@ def test_where_noise_is_fed_back_two_stages_hold_the_truth_and_the_direct_fit_do
     assert off["oe"][0] > 4.0 and off["oe"][1] > 1.0, off
 
 
+@pytest.mark.slow
 def test_stated_deviations_hold_in_closed_loop():
     """Six records under a law that feeds back coloured noise of 2 um."""
     found = [idn.identify(loop(seed, n=20000, noise=2e-6, colour=0.95), 3, start=TRUTH) for seed in range(6)]
@@ -139,6 +140,7 @@ def test_prediction_error_that_ends_at_no_model_is_refused():
         idn.identify(made(u, y), 1, method="pem")
 
 
+@pytest.mark.slow
 def test_gaps_and_several_records_of_closed_loops():
     data, other = loop(1, n=30000), loop(2, n=30000)
     holed = data.copy(deep=True)

@@ -147,6 +147,7 @@ def test_the_global_refinement_finds_surfaces_from_records(template):
     assert fit(lpv) > fit(plain)
 
 
+@pytest.mark.slow
 def test_black_box_models_in_one_basis_keep_their_responses_and_interpolate_worse(template):
     black = []
     for i, (w, p) in enumerate(product((0.0, 300.0, 600.0), (3e5, 5e5, 7e5))):

@@ -19,6 +19,7 @@ def found():
     return idn.identify(moved(RATES, RATED), RATED)
 
 
+@pytest.mark.slow
 def test_several_records_give_smaller_deviations(found):
     both = idn.identify([moved(RATES, RATED, 1), moved(RATES, RATED, 2)], RATED)
     np.testing.assert_allclose(both.zeta, modes(RATES)[1], rtol=5e-3)
@@ -61,6 +62,7 @@ def grid():
     return [idn.identify(one, RATED) for one in records], records
 
 
+@pytest.mark.slow
 def test_surfaces_are_refined_by_frequency_responses_and_not_over_all_records(grid):
     results, records = grid
     near = idn.fit_lpv(results, order=1, refine="frequency").at(150.0, 4e5)

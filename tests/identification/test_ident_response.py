@@ -86,6 +86,7 @@ def test_stated_intervals_of_a_noisy_response_hold_the_parameters(Ts):
     assert np.mean(np.abs(z) < 3) > 0.97
 
 
+@pytest.mark.slow
 def test_intervals_of_a_response_estimated_from_a_record_hold_the_parameters():
     z = []
     for seed in range(10):

@@ -237,3 +237,13 @@ def test_probes_at_one_angle_without_positions_are_of_planes_that_nobody_stated(
         probes[name]["position"] = "100 mm" if name in "AB" else "300 mm"
     made = assemble(table, load_mapping({"time": {"column": "t"}, "probes": probes, "disc": {"position": "300 mm"}}))
     assert made["probe"].values.tolist() == ["A", "B"]
+
+
+def test_a_run_up_of_a_lone_probe_is_fit_for_its_vectors():
+    t, angle, _ = lab(seconds=2.0, rate=5000.0)
+    probes = {"probe": ["A"], "probe_unit": ["m"]}
+    motion, speed = 1e-5 * np.cos(angle)[:, None], 2 * np.pi * (40 + 10 * t)
+    found = idn.examine(idn.make_record(t, {"probe_measured": motion, "angle": angle, "speed": speed}, probes=probes))
+    assert found.usable and found.uses["run-up analysis"] == "" and "disc_measured" in found.uses["runout filter"]
+    still = idn.examine(idn.make_record(t, {"probe_measured": motion}, probes=probes))
+    assert not still.usable and "speed" in still.uses["run-up analysis"]

@@ -95,7 +95,7 @@ def test_the_rate_of_rounded_stamps_follows_from_their_whole_length(form, rate, 
     found = unrounded(stamps)
     coarse = np.abs(stamps - true).max()
     if coarse * 2 > 1e-3 * np.ptp(true):
-        assert found is stamps  # nothing is told by so few different stamps
+        assert found is stamps  # so few different stamps show nothing
         return
     assert not problems(found)
     assert (found.size - 1) / np.ptp(found) == pytest.approx(rate, rel=2e-5 if coarse < 1e-4 else 1e-3)
@@ -147,3 +147,15 @@ def test_gaps_of_rounded_stamps_are_still_cut_out(tmp_path):
 def test_a_rate_above_the_table_is_kept(tmp_path, line, rate):
     (tmp_path / "a.csv").write_text(f"{line}\na;b;c\n" + "1;2;3\n2;3;4\n" * 5, encoding="latin-1")
     assert idn.columns(tmp_path / "a.csv").rate == pytest.approx(rate)
+
+
+@pytest.mark.parametrize("line", ["sample rate of version 1.2.3", "fs: ,5", "Messrate;;", "dt and fs = ."])
+def test_what_is_no_rate_is_passed_over(tmp_path, line):
+    (tmp_path / "a.csv").write_text(f"{line}\na;b;c\n" + "1;2;3\n2;3;4\n" * 5, encoding="latin-1")
+    assert idn.columns(tmp_path / "a.csv").rate in (None, 5.0)
+
+
+def test_a_record_of_ours_with_rates_in_its_header_is_read_back(tmp_path):
+    record = idn.make_record(T[:100], {"disc_measured": np.column_stack([X, Y])[:100]})
+    idn.save(record.assign_attrs(sample_rate_hz=12800.5, fs="1.2.3", sampling_interval="0.1.2"), tmp_path / "a.csv")
+    assert idn.read(tmp_path / "a.csv").attrs["fs"] == "1.2.3"

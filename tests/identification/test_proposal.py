@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import identification as idn
-from identification.records.columns import Column, DataTable
+from identification.records.columns import Column, DataTable, split_name
 
 T = np.arange(2000) / 5000
 W = 100 * np.pi
@@ -194,3 +194,29 @@ def test_a_unit_that_is_read_is_proposed_as_it_is_spelled(tmp_path, heading, kin
     text, _ = idn.propose(idn.columns(tmp_path / "a.csv"), "a.csv")
     assert kind in tomllib.loads(text) and 'unit = "?"' not in text
     assert f'unit = "{heading.split(" ")[-1][1:-1]}"' in text
+
+
+@pytest.mark.parametrize(
+    ("heading", "name", "unit"),
+    [("t / s", "t", "s"), ("x/µm", "x", "µm"), ("n / min⁻¹", "n", "min⁻¹"), ("CH1 in V", "CH1", "V"),
+     ("in s", "in s", "s"), ("Once/rev", "Once/rev", None), ("Data1/Time", "Data1/Time", None),
+     ("rad/s", "rad/s", None),
+     ("T_oil (°C)", "T_oil", "°C")],
+)  # fmt: skip
+def test_headings_have_their_unit_in_brackets_behind_a_stroke_or_in_words(heading, name, unit):
+    assert split_name(heading) == (name, unit)
+
+
+@pytest.mark.parametrize("name", ["Probe +45°", "Probe -45°", "P 45deg", "X probe 135 deg"])
+def test_an_angle_without_a_side_is_not_taken_for_one_from_x(name):
+    column = Column(name, 30 * np.cos(W * T), "um")
+    other = Column("other [um]", 30 * np.sin(W * T), "um")
+    text, _ = idn.propose(DataTable("CSV", (Column("t", T, "s"), column, other)), "a")
+    assert "45" not in str([entry.get("angle") for entry in tomllib.loads(text).get("probes", {}).values()])
+
+
+def test_oil_sound_and_bearing_forces_are_no_channels():
+    quiet = 3.0 + 1e-3 * np.sin(W * T)
+    text, incomplete = proposed(t=T, oil__pressure__bar=quiet, sound__pressure__Pa=quiet, bearing__force__X__N=quiet,
+                                motor__current__A=quiet, shaft__torque__Nm=quiet)  # fmt: skip
+    assert incomplete == 5 and set(tomllib.loads(text)) == {"time"}

@@ -59,3 +59,53 @@ def test_records_without_a_label_and_unknown_conditions_are_refused(run, tmp_pat
     assert run(*line)[0] == 2 and "no condition has a known unbalance" in run(*line)[2]
     line = ("balance", "bently_rk4", RK4 / "open.csv", "--mapping", RK4 / "balance.toml", "--out", tmp_path / "b")
     assert "--correct: no condition 'A999'" in run(*line, "--correct", "A999")[2]
+
+
+PHASED = """
+[conditions]
+column = "run"
+[speed]
+column = "rpm"
+[readings.X]
+amplitude = "um"
+phase = "deg"
+unit = "um"
+[planes.left]
+amount = "L"
+angle = "L_deg"
+unit = "g*mm"
+radius = "40 mm"
+[planes.right]
+amount = "R"
+angle = "R_deg"
+unit = "g*mm"
+"""
+RUNS = "run,rpm,um,deg,L,L_deg,R,R_deg\nfirst,3000,20,30,0,0,0,0\na,3000,{},{},50,0,0,0\nb,3000,27,300,0,0,50,90\n"
+
+
+def test_three_runs_and_planes_without_positions_give_weights(run, tmp_path):
+    (tmp_path / "runs.csv").write_text(RUNS.format(25, 80))
+    (tmp_path / "m.toml").write_text(PHASED.replace("[planes.left]", '[readings.Y]\namplitude = "um"\nphase = "L_deg"\nunit = "um"\n[planes.left]'))  # fmt: skip
+    code, text, _ = run("balance", "plain_rotor", "runs.csv", "--mapping", "m.toml", "--out", "b", "--json", "--no-report")
+    found = json.loads(text)
+    assert code == 0 and len(found["correction"]["weights"]) == 2 and found["physical_model_left_out"]
+    assert min(found["changes_by_trial_weights"]) > 0.1
+
+
+def test_a_trial_weight_that_changed_nothing_is_refused_with_the_number(run, tmp_path):
+    (tmp_path / "runs.csv").write_text(RUNS.format(20.1, 30.2))
+    (tmp_path / "m.toml").write_text(PHASED)
+    code, _, err = run("balance", "plain_rotor", "runs.csv", "--mapping", "m.toml", "--out", "b")
+    assert code == 2 and "left: the trial weight of 50 g mm changed the vectors by 0.6" in err and err.count("\n") == 1
+
+
+def test_amplitudes_alone_give_weights_or_a_sentence(run, tmp_path):
+    mapping = PHASED.replace('phase = "deg"\n', "").split("[planes.right]")[0]
+    (tmp_path / "m.toml").write_text(mapping)
+    rows = ["run,rpm,um,L,L_deg", "first,3000,8,0,0", "a,3000,10.2,10,0", "b,3000,11.4,10,120", "c,3000,4.1,10,240"]
+    (tmp_path / "four.csv").write_text("\n".join(rows))
+    code, text, _ = run("balance", "plain_rotor", "four.csv", "--mapping", "m.toml", "--out", "b", "--json")
+    assert code == 0 and json.loads(text)["estimates_by"] == "amplitudes alone"
+    (tmp_path / "three.csv").write_text("\n".join(rows[:-1]))
+    code, _, err = run("balance", "plain_rotor", "three.csv", "--mapping", "m.toml", "--out", "c")
+    assert code == 2 and "two answers" in err and err.count("\n") == 1

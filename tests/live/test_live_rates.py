@@ -16,6 +16,15 @@ RATE = 50e3
 
 
 @pytest.fixture(scope="module")
+def fast():
+    machine = load_machine("plain_rotor").with_({"solver.sampling_rate": RATE, "solver.time_step": 1 / RATE})
+    rig = Rig(machine, read_laws([], machine))
+    rig.set("speed", 300.0)
+    rig.reset()
+    return rig
+
+
+@pytest.fixture(scope="module")
 def turbo():
     machine = load_machine("grooved_turbo_rotor").with_({"grid.n_theta": 16, "grid.n_z": 8})
     rig = Rig(machine, read_laws([], machine))
@@ -24,33 +33,33 @@ def turbo():
     return rig
 
 
-def test_a_ramp_and_a_hit_are_those_of_the_clock(turbo):
-    assert pytest.approx(1 / RATE) == turbo.Ts
-    turbo.set("speed", 12010.0)
-    turbo.set("acceleration", 1000.0)
-    turbo.advance(250)  # 5 ms
-    assert turbo.speed == pytest.approx(12005.0, rel=1e-9)
-    turbo.set("impulse", 1e-4)
-    turbo.strike(0)
-    rows = turbo.advance(50)
+def test_a_ramp_and_a_hit_are_those_of_the_clock(fast):
+    assert pytest.approx(1 / RATE) == fast.Ts
+    fast.set("speed", 310.0)
+    fast.set("acceleration", 1000.0)
+    fast.advance(250)  # 5 ms
+    assert fast.speed == pytest.approx(305.0, rel=1e-9)
+    fast.set("impulse", 1e-4)
+    fast.strike(0)
+    rows = fast.advance(50)
     assert rows[:, -2].sum() / RATE == pytest.approx(1e-4, rel=1e-9)
 
 
-def test_a_spectrum_has_its_lines_where_the_shaft_turns(turbo):
-    turbo.set("speed", 12566.370614359172)  # 2 kHz
-    turbo.reset()
+def test_a_spectrum_has_its_lines_where_the_shaft_turns(fast):
+    fast.set("speed", 1256.6370614359172)  # 200 Hz
+    fast.reset()
     for _ in range(SPECTRUM // 50 + 20):
-        turbo.advance(50)
-    geometry = Geometry.of(turbo.machine, np.zeros(0), np.zeros(0))
-    frame = make_frame(turbo.history.last(10**9), None, geometry, 1.0, turbo.rest)
+        fast.advance(50)
+    geometry = Geometry.of(fast.machine, np.zeros(0), np.zeros(0))
+    frame = make_frame(fast.history.last(10**9), None, geometry, 1.0, fast.rest)
     step = geometry.as_dict()["highest"] / HIGHEST
     assert step == RATE / SPECTRUM == 10.0 and not frame["orders"]
-    assert np.argmax(frame["spectrum"][20:]) + 20 == 200
+    assert np.argmax(frame["spectrum"][2:]) + 2 == 20
 
 
-def test_a_recording_has_the_machine_s_clock(turbo, tmp_path):
-    recorder = Recorder(turbo, tmp_path / "live.nc")
-    recorder.write(turbo.advance(500))
+def test_a_recording_has_the_machine_s_clock(fast, tmp_path):
+    recorder = Recorder(fast, tmp_path / "live.nc")
+    recorder.write(fast.advance(500))
     assert recorder.seconds == pytest.approx(0.01)
     recorder.close()
     assert idn.sampling_time(idn.read(tmp_path / "live.nc")) == pytest.approx(1 / RATE)
@@ -66,6 +75,7 @@ def test_the_pace_counts_samples_of_the_machine(monkeypatch):
     assert Rig(coarse(), read_laws([])).Ts == 2e-4
 
 
+@pytest.mark.slow
 def test_of_two_films_the_one_that_is_chosen_is_drawn_and_replayed(turbo, tmp_path):
     grid = turbo.assembly.film_model.grid
     geometry = Geometry.of(turbo.machine, grid.theta, np.array([film.grid.z for film in turbo.assembly.films]))

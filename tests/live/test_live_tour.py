@@ -82,8 +82,14 @@ def test_every_scene_of_the_tour_can_be_set_and_the_law_comes_on(tmp_path):
     ("kind", "laws", "absent", "stops"),
     [
         ("plain", ("off",), {"pressure", "reference_x", "hysteresis.weight", "contact.stiffness"}, 3),
-        ("pins", ("off", "P", "hinf"), {"hysteresis.weight", "creep.gain", "dead_zone.width"}, 3),
-        ("film", ("off",), {"pressure", "reference_x", "weak_injector.share", "plenum_volume.change"}, 3),
+        pytest.param(
+            *("pins", ("off", "P", "hinf"), {"hysteresis.weight", "creep.gain", "dead_zone.width"}, 3),
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            *("film", ("off",), {"pressure", "reference_x", "weak_injector.share", "plenum_volume.change"}, 3),
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_a_rig_has_the_controls_scenes_and_laws_of_its_machine(tmp_path, kind, laws, absent, stops):

@@ -10,6 +10,7 @@ import pytest
 from numba.core.errors import TypingError
 
 from reynolds.jit import kernel
+from reynolds.ring import invert_block
 
 SCRIPT = """
 import json
@@ -56,3 +57,14 @@ def test_kernel_that_does_not_allocate_compiles(tmp_path, monkeypatch):
         return w[0]
 
     assert harmless(np.zeros(3)) == 1.0
+
+
+@pytest.mark.parametrize("n", [2, 4, 6, 8, 12, 15, 16])
+def test_the_inverse_of_a_block_is_its_inverse_in_lanes_of_any_width(n):
+    """Blocks as films and shafts have them; lanes of eight, of four and what is left over."""
+    block = np.random.default_rng(n).uniform(-1.0, 1.0, (n, n)) + 2.0 * n * np.eye(n)
+    w = np.concatenate([[np.nan] * 8, block.T.ravel(), [np.nan] * 8])
+    invert_block(w, 8, n)
+    assert w[8:-8].reshape(n, n).T == pytest.approx(np.linalg.inv(block), rel=1e-13, abs=1e-15)
+    assert np.isnan(w[:8]).all()
+    assert np.isnan(w[-8:]).all()

@@ -45,8 +45,8 @@ def test_a_study_without_numbers_meets_nothing():
 def test_every_row_shows_both_numbers_both_intervals_and_the_verdict():
     ours = THESIS | {"I2": {"identification_x": 85.0}}
     table = verdicts.markdown(verdicts.verdicts(ours))
-    assert "| fit, identification, x | 88.8 % |  | 85 | 86.1 to 91.5 | 83.4 to 94.2 | near |  |" in table
-    assert "| fit, second record, y | 84.1 % |  | none | 80.7 to 87.5 | 77.3 to 90.9 | not met |  |" in table
+    assert "| fit, identification, x | 88.8 % (fitted) |  | 85 | 86.1 to 91.5 | 83.4 to 94.2 | near |  |" in table
+    assert "| fit, second record, y | 84.1 % (fitted) |  | none | 80.7 to 87.5 | 77.3 to 90.9 | not met |  |" in table
     assert "| closed over open loop | 1.7 |  | 1.7 | from 1.7 | from 1.56 | met |  |" in table
     for claim in claims():
         assert f"### {claim.number}: " in table

@@ -332,7 +332,7 @@ def march_films(w, ix, P, speed):
         keep_films(w)
         begin_pseudo_steps(w, P, iadt)
         factorise(w, ix, P, speed, iadt)
-        converged = solve_film(w, ix, P, speed, iadt, tolerance) > 0
+        converged = solve_film(w, ix, P, speed, iadt, tolerance, True) > 0
         for f in range(ROTOR.n_films):
             force(film_part(w, f), FILM)
         if last:

@@ -18,8 +18,8 @@ from __future__ import annotations
 from reynolds.film import closest_places, smallest_gap
 from reynolds.jit import inlined, kernel, view
 from reynolds.newton import (
-    IMPATIENT,
     ITERATIONS,
+    MOST,
     STALE_FACTORS,
     begin_correction,
     eliminate_small,
@@ -94,7 +94,7 @@ def correct_films(w, ix, P):
 
 
 @kernel
-def iterate_films(w, ix, P, speed, iadt, tolerance, most, careful):
+def iterate_films(w, ix, P, speed, iadt, tolerance, patient, careful):
     """Newton's method for all films and journals; as `reynolds.newton.newton` for one."""
     before = 0.0
     n = 0
@@ -107,12 +107,12 @@ def iterate_films(w, ix, P, speed, iadt, tolerance, most, careful):
             begin_correction(v, numbers, F, FILM, speed * F.radius, iadt, careful or n >= 4)
         if done:
             return n
-        if n == most:
+        if n == MOST:
             return STALE_FACTORS
         size = correct_films(w, ix, P)
         n += 1
         first[FILM.convergence + ITERATIONS] += 1.0
-        verdict = judge_correction(first, FILM.convergence, n, size, before, tolerance, IMPATIENT)
+        verdict = judge_correction(first, FILM.convergence, n, size, before, tolerance, patient)
         if verdict < 0:
             return verdict
         done = verdict > 0

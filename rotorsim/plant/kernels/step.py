@@ -13,18 +13,7 @@ from reynolds.film import force
 from reynolds.grid import PLACE
 from reynolds.jit import inlined, kernel
 from reynolds.lanes import wide_vectors
-from reynolds.newton import (
-    AGE,
-    FACTORISATIONS,
-    ITERATIONS,
-    LAST,
-    LIVELY,
-    MAX_AGE,
-    NOT_CONVERGED,
-    STALE_FACTORS,
-    newton,
-    refresh,
-)
+from reynolds.newton import NOT_CONVERGED, STALE_FACTORS, newton, refresh
 from reynolds.transient import GAMMA, STAGE, TO_END, end_stage, predict, stage_rhs, take_back
 from rotorsim.plant.kernels.effect_calls import (
     FILM,
@@ -75,13 +64,13 @@ def form(w, P, speed, adt):
 
 
 @kernel
-def solve_film(w, ix, P, speed, iadt, tolerance):
+def solve_film(w, ix, P, speed, iadt, tolerance, patient):
     """Newton's method for films, plena and journals, with new factorisations when the old ones have gone stale."""
     for attempt in range(6):
         if ROTOR.n_films == 1:
-            n = newton(w, ix, P.film_0, FILM, speed * P.film_0.radius, iadt, tolerance, 20, attempt > 0)
+            n = newton(w, ix, P.film_0, FILM, speed * P.film_0.radius, iadt, tolerance, patient, attempt > 0)
         else:
-            n = iterate_films(w, ix, P, speed, iadt, tolerance, 20, attempt > 0)
+            n = iterate_films(w, ix, P, speed, iadt, tolerance, patient, attempt > 0)
         if n != STALE_FACTORS:
             return n
         factorise(w, ix, P, speed, iadt)
@@ -150,9 +139,7 @@ def free_journals(w, adt):
 
 @inlined
 def guess_journals(w):
-    """Journals where the present film forces take them; those in contact and in lively films stay as predicted."""
-    if film_part(w, 0)[FILM.convergence + LIVELY] > 0.0:
-        return
+    """Journals where the present film forces take them; a journal in contact stays where it is."""
     n = 2 * ROTOR.n_films
     for f in range(ROTOR.n_films):
         force(film_part(w, f), FILM)
@@ -194,7 +181,7 @@ def solve_stage(w, ix, P, speed, adt):
             v, s = film_part(w, f), ROTOR.journal_before + 2 * f
             w[s], w[s + 1] = v[FILM.journal], v[FILM.journal + 1]
         journal_equation(w, P, speed, adt)
-        if solve_film(w, ix, P, speed, 1.0 / adt, P.tolerance) < 0:
+        if solve_film(w, ix, P, speed, 1.0 / adt, P.tolerance, False) < 0:
             return NOT_CONVERGED
         if ROTOR.n_contact == 0 or contacts_agree(w, P, speed, adt):
             return 1
@@ -272,45 +259,8 @@ def start_stage(w, P, t, angle, speed, stage, order, adt):
     feed_stage(w, P, t)
     for f in range(ROTOR.n_films):
         v = film_part(w, f)
-        predict(v, film_constants(P, f), FILM, stage, order)
+        predict(v, FILM, stage, order)
         stage_rhs(v, FILM, stage, adt)
-
-
-MANY, FEW, TOO_MANY = 4, 2, 8
-"""Corrections of a stage from which on films are lively and up to which they are calm; more than TOO_MANY, of a step or
-of its first stage, are worth new factors."""
-
-
-@inlined
-def renew_factors(w, ix, P, speed, iadt):
-    """New factors at the predicted state where lively films have spent too many corrections on the old ones."""
-    c = FILM.convergence
-    if film_part(w, 0)[c + LIVELY] > 0.0:
-        if film_part(w, 0)[c + LAST] > TOO_MANY:
-            factorise(w, ix, P, speed, iadt)
-        # the rate of another place on the orbit is not trusted
-        film_part(w, 0)[c + AGE] = MAX_AGE
-
-
-@inlined
-def effort(w):
-    """Corrections and factorisations of the films so far."""
-    c = FILM.convergence
-    return film_part(w, 0)[c + ITERATIONS], film_part(w, 0)[c + FACTORISATIONS]
-
-
-@inlined
-def note_effort(w, stage, corrections, factorisations):
-    """Whether the films are lively, from what a stage took: its corrections, and factorisations that it asked for."""
-    c = FILM.convergence
-    for f in range(ROTOR.n_films):
-        v = film_part(w, f)
-        v[c + LAST] = corrections if stage == TO_MID else v[c + LAST] + corrections
-        if factorisations == 0.0:
-            if corrections >= MANY:
-                v[c + LIVELY] = 1.0
-            elif corrections <= FEW:
-                v[c + LIVELY] = 0.0
 
 
 @inlined
@@ -319,7 +269,6 @@ def take_films_back(w):
     for f in range(ROTOR.n_films):
         v = film_part(w, f)
         take_back(v, FILM)
-        v[FILM.convergence + LIVELY] = 0.0
         rows = ROTOR.journal + 2 * ROTOR.n * f
         v[FILM.journal], v[FILM.journal + 1] = project(w, ROTOR, rows, ROTOR.q_old)
         w[ROTOR.contact + f] = 0.0
@@ -344,16 +293,11 @@ def try_step(w, ix, P, dt):
                 factorise(w, ix, P, speed, 1.0 / adt)
         rotor_rhs(w, ROTOR, stage, adt)
         if ROTOR.n_films > 0:
-            corrections, factorisations = effort(w)
             start_stage(w, P, t, angle, speed, stage, order, adt)
-            renew_factors(w, ix, P, speed, 1.0 / adt)
         if solve_motion(w, ix, P, t, angle, speed, acceleration, tau, adt) < 0:
             take_films_back(w)
             w[ROTOR.matrix_step] = 0.0
             return NOT_CONVERGED
-        if ROTOR.n_films > 0:
-            n, m = effort(w)
-            note_effort(w, stage, n - corrections, m - factorisations)
         for f in range(ROTOR.n_films):
             end_stage(film_part(w, f), FILM, stage, adt)
         end_rotor_stage(w, ROTOR, stage, adt)

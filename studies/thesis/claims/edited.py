@@ -32,6 +32,7 @@ def judging() -> dict[str, Any]:
     for name, heads in ((FIRST, {"claims": ""}), (AMENDED, {"amended": " (amended)", "added": " (added)"})):
         table = tomllib.loads(text(name))
         kept |= {f"points.{point}": one["at"] for point, one in table["points"].items()}
+        kept |= {f"as_run.{path}": value for path, value in table.get("as_run", {}).get("values", {}).items()}
         kept |= {f"machines.{machine}": one["claims"] for machine, one in table.get("machines", {}).items()}
         for head, word in heads.items():
             for number, claim in table[head].items():

@@ -9,6 +9,7 @@ from typing import Any
 
 from rotorsim.base.input_files import parse_toml
 from rotorsim.base.units import KRPM, MPA
+from rotorsim.machine import Machine
 
 Interval = tuple[float, float]
 FIRST, AMENDED = "rules.toml", "amended.toml"
@@ -73,7 +74,8 @@ def claims() -> tuple[Claim, ...]:
     table = _file(AMENDED)
     kept = tuple(_amended(claim, table["amended"].get(claim.number)) for claim in first_claims())
     added = (_added(number, dict(one)) for number, one in table["added"].items())
-    return tuple(_moved(claim, table["machines"]) for claim in (*kept, *added))
+    known = set(table["as_run"]["fitted"])
+    return tuple(_with_fitted(_moved(claim, table["machines"]), known) for claim in (*kept, *added))
 
 
 @lru_cache
@@ -85,6 +87,23 @@ def first_claims() -> tuple[Claim, ...]:
 def machines() -> tuple[str, ...]:
     """Names of the shipped machines that claims are measured on besides the study's own."""
     return tuple(_file(AMENDED)["machines"])
+
+
+def as_run(machine: Machine) -> Machine:
+    """The machine as the thesis' rig was when its records were made: its noise, unbalance and unsteadiness."""
+    for path, value in as_run_values().items():
+        machine = machine.replace(path, value)
+    return machine
+
+
+def as_run_values() -> dict[str, Any]:
+    """Values by path that `as_run` replaces in a machine file."""
+    return dict(_file(AMENDED)["as_run"]["values"])
+
+
+def as_run_why() -> Amendment:
+    """Why the machines run with them."""
+    return _amendment(_file(AMENDED)["as_run"])
 
 
 def points(name: str) -> tuple[tuple[float, float], ...]:
@@ -118,10 +137,14 @@ def _moved(claim: Claim, machines: dict[str, dict[str, Any]]) -> Claim:
     """The claim with the machine that it is measured on, and with its figures marked that this is fitted to."""
     for name, table in machines.items():
         if claim.number in table["claims"]:
-            fitted = tuple(replace(f, fitted=f.fitted or f"{claim.number}.{f.name}" in table["fitted"])
-                           for f in claim.figures)  # fmt: skip
-            return replace(claim, figures=fitted, machine=name, moved=_amendment(table))
+            return replace(_with_fitted(claim, set(table["fitted"])), machine=name, moved=_amendment(table))
     return claim
+
+
+def _with_fitted(claim: Claim, known: set[str]) -> Claim:
+    """The claim with those of its figures marked that a machine was fitted to."""
+    return replace(claim, figures=tuple(replace(f, fitted=f.fitted or f"{claim.number}.{f.name}" in known)
+                                        for f in claim.figures))  # fmt: skip
 
 
 def _amendment(table: dict[str, Any]) -> Amendment:
