@@ -261,7 +261,7 @@ def without_hum(trials: Sequence[Trial]) -> tuple[list[Trial], list[str]]:
     """Trials without the hum of the mains, and a sentence on each line of it.
 
     Hum is a tone at a multiple of 50 or 60 Hz that stands in most records of several speeds: it turns with no shaft.
-    Where an order lies on it the two cannot be told apart, and its size is kept for the floor.
+    Where an order lies on it the two are indistinguishable, and its size is kept for the floor.
     """
     left, notes = list(trials), []
     for frequency in (n * mains for mains in MAINS for n in (1, 2, 3)):

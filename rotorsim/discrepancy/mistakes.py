@@ -10,7 +10,10 @@ the motion at a line (its amplitudes and phases by probe), whatever the size and
 y are the readings of all probes at the line, s those of the twin, the mean is that over records. A resonance that is
 off scales both alike; supports that are off turn the orbit, and so twins with softer and with stiffer ones are tried.
 The alternatives act on y. One is named where the records have its shape (d at most `SHAPE`) and clearly not their own,
-nearly all of them; several that have it as well are named together.
+nearly all of them; several that have it as well are named together. Source: the modal assurance criterion of
+Allemang & Brown (1982), of the operating deflection.
+
+Cites: allemang_1982.
 """
 
 from __future__ import annotations

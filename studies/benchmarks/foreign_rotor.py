@@ -11,6 +11,9 @@ at the order n is
 
 The truth of all cases is written first, and its SHA-256 is the first line of the results. A case that ends with a
 refusal in one sentence has the verdict `refused`. The verdict is judged by words that it has to contain (`Case.named`).
+Source of the elements: Friswell et al. (2010).
+
+Cites: friswell_2010.
 """
 
 from __future__ import annotations
@@ -93,16 +96,16 @@ CASES = (
 
 def beam() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Mass, gyroscopic and stiffness matrix of shaft and discs; coordinates x, y, slopes of x and y by node."""
-    l, area, inertia = LENGTH / ELEMENTS, np.pi * DIAMETER**2 / 4, np.pi * DIAMETER**4 / 64
-    k = E * inertia / l**3 * np.array(
-        [[12, 6 * l, -12, 6 * l], [6 * l, 4 * l * l, -6 * l, 2 * l * l],
-         [-12, -6 * l, 12, -6 * l], [6 * l, 2 * l * l, -6 * l, 4 * l * l]])  # fmt: skip
-    m = RHO * area * l / 420 * np.array(
-        [[156, 22 * l, 54, -13 * l], [22 * l, 4 * l * l, 13 * l, -3 * l * l],
-         [54, 13 * l, 156, -22 * l], [-13 * l, -3 * l * l, -22 * l, 4 * l * l]])  # fmt: skip
-    rotary = RHO * inertia / (30 * l) * np.array(
-        [[36, 3 * l, -36, 3 * l], [3 * l, 4 * l * l, -3 * l, -l * l],
-         [-36, -3 * l, 36, -3 * l], [3 * l, -l * l, -3 * l, 4 * l * l]])  # fmt: skip
+    h, area, inertia = LENGTH / ELEMENTS, np.pi * DIAMETER**2 / 4, np.pi * DIAMETER**4 / 64
+    k = E * inertia / h**3 * np.array(
+        [[12, 6 * h, -12, 6 * h], [6 * h, 4 * h * h, -6 * h, 2 * h * h],
+         [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h * h, -6 * h, 4 * h * h]])  # fmt: skip
+    m = RHO * area * h / 420 * np.array(
+        [[156, 22 * h, 54, -13 * h], [22 * h, 4 * h * h, 13 * h, -3 * h * h],
+         [54, 13 * h, 156, -22 * h], [-13 * h, -3 * h * h, -22 * h, 4 * h * h]])  # fmt: skip
+    rotary = RHO * inertia / (30 * h) * np.array(
+        [[36, 3 * h, -36, 3 * h], [3 * h, 4 * h * h, -3 * h, -h * h],
+         [-36, -3 * h, 36, -3 * h], [3 * h, -h * h, -3 * h, 4 * h * h]])  # fmt: skip
     n = 4 * (ELEMENTS + 1)
     M, G, K = np.zeros((3, n, n))
     for e in range(ELEMENTS):

@@ -57,8 +57,8 @@ def test_a_force_of_the_twin_acts_at_its_place(two_discs):
     moved = twin.run({**values, f"{stem}.position": 0.45}, rows, 0.0)[:, :2]
     there = two_discs.replace("effects.labyrinth_seal", {"position": "450 mm"})
     own = Twin(there, GRID, 2e-4, only=())
-    beside = own.run({"labyrinth_seal.0.damping": 300.0}, rows, 0.0)[:, :2]
-    np.testing.assert_allclose(moved, beside, atol=1e-6 * np.abs(beside).max())
+    others = own.run({"labyrinth_seal.0.damping": 300.0}, rows, 0.0)[:, :2]
+    np.testing.assert_allclose(moved, others, atol=1e-6 * np.abs(others).max())
     first = twin.run({**values, f"{stem}.position": 0.2}, rows, 0.0)[:, :2]
     assert np.abs(first - moved).max() > 1e-2 * np.abs(moved).max()
 
