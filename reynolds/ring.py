@@ -132,7 +132,7 @@ def factor(w, L):
                 clear_column(w, L.inverse + (cut + step) * n * n, n, c)
                 clear_column(w, L.inverse + (cut + half - step) * n * n, n, c)
     for cut in range(0, L.n_theta, half):
-        load_line(w, L, cut + middle, middle > 1, middle > 1)
+        load_line(w, L, cut + middle, True, True)
     for c in range(n):
         for cut in range(0, L.n_theta, half):
             clear_column(w, L.inverse + (cut + middle) * n * n, n, c)
@@ -217,10 +217,11 @@ BOTH = 2
 
 
 @inlined
-def open_solve(w, L, r, beside):
+def open_solve(w, L, r, next_to):
     """Solve the four open chains in place for the right-hand side at r; the cut lines stay.
 
-    A right-hand side that is zero but beside one cut names it: the chains from the other one begin with zeros.
+    A right-hand side that is zero but for the lines next to one cut names that cut: the chains from the other one begin
+    with zeros.
     """
     n, s, half, middle = L.n_rows, L.stride, L.n_theta // 2, L.n_theta // 4
     lead = (n + 7) // 8 * 8
@@ -229,13 +230,13 @@ def open_solve(w, L, r, beside):
             x = L.lanes + 2 * cut * lead
             i, j = cut * half + step, cut * half + half - step
             a, b = L.first + i * s, L.first + j * s
-            if beside != 1 - cut:
+            if next_to != 1 - cut:
                 if step == 1:
                     copy(w, x, r + a, n)
                 else:
                     less_line(w, L, x, r + a, L.west, a, r + a - s)
                 multiply(w, L.inverse + i * n * n, x, r + a, n, False)
-            if beside != cut:
+            if next_to != cut:
                 if step == 1:
                     copy(w, x + lead, r + b, n)
                 else:

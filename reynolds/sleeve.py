@@ -362,7 +362,7 @@ class Pieces:
             return np.stack([*(np.abs(z) < s.reach(grid.length) for s in steps), slant], axis=-1)
 
         def depths(others: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-            """What tells pieces of one axis apart: depths beside all pieces `others` of the other one, arc or slant."""
+            """Difference between pieces of one axis: depths with all pieces `others` of the other one, arc or slant."""
 
             def at(kinds: np.ndarray) -> np.ndarray:
                 there = kinds[..., None, :-1] * others[:, :-1] > 0
@@ -375,7 +375,10 @@ class Pieces:
 
         lines_seen, rows_seen = (
             depths(np.unique(kind(0.5 * (ends[1:] + ends[:-1])), axis=0))
-            for kind, ends in ((across, np.unique([-1, grid.n_rows, *z_cuts])), (along, np.unique([0, grid.n_theta, *cuts])))
+            for kind, ends in (
+                (across, np.unique([-1, grid.n_rows, *z_cuts])),
+                (along, np.unique([0, grid.n_theta, *cuts])),
+            )
         )
         begins = np.arange(grid.n_theta)
         self.lines, keys, middles = self._cut(begins, cuts, along, lines_seen, grid.n_theta)
@@ -383,7 +386,9 @@ class Pieces:
         self.line_cover = keys[..., :-1]
         self.lift, self.raised = np.zeros_like(self.lines), np.zeros(begins.size)
         if lobes is not None and jumps.size:
-            halves, _, at = self._cut(np.arange(2 * begins.size), 2 * cuts, lambda x: along(x / 2), lines_seen, 2 * begins.size)
+            halves, _, at = self._cut(
+                np.arange(2 * begins.size), 2 * cuts, lambda x: along(x / 2), lines_seen, 2 * begins.size
+            )
             mean = (halves * sleeve.height(at / 2 * grid.dtheta, clearance)).sum(axis=1)
             nodes = sleeve.height(grid.theta, clearance)
             cell = np.floor(np.concatenate([cuts - ON_A_LINE, cuts + ON_A_LINE])).astype(int) % begins.size
@@ -395,8 +400,12 @@ class Pieces:
         self.row_cover, self.slant = keys[..., :-1], keys[..., -1]
 
     def _cut(
-        self, begins: np.ndarray, cuts: np.ndarray, kind: Callable[[np.ndarray], np.ndarray],
-        seen: Callable[[np.ndarray], np.ndarray], period: int,
+        self,
+        begins: np.ndarray,
+        cuts: np.ndarray,
+        kind: Callable[[np.ndarray], np.ndarray],
+        seen: Callable[[np.ndarray], np.ndarray],
+        period: int,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Lengths, kinds and middles of the pieces of cells that begin at the numbers `begins`.
 

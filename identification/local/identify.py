@@ -39,7 +39,7 @@ from identification.records.frequency_response import FrequencyResponse
 from identification.records.prefilter import Prefilter, Signals, chosen_output, filtered, joined, without_gaps
 from identification.records.sampling import sampling_time
 from identification.records.schema import machine_of
-from rotorsim.base.errors import UnfitError
+from rotorsim.base.errors import SchemaError, UnfitError
 from rotorsim.base.processes import one_thread
 
 if TYPE_CHECKING:
@@ -101,6 +101,15 @@ def _one(
         remarks += check_saturation(record, check)
     external = np.asarray(record["reference_external"].values, float) if closed else None
     return FitSignals(signals, signals, external, method, remarks)
+
+
+def refusal(record: xr.Dataset) -> str:
+    """The sentence with which `identify` refuses a record for every model; empty where it takes it."""
+    try:
+        ready([record], "auto", None, None, True, min(len(one.parameters) for one in STRUCTURES.values()))
+    except (SchemaError, UnfitError) as error:
+        return str(error)
+    return ""
 
 
 def of_stretches(

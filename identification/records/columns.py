@@ -180,10 +180,14 @@ def dead(values: np.ndarray) -> str:
     return ""
 
 
+ROUNDING = 1e-12
+"""Range of a column over its largest number that is rounding."""
+
+
 def clipped(values: np.ndarray) -> tuple[tuple[float, float], ...]:
     """Limits at which a sensor's column (n,) rests, each with the share of the samples there; empty if at none."""
     finite = values[np.isfinite(values)]
-    if finite.size < 2 or finite.min() == finite.max():
+    if finite.size < 2 or not moves(finite):
         return ()
     found = []
     low, high = float(finite.min()), float(finite.max())
@@ -192,6 +196,11 @@ def clipped(values: np.ndarray) -> tuple[tuple[float, float], ...]:
         if share and np.count_nonzero(finite == at) >= LONGER * np.count_nonzero(finite == inner):
             found.append((at, share))
     return tuple(found)
+
+
+def moves(values: np.ndarray) -> bool:
+    """Whether finite numbers (n,) differ by more than rounding."""
+    return bool(np.ptp(values) > ROUNDING * np.abs(values).max())
 
 
 def _resting(values: np.ndarray, at: float) -> float:

@@ -12,13 +12,14 @@ speeds, hence a hint needs the whole table.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from math import pi
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from identification.records.columns import clipped
+from identification.records.columns import clipped, moves
 from identification.records.prefilter import without_gaps
 from identification.records.sampling import nominal_rate, problems
 from identification.records.schema import VECTORS, measured, measured_name, named_axes, notes_of, validate
@@ -226,6 +227,11 @@ CLIPPED = ("disc_measured", "journal", "pin", "pin_measured", "pressure_measured
 PARTS, SWEPT = 8, 0.02
 """Parts of a record whose mean speeds are compared, and the share by which those of a run-up differ at least."""
 _STEADY = ("speed", "speed_measured", "pressure", "pressure_measured", "reference", "contact", "disc_force")
+_DRIVEN = {"pin": ("reference",), "pin_measured": ("reference",), "angle": ("speed_measured", "speed"),
+           "angle_measured": ("speed_measured", "speed")}  # fmt: skip
+"""Channels that stand still where what drives them does, which is no fault of their sensor."""
+LEAST_TURNS = 2.0
+"""Revolutions that a runout filter needs."""
 
 
 @dataclass(frozen=True)
@@ -250,6 +256,8 @@ class Channel:
 class Examination:
     """`kind` is 'time series' or 'run-up vectors'; `uses` maps each use to the variables that it lacks.
 
+    `refused` are the sentences with which a use refuses a record that has its variables.
+
     `problems` make the record unfit for any use, as do those of the `warnings` that are `doubts`: values in a unit that
     must be wrong. `left_out` states the part that identification leaves out of a record whose problems are gaps alone.
     Rate [Hz] and duration [s] are NaN without a time.
@@ -265,11 +273,12 @@ class Examination:
     uses: dict[str, str]
     doubts: tuple[str, ...] = ()
     left_out: str = ""
+    refused: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def usable(self) -> bool:
-        """Whether the record is fit for at least one use."""
-        return any(self.fit(use) for use in self.uses)
+        """Whether the record is sound and has the variables of at least one use, which may refuse what it shows."""
+        return any(self._sound(use) for use in self.uses)
 
     def fit(self, use: str) -> bool:
         """Whether the record is fit for a use; gaps do not hinder identification.
@@ -280,6 +289,9 @@ class Examination:
         >>> rs.identification.examine(record).fit("scheduled models")
         True
         """
+        return self._sound(use) and use not in self.refused
+
+    def _sound(self, use: str) -> bool:
         whole = not self.problems or (bool(self.left_out) and use in FITS)
         return whole and not self.doubts and not self.uses[use]
 
@@ -324,9 +336,17 @@ def _series(record: xr.Dataset) -> Examination:
         uses["run-up analysis"] = ", ".join(
             part for part in uses["run-up analysis"].split(", ") if part and part != MOTION
         )
+    refused = {}
+    if (angle := measured(record, "angle")) is not None and (turns := _turns(angle)) < LEAST_TURNS * (1 - 1e-3):
+        refused["runout filter"] = f"the shaft turns {turns:.2g} times, the filter needs {LEAST_TURNS:g}; record longer"
     uses["run-up analysis"] = uses["run-up analysis"] or ("" if _swept(record) else "a speed that rises or falls")
-    rest = (tuple(found), tuple(warnings), uses, _doubts(suspected), left_out)
+    rest = (tuple(found), tuple(warnings), uses, _doubts(suspected), left_out, refused)
     return Examination("time series", time.size, rate, duration, channels, *rest)
+
+
+def _turns(angle: np.ndarray) -> float:
+    finite = angle[np.isfinite(angle)]
+    return float(np.ptp(finite)) / (2 * pi) if finite.size else 0.0
 
 
 def _swept(record: xr.Dataset) -> bool:
@@ -349,7 +369,7 @@ def _vectors(vectors: xr.Dataset) -> Examination:
     for name in VECTORS if not found else ():
         for order in vectors["order"].values:
             values = np.asarray(vectors[name].sel(order=order).values, float)
-            channels.append(_channel(f"{name} {order}X", VECTORS[name].units, values.ravel(), False))
+            channels.append(_channel(f"{name} {order}X", VECTORS[name].units, values.ravel(), False, False))
     uses = {"run-up analysis": "", **{use: "a time series" for use in USES if use != "run-up analysis"}}
     samples = vectors.sizes["speed"]
     suspected = suspicions(vectors[["amplitude"]], np.nan) if not found else []
@@ -378,18 +398,28 @@ def _channels(record: xr.Dataset) -> tuple[Channel, ...]:
         if variable.dtype.kind not in "fiub" or variable.dims[:1] != ("time",) or variable.ndim > 2:
             continue
         units, values = variable.attrs.get("units", ""), np.asarray(variable.values, float)
+        still = name in _STEADY or _undriven(record, name)
         if variable.ndim == 1:
-            channels.append(_channel(name, units, values, name in CLIPPED))
+            channels.append(_channel(name, units, values, name in CLIPPED, still))
             continue
         labels = variable[variable.dims[1]].values if variable.dims[1] in variable.coords else range(values.shape[1])
         own = variable.coords.get("probe_unit")
         for k, (label, column) in enumerate(zip(labels, values.T, strict=True)):
             unit = units if own is None else str(own.values[k])
-            channels.append(_channel(f"{name} {label}", unit, column, name in CLIPPED))
+            channels.append(_channel(f"{name} {label}", unit, column, name in CLIPPED, still))
     return tuple(channels)
 
 
-def _channel(name: str, units: str, values: np.ndarray, sensor: bool) -> Channel:
+def _undriven(record: xr.Dataset, name: str) -> bool:
+    """Whether a record states what drives a channel, and that nothing of it moves: an angle at no speed."""
+    there = [np.asarray(record[one].values, float) for one in _DRIVEN.get(name, ()) if one in record]
+    at_rest = (not np.abs(one).max(initial=0.0) > 0 if name.startswith("angle") else not np.ptp(one, axis=0).any()
+               for one in there[:1] if one.size)  # fmt: skip
+    return any(at_rest)
+
+
+def _channel(name: str, units: str, values: np.ndarray, sensor: bool, still: bool) -> Channel:
+    """A column's range and remarks; one that may stand `still` is not remarked on for it."""
     finite = values[np.isfinite(values)]
     if not finite.size:
         return Channel(name, units, np.nan, np.nan, ("all NaN or infinite",))
@@ -398,8 +428,9 @@ def _channel(name: str, units: str, values: np.ndarray, sensor: bool) -> Channel
     if finite.size < values.size:
         first = int(np.flatnonzero(~np.isfinite(values))[0]) + 1
         remarks.append(f"{values.size - finite.size} NaN or infinite, the first at sample {first}")
-    if low == high and values.size > 1 and name.split()[0] not in _STEADY:
-        remarks.append("flat; is the sensor connected?")
+    if not moves(finite) and values.size > 1:
+        if not still:
+            remarks.append("flat; is the sensor connected?")
     elif sensor:
         remarks += [f"saturated at {at:.6g} {units}?" for at, _ in clipped(values)]
     return Channel(name, units, low, high, tuple(remarks))

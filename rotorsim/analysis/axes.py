@@ -42,8 +42,8 @@ class Field:
         return self.path.replace(".", "_")
 
 
-def checked(name: str, values: Sequence[float] | np.ndarray) -> np.ndarray:
-    """A grid (n,) of finite, strictly ascending numbers; raises DataError."""
+def checked(name: str, values: Sequence[float] | np.ndarray, texts: Sequence[str] = ()) -> np.ndarray:
+    """A grid (n,) of finite, strictly ascending numbers, which errors show as the `texts` given; raises DataError."""
     grid = np.atleast_1d(np.asarray(values, float))
     if grid.ndim != 1 or not grid.size:
         raise DataError(f"{name}: the grid is empty; give at least one value")
@@ -52,7 +52,8 @@ def checked(name: str, values: Sequence[float] | np.ndarray) -> np.ndarray:
     falls = np.flatnonzero(np.diff(grid) <= 0)
     if falls.size:
         k = int(falls[0]) + 1
-        raise DataError(f"{name}: value {k + 1}, {grid[k]:g}, is not above the one before it, {grid[k - 1]:g}; sort it")
+        value, before = (texts[k], texts[k - 1]) if len(texts) == grid.size else (f"{grid[k]:g}", f"{grid[k - 1]:g}")
+        raise DataError(f"{name}: value {k + 1}, {value}, is not above the one before it, {before}; sort it")
     return grid
 
 
@@ -72,7 +73,9 @@ def read_axis(option: str, text: str, unit: str) -> np.ndarray:
         raise DataError(f"--{option}: {error}") from error
     for number, end in zip(numbers, ends, strict=True):
         ask(option, number, unit, end, "--")
-    return checked(f"--{option} '{text}' in {unit}", np.linspace(numbers[0], numbers[1], count) if count else numbers)
+    if count > 1 and not numbers[1] > numbers[0]:
+        raise DataError(f"--{option}: the end, {ends[1]}, is not above the one before it, {ends[0]}; exchange them")
+    return checked(f"--{option}", np.linspace(numbers[0], numbers[1], count) if count else numbers, ends)
 
 
 def read_field(text: str) -> Field:

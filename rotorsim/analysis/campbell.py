@@ -8,6 +8,7 @@ with an order line, in either direction, solved with the linear model at that sp
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,9 +16,10 @@ import numpy as np
 from fe_shaft import BearingElement, Rotor
 from fe_shaft.modes.crossings import Crossing
 from rotorsim.analysis.axes import checked
-from rotorsim.analysis.modes_over_speed import ORDERS, ModesOverSpeed, modes_over_speed, roundness, sense
+from rotorsim.analysis.modes_over_speed import ORDERS, ModesOverSpeed, modes_over_speed, roundness
 from rotorsim.analysis.supply import felt
 from rotorsim.base.errors import DataError
+from rotorsim.base.rounding import whirl_sense
 from rotorsim.base.units import RPM, TO_HZ, TO_RPM
 from rotorsim.plant import Plant
 from rotorsim.plant.validity import linear_warnings
@@ -47,7 +49,8 @@ def campbell(plant: Plant, speeds: Sequence[float] | np.ndarray, pressure: float
     Dataset
         Over branch and speed wn [rad/s], zeta, log_dec, whirl_ratio and whirl (forward as the shaft turns), NaN where
         the branch is outside the region or the film does not carry; `begins` and `ends` say why. Over speed the
-        numbers of modes in the region and of those `missing` among them (0: proven, NaN: not carried or not proven).
+        numbers of modes in the region, of those `missing` among them (0: proven, NaN: not carried or not proven) and of
+        others met beyond its limit of damping (`damped`).
         Over critical, of all branches by order and speed: critical_speed [rad/s], critical_order, critical_direction
         (-1 where the natural frequency falls below the line, 1 where it rises above), critical_zeta,
         critical_amplification 1 / (2 zeta), critical_whirl and critical_branch. The attributes hold the region and the
@@ -79,11 +82,12 @@ def campbell(plant: Plant, speeds: Sequence[float] | np.ndarray, pressure: float
             "zeta": (over, zeta, {"units": "1", "long_name": "damping ratio"}),
             "log_dec": (over, 2 * np.pi * zeta / np.sqrt(1 - zeta**2), {"units": "1", "long_name": "log. decrement"}),
             "whirl_ratio": (over, senses, {"units": "1", "long_name": "roundness of the orbit, 1 forward"}),
-            "whirl": (over, sense(senses), {"long_name": "sense of whirl"}),
+            "whirl": (over, whirl_sense(senses), {"long_name": "sense of whirl"}),
             "begins": ("branch", [b.begins for b in branches], {"long_name": "where the branch begins"}),
             "ends": ("branch", [b.ends for b in branches], {"long_name": "where the branch ends"}),
             "modes": ("speed", counts[:, 0], {"units": "1", "long_name": "modes in the region"}),
             "missing": ("speed", counts[:, 1], {"units": "1", "long_name": "modes in the region that are not found"}),
+            "damped": ("speed", counts[:, 2], {"units": "1", "long_name": "modes met beyond the limit of damping"}),
         }
         | criticals(found, shown),
         {
@@ -91,7 +95,7 @@ def campbell(plant: Plant, speeds: Sequence[float] | np.ndarray, pressure: float
             "branch": np.arange(1, len(shown) + 1),
         },
         plant.provenance() | linear_warnings(plant, speeds, [found.least(v) for v in speeds.tolist()], pressure)
-        | {"kind": "campbell", "pressure": pressure} | about(found),
+        | {"kind": "campbell", "pressure": pressure, "asked": modes} | about(found),
     )  # fmt: skip
 
 
@@ -104,7 +108,7 @@ def along_speeds(found: ModesOverSpeed, speeds: np.ndarray, count: int) -> tuple
     for i, node in enumerate(followed.nodes):
         if node.at not in place or node.pencil is None:
             continue
-        s, orbits = node.modes.values, roundness(node.pencil, node.modes.right)
+        s, orbits = node.modes.values, roundness(node.pencil, node.modes)
         inside = found.region.holds(s)
         for b in (b for b, one in enumerate(number) if i in one and inside[one[i]]):
             every[b, place[node.at]], senses[b, place[node.at]] = s[number[b][i]], orbits[number[b][i]]
@@ -113,12 +117,14 @@ def along_speeds(found: ModesOverSpeed, speeds: np.ndarray, count: int) -> tuple
     return every[shown], senses[shown], shown
 
 
-def _counts(found: ModesOverSpeed, speed: float) -> tuple[float, float]:
-    """Modes in the region at a speed [rad/s], and those missing among them."""
+def _counts(found: ModesOverSpeed, speed: float) -> tuple[float, float, float]:
+    """Modes in the region at a speed [rad/s], those missing among them, and others met beyond the limit of damping."""
     node = found.node(speed)
     if node.pencil is None:
-        return float("nan"), float("nan")
-    return float(found.region.holds(node.modes.values).sum()), node.modes.missing
+        return float("nan"), float("nan"), float("nan")
+    s, region = node.modes.values, found.region
+    beyond = replace(region, zeta=1.0).holds(s) & ~region.holds(s)
+    return float(region.holds(s).sum()), node.modes.missing, float(beyond.sum())
 
 
 def crossing_numbers(crossings: Sequence[Crossing]) -> np.ndarray:
@@ -129,7 +135,7 @@ def crossing_numbers(crossings: Sequence[Crossing]) -> np.ndarray:
     rows = []
     for one in crossings:
         s = complex(one.modes.values[0])
-        orbit = float(roundness(one.pencil, one.modes.right)[0])
+        orbit = float(roundness(one.pencil, one.modes)[0])
         rows.append((one.at, -s.real / abs(s), 1.0 if one.upward else -1.0, abs(s), orbit))
     return np.array(rows).reshape(-1, 5)
 
@@ -154,7 +160,7 @@ def criticals(found: ModesOverSpeed, shown: Sequence[int] = ()) -> dict[str, Any
         "critical_amplification": (
             over, amplification, {"units": "1", "long_name": "amplification factor 1/(2 zeta), inf where it grows"},
         ),
-        "critical_whirl": (over, sense(ratio), {"long_name": "sense of whirl at the critical speed"}),
+        "critical_whirl": (over, whirl_sense(ratio), {"long_name": "sense of whirl at the critical speed"}),
         "critical_branch": (over, np.array([number[c.branch] for c in every], int), {"long_name": "branch"}),
     }  # fmt: skip
 
@@ -185,24 +191,39 @@ def critical_rows(found: xr.Dataset) -> list[tuple[int, float, str, float, str, 
 
 def modes_line(found: xr.Dataset) -> str:
     """Sentence on the number of modes in the region of a Campbell diagram, and at how many speeds it is proven."""
-    counts, missing, attrs = found["modes"].values, found["missing"].values, found.attrs
+    (counts, missing, damped), attrs = (found[name].values for name in ("modes", "missing", "damped")), found.attrs
     carried = np.isfinite(counts)
     if not carried.any():
         return "none: the film carries the rotor at no speed"
-    least, most = int(np.nanmin(counts)), int(np.nanmax(counts))
-    number = str(most) if least == most else f"{least} to {most}"
-    return (
-        f"all {number} between {attrs['region_floor'] * TO_HZ:.2g} and {attrs['region_reach'] * TO_HZ:.4g} Hz with a "
-        f"damping ratio below {attrs['region_zeta']:g}, proven at {int((missing == 0).sum())} of {len(counts)} speeds"
+    low, high = (_nice(attrs[name] * TO_HZ) for name in ("region_floor", "region_reach"))
+    text = (
+        f"all {_between(counts)} between {low} and {high} Hz with a damping ratio below {attrs['region_zeta']:g}, "
+        f"proven at {int((missing == 0).sum())} of {len(counts)} speeds"
     )
+    if found.sizes["branch"] >= attrs["asked"]:
+        return text
+    beyond = f"; at least {_between(damped)} with more damping are not listed" if np.nanmax(damped) > 0 else ""
+    return f"{text}, fewer than the {attrs['asked']} asked for{beyond}"
+
+
+def _between(counts: np.ndarray) -> str:
+    least, most = int(np.nanmin(counts)), int(np.nanmax(counts))
+    return str(most) if least == most else f"{least} to {most}"
+
+
+def _nice(value: float) -> str:
+    return f"{float(f'{value:.3g}'):.12g}"
 
 
 def searched_line(found: xr.Dataset) -> str:
     """Range of speeds in which critical speeds were searched, and what was not looked at in it."""
-    text = f"{found.attrs['searched_from'] * TO_RPM:.0f} to {found.attrs['searched_to'] * TO_RPM:.0f} rpm"
+    low, high = (_nice(found.attrs[name] * TO_RPM) for name in ("searched_from", "searched_to"))
+    text = f"{low} to {high} rpm"
+    if not found.sizes["critical"]:
+        text += ": there is no critical speed among them"
     for name, why in (("not_looked_at", "the film does not carry"), ("not_certain", "a mode cannot be followed")):
         for a, b in np.reshape(found.attrs[name], (-1, 2)) * TO_RPM:
-            text += f"; not looked at {a:.0f} to {b:.0f} rpm, {why}"
+            text += f"; not looked at {_nice(a)} to {_nice(b)} rpm, {why}"
     return text
 
 
@@ -244,7 +265,7 @@ def critical_speeds(
             "critical_speed": (over, speed, {"units": "rad/s", "long_name": "critical speed"}),
             "critical_zeta": (over, zeta, {"units": "1", "long_name": "damping ratio at the critical speed"}),
             "critical_direction": (over, direction, {"units": "1", "long_name": "natural frequency leaves the line"}),
-            "critical_whirl": (over, sense(ratio), {"long_name": "sense of whirl at the critical speed"}),
+            "critical_whirl": (over, whirl_sense(ratio), {"long_name": "sense of whirl at the critical speed"}),
             "searched": ("pressure", complete, {"units": "1", "long_name": "whether every speed was looked at"}),
         },
         {

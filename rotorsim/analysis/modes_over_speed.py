@@ -26,8 +26,6 @@ MARGIN = 0.15
 """Distance of a speed from a critical speed, over it, below which the critical speed matters."""
 ORDERS = (1, 2, 3)
 """Orders of the speed whose lines are crossed."""
-PLANAR = 0.02
-"""Roundness of an orbit below which its sense of whirl is mixed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,13 +175,7 @@ def least_damped(modes: Modes, region: Region) -> tuple[float, float]:
     return float(-s[k].real / np.abs(s[k])), float(np.abs(s[k]))
 
 
-def roundness(pencil: Pencil, vectors: np.ndarray) -> np.ndarray:
-    """Roundness (k,) of the orbits of modes (n, k) at the measuring plane: 1 a forward circle, -1 a backward one."""
+def roundness(pencil: Pencil, modes: Modes) -> np.ndarray:
+    """Roundness (k,) of the orbits of modes at the measuring plane: 1 a forward circle, -1 a backward one."""
     assert isinstance(pencil, LinearPlant)
-    return pencil.roundness(vectors)
-
-
-def sense(roundness: np.ndarray) -> np.ndarray:
-    """'forward', 'backward' or 'mixed' for the roundness (...) of orbits; empty at a NaN."""
-    words = np.where(roundness > 0, "forward", "backward")
-    return np.where(np.isnan(roundness), "", np.where(np.abs(roundness) < PLANAR, "mixed", words))
+    return pencil.roundness(modes.values, modes.right)

@@ -112,7 +112,7 @@ class Card(NamedTuple):
 
 
 class Shown:
-    """Base of values with a short `repr` and a table in notebooks; `card` has the rows."""
+    """Base of values with a `repr` of one line, and all rows when printed and in notebooks; `card` has them."""
 
     def card(self) -> Card:
         """Title and rows."""
@@ -120,6 +120,9 @@ class Shown:
 
     def __repr__(self) -> str:
         return text(self.card())
+
+    def __str__(self) -> str:
+        return lines(self.card())
 
     def _repr_html_(self) -> str:
         return html(self.card())
@@ -134,6 +137,12 @@ def text(card: Card) -> str:
             break
         line = more
     return f"{line}>"
+
+
+def lines(card: Card) -> str:
+    """The title, and every row on a line of its own."""
+    width = max((len(name) for name, _ in card.rows), default=0)
+    return "\n".join([card.title, *(f"  {name:{width}}  {value}" for name, value in card.rows)])
 
 
 def html(card: Card) -> str:

@@ -27,6 +27,10 @@ STRAIGHT = 1e-3
 """Imaginary part over modulus of a growing eigenvalue up to which it does not oscillate."""
 ALIKE = 1e-6
 """Relative difference up to which two numbers from eigenvectors count as equal."""
+REPEATED = 1e-9
+"""Relative difference up to which two eigenvalues count as one: any sum of their vectors is a vector, too."""
+PLANAR = 0.02
+"""Roundness of an orbit below which its sense of whirl is mixed."""
 
 
 def answer(function: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
@@ -54,6 +58,18 @@ def divergence(values: np.ndarray) -> float:
     size = np.abs(values)
     grows = (values.real > 0) & (np.abs(values.imag) <= STRAIGHT * size) & (size > SPLIT_ZERO * size.max(initial=0.0))
     return float(values.real[grows].max(initial=0.0))
+
+
+def repeated(values: np.ndarray) -> np.ndarray:
+    """Whether eigenvalues (n,) are there twice or more, within rounding."""
+    apart = np.abs(values[:, None] - values)
+    return np.asarray((apart <= REPEATED * np.abs(values)).sum(axis=0) > 1)
+
+
+def whirl_sense(roundness: np.ndarray) -> np.ndarray:
+    """'forward', 'backward' or 'mixed' for the roundness (...) of orbits; empty at a NaN."""
+    words = np.where(roundness > 0, "forward", "backward")
+    return np.where(np.isnan(roundness), "", np.where(np.abs(roundness) < PLANAR, "mixed", words))
 
 
 def unstable_poles(A: np.ndarray) -> int | None:

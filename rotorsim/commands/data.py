@@ -1,14 +1,14 @@
 """`rotorsim data check | cut | convert | resample | vectors | mapping`: check and convert files of measured data.
 
-Exit code 0: fit for at least one use. 2: cannot be read; one sentence gives the reason. 3: `check` could read the file,
-but it is fit for nothing as it is.
+Exit code 0: sound, with the channels of at least one use. 2: cannot be read; one sentence gives the reason. 3: `check`
+could read the file, but it is fit for nothing as it is.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -44,7 +44,7 @@ class Data(CommandGroup):
 
 @command(
     "data check",
-    "rotorsim data check run.csv --mapping rig.toml. Exit code 0 if the data is fit for a use, "
+    "rotorsim data check run.csv --mapping rig.toml. Exit code 0 if the data is sound for a use, "
     "2 if it cannot be read, 3 if it can be read but is fit for nothing.",
     "rs.identification.examine(rs.identification.load('run.csv', 'rig.toml'))",
 )
@@ -64,7 +64,7 @@ def check(
     from identification import examine, load
 
     record = load(file, mapping)
-    found = examine(record)
+    found = _asked(examine(record), record)
     if as_json:
         print_json(_numbers(found, record))
     else:
@@ -275,6 +275,16 @@ def _print(file: Path, found: Examination, record: xr.Dataset) -> None:
         console.print(escape(line), soft_wrap=True)
 
 
+def _asked(found: Examination, record: xr.Dataset) -> Examination:
+    """An examination with what identification itself answers, where it lacks no variable."""
+    from identification.local.identify import refusal
+    from identification.records.examination import FITS
+
+    asked = [use for use in FITS if found.fit(use)]
+    why = refusal(record) if asked else ""
+    return replace(found, refused={**found.refused, **dict.fromkeys(asked, why)}) if why else found
+
+
 def _summary(found: Examination) -> str:
     if found.kind == "run-up vectors":
         return f"run-up vectors at {found.samples} speeds"
@@ -287,4 +297,6 @@ def _verdict(found: Examination, use: str) -> str:
         return f"lacks {missing}"
     if found.fit(use):
         return f"fit without its gaps: {found.left_out}" if found.problems else "fit"
+    if use in found.refused and not (found.problems or found.doubts):
+        return f"refused: {found.refused[use]}"
     return "once the problems are corrected" if found.problems else "once the unit or the angle is corrected"

@@ -40,7 +40,7 @@ from reynolds.perturbation import Kernels, LinearFilm, linear_film, side_by_side
 from rotorsim.base.display import Card, Shown
 from rotorsim.base.errors import DataError
 from rotorsim.base.processes import one_thread
-from rotorsim.base.rounding import first_of_largest
+from rotorsim.base.rounding import first_of_largest, repeated, whirl_sense
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.equilibrium import damping, rows, stiffness
 
@@ -312,19 +312,22 @@ class LinearPlant(Shown):
     @property
     def whirl(self) -> tuple[str, ...]:
         """Sense of whirl of each mode at the disc, from its orbit: forward is that of the rotation, x to y at rest."""
-        # x = Re(X exp(st)): the orbit turns from x to y when y lags x, Im(conj(X) Y) < 0
-        return tuple("mixed" if abs(v) < 0.02 else ("forward" if v > 0 else "backward") for v in self.whirl_ratio)
+        return tuple(whirl_sense(self.whirl_ratio).tolist())
 
     @property
     def whirl_ratio(self) -> np.ndarray:
         """Roundness of each mode's orbit at the disc (n_modes,): 1 a forward circle, 0 a line, -1 a backward circle."""
-        return self.roundness(self._modes[1])
+        return self.roundness(*self._modes)
 
-    def roundness(self, vectors: np.ndarray) -> np.ndarray:
-        """Roundness (k,) of the orbits of states (n, k) at the disc, positive where they turn as the shaft does."""
+    def roundness(self, values: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+        """Roundness (k,) of the orbits of modes (n, k) at the disc, positive where they turn as the shaft does.
+
+        It is 0 where an eigenvalue (k,) is there twice, as at rest: every orbit in the plane is a mode then.
+        """
+        # x = Re(X exp(st)): the orbit turns from x to y when y lags x, Im(conj(X) Y) < 0
         x, y = self.H @ vectors
         found = -2 * np.imag(np.conj(x) * y) / (np.abs(x) ** 2 + np.abs(y) ** 2)
-        return np.asarray(found if self.speed >= 0 else -found)
+        return np.where(repeated(values), 0.0, found if self.speed >= 0 else -found)
 
     @cached_property
     def static_gain(self) -> np.ndarray:

@@ -9,6 +9,7 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
+from rotorsim.base.rounding import whirl_sense
 from rotorsim.base.units import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.report.page import Block, Page, machine_entry, write_page
 from rotorsim.report.theme import INK, PIN_COLOURS, compact, curve, faint, style
@@ -278,7 +279,7 @@ def _add_modes(figure: go.Figure, one: xr.Dataset, speed: np.ndarray, colour: st
     for branch in range(one.sizes["branch"]):
         if not np.isfinite(one["branch_wn"].isel(branch=branch)).any():
             continue
-        sense = [_sense(v) for v in one["branch_whirl_ratio"].isel(branch=branch).values]
+        sense = whirl_sense(one["branch_whirl_ratio"].isel(branch=branch).values).tolist()
         symbols = [WHIRLS.get(s, "circle") for s in sense]
         for row, name, scale in ((1, "branch_wn", TO_HZ), (2, "branch_zeta", 1.0)):
             figure.add_trace(curve(speed, one[name].isel(branch=branch).values * scale, colour,
@@ -287,10 +288,6 @@ def _add_modes(figure: go.Figure, one: xr.Dataset, speed: np.ndarray, colour: st
                                    text=sense, marker={"symbol": symbols, "size": 7},
                                    hovertemplate="%{x:.0f} rpm: %{y:.4g}, %{text}<extra></extra>"),
                              row, 1)  # fmt: skip
-
-
-def _sense(ratio: float) -> str:
-    return "mixed" if not abs(ratio) >= 0.02 else "forward" if ratio > 0 else "backward"
 
 
 def _add_crossings(figure: go.Figure, found: xr.Dataset) -> None:

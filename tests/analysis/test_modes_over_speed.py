@@ -10,7 +10,7 @@ from mirror import mirrored
 from random_machines import COUNT, random_machine
 from rotorsim.analysis import campbell, map_machine, mode_shapes
 from rotorsim.analysis.calibrate import figures
-from rotorsim.analysis.campbell import highest_speed
+from rotorsim.analysis.campbell import highest_speed, modes_line, searched_line
 from rotorsim.analysis.modes_over_speed import modes_over_speed
 from rotorsim.plant import Plant
 from rotorsim.plant.linearise import LinearPlant, region_up_to
@@ -243,3 +243,19 @@ def test_modes_that_are_not_counted_are_no_figures_of_a_calibration(rig, monkeyp
     found = figures(plant, 300.0, 0.5e6)
     assert np.isnan([found[f"{what}_{axis}"] for what in ("wn", "zeta") for axis in "xy"]).all()
     assert np.isfinite(found["gain_xx"])
+
+
+def test_the_whirl_of_equal_frequencies_at_rest_is_mixed_in_every_answer():
+    """A round rotor at rest: any orbit in the plane is a mode, whichever the eigenvalue solver returns."""
+    plant = Plant("plain_rotor")
+    found = campbell(plant, [0.0, 100.0], modes=4)
+    assert set(found["whirl"].values[:, 0]) == {"mixed"} == set(plant.linearise(0.0).whirl[:4])
+    assert sorted(found["whirl"].values[:, 1]) == ["backward", "backward", "forward", "forward"]
+
+
+def test_fewer_modes_than_asked_for_and_no_critical_speed_are_stated():
+    found = campbell(Plant("plain_rotor"), [0.0, 6.0], modes=60)
+    assert found.sizes["branch"] < 60 and "fewer than the 60 asked for" in modes_line(found)
+    assert found.sizes["critical"] == 0 and "no critical speed" in searched_line(found)
+    damped = int(np.nanmax(found["damped"].values))
+    assert (f"at least {damped}" in modes_line(found)) == (damped > 0)

@@ -97,3 +97,10 @@ def test_long_texts_and_lists_are_cut():
     line = text(Card("title", [("name", "x" * 100), ("more", "y" * 100)]))
     assert line.endswith("x>") and "y" not in line
     assert several(range(9)) == "0, 1, 2, 3, ... (9)"
+
+
+def test_a_printed_value_shows_every_row(values):
+    for value in values.values():
+        assert all(text in str(value) for _, text in value.card().rows) or isinstance(value, rs.Machine)
+    table = rs.control.RunoutTable(np.full((8, 2), 1e-6), taken="2026-01-02")
+    assert "taken 2026-01-02" in str(values["law"].with_(runout=table))

@@ -115,7 +115,7 @@ def test_after_ctrl_c_the_removal_of_what_was_begun_may_exceed_the_time_of_a_com
         assert noted == right and not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("name", ["runup", "modes", "map"])
+@pytest.mark.parametrize("name", ["modes", *(pytest.param(n, marks=pytest.mark.slow) for n in ("runup", "map"))])
 def test_ctrl_c_ends_a_command_that_compiles_its_kernels(tmp_path, name):
     """Sent when the source of the kernels is there, so before the first of them; none may be complete afterwards."""
     cache = tmp_path / "cache"

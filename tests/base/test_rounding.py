@@ -11,7 +11,9 @@ from rotorsim.base.rounding import (
     first_of_largest,
     least_squares,
     normal_root,
+    repeated,
     unstable_poles,
+    whirl_sense,
 )
 
 pytestmark = pytest.mark.numerical
@@ -103,3 +105,8 @@ def test_a_crossing_is_found_and_an_end_where_rounding_turned_the_sign_is_no_err
     assert falls_below_zero(lambda x: 1 - x, 0.0, 3.0) == pytest.approx(1.0)
     assert falls_below_zero(lambda x: -1e-17 - x, 0.0, 3.0) == 0.0
     assert falls_below_zero(lambda x: 1e-17, 0.0, 3.0) == 3.0
+
+
+def test_eigenvalues_alike_within_rounding_are_repeated_and_round_orbits_have_a_sense():
+    assert repeated(np.array([1j, 1j * (1 + 1e-13), 2j, 0.1 + 2j])).tolist() == [True, True, False, False]
+    assert whirl_sense(np.array([1.0, -0.5, 0.01, np.nan])).tolist() == ["forward", "backward", "mixed", ""]

@@ -213,6 +213,7 @@ def test_a_full_disk_stops_the_index_and_keeps_what_it_had(small_disk):
     index.close()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no limits of a process there")
 def test_a_quota_is_reported_like_a_full_disk(store):
     code = (

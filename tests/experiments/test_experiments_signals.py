@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import identification as idn
 from rotorsim import experiments as ex
+from rotorsim.experiments.catalogue.slow_roll import SlowRoll
 
 SAMPLE = 2e-4
 KINDS = [
@@ -171,3 +173,17 @@ def test_an_excitation_that_is_over_leaves_bias_alone():
     rows = all_rows(KINDS[-1])
     assert np.all(rows[5500:, 2] == 0.3) and not rows[5500:, 3:].any()
     assert rows[:5500, 4].max() > 15 and np.ptp(rows[:5000, 2]) == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(("speed", "slow"), [(10.0, True), (300.0, False)])
+def test_a_slow_roll_lists_the_orders_of_the_runout_or_why_it_is_none(speed, slow):
+    angle = speed * np.arange(round(4 * 2 * np.pi / speed * 5000) + 1) / 5000
+    y = 1e-6 * np.stack([2 * np.cos(angle), np.sin(angle) + 0.5 * np.cos(2 * angle)], axis=1)
+    record = idn.make_record(np.arange(angle.size) / 5000, {"disc_measured": y, "angle": angle})
+    found = SlowRoll.findings(record)
+    if slow:
+        assert [row["order"] for row in found["runout_orders"]] == [1, 2]
+        np.testing.assert_allclose(found["runout_orders"][0]["um"], [2.0, 1.0], rtol=1e-3)
+        assert [name for name, _ in SlowRoll.table(found)][:2] == ["Runout: peak", "Runout: 1X"]
+    else:
+        assert "no_slow_roll" in found and SlowRoll.table(found)[0][0] == "No slow roll"

@@ -24,10 +24,10 @@ def on_ends(n, k, c=0.0):
 
 
 @pytest.mark.parametrize(
-    ("n", "k"), [(10, 1e3), *(pytest.param(*case, marks=pytest.mark.slow) for case in ((30, 1e3), (10, 1e6)))]
+    ("n", "k"), [(4, 1e3), *(pytest.param(*case, marks=pytest.mark.slow) for case in ((10, 1e3), (30, 1e3), (10, 1e6)))]
 )
 def test_an_undamped_rotor_is_neither_damped_nor_unstable(n, k):
-    """Fine elements on soft bearings: the largest eigenvalue is 1e5 times the lowest."""
+    """Fine elements on soft bearings: of ten elements the largest eigenvalue is 1e5 times the lowest."""
     found = run_stability(on_ends(n, k), SPEEDS)
     assert np.isnan(found.onset)
     assert np.abs(found.log_dec).max() < 1e-12

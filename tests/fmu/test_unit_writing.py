@@ -57,6 +57,7 @@ def test_a_full_disk_leaves_no_unit_and_reports_it(lpv, tmp_path):
     assert len(message.splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_a_full_disk_leaves_the_unit_that_was_there(lpv, tmp_path):
     with disk(tmp_path / "disk", "size=20k") as folder:
         (folder / "unit.fmu").write_bytes(b"an older unit")
@@ -74,6 +75,7 @@ def test_a_full_disk_of_temporary_files_is_named(lpv, tmp_path, size):
     assert "temporary files cannot be written" in message or "No space left" in message
 
 
+@pytest.mark.slow
 def test_a_full_disk_of_temporary_files_is_not_blamed_on_the_unit(files_of_plant, tmp_path):
     with disk(tmp_path / "disk", "size=40k") as folder:
         code, message = ended("check", files_of_plant, TMPDIR=str(folder))
@@ -137,7 +139,9 @@ def test_compiling_is_announced_once_nothing_else_forbids_the_export(model, file
     assert received == [COMPILING]
 
 
-@pytest.mark.parametrize("whole_group", [True, False], ids=["terminal", "process"])
+@pytest.mark.parametrize(
+    "whole_group", [True, pytest.param(False, marks=pytest.mark.slow)], ids=["terminal", "process"]
+)
 def test_ctrl_c_while_kernels_compile_ends_at_once_and_leaves_nothing(gcc, tmp_path, whole_group):
     (tmp_path / "tmp").mkdir()
     (tmp_path / "out").mkdir()

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import identification as idn
+from identification.local.identify import refusal
 from identification.records.checks import check_record
 
 N = 1000
@@ -182,3 +183,22 @@ def test_vectors_are_examined_too(vectors):
     assert found.kind == "run-up vectors" and found.usable and found.uses["run-up analysis"] == ""
     assert [c.name for c in found.channels] == [f"{n} {k}X" for n in ("amplitude", "phase") for k in (1, 2, 3)]
     assert not idn.examine(vectors.isel(speed=[0, 0])).usable
+
+
+@pytest.mark.parametrize("change", [{"reference": np.zeros((N, 2))}, {"speed": np.linspace(100.0, 300.0, N)}])
+def test_what_identification_refuses_it_refuses_before_it_is_asked_for_a_model(change):
+    record = made(**change)
+    with pytest.raises(idn.UnfitError) as refused:
+        idn.identify(record, model=1)
+    assert refusal(record) == str(refused.value)
+
+
+def test_channels_that_nothing_drives_are_no_faults():
+    """Pins under a reference that rests, to rounding, and the angle of a shaft that does not turn."""
+    pins = np.full((N, 4), 22.5e-6) * (1 + 1e-16 * np.arange(4))
+    pins[N // 2 :, 2] = np.nextafter(pins[0, 2], 1)
+    rest = {"speed": np.zeros(N), "angle": np.zeros(N), "reference": np.zeros((N, 2)), "pin": pins}
+    assert not idn.examine(made(**rest)).warnings
+    assert "turns 0 times" in idn.examine(made(**rest)).refused["runout filter"]
+    driven = idn.examine(made(**rest | {"speed": np.full(N, 100.0), "reference": np.ones((N, 2)).cumsum(axis=0)}))
+    assert sum("flat" in text for text in driven.warnings) == 5

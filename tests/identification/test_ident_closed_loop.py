@@ -35,6 +35,7 @@ def test_two_stages_find_the_plant_behind_any_law(gain, model):
     assert "two-stage: the external reference explains" in found.report() and "two-stage," in found.report()
 
 
+@pytest.mark.slow
 def test_where_noise_is_fed_back_two_stages_hold_the_truth_and_the_direct_fit_does_not():
     """Noise of 4 um that keeps its sign for some 20 samples: the direct fit takes part of the law for damping."""
     off = {}
@@ -56,6 +57,7 @@ def test_stated_deviations_hold_in_closed_loop():
     assert 0.6 < np.sqrt(np.mean(z**2)) < 1.6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["3", pytest.param("blackbox", marks=pytest.mark.slow)])
 def test_under_a_law_that_damps_the_noise_stated_deviations_are_not_those_of_the_damped_noise(model):
     """White noise of 2 um; by y - G u^ alone frequencies and damping ratios scatter 2.9 times as much as stated."""

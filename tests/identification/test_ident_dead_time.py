@@ -66,6 +66,7 @@ def test_a_given_dead_time_is_kept_and_has_no_uncertainty():
     assert np.all(free.fit > found.fit)
 
 
+@pytest.mark.slow
 def test_a_start_far_off_leads_to_the_same_dead_times():
     start = TRUTH * np.repeat([1.3**2, 1.3 * 3, 1.3**2 * 2, 1.0], [4, 4, 4, 2])
     near = idn.identify(late_record())
@@ -73,6 +74,7 @@ def test_a_start_far_off_leads_to_the_same_dead_times():
         np.testing.assert_allclose(idn.identify(late_record(), start=begin).dead_time, near.dead_time, rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_prediction_error_finds_them_too():
     found = idn.identify(late_record(3), method="pem")
     assert found.kind == KIND

@@ -169,6 +169,7 @@ def test_a_start_far_off_leads_to_the_same_model(frequency, damping, gain):
     np.testing.assert_allclose(far.zeta, near.zeta, rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_prediction_error_agrees_with_output_error_where_the_noise_is_white():
     data = record(3, seconds=5.0)
     oe, pem = idn.identify(data), idn.identify(data, method="pem")

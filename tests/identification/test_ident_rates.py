@@ -71,6 +71,7 @@ def test_a_model_2_is_found_again():
     np.testing.assert_allclose(found.zeta, modes(PLAIN)[1], rtol=5e-3)
 
 
+@pytest.mark.slow
 def test_surfaces_of_it_keep_one_actuator(tmp_path):
     points = [(0.0, 3e5), (300.0, 3e5), (0.0, 5e5), (300.0, 5e5)]
     results = [idn.identify(moved(RATES, RATED, k, 2.0, speed=w, pressure=p, angle=w * np.arange(10000) * TS), RATED)

@@ -32,6 +32,7 @@ def test_a_gap_does_not_matter():
     np.testing.assert_allclose(idn.identify(holed, RATED).zeta, modes(RATES)[1], rtol=5e-3)
 
 
+@pytest.mark.slow
 def test_prediction_error_finds_it_too():
     np.testing.assert_allclose(idn.identify(moved(RATES, RATED, 3), RATED, method="pem").wn, modes(RATES)[0], rtol=1e-3)
 

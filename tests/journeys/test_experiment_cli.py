@@ -167,8 +167,9 @@ def test_force_replaces_a_record_and_without_a_folder_each_run_gets_its_own(run,
     assert sorted(p.name for p in tmp_path.iterdir()) == ["o", "steady", "steady-2"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="a console interrupt cannot be sent to one process there")
-@pytest.mark.parametrize("name", ["prbs", pytest.param("controlled", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", ["prbs", "controlled"])
 def test_an_interrupt_keeps_what_was_simulated(tmp_path, name):
     """The run would take hours of computing; it is interrupted once the growing file is there."""
     command = [sys.executable, "-m", "rotorsim", "experiment", name, *RIG, "--duration", "100000 s", "--yes"]

@@ -32,6 +32,7 @@ def test_compiling_leaves_the_plant_as_it_was():
     assert (plant.assembly.w == before).all()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of Windows are others")
 def test_ctrl_c_ends_it_at_once_and_leaves_whole_files(tmp_path):
     """Sent while the film compiles, which takes longer than all before: that is not waited for."""

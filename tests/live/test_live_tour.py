@@ -132,7 +132,7 @@ def largest_near(plant, pressure, speed):
     return float(found["speed"][int(found["major"].values[:, 0].argmax())])
 
 
-@pytest.mark.parametrize("change", [{}, {"discs.0.mass": "2.2 kg"}])
+@pytest.mark.parametrize("change", [{}, pytest.param({"discs.0.mass": "2.2 kg"}, marks=pytest.mark.slow)])
 def test_the_critical_speed_of_a_text_is_that_of_the_machine(change):
     machine = coarse()
     for path, value in change.items():

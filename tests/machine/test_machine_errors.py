@@ -136,6 +136,6 @@ def test_unbalance_without_a_plane_needs_a_disc():
 def test_an_unknown_name_lists_the_shipped_machines():
     with pytest.raises(
         MachineFileError,
-        match=r"'rig' is neither a shipped machine \(aerostatic_spindle, bently_rk4, dtu_gas_bearing, .* or a path",
+        match=r"'rig' is neither a shipped machine \(aerostatic_spindle, bently_rk4, dtu_first_assembly, .* or a path",
     ):
         load_machine("rig")

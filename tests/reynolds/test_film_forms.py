@@ -49,11 +49,10 @@ FORMS = {
         Sleeve(foil=Foil(5e9, 0.2, 2000.0), lobes=Lobes(3, 0.5, 0.8, 0.3)),
     ),
 }
-ORDERS = {
-    "feed grooves and steps": (1.1, 1.1, 1.1, 1.1),
-    "lobes that jump": (1.8, 1.8, 1.8, 1.75),
-    "foil with lobes that jump": (1.8, 1.8, 1.7, 1.7),
-}
+CUT = {"lobes that jump", "axial grooves", "three pockets", "recesses", "feed grooves and steps",
+       "foil with lobes that jump"}  # fmt: skip
+"""Forms whose edges lie between lines, elsewhere in a cell on every grid."""
+ORDERS = {"foil with lobes that jump": (1.8, 1.8, 1.6, 1.7)}
 """Least orders of force, K, C and friction over 16, 32 and 64 lines that are not 1.8."""
 
 
@@ -67,18 +66,30 @@ def bearing(sleeve, n_theta=32, n_z=None, path=0.0, **changes):
     return GasBearing(**(SIZE | changes), n_theta=n_theta, n_z=n_z, sleeve=sleeve, mean_free_path=path)
 
 
-def errors(name, path, place, n):
-    """Errors of force, K and C at half the speed, friction and smallest gap, as shares of the largest."""
+def turned_by(angle, sleeve):
+    lobes = None if sleeve.lobes is None else replace(sleeve.lobes, first_angle=sleeve.lobes.first_angle + angle)
+    steps = tuple(replace(row, first_angle=row.first_angle + angle) for row in sleeve.steps)
+    return replace(sleeve, lobes=lobes, steps=steps)
+
+
+def errors(name, path, place, n, share=0.0):
+    """Errors of force, K and C at half the speed, friction and smallest gap, as shares of the largest.
+
+    Sleeve and journal are turned by a `share` of a cell, which changes nothing but where edges lie between lines.
+    """
     # the gap over a foil has kinks that its elements need to be smaller for: 0.5 % of the stiffness on 24 lines
     (journal, speed), other = place, independent(name, path, 48 if name == "foil with lobes that jump" else 24)
-    one = bearing(FORMS[name][1], n, path=path)
-    film, found = one.steady(journal, speed), one.coefficients(journal, speed, 0.5 * speed)
+    angle = share * 2 * np.pi / n
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    one = bearing(turned_by(angle, FORMS[name][1]), n, path=path)
+    at = tuple(turn @ journal)
+    film, found = one.steady(at, speed), one.coefficients(at, speed, 0.5 * speed)
     force, Z = other.force(journal, speed), other.dynamic_stiffness(journal, speed, 0.5 * speed)
-    answer = found.K[0] + 0.5j * speed * found.C[0]
+    answer = turn.T @ (found.K[0] + 0.5j * speed * found.C[0]) @ turn
     # where the journal is in the middle the force is small or nothing: what it would be a tenth of the clearance off
     scale = max(np.linalg.norm(force), 0.1 * SIZE["clearance"] * np.abs(Z).max())
     return np.array([
-        np.linalg.norm(film.force - force) / scale,
+        np.linalg.norm(turn.T @ film.force - force) / scale,
         np.abs(answer.real - Z.real).max() / np.abs(Z).max(),
         np.abs(answer.imag - Z.imag).max() / np.abs(Z).max(),
         abs(film.friction_torque / other.friction(journal, speed) - 1),
@@ -95,16 +106,22 @@ def test_a_coarse_film_is_near_the_independent_solver(name, path):
 @pytest.mark.slow
 @pytest.mark.parametrize("path", [0.0, PATH], ids=["no slip", "slip"])
 @pytest.mark.parametrize("name", FORMS)
-def test_a_film_is_that_of_the_independent_solver_in_the_second_order(name, path):
-    """At six places to 1 % on 64 x 32 lines, every quantity in the second order.
+def test_a_film_tends_to_the_independent_solver(name, path):
+    """At six places to 1 % on 64 x 32 lines, and in the order 1.8 or more in all but damping and drag of one form.
 
-    Feed grooves of one cell on 16 lines have half the errors there where their edges cut cells in the middle, and the
-    same on 64 lines, where they almost are lines: so the order between them is low. Where a gap jumps at the end of a
-    film the pressure is r log r, with or without a line there, and friction has an error of step^2 log(step).
+    An error is a constant times the square of the step, and the constant depends on where edges lie in their cells:
+    between .12 and .41 % of the force of the feed grooves on 64 lines. On 16, 32 and 64 lines they lie elsewhere in
+    theirs, so that the order between three single films is anything (1.3 for the feed grooves, whose edges are at .99
+    and .04 of a cell on two of the grids). The order is that of the root mean square over all places of the edges.
+
+    Over a foil with lobes that jump C falls in the order 1.6 and friction in 1.7: 7.0, 2.6, .93, .35 % of C on 16 to
+    128 lines at the place with the smallest gap, as with ever more rows and the same lines.
     """
     sizes = np.array([16, 32, 64])
-    found = np.array([[errors(name, path, place, n) for place in PLACES] for n in sizes])
-    assert found[-1].max() < 0.01
+    shares = np.arange(4) / 4 if name in CUT else (0.0,)
+    found = np.array([[errors(name, path, place, n, share) for place in PLACES for share in shares] for n in sizes])
+    as_given = found[-1, :: len(shares)]
+    assert as_given.max() < 0.01
     rms = np.sqrt((found**2).mean(axis=1))[:, :4]
     orders = -np.polyfit(np.log(sizes), np.log(rms), 1)[0]
     assert (orders > ORDERS.get(name, 1.8)).all()
@@ -119,6 +136,16 @@ def test_edges_between_lines_cost_nothing_against_edges_on_lines(lines):
         for name in ("and steps", "on lines")
     )
     assert (between[:4] < 1.2 * on[:4]).all()
+
+
+@pytest.mark.parametrize("name", ["lobes that jump", "feed grooves and steps", "foil with lobes that jump", "foil"])
+def test_stiffness_at_rest_is_the_derivative_of_the_force(name):
+    """To the rounding of differences: what pressures between two lines push counts, as it follows p and the foil."""
+    (journal, speed), one, step = PLACES[5], bearing(FORMS[name][1]), 2e-9
+    K = one.coefficients(journal, speed, 1e-6).K[0]
+    moved = [[one.steady(np.add(journal, way * step * axis), speed).force for way in (1, -1)] for axis in np.eye(2)]
+    slope = np.stack([(behind - ahead) / (2 * step) for ahead, behind in moved], axis=1)
+    np.testing.assert_allclose(K, slope, atol=1e-5 * np.abs(K).max())
 
 
 def test_the_independent_solver_has_converged():

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from rotorsim.base.errors import DataError
+from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.units import TO_UM, show
 from rotorsim.experiments.experiment import PointExperiment, pair, param, register
 from rotorsim.experiments.functions import as_function
@@ -23,6 +23,10 @@ SLOW = 2 * np.pi * 100 / 60
 """100 rpm [rad/s]."""
 SLOWEST = 1e-5
 """Speed [rad/s] at which a revolution takes a week."""
+SHOWN = 4
+"""Number of orders of the runout in a summary."""
+LEAST = 0.05
+"""Amplitude of an order of the runout in a summary, over that of the largest."""
 
 
 @register
@@ -59,20 +63,46 @@ class SlowRoll(PointExperiment):
 
     @classmethod
     def findings(cls, record: xr.Dataset) -> dict[str, Any]:
-        """Largest distance [um] of what the sensors measure from the true displacement."""
+        """Runout [um] by order of the shaft angle, why it is none, and the sensors' readings less the true motion."""
         from rotorsim.signals.record_blocks import blocks
 
+        found = runout_of(record)
         if "disc" not in record or "disc_measured" not in record:
-            return {}
+            return found
         pairs = blocks(record, ["disc", "disc_measured"])
         apart = np.max([np.abs(block["disc_measured"] - block["disc"]).max(axis=0) for block in pairs], axis=0)
-        return {"sensor_error_peak_um": (apart * TO_UM).tolist()}
+        return found | {"sensor_error_peak_um": (apart * TO_UM).tolist()}
 
     @classmethod
     def table(cls, summary: dict[str, Any]) -> list[tuple[str, str]]:
-        """Row of the sensors' error."""
+        """Rows of the runout and of the sensors' error."""
+        rows = []
+        if peak := summary.get("runout_peak_um"):
+            rows.append(("Runout: peak", pair(peak, "µm")))
+        rows += [(f"Runout: {row['order']}X", pair(row["um"], "µm 0-pk")) for row in summary.get("runout_orders", ())]
+        if why := summary.get("no_slow_roll"):
+            rows.append(("No slow roll", why))
         found = summary.get("sensor_error_peak_um")
-        return [("Measured less true displacement: peak", pair(found, "µm"))] if found else []
+        return rows + ([("Measured less true displacement: peak", pair(found, "µm"))] if found else [])
+
+
+def runout_of(record: xr.Dataset) -> dict[str, Any]:
+    """Runout of a slow roll as a law would take it off: peaks [um], the largest orders, and why it is none."""
+    from rotorsim.control.runout import runout_table
+
+    try:
+        table = runout_table(record)
+    except RotorsimError as error:
+        return {"no_slow_roll": str(error).removeprefix("runout: ")}
+    size = 2 * np.abs(np.fft.rfft(table.values, axis=0)) / len(table.values)
+    largest = size.max(axis=1)
+    orders = sorted(np.argsort(-largest)[:SHOWN].tolist())
+    return {
+        "runout_peak_um": (table.peak * TO_UM).tolist(),
+        "runout_orders": [
+            {"order": n, "um": (size[n] * TO_UM).tolist()} for n in orders if largest[n] > LEAST * largest.max()
+        ],
+    }
 
 
 slow_roll = as_function(SlowRoll)
