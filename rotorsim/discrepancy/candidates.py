@@ -154,9 +154,9 @@ def force_places(machine: Machine, effect: type[Effect], recipe: CandidateForm) 
         own += [b.position for b in machine.bearings if isinstance(b, LinearBearing)]
     places = list(dict.fromkeys(round(z, 9) for z in own))
     if len(places) < 2:
-        usual = shaft.start if effect.place == "start" else (discs or [None])[0]
-        stated = [(z, "") for z in places if usual is None or abs(z - usual) > ONE_PLACE]
-        return stated or [(None, "")]
+        usual = [shaft.start] if effect.place == "start" else discs[:1]
+        moved = [z for z in places if not usual or abs(z - usual[0]) > ONE_PLACE]
+        return [(moved[0] if moved else None, "")]
     return [(z, f" of {_place_name(machine, z)}") for z in places]
 
 

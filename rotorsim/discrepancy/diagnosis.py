@@ -241,8 +241,8 @@ def by_probe(forms: tuple[Form, ...], trials: Sequence[Trial]) -> tuple[Form, ..
             where = names["xy".index(axis)] if axis in ("x", "y") and names else _plane_of(z, names)
             label, _, shape = form.label.partition(" @ ")
             label = f"{label} of {where}" + (f" @ {shape}" if shape else "")
-            moved = {kind: tuple(replace(k, plane=z) for k in getattr(form, kind)) for kind in ("parameters", "refine")}
-            out.append(replace(form, label=label, **moved))
+            own_sizes, shapes = (tuple(replace(k, plane=z) for k in part) for part in (form.parameters, form.refine))
+            out.append(replace(form, label=label, parameters=own_sizes, refine=shapes))
         out += [] if own else [form]
     return tuple(sorted(out, key=lambda f: f.label))
 
@@ -336,7 +336,12 @@ class DiagnosisRun:
         if search is not None:
             odds, known = joined_classes(odds, verdict), frozenset(f.key for f in search.forms)
         best = by_odds(verdict, odds, known).best
-        point, gone, left, worse = base.point if best is None else best.fit.point, None, list[Misfit](), ()
+        point, gone, left, worse = (
+            base.point if best is None else best.fit.point,
+            None,
+            list[Misfit](),
+            tuple[str, ...](),
+        )
         others = {role: part for role, part in self.parts.items() if role != "fit"}
         for role, part in others.items():
             after = part.residual(point)
