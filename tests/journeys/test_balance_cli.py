@@ -85,7 +85,8 @@ RUNS = "run,rpm,um,deg,L,L_deg,R,R_deg\nfirst,3000,20,30,0,0,0,0\na,3000,{},{},5
 
 def test_three_runs_and_planes_without_positions_give_weights(run, tmp_path):
     (tmp_path / "runs.csv").write_text(RUNS.format(25, 80))
-    (tmp_path / "m.toml").write_text(PHASED.replace("[planes.left]", '[readings.Y]\namplitude = "um"\nphase = "L_deg"\nunit = "um"\n[planes.left]'))  # fmt: skip
+    reading = '[readings.Y]\namplitude = "um"\nphase = "L_deg"\nunit = "um"\n[planes.left]'
+    (tmp_path / "m.toml").write_text(PHASED.replace("[planes.left]", reading))
     code, text, _ = run(
         "balance", "plain_rotor", "runs.csv", "--mapping", "m.toml", "--out", "b", "--json", "--no-report"
     )
