@@ -25,6 +25,7 @@ import sys
 import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -116,13 +117,13 @@ def beam() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         G[np.ix_(x, x + 1)] -= 2 * rotary
         G[np.ix_(x + 1, x)] += 2 * rotary
     for node, mass, polar, diametral in DISCS:
-        at = 4 * node
-        M[at, at] += mass
-        M[at + 1, at + 1] += mass
-        M[at + 2, at + 2] += diametral
-        M[at + 3, at + 3] += diametral
-        G[at + 2, at + 3] -= polar
-        G[at + 3, at + 2] += polar
+        first = 4 * node
+        M[first, first] += mass
+        M[first + 1, first + 1] += mass
+        M[first + 2, first + 2] += diametral
+        M[first + 3, first + 3] += diametral
+        G[first + 2, first + 3] -= polar
+        G[first + 3, first + 2] += polar
     return M, G, K
 
 
@@ -143,8 +144,8 @@ def response(case: Case, off: np.ndarray, speed: float) -> tuple[np.ndarray, dic
         return np.linalg.solve(K - omega**2 * M + 1j * omega * (C + case.sense * speed * G), force)
 
     force = np.zeros((3, len(K)), complex)
-    for z, (node, *_) in zip(case.unbalance, DISCS, strict=True):
-        force[1, 4 * node : 4 * node + 2] += z * speed**2 * np.array([1, -1j * case.sense])
+    for phasor, (node, *_) in zip(case.unbalance, DISCS, strict=True):
+        force[1, 4 * node : 4 * node + 2] += phasor * speed**2 * np.array([1, -1j * case.sense])
     z = np.arange(ELEMENTS + 1) * LENGTH / ELEMENTS
     shape = np.zeros(len(K), complex)
     for axis, turn in enumerate((1, -1j * case.sense)):
@@ -278,7 +279,7 @@ def judged(case: Case, verdict: str, words: str) -> str:
     return "silent" if verdict in ("unknown", "partial") else "wrong"
 
 
-def diagnosed(case: Case, folder: Path, seed: int, models: object) -> dict[str, object]:
+def diagnosed(case: Case, folder: Path, seed: int, models: Any) -> dict[str, object]:
     """Verdict on one case, through files and the reader."""
     from identification import read, resample
     from rotorsim.base.errors import RotorsimError
