@@ -24,7 +24,7 @@ for panel, (title, wander) in zip(panels, {"speed held": 0.0, "speed wanders by 
         f, density = welch(record["disc"].sel(axis="x"), 5000, nperseg=10_000)
         between = (f > 5) & (f < 500) & (np.abs(f / (rpm / 60) - 1) > 0.1)
         rms = 1e6 * np.sqrt(density[between].sum() * f[1])
-        print(f"{title}, {rpm} rpm: {rms:.2f} um rms beside 1X")
+        print(f"{title}, {rpm} rpm: {rms:.2f} um rms outside 1X")
         panel.semilogy(f, 1e6 * np.sqrt(density), color=f"C{number}", lw=0.9, label=f"{rpm} rpm, {rms:.2f} um rms")
         if not wander:
             line = plant.linearise(rpm * np.pi / 30)
@@ -33,7 +33,7 @@ for panel, (title, wander) in zip(panels, {"speed held": 0.0, "speed wanders by 
             answer = [line.C @ np.linalg.solve(2j * np.pi * v * np.eye(2 * n) - line.A, inside) for v in f[10:600:4]]
             force = 1e-3 * (rpm / 6000) ** 2 / (1 + (f[10:600:4] / 300) ** 2)
             panel.semilogy(f[10:600:4], 1e6 * np.abs([one[0, 0] for one in answer]) * np.sqrt(force), "k--", lw=0.8)
-    panel.set(xlim=(0, 300), ylim=(1e-3, 30), xlabel="frequency [Hz]", title=f"{title}; rms beside 1X")
+    panel.set(xlim=(0, 300), ylim=(1e-3, 30), xlabel="frequency [Hz]", title=f"{title}; rms outside 1X")
     panel.grid(alpha=0.3)
     panel.legend()
 panels[0].set_ylabel("disc x [um/Hz^0.5]; dashed: modes")

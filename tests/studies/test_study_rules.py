@@ -73,7 +73,7 @@ def _unmarked(claim):
 
 
 def test_the_rig_as_it_was_run_is_a_valid_machine_with_the_stated_values_and_what_they_are_fitted_to():
-    """Each figure that a value is fitted to says so; the machines differ in these values alone."""
+    """Each figure that a value is fitted to is marked; the machines differ in these values alone."""
     machine = load_machine("dtu_gas_bearing")
     ran = as_run(machine)
     assert ran.effects["noise"][0].sigma == pytest.approx(0.76e-6) and ran.effects["speed_wander"][0].sd == 0.005
