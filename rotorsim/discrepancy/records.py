@@ -22,6 +22,7 @@ from identification.records.schema import measured
 from identification.records.sensors import DISPLACEMENTS, WORST
 from rotorsim.base.display import listing
 from rotorsim.base.errors import DataError, ReadError, SchemaError
+from rotorsim.base.rounding import answer
 from rotorsim.base.units import RIG_SAMPLE, TO_RPM
 from rotorsim.discrepancy.calibration import ParameterPoint
 from rotorsim.discrepancy.changes import PLANE, RING, RING_KEY, known_changes, ring_angle, ring_axes
@@ -232,8 +233,8 @@ def _other_planes(machine: Machine, record: xr.Dataset) -> Iterator[ProbeView]:
         readings = np.asarray(own_probes.values, float) / np.asarray(own_probes["probe_gain"].values, float)
         names = tuple(map(str, own_probes["probe"].values))
         seen, plane = np.column_stack([np.cos(angles), np.sin(angles)]), {PLANE: float(place)}
-        if len(names) > 1 and np.linalg.cond(seen) < WORST:
-            yield _along_probes(np.linalg.lstsq(seen, readings.T, rcond=None)[0].T, names, angles, plane)
+        if len(names) > 1 and answer(np.linalg.cond, seen) < WORST:
+            yield _along_probes(answer(np.linalg.lstsq, seen, readings.T, rcond=None)[0].T, names, angles, plane)
         elif len(names) == 1:
             yield ProbeView(np.column_stack([readings[:, 0], 0 * readings[:, 0]]), float(angles[0]), names, plane)
 
