@@ -159,7 +159,7 @@ def _steps(steps: DecisionSteps) -> Block:
 def _odds(d: Diagnosis) -> Block:
     """Explanations with their probabilities and the evidence for them."""
     text = (
-        "Of each explanation, of nothing missing and of something that is not in the catalogue, from the evidence of "
+        "Probability of each explanation, of nothing missing and of something that is not in the catalogue, from the evidence of "
         "the records. Explanations that no record distinguishes are one row."
     )
     rows = [
