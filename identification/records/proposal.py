@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.records.column_kinds import GAP, ColumnGuess, guess_columns, schema_unit
+from identification.records.column_meaning import GAP, ColumnGuess, guess_columns, schema_unit
 from identification.records.columns import FACTORS, Column, DataTable, is_unit_of
 from identification.records.mapping import ColumnEntry, Mapping
 from identification.records.schema import AXES, VARIABLES, VECTORS
