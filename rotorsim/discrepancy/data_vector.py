@@ -315,7 +315,7 @@ def _tone_at(trial: Trial, frequency: float) -> tuple[float, np.ndarray] | None:
                          for s in (trial.spectra[:, 0], trial.spectra[:, 1])])  # fmt: skip
     found = answer(np.linalg.lstsq, A, y, rcond=None)[0]
     left, whole = (np.sum(one**2, axis=0) for one in (y - A @ found, y))
-    # a tone takes most of what is near it, or stands clear of the noise there by its own size
+    # with a tone most of what is near it goes
     if not np.any(left < (1 - MOST_OF_IT) * whole):
         return None
     return float(np.hypot(*found).max()), np.einsum("kc,bkl->bcl", found, shapes)
