@@ -57,7 +57,8 @@ SETTLING = 0.5
 UNSETTLED = 0.2
 """Change of the excited lines from the first block to the last, as a share, from which on a record begins at rest."""
 RUN_IN = 10.0
-"""Time [s] in which a rotor forgets how its motion began, where no period holds whole turns."""
+"""Time [s] for which a twin runs before the window where no period holds whole turns. It begins in the motion of its
+turning and of its inputs; in this time fades what effects add to their sum."""
 ROUNDING = 1e-12
 """Line of an input, as a share of its largest value, below which it is the rounding of a constant."""
 SHORTEST_PERIOD = 0.2
