@@ -43,8 +43,8 @@ DRIFT, FAR_DRIFT, DRIFT_LINES = 1e-8, 10.0, 3
 """Drift [m] from block to block that counts as none; times that of the other probe from which a drift is along one;
 lowest lines that show a straight drift within a block."""
 PROBE_DRIFT = (
-    "{probe} drifts by {rate:+.2g} um/s in {count} of {of} records and the other probe of its plane does not: the probe,"
-    " or the shaft along it, as over a pedestal that grows warm. The straight drift was taken out of what is compared,"
+    "{probe} drifts by {rate:+.2g} um/s in {count} of {of} records and the other probe of its plane does not: the"
+    " probe, or the shaft along it, as over a pedestal that grows warm. The straight drift was taken out of what is compared,"
     " so that no effect is found in it or refuted by it; check that probe, and what holds it"
 )
 """Note on a drift along one probe."""

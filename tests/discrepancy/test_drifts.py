@@ -1,4 +1,7 @@
-"""Drift along a single probe, its own or the shaft's, is left out and noted; a clock at another rate turns the order from block to block."""
+"""Drift along a single probe, its own or the shaft's, is left out and noted.
+
+A clock at another rate turns the order from block to block.
+"""
 
 from types import SimpleNamespace
 
