@@ -44,8 +44,8 @@ DRIFT, FAR_DRIFT, DRIFT_LINES = 1e-8, 10.0, 3
 lowest lines that show a straight drift within a block."""
 PROBE_DRIFT = (
     "{probe} drifts by {rate:+.2g} um/s in {count} of {of} records and the other probe of its plane does not: the"
-    " probe, or the shaft along it, as over a pedestal that grows warm. The straight drift was taken out of what is compared,"
-    " so that no effect is found in it or refuted by it; check that probe, and what holds it"
+    " probe, or the shaft along it, as over a pedestal that grows warm. The straight drift was taken out of what is"
+    " compared, so that no effect is found in it or refuted by it; check that probe, and what holds it"
 )
 """Note on a drift along one probe."""
 LN2 = 0.6931471805599453
@@ -326,7 +326,7 @@ def without_probe_drift(trials: Sequence[Trial]) -> tuple[list[Trial], list[str]
     """Trials without a straight drift along a single probe, and a sentence on each such probe.
 
     It is many times what the other probe of its plane does, and straight within the blocks too. Two probes do not show
-    whether it is the probe's own or the shaft's, which may move along one of them; so the note says both.
+    whether it is the probe's own or the shaft's, which may move along one of them; so the note states both.
     """
     left, drifting = list(trials), dict[str, list[float]]()
     able = [i for i, t in enumerate(trials) if not t.orders and t.blocks > 1 and len(t.channels) > 1]
