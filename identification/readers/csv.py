@@ -337,7 +337,7 @@ def read_csv(path: Path, file: dict[str, str] | None = None) -> DataTable:
 def _settled_rate(stated: StatedRate, columns: Sequence[Column], path: Path, layout: TextLayout) -> float | None:
     """The one rate [Hz] that a statement may be, or that the times show; None where that stays open.
 
-    Without times the decimal sign of the table shows, unless the language of the statement has the other one.
+    Without times the decimal sign of the table shows which, unless the language of the statement has the other one.
     """
     if len(stated.rates) == 1:
         return stated.rates[0]
