@@ -80,8 +80,8 @@ def test_a_shaken_rotor_that_a_record_shows_in_steady_state_begins_in_it(machine
 
 @pytest.mark.parametrize("zeta", [2e-3, 2e-4])
 def test_a_light_damping_need_not_forget_where_no_period_holds_whole_turns(machine, zeta):
-    """On linear bearings the response to the force alone repeats with it, whatever the damping; 10 s leave 28 % and
-    more of another beginning."""
+    """On linear bearings the response to the force alone repeats with it, whatever the damping; after
+    10 s exp(-2 pi 44 Hz 10 s zeta) is left of another beginning, 58 % for the smaller one."""
     twin = Twin(machine.replace("shaft.damping_ratio", zeta), only=EFFECTS)
     rows = shaken(2 * np.pi * 41.3)
     trial = replace(trial_of(rows, np.zeros((len(rows), 2)), 0.0, "light"), settled=True)
