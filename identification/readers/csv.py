@@ -15,7 +15,7 @@ from __future__ import annotations
 import re
 from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from io import TextIOWrapper
 from pathlib import Path
@@ -46,13 +46,48 @@ _STATED = re.compile(r"[^\W\d][^:,;]{0,60}:(\s|$)")
 _RATE = re.compile(
     r"(?:((?:sampl|abtast|mess)\w*[ _-]?(?:rate|freq\w*|frek\w*)|fr.quence d.\w*chantillonnage|\bfs\b)"
     r"|((?:sampl|abtast)\w*[ _-]?(?:interval\w*|period\w*)|\bdelta_x\b))"
-    r"[^\d\n]*?(\d[\d.,]*(?:[eE][+-]?\d+)?)[\s;,]*([a-zµ]?(?:Hz|s)\b)?",
+    r"[^\d\n]*?(\d{1,3}(?:[ '’\u00a0\u202f]\d{3})+(?:[.,]\d+)?(?!\d)|\d[\d.,]*(?:[eE][+-]?\d+)?)"
+    r"[\s;,]*([a-zµ]?(?:Hz|s)\b)?",
     re.IGNORECASE,
 )
 """Statement of a sampling rate or of the time between samples, its number and unit."""
+_GAPS = re.compile(r"[ '’\u00a0\u202f]")
+"""Separators of thousands that are no decimal sign anywhere."""
+_WITH_POINT = re.compile(r"(\d+|[1-9]\d{0,2}(,\d{3})+)(\.\d*)?([eE][+-]?\d+)?", re.ASCII)
+"""Number with a decimal point and, between thousands, commas or nothing."""
+_WITH_COMMA_WORDS = re.compile(r"abtast|mess|fr.quence|freque?nz|frekven", re.IGNORECASE)
+"""Names of a sampling rate in languages that write a decimal comma."""
+_NO_LANGUAGE = re.compile(r"\bfs\b|delta_x", re.IGNORECASE)
+FASTEST = 1e7
+"""Sampling rate [Hz] that no recorder of vibrations reaches."""
+AMBIGUOUS_RATE = (
+    "the sampling rate {text} is {low:.9g} Hz or {high:.9g} Hz, by its decimal sign, which the file does not show; it"
+    " is left out: state it as [time] sample_rate"
+)
+"""Note on a stated rate whose one separator may be that of thousands."""
 _BRACKETS = re.compile(r"[\[(][^\])]*[\])]")
 _COMMENT = ("#", "%", "//")
+SWAP = str.maketrans(",.", ".,")
+MATCH = 0.05
+"""Relative difference of a stated rate from that of the times up to which both are the same."""
 UTF8, LATIN = "utf-8-sig", "latin-1"
+
+
+@dataclass(frozen=True)
+class StatedRate:
+    """Sampling rate that a file states: its number as written, and the rate [Hz] by each decimal sign it may have.
+
+    `usual` is the decimal sign of the language of the statement; empty where that is not known.
+    """
+
+    text: str
+    by_sign: Mapping[str, float]
+    usual: str
+
+    @property
+    def rates(self) -> list[float]:
+        """The rates [Hz] that it may be, the lowest first."""
+        return sorted(set(self.by_sign.values()))
 
 
 @dataclass(frozen=True)
@@ -64,7 +99,7 @@ class TextLayout:
     comma: bool
     first: int
     header: str = ""
-    rate: float | None = None
+    rate: StatedRate | None = None
     encoding: str = UTF8
 
 
@@ -186,7 +221,7 @@ def _layout(above: list[str], row: list[str], delimiter: str | None, comma: bool
     rows = [(i, _fitted(line, row)) for i, line in lines if not _STATED.match(line[0])]
     full = [(i, line) for i, line in rows if len(line) == width]
     words = [(i, line) for i, line in full if not is_number(line[0])] or full[:1]
-    rate = None if header else _stated_rate(above)
+    rate = None if header else _stated_rate(above, delimiter)
     if not words:
         if rows and width > 1:
             i, line = rows[-1]
@@ -213,18 +248,30 @@ def _fitted(line: list[str], row: list[str]) -> list[str]:
     return [*line, ""] if len(line) == len(row) - 1 and not row[-1] else line
 
 
-def _stated_rate(above: list[str]) -> float | None:
-    """Sampling rate [Hz] that a line above the table states, as 'Abtastrate;12800' and 'Delta_X 7.8E-5'."""
+def _stated_rate(above: list[str], delimiter: str | None) -> StatedRate | None:
+    """Sampling rate that a line above the table states, as 'Abtastrate;12800' and 'Delta_X 7.8E-5'."""
     for line in above:
-        found = _RATE.search(line)
-        text = found[3].replace(",", ".").rstrip(".") if found else ""
-        number = float(text) if is_number(text) else 0.0
-        if found and number > 0:
-            factors = FACTORS["s" if found[2] else "Hz"]
-            unit = found[4] or next((one.strip("[]() ") for one in _BRACKETS.findall(line[: found.start(3)])), "")
-            value = number * factors.get(unit, 1.0)
-            return 1 / value if found[2] else value
+        if not (found := _RATE.search(line)):
+            continue
+        # behind a comma that ends a cell the next one ends the number
+        ended = delimiter == "," and line[: found.start(3)].rstrip().endswith(",")
+        text = found[3].split(",")[0] if ended else found[3]
+        unit = found[4] or next((one.strip("[]() ") for one in _BRACKETS.findall(line[: found.start(3)])), "")
+        factor = FACTORS["s" if found[2] else "Hz"].get(unit, 1.0)
+        values = {sign: number * factor for sign, number in _readings(text).items() if number > 0}
+        rates = {sign: 1 / value if found[2] else value for sign, value in values.items()}
+        if likely := {sign: rate for sign, rate in rates.items() if rate < FASTEST}:
+            words = found[1] or found[2]
+            usual = "" if _NO_LANGUAGE.search(words) else "," if _WITH_COMMA_WORDS.search(words) else "."
+            return StatedRate(quote(f"{text.rstrip('.,')} {unit}".strip()), likely, usual)
     return None
+
+
+def _readings(text: str) -> dict[str, float]:
+    """The number that a text is by each decimal sign with which it is one: of 12,800 there are two, of 12,8 one."""
+    plain = _GAPS.sub("", text).rstrip(".,")
+    written = {".": plain, ",": plain.translate(SWAP)}
+    return {sign: float(t.replace(",", "")) for sign, t in written.items() if _WITH_POINT.fullmatch(t)}
 
 
 def _is_comment(line: str) -> bool:
@@ -256,7 +303,6 @@ def _no_numbers(lines: list[str], stated: dict[str, str]) -> str:
     return f"no row of numbers; {_bad_row((i, cells(line, delimiter)), names)}"
 
 
-SWAP = str.maketrans(",.", ".,")
 MAX_LINE = 1_000_000
 """Longest line, in characters."""
 
@@ -276,12 +322,39 @@ def read_csv(path: Path, file: dict[str, str] | None = None) -> DataTable:
     if header and len(values) != header.samples:
         raise ReadError(f"{len(values)} rows, its header states {header.samples}; the file was cut off: copy it again")
     columns = enumerate(zip(layout.names, values.T, strict=True))
-    notes = (f"read as {LATIN}, for it is not UTF-8; state another as [file] encoding",)
     guessed = layout.encoding == LATIN and "encoding" not in (file or {})
+    notes = [f"read as {LATIN}, for it is not UTF-8; state another as [file] encoding"] if guessed else []
     found = tuple(Column(name, column, unit, fault=faults.get(i, "")) for i, ((name, unit), column) in columns if name)
     if all(column.fault for column in found):
         raise ReadError(found[0].fault if found else "no column with a name; name them in the heading")
-    return DataTable("CSV", found, header=header, notes=notes if guessed else (), rate=layout.rate)
+    rate = _settled_rate(layout.rate, found, path, layout) if layout.rate else None
+    if layout.rate and rate is None:
+        low, high = layout.rate.rates
+        notes.append(AMBIGUOUS_RATE.format(text=layout.rate.text, low=low, high=high))
+    return DataTable("CSV", found, header=header, notes=tuple(notes), rate=rate)
+
+
+def _settled_rate(stated: StatedRate, columns: Sequence[Column], path: Path, layout: TextLayout) -> float | None:
+    """The one rate [Hz] that a statement may be, or that the times show; None where that stays open.
+
+    Without times the decimal sign of the table shows which, unless the language of the statement has the other one.
+    """
+    if len(stated.rates) == 1:
+        return stated.rates[0]
+    for column in columns:
+        step = _step(column)
+        shown = [rate for rate in stated.rates if abs(rate * step - 1) < MATCH]
+        if shown:
+            return shown[0]
+    sign = _sign(path, layout)
+    return stated.by_sign.get(sign) if stated.usual in ("", sign) else None
+
+
+def _step(column: Column) -> float:
+    """Mean step [s] of a column of times with a unit; NaN of any other."""
+    times = column.values[np.isfinite(column.values)]
+    factor = FACTORS["s"].get(column.unit or "", np.nan)
+    return factor * float(times[-1] - times[0]) / (times.size - 1) if times.size > 1 else np.nan
 
 
 def _numbers(path: Path, layout: TextLayout, stated: bool) -> tuple[np.ndarray, dict[int, str]]:
@@ -297,17 +370,16 @@ def _numbers(path: Path, layout: TextLayout, stated: bool) -> tuple[np.ndarray, 
             raise
         except ValueError:
             continue
-    found = _first_sign(path, layout) if len(guesses) > 1 else layout.comma
+    found = _sign(path, layout) == "," if len(guesses) > 1 else layout.comma
     return _careful(path, replace(layout, comma=found))
 
 
-def _first_sign(path: Path, layout: TextLayout) -> bool:
-    """Whether the first decimal sign among the numbers is a comma."""
-    for line in _lines(path, layout):
-        for sign in line:
-            if sign in ",.":
-                return sign == ","
-    return False
+def _sign(path: Path, layout: TextLayout) -> str:
+    """The first decimal sign among the numbers; empty where all are whole."""
+    if layout.comma:
+        return ","
+    signs = re.compile(r"\." if layout.delimiter == "," else "[.,]")
+    return next((found[0] for line in _lines(path, layout) if (found := signs.search(line))), "")
 
 
 def _lines(path: Path, layout: TextLayout) -> Iterator[str]:

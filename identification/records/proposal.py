@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.records.column_kinds import GAP, ColumnGuess, guess_columns, schema_unit
+from identification.records.column_meaning import GAP, ColumnGuess, guess_columns, schema_unit
 from identification.records.columns import FACTORS, Column, DataTable, is_unit_of
 from identification.records.mapping import ColumnEntry, Mapping
 from identification.records.schema import AXES, VARIABLES, VECTORS
@@ -200,8 +200,9 @@ def propose(table: DataTable, file: str) -> tuple[str, int]:
         if table.rate:
             parts.append(f'[time]\nsample_rate = "{table.rate:.9g} Hz"    # from the file\n')
         else:
+            why = "".join(f"# {_safe(note)}\n" for note in table.notes)
             parts.append('# No time was found: [time] with column = "..." and unit = "s", or with\n'
-                         '# sample_rate = "5 kHz"\n')  # fmt: skip
+                         f'# sample_rate = "5 kHz"\n{why}')  # fmt: skip
     parts += _vectors(known) if vectors else _series(known)
     numbers = {g.number for g in known}
     unknown = [g for g in guesses if g.number not in numbers]

@@ -296,7 +296,8 @@ def simulate(twin: Twin, trial: Trial, point: ParameterPoint, whole: bool = Fals
     values = point.setting(twin, trial.speed, trial.pressure, trial.changes)
     if trial.settled and twin.machine.film is None:
         ahead, rows, angle = trial.from_motion
-        found = twin.run(values, np.concatenate([ahead, rows]), trial.pressure, angle, True, not len(ahead))
+        period = trial.length if len(ahead) else 0
+        found = twin.run(values, np.concatenate([ahead, rows]), trial.pressure, angle, True, not period, period)
         table = found[len(ahead) :, :2]
         if not np.abs(table).max() < BEYOND:  # nor a number
             return np.full(trial.spectra.shape, NO_SOLUTION, complex)

@@ -40,13 +40,14 @@ to each side within which nothing else may stand."""
 HUM = "hum of the mains at {frequency:g} Hz, {size:.2g} um at every speed, was taken out: it turns with no shaft"
 """Note on hum."""
 DRIFT, FAR_DRIFT, DRIFT_LINES = 1e-8, 10.0, 3
-"""Drift [m] from block to block that counts as none; times that of the other probe from which a probe drifts by itself;
+"""Drift [m] from block to block that counts as none; times that of the other probe from which a drift is along one;
 lowest lines that show a straight drift within a block."""
 PROBE_DRIFT = (
-    "{probe} drifts by {rate:+.2g} um/s in {count} of {of} records and the other probe of its plane does not: no motion"
-    " of the shaft, it was taken out; check that probe"
+    "{probe} drifts by {rate:+.2g} um/s in {count} of {of} records and the other probe of its plane does not: the"
+    " probe, or the shaft along it, as over a pedestal that grows warm. The straight drift was taken out of what is"
+    " compared, so that no effect is found in it or refuted by it; check that probe, and what holds it"
 )
-"""Note on a probe that drifts."""
+"""Note on a drift along one probe."""
 LN2 = 0.6931471805599453
 """Median of an exponential distribution of mean 1."""
 QUIET, ROWS = "the quiet lines within the records", "neighbouring rows"
@@ -315,17 +316,17 @@ def _tone_at(trial: Trial, frequency: float) -> tuple[float, np.ndarray] | None:
                          for s in (trial.spectra[:, 0], trial.spectra[:, 1])])  # fmt: skip
     found = answer(np.linalg.lstsq, A, y, rcond=None)[0]
     left, whole = (np.sum(one**2, axis=0) for one in (y - A @ found, y))
-    # a tone takes most of what is near it, or stands clear of the noise there by its own size
+    # with a tone most of what is near it goes
     if not np.any(left < (1 - MOST_OF_IT) * whole):
         return None
     return float(np.hypot(*found).max()), np.einsum("kc,bkl->bcl", found, shapes)
 
 
 def without_probe_drift(trials: Sequence[Trial]) -> tuple[list[Trial], list[str]]:
-    """Trials without the straight drift of a single probe, and a sentence on each such probe.
+    """Trials without a straight drift along a single probe, and a sentence on each such probe.
 
-    A shaft that moves aside shows in both probes of its plane; one that drifts alone by many times what the others of
-    the records do, and along a straight line within its blocks too, is the probe's own.
+    It is many times what the other probe of its plane does, and straight within the blocks too. Two probes do not show
+    whether it is the probe's own or the shaft's, which may move along one of them; so the note states both.
     """
     left, drifting = list(trials), dict[str, list[float]]()
     able = [i for i, t in enumerate(trials) if not t.orders and t.blocks > 1 and len(t.channels) > 1]

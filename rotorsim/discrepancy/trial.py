@@ -57,7 +57,10 @@ SETTLING = 0.5
 UNSETTLED = 0.2
 """Change of the excited lines from the first block to the last, as a share, from which on a record begins at rest."""
 RUN_IN = 10.0
-"""Time [s] in which a rotor forgets how its motion began, where no period holds whole turns."""
+"""Time [s] for which a twin runs before the window where no period holds whole turns. It begins in the motion of its
+turning and of its inputs; in this time fades what effects add to their sum."""
+ROUNDING = 1e-12
+"""Line of an input, as a share of its largest value, below which it is the rounding of a constant."""
 SHORTEST_PERIOD = 0.2
 """Shortest period [s] of an excitation, and shortest window."""
 TURNING = 1.0
@@ -229,9 +232,9 @@ class Trial:
 
     @cached_property
     def balanced(self) -> bool:
-        """Whether the reference has no mean over a period."""
-        one = self.rows[self.start : self.start + self.length, 2:6]
-        return bool(np.abs(one.mean(axis=0)).max() <= 1e-3 * max(np.abs(one).max(), 1e-300))
+        """Whether neither references nor forces have a mean over a period, each against its own largest one."""
+        one = _inputs(self.rows[self.start : self.start + self.length])
+        return bool(np.abs(one.mean(axis=0)).max() <= 1e-3)
 
     @property
     def from_motion(self) -> tuple[np.ndarray, np.ndarray, float]:
@@ -363,13 +366,14 @@ def _settled(rows: np.ndarray, displacement: np.ndarray, length: int, excited: n
 
 
 def _excited(rows: np.ndarray, start: int, length: int, blocks: int, count: int) -> np.ndarray:
-    """Which lines (count,) an input excites."""
-    drive = rows[:, 2:4] if rows[:, 2:4].any() else rows[:, 4:6]
-    spectra = np.abs(block_lines(drive, start, length, blocks, count)).mean(axis=0).max(axis=0)
-    top = spectra[1:].max() if count > 1 else 0.0
-    found = spectra > 1e-3 * top if top > 0 else np.zeros(count, bool)
+    """Which lines (count,) an input excites: those of the references, and those of the forces."""
+    found = np.zeros(count, bool)
+    for pair in (slice(2, 4), slice(4, 6)):  # volts and newtons do not compare
+        spectra = np.abs(block_lines(rows[:, pair], start, length, blocks, count)).mean(axis=0).max(axis=0)
+        least = ROUNDING * np.abs(rows[:, pair]).max()  # a constant excites no line
+        found |= spectra > max(1e-3 * spectra[1:].max(initial=0.0), least)
     found[0] = False
-    return np.asarray(found)
+    return found
 
 
 def find_window(rows: np.ndarray, speed: float, n: int, name: str, period: int | None) -> tuple[int, int, int]:

@@ -190,6 +190,54 @@ def in_motion(
     return w
 
 
+def in_forced_motion(a: Assembly, w: np.ndarray, speed: float, period: np.ndarray) -> np.ndarray:
+    r"""Workspace of a turning rotor on linear bearings, w, in the motion that rows (n, 6) add when they repeat.
+
+    Turning and forcing have periods that need not share a multiple, so the motion they give together has none. On
+    linear bearings it is the sum of both: the deviation d from the motion w is that which the force's period repeats,
+
+    .. math:: d^* = d_0 + (I - \Phi)^{-1} (d_1 - d_0), \qquad \Phi = e^{A T}
+
+    by the step of `in_motion`, on the difference of the runs with and without the force. Returns w itself where the
+    rotor is unstable. Assumes: effects bend the plant little; what they do is left to a run.
+
+    Cites: aprille_1972.
+    """
+    try:
+        phi = answer(expm, linearise(a, w, speed).A * (len(period) * RIG_SAMPLE))
+        if not decays(answer(np.linalg.eigvals, phi)):
+            return w
+        jump = answer(np.linalg.inv, np.eye(len(phi)) - phi)
+    except NoAnswerError:
+        return w
+    n = a.rotor.n
+    at = np.concatenate([a.rotor.q + np.arange(n), a.rotor.v + np.arange(n)])
+    begin = np.concatenate([a.rotor.q_old + np.arange(n), a.rotor.v_old + np.arange(n)])
+    free, unforced = w.copy(), period.copy()
+    unforced[:, 2:6] = 0.0
+    Simulation(a, free).advance(unforced)
+    # a step remembers the acceleration, a sum too, and the last force, which is as a period of the force leaves it
+    last = a.rotor.a_old + np.arange(n)
+    start, began = w[at], {i: w[i] for i in (a.rotor.angle, a.rig.tick, a.rotor.time, a.rotor.turns)}
+    found, d = w, np.zeros(2 * n)
+    for _ in range(ROUNDS):
+        moved = found.copy()
+        Simulation(a, moved).advance(period)
+        change = moved[at] - free[at] - d
+        if not np.all(np.isfinite(change)):
+            return w
+        d = d + jump @ change
+        found = moved
+        found[at] = start + d
+        found[begin] = found[at]
+        found[last] += w[last] - free[last]
+        for i, value in began.items():
+            found[i] = value
+        if np.linalg.norm(change) < SETTLED * np.linalg.norm(d):
+            break
+    return found
+
+
 @dataclass(frozen=True)
 class Twin:
     """Machine with all candidates at a grid (n_theta, n_z) and a step [s]; `seed_scatter` keeps its noise."""
@@ -271,12 +319,13 @@ class Twin:
 
     def run(
         self, setting: Setting, rows: np.ndarray, pressure: float, angle: float = 0.0, turning: bool = False,
-        repeating: bool = False,
+        repeating: bool = False, period: int = 0,
     ) -> np.ndarray:  # fmt: skip
         """Readings (n, 5) for input rows (n, 6) from the equilibrium at the first speed; NaN where there is none.
 
         With `turning` a rotor on linear bearings is in its periodic motion already, and with `repeating` in that of
-        the rows, which hold whole turns.
+        the rows, which hold whole turns. Of rows whose inputs repeat after `period` ones, with whole turns or not, it
+        is in the motion of both, turning and input.
         """
         a, speed = self.set(setting), float(rows[0, 0])
         try:
@@ -285,6 +334,8 @@ class Twin:
             w[a.rotor.angle] = angle
             if turning:
                 w = in_motion(a, w, speed, regulator, rows if repeating else None)
+            if turning and period and a.film_model is None:
+                w = in_forced_motion(a, w, speed, rows[:period])
             fed = rows + (regulator - pressure) * PRESSURE if regulator != pressure else rows
             return Simulation(a, w).advance(fed)[:, READ : READ + 5]
         except FAILURES:

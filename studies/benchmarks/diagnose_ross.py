@@ -4,8 +4,8 @@
 
 RECORDS is the folder that `ross_records.py` wrote; every case goes through files and the machine file of the rotor, as
 a user's records do. A verdict is right if it names what is hidden, alone; `class` if a tie or class holds it; `unknown`
-if it is unknown or partial; and wrong for any other name, also of a second effect. The script ends with 1 on a wrong
-one.
+if it is unknown or partial; and wrong for any other name, also of a second effect, and for re-calibrated numbers where
+an effect is hidden. The script ends with 1 on a wrong one.
 """
 
 from __future__ import annotations
@@ -41,11 +41,15 @@ def truth(case: str) -> tuple[str, ...]:
 
 
 def verdict(hidden: Sequence[str], found: Diagnosis) -> str:
-    """right, class, unknown or wrong."""
+    """right, class, unknown or wrong; raises ValueError for a status that no diagnosis has."""
     if found.status in ("unknown", "partial"):
         return "unknown"
     if found.status == "no_disagreement":
         return "unknown" if hidden else "right"
+    if found.status == "recalibrated":
+        return "wrong" if hidden else "right"
+    if found.status not in ("named", "tie"):
+        raise ValueError(f"status {found.status!r} of a diagnosis is not known here")
     proposed = [tuple(sorted(f.effect for f in found.effects))]
     proposed += [tuple(sorted(key.split(".")[0] for key in keys)) for keys in found.ties]
     alike = {key.split(".")[0] for f in found.effects for key in f.tie_class} if len(found.effects) == 1 else set()

@@ -18,6 +18,8 @@ from studies.benchmarks.result import Figure
 
 INJECTOR = " of injector "
 VERDICTS = ("right", "class", "partial", "missed", "wrong")
+STATUSES = frozenset({"no_disagreement", "recalibrated", "named", "tie", "partial", "unknown"})
+"""Statuses of a diagnosis that a case can be judged by."""
 ABOVE = 2.2
 """Times its detectable size above which a single effect should nearly always be named."""
 
@@ -52,9 +54,17 @@ class Case:
 
 
 def judged(kind: str, hidden: tuple[str, ...], d: Diagnosis, known: set[str]) -> str:
-    """right (exact), class (a tie that holds it), missed, partial (or one of two), or wrong (a name that is not it)."""
+    """right (exact), class (a tie that holds it), missed, partial (or one of two), or wrong (a name that is not it).
+
+    Re-calibrated numbers take the blame, so they are wrong wherever something is hidden, of the catalogue or not.
+    Raises ValueError for a status that no diagnosis has.
+    """
+    if d.status not in STATUSES:
+        raise ValueError(f"status {d.status!r} of a diagnosis is not one of {', '.join(sorted(STATUSES))}")
     if d.status in ("no_disagreement", "unknown"):
         return "right" if not hidden and (d.status == "no_disagreement" or kind == "foreign") else "missed"
+    if d.status == "recalibrated":
+        return "wrong" if hidden or kind == "foreign" else "right"
     if d.status == "partial":
         return "partial"
     proposed = [tuple(f.form for f in d.effects), *d.ties]

@@ -1,4 +1,7 @@
-"""Drift of a single probe is no motion of the shaft; a clock at another rate turns the order from block to block."""
+"""Drift along a single probe, its own or the shaft's, is left out and noted.
+
+A clock at another rate turns the order from block to block.
+"""
 
 from types import SimpleNamespace
 
@@ -28,6 +31,7 @@ def test_the_drift_of_one_probe_is_taken_out_and_noted(rng):
     plain, own = ([steady(f, np.random.default_rng(2), drift=d) for f in SPEEDS] for d in ((0.0, 0.0), (0.0, 4e-6)))
     left, notes = without_probe_drift(own)
     assert len(notes) == 1 and notes[0].startswith("y drifts by +4 um/s in 5 of 5")
+    assert "the probe, or the shaft along it" in notes[0] and "no motion" not in notes[0]
     for one, wanted in zip(left, plain, strict=True):
         assert np.abs(one.spectra - wanted.spectra)[:, :, 1:].max() < 2e-9
 

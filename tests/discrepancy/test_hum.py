@@ -32,6 +32,43 @@ def test_hum_is_found_by_its_frequency_and_size_and_taken_out(rng, mains):
     assert sum(bool(one.hum) for one in quiet) <= 1  # at 31 Hz 2X lies next to 60 Hz
 
 
+def shaken(force, reference=1.0, n=10000):
+    """Inputs (n, 6): a reference of 10 Hz on x [V], a force of 50 Hz on y [N]."""
+    rows, t = np.zeros((n, 6)), np.arange(n) * 2e-4
+    rows[:, 2], rows[:, 5] = reference * np.cos(2 * np.pi * 10 * t), force * np.cos(2 * np.pi * 50 * t)
+    return rows
+
+
+@pytest.mark.parametrize("force", [1e-4, 5.0, 1e6])
+def test_the_response_to_a_stated_force_is_no_hum_next_to_a_reference(rng, force):
+    """Volts and newtons do not compare: a small force excites its line as a large one does."""
+    own = []
+    for hertz in SPEEDS:
+        rows = shaken(force)
+        rows[:, 0] = 2 * np.pi * hertz
+        response = 3e-6 * rows[:, [5, 5]] / force + 1e-6 * rows[:, [2, 2]]
+        own.append(trial_of(rows, response + rng.normal(0, 1e-8, response.shape), 0.0, f"{hertz} Hz"))
+        excited = own[-1].frequencies[own[-1].excited]
+        assert excited == pytest.approx([10.0, 50.0])
+    left, notes = without_hum(own)
+    assert not notes and left == own
+
+
+def test_a_constant_force_excites_no_line():
+    rows = shaken(1.0)
+    rows[:, 5] = 0.1
+    trial = trial_of(rows, np.zeros((len(rows), 2)), 0.0, "held")
+    assert trial.frequencies[trial.excited] == pytest.approx([10.0])
+
+
+@pytest.mark.parametrize(("force", "reference"), [(1e-4, 1.0), (1.0, 1e-4)])
+def test_a_mean_counts_against_the_largest_input_of_its_own_kind(force, reference):
+    rows = shaken(force, reference)
+    assert trial_of(rows, np.zeros((len(rows), 2)), 0.0, "both").balanced
+    rows[:, 5 if force < 1 else 2] += 1e-4
+    assert not trial_of(rows, np.zeros((len(rows), 2)), 0.0, "mean").balanced
+
+
 def test_noise_and_a_line_of_one_record_are_no_hum(rng):
     quiet = trials(rng, 0.0, 50.0)
     for own in (quiet, [*quiet[:2], trials(rng, 1e-6, 50.0)[2]], trials(rng, 1e-6, 54.0)):

@@ -149,6 +149,49 @@ def test_a_rate_above_the_table_is_kept(tmp_path, line, rate):
     assert idn.columns(tmp_path / "a.csv").rate == pytest.approx(rate)
 
 
+POINT, COMMA, WHOLE = "0.5;2.25\n", "0,5;2,25\n", "1;2\n"
+CLOCKED = "Time [ms];x\n" + "".join(f"{k / 12.8:.6f};{k % 7}\n" for k in range(2000))
+
+
+@pytest.mark.parametrize(
+    ("line", "table", "rate"),
+    [
+        ("Sample Rate: 12,800 Hz", POINT, 12800), ("Sample rate (Hz): 12,800", POINT, 12800),
+        ("Abtastrate;12.800 Hz", COMMA, 12800), ("Abtastrate;12,800 Hz", COMMA, 12.8),
+        ("Sample rate: 500.000 Hz", POINT, 500), ("fs = 1.000 Hz", COMMA, 1000), ("fs = 1.000 Hz", POINT, 1),
+        ("Sample Rate: 51,200.00 Hz", WHOLE, 51200), ("Abtastrate;51.200,00", WHOLE, 51200),
+        ("Abtastrate;1.024.000", WHOLE, 1024000), ("Sample interval: 0.078 ms", WHOLE, 1 / 7.8e-5),
+        ("Abtastrate;51 200 Hz", WHOLE, 51200), ("Abtastrate;51'200,0 Hz", WHOLE, 51200),
+        ("Sample rate: 51.200 kHz", WHOLE, 51200), ("Sample rate: 12800.000", WHOLE, 12800),
+        ("Sample Rate: 12,800 Hz", CLOCKED, 12800), ("Sample Rate: 12.800 Hz", CLOCKED, 12800),
+        ("Abtastrate;12,800 Hz", CLOCKED, 12800),
+    ],
+)  # fmt: skip
+def test_separators_of_thousands_in_a_stated_rate(tmp_path, line, table, rate):
+    text = table if table is CLOCKED else "a;b\n" + table * 10
+    (tmp_path / "a.csv").write_text(f"{line}\n{text}", encoding="utf-8")
+    assert idn.columns(tmp_path / "a.csv").rate == pytest.approx(rate)
+
+
+@pytest.mark.parametrize("line", ["Sample rate,500,500", 'Sample rate,"500",500', "Sample rate,500.0,500"])
+def test_a_comma_between_cells_is_no_part_of_a_rate(tmp_path, line):
+    (tmp_path / "a.csv").write_text(f"{line}\na,b,c\n" + "0.5,2,3\n" * 10)
+    assert idn.columns(tmp_path / "a.csv").rate == 500.0
+
+
+@pytest.mark.parametrize(
+    ("line", "table"),
+    [("Sample Rate: 12,800 Hz", WHOLE), ("Abtastrate;12.800 Hz", WHOLE), ("fs = 12.800", WHOLE),
+     ("Sample Rate: 12,800 Hz", COMMA), ("Abtastrate;12.800 Hz", POINT)],
+)  # fmt: skip
+def test_a_rate_that_may_be_two_is_left_out_with_a_sentence(tmp_path, line, table):
+    """Nothing else in the file shows its decimal sign, or the language of the statement has another one."""
+    (tmp_path / "a.csv").write_text(f"{line}\na;b\n" + table * 10)
+    found = idn.columns(tmp_path / "a.csv")
+    assert found.rate is None and "12.8 Hz or 12800 Hz" in found.notes[0]
+    assert f"# {found.notes[0]}" in idn.propose(found, "a.csv")[0]
+
+
 @pytest.mark.parametrize("line", ["sample rate of version 1.2.3", "fs: ,5", "Messrate;;", "dt and fs = ."])
 def test_what_is_no_rate_is_passed_over(tmp_path, line):
     (tmp_path / "a.csv").write_text(f"{line}\na;b;c\n" + "1;2;3\n2;3;4\n" * 5, encoding="latin-1")

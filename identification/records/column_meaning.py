@@ -1,4 +1,4 @@
-r"""Kinds of the columns of a file that nobody has mapped: by stated units, by names in several languages, by values.
+r"""Meaning of the columns of a file that nobody has mapped: by stated units, by names in several languages, by values.
 
 A kind is stated only where the evidence agrees. A unit counts more than a name; values can refuse both. They show
 
