@@ -70,6 +70,7 @@ from rotorsim.discrepancy.result import (
     evidence_of,
     found_of,
     null_sentence,
+    related_of,
 )
 from rotorsim.discrepancy.run_ups import RunupTrial, is_table, make_sweeps, rate_notes, with_tables
 from rotorsim.discrepancy.trial import Trial
@@ -356,8 +357,9 @@ class DiagnosisRun:
 
     def _large(self, base: ParameterFit) -> tuple[str, ...]:
         """Sentences on calibrated numbers that are far from the machine file."""
-        found = calibration_of(base, covariance(base, self.fitted.layout.record), base.parameters)
-        rows = {row.key: row for row in recalibrated_values(self.machine, found)}
+        V = covariance(base, self.fitted.layout.record)
+        found = calibration_of(base, V, base.parameters)
+        rows = {row.key: row for row in recalibrated_values(self.machine, found, related_of(base, V))}
         far = strained(base)
         shown = [row.sentence for row in rows.values() if row.large or row.key in far]
         return (*shown, *(f"{key} is {found[key][0]:+.3g} +- {found[key][1]:.2g}" for key in far if key not in rows))
@@ -432,6 +434,7 @@ class DiagnosisRun:
                 *map(null_sentence, null_vectors(proven, base.parameters)),
             ),
             calibration=calibration_of(*written, base.parameters) | self._clocks(final.point),
+            related=related_of(*written),
             evidence=evidence_of(base, best, search),
             explanations=odds,
             priors=prior_sizes(self.forms),

@@ -10,9 +10,9 @@ from __future__ import annotations
 from cmath import phase as argument
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from difflib import unified_diff
-from math import hypot, log, nan, pi
+from math import log, nan, pi, sqrt
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ import tomlkit
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import quantities
 from rotorsim.base.units import TO_UM, show
-from rotorsim.discrepancy.calibration import sd_of_polar, wave
+from rotorsim.discrepancy.calibration import LOSS_SD, sd_of_polar, wave
 from rotorsim.discrepancy.twin import of_axis, of_bearing, of_each_film, own_tables
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine
@@ -39,6 +39,8 @@ WRITTEN = ("named", "tie")
 """Verdicts whose effects are written."""
 LARGE = {"k": 1.5, "c": 2.0}
 """Factor on the stiffness (k) and on the damping (c) of a bearing from which on its calibration is a finding."""
+NARROWED = 0.5
+"""Standard deviation of a bearing's loss over its prior, below which the records show its damping."""
 WORDS_OF_CHANGE = {"k": ("stiffer", "softer"), "c": ("more damped", "less damped")}
 """Words for a larger and a smaller number of a bearing."""
 CHANGED = ("larger", "smaller")
@@ -116,17 +118,20 @@ class RecalibratedValue:
 
 
 def recalibrated_values(
-    machine: Machine, calibration: Mapping[str, tuple[float, float]]
+    machine: Machine, calibration: Mapping[str, tuple[float, float]], related: Mapping[str, float] | None = None
 ) -> tuple[RecalibratedValue, ...]:
-    """Numbers of the machine file that a calibration (value and standard deviation by key) replaces."""
+    """Numbers of the machine file that a calibration (value and standard deviation by key) replaces.
+
+    `related` has the correlation of a bearing's compliance and loss, by the key of the loss. A bearing's damping is
+    replaced only where the records narrow its loss: otherwise it would follow from the prior and the stiffness.
+    """
     found = []
-    partners = {f"bearing.{n}.{w}{key[-1]}": (0.0, 0.0) for key in calibration if key.startswith("bearing.")
-                for n in (key.split(".")[1],) for w in "kc"}  # fmt: skip
-    for key, (change, sd) in (partners | dict(calibration)).items():
+    for key, (change, sd) in calibration.items():
         _, _, last = key.rpartition(".")
         if key.startswith("bearing."):
-            row = _of_bearing(machine, key, calibration)
-            found += [row] if row.value else []
+            row = _of_bearing(machine, key, calibration, related or {})
+            shown = key.split(".")[2][0] == "k" or sd < NARROWED * LOSS_SD
+            found += [row] if row.value and shown else []
         elif key in FACTORS_OF:
             path, name, unit, own = FACTORS_OF[key]
             before = own(machine)
@@ -164,14 +169,19 @@ def _same_place(machine: Machine, name: str, table: int) -> int | None:
     return next((i for i, effect in enumerate(present) if abs(mesh.place(effect) - place) < SAME_PLACE), None)
 
 
-def _of_bearing(machine: Machine, key: str, calibration: Mapping[str, tuple[float, float]]) -> RecalibratedValue:
+def _of_bearing(
+    machine: Machine, key: str, calibration: Mapping[str, tuple[float, float]], related: Mapping[str, float]
+) -> RecalibratedValue:
     """Calibrated stiffness or damping of a linear bearing along an axis."""
     _, place, last = key.split(".")
     what, axis = last[0], last[1]
     (stiffer, sd_k), (lossier, sd_c) = (calibration.get(f"bearing.{place}.{w}{axis}", (0.0, 0.0)) for w in "kc")
     before = of_axis(machine.bearings[int(place)], axis)
     new = of_bearing(*before, stiffer, lossier)
-    shares = (sd_k / (1 - stiffer), hypot(sd_c / (1 + lossier), 2 * sd_k / (1 - stiffer)))
+    # logarithms: log k' = log k - log(1 - s), log c' = log c + log(1 + l) - 2 log(1 - s)
+    of_k, of_c = sd_k / (1 - stiffer), sd_c / (1 + lossier)
+    together = 4 * related.get(f"bearing.{place}.c{axis}", 0.0) * of_k * of_c
+    shares = (of_k, sqrt(max(of_c**2 + 4 * of_k**2 + together, 0.0)))
     i = "kc".index(what)
     name = f"{('stiffness', 'damping')[i]} {what}{axis}{axis} of the bearing {machine.bearing_names[int(place)]}"
     path = f"bearings.{place}.{what}{axis}{axis}"
@@ -189,11 +199,13 @@ class Findings:
     calibration: dict[str, tuple[float, float]]
     evidence: dict[str, float]
     data_hash: str
+    related: dict[str, float] = field(default_factory=dict, kw_only=True)
+    """Correlation of a bearing's compliance and loss, by the key of the loss."""
 
     @property
     def recalibration(self) -> tuple[RecalibratedValue, ...]:
         """Calibrated numbers of the machine file: path, value, standard deviation and value before."""
-        return recalibrated_values(self.machine, self.calibration)
+        return recalibrated_values(self.machine, self.calibration, self.related)
 
     def changes(self) -> Iterator[tuple[str, str, str]]:
         """Calibrated parameter, its change and standard deviation in display units; relative where there is no unit."""
@@ -393,10 +405,11 @@ def _replace(document: Any, row: RecalibratedValue) -> None:
     _put(table, last, value, f"{FITTED}, +- {_rough(row.sd, row.unit)}; before {_rough(row.before, row.unit, 9)}")
 
 
-def _keep_y(table: Any, bearing: Any) -> None:
-    """Write a bearing's numbers along y where the file leaves them to be those along x."""
+def _keep_y(table: Any, bearing: Any, replaced: set[str]) -> None:
+    """Write a bearing's numbers along y where the file leaves them to be those along x, and only these are replaced."""
     for what, value, unit in zip("kc", of_axis(bearing, "y"), ("N/m", "N*s/m"), strict=True):
-        if getattr(bearing, f"{what}yy") is None and value:
+        alone = f"{what}xx" in replaced and f"{what}yy" not in replaced
+        if getattr(bearing, f"{what}yy") is None and value and alone:
             table[f"{what}yy"] = show(value, unit)
 
 
@@ -428,12 +441,13 @@ def _calibrate(document: Any, effects: Any, diagnosis: Findings) -> list[str]:
         else:
             name, table, parameter = key.split(".")
             tables.setdefault((name, int(table)), {})[parameter] = value
+    rows = diagnosis.recalibration
     for number in dict.fromkeys(int(key.split(".")[1]) for key in direct if key.startswith("bearing.")):
-        if not any(key.startswith(f"bearing.{number}.") and key.endswith("y") for key in direct):
-            _keep_y(document["bearings"][number], machine.bearings[number])
+        own = {row.path.rpartition(".")[2] for row in rows if row.key.startswith(f"bearing.{number}.")}
+        _keep_y(document["bearings"][number], machine.bearings[number], own)
     replaced = set()
-    for row in recalibrated_values(machine, diagnosis.calibration):
-        if row.key in direct or row.key in turned or row.key.startswith("bearing."):
+    for row in rows:
+        if row.key in direct or row.key in turned:
             _replace(document, row)
             replaced.add(row.key)
     for (name, number), changes in tables.items():
@@ -445,4 +459,6 @@ def _calibrate(document: Any, effects: Any, diagnosis: Findings) -> list[str]:
         name, place = owner.split(".")
         values = {amplitude: abs(z), phase: argument(z)}
         _add(effects, name, values | _where(machine, name, int(place)), [FITTED], FITTED)
+    unseen = [(key, *diagnosis.calibration[key]) for key in direct if key not in replaced]
+    left_out += [f"calibration not written: {key} = {value:.4g} +- {sd:.2g}" for key, value, sd in unseen]
     return left_out

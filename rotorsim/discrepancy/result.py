@@ -95,6 +95,14 @@ def calibration_of(
     return {k.name: (fit.point.values.get(k, 0.0), float(np.sqrt(V[at[k], at[k]]))) for k in parameters}
 
 
+def related_of(fit: ParameterFit, V: np.ndarray) -> dict[str, float]:
+    """Correlation of each bearing's compliance and loss, by the key of the loss; V (k, k) is the fit's covariance."""
+    at = {k.name: i for i, k in enumerate(fit.parameters)}
+    pairs = {key: (at[key.replace(".c", ".k")], i) for key, i in at.items()
+             if key.startswith("bearing.") and ".c" in key and key.replace(".c", ".k") in at}  # fmt: skip
+    return {key: float(V[i, j] / max(np.sqrt(V[i, i] * V[j, j]), 1e-300)) for key, (i, j) in pairs.items()}
+
+
 def evidence_of(base: ParameterFit, best: Hypothesis | None, search: EffectSearch | None) -> dict[str, float]:
     """Sums of squares and excess misfit before and with the effect."""
     evidence = {"chi2_calibrated": base.chi2, "numbers": float(len(base.residual))}

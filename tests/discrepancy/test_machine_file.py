@@ -91,6 +91,16 @@ def test_the_bearings_of_a_plain_rotor_take_their_new_stiffness():
     assert after.bearings[0].kyy is None
 
 
+def test_a_damping_that_no_record_narrows_stays_that_of_the_file():
+    calibration = {"bearing.1.kx": (-2.0, 0.05), "bearing.1.cx": (0.0, 0.45), "bearing.0.cx": (1.0, 0.05)}
+    after = found("plain_rotor", (), calibration).apply()
+    before = load_machine("plain_rotor").bearings
+    assert after.bearings[1].kxx == pytest.approx(before[1].kxx / 3) and after.bearings[1].cxx == before[1].cxx
+    assert after.bearings[0].cxx == pytest.approx(2 * before[0].cxx)
+    assert after.bearings[0].cyy == before[0].cxx and after.bearings[0].kyy is None
+    assert "calibration not written: bearing.1.cx" in after._source
+
+
 def test_a_number_that_was_fitted_again_does_not_keep_the_comment_of_the_old_one():
     """'example' and 'calibrated' stand behind the old numbers; what is fitted has its source and scatter instead."""
     calibration = {"shaft_damping": (0.5, 0.1), "bearing.0.kx": (0.2, 0.08), "bearing.0.cx": (0.5, 0.2)}

@@ -2,8 +2,10 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
+from rotorsim.discrepancy.calibration import COMPLIANCE_LIMITS, LOSS_LIMITS
 from rotorsim.discrepancy.comparison import Misfit
 from rotorsim.discrepancy.judge import MANY, AllEvidence, by_odds, judged
 from rotorsim.discrepancy.machine_file import recalibrated_values
@@ -151,3 +153,31 @@ def test_a_bearing_far_from_its_file_is_a_finding_with_place_size_and_interval(f
     assert ("softer" if factor < 1 else "stiffer") in row.sentence
     vague = recalibrated_values(machine, {"bearing.1.kx": (s, 3.0)})[0]
     assert not vague.large
+
+
+def test_a_stiffness_alone_is_no_finding_about_the_damping():
+    """The damping c (1 + l) / (1 - s)^2 of a softer bearing is that of the file where no record narrows its loss."""
+    machine = load_machine("plain_rotor")
+    for loss in ({}, {"bearing.1.cx": (0.0, 0.45)}):
+        rows = recalibrated_values(machine, {"bearing.1.kx": (-2.0, 0.05)} | loss)
+        assert [row.path for row in rows] == ["bearings.1.kxx"]
+    rows = recalibrated_values(machine, {"bearing.1.kx": (-2.0, 0.05), "bearing.1.cx": (8.0, 0.1)})
+    assert rows[1].value == pytest.approx(rows[1].before) and not rows[1].large
+
+
+@pytest.mark.parametrize("together", [-0.9, 0.0, 0.9])
+def test_the_scatter_of_a_damping_is_that_of_stiffness_and_loss_together(together):
+    """Standard deviation of log c' = log(1 + l) - 2 log(1 - s) for small scatters, by drawn pairs."""
+    machine, s, loss, sd = load_machine("plain_rotor"), -0.5, 0.4, (0.01, 0.02)
+    known = {"bearing.1.kx": (s, sd[0]), "bearing.1.cx": (loss, sd[1])}
+    row = recalibrated_values(machine, known, {"bearing.1.cx": together})[1]
+    V = np.outer(sd, sd) * [[1, together], [together, 1]]
+    drawn = np.random.default_rng(0).multivariate_normal((s, loss), V, 20000)
+    share = np.std(np.log1p(drawn[:, 1]) - 2 * np.log1p(-drawn[:, 0]))
+    assert row.sd / row.value == pytest.approx(share, rel=0.03)
+
+
+def test_a_bearing_of_a_third_of_its_stiffness_can_keep_its_damping():
+    lowest = 1 / (1 - COMPLIANCE_LIMITS[0]), 1 / (1 - COMPLIANCE_LIMITS[1])
+    for factor in (0.35, *lowest):
+        assert LOSS_LIMITS[0] - 1e-9 <= factor**-2 - 1 <= LOSS_LIMITS[1] + 1e-9
