@@ -327,7 +327,7 @@ class DiagnosisRun:
         notes += judgement.notes
         if judgement.verdict.best is not None and not flags:
             notes.append(FAINT.format(base.cost - judgement.verdict.best.fit.cost))
-        return self._result(base, flags, judgement.verdict, search, judgement.odds, notes)
+        return self._result(base, flags, judgement, search, notes)
 
     def _judged(
         self, base: ParameterFit, flags: list[Misfit], verdict: SearchVerdict, search: EffectSearch | None, share: float
@@ -337,22 +337,20 @@ class DiagnosisRun:
         if search is not None:
             odds, known = joined_classes(odds, verdict), frozenset(f.key for f in search.forms)
         best = by_odds(verdict, odds, known).best
-        point, gone, left, worse = (
-            base.point if best is None else best.fit.point,
-            None,
-            list[Misfit](),
-            tuple[str, ...](),
-        )
+        point = base.point if best is None else best.fit.point
+        gone, left, worse, alone = None, list[Misfit](), tuple[str, ...](), tuple[str, ...]()
         others = {role: part for role, part in self.parts.items() if role != "fit"}
         for role, part in others.items():
             after = part.residual(point)
             left += beyond_floor(part, after)
             if role == "untouched":
-                gone = None if best is None else untouched_gone(part, part.residual(base.point), after)
-                worse = worse_than(part, part.residual(ParameterPoint()), after)
+                given = part.residual(ParameterPoint())
+                calibrated = after if best is None else part.residual(base.point)
+                gone = None if best is None else untouched_gone(part, calibrated, after)
+                worse, alone = (worse_than(part, given, there) for there in (after, calibrated))
         large = self._large(base)
         return judged(
-            AllEvidence(verdict, odds, known, tuple(left), gone, worse, large, share, self.fitted.scatter_known)
+            AllEvidence(verdict, odds, known, tuple(left), gone, worse, alone, large, share, self.fitted.scatter_known)
         )
 
     def _large(self, base: ParameterFit) -> tuple[str, ...]:
@@ -398,10 +396,11 @@ class DiagnosisRun:
         return found
 
     def _result(
-        self, base: ParameterFit, flags: list[Misfit], verdict: SearchVerdict, search: EffectSearch | None,
-        odds: tuple[Explanation, ...], notes: list[str],
+        self, base: ParameterFit, flags: list[Misfit], judgement: Judgement, search: EffectSearch | None,
+        notes: list[str],
     ) -> Diagnosis:  # fmt: skip
         self.progress("show")
+        verdict, odds = judgement.verdict, judgement.odds
         best = verdict.best
         final = base if best is None else best.fit
         comparison, again = self._proven(final) if best is not None else (self.fitted, final)
@@ -444,6 +443,8 @@ class DiagnosisRun:
             spectra=shown,
             tried=tuple(h.as_dict() for h in verdict.tried),
             large=self._large(base),
+            left=judgement.left,
+            worse=judgement.worse,
         )
 
     def _odds(

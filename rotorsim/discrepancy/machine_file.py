@@ -35,6 +35,8 @@ HEAD = (
     "# file before.\n"
 )
 """Comment at the top of a re-calibrated machine file."""
+NOT_BETTER = "calibration not written: it makes untouched records worse ({records})"
+"""Comment on a calibration that is not written."""
 WRITTEN = ("named", "tie")
 """Verdicts whose effects are written."""
 LARGE = {"k": 1.5, "c": 2.0}
@@ -130,8 +132,8 @@ def recalibrated_values(
         _, _, last = key.rpartition(".")
         if key.startswith("bearing."):
             row = _of_bearing(machine, key, calibration, related or {})
-            shown = key.split(".")[2][0] == "k" or sd < NARROWED * LOSS_SD
-            found += [row] if row.value and shown else []
+            narrowed = key.split(".")[2][0] == "k" or sd < NARROWED * LOSS_SD
+            found += [row] if row.value and narrowed else []
         elif key in FACTORS_OF:
             path, name, unit, own = FACTORS_OF[key]
             before = own(machine)
@@ -201,6 +203,8 @@ class Findings:
     data_hash: str
     related: dict[str, float] = field(default_factory=dict, kw_only=True)
     """Correlation of a bearing's compliance and loss, by the key of the loss."""
+    worse: tuple[str, ...] = field(default=(), kw_only=True)
+    """Untouched records that the calibration makes worse; with one it is not written."""
 
     @property
     def recalibration(self) -> tuple[RecalibratedValue, ...]:
@@ -249,8 +253,10 @@ def _written(diagnosis: Findings, text: str, last: bool) -> str:
     effects: Any = document.setdefault("effects", tomlkit.table(is_super_table=True))
     before = list(effects)
     changed = {one.effect for one in diagnosis.effects}
-    _one_for_each_film(effects, diagnosis.machine, changed | {key.split(".")[0] for key in diagnosis.calibration})
-    left_out = _calibrate(document, effects, diagnosis)
+    calibration = {} if diagnosis.worse else diagnosis.calibration
+    _one_for_each_film(effects, diagnosis.machine, changed | {key.split(".")[0] for key in calibration})
+    left_out = _calibrate(document, effects, diagnosis) if calibration else []
+    left_out += [NOT_BETTER.format(records=", ".join(diagnosis.worse))] if diagnosis.worse else []
     for found in diagnosis.effects if diagnosis.status in WRITTEN else ():
         if not found.written:
             left_out += [f"{found.form}: {p} = {value}{f' +- {sd}' if sd else ''}" for p, value, sd in found.sizes()]
@@ -260,7 +266,7 @@ def _written(diagnosis: Findings, text: str, last: bool) -> str:
         _put_ahead(effects, [name for name in effects if name not in before])
     for line in left_out:
         document.add(tomlkit.comment(line))
-    head = HEAD.format(data=diagnosis.data_hash) if diagnosis.calibration else ""
+    head = HEAD.format(data=diagnosis.data_hash) if calibration else ""
     return head + tomlkit.dumps(document)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from rotorsim.discrepancy.calibration import COMPLIANCE_LIMITS, LOSS_LIMITS
 from rotorsim.discrepancy.comparison import Misfit
-from rotorsim.discrepancy.judge import MANY, AllEvidence, by_odds, judged
+from rotorsim.discrepancy.judge import VERDICTS, AllEvidence, by_odds, judged, text_of, worse_than
 from rotorsim.discrepancy.machine_file import recalibrated_values
 from rotorsim.discrepancy.verdict import Explanation, SearchVerdict, joined_classes
 from rotorsim.machine import load_machine
@@ -86,6 +86,11 @@ def group(times, record="held_out_1"):
     return Misfit(record, "1500 rpm", "y", "1X", 2, 2 * times**2, times * 5e-8, 5e-8, 0.0, 0)
 
 
+def certain(found):
+    """Explanations without anything beyond the catalogue, by their probability."""
+    return {e.effects: e.probability for e in found.odds if not e.beyond}
+
+
 QUIET = SearchVerdict("no_disagreement")
 GOOD = odds(nothing=0.97, beyond=0.03)
 
@@ -94,7 +99,8 @@ GOOD = odds(nothing=0.97, beyond=0.03)
     ("more", "status"),
     [
         ({}, "no_disagreement"),
-        ({"left": (group(0.9 * MANY),)}, "no_disagreement"),
+        ({"unexplained": 0.79}, "unknown"),
+        ({"unexplained": 0.79, "large": ("a bearing is softer",)}, "unknown"),
         ({"left": (group(1.5), group(30.0))}, "unknown"),
         ({"worse": ("untouched_1",)}, "unknown"),
         ({"large": ("a bearing is softer",)}, "recalibrated"),
@@ -106,17 +112,57 @@ def test_no_disagreement_follows_from_all_evidence(more, status):
     """1.5 um at a held-out point over .05 um, or a calibration far off: never nothing to be recorded."""
     found = judged(AllEvidence(QUIET, GOOD, **more))
     assert found.verdict.status == status
-    assert bool(found.notes) == (status == "unknown")
+    # what stays unexplained has its note where it is counted
+    assert bool(found.notes) == (status == "unknown" and "unexplained" not in more)
+    assert status != "unknown" or (certain(found) == {}) == ("scatter_known" not in more)
 
 
-def test_no_disagreement_needs_an_even_chance_that_nothing_is_missing():
-    assert judged(AllEvidence(QUIET, odds((COUPLING, 0.6), nothing=0.4))).verdict.status == "unknown"
-    assert judged(AllEvidence(QUIET, odds((COUPLING, 0.4), nothing=0.6))).verdict.status == "no_disagreement"
+@pytest.mark.parametrize(("nothing", "status"), [(0.4, "unknown"), (0.6, "unknown"), (0.9, "no_disagreement")])
+def test_no_disagreement_needs_more_than_an_even_chance_that_nothing_is_missing(nothing, status):
+    """With 60 % for nothing missing a machine with a missing effect had passed."""
+    found = judged(AllEvidence(QUIET, odds((COUPLING, 1 - nothing), nothing=nothing)))
+    assert found.verdict.status == status and bool(found.notes) == (status == "unknown")
+    assert (
+        judged(AllEvidence(QUIET, odds((COUPLING, 0.4), nothing=0.6), left=(group(4.9),))).verdict.status == "unknown"
+    )
 
 
-def certain(found):
-    """Explanations without anything beyond the catalogue, by their probability."""
-    return {e.effects: e.probability for e in found.odds if not e.beyond}
+@pytest.mark.parametrize("status", ["no_disagreement", "recalibrated"])
+def test_lines_left_where_nothing_was_fitted_change_headline_and_next_step(status):
+    large = ("a bearing is softer",) if status == "recalibrated" else ()
+    found = judged(AllEvidence(QUIET, GOOD, left=(group(4.9), group(2.0)), large=large))
+    assert (found.verdict.status, found.left) == (status, 2) and "4.9" not in VERDICTS[status].sentence
+    assert "held_out_1 (1500 rpm), y, 1X: 0.245 um over a floor of 0.05 um" in found.notes[0]
+    own = text_of(status, found.left)
+    assert "stay beyond the floor: 2." in own.sentence and own.exit_code == VERDICTS[status].exit_code
+    for text in (own.sentence, own.meaning, own.next):
+        assert "every group" not in text and "Nothing needs" not in text and "the records agree" not in text
+    assert text_of(status) == VERDICTS[status]
+
+
+@pytest.mark.parametrize(("times", "status"), [(0, "named"), (3.0, "named"), (40.0, "partial")])
+def test_a_name_has_to_hold_at_points_that_were_not_fitted(times, status):
+    """With 40 floors left at a held-out point and 55 % of the gap gone something else is missing."""
+    one, left = fitted(COUPLING), (group(times),) if times else ()
+    evidence = AllEvidence(
+        search("named", one), odds((COUPLING, 0.99), nothing=0.01), frozenset(KNOWN), left, gone=0.55
+    )
+    found = judged(evidence)
+    assert (found.verdict.status, bool(found.notes)) == (status, times > 0) and found.verdict.best is one
+    assert (text_of(status, found.left).sentence == VERDICTS[status].sentence) == (times != 3.0)
+    assert (COUPLING in certain(found)) == (status == "named")
+
+
+@pytest.mark.parametrize("status", ["unknown", "partial", "named"])
+def test_a_calibration_that_makes_untouched_records_worse_is_noted_whatever_the_verdict(status):
+    one = fitted(COUPLING)
+    given = search(status, *([one] if status != "unknown" else []))
+    more = {"worse_alone": ("untouched_1",)}
+    found = judged(AllEvidence(given, odds((COUPLING, 0.99), nothing=0.01), frozenset(KNOWN), gone=0.9, **more))
+    assert found.verdict.status == status
+    # with the effect that is named the calibration may well be the better one
+    assert found.worse == (() if status == "named" else ("untouched_1",))
+    assert any("untouched_1" in note for note in found.notes) == (status != "named")
 
 
 def test_odds_never_name_what_the_verdict_does_not():
@@ -181,3 +227,14 @@ def test_a_bearing_of_a_third_of_its_stiffness_can_keep_its_damping():
     lowest = 1 / (1 - COMPLIANCE_LIMITS[0]), 1 / (1 - COMPLIANCE_LIMITS[1])
     for factor in (0.35, *lowest):
         assert LOSS_LIMITS[0] - 1e-9 <= factor**-2 - 1 <= LOSS_LIMITS[1] + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "worse"), [(3.0, 3.9, ()), (3.0, 4.1, ("a",)), (0.0, 3.0, ("a",)), (3.0, 1, ())]
+)
+def test_a_calibration_is_worse_by_the_floor_at_least(monkeypatch, before, after, worse):
+    layout = SimpleNamespace(frequency=np.ones(4), record=np.zeros(4, int))
+    comparison = SimpleNamespace(layout=layout, sigma=np.full(4, 5e-8), trials=[SimpleNamespace(name="a")])
+    beyond = [SimpleNamespace(number=0)]
+    monkeypatch.setattr("rotorsim.discrepancy.judge.beyond_floor", lambda *_: beyond)
+    assert worse_than(comparison, np.full(4, before), np.full(4, after)) == worse
