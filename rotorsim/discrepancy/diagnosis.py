@@ -49,7 +49,7 @@ from rotorsim.discrepancy.judge import (
     untouched_gone,
     worse_than,
 )
-from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect, recalibrated_values
+from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect, far_off
 from rotorsim.discrepancy.mistakes import check_before
 from rotorsim.discrepancy.records import (
     check_after,
@@ -357,10 +357,7 @@ class DiagnosisRun:
         """Sentences on calibrated numbers that are far from the machine file."""
         V = covariance(base, self.fitted.layout.record)
         found = calibration_of(base, V, base.parameters)
-        rows = {row.key: row for row in recalibrated_values(self.machine, found, related_of(base, V))}
-        far = strained(base)
-        shown = [row.sentence for row in rows.values() if row.large or row.key in far]
-        return (*shown, *(f"{key} is {found[key][0]:+.3g} +- {found[key][1]:.2g}" for key in far if key not in rows))
+        return far_off(self.machine, found, related_of(base, V), strained(base))
 
     def _name(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit]

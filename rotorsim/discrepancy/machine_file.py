@@ -8,7 +8,7 @@ actuators have no place in a machine file and stand as comments.
 from __future__ import annotations
 
 from cmath import phase as argument
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from difflib import unified_diff
@@ -115,7 +115,7 @@ class RecalibratedValue:
         file = f"the file has {_rough(self.before, self.unit, 3)}" if self.before else "the file has none"
         words = WORDS_OF_CHANGE.get(self.key.rpartition(".")[2][:1] if self.key.startswith("bearing.") else "", CHANGED)
         ratio = self.value / self.before if self.before else nan
-        more = f": {max(ratio, 1 / ratio):.2g} times {words[ratio < 1]}" if ratio > 0 else ""
+        more = f": {max(ratio, 1 / ratio):.2g} times {words[ratio < 1]}" if ratio > 0 and self.unit != "rad" else ""
         return f"{self.place} is {size}, {file}{more}"
 
 
@@ -146,6 +146,36 @@ def recalibrated_values(
     for key in dict.fromkeys(key[:-2] for key in calibration if "~" in key):
         found += _of_wave(machine, key, calibration)
     return tuple(found)
+
+
+def far_off(
+    machine: Machine, calibration: Mapping[str, tuple[float, float]], related: Mapping[str, float], far: Iterable[str]
+) -> tuple[str, ...]:
+    """Sentences on numbers far from the machine file: large changes of bearings, and the keys `far` that are strained."""
+    strained = dict.fromkeys(key[:-2] if "~" in key else key for key in far)
+    rows = recalibrated_values(machine, calibration, related)
+    shown = {row.path: row.sentence for row in rows if row.large or row.key in strained}
+    without = [key for key in strained if key not in {row.key for row in rows}]
+    return (*shown.values(), *(_without_row(machine, calibration, key) for key in without))
+
+
+def _without_row(machine: Machine, calibration: Mapping[str, tuple[float, float]], key: str) -> str:
+    """Sentence on a calibrated number that has no place in the machine file."""
+    if "~" in key:
+        (name, _, pair), parts = key.split("."), [calibration.get(f"{key}.{part}", (0.0, 0.0)) for part in "cs"]
+        size, _, sd, _ = sd_of_polar(parts[0][0], parts[1][0], np.diag([sd**2 for _, sd in parts]))
+        unit = _unit_of(key)
+        words = name.replace("_", " ")
+        return (
+            f"{pair.partition('~')[0]} of {words} is {_rough(size, unit, 3)} +- {_rough(sd, unit)}, the file has none"
+        )
+    place, size, sd = key.replace("_", " "), *calibration[key]
+    if key.startswith("bearing."):
+        _, number, last = key.split(".")
+        place = f"the loss c / k^2 of the bearing {machine.bearing_names[int(number)]} along {last[1]}"
+    elif key.startswith("actuator_"):
+        place = f"the gain of the actuators along {key[-1]}"
+    return f"{place} has changed by {100 * size:+.3g} % +- {100 * sd:.2g} %"
 
 
 def _of_wave(machine: Machine, key: str, calibration: Mapping[str, tuple[float, float]]) -> Iterator[RecalibratedValue]:

@@ -8,7 +8,7 @@ import pytest
 from rotorsim.discrepancy.calibration import COMPLIANCE_LIMITS, LOSS_LIMITS
 from rotorsim.discrepancy.comparison import Misfit
 from rotorsim.discrepancy.judge import VERDICTS, AllEvidence, by_odds, judged, text_of, worse_than
-from rotorsim.discrepancy.machine_file import recalibrated_values
+from rotorsim.discrepancy.machine_file import far_off, recalibrated_values
 from rotorsim.discrepancy.verdict import Explanation, SearchVerdict, joined_classes
 from rotorsim.machine import load_machine
 
@@ -238,3 +238,29 @@ def test_a_calibration_is_worse_by_the_floor_at_least(monkeypatch, before, after
     beyond = [SimpleNamespace(number=0)]
     monkeypatch.setattr("rotorsim.discrepancy.judge.beyond_floor", lambda *_: beyond)
     assert worse_than(comparison, np.full(4, before), np.full(4, after)) == worse
+
+
+def test_strained_numbers_are_shown_in_words_and_not_by_their_keys():
+    machine = load_machine("plain_rotor")
+    found = {"unbalance.1.me~phase.c": (2e-4, 1e-6), "unbalance.1.me~phase.s": (1e-4, 1e-6),
+             "bearing.1.cx": (9.0, 0.4), "actuator_x": (0.3, 0.01)}  # fmt: skip
+    sentences = far_off(machine, found, {}, tuple(found))
+    (own,) = machine.effects["unbalance"]
+    me = abs(own.me * np.exp(1j * own.phase) + 2e-4 + 1e-4j)
+    assert len(sentences) == 4 and sentences[0].startswith(f"me of unbalance 1 is {1e6 * me:.3g} g*mm +- 1 g*mm")
+    assert sentences[1].startswith("phase of unbalance 1 is ") and "times" not in sentences[1]
+    assert (
+        sentences[2]
+        == f"the loss c / k^2 of the bearing {machine.bearing_names[1]} along x has changed by +900 % +- 40 %"
+    )
+    assert sentences[3] == "the gain of the actuators along x has changed by +30 % +- 1 %"
+    for key in ("~", "bearing.1", "actuator_x"):
+        assert not any(key in sentence for sentence in sentences)
+
+
+def test_a_strained_wave_that_the_machine_file_lacks_has_its_size():
+    machine = load_machine("plain_rotor")
+    bare = machine.with_({"effects": {k: list(v) for k, v in machine.effects.items() if k != "unbalance"}})
+    (sentence,) = far_off(bare, {"unbalance.0.me~phase.c": (3e-4, 1e-6), "unbalance.0.me~phase.s": (4e-4, 1e-6)}, {},
+                          ("unbalance.0.me~phase.c", "unbalance.0.me~phase.s"))  # fmt: skip
+    assert sentence == "me of unbalance is 500 g*mm +- 1 g*mm, the file has none"
