@@ -151,7 +151,7 @@ def recalibrated_values(
 def far_off(
     machine: Machine, calibration: Mapping[str, tuple[float, float]], related: Mapping[str, float], far: Iterable[str]
 ) -> tuple[str, ...]:
-    """Sentences on numbers far from the machine file: large changes of bearings, and the keys `far` that are strained."""
+    """Sentences on numbers far from the machine file: large changes of bearings, and strained keys (`far`)."""
     strained = dict.fromkeys(key[:-2] if "~" in key else key for key in far)
     rows = recalibrated_values(machine, calibration, related)
     shown = {row.path: row.sentence for row in rows if row.large or row.key in strained}
