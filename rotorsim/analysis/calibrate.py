@@ -42,8 +42,12 @@ from rotorsim.plant.linearise import LinearPlant
 WEAK = 2.0
 STEP = 1e-3
 PULL = 1e-3
-HEAVY, STEPS, FARTHEST = 100.0, 4, 0.3
-"""Weight of a target when it is looked for alone, number of steps towards it, and length of one between the bounds."""
+HEAVY = 100.0
+"""Weight of a target that is sought alone."""
+STEPS = 4
+"""Most steps towards such a target."""
+FARTHEST = 0.3
+"""Length of one such step over the distance between the bounds."""
 LOST = 30.0
 """Residual of every target where the machine is not lifted or not valid, and of one that is not known there."""
 

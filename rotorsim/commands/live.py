@@ -28,7 +28,7 @@ def live(
     law: Annotated[list[Path] | None, typer.Option(help="A saved controller to switch on; may be repeated.")] = None,
     *,
     settings: PlantOptions,
-    seed: Annotated[int, typer.Option(min=0, help="Of the machine's noise.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the machine's noise.")] = 0,
     out: Annotated[Path, typer.Option(help="Folder for scenes and records.")] = Path("live"),
     port: Annotated[int, typer.Option(help="Port on this machine; the next free one if it is taken.")] = 8750,
     keep_open: Annotated[bool, typer.Option("--keep-open", help="Run on after the last window is closed.")] = False,

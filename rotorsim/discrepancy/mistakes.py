@@ -1,4 +1,4 @@
-r"""Mistakes of a laboratory, looked for before anything is fitted: units, clocks, probes, the sense of rotation.
+r"""Mistakes of a laboratory, tried before anything is fitted: units, clocks, probes, the sense of rotation.
 
 Each is a discrete alternative. A likely one is suggested and never assumed: a diagnosis stops with the sentence.
 

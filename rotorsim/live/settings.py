@@ -100,7 +100,7 @@ START = {"drive": "speed", "sense": "forward", "noise": "on", "pace": "1x", "con
 HIGHEST = 30_000 * RPM
 """Highest speed [rad/s] that can be set on a machine whose file states none; a drive takes 3 s to it."""
 TORQUE = Quantity("N*m", "Drive torque, in the sense that is set.", low=0.0, high=5.0)
-IMPULSE = Quantity("N*s", "Of a hammer's hit on the disc, five samples long.", low=0.0, high=0.2)
+IMPULSE = Quantity("N*s", "Impulse of a hammer's hit on the disc, five samples long.", low=0.0, high=0.2)
 PRESSURE = Quantity("Pa", "Gauge pressure.", low=0.0, high=1e6)
 PACES = {"pause": 0.0, "0.1x": 0.1, "1x": 1.0, "fastest": float("inf")}
 

@@ -159,8 +159,8 @@ def _steps(steps: DecisionSteps) -> Block:
 def _odds(d: Diagnosis) -> Block:
     """Explanations with their probabilities and the evidence for them."""
     text = (
-        "Of each explanation, of nothing missing and of something that is not in the catalogue, from the evidence of "
-        "the records. Explanations that no record distinguishes are one row."
+        "Probability of each explanation, of nothing missing and of something that is not in the catalogue, from the "
+        "evidence of the records. Explanations that no record distinguishes are one row."
     )
     rows = [
         (" or ".join([e.name, *(" with ".join(keys) for keys in e.alike)]), shown_share(e.probability),

@@ -74,8 +74,15 @@ def claims() -> tuple[Claim, ...]:
     table = _file(AMENDED)
     kept = tuple(_amended(claim, table["amended"].get(claim.number)) for claim in first_claims())
     added = (_added(number, dict(one)) for number, one in table["added"].items())
-    known = set(table["as_run"]["fitted"])
-    return tuple(_with_fitted(_moved(claim, table["machines"]), known) for claim in (*kept, *added))
+    return tuple(marked(_moved(claim, table["machines"])) for claim in (*kept, *added))
+
+
+def marked(claim: Claim) -> Claim:
+    """The claim with those of its figures marked that a machine, or its run, was fitted to since the first rules."""
+    table = _file(AMENDED)
+    known = {name for one in (table["as_run"], *table["machines"].values()) for name in one["fitted"]}
+    figures = tuple(replace(f, fitted=f.fitted or f"{claim.number}.{f.name}" in known) for f in claim.figures)
+    return replace(claim, figures=figures)
 
 
 @lru_cache
@@ -134,17 +141,11 @@ def _amended(claim: Claim, table: dict[str, Any] | None) -> Claim:
 
 
 def _moved(claim: Claim, machines: dict[str, dict[str, Any]]) -> Claim:
-    """The claim with the machine that it is measured on, and with its figures marked that this is fitted to."""
+    """The claim with the machine that it is measured on."""
     for name, table in machines.items():
         if claim.number in table["claims"]:
-            return replace(_with_fitted(claim, set(table["fitted"])), machine=name, moved=_amendment(table))
+            return replace(claim, machine=name, moved=_amendment(table))
     return claim
-
-
-def _with_fitted(claim: Claim, known: set[str]) -> Claim:
-    """The claim with those of its figures marked that a machine was fitted to."""
-    return replace(claim, figures=tuple(replace(f, fitted=f.fitted or f"{claim.number}.{f.name}" in known)
-                                        for f in claim.figures))  # fmt: skip
 
 
 def _amendment(table: dict[str, Any]) -> Amendment:

@@ -15,7 +15,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from studies.thesis.claims.judge import MET, NEAR, NOT_MET, Judged, Numbers, count, judge, judge_figure
-from studies.thesis.claims.rules import Claim, Figure, Interval, claims, first_claims
+from studies.thesis.claims.rules import Claim, Figure, Interval, claims, first_claims, marked
 from studies.thesis.printed import printed_numbers
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def verdicts(
     def judged(claim: Claim) -> Judged:
         return judge(claim, elsewhere.get(claim.machine, ours).get(claim.number, {}), left_out)
 
-    first = {claim.number: judged(claim) for claim in first_claims()}
+    first = {claim.number: judged(marked(claim)) for claim in first_claims()}
     return [replace(judged(one), first=first.get(one.number)) for one in claims() if one.number[0] in letters]
 
 
@@ -54,7 +54,13 @@ def counted(found: Sequence[Judged]) -> str:
     """Number of claims with each verdict, by the rules and by the first rules, and of those added since."""
     kept, added = [one for one in found if one.first], [one.verdict for one in found if not one.first]
     text = f"{count(one.verdict for one in kept)}; by the first rules {count(one.old_verdict or '' for one in kept)}"
+    fitted = ", ".join(one.claim.number for one in kept if one.verdict == MET and _fitted_alone(one.claim))
+    text += f"; of those met {fitted} by figures alone that the machines were fitted to" if fitted else ""
     return f"{text}; of claims added since {count(added)}" if added else text
+
+
+def _fitted_alone(claim: Claim) -> bool:
+    return all(figure.fitted for figure in claim.figures if not figure.kind)
 
 
 def tally(found: Sequence[Judged]) -> dict[str, dict[str, int]]:
