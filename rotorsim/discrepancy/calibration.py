@@ -55,6 +55,12 @@ MATCHED_PRESSURE = 0.5e6
 """Gauge pressure [Pa] at which both laws give the same flow."""
 MATCHED_SPEED = 300.0
 """Shaft speed [rad/s] at which the flows are matched."""
+COMPLIANCE_LIMITS = (-3.0, 0.9)
+"""Limits of the relative change s of a bearing's compliance: k / (1 - s)."""
+LOSS_LIMITS = (-0.99, 15.0)
+"""Limits of the relative change of a bearing's loss: its damping can stay the same at every allowed stiffness."""
+LOSS_SD = 0.5
+"""Prior standard deviation of the relative change of a bearing's loss c / k^2."""
 MOST_MATCHES = 6
 """Most corrections of the other law's coefficient until the flows are equal."""
 FLOW_STEP = 0.02
@@ -248,9 +254,9 @@ def linear(twin: Twin) -> list[FitParameter]:
             continue
         for axis in "xy":
             if bearing.kxx > 0:
-                parameters.append(FitParameter(f"bearing.{i}.k{axis}", 0.02, 0.3, -3.0, 0.9))
+                parameters.append(FitParameter(f"bearing.{i}.k{axis}", 0.02, 0.3, *COMPLIANCE_LIMITS))
             if bearing.cxx > 0:
-                parameters.append(FitParameter(f"bearing.{i}.c{axis}", 0.1, 0.5, -0.9, 5.0))
+                parameters.append(FitParameter(f"bearing.{i}.c{axis}", 0.1, LOSS_SD, *LOSS_LIMITS))
     return parameters
 
 

@@ -136,8 +136,8 @@ def _forms(twin: Twin, name: str, recipe: CandidateForm) -> list[Form]:
 def force_places(machine: Machine, effect: type[Effect], recipe: CandidateForm) -> list[tuple[float | None, str]]:
     """Positions [m] at which a force of an effect may act, and how a key names them; (None, '') for the only one.
 
-    Each disc, or each end of the shaft for what acts there, and where the machine file has such an effect; of a shaft
-    with several places each support as well, unless it is a property of the shaft itself.
+    Each disc, or each end of the shaft for what acts there, and where the machine file has such an effect; and each
+    support, unless it is a property of the shaft itself.
     """
     if (
         effect.port not in ("force", "motion")
@@ -150,14 +150,17 @@ def force_places(machine: Machine, effect: type[Effect], recipe: CandidateForm) 
     own = [*own, *(e.position for e in machine.effects.get(effect.name, ()) if e.position is not None)]  # type: ignore
     if effect.place == "start" and len(discs) < 2 and len(own) == 2:
         own = own[:1]
-    if len(own) > 1 and effect.port == "motion" and not recipe.with_weight:
-        own += [b.position for b in machine.bearings if isinstance(b, LinearBearing)]
     places = list(dict.fromkeys(round(z, 9) for z in own))
+    supports = [round(b.position, 9) for b in machine.bearings if isinstance(b, LinearBearing)]
+    if effect.port != "motion" or recipe.with_weight:
+        supports = []
+    named: list[tuple[float | None, str]] = [(z, f" of {_place_name(machine, z)}") for z in places]
     if len(places) < 2:
         usual = [shaft.start] if effect.place == "start" else discs[:1]
         moved = [z for z in places if not usual or abs(z - usual[0]) > ONE_PLACE]
-        return [(moved[0] if moved else None, "")]
-    return [(z, f" of {_place_name(machine, z)}") for z in places]
+        named = [(moved[0] if moved else None, "")]
+    others = [z for z in dict.fromkeys(supports) if z not in places]
+    return named + [(z, f" of {_place_name(machine, z)}") for z in others]
 
 
 def _place_name(machine: Machine, z: float) -> str:

@@ -49,7 +49,7 @@ from rotorsim.discrepancy.judge import (
     untouched_gone,
     worse_than,
 )
-from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect, recalibrated_values
+from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect, far_off
 from rotorsim.discrepancy.mistakes import check_before
 from rotorsim.discrepancy.records import (
     check_after,
@@ -70,6 +70,7 @@ from rotorsim.discrepancy.result import (
     evidence_of,
     found_of,
     null_sentence,
+    related_of,
 )
 from rotorsim.discrepancy.run_ups import RunupTrial, is_table, make_sweeps, rate_notes, with_tables
 from rotorsim.discrepancy.trial import Trial
@@ -326,7 +327,7 @@ class DiagnosisRun:
         notes += judgement.notes
         if judgement.verdict.best is not None and not flags:
             notes.append(FAINT.format(base.cost - judgement.verdict.best.fit.cost))
-        return self._result(base, flags, judgement.verdict, search, judgement.odds, notes)
+        return self._result(base, flags, judgement, search, notes)
 
     def _judged(
         self, base: ParameterFit, flags: list[Misfit], verdict: SearchVerdict, search: EffectSearch | None, share: float
@@ -336,31 +337,27 @@ class DiagnosisRun:
         if search is not None:
             odds, known = joined_classes(odds, verdict), frozenset(f.key for f in search.forms)
         best = by_odds(verdict, odds, known).best
-        point, gone, left, worse = (
-            base.point if best is None else best.fit.point,
-            None,
-            list[Misfit](),
-            tuple[str, ...](),
-        )
+        point = base.point if best is None else best.fit.point
+        gone, left, worse, alone = None, list[Misfit](), tuple[str, ...](), tuple[str, ...]()
         others = {role: part for role, part in self.parts.items() if role != "fit"}
         for role, part in others.items():
             after = part.residual(point)
             left += beyond_floor(part, after)
             if role == "untouched":
-                gone = None if best is None else untouched_gone(part, part.residual(base.point), after)
-                worse = worse_than(part, part.residual(ParameterPoint()), after)
+                given = part.residual(ParameterPoint())
+                calibrated = after if best is None else part.residual(base.point)
+                gone = None if best is None else untouched_gone(part, calibrated, after)
+                worse, alone = (worse_than(part, given, there) for there in (after, calibrated))
         large = self._large(base)
         return judged(
-            AllEvidence(verdict, odds, known, tuple(left), gone, worse, large, share, self.fitted.scatter_known)
+            AllEvidence(verdict, odds, known, tuple(left), gone, worse, alone, large, share, self.fitted.scatter_known)
         )
 
     def _large(self, base: ParameterFit) -> tuple[str, ...]:
         """Sentences on calibrated numbers that are far from the machine file."""
-        found = calibration_of(base, covariance(base, self.fitted.layout.record), base.parameters)
-        rows = {row.key: row for row in recalibrated_values(self.machine, found)}
-        far = strained(base)
-        shown = [row.sentence for row in rows.values() if row.large or row.key in far]
-        return (*shown, *(f"{key} is {found[key][0]:+.3g} +- {found[key][1]:.2g}" for key in far if key not in rows))
+        V = covariance(base, self.fitted.layout.record)
+        found = calibration_of(base, V, base.parameters)
+        return far_off(self.machine, found, related_of(base, V), strained(base))
 
     def _name(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit]
@@ -396,10 +393,11 @@ class DiagnosisRun:
         return found
 
     def _result(
-        self, base: ParameterFit, flags: list[Misfit], verdict: SearchVerdict, search: EffectSearch | None,
-        odds: tuple[Explanation, ...], notes: list[str],
+        self, base: ParameterFit, flags: list[Misfit], judgement: Judgement, search: EffectSearch | None,
+        notes: list[str],
     ) -> Diagnosis:  # fmt: skip
         self.progress("show")
+        verdict, odds = judgement.verdict, judgement.odds
         best = verdict.best
         final = base if best is None else best.fit
         comparison, again = self._proven(final) if best is not None else (self.fitted, final)
@@ -432,6 +430,7 @@ class DiagnosisRun:
                 *map(null_sentence, null_vectors(proven, base.parameters)),
             ),
             calibration=calibration_of(*written, base.parameters) | self._clocks(final.point),
+            related=related_of(*written),
             evidence=evidence_of(base, best, search),
             explanations=odds,
             priors=prior_sizes(self.forms),
@@ -441,6 +440,8 @@ class DiagnosisRun:
             spectra=shown,
             tried=tuple(h.as_dict() for h in verdict.tried),
             large=self._large(base),
+            left=judgement.left,
+            worse=judgement.worse,
         )
 
     def _odds(

@@ -13,9 +13,11 @@ their floor, before or with the effect, the floor's own part subtracted. In the 
 chosen, halfway, right names took 97 to 100 % of the whole gap (69 % in records resampled by hand) and wrong ones 0 to
 20 %.
 
-That nothing disagrees has to hold at the points that were not fitted: a group of lines there with `MANY` floors refutes
-it. A calibration far from the machine file is a finding of its own, `recalibrated`. The odds follow the verdict: an
-explanation that is refuted leaves its probability to the same one with something beyond the catalogue.
+Every verdict has to hold at the points that were not fitted. A group of lines there with `MANY` floors refutes that
+nothing disagrees, and makes a name or a tie a partial explanation; fewer floors change headline and next step. Where
+most of the response stays unexplained, nothing holds. A calibration far from the machine file is a finding of its own,
+`recalibrated`. The odds follow the verdict: an explanation that is refuted leaves its probability to the same one with
+something beyond the catalogue.
 """
 
 from __future__ import annotations
@@ -38,7 +40,9 @@ LEAST_GONE = {"named": 0.5, "tie": 0.5, "partial": 0.1}
 RIVAL = 0.01
 """Probability from which an explanation is a rival of a tie."""
 LIKELY = 0.5
-"""Probability of something beyond the catalogue from which no name is given, and that nothing missing needs."""
+"""Probability of something beyond the catalogue from which no name is given."""
+LEAST_NOTHING = 0.8
+"""Probability that nothing is missing below which nothing is "no disagreement": above that of any known wrong one."""
 MANY = 5.0
 """Residual of a group of lines, in floors, that refutes a calibration at a point that was not fitted."""
 
@@ -98,19 +102,51 @@ VERDICTS = {
     ),
 }
 """Texts and exit code of each verdict."""
+LEFT = "At points that were not fitted, groups of lines stay beyond the floor: {count}."
+"""Part of the headline where that is not enough to refute a verdict."""
+LEFT_OVER = {
+    "no_disagreement": VerdictText(
+        0,
+        "No disagreement at the points that were fitted. " + LEFT,
+        "The file describes the fitted points as well as these records can show, and others less well.",
+        "Record the points that the notes name again, and fit them too, before the re-calibrated file is used there.",
+    ),
+    "recalibrated": VerdictText(
+        13,
+        "Re-calibrated: {changes}. With that the fitted points agree. " + LEFT,
+        "Numbers of the file are far off: with others the same physics describes the fitted points, others less well.",
+        "Find out why it differs: {changes}. Inspect that place of the machine, and record the points that the notes "
+        "name again, before the re-calibrated file is used.",
+    ),
+}
+"""Texts of verdicts where groups of lines stay beyond the floor at points that were not fitted."""
+
+
+def text_of(status: str, left: int = 0) -> VerdictText:
+    """Texts of a verdict with so many groups of lines beyond the floor at points that were not fitted."""
+    text = VERDICTS[status]
+    if not left or status in ("unknown", "partial"):
+        return text
+    own = LEFT_OVER.get(status) or replace(text, sentence=f"{text.sentence} {LEFT}")
+    return replace(own, sentence=own.sentence.replace("{count}", str(left)))
+
+
 NO_ACCURACY = (
     "nothing states how exact the records are: they may agree or be too coarse to disagree; give accuracy (a "
     "displacement), or record one operating point twice"
 )
 """Note on records whose scatter is neither measured nor stated."""
-REFUTED = (
-    "the re-calibrated file does not hold at a point that was not fitted: {record} ({point}), {channel}, {group}: "
-    "{left:.3g} um over a floor of {floor:.2g} um"
+NOT_HELD = (
+    "groups of lines beyond the floor at points that were not fitted: {count}; most of all {record} ({point}), "
+    "{channel}, {group}: {left:.3g} um over a floor of {floor:.2g} um"
 )
-"""Note on a calibration that records which were not fitted refute."""
+"""Note on what stays at points that were not fitted."""
 WORSE = "the calibration makes untouched records worse than the file as given ({records}): it is not the better file"
 """Note on a calibration that is not shown as the better file."""
-NOT_LIKELY = "nothing is beyond the floor, but that nothing is missing has less than an even chance"
+NOT_LIKELY = (
+    "no effect of the catalogue is needed for what is beyond the floor, but that nothing is missing has only {share}, "
+    "less than the {least} that it takes"
+)
 """Note on odds that do not bear out that nothing disagrees."""
 
 
@@ -123,7 +159,8 @@ class AllEvidence:
     known : keys of all candidates
     left : groups of lines beyond their floor in held-out and untouched records, with the search's best explanation
     gone : share of the gap on untouched records that its effects take; None where nothing is beyond the floor
-    worse : untouched records in which the calibration is worse than the file as given, beyond the floor
+    worse : untouched records in which the search's best explanation is worse than the file as given, by the floor
+    worse_alone : the same of the calibration without an effect
     large : calibrated numbers that are far from the machine file, as sentences
     unexplained : share of the response that stays unexplained
     scatter_known : whether the scatter of the records is measured or stated
@@ -135,41 +172,67 @@ class AllEvidence:
     left: tuple[Misfit, ...] = ()
     gone: float | None = None
     worse: tuple[str, ...] = ()
+    worse_alone: tuple[str, ...] = ()
     large: tuple[str, ...] = ()
     unexplained: float = 0.0
     scatter_known: bool = True
 
     @property
-    def refuted(self) -> Misfit | None:
-        """The group that is left with most floors at a point that was not fitted; None with less than `MANY`."""
+    def refuted(self) -> bool:
+        """Whether a group is left with more than `MANY` floors at a point that was not fitted."""
+        return any(f.rms > MANY * f.floor for f in self.left)
+
+    @property
+    def not_held(self) -> str:
+        """Sentence on what is left at points that were not fitted; empty where nothing is."""
         worst = max(self.left, key=lambda f: f.rms / f.floor, default=None)
-        return worst if worst is not None and worst.rms > MANY * worst.floor else None
+        if worst is None:
+            return ""
+        return NOT_HELD.format(
+            count=len(self.left), record=worst.record, point=worst.point, channel=worst.channel, group=worst.group,
+            left=worst.rms * TO_UM, floor=worst.floor * TO_UM,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """Verdict of a diagnosis, the odds as they follow from it, and notes that give the reasons."""
+    """Verdict of a diagnosis, the odds as they follow from it, and notes that give the reasons.
+
+    `left` counts the groups of lines beyond the floor at points that were not fitted; `worse` names the untouched
+    records that the calibration makes worse, so that it is not written.
+    """
 
     verdict: SearchVerdict
     odds: tuple[Explanation, ...]
     notes: tuple[str, ...] = ()
+    left: int = 0
+    worse: tuple[str, ...] = ()
 
 
 def judged(evidence: AllEvidence) -> Judgement:
     """The verdict that follows from all evidence."""
     verdict = by_odds(evidence.search, evidence.odds, evidence.known)
     against = objections(evidence, verdict)
-    foreign = evidence.unexplained > UNLIKE and verdict.status != "no_disagreement"
+    foreign = evidence.unexplained > UNLIKE
     if against or foreign:
         verdict = replace(verdict, status="unknown", best=None, rivals=())
+    elif verdict.status in ("named", "tie") and evidence.refuted:
+        verdict = replace(verdict, status="partial", rivals=())
     elif verdict.status == "no_disagreement" and evidence.large:
         verdict = replace(verdict, status="recalibrated")
-    refuted = evidence.refuted is not None or bool(evidence.worse)
-    return Judgement(verdict, consistent(verdict.status, evidence.odds, refuted), tuple(against))
+    worse = evidence.worse_alone if verdict.status in ("unknown", "partial") else ()
+    notes = [*against, evidence.not_held]
+    if worse and not any(WORSE.format(records=", ".join(names)) in notes for names in (evidence.worse, worse)):
+        notes.append(WORSE.format(records=", ".join(worse)))
+    odds = consistent(verdict.status, evidence.odds, evidence.refuted or foreign or bool(evidence.worse))
+    return Judgement(verdict, odds, tuple(dict.fromkeys(note for note in notes if note)), len(evidence.left), worse)
 
 
 def objections(evidence: AllEvidence, verdict: SearchVerdict) -> list[str]:
-    """Sentences on what speaks against a verdict; none for one that stands."""
+    """Sentences on what speaks against a verdict so that it is unknown; none for one that stands.
+
+    That a point which was not fitted refutes it has its own note.
+    """
     found = []
     if verdict.best is not None:
         found.append(objection(verdict.status, " with ".join(verdict.best.keys), evidence.gone))
@@ -177,15 +240,9 @@ def objections(evidence: AllEvidence, verdict: SearchVerdict) -> list[str]:
         found.append(WORSE.format(records=", ".join(evidence.worse)))
     if verdict.status == "no_disagreement":
         nothing = sum(e.probability for e in evidence.odds if not e.effects and not e.beyond)
-        worst = evidence.refuted
-        if worst is not None:
-            found.append(
-                REFUTED.format(
-                    record=worst.record, point=worst.point, channel=worst.channel, group=worst.group,
-                    left=worst.rms * TO_UM, floor=worst.floor * TO_UM,
-                )
-            )  # fmt: skip
-        found += [NOT_LIKELY] if evidence.odds and nothing < LIKELY else []
+        found += [evidence.not_held] if evidence.refuted else []
+        if evidence.odds and nothing < LEAST_NOTHING:
+            found.append(NOT_LIKELY.format(share=f"{100 * nothing:.0f} %", least=f"{100 * LEAST_NOTHING:.0f} %"))
         found += [] if evidence.scatter_known else [NO_ACCURACY]
     return [one for one in found if one]
 
@@ -215,14 +272,14 @@ def beyond_floor(comparison: TwinComparison, residual: np.ndarray) -> list[Misfi
 
 
 def worse_than(comparison: TwinComparison, before: np.ndarray, after: np.ndarray) -> tuple[str, ...]:
-    """Records in which whitened residuals (n,) `after` are larger [m] than `before`, and beyond the floor."""
+    """Records in which whitened residuals (n,) `after` are larger [m] than `before` by the floor, and beyond it."""
     beyond = {f.number for f in beyond_floor(comparison, after)}
     moving = comparison.layout.frequency > 0
-    old, new = (
-        np.bincount(comparison.layout.record, np.where(moving, (r * comparison.sigma) ** 2, 0.0))
-        for r in (before, after)
+    old, new, floor = (
+        np.sqrt(np.bincount(comparison.layout.record, np.where(moving, (r * comparison.sigma) ** 2, 0.0)))
+        for r in (before, after, np.ones(len(after)))
     )
-    return tuple(t.name for i, t in enumerate(comparison.trials) if i in beyond and new[i] > old[i])
+    return tuple(t.name for i, t in enumerate(comparison.trials) if i in beyond and new[i] > old[i] + floor[i])
 
 
 def untouched_gone(comparison: TwinComparison, before: np.ndarray, after: np.ndarray) -> float | None:

@@ -8,11 +8,11 @@ actuators have no place in a machine file and stand as comments.
 from __future__ import annotations
 
 from cmath import phase as argument
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from difflib import unified_diff
-from math import hypot, log, nan, pi
+from math import log, nan, pi, sqrt
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ import tomlkit
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import quantities
 from rotorsim.base.units import TO_UM, show
-from rotorsim.discrepancy.calibration import sd_of_polar, wave
+from rotorsim.discrepancy.calibration import LOSS_SD, sd_of_polar, wave
 from rotorsim.discrepancy.twin import of_axis, of_bearing, of_each_film, own_tables
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine
@@ -35,10 +35,14 @@ HEAD = (
     "# file before.\n"
 )
 """Comment at the top of a re-calibrated machine file."""
+NOT_BETTER = "calibration not written: it makes untouched records worse ({records})"
+"""Comment on a calibration that is not written."""
 WRITTEN = ("named", "tie")
 """Verdicts whose effects are written."""
 LARGE = {"k": 1.5, "c": 2.0}
 """Factor on the stiffness (k) and on the damping (c) of a bearing from which on its calibration is a finding."""
+NARROWED = 0.5
+"""Standard deviation of a bearing's loss over its prior, below which the records show its damping."""
 WORDS_OF_CHANGE = {"k": ("stiffer", "softer"), "c": ("more damped", "less damped")}
 """Words for a larger and a smaller number of a bearing."""
 CHANGED = ("larger", "smaller")
@@ -111,22 +115,25 @@ class RecalibratedValue:
         file = f"the file has {_rough(self.before, self.unit, 3)}" if self.before else "the file has none"
         words = WORDS_OF_CHANGE.get(self.key.rpartition(".")[2][:1] if self.key.startswith("bearing.") else "", CHANGED)
         ratio = self.value / self.before if self.before else nan
-        more = f": {max(ratio, 1 / ratio):.2g} times {words[ratio < 1]}" if ratio > 0 else ""
+        more = f": {max(ratio, 1 / ratio):.2g} times {words[ratio < 1]}" if ratio > 0 and self.unit != "rad" else ""
         return f"{self.place} is {size}, {file}{more}"
 
 
 def recalibrated_values(
-    machine: Machine, calibration: Mapping[str, tuple[float, float]]
+    machine: Machine, calibration: Mapping[str, tuple[float, float]], related: Mapping[str, float] | None = None
 ) -> tuple[RecalibratedValue, ...]:
-    """Numbers of the machine file that a calibration (value and standard deviation by key) replaces."""
+    """Numbers of the machine file that a calibration (value and standard deviation by key) replaces.
+
+    `related` has the correlation of a bearing's compliance and loss, by the key of the loss. A bearing's damping is
+    replaced only where the records narrow its loss: otherwise it would follow from the prior and the stiffness.
+    """
     found = []
-    partners = {f"bearing.{n}.{w}{key[-1]}": (0.0, 0.0) for key in calibration if key.startswith("bearing.")
-                for n in (key.split(".")[1],) for w in "kc"}  # fmt: skip
-    for key, (change, sd) in (partners | dict(calibration)).items():
+    for key, (change, sd) in calibration.items():
         _, _, last = key.rpartition(".")
         if key.startswith("bearing."):
-            row = _of_bearing(machine, key, calibration)
-            found += [row] if row.value else []
+            row = _of_bearing(machine, key, calibration, related or {})
+            narrowed = key.split(".")[2][0] == "k" or sd < NARROWED * LOSS_SD
+            found += [row] if row.value and narrowed else []
         elif key in FACTORS_OF:
             path, name, unit, own = FACTORS_OF[key]
             before = own(machine)
@@ -139,6 +146,36 @@ def recalibrated_values(
     for key in dict.fromkeys(key[:-2] for key in calibration if "~" in key):
         found += _of_wave(machine, key, calibration)
     return tuple(found)
+
+
+def far_off(
+    machine: Machine, calibration: Mapping[str, tuple[float, float]], related: Mapping[str, float], far: Iterable[str]
+) -> tuple[str, ...]:
+    """Sentences on numbers far from the machine file: large changes of bearings, and strained keys (`far`)."""
+    strained = dict.fromkeys(key[:-2] if "~" in key else key for key in far)
+    rows = recalibrated_values(machine, calibration, related)
+    shown = {row.path: row.sentence for row in rows if row.large or row.key in strained}
+    without = [key for key in strained if key not in {row.key for row in rows}]
+    return (*shown.values(), *(_without_row(machine, calibration, key) for key in without))
+
+
+def _without_row(machine: Machine, calibration: Mapping[str, tuple[float, float]], key: str) -> str:
+    """Sentence on a calibrated number that has no place in the machine file."""
+    if "~" in key:
+        (name, _, pair), parts = key.split("."), [calibration.get(f"{key}.{part}", (0.0, 0.0)) for part in "cs"]
+        size, _, sd, _ = sd_of_polar(parts[0][0], parts[1][0], np.diag([sd**2 for _, sd in parts]))
+        unit = _unit_of(key)
+        words = name.replace("_", " ")
+        return (
+            f"{pair.partition('~')[0]} of {words} is {_rough(size, unit, 3)} +- {_rough(sd, unit)}, the file has none"
+        )
+    place, size, sd = key.replace("_", " "), *calibration[key]
+    if key.startswith("bearing."):
+        _, number, last = key.split(".")
+        place = f"the loss c / k^2 of the bearing {machine.bearing_names[int(number)]} along {last[1]}"
+    elif key.startswith("actuator_"):
+        place = f"the gain of the actuators along {key[-1]}"
+    return f"{place} has changed by {100 * size:+.3g} % +- {100 * sd:.2g} %"
 
 
 def _of_wave(machine: Machine, key: str, calibration: Mapping[str, tuple[float, float]]) -> Iterator[RecalibratedValue]:
@@ -164,14 +201,19 @@ def _same_place(machine: Machine, name: str, table: int) -> int | None:
     return next((i for i, effect in enumerate(present) if abs(mesh.place(effect) - place) < SAME_PLACE), None)
 
 
-def _of_bearing(machine: Machine, key: str, calibration: Mapping[str, tuple[float, float]]) -> RecalibratedValue:
+def _of_bearing(
+    machine: Machine, key: str, calibration: Mapping[str, tuple[float, float]], related: Mapping[str, float]
+) -> RecalibratedValue:
     """Calibrated stiffness or damping of a linear bearing along an axis."""
     _, place, last = key.split(".")
     what, axis = last[0], last[1]
     (stiffer, sd_k), (lossier, sd_c) = (calibration.get(f"bearing.{place}.{w}{axis}", (0.0, 0.0)) for w in "kc")
     before = of_axis(machine.bearings[int(place)], axis)
     new = of_bearing(*before, stiffer, lossier)
-    shares = (sd_k / (1 - stiffer), hypot(sd_c / (1 + lossier), 2 * sd_k / (1 - stiffer)))
+    # logarithms: log k' = log k - log(1 - s), log c' = log c + log(1 + l) - 2 log(1 - s)
+    of_k, of_c = sd_k / (1 - stiffer), sd_c / (1 + lossier)
+    together = 4 * related.get(f"bearing.{place}.c{axis}", 0.0) * of_k * of_c
+    shares = (of_k, sqrt(max(of_c**2 + 4 * of_k**2 + together, 0.0)))
     i = "kc".index(what)
     name = f"{('stiffness', 'damping')[i]} {what}{axis}{axis} of the bearing {machine.bearing_names[int(place)]}"
     path = f"bearings.{place}.{what}{axis}{axis}"
@@ -189,11 +231,15 @@ class Findings:
     calibration: dict[str, tuple[float, float]]
     evidence: dict[str, float]
     data_hash: str
+    related: dict[str, float] = field(default_factory=dict, kw_only=True)
+    """Correlation of a bearing's compliance and loss, by the key of the loss."""
+    worse: tuple[str, ...] = field(default=(), kw_only=True)
+    """Untouched records that the calibration makes worse; with one it is not written."""
 
     @property
     def recalibration(self) -> tuple[RecalibratedValue, ...]:
         """Calibrated numbers of the machine file: path, value, standard deviation and value before."""
-        return recalibrated_values(self.machine, self.calibration)
+        return recalibrated_values(self.machine, self.calibration, self.related)
 
     def changes(self) -> Iterator[tuple[str, str, str]]:
         """Calibrated parameter, its change and standard deviation in display units; relative where there is no unit."""
@@ -237,8 +283,10 @@ def _written(diagnosis: Findings, text: str, last: bool) -> str:
     effects: Any = document.setdefault("effects", tomlkit.table(is_super_table=True))
     before = list(effects)
     changed = {one.effect for one in diagnosis.effects}
-    _one_for_each_film(effects, diagnosis.machine, changed | {key.split(".")[0] for key in diagnosis.calibration})
-    left_out = _calibrate(document, effects, diagnosis)
+    calibration = {} if diagnosis.worse else diagnosis.calibration
+    _one_for_each_film(effects, diagnosis.machine, changed | {key.split(".")[0] for key in calibration})
+    left_out = _calibrate(document, effects, diagnosis) if calibration else []
+    left_out += [NOT_BETTER.format(records=", ".join(diagnosis.worse))] if diagnosis.worse else []
     for found in diagnosis.effects if diagnosis.status in WRITTEN else ():
         if not found.written:
             left_out += [f"{found.form}: {p} = {value}{f' +- {sd}' if sd else ''}" for p, value, sd in found.sizes()]
@@ -248,7 +296,7 @@ def _written(diagnosis: Findings, text: str, last: bool) -> str:
         _put_ahead(effects, [name for name in effects if name not in before])
     for line in left_out:
         document.add(tomlkit.comment(line))
-    head = HEAD.format(data=diagnosis.data_hash) if diagnosis.calibration else ""
+    head = HEAD.format(data=diagnosis.data_hash) if calibration else ""
     return head + tomlkit.dumps(document)
 
 
@@ -393,10 +441,11 @@ def _replace(document: Any, row: RecalibratedValue) -> None:
     _put(table, last, value, f"{FITTED}, +- {_rough(row.sd, row.unit)}; before {_rough(row.before, row.unit, 9)}")
 
 
-def _keep_y(table: Any, bearing: Any) -> None:
-    """Write a bearing's numbers along y where the file leaves them to be those along x."""
+def _keep_y(table: Any, bearing: Any, replaced: set[str]) -> None:
+    """Write a bearing's numbers along y where the file leaves them to be those along x, and only these are replaced."""
     for what, value, unit in zip("kc", of_axis(bearing, "y"), ("N/m", "N*s/m"), strict=True):
-        if getattr(bearing, f"{what}yy") is None and value:
+        alone = f"{what}xx" in replaced and f"{what}yy" not in replaced
+        if getattr(bearing, f"{what}yy") is None and value and alone:
             table[f"{what}yy"] = show(value, unit)
 
 
@@ -428,12 +477,13 @@ def _calibrate(document: Any, effects: Any, diagnosis: Findings) -> list[str]:
         else:
             name, table, parameter = key.split(".")
             tables.setdefault((name, int(table)), {})[parameter] = value
+    rows = diagnosis.recalibration
     for number in dict.fromkeys(int(key.split(".")[1]) for key in direct if key.startswith("bearing.")):
-        if not any(key.startswith(f"bearing.{number}.") and key.endswith("y") for key in direct):
-            _keep_y(document["bearings"][number], machine.bearings[number])
+        own = {row.path.rpartition(".")[2] for row in rows if row.key.startswith(f"bearing.{number}.")}
+        _keep_y(document["bearings"][number], machine.bearings[number], own)
     replaced = set()
-    for row in recalibrated_values(machine, diagnosis.calibration):
-        if row.key in direct or row.key in turned or row.key.startswith("bearing."):
+    for row in rows:
+        if row.key in direct or row.key in turned:
             _replace(document, row)
             replaced.add(row.key)
     for (name, number), changes in tables.items():
@@ -445,4 +495,6 @@ def _calibrate(document: Any, effects: Any, diagnosis: Findings) -> list[str]:
         name, place = owner.split(".")
         values = {amplitude: abs(z), phase: argument(z)}
         _add(effects, name, values | _where(machine, name, int(place)), [FITTED], FITTED)
+    unseen = [(key, *diagnosis.calibration[key]) for key in direct if key not in replaced]
+    left_out += [f"calibration not written: {key} = {value:.4g} +- {sd:.2g}" for key, value, sd in unseen]
     return left_out

@@ -20,7 +20,7 @@ from rotorsim.discrepancy.decision import DecisionSteps, check_allowed
 from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.hypotheses import EffectSearch, Hypothesis
-from rotorsim.discrepancy.judge import LIKELY, NO_ACCURACY, VERDICTS
+from rotorsim.discrepancy.judge import LEAST_NOTHING, LEFT, LIKELY, NO_ACCURACY, VERDICTS, VerdictText, text_of
 from rotorsim.discrepancy.machine_file import Findings, IdentifiedEffect, extended
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, entropy, shown_share
@@ -95,6 +95,14 @@ def calibration_of(
     return {k.name: (fit.point.values.get(k, 0.0), float(np.sqrt(V[at[k], at[k]]))) for k in parameters}
 
 
+def related_of(fit: ParameterFit, V: np.ndarray) -> dict[str, float]:
+    """Correlation of each bearing's compliance and loss, by the key of the loss; V (k, k) is the fit's covariance."""
+    at = {k.name: i for i, k in enumerate(fit.parameters)}
+    pairs = {key: (at[key.replace(".c", ".k")], i) for key, i in at.items()
+             if key.startswith("bearing.") and ".c" in key and key.replace(".c", ".k") in at}  # fmt: skip
+    return {key: float(V[i, j] / max(np.sqrt(V[i, i] * V[j, j]), 1e-300)) for key, (i, j) in pairs.items()}
+
+
 def evidence_of(base: ParameterFit, best: Hypothesis | None, search: EffectSearch | None) -> dict[str, float]:
     """Sums of squares and excess misfit before and with the effect."""
     evidence = {"chi2_calibrated": base.chi2, "numbers": float(len(base.residual))}
@@ -137,6 +145,8 @@ class Diagnosis(Shown, Findings, Reported):
     """Odds after each step of a loop of diagnoses and experiments."""
     large: tuple[str, ...] = ()
     """Sentences on calibrated numbers that are far from the machine file."""
+    left: int = 0
+    """Number of groups of lines beyond the floor at points that were not fitted."""
 
     @property
     def odds(self) -> dict[str, float]:
@@ -206,6 +216,11 @@ class Diagnosis(Shown, Findings, Reported):
         return VERDICTS[self.status].exit_code
 
     @property
+    def texts(self) -> VerdictText:
+        """Headline, meaning and next step of the verdict."""
+        return text_of(self.status, self.left)
+
+    @property
     def sentence(self) -> str:
         """The verdict in one sentence."""
         if self.status == "unknown" and NO_ACCURACY in self.notes and not self.localisation:
@@ -218,12 +233,14 @@ class Diagnosis(Shown, Findings, Reported):
             return NOT_SURE.format(effects=effects, others="; ".join(others[:3]) or "others")
         if self.status == "no_disagreement" and self.localisation and self.explanations:
             share = shown_share(self.odds.get(NOTHING, 0.0))
-            return WITHIN_FORM.format(share=share, count=len(self.localisation))
+            more = f" {LEFT.format(count=self.left)}" if self.left else ""
+            return WITHIN_FORM.format(share=share, count=len(self.localisation)) + more
         nothing = self.odds.get(NOTHING, 0.0)
-        if self.status == "unknown" and nothing > LIKELY and self.localisation:
-            return UNDECIDED.format(count=len(self.localisation), share=shown_share(nothing), sure=100 * SURE)
-        text = VERDICTS[self.status].sentence
-        return text.format(effects=effects, rivals="; ".join(rivals), changes="; ".join(self.large))
+        if self.status == "unknown" and nothing > LIKELY and not self.left:
+            least = 100 * (SURE if self.localisation else LEAST_NOTHING)
+            if 100 * nothing < least:
+                return UNDECIDED.format(count=len(self.localisation), share=shown_share(nothing), sure=least)
+        return self.texts.sentence.format(effects=effects, rivals="; ".join(rivals), changes="; ".join(self.large))
 
     def apply(self) -> Machine:
         """The machine with the new calibration, and the effects where they are named or tied."""
@@ -255,6 +272,8 @@ class Diagnosis(Shown, Findings, Reported):
                 {"path": r.path, "value": r.value, "sd": r.sd, "before": r.before} for r in self.recalibration
             ],
             "large": list(self.large),
+            "groups_left_where_not_fitted": self.left,
+            "made_worse": list(self.worse),
             "evidence": self.evidence,
             "notes": list(self.notes),
             "odds": self.odds,

@@ -14,7 +14,7 @@ from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.discrepancy import Diagnosis
 from rotorsim.discrepancy.decision import DecisionSteps
 from rotorsim.discrepancy.gap import reduction
-from rotorsim.discrepancy.judge import NO_ACCURACY, VERDICTS
+from rotorsim.discrepancy.judge import NO_ACCURACY
 from rotorsim.discrepancy.machine_file import difference
 from rotorsim.discrepancy.result import FORCE, NOTHING_BEYOND, PLAN_NEXT, LocatedEffect, located
 from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOTHING, Explanation, shown_share
@@ -66,7 +66,7 @@ def _first_screen(d: Diagnosis) -> tuple[Block, ...]:
     sentences = [(f"{ALSO[one.role]}{one.sentence}", MARKS[one.role][1]) for one in places]
     marked = [(one.role, place) for one in places for place in one.places]
     scattered = d.status == "unknown" and not d.localisation  # nothing is beyond the scatter of the records
-    meaning = NOTHING_BEYOND if scattered else VERDICTS[d.status].meaning
+    meaning = NOTHING_BEYOND if scattered else d.texts.meaning
     notes = f"{len(d.notes)} notes" if len(d.notes) > 1 else "a note"
     stages = {"nominal": "file as given", "with effect": "with the effect"}
     blocks = [
@@ -89,7 +89,7 @@ def next_step(d: Diagnosis) -> str:
         return d.planned.sentence
     if d.status == "unknown" and NO_ACCURACY in d.notes and not d.localisation:
         return f"{NO_ACCURACY[:1].upper()}{NO_ACCURACY[1:]}."
-    step = VERDICTS[d.status].next.format(places=_places(located(d)), changes="; ".join(d.large))
+    step = d.texts.next.format(places=_places(located(d)), changes="; ".join(d.large))
     if d.planned is not None:
         return f"{d.planned.sentence} {step}"
     return f"{step} {PLAN_NEXT}" if d.unplanned else step

@@ -7,7 +7,10 @@ two planes with probes at 45 and 135 deg, a keyphasor, 12.8 kHz, hum of the main
 10 to 20 % off those of the machine file in every case, and the unbalance is another one. A response to forces that turn
 at the order n is
 
-.. math:: q = (K - \omega^2 M + i \omega C - i \omega \Omega G)^{-1} f, \qquad \omega = n \Omega
+.. math:: q = (K - \omega^2 M + i \omega (C + \Omega G))^{-1} f, \qquad \omega = n \Omega
+
+with the polar inertia in G so that the forward modes rise with the speed: :math:`J_d x'' + \Omega J_p y' = M_x` for the
+slopes x, y and their derivatives in time.
 
 The truth of all cases is written first, and its SHA-256 is the first line of the results. A case that ends with a
 refusal in one sentence has the verdict `refused`. The verdict is judged by words that it has to contain (`Case.named`).
@@ -114,21 +117,21 @@ def beam() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         for at in (x, x + 1):
             K[np.ix_(at, at)] += k
             M[np.ix_(at, at)] += m + rotary
-        G[np.ix_(x, x + 1)] -= 2 * rotary
-        G[np.ix_(x + 1, x)] += 2 * rotary
+        G[np.ix_(x, x + 1)] += 2 * rotary
+        G[np.ix_(x + 1, x)] -= 2 * rotary
     for node, mass, polar, diametral in DISCS:
         first = 4 * node
         M[first, first] += mass
         M[first + 1, first + 1] += mass
         M[first + 2, first + 2] += diametral
         M[first + 3, first + 3] += diametral
-        G[first + 2, first + 3] -= polar
-        G[first + 3, first + 2] += polar
+        G[first + 2, first + 3] += polar
+        G[first + 3, first + 2] -= polar
     return M, G, K
 
 
-def response(case: Case, off: np.ndarray, speed: float) -> tuple[np.ndarray, dict[int, np.ndarray]]:
-    """Static sag and amplitudes by order (n,) [m] of exp(i n angle), at a speed [rad/s]."""
+def rotor(case: Case, off: np.ndarray, speed: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Mass, velocity and stiffness matrix (n, n) of a case at a speed [rad/s]; the supports are `off` (2, 2)."""
     M, G, free = beam()
     K, C = free.copy(), 2e-6 * free  # a little internal loss, which does not turn
     for (node, kx, ky, cx, cy), factors, more in zip(BEARINGS, case.bearings, off, strict=True):
@@ -139,9 +142,15 @@ def response(case: Case, off: np.ndarray, speed: float) -> tuple[np.ndarray, dic
     at = 4 * DISCS[1][0]
     K[at, at + 1] += case.seal
     K[at + 1, at] -= case.seal
+    return M, C + case.sense * speed * G, K
+
+
+def response(case: Case, off: np.ndarray, speed: float) -> tuple[np.ndarray, dict[int, np.ndarray]]:
+    """Static sag and amplitudes by order (n,) [m] of exp(i n angle), at a speed [rad/s]."""
+    (M, C, K), free = rotor(case, off, speed), beam()[2]
 
     def answer(force: np.ndarray, omega: float) -> np.ndarray:
-        return np.linalg.solve(K - omega**2 * M + 1j * omega * (C + case.sense * speed * G), force)
+        return np.linalg.solve(K - omega**2 * M + 1j * omega * C, force)
 
     force = np.zeros((3, len(K)), complex)
     for phasor, (node, *_) in zip(case.unbalance, DISCS, strict=True):

@@ -1,5 +1,7 @@
 """Machine file with the identified effects: loads, holds the evidence, keeps existing content."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -89,6 +91,23 @@ def test_the_bearings_of_a_plain_rotor_take_their_new_stiffness():
     after = found("plain_rotor", (), {"bearing.1.ky": (0.2, 0.1), "bearing.1.kx": (-0.25, 0.1)}).apply()
     assert (after.bearings[1].kxx, after.bearings[1].kyy) == pytest.approx((8e6, 12.5e6))
     assert after.bearings[0].kyy is None
+
+
+def test_a_damping_that_no_record_narrows_stays_that_of_the_file():
+    calibration = {"bearing.1.kx": (-2.0, 0.05), "bearing.1.cx": (0.0, 0.45), "bearing.0.cx": (1.0, 0.05)}
+    after = found("plain_rotor", (), calibration).apply()
+    before = load_machine("plain_rotor").bearings
+    assert after.bearings[1].kxx == pytest.approx(before[1].kxx / 3) and after.bearings[1].cxx == before[1].cxx
+    assert after.bearings[0].cxx == pytest.approx(2 * before[0].cxx)
+    assert after.bearings[0].cyy == before[0].cxx and after.bearings[0].kyy is None
+    assert "calibration not written: bearing.1.cx" in after._source
+
+
+def test_a_calibration_that_makes_records_worse_is_not_written():
+    diagnosis = found("plain_rotor", (), {"bearing.1.kx": (-2.0, 0.05), "unbalance.1.me~phase.c": (1e-6, 1e-8)})
+    after = replace(diagnosis, worse=("untouched_1",)).apply()
+    assert after == diagnosis.machine != diagnosis.apply()
+    assert "calibration not written: it makes untouched records worse (untouched_1)" in after._source
 
 
 def test_a_number_that_was_fitted_again_does_not_keep_the_comment_of_the_old_one():

@@ -39,10 +39,17 @@ def test_a_place_that_the_machine_file_states_is_kept(two_discs):
     assert "labyrinth_seal.damping of the shaft at 350 mm" in keys(own, "labyrinth_seal")
 
 
-def test_one_place_alone_is_not_named():
-    assert keys(load_machine("plain_rotor"), "labyrinth_seal") == {
-        "labyrinth_seal.damping", "labyrinth_seal.cross_stiffness"
-    }  # fmt: skip
+@pytest.mark.parametrize("position", [None, "at the disc"])
+def test_the_supports_of_a_single_disc_are_candidates_and_the_disc_is_not_named(position):
+    """A seal that the file states at the only disc is still at one place."""
+    machine = load_machine("plain_rotor")
+    places = {"", *(f" of the bearing {name}" for name in machine.bearing_names)}
+    if position is not None:
+        (disc,) = machine.discs
+        machine = machine.replace("effects.labyrinth_seal", {"damping": "10 N*s/m", "position": f"{disc.position} m"})
+    assert keys(machine, "labyrinth_seal") == {
+        f"labyrinth_seal.{p}{place}" for p in ("damping", "cross_stiffness") for place in places
+    }
 
 
 @pytest.mark.slow
