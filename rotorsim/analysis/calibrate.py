@@ -8,8 +8,8 @@ targets notice: it is called not identifiable.
 A faint pull towards the start (`PULL`) keeps a parameter that no target feels where it was; without it the trust region
 of a matrix that lacks rank makes every step too long, and the fit ends early. It moves the others by PULL^2 / s^2.
 
-What a target that is not met could reach is found by weighing it `HEAVY` times as much as the others, by steps with J
-as it is at the end; the target that then pays most is named as the one that contradicts it.
+What a target that is not met could reach is found by weighing it `HEAVY` times as much as the others, by steps from the
+end of the fit; the target that then pays most is named as the one that contradicts it.
 
 A fit to ranges is a calibration and no prediction; what is predicted are the targets of that role.
 """
@@ -44,8 +44,12 @@ STEP = 1e-3
 PULL = 1e-3
 HEAVY = 100.0
 """Weight of a target that is sought alone."""
-STEPS = 4
+STEPS = 8
 """Most steps towards such a target."""
+ASKED = 1e-3
+"""Distance from a target over its tolerance at which it is reached."""
+SHARES = (1.0, 0.25, 0.06)
+"""Shares of a step that are tried in turn until it comes closer."""
 FARTHEST = 0.3
 """Length of one such step over the distance between the bounds."""
 LOST = 30.0
@@ -159,7 +163,7 @@ def calibrate(machine: Machine, targets: Targets, passes: int = 20, progress: Pr
                             np.clip(begin, 1e-6, 1 - 1e-6),
                             lambda x: np.concatenate([state.jacobian(x), PULL * np.eye(len(x))]),
                             bounds=(0, 1), max_nfev=passes, xtol=1e-6, ftol=1e-6)  # fmt: skip
-        ended = "complete"
+        ended = "complete" if fit.status > 0 else "passes"
     except KeyboardInterrupt:
         finishing()
         ended = "interrupted"
@@ -328,17 +332,22 @@ def _outcome(
 
 
 def _reach(state: _Fit, x: np.ndarray, J: np.ndarray, k: int) -> Reach:
-    """Number k weighed most, by Gauss-Newton steps with the Jacobian J at the end x of the fit of all."""
+    """Number k weighed most, by Gauss-Newton steps from the end x of the fit of all, whose Jacobian is J."""
     weights = np.where(np.arange(len(J)) == k, HEAVY, 1.0)[:, None]
     before = best = state.residual(x)
     at = x
     for _ in range(STEPS):
-        r = state.residual(at)
         low, high = np.maximum(-at, -FARTHEST), np.minimum(1 - at, FARTHEST)
-        system, aim = np.vstack([weights * J, PULL * np.eye(len(x))]), np.append(-weights[:, 0] * r, PULL * (x - at))
-        at = np.clip(at + lsq_linear(system, aim, (low - 1e-12, high + 1e-12)).x, 0.0, 1.0)
-        if abs(state.residual(at)[k]) < abs(best[k]):
-            best = state.residual(at)
+        system, aim = np.vstack([weights * J, PULL * np.eye(len(x))]), np.append(-weights[:, 0] * best, PULL * (x - at))
+        step = lsq_linear(system, aim, (low - 1e-12, high + 1e-12)).x
+        tried = [np.clip(at + share * step, 0.0, 1.0) for share in SHARES]
+        found = next(((new, r) for new in tried if abs((r := state.residual(new))[k]) < abs(best[k])), None)
+        if found is None:
+            break
+        at, best = found
+        if abs(best[k]) < ASKED:
+            break
+        J = state.jacobian(at)
     paid = np.where(np.arange(len(J)) == k, -np.inf, np.abs(best) - np.abs(before))
     other = int(paid.argmax()) if len(paid) > 1 and paid.max() > 0.1 else -1
 

@@ -196,7 +196,10 @@ def calibrate_command(
     else:
         _print_calibration(found)
         typer.echo(f"{path}: written")
-    if found.ended != "complete":
+    if found.ended == "passes":
+        print(f"the {passes} passes ended before the fit did: values and their +- are not final; give more --passes",
+              file=sys.stderr)  # fmt: skip
+    if found.ended == "interrupted":
         print("interrupted: the best values so far are written", file=sys.stderr)
         raise typer.Exit(130)
 

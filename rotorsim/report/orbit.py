@@ -306,7 +306,7 @@ def _swept_orbits(run: AnalysedRun) -> go.Figure:
     for column, moment in enumerate(moments, 1):
         amplitude = run.tracked["amplitude"].isel(window=int(np.abs(speed - moment.rpm).argmin()))
         for row, n in enumerate(orders, 1):
-            path = ellipse(amplitude.sel(order=n, axis=["x", "y"]).values) * TO_UM
+            path = ellipse(-amplitude.sel(order=n, axis=["x", "y"]).values) * TO_UM  # from half a turn before the mark
             draw_orbit(figure, path, np.linspace(0, 2 * np.pi, len(path)) - np.pi, COLOURS["disc"],
                        (row, column, len(moments)))  # fmt: skip
             about_zero(figure, float(np.abs(path).max()), row, column)

@@ -75,6 +75,10 @@ def test_filtered_orbits_of_a_run_up_are_those_of_the_resonance(run_up):
     peak = 1e6 * np.abs(response(2 * np.pi * np.linspace(20, 40, 500))).max()
     assert np.hypot(one.x, one.y).max() == pytest.approx(peak, rel=0.15)
     assert np.hypot(two.x, two.y).max() < 0.05 * np.hypot(one.x, one.y).max()
+    dot = next(t for t in figure.data if t.mode == "markers" and t.xaxis == "x")
+    tracked = analyse(run_up).tracked.sel(order=1, axis=["x", "y"])
+    largest = tracked["amplitude"].isel(window=int(np.hypot(*np.abs(tracked["amplitude"].values).T).argmax())).values
+    assert np.array([dot.x[0], dot.y[0]]) / 1e6 == pytest.approx(largest.real, abs=0.1 * np.abs(largest).max())
 
 
 def test_the_slow_roll_of_a_record_is_its_own_motion_below_a_speed(run_up):
