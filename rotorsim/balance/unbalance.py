@@ -57,6 +57,8 @@ NOISELESS = 1e-9
 DOUBT = 1e-3
 """Probability, for all labels together, below which a label is taken to contradict the others."""
 METHODS = ("influence coefficients", "physical model", "amplitudes alone")
+CONTRADICTION = 0.1
+"""Largest misfit of amplitudes without phase over the largest of them."""
 LEAST_CHANGE = 0.03
 """Least change of the vectors by a trial weight, root mean square over those without it."""
 CLEAR = 3.0
@@ -186,8 +188,8 @@ def fit_amplitudes(vectors: np.ndarray, unbalance: np.ndarray) -> Influence:
     Raises
     ------
     DataError
-        Where a run has trial weights in several planes, a plane has fewer than three at different angles, or there is
-        no run without.
+        Where a run has trial weights in several planes, a plane has fewer than three at different angles, there is no
+        run without, or the amplitudes contradict each other.
 
     Examples
     --------
@@ -230,7 +232,16 @@ def fit_amplitudes(vectors: np.ndarray, unbalance: np.ndarray) -> Influence:
         def left(x: np.ndarray, a: np.ndarray = a / unit) -> np.ndarray:
             return np.asarray(np.abs(x[0] + scaled @ (x[1::2] + 1j * x[2::2])) - a)
 
-        x = least_squares(left, guess, x_scale="jac").x * unit
+        fit = least_squares(left, guess, x_scale="jac")
+        worst = float(np.abs(fit.fun).max())
+        if worst > CONTRADICTION:
+            raise DataError(
+                f"amplitudes without phase: no unbalance gives them; the nearest misses one by {100 * worst:.2g} % of the "
+                f"largest, at most {100 * CONTRADICTION:g} % are believed; measure again",
+                argument="vectors",
+                value=worst,
+            )
+        x = fit.x * unit
         base[m], coefficients[m] = abs(x[0]), (x[1::2] + 1j * x[2::2]) * np.sign(x[0]) / size
     return Influence(coefficients, base, np.eye(len(base), dtype=complex), np.zeros((q + 1, q + 1)), 0)
 

@@ -137,3 +137,11 @@ def test_readings_with_and_without_phase_do_not_go_together(tmp_path):
     both = MAPPING | {"readings": MAPPING["readings"] | {"Y": {"amplitude": "amp", "phase": "deg"}}}
     with pytest.raises(DataError, match="readings 'X' have no phase"):
         rs.balance.read_conditions([tmp_path / "a.csv"], both)
+
+
+def test_amplitudes_that_no_unbalance_gives_are_refused_with_the_misfit():
+    """Four runs without phase are circles that meet in a point; 17, 60, 2 and 30 um do not."""
+    unbalance = 1e-5 * np.array([0, 1, np.exp(2j * np.pi / 3), np.exp(-2j * np.pi / 3)])[:, None]
+    with pytest.raises(DataError) as caught:
+        fit_amplitudes(1e-6 * np.array([17.0, 60.0, 2.0, 30.0])[:, None], unbalance)
+    assert caught.value.argument == "vectors" and caught.value.value > 0.1
