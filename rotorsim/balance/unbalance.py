@@ -236,7 +236,7 @@ def fit_amplitudes(vectors: np.ndarray, unbalance: np.ndarray) -> Influence:
         worst = float(np.abs(fit.fun).max())
         if worst > CONTRADICTION:
             raise DataError(
-                f"amplitudes without phase: no unbalance gives them; the nearest misses one by {100 * worst:.2g} % of the "
+                f"amplitudes without phase: no unbalance gives them; the nearest misses by {100 * worst:.2g} % of the "
                 f"largest, at most {100 * CONTRADICTION:g} % are believed; measure again",
                 argument="vectors",
                 value=worst,
