@@ -196,8 +196,8 @@ def fit_amplitudes(vectors: np.ndarray, unbalance: np.ndarray) -> Influence:
     >>> import rotorsim as rs
     >>> unbalance = 1e-5 * np.array([0, 1, np.exp(2j), np.exp(4j)])[:, None]
     >>> found = rs.balance.fit_amplitudes(abs(1e-6 + 0.1j * unbalance), unbalance)
-    >>> complex(found.coefficients[0, 0].round(6))
-    0.1j
+    >>> float(found.coefficients[0, 0].imag.round(6))
+    0.1
     """
     from scipy.optimize import least_squares
 

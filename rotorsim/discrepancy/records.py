@@ -421,7 +421,7 @@ def check_after(comparison: TwinComparison, fitted: np.ndarray) -> list[str]:
         raise DataError(
             f"records: even re-calibrated, {name} leaves {100 * share:.0f} % of the response unexplained"
             f"{f' ({off})' if off else ''}; are they of this machine, at this speed and pressure? If so, calibrate "
-            f"first: rotorsim machine calibrate {name} --targets targets.toml --out {name}_new.toml",
+            f"it first by 'rotorsim machine calibrate {name}', with its measured frequencies as targets",
             argument="records",
             value=off,
         )

@@ -121,8 +121,8 @@ def test_a_controller_acts_exactly_one_sample_after_what_it_saw(plant):
 
 def test_the_closed_loop_is_that_of_the_plant(plant):
     centre = tuple(plant.equilibrium(100.0, P).disc)
-    ours = rs.experiments.controlled(plant, ex.ProportionalLaw(centre=centre), 100.0, P, duration=0.1)
-    theirs = plant.simulate(0.1, 100.0, P, controller=ex.ProportionalLaw(centre=centre))
+    ours = rs.experiments.controlled(plant, ex.ProportionalLaw(1e5, 1e5, centre=centre), 100.0, P, duration=0.1)
+    theirs = plant.simulate(0.1, 100.0, P, controller=ex.ProportionalLaw(1e5, 1e5, centre=centre))
     assert np.array_equal(ours["disc"].values, theirs["disc"].values)
 
 

@@ -48,7 +48,11 @@ def test_a_rigs_file_is_drafted_checked_and_converted(run, rig, tmp_path):
     code, out, err = run("check", file, "--mapping", mapping)
     assert (code, err) == (0, "")
     assert "time series, 100 samples, 5000 Hz, 0.02 s" in out
-    assert "identification: fit" in out and "runout filter: lacks angle_measured or angle" in out
+    assert (
+        "identification: refused" in out
+        and "record longer" in out
+        and "runout filter: lacks angle_measured or angle" in out
+    )
     assert "columns not used: 'spare'" in out and "6000" in out and "rpm" in out
     for name in ("run.nc", "run.mat", "out.csv"):
         code, out, _ = run("convert", file, tmp_path / name, "--mapping", mapping)
@@ -85,7 +89,7 @@ def test_a_unit_that_must_be_wrong_ends_with_3_and_one_that_few_rigs_have_with_0
     assert code == 3 and "identification: once the unit or the angle is corrected" in out
     mapping.write_text(MAPPING.replace("0.3 MPa", "3 MPa"))
     code, out, _ = run("check", file, "--mapping", mapping)
-    assert code == 0 and "perhaps bar or psi taken for MPa" in out and "identification: fit" in out
+    assert code == 0 and "perhaps bar or psi taken for MPa" in out and "identification: refused" in out
 
 
 def test_gaps_that_identify_leaves_out_are_fit_for_it_alone(run, tmp_path):

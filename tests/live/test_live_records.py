@@ -112,6 +112,7 @@ def test_records_are_datasets_that_xarray_opens(tmp_path):
 def test_pins_are_shown_and_recorded_as_their_sensors_read_them(tmp_path):
     runner = Runner(make_rig(speed=0.0))
     runner.set("pin_sensor.gain", 0.1)
+    runner.set("pin_sensor.lag", 0.0)
     runner.set("reference_x", 1.0)
     runner.record(tmp_path / "r.nc")
     runner._obey()

@@ -117,6 +117,7 @@ COMMANDS = (
     Command(
         ("report", "diagnosis"), ("{inputs}/diagnosed", "--out", f"{OUT}/page.html"), ("page.html",), compiles=False
     ),
+    Command(("report", "record"), ("{inputs}/sweep.nc", "--out", f"{OUT}/page.html"), ("page.html",), compiles=False),
     Command(
         ("balance",), ("bently_rk4", "{inputs}/vectors.csv", "--mapping", "{inputs}/vectors.toml",
                        "--out", f"{OUT}/balance"),
