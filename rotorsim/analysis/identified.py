@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 RECIPE = Prefilter(median=3)
 """The thesis' prefilter: a running median of three."""
-PINS_TAKE, DISC_TAKES, REST = 2.0, 2.0, 2.0
-"""Durations [s] of a record of pins, of one of the disc, and of one without excitation."""
+DURATION = 2.0
+"""Duration [s] of each record, with and without excitation."""
 
 
 def pin_figures(plant: Plant, speed: float, pressure: float) -> dict[str, float]:
@@ -37,7 +37,7 @@ def pin_figures(plant: Plant, speed: float, pressure: float) -> dict[str, float]
     DataError
         If the machine has no actuators whose pins could be read.
     """
-    first, second = (_record(plant, speed, pressure, PINS_TAKE, number) for number in (1, 2))
+    first, second = (_record(plant, speed, pressure, number) for number in (1, 2))
     found = identify(first, "actuator", settings=RECIPE)
     assert plant.machine.actuators is not None
     poles, gain = actuator_poles(found.theta), np.diag(found.static_gain) / plant.machine.actuators.sensor_sensitivity
@@ -54,13 +54,13 @@ def read_delays(plant: Plant, speed: float, pressure: float) -> dict[str, float]
     DataError
         If the machine has no actuators whose pins could be read.
     """
-    excited = _record(plant, speed, pressure, DISC_TAKES, 1)
-    quiet = steady(plant, speed, pressure, duration=REST) if speed else None
+    excited = _record(plant, speed, pressure, 1)
+    quiet = steady(plant, speed, pressure, duration=DURATION) if speed else None
     found = identify(excited, "2", steady=quiet, settings=RECIPE, dead_time=0.0)
     return {f"delay_read_{axis}": float(found.delay[k]) for k, axis in enumerate("xy")}
 
 
-def _record(plant: Plant, speed: float, pressure: float, duration: float, number: int) -> xr.Dataset:
+def _record(plant: Plant, speed: float, pressure: float, number: int) -> xr.Dataset:
     if plant.machine.actuators is None:
         raise DataError(f"{plant.machine.name}: has no actuators whose pins could be read; take a machine that has")
-    return prbs(plant, speed, pressure, amplitude=1.0, duration=duration, sequence=number)
+    return prbs(plant, speed, pressure, amplitude=1.0, duration=DURATION, sequence=number)

@@ -38,13 +38,20 @@ ALIKE = 0.7
 """Cosine between measured and simulated lines from which they count as the same up to a factor."""
 NEAR = 0.35
 """Relative distance of a ratio to one of FACTORS: the calibration may be off as well."""
-FEWEST_CLOCKS, SURE_TURN, LEAST_TURN = 4, 5.0, 1e-3
-"""Fewest records that show the rate of a clock; times the scatter by which it stands clear; least scatter [rad]."""
+FEWEST_CLOCKS = 4
+"""Fewest records that show the rate of a clock."""
+SURE_TURN = 5.0
+"""Turn of an order from block to block over its scatter from which the clock's rate is clear."""
+LEAST_TURN = 1e-3
+"""Least scatter [rad] of that turn."""
 LAGS = np.linspace(-0.02, 0.02, 801)
 """Time shifts [s] that are tried."""
-SHAPE, CLEARER, MOSTLY = 0.05, 0.25, 0.8
-"""Largest misfit of a shape for an alternative to be named, its share of that of the records as they are, and the share
-of the records in which it is the better one."""
+SHAPE = 0.05
+"""Largest misfit of a shape for an alternative to be named."""
+CLEARER = 0.25
+"""Largest share of that misfit in the misfit of the records as they are."""
+MOSTLY = 0.8
+"""Least share of the records in which an alternative is the better one."""
 TURNS = np.deg2rad([30.0, 45.0, 60.0, 90.0, -30.0, -45.0, -60.0, -90.0])
 """Angles [rad] by which the probes of a plane may be turned."""
 COMPLIANCES = (0.5, -1.0)
