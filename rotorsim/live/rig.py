@@ -296,10 +296,13 @@ class Rig:
 
     def _set_effect(self, key: str, value: float) -> None:
         """Change an effect's parameter in machine, parameter record and workspace."""
-        name, _, parameter = key.partition(".")
         self.machine = with_value(self.machine, key, value)
-        effect: Any = self.machine.effects[name][0]
-        silent = key in SCATTER and self.settings.positions["noise"] == "off"
+        effect: Any = self.machine.effects[key.partition(".")[0]][0]
+        self._write_effect(key, effect, key in SCATTER and self.settings.positions["noise"] == "off")
+
+    def _write_effect(self, key: str, effect: Any, silent: bool) -> None:
+        """Write a parameter of an effect, or its zero, into parameter record and workspace."""
+        name, _, parameter = key.partition(".")
         write_effect(self.assembly, f"{name}_0", replace(effect, **{parameter: 0.0}) if silent else effect, parameter)
         update_derived(self.assembly, self.assembly.w)
         update_derived(self.assembly, self.simulation.w)
@@ -310,13 +313,13 @@ class Rig:
             return
         if key == "pace" and position == PAUSE != self.settings.positions["pace"]:
             self.resume = self.settings.positions["pace"]
+        if key == "noise":  # the switch shows its position once the plant follows it
+            for name in SCATTER:
+                if name in self.settings.sliders:
+                    self._write_effect(name, self.machine.effects[name.partition(".")[0]][0], position == "off")
         self.settings.keep(key, position)
         if key == "controller":
             self.loop = None
-        if key == "noise":
-            for name in SCATTER:
-                if name in self.settings.sliders:
-                    self._set_effect(name, self.settings.numbers[name])
 
     def check(self, name: str) -> Callable[[], StabilityVerdict]:
         """The check whether a controller holds this point, and the one that is set: may be called in any thread."""

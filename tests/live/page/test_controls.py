@@ -58,7 +58,7 @@ def test_every_effect_of_the_catalogue_is_turned_by_its_field(page):
             fill(page, "ball_bearing.rated_thrust", "100")
             until(page, lambda s: s["ball_bearing.rated_thrust"] == 100.0)
         shown = float(field.input_value())
-        whole = key.endswith(("injector", "order", "_lobes", "counts", "window", "surface"))
+        whole = key.endswith(("injector", "order", "_lobes", "counts", "window", "surface", "sequence"))
         fill(page, key, f"{shown + 1 if whole else shown * 0.9 or 0.01:.6g}")
         until(page, lambda s, key=key: s[key] != before[key])
         fill(page, key, f"{shown:g}")
