@@ -282,7 +282,7 @@ class Trial:
         waves, inverse, lines = _of_turn(self.speed, len(seen), self.length, self.blocks, self.spectra.shape[2])
         found = inverse @ seen
         left, size = np.linalg.norm(seen - waves @ found), np.linalg.norm(seen - seen.mean(axis=0))
-        if not left < max(REPEATS * size, ROUNDING * np.abs(seen).max() * np.sqrt(len(seen))):
+        if not left <= max(REPEATS * size, ROUNDING * np.abs(seen).max() * np.sqrt(len(seen))):
             return None
         return np.asarray(found.T @ lines)
 

@@ -86,3 +86,13 @@ def test_a_step_of_a_difference_that_goes_on_from_the_motion_nearby_gives_the_sa
         there = origin.moved([parameter], np.array([parameter.step]))
         here, cold = simulate(twin, trial, origin), simulate(twin, trial, there)
         assert np.abs(simulate(twin, trial, there, near=origin) - cold).max() < 0.02 * np.abs(cold - here).max()
+
+
+def test_records_that_repeat_each_other_share_their_derivatives(models):
+    made, runs = turning(models, (150.0, 150.01, 210.0))
+    damping = FitParameter("shaft_damping", 0.1)
+    found = made.jacobian(ParameterPoint(), [damping])[:, 0]
+    assert len(runs) == 3 + 2
+    alone, _ = turning(models, (150.01,))
+    direct = alone.jacobian(ParameterPoint(), [damping])[:, 0]
+    assert np.linalg.norm(found[made.layout.record == 1] - direct) < 1e-2 * np.linalg.norm(direct)
