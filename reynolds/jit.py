@@ -87,7 +87,6 @@ def part(inline: bool) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
 
     import numba
     from numba.core import config
-    from numba.core.types.misc import unliteral
 
     from reynolds.compiler import LinkedCompiler
 
@@ -95,13 +94,18 @@ def part(inline: bool) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
         if config.DISABLE_JIT:
             return function
         options = _OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": LinkedCompiler}
-        dispatcher = numba.njit(forceinline=inline, **options)(function)
-        if inline:  # numbers reach it where it is merged: it need not be compiled for each
-            template = dispatcher.get_call_template
-            dispatcher.get_call_template = lambda given, named: template([unliteral(a) for a in given], named)
-        return dispatcher
+        return _of_types(numba.njit(forceinline=inline, **options)(function))
 
     return compiled
+
+
+def _of_types(dispatcher: Any) -> Any:
+    """A compiled function that is the same for all numbers: a literal reaches it where it is merged, or as a value."""
+    from numba.core.types.misc import unliteral
+
+    template = dispatcher.get_call_template
+    dispatcher.get_call_template = lambda given, named: template([unliteral(a) for a in given], named)
+    return dispatcher
 
 
 @cache
@@ -132,7 +136,7 @@ def kernel(function: Callable[..., Any], compiler: type[KernelCompiler] | None =
         return function
     module = sys.modules[function.__module__]
     own = Path(module.__file__ or "")
-    dispatcher = numba.njit(pipeline_class=compiler or KernelCompiler, **_OPTIONS)(function)
+    dispatcher = _of_types(numba.njit(pipeline_class=compiler or KernelCompiler, **_OPTIONS)(function))
     folder = cache_folder(own.parent.glob("*.py") if module.__package__ else [own])
     with kernels_in(folder, config), suppress(RuntimeError):  # of numba, if the folder takes nothing
         dispatcher._cache = KernelCache(function)
