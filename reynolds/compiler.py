@@ -88,6 +88,11 @@ def link_only() -> None:
     _linked_only = True
 
 
+def links_only() -> bool:
+    """Whether this process makes no machine code."""
+    return _linked_only
+
+
 class KernelCompiler(Compiler):
     """Compiler of allocation-free functions of numbers, arrays, records and tuples."""
 
