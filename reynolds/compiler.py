@@ -21,7 +21,7 @@ from hashlib import sha256
 from typing import Any, ClassVar
 
 from llvmlite.binding import Linkage, parse_bitcode
-from numba.core import typed_passes as typed, untyped_passes as untyped
+from numba.core import event, typed_passes as typed, untyped_passes as untyped
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
@@ -43,17 +43,25 @@ YOUNG = 50_000
 
 @contextmanager
 def compiling() -> Iterator[None]:
-    """Compile with remembered signatures and few collections of garbage: numba makes a million objects that stay."""
+    """Compile with remembered signatures, no reports and few collections of garbage.
+
+    Numba makes a million objects that stay, and reports each call of LLVM to a stopwatch for every function that waits
+    for the one it compiles.
+    """
     functions: Any = BaseFunction
     with global_compiler_lock:
-        asked, thresholds = functions.get_call_type, gc.get_threshold()
-        functions.get_call_type = _remembered
+        asked, report, thresholds = functions.get_call_type, event.broadcast, gc.get_threshold()
+        functions.get_call_type, event.broadcast = _remembered, _unheard
         gc.set_threshold(YOUNG, *thresholds[1:])
         try:
             yield
         finally:
-            functions.get_call_type = asked
+            functions.get_call_type, event.broadcast = asked, report
             gc.set_threshold(*thresholds)
+
+
+def _unheard(happened: Any) -> None:
+    """Nothing."""
 
 
 def _remembered(function: BaseFunction, context: Any, arguments: Any, named: dict[str, Any]) -> Any:
@@ -78,6 +86,11 @@ def link_only() -> None:
     """Make no machine code in this process: kernels leave it as LLVM IR, an entry point's with all that it calls."""
     global _linked_only
     _linked_only = True
+
+
+def links_only() -> bool:
+    """Whether this process makes no machine code."""
+    return _linked_only
 
 
 class KernelCompiler(Compiler):
