@@ -146,6 +146,13 @@ def calls_addresses() -> bool:
     return not (config.DISABLE_JIT or compiler.links_only())
 
 
+def seldom(function: Callable[..., Any]) -> Callable[..., Any]:
+    """An entry point that runs seldom: its code is compiled in half the time."""
+    from reynolds.compiler import SeldomCompiler
+
+    return kernel(function, SeldomCompiler)
+
+
 def kernel(
     function: Callable[..., Any], compiler: type[KernelCompiler] | None = None, **options: Any
 ) -> Callable[..., Any]:

@@ -85,7 +85,12 @@ SEVERAL_ENTRIES = ("begin_correction", "read_correction", "finish_correction", "
 """Kernels of a film that are compiled once for a grid, whatever the effects are: of one film, and of several."""
 SOURCES = (modal_rotor, films, injectors, sample, step, equilibrium_kernel, entry)
 """Templates of a machine's module."""
-ENTRIES = tuple(name for name, _ in inspect.getmembers(KernelModule, inspect.isfunction) if not name.startswith("_"))
+ENTRIES = {
+    name: "kernel" if name in ("run", "serve") else "seldom"
+    for name, _ in inspect.getmembers(KernelModule, inspect.isfunction)
+    if not name.startswith("_")
+}
+"""Their decorators."""
 
 
 def compose(layout: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[Call]) -> KernelModule:
@@ -102,7 +107,7 @@ def compose(layout: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[
 
     def film_text() -> str:
         return write_module(
-            _film_functions(), {"L": layout}, FILM_SOURCES, (*entries, *LINEAR_ENTRIES), decorator="shared"
+            _film_functions(), {"L": layout}, FILM_SOURCES, dict.fromkeys((*entries, *LINEAR_ENTRIES), "shared")
         )
 
     def text(ports: list[str], imports: list[str], live: Collection[str] = ()) -> str:
@@ -308,9 +313,8 @@ def write_module(
     functions: Iterable[ast.FunctionDef],
     layouts: Mapping[str, Any],
     sources: Sequence[ModuleType],
-    entries: Collection[str],
+    entries: Mapping[str, str],
     imports: Sequence[str] = (),
-    decorator: str = "kernel",
     live: Collection[str] = (),
 ) -> str:
     """Source text of a module of functions with the layouts, by the names they have there, written as numbers.
@@ -318,25 +322,40 @@ def write_module(
     The `live` fields are not numbers but fields of the parameter record P.
 
     What the functions use and do not define is imported by the lines `imports`, or from the sources: a constant, or
-    a function that is compiled apart. The `entries` get the decorator, all others are parts. Raises NameError for a
-    name without a meaning.
+    a function that is compiled apart. The `entries` get their decorators, all others are parts; one that others call
+    is a part for them. Raises NameError for a name without a meaning.
     """
     numbers, functions = Numbers(layouts, live), list(functions)
     views = Views({f.name: f for f in functions if is_view(f)})
     found = [numbers.visit(views.visit(f)) for f in functions if not is_view(f)]
+    called = {n.func.id for f in found for n in ast.walk(f) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)}
+    inner = Arguments({name: ast.Name(f"_{name}", ast.Load()) for name in called & set(entries)})
+    for function in list(found):
+        inline = ast.Constant(_decorator(function) == "inlined")
+        inner.generic_visit(function)
+        if function.name in inner.given:
+            found.append(_entry_of(function))
+            function.name = f"_{function.name}"
+        if function.name not in entries:
+            function.decorator_list = [ast.Call(ast.Name("part"), [inline], [])]
     for function in found:
         if function.name in entries:
-            function.decorator_list = [ast.Name(decorator)]
-        else:
-            inline = ast.Constant(_decorator(function) == "inlined")
-            function.decorator_list = [ast.Call(ast.Name("part"), [inline], [])]
+            function.decorator_list = [ast.Name(entries[function.name])]
     known = {f.name for f in found} | {a.asname or a.name for line in imports for a in _aliases(line)}
     lines = [
-        f"from reynolds.jit import {decorator}, part",
+        f"from reynolds.jit import {', '.join(sorted({*entries.values(), 'part'}))}",
         *imports,
         *_import_lines(_globals_of(found) - known, sources),
     ]
     return "\n\n\n".join(["\n".join(lines), *(ast.unparse(ast.fix_missing_locations(f)) for f in found)]) + "\n"
+
+
+def _entry_of(function: ast.FunctionDef) -> ast.FunctionDef:
+    """An entry that calls the part of a function."""
+    given = ", ".join(a.arg for a in function.args.args)
+    [entry] = ast.parse(f"def {function.name}({given}):\n    return _{function.name}({given})").body
+    assert isinstance(entry, ast.FunctionDef)
+    return entry
 
 
 def _decorator(node: ast.FunctionDef) -> str:
