@@ -50,7 +50,7 @@ from rotorsim.discrepancy.judge import (
     worse_than,
 )
 from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect, far_off
-from rotorsim.discrepancy.mistakes import check_before
+from rotorsim.discrepancy.mistakes import check_alternatives, check_before
 from rotorsim.discrepancy.records import (
     check_after,
     check_plane,
@@ -311,6 +311,9 @@ class DiagnosisRun:
             last, base = base.cost, relinearised(self.fitted, base, lambda: self.progress("calibrate"))
             if base.cost > enough * last:
                 break
+        if flagged(table(self.fitted, base.residual)) or self._large(base):
+            nominal = SensitivityColumns(self.fitted).columns(ParameterPoint(), base.parameters)
+            check_alternatives(self.fitted, base, nominal)
         assert self.fitted.scatter is not None
         apart = unsteady(self.fitted.trials, self.fitted.apart(base.point), self.fitted.scatter[0])
         flags = flagged(table(self.fitted, base.residual)) + apart
