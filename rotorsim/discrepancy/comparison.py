@@ -302,6 +302,12 @@ def simulate(twin: Twin, trial: Trial, point: ParameterPoint, whole: bool = Fals
         if not np.abs(table).max() < BEYOND:  # nor a number
             return np.full(trial.spectra.shape, NO_SOLUTION, complex)
         return trial.lines_of_window(table)
+    if trial.turning and twin.machine.film is None and not whole and not twin.lingers(values, True):
+        turn = twin.over_a_turn(values, trial.speed, trial.pressure, trial.angle_of_window, trial.start * RIG_SAMPLE)
+        if turn is not None and np.abs(turn[:, :2]).max() < BEYOND:
+            lines = trial.lines_of_turn(turn[:, :2])
+            if lines is not None:
+                return lines
     short = trial.lead > 0 and not whole and not twin.lingers(values, trial.balanced)
     rows, angle = trial.short if short else (trial.used, trial.angle)
     table = twin.run(values, rows, trial.pressure, angle, turning=trial.in_motion)[:, :2]
