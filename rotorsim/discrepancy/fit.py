@@ -350,6 +350,6 @@ def _with_far(comparison: TwinComparison, base: ParameterFit, far: str, progress
         return replace(k, sd=NEAR if number and what[0] == "k" else SHAFT if what == KEY else k.sd)
 
     parameters = tuple(map(prior, base.parameters))
-    point = replace(base.point, values=dict(zip(parameters, base.vector, strict=True)))
+    point = replace(base.point, values=dict(zip(parameters, map(float, base.vector), strict=True)))
     first = fit_parameters(comparison, point, parameters, base.J, base.residual, progress=progress)
     return relinearised(comparison, first, progress)
