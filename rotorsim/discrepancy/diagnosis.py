@@ -31,6 +31,7 @@ from rotorsim.discrepancy.fit import (
     MOST_REPEATS,
     ParameterFit,
     covariance,
+    far_off_file,
     far_places,
     finished,
     fit_parameters,
@@ -368,7 +369,7 @@ class DiagnosisRun:
         for fit in fits:
             V = covariance(fit, self.fitted.layout.record)
             own = calibration_of(fit, V, fit.parameters)
-            found.append(far_off(self.machine, own, related_of(fit, V), strained(fit)))
+            found.append(far_off(self.machine, own, related_of(fit, V), [*strained(fit), *far_off_file(fit)]))
         if len(found) < 2 or not all(found):
             return found[0]
         return (ONE_OF.format(" or ".join(", ".join(own) for own in found)),)
