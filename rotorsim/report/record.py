@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from rotorsim.base.display import listing
 from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import Quantity
-from rotorsim.base.units import TO_MPA, TO_RPM, show, split
+from rotorsim.base.units import TO_MPA, TO_RPM, TO_UM, show, split
 from rotorsim.experiments.experiment import EXPERIMENTS, parameters
 from rotorsim.experiments.limits import BEYOND, sentences
 from rotorsim.report import film, orbit, orders, responses, time_history
@@ -22,6 +23,7 @@ from rotorsim.report.film import feed_word
 from rotorsim.report.page import Block, Page, check_wanted, machine_entry, page_of, write_page
 from rotorsim.report.run import RUNS, SECTIONS, AnalysedRun, RecordSection, VectorRun, analyse, end_of_run
 from rotorsim.report.units import number, quantity
+from rotorsim.signals.orders import mean_order
 from rotorsim.signals.record_blocks import SHOWN, MissingError, open_record
 
 CHAPTERS = (orders, orbit, responses, time_history, film)
@@ -147,6 +149,11 @@ def run_page(run: AnalysedRun) -> Page:
 def _warnings(run: AnalysedRun) -> list[str]:
     ended = str(run.record.attrs.get("ended", "complete"))
     lines = [] if ended == "complete" else [f"The run did not reach its end: {ended}."]
+    if run.lone and run.others:
+        lines.append(
+            f"Probe {run.lone} alone is analysed; {listing(run.others)} are left out: x and y need the angle of each "
+            "probe. State angle under [probes] of the mapping."
+        )
     return lines + [f"Beyond the range in which the model was checked: {text}." for text in sentences(run.record.attrs)]
 
 
@@ -302,6 +309,10 @@ def peaks(run: AnalysedRun) -> Rows:
     for peak in run.peaks:
         kind = "peak" if peak["local_maximum"] else "largest" + (end_of_run(peak) if run.swept else "")
         size = f"{quantity(peak['um'], 'µm')} 0-pk at {peak['rpm']:.0f} rpm"
+        if not run.swept:
+            mean, error = mean_order(run.tracked, peak["order"], peak["axis"])
+            scatter = f", standard error {quantity(error * TO_UM, 'µm')}" if np.isfinite(error) else ""
+            size += f"; mean vector {quantity(mean * TO_UM, 'µm')}{scatter}"
         rows.append((f"{peak['order']}X, {run.axes.get(peak['axis'], peak['axis'])}, {kind}", size))
     return rows
 

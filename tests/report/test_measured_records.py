@@ -2,13 +2,16 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import identification as idn
 import rotorsim as rs
 from identification.records.sensors import SlowRollSource, without_slow_roll
 from rotorsim.base.errors import DataError, SchemaError
-from rotorsim.report.record import MEASURED, made_sections
+from rotorsim.report.page import html
+from rotorsim.report.record import MEASURED, made_sections, record_page
 from rotorsim.report.run import SECTIONS, analyse
+from rotorsim.signals.orders import mean_order
 
 RATE = 2000.0
 RUNOUT = 4e-6 * np.exp(0.8j)
@@ -140,6 +143,26 @@ def test_a_lone_probe_has_its_spectra_and_orders_and_no_orbit(run_up):
     for name in ("orbits", "filtered_orbits", "full_spectrum", "centreline"):
         assert why[name] == "Probe A alone does not see both x and y."
     assert {trace.name for trace in rs.report.bode(record).data} == {"probe A"}
+
+
+def test_the_page_states_that_a_second_probe_without_an_angle_is_left_out(run_up):
+    record = lone(run_up)
+    reading = np.repeat(record["probe_measured"].values, 2, axis=1)
+    arrays = {"probe_measured": reading, "angle": run_up["angle"].values, "speed": run_up["speed"].values}
+    two = idn.make_record(run_up["time"].values, arrays, probes={"probe": ["A", "B"], "probe_unit": ["m", "m"]})
+    assert analyse(record).others == [] and analyse(two).others == ["B"]
+    assert "are left out: x and y need the angle" in html(record_page(two))
+    assert "are left out: x and y need the angle" not in html(record_page(record))
+
+
+def test_the_mean_of_an_order_has_the_standard_error_of_its_scatter():
+    """Of n vectors whose parts scatter by s the mean has s / sqrt(n)."""
+    rng = np.random.default_rng(2)
+    a = 3e-6 * np.exp(0.5j) + 1e-6 * (rng.standard_normal(4000) + 1j * rng.standard_normal(4000))
+    tracked = xr.Dataset({"amplitude": (("window", "order", "axis"), a[:, None, None])}, {"order": [1], "axis": ["x"]})
+    mean, error = mean_order(tracked, 1, "x")
+    assert mean == pytest.approx(3e-6, abs=5e-8) and error == pytest.approx(1e-6 / np.sqrt(4000), rel=0.05)
+    assert np.isnan(mean_order(tracked.isel(window=[0]), 1, "x")[1])
 
 
 def test_vectors_have_bode_polar_and_filtered_orbits_alone(run_up, tmp_path):
