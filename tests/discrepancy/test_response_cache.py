@@ -40,8 +40,8 @@ def test_a_file_cut_off_is_computed_again(machine, models, tmp_path):
 
 def turning(models, speeds=(150.0, 210.0, 260.0)):
     """Comparison with records that only turn, and the runs of each that it makes."""
-    rows = np.zeros((6000, 6))
-    trials = [trial_of(rows + [v, 0, 0, 0, 0, 0], np.zeros((6000, 2)), 0.3, f"{v:g}") for v in speeds]
+    rows = [np.tile([v, 0.0, 0.0, 0.0, 0.0, 0.0], (6000, 1)) for v in speeds]
+    trials = [trial_of(one, np.zeros((6000, 2)), 0.3, f"{one[0, 0]:g}") for one in rows]
     made, runs = TwinComparison(models.twin, trials, threads=1), []
     run = made.run
     made.run = lambda jobs, *more, **given: runs.extend(jobs) or run(jobs, *more, **given)
