@@ -1,11 +1,11 @@
-"""Generation of a machine's kernel module: sizes as numbers, static calls of its effects, the step.
+"""Generation of a machine's kernel module: sizes as numbers, calls of effects, the step.
 
 The files of `rotorsim.plant.kernels` are templates. They import sizes (FILM, ROTOR, RIG) and calls of effects from
 `kernels/effect_calls.py`, where an editor finds them; the module has their functions with the sizes as numbers and
-with that file's functions written for the machine's effects. The film's kernels are a module of their own, which
-machines with the same film share. Both lie in the user's cache folder under a name that hashes every source that goes
-into them, so a change of any kernel gives a new module, new parameter values never recompile, and numba's disk cache
-holds the machine code next to it.
+with that file's functions written as loops over the effects. The film's kernels are a module of their own, which
+machines with the same film share, and every kernel of an effect is one (`rotorsim.plant.calls`). All lie in the user's
+cache folder under a name that hashes every source that goes into them, so a change of any kernel gives a new module,
+new parameter values never recompile, and numba's disk cache holds the machine code next to it.
 
 `KernelModule` has the functions that Python calls. Everywhere w (n,) is the workspace (all states, float64), ix (m,)
 its integers and P the parameter record; a function reads and writes w in place and allocates nothing.
