@@ -375,8 +375,10 @@ class DiagnosisRun:
             V = covariance(fit, self.fitted.layout.record)
             own = calibration_of(fit, V, fit.parameters)
             found.append(far_off(self.machine, own, related_of(fit, V), [*strained(fit), *far_off_file(fit)]))
-        if len(found) < 2 or not all(found):
+        if len(found) < 2:
             return found[0]
+        if not all(found):
+            return ()
         return (ONE_OF.format(" or ".join(", ".join(own) for own in found)),)
 
     def _name(
