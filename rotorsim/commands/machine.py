@@ -186,7 +186,7 @@ def calibrate_command(
     path = out or Path(f"{Path(machine).stem}-calibrated.toml")
     with files(path, force=force):
         coarse = loaded if grid is None else GridOptions(grid).plant(machine).machine
-        shown = None if as_json else lambda count, cost: line(f"{count} evaluations{f', cost {cost:.4g}' * (count > 0)} ")
+        shown = None if as_json else lambda n, cost: line(f"{n} evaluations{f', cost {cost:.4g}' * (n > 0)} ")
         found = calibrate(coarse, asked, passes, shown)
         if not as_json:
             end_line()

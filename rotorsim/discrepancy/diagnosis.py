@@ -411,7 +411,8 @@ class DiagnosisRun:
         if strained(base):
             residual = self.fitted.residual(origin)
             start = replace(nominal, point=origin, residual=residual, cost=float(residual @ residual))
-            found.before = replace(found, base=start, nominal=start, columns=dict(raw))
+            # its sensitivities are of that point already
+            found.before = replace(found, base=start, nominal=start, columns=dict(raw), updated={*raw})
         return found
 
     def _result(

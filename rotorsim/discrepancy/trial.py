@@ -274,8 +274,10 @@ class Trial:
         return self.angle + self.speed * RIG_SAMPLE * self.start
 
     def lines_of_turn(self, displacement: np.ndarray) -> np.ndarray | None:
-        """DFTs (blocks, 2, lines) [m] of a motion that repeats with the turns, by its samples (n, 2) [m] over one or more,
-        from the angle of the window on; None for samples that do not repeat."""
+        """DFTs (blocks, 2, lines) [m] of a motion that repeats with the turns; None of one that does not.
+
+        By its samples (n, 2) [m] over one turn or more, from the angle of the window on.
+        """
         seen = self.seen(displacement)
         waves, inverse, lines = _of_turn(self.speed, len(seen), self.length, self.blocks, self.spectra.shape[2])
         found = inverse @ seen
@@ -292,8 +294,8 @@ class Trial:
         return self.rows[first : self.start + self.length], turned
 
     def short_lines(self, displacement: np.ndarray) -> np.ndarray:
-        """DFTs (blocks, 2, lines) [m] of the response (n, 2) [m] to `short`: all blocks are alike."""
-        one = block_lines(self.seen(displacement), self.lead, self.length, 1, self.spectra.shape[2])
+        """DFTs (blocks, 2, lines) [m] of the response (n, 2) [m] over the period of `short`: all blocks are alike."""
+        one = block_lines(self.seen(displacement), 0, self.length, 1, self.spectra.shape[2])
         return np.repeat(one, self.blocks, axis=0)
 
     def vector(self, spectra: np.ndarray) -> np.ndarray:
@@ -318,7 +320,7 @@ def block_lines(displacement: np.ndarray, start: int, length: int, blocks: int, 
 def _of_turn(
     speed: float, n: int, length: int, blocks: int, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
-    """Waves (n, k) of the orders of a speed [rad/s] over n samples, their inverse (k, n), and DFTs (blocks, k, lines)."""
+    """Waves (n, k) of a speed's [rad/s] orders over n samples, their inverse (k, n), and DFTs (blocks, k, lines)."""
     turn = 2 * np.pi / (abs(speed) * RIG_SAMPLE)
     orders = np.arange(1, max(int(SHARE_OF_RATE * turn), 1) + 1) * speed * RIG_SAMPLE
 

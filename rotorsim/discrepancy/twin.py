@@ -8,6 +8,7 @@ left out: the diagnosis compares means, and what scatters is its floor.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil
@@ -35,6 +36,10 @@ ROUNDS = 8
 """Most shots of a search for periodic motion."""
 POINTS = 6
 """Samples between which the state after a turn is interpolated."""
+NEAR = 600
+"""Samples before a period in which a motion goes over to that with slightly other numbers."""
+MOST_MOTIONS = 64
+"""Motions that are kept."""
 SETTLED = 1e-5
 """Last correction of the state, relative, from which on the motion is periodic."""
 Setting = Mapping[str, float]
@@ -371,21 +376,92 @@ class Twin:
         except FAILURES:
             return np.full((len(rows), 5), np.nan)
 
-    def over_a_turn(self, setting: Setting, speed: float, pressure: float, angle: float, time: float) -> np.ndarray | None:
+    def over_period(
+        self, setting: Setting, rows: np.ndarray, angle: float, pressure: float, length: int,
+        near: Setting | None = None,
+    ) -> np.ndarray:  # fmt: skip
+        """Readings (length, 5) with a film over the last rows of (n, 6), which repeat; NaN where there is no solution.
+
+        The rows before lead there from the equilibrium, or the last `NEAR` of them from the motion of a `near` setting
+        where nothing differs that takes longer.
+        """
+        if near is not None and any(_takes_long(k) for k, v in {**near, **setting}.items() if near.get(k) != v):
+            near = None
+        ahead, speed = len(rows) - length - NEAR, float(rows[0, 0])
+        own = (hash(rows.tobytes()), angle, pressure)
+        try:
+            if near is None or ahead < 0:
+                return self._led(setting, rows, angle, pressure, own)[0][-length:]
+            rest, moving = self._motions.get((_key(near), *own)) or self._led(near, rows, angle, pressure, own)[1]
+            a, regulator = self.set(setting), self.regulator(setting, speed, pressure)
+            w = settle(a, speed, regulator)
+            moved = np.flatnonzero(rest != moving)
+            w[moved] = moving[moved]
+            w[a.rotor.matrix_speed] = np.inf  # the matrices are formed anew
+            w[a.rotor.angle], w[a.rotor.time] = angle + speed * RIG_SAMPLE * ahead, RIG_SAMPLE * ahead
+            fed = rows[ahead:] + (regulator - pressure) * PRESSURE
+            return Simulation(a, w).advance(fed)[NEAR:, READ : READ + 5]
+        except FAILURES:
+            return np.full((length, 5), np.nan)
+
+    def _led(
+        self, setting: Setting, rows: np.ndarray, angle: float, pressure: float, own: tuple[Any, ...]
+    ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
+        """Readings (n, 5) over rows (n, 6) from the equilibrium, and the workspaces there and `NEAR` samples before the
+        end, which are kept."""
+        a, speed = self.set(setting), float(rows[0, 0])
+        w = settle(a, speed, regulator := self.regulator(setting, speed, pressure))
+        w[a.rotor.angle] = angle
+        rest, run, fed = w.copy(), Simulation(a, w), rows + (regulator - pressure) * PRESSURE
+        first = run.advance(fed[:-NEAR])
+        kept = self._keep((_key(setting), *own), (rest, w.copy()))
+        return np.concatenate([first, run.advance(fed[-NEAR:])])[:, READ : READ + 5], kept
+
+    def over_a_turn(
+        self, setting: Setting, speed: float, pressure: float, angle: float, time: float
+    ) -> np.ndarray | None:  # fmt: skip
         """Readings (n, 5) over a turn of the periodic motion of a rotor on linear bearings, from an angle [rad] and a
         time [s] on; None without one."""
-        a, n = self.set(setting), round(2 * np.pi / abs(speed) / RIG_SAMPLE)
-        try:
-            w = settle(a, speed, regulator := self.regulator(setting, speed, pressure))
-            w[a.rotor.angle], w[a.rotor.time] = angle - speed * n * RIG_SAMPLE, time - n * RIG_SAMPLE
-            found = repeating(a, w, speed, regulator, None)
-            if found is None or not found[1]:
-                return None
-            # twice: sensors may remember what was before the last jump
-            rows = np.tile([speed, regulator, 0.0, 0.0, 0.0, 0.0], (2 * n, 1))
-            return Simulation(a, found[0]).advance(rows)[n:, READ : READ + 5]
-        except FAILURES:
+        n = round(2 * np.pi / abs(speed) / RIG_SAMPLE)
+        begin = angle - speed * n * RIG_SAMPLE, time - n * RIG_SAMPLE
+        found = self._motion({k: v for k, v in setting.items() if not _is_of_sensors(k)}, speed, pressure, *begin)
+        if found is None:
             return None
+        a, w = self.set(setting), found.copy()
+        read = slice(a.rotor.disc, a.rotor.disc + 2 * a.rotor.n)
+        w[read] = a.w[read]
+        # twice: sensors remember, and begin in those of another setting
+        rows = np.tile([speed, pressure, 0.0, 0.0, 0.0, 0.0], (2 * n, 1))
+        try:
+            return Simulation(a, w).advance(rows)[n:, READ : READ + 5]
+        except ConvergenceError:
+            return None
+
+    @cached_property
+    def _motions(self) -> dict[Any, Any]:
+        """Workspaces of the last motions, by setting and inputs; None for a periodic one that was not found."""
+        return {}
+
+    def _motion(
+        self, setting: Setting, speed: float, pressure: float, angle: float, time: float
+    ) -> np.ndarray | None:  # fmt: skip
+        """Workspace in periodic motion, which all planes and readings of the sensors share; None without one."""
+        key = (_key(setting), speed, pressure, angle, time)
+        if key in self._motions:
+            return self._motions[key]
+        a, found = self.set(setting), None
+        with suppress(*FAILURES):
+            w = settle(a, speed, pressure)
+            w[a.rotor.angle], w[a.rotor.time] = angle, time
+            found = repeating(a, w, speed, pressure, None)
+        return self._keep(key, found[0] if found is not None and found[1] else None)
+
+    def _keep(self, key: Any, motion: Any) -> Any:
+        """A motion that is kept, the oldest ones are not."""
+        for old in list(self._motions)[: 1 - MOST_MOTIONS]:
+            self._motions.pop(old, None)
+        self._motions[key] = motion
+        return motion
 
     def regulator(self, setting: Setting, speed: float, pressure: float) -> float:
         """Gauge pressure [Pa] at the regulator of a record whose gauge, at the injectors, reads `pressure` [Pa, gauge].
@@ -398,6 +474,25 @@ class Twin:
 
         filed = {k: v for k, v in setting.items() if getattr(REGISTRY.get(k.split(".")[0]), "port", "") != "supply"}
         return regulator_pressure(self.set(filed), speed, pressure)
+
+
+def _takes_long(key: str) -> bool:
+    """Whether a change of a key's value is forgotten slowly: by a state of its own, by the drive, by a resonance."""
+    effect = REGISTRY.get(key.split(".")[0])
+    if effect is None:
+        return False
+    remembers = bool(effect.states) and effect.memory != "short"
+    return remembers or effect.port in ("torque", "support") or effect.braking is not None
+
+
+def _key(setting: Setting) -> tuple[tuple[str, float], ...]:
+    """Values in the order of their names."""
+    return tuple(sorted(setting.items()))
+
+
+def _is_of_sensors(key: str) -> bool:
+    """Whether a key of a setting changes readings alone."""
+    return key == PLANE or getattr(REGISTRY.get(key.split(".")[0]), "port", "") == "sensor"
 
 
 def _scale(a: Assembly, record: Any, w: np.ndarray, key: str, change: float) -> None:
