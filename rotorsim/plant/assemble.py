@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -104,9 +104,9 @@ class Assembly:
 
         The copy holds the addresses of machine code, which are not looked up again.
         """
-        other, own = replace(self, record=record, w=w), self.parameters
+        other, own, flat = replace(self, record=record, w=w), self.parameters, cast(Any, record.view(np.uint8))
         if own.dtype != record.dtype:
-            other.__dict__["parameters"] = np.recarray((1,), own.dtype, buf=record.view(np.uint8))[0]
+            other.__dict__["parameters"] = np.recarray((1,), own.dtype, buf=flat)[0]
         return other
 
     @property
