@@ -78,12 +78,12 @@ def _commit() -> tuple[str, str]:
 
 
 def processor() -> str:
-    """Name of the processor, with the compiler's name of the kind that code is made for."""
+    """Name of the processor, and the compiler's name of the kind that code is made for (NUMBA_CPU_NAME or its own)."""
     cpuinfo = Path("/proc/cpuinfo")
     lines = cpuinfo.read_text().splitlines() if cpuinfo.exists() else []
     names = [text.partition(":")[2].strip() for text in lines if text.startswith("model name")]
-    kind = numba.config.CPU_NAME or get_host_cpu_name()
-    return f"{names[0] if names else platform.processor() or platform.machine()} ({kind})"
+    name = names[0] if names else platform.processor() or platform.machine()
+    return f"{name} ({numba.config.CPU_NAME or get_host_cpu_name()})"
 
 
 def read(history: Path = HISTORY) -> list[dict]:
