@@ -155,7 +155,7 @@ def serve_signature(assembly: Any) -> Any:
     from numba.core.types import Array
 
     flat = Array(float64, 1, "C")
-    return (int64, flat, flat, Array(int64, 1, "C"), typeof(assembly.P), flat, Array(float64, 2, "C"), int64)
+    return (int64, flat, flat, Array(int64, 1, "C"), typeof(assembly.parameters), flat, Array(float64, 2, "C"), int64)
 
 
 def entry_ir(dispatcher: Any, arguments: tuple[Any, ...], name: str) -> str:

@@ -216,7 +216,7 @@ class PlantUnit(Unit):
         a = self.assembly
         return {
             "Run initial_runs[N_RUNS]": (f"{{{n}, {x.hex()}}}" for n, x in runs(a.w)),
-            "double initial_parameters[N_P]": (float(x).hex() for x in a.record.view("f8").ravel()),
+            "double initial_parameters[N_P]": (float(x).hex() for x in a.numbers),
             "int64_t indices[N_IX]": map(str, a.ix),
             "int32_t pressure_nodes[N_PRESSURE + 1][2]": (f"{{{i}, {j}}}" for i, j in (*pressure_nodes(a), (0, 0))),
         }

@@ -1,8 +1,10 @@
 """Compilers of kernels, numba's without what kernels do not need, and the disk cache of what they make.
 
 Most of numba's work on a kernel is Python's, and much of it is repeated or for nothing: it types every sum of two
-floats anew, trying a dozen templates, and looks for closures, generators and arrays to fuse. Here the signatures of
-operators are remembered, and only the passes that kernels need are made. The code that comes out is the same.
+floats anew, trying a dozen templates, looks for closures, generators and arrays to fuse, asks LLVM for the size of each
+array's type and optimises the whole twice. Here the signatures of operators and the sizes of types are remembered, only
+the passes that kernels need are made, and plain arithmetic and elements of vectors become code at once (`KernelLower`).
+The results have the same bits.
 
 The disk cache is numba's, safe against killed and concurrent processes: numba numbers its data files in an index that
 it writes first. Killed between the two, or with a second process at work, its index can name the machine code of
@@ -13,27 +15,30 @@ An unreadable or unwritable file is not an error: the kernel is compiled again.
 from __future__ import annotations
 
 import gc
+import operator
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from hashlib import sha256
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 from llvmlite.binding import Linkage, parse_bitcode
-from numba.core import typed_passes as typed, untyped_passes as untyped
+from numba.core import event, typed_passes as typed, types, untyped_passes as untyped
+from numba.core.base import BaseContext
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.compiler_lock import global_compiler_lock
-from numba.core.compiler_machinery import PassManager
+from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.itanium_mangler import mangle
+from numba.core.lowering import Lower
 from numba.core.types.functions import BaseFunction
+from numba.core.types.misc import unliteral
 
 PASSES = (
     untyped.TranslateByteCode, untyped.FixupArgs, untyped.IRProcessing, untyped.GenericRewrites, untyped.ReconstructSSA,
-    typed.NopythonTypeInference, typed.PreLowerStripPhis, typed.IRLegalization, typed.NativeLowering,
-    typed.NoPythonBackend,
+    typed.NopythonTypeInference, typed.PreLowerStripPhis, typed.IRLegalization,
 )  # fmt: skip
 SHARED = "shared"
 """Name of the libraries of `SharedCompiler`."""
@@ -43,17 +48,26 @@ YOUNG = 50_000
 
 @contextmanager
 def compiling() -> Iterator[None]:
-    """Compile with remembered signatures and few collections of garbage: numba makes a million objects that stay."""
-    functions: Any = BaseFunction
+    """Compile with remembered signatures, no reports and few collections of garbage.
+
+    Numba makes a million objects that stay, and reports each call of LLVM to a stopwatch for every function that waits
+    for the one it compiles.
+    """
+    functions, contexts = cast(Any, BaseFunction), cast(Any, BaseContext)
     with global_compiler_lock:
-        asked, thresholds = functions.get_call_type, gc.get_threshold()
-        functions.get_call_type = _remembered
+        asked, report, thresholds = functions.get_call_type, event.broadcast, gc.get_threshold()
+        sizes = contexts.get_abi_sizeof
+        functions.get_call_type, event.broadcast, contexts.get_abi_sizeof = _remembered, _unheard, _size
         gc.set_threshold(YOUNG, *thresholds[1:])
         try:
             yield
         finally:
-            functions.get_call_type = asked
+            functions.get_call_type, event.broadcast, contexts.get_abi_sizeof = asked, report, sizes
             gc.set_threshold(*thresholds)
+
+
+def _unheard(happened: Any) -> None:
+    """Nothing."""
 
 
 def _remembered(function: BaseFunction, context: Any, arguments: Any, named: dict[str, Any]) -> Any:
@@ -63,7 +77,17 @@ def _remembered(function: BaseFunction, context: Any, arguments: Any, named: dic
     return _signature(function, context, tuple(arguments))
 
 
+def _size(context: Any, kind: Any) -> int:
+    """Size [bytes] of a type."""
+    text = str(kind)
+    if text not in _sizes:
+        _sizes[text] = _measure(context, kind)
+    return _sizes[text]
+
+
 _ask: Any = BaseFunction.get_call_type
+_measure: Any = BaseContext.get_abi_sizeof
+_sizes: dict[str, int] = {}
 
 
 @cache
@@ -78,6 +102,104 @@ def link_only() -> None:
     """Make no machine code in this process: kernels leave it as LLVM IR, an entry point's with all that it calls."""
     global _linked_only
     _linked_only = True
+
+
+def links_only() -> bool:
+    """Whether this process makes no machine code."""
+    return _linked_only
+
+
+FLOATS: dict[Any, Any] = {
+    operator.add: lambda b, x, y: b.fadd(x, y),
+    operator.sub: lambda b, x, y: b.fsub(x, y),
+    operator.mul: lambda b, x, y: b.fmul(x, y),
+    operator.truediv: lambda b, x, y: b.fdiv(x, y),
+    operator.lt: lambda b, x, y: b.fcmp_ordered("<", x, y),
+    operator.le: lambda b, x, y: b.fcmp_ordered("<=", x, y),
+    operator.gt: lambda b, x, y: b.fcmp_ordered(">", x, y),
+    operator.ge: lambda b, x, y: b.fcmp_ordered(">=", x, y),
+    operator.eq: lambda b, x, y: b.fcmp_ordered("==", x, y),
+    operator.ne: lambda b, x, y: b.fcmp_unordered("!=", x, y),
+}
+"""Instructions for two float64; a division by zero is no error in kernels."""
+INTEGERS: dict[Any, Any] = {
+    operator.add: lambda b, x, y: b.add(x, y, flags=["nsw"]),
+    operator.sub: lambda b, x, y: b.sub(x, y, flags=["nsw"]),
+    operator.mul: lambda b, x, y: b.mul(x, y, flags=["nsw"]),
+} | {
+    function: lambda b, x, y, sign=sign: b.icmp_signed(sign, x, y)
+    for function, sign in (
+        (operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">="), (operator.eq, "=="),
+        (operator.ne, "!="),
+    )
+}  # fmt: skip
+"""Instructions for two int64."""
+
+
+IN_PLACE = {
+    operator.iadd: operator.add, operator.isub: operator.sub, operator.imul: operator.mul,
+    operator.itruediv: operator.truediv,
+}  # fmt: skip
+
+
+class KernelLower(Lower):
+    """Writer of LLVM's code: of plain arithmetic and of elements of vectors without numba's search for how.
+
+    An index counts from a vector's start. Numba would test each one for being negative.
+    """
+
+    def lower_binop(self, resty: Any, expr: Any, op: Any) -> Any:
+        """Value of an operation on two numbers."""
+        signature = self.fndesc.calltypes[expr]
+        kinds = tuple(signature.args)
+        table = FLOATS if kinds == (types.float64,) * 2 else INTEGERS if kinds == (types.int64,) * 2 else {}
+        instruction = table.get(IN_PLACE.get(op, op))
+        if instruction is None:
+            return super().lower_binop(resty, expr, op)
+        values = [
+            self.context.cast(self.builder, self.loadvar(side.name), self.typeof(side.name), kind)
+            for side, kind in zip((expr.lhs, expr.rhs), kinds, strict=True)
+        ]
+        result = instruction(self.builder, *values)
+        return self.context.cast(self.builder, result, signature.return_type, resty)
+
+    def lower_getitem(self, resty: Any, expr: Any, value: Any, index: Any, signature: Any) -> Any:
+        """An element of a vector, or of what else has elements."""
+        place = self._place(value, index)
+        return super().lower_getitem(resty, expr, value, index, signature) if place is None else self.builder.load(place)
+
+    def lower_setitem(self, target_var: Any, index_var: Any, value_var: Any, signature: Any) -> Any:
+        """Write an element."""
+        place = self._place(target_var, index_var)
+        if place is None:
+            return super().lower_setitem(target_var, index_var, value_var, signature)
+        kind = self.typeof(target_var.name).dtype
+        value = self.context.cast(self.builder, self.loadvar(value_var.name), self.typeof(value_var.name), kind)
+        self.builder.store(value, place)
+        return None
+
+    def _place(self, array: Any, index: Any) -> Any:
+        """Address of an element of a contiguous vector of numbers; None for all else."""
+        kind, of_index = self.typeof(array.name), unliteral(self.typeof(index.name))
+        if type(kind) is not types.Array or (kind.ndim, kind.layout, of_index) != (1, "C", types.int64):
+            return None
+        if kind.dtype not in (types.float64, types.int64) or not kind.aligned:
+            return None
+        whole, at = self.loadvar(array.name), self.loadvar(index.name)
+        data = self.context.data_model_manager[kind].get_field_position("data")
+        return self.builder.gep(self.builder.extract_value(whole, data), [at])
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class KernelLowering(typed.NativeLowering):
+    """Pass that writes LLVM's code."""
+
+    _name = "kernel_lowering"
+
+    @property
+    def lowering_class(self) -> type:
+        """Its writer."""
+        return KernelLower
 
 
 class KernelCompiler(Compiler):
@@ -101,10 +223,28 @@ class KernelCompiler(Compiler):
     def define_pipelines(self) -> list[PassManager]:
         """The passes."""
         passes = PassManager("kernel")
-        for each in PASSES:
+        for each in (*PASSES, KernelLowering, typed.NoPythonBackend):
             passes.add_pass(each)
         passes.finalize()
         return [passes]
+
+
+class SeldomLibrary(JITCodeLibrary):
+    """Machine code that is short rather than fast."""
+
+    def _optimize_final_module(self) -> None:
+        passes = self._codegen._pass_builder(opt=1, loop_vectorize=False, slp_vectorize=False)
+        passes.getModulePassManager().run(self._final_module, passes)
+
+
+class SeldomCompiler(KernelCompiler):
+    """Compiler of an entry point that runs once where others run a million times."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        if not _linked_only:
+            self.state.library = SeldomLibrary(self.state.targetctx.codegen(), "seldom")
+            self.state.library.enable_object_caching()
 
 
 class LinkedLibrary(JITCodeLibrary):

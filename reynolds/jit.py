@@ -87,7 +87,6 @@ def part(inline: bool) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
 
     import numba
     from numba.core import config
-    from numba.core.types.misc import unliteral
 
     from reynolds.compiler import LinkedCompiler
 
@@ -95,13 +94,18 @@ def part(inline: bool) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
         if config.DISABLE_JIT:
             return function
         options = _OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": LinkedCompiler}
-        dispatcher = numba.njit(forceinline=inline, **options)(function)
-        if inline:  # numbers reach it where it is merged: it need not be compiled for each
-            template = dispatcher.get_call_template
-            dispatcher.get_call_template = lambda given, named: template([unliteral(a) for a in given], named)
-        return dispatcher
+        return _of_types(numba.njit(forceinline=inline, **options)(function))
 
     return compiled
+
+
+def _of_types(dispatcher: Any) -> Any:
+    """A compiled function that is the same for all numbers: a literal reaches it where it is merged, or as a value."""
+    from numba.core.types.misc import unliteral
+
+    template = dispatcher.get_call_template
+    dispatcher.get_call_template = lambda given, named: template([unliteral(a) for a in given], named)
+    return dispatcher
 
 
 @cache
@@ -117,7 +121,41 @@ def shared(function: Callable[..., Any]) -> Callable[..., Any]:
     return kernel(function, SharedCompiler)
 
 
-def kernel(function: Callable[..., Any], compiler: type[KernelCompiler] | None = None) -> Callable[..., Any]:
+def addressed(function: Callable[..., Any]) -> Callable[..., Any]:
+    """An entry point that other machine code calls by its address, and Python does not call."""
+    return kernel(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
+
+def address_of(function: Any, kinds: str, record: Any) -> int:
+    """Address of a function of arguments of `kinds` (w: an array, i: an integer, d: a number) and of a record."""
+    import numba
+
+    one = {"w": numba.types.Array(numba.float64, 1, "C"), "i": numba.int64, "d": numba.float64}
+    signature = (*(one[kind] for kind in kinds), numba.typeof(record))
+    function.compile(signature)
+    result = function.overloads[signature]
+    return int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
+
+
+def calls_addresses() -> bool:
+    """Whether kernels run as machine code of this process, which has addresses."""
+    from numba.core import config
+
+    from reynolds import compiler
+
+    return not (config.DISABLE_JIT or compiler.links_only())
+
+
+def seldom(function: Callable[..., Any]) -> Callable[..., Any]:
+    """An entry point that runs seldom: its code is compiled in half the time."""
+    from reynolds.compiler import SeldomCompiler
+
+    return kernel(function, SeldomCompiler)
+
+
+def kernel(
+    function: Callable[..., Any], compiler: type[KernelCompiler] | None = None, **options: Any
+) -> Callable[..., Any]:
     """An entry point, cached on disk under the hash of the sources it may be made of.
 
     These are all files of its package, or the file alone if it belongs to none (a generated module, whose name hashes
@@ -132,7 +170,7 @@ def kernel(function: Callable[..., Any], compiler: type[KernelCompiler] | None =
         return function
     module = sys.modules[function.__module__]
     own = Path(module.__file__ or "")
-    dispatcher = numba.njit(pipeline_class=compiler or KernelCompiler, **_OPTIONS)(function)
+    dispatcher = _of_types(numba.njit(pipeline_class=compiler or KernelCompiler, **_OPTIONS, **options)(function))
     folder = cache_folder(own.parent.glob("*.py") if module.__package__ else [own])
     with kernels_in(folder, config), suppress(RuntimeError):  # of numba, if the folder takes nothing
         dispatcher._cache = KernelCache(function)

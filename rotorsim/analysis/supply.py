@@ -37,7 +37,7 @@ def regulator_pressure(a: Assembly, speed: float, pressure: float) -> float:
     ambient = a.machine.gas.ambient_pressure
 
     def missing(regulator: float) -> float:
-        return pressure + ambient - float(left(a.w.copy(), a.P, AT_REST, regulator + ambient, flow)[1])
+        return pressure + ambient - float(left(a.w.copy(), a.parameters, AT_REST, regulator + ambient, flow)[1])
 
     loss = missing(pressure)
     return pressure if loss == 0 else float(newton(missing, pressure, x1=pressure + loss, tol=1e-3))

@@ -14,17 +14,21 @@ from typing import Any
 
 import numpy as np
 
+from reynolds.calls import WIDTH
 from reynolds.grid import FilmGrid, Layout, make_layout
 from reynolds.injector import Injector as Nozzle
+from reynolds.jit import calls_addresses
 from reynolds.workspace import FILM_DTYPE, FilmGas, FilmModel, build_films
 from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import FILM_PORTS, PORTS, Effect, numeric_fields
 from rotorsim.effects.base import WHERE
 from rotorsim.machine.gas_film import PinnedInjector
 from rotorsim.machine.schema import Machine
-from rotorsim.plant.compose import Call, KernelModule, compose, film_entries, is_compiled
+from rotorsim.plant.calls import Call, fill_addresses, first_rows, rows_of
+from rotorsim.plant.compose import KernelModule, compose, film_entries, is_compiled
 from rotorsim.plant.kernels.layout import (
     COLUMNS,
+    LIVE,
     RigLayout,
     RotorLayout,
     film_columns,
@@ -34,6 +38,8 @@ from rotorsim.plant.kernels.layout import (
 from rotorsim.plant.locations import probe_rows
 from rotorsim.plant.mesh import Mesh
 
+CALLS = "calls"
+"""Name of the rows of calls in the parameter record."""
 SUBSTEP = 5e-5
 """Longest substep of the actuators [s]."""
 
@@ -82,6 +88,27 @@ class Assembly:
         """The parameter record (one row of `record`)."""
         return self.record[0]
 
+    @cached_property
+    def parameters(self) -> Any:
+        """The parameter record as the kernels take it.
+
+        It ends where the calls of effects begin, so that it is of one type whatever the effects are; kernels find these
+        behind it. Their machine code is there from now on.
+        """
+        if not calls_addresses():
+            return self.P
+        fill_addresses(self.record, self.calls)
+        names = self.record.dtype.names or ()
+        own = np.dtype([(name, self.record.dtype[name]) for name in names[: names.index(CALLS)]])
+        return np.recarray((1,), own, buf=self.record.view(np.uint8))[0]
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """The parameter record as doubles, without what only this process knows."""
+        record = self.record.copy()
+        record[CALLS] = 0
+        return record.view("f8").ravel()
+
     @property
     def steps_per_sample(self) -> int:
         """Time steps in one sample."""
@@ -119,44 +146,46 @@ def assemble(machine: Machine) -> Assembly:
     effects.sort(key=lambda one: not one[1].begins_chain)
     ports = {port: sum(e.port == port for _, e in effects) for port in PORTS}
     rotor = make_rotor_layout(
-        mesh.reduced.Phi.shape[1], film, len(effects), len(films), ports["contact"], ports["support"],
-        ports["rotating"] > 0, (len(mesh.tables.values), len(mesh.tables.speeds)), len(machine.supported),
+        mesh.reduced.Phi.shape[1], film, len(films), ports["support"], ports["rotating"] > 0,
+        (len(mesh.tables.values), len(mesh.tables.speeds)), len(machine.supported),
     )  # fmt: skip
-    calls = _number(machine, effects, rotor)
-    rig = _rig(machine, rotor, film.n_inj * len(films), ports, calls)
+    rig = _rig(machine, rotor, film.n_inj * len(films), ports, [e for _, e in effects])
+    calls = _number(machine, effects, rotor, rig)
     w = np.concatenate([w, np.zeros(rig.size - w.size)])
     _fill_rotor(w, rotor, mesh, calls)
     _fill_tables(w, rotor, mesh)
     rows = probe_rows(mesh)
     w[rig.probe : rig.probe + rows.size] = rows.ravel()
-    record = make_parameters(machine, mesh, films, film, effects)
+    record = make_parameters(machine, mesh, films, film, rotor, rig, calls)
     module = compose(film, rotor, rig, calls)
     return Assembly(machine, mesh, films, film, rotor, rig, calls, w, ix, record, module)
 
 
-def _number(machine: Machine, effects: list[tuple[str, Effect]], rotor: RotorLayout) -> tuple[Call, ...]:
+def _number(
+    machine: Machine, effects: list[tuple[str, Effect]], rotor: RotorLayout, rig: RigLayout
+) -> tuple[Call, ...]:
     """Give every effect its place among those of its port, its shape rows, its states and its film."""
     seen: dict[str, int] = {}
     states = {"actuator": 0, "": 0}
     calls = []
     for k, (record, e) in enumerate(effects):
         kind = e.port if e.port == "actuator" else ""
-        at = rotor.shapes + 2 * rotor.n * k
+        at = rig.shapes + 2 * rotor.n * k
         calls.append(Call(e, record, at, states[kind], seen.get(e.port, 0), machine.film_number(e)))
         seen[e.port] = seen.get(e.port, 0) + 1
         states[kind] += e.states
     return tuple(calls)
 
 
-def _rig(machine: Machine, rotor: RotorLayout, n_inj: int, ports: dict[str, int], calls: tuple[Call, ...]) -> RigLayout:
+def _rig(machine: Machine, rotor: RotorLayout, n_inj: int, ports: dict[str, int], effects: list[Effect]) -> RigLayout:
     driven = int(bool(machine.injectors) and machine.actuators is not None and machine.actuators.mode != "ideal")
-    stroke_states = sum(c.effect.states for c in calls if c.effect.port == "actuator")
-    states = sum(c.effect.states for c in calls if c.effect.port != "actuator")
+    stroke_states = sum(e.states for e in effects if e.port == "actuator")
+    states = sum(e.states for e in effects if e.port != "actuator")
     substeps = math.ceil(machine.sampling_time / SUBSTEP - 1e-9)
     return make_rig_layout(
         rotor.size, rotor.n_films, n_inj, len(machine.injectors), driven, substeps, ports,
         stroke_states, states, len(machine.probes), rotor.n_machine,
-        sum(c.effect.port == "contact" or type(c.effect).braking is not None for c in calls),
+        sum(e.port == "contact" or type(e).braking is not None for e in effects), 2 * rotor.n * len(effects),
     )  # fmt: skip
 
 
@@ -235,24 +264,29 @@ WITHOUT_FILM = 1e-11
 
 
 def make_parameters(
-    machine: Machine, mesh: Mesh, films: Sequence[FilmModel], film: Layout, effects: list[tuple[str, Effect]]
-) -> np.recarray:
-    """Record array of one row; effects are records of their own inside it, numbers of injectors are arrays."""
+    machine: Machine, mesh: Mesh, films: Sequence[FilmModel], film: Layout, rotor: RotorLayout, rig: RigLayout,
+    calls: Sequence[Call],
+) -> np.recarray:  # fmt: skip
+    """Record array of one row; effects are records of their own inside it, numbers of injectors are arrays.
+
+    What a machine has without effects comes first, then the rows of the `calls`, then the effects.
+    """
     numbers, nozzles = machine_numbers(machine, mesh, films), _nozzles(machine, films, film.n_inj)
-    # effects first: then no record is the beginning of another's, which numba would take for a subtype of it
-    types: list[Any] = [(record, [(f, "f8") for f in numeric_fields(type(e))]) for record, e in effects]
-    count = max(len(films), 1)
-    types += [(name, "f8") for name in numbers] + [(f"film_{k}", FILM_DTYPE) for k in range(count)]
+    count, first = max(len(films), 1), first_rows(calls)
+    types: list[Any] = [(name, "f8") for name in numbers] + [(f"film_{k}", FILM_DTYPE) for k in range(count)]
     types += [("nominal_stiffness", "f8", (count,))] + [(name, "f8", values.shape) for name, values in nozzles.items()]
+    types += [(name, "i8") for name in LIVE] + [("first", "i8", (len(first),)), (CALLS, "i8", (first[-1], WIDTH))]
+    types += [(c.record, [(f, "f8") for f in numeric_fields(type(c.effect))]) for c in calls]
     record = np.zeros(1, np.dtype([t for t in types if t[1]])).view(np.recarray)
-    for name, value in (numbers | nozzles).items():
+    for name, value in (numbers | nozzles | {name: getattr(rig, name) for name in LIVE}).items():
         record[name] = value
+    record["first"], record[CALLS] = first, rows_of(calls, rotor, rig, record.dtype)
     for k, model in enumerate(films):
         record[f"film_{k}"] = model.record()
         record["nominal_stiffness"][0, k] = machine.films[k].nominal_stiffness
-    for name, effect in effects:
-        for field, value in effect_numbers(effect, machine, mesh).items():
-            record[name][field] = value
+    for call in calls:
+        for field, value in effect_numbers(call.effect, machine, mesh).items():
+            record[call.record][field] = value
     return record
 
 

@@ -19,14 +19,11 @@ from __future__ import annotations
 
 import ast
 import builtins
-import importlib.util
 import inspect
 import operator
 import sys
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from copy import deepcopy
-from dataclasses import dataclass
-from numbers import Number
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Protocol, cast
@@ -35,15 +32,13 @@ import numpy as np
 
 from reynolds import differences, film, injector, lanes, newton, residual, ring, texture, transient
 from reynolds.grid import Layout
-from reynolds.jit import cache_digest, cache_folder
-from rotorsim.base.cache import in_cache, key_of, source_files
-from rotorsim.base.errors import DataError
-from rotorsim.base.files import WriteError, sweep, write_text
-from rotorsim.effects import Effect
+from reynolds.jit import cache_digest, cache_folder, calls_addresses
+from rotorsim.base.cache import key_of, source_files
+from rotorsim.plant.calls import Call, sources_of_effect
+from rotorsim.plant.generated import load_module
 from rotorsim.plant.kernels import entry, equilibrium_kernel, films, injectors, modal_rotor, sample, step
-from rotorsim.plant.kernels.effect_calls import FUNCTIONS, write_film_constants
-from rotorsim.plant.kernels.layout import RigLayout, RotorLayout
-from rotorsim.plant.kernels.modal_rotor import SLOT
+from rotorsim.plant.kernels.effect_calls import FUNCTIONS, KERNELS, write_film_constants
+from rotorsim.plant.kernels.layout import LIVE, OF_EFFECTS, RigLayout, RotorLayout
 
 Array = np.ndarray
 
@@ -80,7 +75,6 @@ class KernelModule(Protocol):
         """Settle, advance or read, as a co-simulation unit asks; a row u (6,) of inputs; returns a status."""
 
 
-CHECK = "# hash of the lines above: "
 FILM_SOURCES = (
     film, texture, injector, lanes, residual, differences, ring, newton, transient,
 )  # fmt: skip
@@ -91,49 +85,58 @@ SEVERAL_ENTRIES = ("begin_correction", "read_correction", "finish_correction", "
 """Kernels of a film that are compiled once for a grid, whatever the effects are: of one film, and of several."""
 SOURCES = (modal_rotor, films, injectors, sample, step, equilibrium_kernel, entry)
 """Templates of a machine's module."""
-KERNELS = ("kernel", "between", "foundation", "warmed", "braking", "reading_noise")
-"""Kernels that an effect can have."""
-ENTRIES = tuple(name for name, _ in inspect.getmembers(KernelModule, inspect.isfunction) if not name.startswith("_"))
-
-
-@dataclass(frozen=True)
-class Call:
-    """One effect of a machine: instance, name in the parameter record, offsets of its (2, n) shape rows and states."""
-
-    effect: Effect
-    record: str
-    shape: int
-    state: int
-    order: int
-    """Its number among the effects of its port."""
-    film: int | None = None
-    """The film that it is about; None: all, where it is about films."""
+ENTRIES = {
+    name: "kernel" if name in ("run", "serve") else "seldom"
+    for name, _ in inspect.getmembers(KernelModule, inspect.isfunction)
+    if not name.startswith("_")
+}
+"""Their decorators."""
 
 
 def compose(layout: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[Call]) -> KernelModule:
-    """Write (once) and import the kernel module for these sizes and effects."""
-    ports = [f.write([_names(c, rotor, rig) for c in calls if f.takes(c.effect)]) for f in FUNCTIONS]
-    ports.append(write_film_constants(rotor.n_films))
-    entries = film_entries(rotor.n_films)
-    kernels = [line for c in calls for kind in KERNELS for line in _taken(c, kind)]
-    film_name = f"rotorsim_film_{key_of(repr(layout), entries, _sources_hash(()))[:16]}"
-    name = f"rotorsim_plant_{key_of(film_name, repr(rotor), repr(rig), ports, kernels, _sources_hash(calls))[:16]}"
+    """Write (once) and import the kernel module for these sizes and effects.
+
+    Its functions are those of a module for the sizes alone, which calls effects by their address. Where that cannot be
+    (code that leaves this process, or plain Python) they are compiled with the effects in them.
+    """
+    entries, sources = film_entries(rotor.n_films), _sources_hash()
+    film_name = f"rotorsim_film_{key_of(repr(layout), entries, sources)[:16]}"
+    effects = [(c.record, c.numbers(rotor, rig), *sources_of_effect(type(c.effect))) for c in calls]
+    merging = not calls_addresses()
+    name = f"rotorsim_machine_{key_of(film_name, repr(rotor), repr(rig), effects, merging, sources)[:16]}"
 
     def film_text() -> str:
         return write_module(
-            _film_functions(), {"L": layout}, FILM_SOURCES, (*entries, *LINEAR_ENTRIES), decorator="shared"
+            _film_functions(), {"L": layout}, FILM_SOURCES, dict.fromkeys((*entries, *LINEAR_ENTRIES), "shared")
         )
 
-    def text() -> str:
+    def text(ports: list[str], imports: list[str], live: Collection[str] = ()) -> str:
         layouts = dict.fromkeys(("L", "FL", "FILM"), layout) | {"R": rotor, "ROTOR": rotor, "RIG": rig}
         films = _film_functions()
+        ports = [*ports, write_film_constants(rotor.n_films)]
         own = [f for m in SOURCES for f in kernel_functions(m)] + [f for f in films if is_view(f)]
         names = {f.name for f in films if not is_view(f)}
-        imports = [f"from {film_name} import {', '.join(sorted(names))}", "from reynolds.jit import merged", *kernels]
-        return write_module([*kernel_functions("\n".join(ports)), *own], layouts, SOURCES, ENTRIES, imports)
+        imports = [f"from {film_name} import {', '.join(sorted(names))}", *imports]
+        return write_module([*kernel_functions("\n".join(ports)), *own], layouts, SOURCES, ENTRIES, imports, live=live)
+
+    def merged_text() -> str:
+        ports = [
+            f.write_lines([(c.record, c.numbers(rotor, rig)) for c in calls if f.takes(c.effect)]) for f in FUNCTIONS
+        ]
+        kernels = [line for c in calls for kind in KERNELS for line in _taken(c, kind)]
+        return text(ports, ["from reynolds.jit import merged", *kernels])
+
+    def step_text() -> str:
+        ports = [f.write_loop(number) for number, f in enumerate(FUNCTIONS)]
+        return text(ports, ["from reynolds.calls import answer_0, answer_1, answer_2, answer_3, answer_6, entry"], LIVE)
 
     load_module(film_name, film_text)
-    return cast(KernelModule, load_module(name, text))
+    if merging:
+        return cast(KernelModule, load_module(name, merged_text))
+    sizes = {field: value for field, value in rig._asdict().items() if field not in OF_EFFECTS}
+    step_name = f"rotorsim_plant_{key_of(film_name, repr(rotor._replace(turning=0)), sizes, sources)[:16]}"
+    load_module(step_name, step_text)
+    return cast(KernelModule, load_module(name, lambda: f"from {step_name} import *\n"))
 
 
 def _film_functions() -> list[ast.FunctionDef]:
@@ -154,94 +157,22 @@ def _taken(call: Call, kind: str) -> Sequence[str]:
     return f"from {kernel.__module__} import {kernel.__name__} as {name}", f"{name} = merged({name})"
 
 
-def _names(call: Call, rotor: RotorLayout, rig: RigLayout) -> dict[str, object]:
-    """Values for the placeholders in the lines of `effect_calls`."""
-    own = f"k * {rig.n_stroke_states} + {call.state}"
-    return {
-        **{kind: f"{call.record}_{kind}" for kind in KERNELS},
-        "p": f"P.{call.record}",
-        "shape": call.shape,
-        "slot": rig.motion + SLOT * call.order,
-        "state": rig.states + call.state,
-        "old": f"RIG.old + {own}",
-        "new": f"RIG.new + {own}",
-        "dof": rotor.n_machine + 2 * call.order,
-        "film": call.film,
-        "journal": call.film or 0,
-    }
-
-
 def is_compiled(module: Any, kernels: Sequence[str] = ("run",)) -> bool:
     """Whether machine code of kernels of a module is in the disk cache already."""
+    return all(_is_kept(getattr(module, kernel)) for kernel in kernels)
+
+
+def _is_kept(kernel: Any) -> bool:
+    """Whether machine code of a kernel is in the disk cache."""
+    module = sys.modules[kernel.__module__]
     folder = cache_folder([Path(str(module.__file__))])
-    return folder.exists() and all(any(folder.rglob(f"{module.__name__}.{kernel}-*.nbi")) for kernel in kernels)
+    return folder.exists() and any(folder.rglob(f"{module.__name__}.{kernel.__name__}-*.nbi"))
 
 
-def _sources_hash(calls: Sequence[Call]) -> str:
-    files = set(source_files("reynolds", "rotorsim/plant/kernels", "rotorsim/plant/compose.py"))
-    constants: set[str] = set()
-    for call in calls:
-        for kind in KERNELS:
-            files |= _sources_of(getattr(type(call.effect), kind), set(), constants)
-    return key_of(cache_digest(files), sorted(constants))
-
-
-def _sources_of(kernel: Any, seen: set[int], constants: set[str]) -> set[Path]:
-    """Files of a kernel and of all compiled functions it calls; their global numbers, which may be of other files."""
-    function = getattr(kernel, "py_func", kernel)
-    if function is None:
-        return set()
-    if id(function) in seen:
-        return set()
-    seen.add(id(function))
-    file = Path(inspect.getsourcefile(function) or "")
-    if not file.is_file():
-        raise DataError(f"effect kernel {function.__name__}: has no source file; define it in a module")
-    files = {file}
-    for name in function.__code__.co_names:
-        called = function.__globals__.get(name)
-        if hasattr(called, "py_func"):
-            files |= _sources_of(called, seen, constants)
-        elif isinstance(called, (Number, tuple)):
-            constants.add(f"{name} = {called!r}")
-    return files
-
-
-def _written(folder: Path, name: str, text: Callable[[], str]) -> Path:
-    """The file of a generated module in a cache folder; raises WriteError."""
-    path = folder / f"{name}.py"
-    if not _is_whole(path):
-        sweep(folder)
-        body = text()
-        write_text(path, f"{body}{CHECK}{key_of(body)}\n")
-    return path
-
-
-def _is_whole(path: Path) -> bool:
-    """Whether a generated file is as it was written."""
-    if not path.exists():
-        return False
-    body, mark, check = path.read_text(encoding="utf-8", errors="replace").rpartition(CHECK)
-    return bool(mark) and check == f"{key_of(body)}\n"
-
-
-def load_module(name: str, text: Callable[[], str]) -> ModuleType:
-    """A generated module, written once to the user's cache folder, where numba keeps its machine code next to it.
-
-    `name` holds a hash of all that `text` is made of.
-    """
-    if name in sys.modules:
-        return sys.modules[name]
-    try:
-        path = _written(in_cache("plants"), name, text)
-    except WriteError:  # the cache is full
-        path = _written(in_cache("plants", temporary=True), name, text)
-    spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    spec.loader.exec_module(module)
-    return module
+def _sources_hash() -> str:
+    """Hash of the templates and of what writes them."""
+    places = ("kernels", "compose.py", "generated.py", "calls.py")
+    return cache_digest(source_files("reynolds", *(f"rotorsim/plant/{place}" for place in places)))
 
 
 DECORATORS = ("inlined", "kernel", "view")
@@ -263,8 +194,8 @@ OPERATIONS: Mapping[type[ast.AST], Callable[[Any, Any], Any]] = {
 class Numbers(ast.NodeTransformer):
     """Replaces layouts (named tuples of integers) by the names that they have in a syntax tree."""
 
-    def __init__(self, layouts: Mapping[str, Any]) -> None:
-        self.layouts = layouts
+    def __init__(self, layouts: Mapping[str, Any], live: Collection[str] = ()) -> None:
+        self.layouts, self.live = layouts, live
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
         """A function without its layout parameters and its docstring."""
@@ -281,9 +212,11 @@ class Numbers(ast.NodeTransformer):
         return self.generic_visit(node)
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
-        """A field of a layout as its number."""
+        """A field of a layout as its number, or that of the parameter record."""
         self.generic_visit(node)
         if isinstance(node.value, ast.Name) and node.value.id in self.layouts:
+            if node.attr in self.live:
+                return ast.Attribute(ast.Name("P", ast.Load()), node.attr, ast.Load())
             return ast.Constant(getattr(self.layouts[node.value.id], node.attr))
         return node
 
@@ -380,32 +313,49 @@ def write_module(
     functions: Iterable[ast.FunctionDef],
     layouts: Mapping[str, Any],
     sources: Sequence[ModuleType],
-    entries: Collection[str],
+    entries: Mapping[str, str],
     imports: Sequence[str] = (),
-    decorator: str = "kernel",
+    live: Collection[str] = (),
 ) -> str:
     """Source text of a module of functions with the layouts, by the names they have there, written as numbers.
 
+    The `live` fields are not numbers but fields of the parameter record P.
+
     What the functions use and do not define is imported by the lines `imports`, or from the sources: a constant, or
-    a function that is compiled apart. The `entries` get the decorator, all others are parts. Raises NameError for a
-    name without a meaning.
+    a function that is compiled apart. The `entries` get their decorators, all others are parts; one that others call
+    is a part for them. Raises NameError for a name without a meaning.
     """
-    numbers, functions = Numbers(layouts), list(functions)
+    numbers, functions = Numbers(layouts, live), list(functions)
     views = Views({f.name: f for f in functions if is_view(f)})
     found = [numbers.visit(views.visit(f)) for f in functions if not is_view(f)]
+    called = {n.func.id for f in found for n in ast.walk(f) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)}
+    inner = Arguments({name: ast.Name(f"_{name}", ast.Load()) for name in called & set(entries)})
+    for function in list(found):
+        inline = ast.Constant(_decorator(function) == "inlined")
+        inner.generic_visit(function)
+        if function.name in inner.given:
+            found.append(_entry_of(function))
+            function.name = f"_{function.name}"
+        if function.name not in entries:
+            function.decorator_list = [ast.Call(ast.Name("part"), [inline], [])]
     for function in found:
         if function.name in entries:
-            function.decorator_list = [ast.Name(decorator)]
-        else:
-            inline = ast.Constant(_decorator(function) == "inlined")
-            function.decorator_list = [ast.Call(ast.Name("part"), [inline], [])]
+            function.decorator_list = [ast.Name(entries[function.name])]
     known = {f.name for f in found} | {a.asname or a.name for line in imports for a in _aliases(line)}
     lines = [
-        f"from reynolds.jit import {decorator}, part",
+        f"from reynolds.jit import {', '.join(sorted({*entries.values(), 'part'}))}",
         *imports,
         *_import_lines(_globals_of(found) - known, sources),
     ]
     return "\n\n\n".join(["\n".join(lines), *(ast.unparse(ast.fix_missing_locations(f)) for f in found)]) + "\n"
+
+
+def _entry_of(function: ast.FunctionDef) -> ast.FunctionDef:
+    """An entry that calls the part of a function."""
+    given = ", ".join(a.arg for a in function.args.args)
+    [entry] = ast.parse(f"def {function.name}({given}):\n    return _{function.name}({given})").body
+    assert isinstance(entry, ast.FunctionDef)
+    return entry
 
 
 def _decorator(node: ast.FunctionDef) -> str:

@@ -69,7 +69,7 @@ def rows(a: Assembly, offset: int, w: np.ndarray) -> np.ndarray:
 def stiffness(a: Assembly, w: np.ndarray, speed: float) -> np.ndarray:
     """Modal stiffness (n, n) at rest where w stands: with the tangent of forces that depend on the motion."""
     w = w.copy()
-    a.module.static_terms(w, a.P, speed, True)
+    a.module.static_terms(w, a.parameters, speed, True)
     return matrix(a, a.rotor.KT, w)
 
 
@@ -124,7 +124,7 @@ def settle(a: Assembly, speed: float, pressure: float) -> np.ndarray:
     vacuum.
     """
     w = at_cache_line(a.w.size)
-    status = a.module.settle(w, a.w, a.ix, a.P, float(speed), a.machine.gas.absolute(pressure))
+    status = a.module.settle(w, a.w, a.ix, a.parameters, float(speed), a.machine.gas.absolute(pressure))
     if status == BEYOND_STROKE:
         raise MachineFileError(
             f"injection.pin_bias: '{max(a.P.pin_bias) * TO_UM:.4g} um' is beyond the stroke of the actuators between "
@@ -172,7 +172,7 @@ def describe(a: Assembly, w: np.ndarray) -> Equilibrium:
     forces = np.array([v[L.force : L.force + 2] for v in parts])
     flows = [v[L.film_flow : L.film_flow + len(f.injectors)] for v, f in zip(parts, a.films, strict=True)]
     ratios = np.hypot(*journals.T) / [f.clearance for f in a.films]
-    gap = float(a.module.narrowest(w, a.P))
+    gap = float(a.module.narrowest(w, a.parameters))
     first = journals[0], float(ratios[0]), forces[0]
     rises = w[a.rig.heat : a.rig.heat + 3 * len(a.films)].reshape(-1, 3).copy()
     return Equilibrium(disc, *first, np.concatenate(flows), gap, journals, forces, ratios, rises)

@@ -85,7 +85,7 @@ class Simulation(Shown):
         _check_inputs(a, rows)
         rows[:, SUPPLY] += a.machine.gas.ambient_pressure
         out = np.zeros((len(rows), self.columns))
-        done = a.module.run(self.w, a.ix, a.P, rows, out, a.steps_per_sample)
+        done = a.module.run(self.w, a.ix, a.parameters, rows, out, a.steps_per_sample)
         if done < len(rows):
             speed = self.w[a.rotor.speed] * TO_RPM
             raise ConvergenceError(

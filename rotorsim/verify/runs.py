@@ -157,7 +157,7 @@ def run_law(simulation: Simulation, law: Law, rows: np.ndarray, fault: Frozen | 
     row, line = np.zeros((1, 6)), np.zeros((1, simulation.columns))
     frozen, channel = (NEVER, -1) if fault is None else (round(fault.time / Ts), fault.channel)
     done = loop_module(a).run_loop(
-        simulation.w, a.ix, a.P, used, out, a.steps_per_sample, row, line, law.memory, law.table, law.axes,
+        simulation.w, a.ix, a.parameters, used, out, a.steps_per_sample, row, line, law.memory, law.table, law.axes,
         law.layout, law.settings, np.zeros(2), reference_range(a.machine), frozen, channel, np.zeros(2),
     )  # fmt: skip
     used[:, 1] -= a.machine.gas.ambient_pressure
@@ -265,6 +265,6 @@ def run_loop(w, ix, P, rows, out, n, row, line, lw, table, axes, L, S, command, 
 
 def loop_module(assembly: Assembly) -> ModuleType:
     """The module with `run_loop` for a machine."""
-    text = TEXT.format(plant=assembly.module.__name__, read=READ)
+    text = TEXT.format(plant=assembly.module.run.__module__, read=READ)
     key = key_of(text, sources_hash("rotorsim/control/guard.py", "rotorsim/control/law_kernel.py"))
     return load_module(f"rotorsim_loop_{key[:16]}", lambda: text)

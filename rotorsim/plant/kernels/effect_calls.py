@@ -9,6 +9,10 @@ In these lines {kernel}, {between}, {foundation}, {warmed}, {braking}, {reading_
 and parameter record, {shape} the offset of its (2, n) rows, {slot} of its place among the motion forces, {state} of its
 own states, {old} and {new} of its states in actuator k, {dof} of its modal coordinates, {journal} the number of its
 film. A function whose first argument is `f`, the number of a film, skips the effects of other films.
+
+The module has such a function in one of two forms: with a loop over the rows of the parameter record, each of which has
+the address of an effect's kernel (`write_loop`), or with the lines of every effect, whose kernels are merged
+(`write_lines`), where code leaves this process.
 """
 
 from __future__ import annotations
@@ -16,18 +20,26 @@ from __future__ import annotations
 import ast
 import inspect
 import textwrap
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
+from reynolds.calls import SHAPE
 from reynolds.grid import FilmGrid, make_layout
 from reynolds.jit import inlined
 from rotorsim.effects import PORTS, Effect
 from rotorsim.plant.kernels.layout import make_rig_layout, make_rotor_layout
 
 FILM = make_layout(FilmGrid(0.02, 0.04, 8, 4), 0, [], [])
-ROTOR = make_rotor_layout(4, FILM, 0, 1, 0)
+ROTOR = make_rotor_layout(4, FILM, 1)
 RIG = make_rig_layout(ROTOR.size, 1, 0, 0, 0, 1, dict.fromkeys(PORTS, 0), 0, 0)
+
+
+KERNELS = ("kernel", "between", "foundation", "warmed", "braking", "reading_noise")
+"""Kernels that an effect can have."""
+NUMBERS = ("shape", "slot", "state", "own", "dof", "journal", "film")
+"""Numbers by which calls of effects differ, in the order of the columns of their rows."""
 
 
 @dataclass(frozen=True)
@@ -47,24 +59,118 @@ class PortFunction:
         suits = effect.port == self.port and self.steady in (None, effect.steady)
         return suits and getattr(type(effect), self.kernel) is not None
 
-    def write(self, effects: Sequence[dict[str, object]]) -> str:
-        """Source of the function for the effects whose names and offsets are given."""
+    def write_lines(self, effects: Sequence[tuple[str, dict[str, int]]]) -> str:
+        """Source of the function with the lines of each effect, given its name in the record and its numbers."""
+        return self._write([line for record, numbers in effects for line in self._lines_of(record, numbers)])
+
+    def write_loop(self, number: int) -> str:
+        """Source of the function, the one of this number in `FUNCTIONS`, with a loop over its rows of the record."""
+        entries = {name: f"entry(P, call, {column})" for column, name in enumerate(NUMBERS, SHAPE)}
+        lines = [self._asking(line) for line in self._filled("asked", entries)]
+        if self._of_a_film:
+            other = f"{entries['film']} == 0 or {entries['film']} == f + 1"
+            lines = [f"if {other}:", *(f"    {line}" for line in lines)]
+        head = f"for call in range(P.first[{number}], P.first[{number + 1}]):"
+        return self._write([head, *(f"    {line}" for line in "\n".join(lines).splitlines())])
+
+    def write_alone(self, kernel: Any) -> str:
+        """Source of a module with `effect`, the kernel of one effect as the loop calls it."""
+        call, results = self.call
+        given = ", ".join([*(f"a{k}" for k in range(len(call.args) - 1)), "p"])
+        answers = [f"x{k}" for k in range(results)]
+        lines = [
+            "from reynolds.jit import addressed, merged",
+            f"from {kernel.__module__} import {kernel.__name__} as kernel",
+            "kernel = merged(kernel)",
+            "@addressed",
+            f"def effect({given}):",
+            f"    {', '.join(answers)}{' = ' if answers else ''}kernel({given})",
+            *([f"    return {', '.join(f'float({x})' for x in answers)}"] if answers else []),
+        ]
+        return "\n".join(lines) + "\n"
+
+    def kinds(self) -> str:
+        """Kinds of what the kernel takes before its record, by `kind_of`."""
+        return "".join(map(kind_of, self.call[0].args[:-1]))
+
+    @cached_property
+    def call(self) -> tuple[ast.Call, int]:
+        """The first call of the kernel in the lines, and how many numbers it gives."""
+        for line in self._filled("asked", dict.fromkeys(NUMBERS, "RIG.place")):
+            statement = ast.parse(line).body[0]
+            for node in ast.walk(statement):
+                if isinstance(node, ast.Call) and ast.unparse(node.func) == f"asked_{self.kernel}":
+                    return node, results_of(statement)
+        raise LookupError(f"{self.function.__name__}: calls no kernel")
+
+    @property
+    def asks(self) -> bool:
+        """Whether the lines call a kernel."""
+        return any(f"{{{self.kernel}}}(" in line for line in self.lines)
+
+    def _filled(self, record: str, numbers: Mapping[str, object]) -> list[str]:
+        """The lines with an effect's name in the record and its numbers."""
+        names = {kind: f"{record}_{kind}" for kind in KERNELS} | {"p": f"P.{record}"} | dict(numbers)
+        own = f"k * RIG.n_stroke_states + {numbers['own']}"
+        return [line.format(**names, old=f"RIG.old + {own}", new=f"RIG.new + {own}") for line in self.lines]
+
+    def _lines_of(self, record: str, numbers: dict[str, int]) -> list[str]:
+        """Lines for one effect."""
+        lines = self._filled(record, numbers)
+        if not self._of_a_film or numbers["film"] == 0:
+            return lines
+        return [f"if f + 1 == {numbers['film']}:", *(f"    {line}" for line in lines)]
+
+    def _asking(self, line: str) -> str:
+        """A line with calls of addresses."""
+        [statement] = ast.parse(line).body
+        return ast.unparse(Answers(f"asked_{self.kernel}", results_of(statement)).visit(statement))
+
+    @property
+    def _of_a_film(self) -> bool:
+        return next(iter(inspect.signature(self.function).parameters)) == "f"
+
+    def _write(self, lines: Sequence[str]) -> str:
+        """Source of the function with lines before it returns."""
         tree = ast.parse(textwrap.dedent(inspect.getsource(self.function)))
         [definition] = tree.body
         assert isinstance(definition, ast.FunctionDef)
         definition.decorator_list = [ast.Name("inlined")]
-        text = "\n".join(line for names in effects for line in self._lines_of(names))
         returns = definition.body[-1:] if isinstance(definition.body[-1], ast.Return) else []
         kept = definition.body[: len(definition.body) - len(returns)]
-        definition.body = [*kept, *ast.parse(text).body, *returns]
+        definition.body = [*kept, *ast.parse("\n".join(lines)).body, *returns]
         return ast.unparse(ast.fix_missing_locations(tree))
 
-    def _lines_of(self, names: dict[str, object]) -> list[str]:
-        """Lines for one effect."""
-        lines = [line.format(**names) for line in self.lines]
-        if next(iter(inspect.signature(self.function).parameters)) != "f" or names["film"] is None:
-            return lines
-        return [f"if f == {names['film']}:", *(f"    {line}" for line in lines)]
+
+def results_of(statement: ast.stmt) -> int:
+    """Numbers that a statement takes of an effect's kernel which it calls."""
+    if isinstance(statement, ast.Assign) and isinstance(statement.targets[0], ast.Tuple):
+        return len(statement.targets[0].elts)
+    return 0 if isinstance(statement, ast.Expr) else 1
+
+
+def kind_of(argument: ast.expr) -> str:
+    """Kind of an argument of an effect's kernel: w, the workspace, i, an integer, or d, a number."""
+    if isinstance(argument, ast.Name):
+        return {"w": "w", "k": "i"}.get(argument.id, "d")
+    if isinstance(argument, ast.BinOp):
+        return max(kind_of(argument.left), kind_of(argument.right))
+    return "i" if isinstance(argument, ast.Attribute) and ast.unparse(argument).startswith("RIG.") else "d"
+
+
+class Answers(ast.NodeTransformer):
+    """Replaces calls of an effect's kernel by calls of the address in its row."""
+
+    def __init__(self, kernel: str, results: int) -> None:
+        self.kernel, self.results = kernel, results
+
+    def visit_Call(self, node: ast.Call) -> ast.AST:
+        """A call of the kernel by its address."""
+        self.generic_visit(node)
+        if not (isinstance(node.func, ast.Name) and node.func.id == self.kernel):
+            return node
+        given = [ast.Name("P"), ast.Name("call"), ast.Tuple(node.args[:-1])]
+        return ast.Call(ast.Name(f"answer_{self.results}"), given, [])
 
 
 FUNCTIONS: list[PortFunction] = []
@@ -149,12 +255,12 @@ def contact_forces(f, clearance, reach, nx, ny, curvature, vx, vy, surface_speed
 
 
 @port("motion", "form_compliance(w, ROTOR, {shape}, {slot}, adt)")
-def form_motion(w, adt):
+def form_motion(w, P, adt):
     """Form the compliance of the shaft where forces depend on its motion."""
 
 
 @port("motion", "guess(w, ROTOR, {shape}, {slot}, tau)")
-def guess_motion(w, tau):
+def guess_motion(w, P, tau):
     """Guess the motion after tau [s] where forces depend on it."""
 
 

@@ -67,8 +67,8 @@ def static_terms(w, P, speed, moving):
     """Steady modal force into f, stiffness into KT; `moving`: motion-dependent forces too, linearised at rest at q."""
     for e in range(ROTOR.n * ROTOR.n):
         w[ROTOR.KT + e] = w[ROTOR.K + e]
-    if ROTOR.turning == 1:
-        factor = speed * rotating_damping(P)
+    factor = speed * rotating_damping(P)
+    if factor != 0.0:
         for e in range(ROTOR.n * ROTOR.n):
             w[ROTOR.KT + e] += factor * w[ROTOR.N + e]
     if ROTOR.n_tables > 0:
@@ -311,7 +311,7 @@ def led_off(w):
 
 
 @inlined
-def rests(w, flow, before, warmer):
+def rests(w, P, flow, before, warmer):
     """Whether the last pass moved neither rotor nor flow in the supply line, nor the temperatures, by `warmer` [K]."""
     moved, size = 0.0, 0.0
     for m in range(ROTOR.n):
@@ -384,7 +384,7 @@ def settle(w, initial, ix, P, speed, supply):
         hold = LOOSER * hold if hold > FAINT else 0.0
         through, flow = flow, flow_of_injectors(w, FILM.film_flow)
         warmer = warm_films(w, P, 0.0) if RIG.n_heat > 0 else 0.0
-        if hold == 0.0 and rests(w, flow, through, warmer) and (number > 0 or RIG.n_motion == 0):
+        if hold == 0.0 and rests(w, P, flow, through, warmer) and (number > 0 or RIG.n_motion == 0):
             copy_displacement(w, ROTOR.q, ROTOR.q_old)
             # the acceleration with which what turns with the shaft starts to act
             first_forces(w, P, speed)

@@ -79,7 +79,6 @@ class RotorLayout(NamedTuple):
     n_machine: int
     n_housings: int
     n_films: int
-    n_contact: int
     turning: int
     n_tables: int
     n_points: int
@@ -125,7 +124,6 @@ class RotorLayout(NamedTuple):
     journal_before: int
     journal_force: int
     contact_push: int
-    shapes: int
     compliance: int
     journal_a: int
     static_a: int
@@ -142,9 +140,7 @@ class RotorLayout(NamedTuple):
 def make_rotor_layout(
     n_modes: int,
     film: Layout,
-    n_shapes: int,
     n_films: int,
-    n_contact: int,
     n_supports: int = 0,
     turning: bool = False,
     tables: tuple[int, int] = (0, 0),
@@ -152,9 +148,9 @@ def make_rotor_layout(
 ) -> RotorLayout:
     """Layout behind `n_films` films laid out as `film` (one that is not used, without films).
 
-    n_modes counts both planes and two for each of the `n_housings` in the machine file, `shapes` holds (2, n) rows for
-    each effect. Every resonance of an effect adds two modal coordinates behind; `turning`: the shaft has damping in its
-    own frame; `tables`: bearings that are tables, and the speeds at which they stand.
+    n_modes counts both planes and two for each of the `n_housings` in the machine file. Every resonance of an effect
+    adds two modal coordinates behind; `turning`: the shaft has damping in its own frame; `tables`: bearings that are
+    tables, and the speeds at which they stand.
     """
     n_machine, n_modes = n_modes, n_modes + 2 * n_supports
     journals, borders = max(n_films, 1), n_films * film.n_border
@@ -166,7 +162,7 @@ def make_rotor_layout(
         "struck": 2 * n_modes,
     }
     sizes |= dict.fromkeys(ROTOR_SCALARS, 1) | dict.fromkeys(PAIRS, 2 * journals)
-    sizes |= {"contact": journals, "contact_k": 4 * journals, "shapes": 2 * n_modes * max(n_shapes, 1)}
+    sizes |= {"contact": journals, "contact_k": 4 * journals}
     own = {name: getattr(film, place) for name, place in (FILM_MATRICES | FILM_PAIRS).items()}
     if n_films > 1:
         own = {}
@@ -179,7 +175,6 @@ def make_rotor_layout(
         offsets[name], at = at, at + (size if name in ROTOR_SCALARS else (size + 7) // 8 * 8)
     flags = {
         "n_films": n_films,
-        "n_contact": n_contact,
         "turning": int(turning),
         "n_housings": n_housings,
         "n_tables": n_tables,
@@ -195,6 +190,15 @@ READINGS = 6
 
 AROUND = 12
 """x, y of the housing and of the foundation: displacement [m], velocity [m/s] and acceleration [m/s^2] of each."""
+
+
+LIVE = (
+    "n_pin_columns", "n_random_force", "n_motion", "n_contact", "n_film", "n_gas", "n_heat", "n_injector", "n_supply",
+    "n_pin_sensor", "n_braking", "n_stroke_states", "n_states", "new", "states",
+)  # fmt: skip
+"""Fields of the layout below that depend on the effects: compiled code reads them from the parameter record."""
+OF_EFFECTS = (*LIVE, "n_plenum", "n_sensor", "motion", "shapes", "size")
+"""Those, and the ones that compiled code does not read."""
 
 
 class RigLayout(NamedTuple):
@@ -215,6 +219,7 @@ class RigLayout(NamedTuple):
     substeps: int
     n_random_force: int
     n_motion: int
+    n_contact: int
     n_film: int
     n_gas: int
     n_heat: int
@@ -225,6 +230,7 @@ class RigLayout(NamedTuple):
     n_pin_sensor: int
     n_braking: int
     n_stroke_states: int
+    n_states: int
     n_probe: int
     seed: int
     tick: int
@@ -250,14 +256,15 @@ class RigLayout(NamedTuple):
     travel: int
     rest: int
     table: int
-    old: int
-    new: int
     seen: int
     read: int
     reading: int
-    motion: int
     probe: int
     around: int
+    old: int
+    new: int
+    motion: int
+    shapes: int
     states: int
     size: int
 
@@ -275,9 +282,12 @@ def make_rig_layout(
     n_probe: int = 0,
     n_machine: int = 0,
     n_braking: int = 0,
+    n_shapes: int = 0,
 ) -> RigLayout:
     """Layout from offset `base`; `ports` counts the effects of each port, `n_states` their own states in all,
-    `n_braking` the effects that brake the shaft.
+    `n_braking` the effects that brake the shaft, `n_shapes` the numbers in the (2, n) rows of all effects.
+
+    What depends on the effects stands at the end: all other places are those of any machine of these sizes.
 
     Each of the `n_probe` probes has a row of factors: of displacement, velocity and acceleration of the `n_machine`
     coordinates of shaft and housings, and of the motion `around` the shaft (see `sample.read_probes`).
@@ -287,19 +297,20 @@ def make_rig_layout(
     sizes |= dict.fromkeys(("clearance", "uneven"), max(n_films, 1))
     sizes |= {"heat": 3 * max(n_films, 1)}
     sizes |= {"nodes": n * (substeps + 1), "rates": n * (substeps + 1), "table": 5 * n}
+    sizes |= dict.fromkeys(("seen", "read"), n)
+    sizes |= {"reading": READINGS, "probe": n_probe * (3 * n_machine + AROUND), "around": AROUND if n_probe else 0}
     sizes |= dict.fromkeys(("old", "new"), max(n * n_stroke_states, 1))
-    sizes |= dict.fromkeys(("seen", "read"), n if ports["pin_sensor"] else 0)
-    sizes |= {"reading": READINGS, "motion": max(16 * ports["motion"], 1), "probe": n_probe * (3 * n_machine + AROUND)}
-    sizes |= {"around": AROUND if n_probe else 0, "states": max(n_states, 1)}
+    sizes |= {"motion": max(16 * ports["motion"], 1), "shapes": max(n_shapes, 1), "states": max(n_states, 1)}
     offsets, at = {}, base
     for name, size in sizes.items():
         offsets[name], at = at, at + (size if name in RIG_SCALARS else (size + 7) // 8 * 8)
-    counted = ("random_force", "motion", "film", "gas", "heat", "injector", "plenum", "supply", "sensor", "pin_sensor")
+    counted = ("random_force", "motion", "contact", "film", "gas", "heat", "injector", "plenum", "supply", "sensor",
+               "pin_sensor")  # fmt: skip
     counts = {f"n_{port}": ports[port] for port in counted}
     # warm walls shape the gap, warm gas changes the viscosity
     counts["n_film"], counts["n_gas"] = ports["film"] + ports["heat"], ports["gas"] + ports["heat"]
     return RigLayout(
         n_inj=n_inj, n_pin=n_pin, n_pin_columns=n_pin * (2 if ports["pin_sensor"] else 1), driven=driven,
-        substeps=substeps, n_stroke_states=n_stroke_states, n_probe=n_probe, n_braking=n_braking,
+        substeps=substeps, n_stroke_states=n_stroke_states, n_states=n_states, n_probe=n_probe, n_braking=n_braking,
         size=(at + 7) // 8 * 8, **counts, **offsets,
     )  # fmt: skip

@@ -82,7 +82,7 @@ def form_matrix(w, R, speed, beta, adt):
     for e in range(n * n):
         w[R.KT + e] = w[R.K + e]
         w[R.T + e] = adt * (w[R.C + e] + speed * w[R.G + e])
-    if R.turning == 1:
+    if beta != 0.0:
         for e in range(n * n):
             w[R.KT + e] += speed * beta * w[R.N + e]
             w[R.T + e] += adt * beta * w[R.KS + e]

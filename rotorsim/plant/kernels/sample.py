@@ -67,7 +67,7 @@ def prepare(w, P, speed, supply, flow):
         for f in range(ROTOR.n_films):
             set_gas(w, P, f, 0.0, speed)
             shape_gap(w, P, f, 0.0, 0.0, speed)
-        for s in range(RIG.size - RIG.states):
+        for s in range(RIG.n_states):
             w[RIG.states + s] = 0.0
         _, w[RIG.line] = supply_line(w, P, 1e9, supply, flow)
         w[RIG.line_end] = w[RIG.line]

@@ -60,7 +60,7 @@ def factorise(w, ix, P, speed, iadt):
 def form(w, P, speed, adt):
     """Form the rotor's stage matrix."""
     form_matrix(w, ROTOR, speed, rotating_damping(P), adt)
-    form_motion(w, adt)
+    form_motion(w, P, adt)
 
 
 @kernel
@@ -81,7 +81,7 @@ def solve_film(w, ix, P, speed, iadt, tolerance, patient):
 def touch(w, P, f, speed, adt):
     """Contact force on journal f where it is, with its negative derivative, and its torque about the shaft's axis."""
     fx, fy, kxx, kxy, kyx, kyy, torque = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    if ROTOR.n_contact > 0:
+    if RIG.n_contact > 0:
         v, radius = film_part(w, f), film_constants(P, f).radius
         x, y = v[FILM.journal], v[FILM.journal + 1]
         s = ROTOR.journal_start + 2 * f
@@ -183,7 +183,7 @@ def solve_stage(w, ix, P, speed, adt):
         journal_equation(w, P, speed, adt)
         if solve_film(w, ix, P, speed, 1.0 / adt, P.tolerance, False) < 0:
             return NOT_CONVERGED
-        if ROTOR.n_contact == 0 or contacts_agree(w, P, speed, adt):
+        if RIG.n_contact == 0 or contacts_agree(w, P, speed, adt):
             return 1
     return NOT_CONVERGED
 
@@ -191,7 +191,7 @@ def solve_stage(w, ix, P, speed, adt):
 @kernel
 def solve_motion(w, ix, P, t, angle, speed, acceleration, tau, adt):
     """Rotor and films at a stage's end, repeated until forces that depend on the motion agree with it."""
-    guess_motion(w, tau)
+    guess_motion(w, P, tau)
     for _ in range(30):
         for m in range(ROTOR.n):
             w[ROTOR.f + m] = 0.0

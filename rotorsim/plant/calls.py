@@ -1,0 +1,125 @@
+"""Calls of a machine's effects: which kernel is called where, with which numbers, and its machine code.
+
+The step of a machine is machine code that knows no effect. For each function of `kernels/effect_calls.py` it goes
+through rows of the parameter record, one for each effect of the port, and calls the effect by its address (see
+`reynolds.calls`). So a machine with one more effect has one more row. Every effect's kernel is compiled once, alone,
+in a module of its own, whose name hashes the sources that go into it.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from numbers import Number
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from reynolds.calls import ADDRESS, RECORD, SHAPE, WIDTH
+from reynolds.jit import address_of, cache_digest
+from rotorsim.base.cache import key_of, source_files
+from rotorsim.base.errors import DataError
+from rotorsim.effects import Effect
+from rotorsim.plant.generated import load_module
+from rotorsim.plant.kernels.effect_calls import FUNCTIONS, KERNELS, NUMBERS, PortFunction
+from rotorsim.plant.kernels.layout import RigLayout, RotorLayout
+from rotorsim.plant.kernels.modal_rotor import SLOT
+
+
+@dataclass(frozen=True)
+class Call:
+    """One effect of a machine: instance, name in the parameter record, offsets of its (2, n) shape rows and states."""
+
+    effect: Effect
+    record: str
+    shape: int
+    state: int
+    order: int
+    """Its number among the effects of its port."""
+    film: int | None = None
+    """The film that it is about; None: all, where it is about films."""
+
+    def numbers(self, rotor: RotorLayout, rig: RigLayout) -> dict[str, int]:
+        """Numbers by which its calls differ from those of others, by the names in the lines of `effect_calls`."""
+        return {
+            "shape": self.shape,
+            "slot": rig.motion + SLOT * self.order,
+            "state": rig.states + self.state,
+            "own": self.state,
+            "dof": rotor.n_machine + 2 * self.order,
+            "journal": self.film or 0,
+            "film": 0 if self.film is None else self.film + 1,
+        }
+
+
+def used(calls: Sequence[Call]) -> Iterator[tuple[PortFunction, Call]]:
+    """Every function of `effect_calls` with each effect that it calls, in order."""
+    return ((function, call) for function in FUNCTIONS for call in calls if function.takes(call.effect))
+
+
+def rows_of(calls: Sequence[Call], rotor: RotorLayout, rig: RigLayout, kind: np.dtype) -> np.ndarray:
+    """Rows (n, WIDTH) of all calls for a kind of parameter record, without addresses."""
+    found = np.zeros((sum(1 for _ in used(calls)), WIDTH), np.int64)
+    for row, (_, call) in zip(found, used(calls), strict=True):
+        numbers = call.numbers(rotor, rig)
+        row[RECORD] = (kind.fields or {}).get(call.record, (None, 0))[1]
+        row[SHAPE:] = [numbers[name] for name in NUMBERS]
+    return found
+
+
+def first_rows(calls: Sequence[Call]) -> list[int]:
+    """The first row of each function, and behind them the number of rows."""
+    counts = [sum(f.takes(call.effect) for call in calls) for f in FUNCTIONS]
+    return [sum(counts[:k]) for k in range(len(counts) + 1)]
+
+
+def fill_addresses(record: np.recarray, calls: Sequence[Call]) -> None:
+    """Write the addresses of machine code into the rows of a parameter record, compiling what is not compiled yet."""
+    for row, (function, call) in zip(record["calls"][0], used(calls), strict=True):
+        if function.asks:
+            effect = effect_module(function, type(call.effect)).effect
+            row[ADDRESS] = address_of(effect, function.kinds(), getattr(record[0], call.record))
+
+
+def effect_module(function: PortFunction, effect: type[Effect]) -> ModuleType:
+    """The module with an effect's kernel as a function of port calls calls it."""
+    kernel = getattr(effect, function.kernel)
+    text = function.write_alone(kernel)
+    files, numbers = sources_of(kernel)
+    files |= set(source_files("reynolds/jit.py", "reynolds/compiler.py", "reynolds/calls.py"))
+    return load_module(f"rotorsim_effect_{key_of(text, cache_digest(files), numbers)[:16]}", lambda: text)
+
+
+def sources_of_effect(effect: type[Effect]) -> tuple[str, list[str]]:
+    """Hash of the sources of an effect's kernels, and their global numbers."""
+    found = [sources_of(getattr(effect, kind)) for kind in KERNELS]
+    files = {file for files, _ in found for file in files}
+    return cache_digest(files), sorted(f"{kind} {number}" for kind, (_, some) in zip(KERNELS, found) for number in some)
+
+
+def sources_of(kernel: Any) -> tuple[set[Path], list[str]]:
+    """Files of a kernel and of all compiled functions it calls; their global numbers, which may be of other files."""
+    constants: set[str] = set()
+    files = _sources(kernel, set(), constants)
+    return files, sorted(constants)
+
+
+def _sources(kernel: Any, seen: set[int], constants: set[str]) -> set[Path]:
+    function = getattr(kernel, "py_func", kernel)
+    if function is None or id(function) in seen:
+        return set()
+    seen.add(id(function))
+    file = Path(inspect.getsourcefile(function) or "")
+    if not file.is_file():
+        raise DataError(f"effect kernel {function.__name__}: has no source file; define it in a module")
+    files = {file}
+    for name in function.__code__.co_names:
+        called = function.__globals__.get(name)
+        if hasattr(called, "py_func"):
+            files |= _sources(called, seen, constants)
+        elif isinstance(called, (Number, tuple)):
+            constants.add(f"{name} = {called!r}")
+    return files
