@@ -313,7 +313,8 @@ def warm(
             if plant is not None:
                 first.setdefault(getattr(plant.assembly.module, kernel).__module__ if kernel else name, name)
         names = list(first.values())
-        for number, seconds in spread(compile_text, [(plants[name].machine.text,) for name in names], cores()):
+        texts = [(plants[name].machine.text,) for name in names]
+        for number, seconds in spread(compile_text, texts, min(cores(), len(names))):
             took[names[number]], left[names[number]] = round(seconds, 1), None
             typer.echo(f"{names[number]}: compiled in {seconds:.0f} s", err=True)
     if as_json:
