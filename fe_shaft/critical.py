@@ -27,7 +27,6 @@ Cites: api_684, friswell_2010.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,9 +39,10 @@ from fe_shaft.bearing import HOLD
 from fe_shaft.modal import dataset
 from fe_shaft.modes.crossings import Crossing, crossings
 from fe_shaft.modes.follower import follow
+from fe_shaft.modes.onset import NEARBY, ModesAt, first_loss
 from fe_shaft.modes.pencil import Region, SecondOrder
 from fe_shaft.shaft import ShaftError, grid
-from rotorsim.base.rounding import DAMPED, EPS, falls_below_zero
+from rotorsim.base.rounding import EPS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,10 +52,6 @@ _FLOOR, _ABOVE = 1e-4, 1.02
 """Lowest frequency that is followed, and highest, over the highest speed."""
 _BEYOND = 1e-6
 """Relative distance above the highest critical speed up to which they are counted."""
-NEARBY = 1e-5
-"""Step of a derivative over the step between two speeds."""
-HALVINGS = 8
-"""Halvings of a step in which damping may be lost and come back."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -358,17 +354,14 @@ def run_stability(rotor: AssembledRotor, speeds: ArrayLike) -> StabilityResult:
     nan
     """
     speeds = grid("stability: speeds [rad/s]", speeds)
-    runs = [modal.run_modal(rotor, float(speed)) for speed in speeds]
-    worst = [_worst(run) for run in runs]
-    zeta = np.array([entry[0] for entry in worst])
-    kinks = {float(v) for b in rotor.bearing_elements for axis in b.axes for v in axis} - set(speeds.tolist())
-    more = [modal.run_modal(rotor, v) for v in kinks if speeds[0] < v < speeds[-1]]
-    onset, frequency = _onset(rotor, sorted([*runs, *more], key=lambda run: run.speed))
+    kinks = {float(v) for b in rotor.bearing_elements for axis in b.axes for v in axis if speeds[0] < v < speeds[-1]}
+    runs = {v: modal.run_modal(rotor, v) for v in sorted({*speeds.tolist(), *kinks})}
+    loss = first_loss(lambda v: _place(rotor, modal.run_modal(rotor, v)), [_place(rotor, run) for run in runs.values()],
+                      rtol=1e-9)  # fmt: skip
+    zeta, wn, whirl = zip(*(_worst(runs[v]) for v in speeds.tolist()), strict=True)
     with np.errstate(divide="ignore"):
-        log_dec = 2 * np.pi * zeta / np.sqrt(1 - zeta**2)
-    return StabilityResult(
-        speeds, log_dec, np.array([e[1] for e in worst]), np.array([e[2] for e in worst]), onset, frequency
-    )
+        log_dec = 2 * np.pi * np.array(zeta) / np.sqrt(1 - np.array(zeta) ** 2)
+    return StabilityResult(speeds, log_dec, np.array(wn), np.array(whirl), *(loss or (np.nan, np.nan)))
 
 
 def _worst(run: modal.ModalResult) -> tuple[float, float, str]:
@@ -379,44 +372,13 @@ def _worst(run: modal.ModalResult) -> tuple[float, float, str]:
     return float(run.damping_ratio[mode]), float(run.wn[mode]), str(run.whirl[mode])
 
 
-def _grows(run: modal.ModalResult) -> bool:
-    return _worst(run)[0] < -DAMPED
+def _place(rotor: AssembledRotor, run: modal.ModalResult) -> ModesAt:
+    """The damping ratios at a speed, with their slopes out of a step towards another one."""
 
+    def slopes(towards: float) -> NDArray[np.float64]:
+        step = NEARBY * (towards - run.speed)
+        near = modal.run_modal(rotor, run.speed + step)
+        same = np.abs(near.eigenvalues[:, None] - run.eigenvalues).argmin(axis=0)
+        return np.asarray((near.damping_ratio[same] - run.damping_ratio) / step)
 
-def _onset(rotor: AssembledRotor, runs: list[modal.ModalResult]) -> tuple[float, float]:
-    """Lowest speed at which a mode grows, and its frequency [rad/s]; NaN without one."""
-    if _grows(runs[0]):
-        return runs[0].speed, _worst(runs[0])[1]
-    for a, b in pairwise(runs):
-        lost = b if _grows(b) else _lost_between(rotor, a, b, HALVINGS)
-        if lost is not None:
-            speed = falls_below_zero(lambda s: _worst(modal.run_modal(rotor, s))[0] + DAMPED, a.speed, lost.speed,
-                                     rtol=1e-9)  # fmt: skip
-            beyond = min(speed + NEARBY * (lost.speed - a.speed), lost.speed)
-            if lost.divergence > 0 and modal.run_modal(rotor, beyond).divergence > 0:
-                return speed, 0.0
-            return speed, _worst(modal.run_modal(rotor, speed))[1]
-    return float("nan"), float("nan")
-
-
-def _lost_between(
-    rotor: AssembledRotor, a: modal.ModalResult, b: modal.ModalResult, halvings: int
-) -> modal.ModalResult | None:
-    """The modes at a speed between two at which one grows; None where no tangent at both ends leads below zero."""
-    width = b.speed - a.speed
-    falls = a.damping_ratio + width * _slopes(rotor, a, b.speed)
-    rises = b.damping_ratio - width * _slopes(rotor, b, a.speed)
-    if not halvings or falls.min() > 0 or rises.min() > 0:
-        return None
-    middle = modal.run_modal(rotor, 0.5 * (a.speed + b.speed))
-    if _grows(middle):
-        return middle
-    return _lost_between(rotor, a, middle, halvings - 1) or _lost_between(rotor, middle, b, halvings - 1)
-
-
-def _slopes(rotor: AssembledRotor, run: modal.ModalResult, towards: float) -> NDArray[np.float64]:
-    """Derivatives (n_modes,) of the damping ratios over the speed, on the side of another speed."""
-    step = NEARBY * (towards - run.speed)
-    near = modal.run_modal(rotor, run.speed + step)
-    same = np.abs(near.eigenvalues[:, None] - run.eigenvalues).argmin(axis=0)
-    return np.asarray((near.damping_ratio[same] - run.damping_ratio) / step)
+    return ModesAt(run.speed, _worst(run)[:2], run.damping_ratio, slopes)

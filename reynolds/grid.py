@@ -316,7 +316,7 @@ def make_layout(
         "nozzle": NOZZLE_TERMS + 4, "source_weight": sum(source_sizes), "reader_weight": sum(reader_sizes),
         "plain_weight": sum(reader_sizes),
         "journal": 2, "journal_a": 4, "journal_b": 4, "journal_rhs": 2, "static_a": 4, "static_rhs": 2, "force": 2,
-        "inverse": blocks, "spike": 2 * rows * length, "closure": 4 * rows * rows, "border": borders * length,
+        "inverse": blocks, "spike": 2 * rows * length, "border": borders * length, "closure": 4 * rows * rows,
         "border_force": 2 * borders, "border_reader": max(n_inj, 1) * borders, "small": 2 * borders,
         "small_matrix": borders * borders, "lanes": 8 * _round(rows), "convergence": 8,
         "mu": 1, "slip": 1,

@@ -133,6 +133,30 @@ def _block_product(lanes: int, columns: int) -> Any:
 _rows_of_8, _rows_of_4 = _block_product(8, 2), _block_product(4, 2)
 
 
+def _any_above(lanes: int) -> Any:
+    """Intrinsic: whether the size of one of `lanes` values from x is above a limit."""
+
+    @intrinsic
+    def above(typing, w, x, limit):
+        def generate(context, builder, signature, args):
+            data = _data(context, builder, signature.args[0], args[0])
+            values = builder.load(_vector_at(builder, data, args[1], lanes), align=8)
+            limits = [_splat(builder, value, lanes) for value in (args[2], builder.fneg(args[2]))]
+            large = [builder.fcmp_ordered(sign, values, limit) for sign, limit in zip("><", limits, strict=True)]
+            found = builder.bitcast(builder.or_(*large), ir.IntType(lanes))
+            return builder.icmp_unsigned("!=", found, ir.Constant(found.type, 0))
+
+        return types.boolean(w, types.intp, types.float64), generate
+
+    def plain(w: Any, x: int, limit: float) -> bool:
+        return bool((abs(w[x : x + lanes]) > limit).any())
+
+    return plain if config.DISABLE_JIT else above
+
+
+_above_8, _above_4 = _any_above(8), _any_above(4)
+
+
 def _elementwise(lanes: int, operands: int, value: Callable[..., Any], plain: Callable[..., Any]) -> Any:
     """Intrinsic y = f(a, b, ...) for `lanes` values: all are read before one is written, in whatever order they lie."""
 
@@ -264,6 +288,22 @@ def multiply(w, block, x, y, n, keep):
         for m in range(n):
             a += w[block + m * n + r] * w[x + m]
         w[y + r] = w[y + r] - a if keep else a
+
+
+@inlined
+def exceed(w, x, n, limit):
+    """Whether one of n values from x is larger than the limit, whatever its sign."""
+    found = False
+    done = 0
+    for k in range(0, n - 7, 8):
+        found = found or _above_8(w, x + k, limit)
+        done = k + 8
+    for k in range(done, n - 3, 4):
+        found = found or _above_4(w, x + k, limit)
+        done = k + 4
+    for k in range(done, n):
+        found = found or abs(w[x + k]) > limit
+    return found
 
 
 @inlined

@@ -25,7 +25,7 @@ from reynolds.film import force_of, thickness_slope, wrap
 from reynolds.jit import inlined, kernel
 from reynolds.lanes import add_columns, dot, two_dots, wide_vectors
 from reynolds.residual import CAREFUL, injected_derivative, jacobian, residual, thickness_derivative
-from reynolds.ring import BOTH, close_ring, factor, keep_spike, open_solve, spike_rhs
+from reynolds.ring import close_ring, close_spike, factor, open_solve, spike_rhs
 
 RATE, AGE, FACTORISATIONS, ITERATIONS = 0, 1, 2, 3
 """Places in w[convergence]: estimated rate, stages since it was measured, and two counters."""
@@ -78,17 +78,15 @@ def refresh(w, ix, F, L, U, iadt):
     for k in range(L.length):
         w[L.h_frozen + k] = w[L.h + k]
         w[L.p_frozen + k] = w[L.p + k]
+    spike_rhs(w, L)
+    for border in range(L.n_border):
+        border_column(w, ix, F, L, U, iadt, border, L.border + border * L.length)
+    open_solve(w, L, L.spike, 2 * L.n_rows + L.n_border)
     for c in range(2 * L.n_rows + L.n_border):
-        border = c - 2 * L.n_rows
-        if border < 0:
-            spike_rhs(w, L, c)
+        if c < 2 * L.n_rows:
+            close_spike(w, L, c)
         else:
-            border_column(w, ix, F, L, U, iadt, border, L.r)
-        open_solve(w, L, L.r, c // L.n_rows if border < 0 else BOTH)
-        if border < 0:
-            keep_spike(w, L, c)
-        else:
-            keep_border(w, ix, L, border)
+            keep_border(w, ix, L, c - 2 * L.n_rows)
     w[L.convergence + FACTORISATIONS] += 1.0
     w[L.convergence + AGE] = MAX_AGE
 
@@ -133,19 +131,17 @@ def gap_terms(w, F, L, U):
 
 @inlined
 def keep_border(w, ix, L, border):
-    """Store the border column just solved in r, and what injectors and journal read of it."""
-    close_ring(w, L, L.r)
+    """Close the ring for a border column, and store what injectors and journal read of it."""
     column = L.border + border * L.length
-    for k in range(L.length):
-        w[column + k] = w[L.r + k]
-    fx, fy = read_force(w, L, L.r)
+    close_ring(w, L, column)
+    fx, fy = read_force(w, L, column)
     if L.textured == 1 and border >= L.n_inj:
         slope = L.push + 2 + 2 * (border - L.n_inj)
         fx, fy = fx + w[slope], fy + w[slope + 1]
     w[L.border_force + 2 * border] = fx
     w[L.border_force + 2 * border + 1] = fy
     for i in range(L.n_inj):
-        w[L.border_reader + i * L.n_border + border] = read_footprint(w, ix, L, i, L.r)
+        w[L.border_reader + i * L.n_border + border] = read_footprint(w, ix, L, i, column)
 
 
 @inlined
@@ -324,7 +320,7 @@ def newton(w, ix, F, L, U, iadt, tolerance, patient, careful):
 def solve_ring(w, L):
     """Solution of the ring alone, without borders, for the residual in r."""
     scale_rows(w, L)
-    open_solve(w, L, L.r, BOTH)
+    open_solve(w, L, L.r, 1)
     close_ring(w, L, L.r)
 
 

@@ -18,7 +18,7 @@ Cites: golub_2013.
 from __future__ import annotations
 
 from reynolds.jit import inlined
-from reynolds.lanes import add_columns, clear, copy, less_product, multiply, times
+from reynolds.lanes import add_columns, clear, copy, exceed, less_product, multiply, times
 
 REACH = 5
 """Place in w[convergence] of the number of lines to either side of a cut at which its spike is not faded."""
@@ -116,7 +116,7 @@ def times_line(w, L, y, side, k, x):
 
 @inlined
 def factor(w, L):
-    """Eliminate the four chains of the Jacobian in diag, west, east, down, up; `keep_spike` completes the factors.
+    """Eliminate the four chains of the Jacobian in diag, west, east, down, up; `close_spike` completes the factors.
 
     The lines at one distance from the cuts are inverted side by side: they do not wait for each other.
     """
@@ -149,21 +149,23 @@ def load_line(w, L, i, after_west, after_east):
 
 
 @inlined
-def spike_rhs(w, L, c):
-    """Couplings of the open chains to unknown c of the two cut lines (the first line's rows, then the other's)."""
-    for k in range(L.first, L.first + L.n_theta * L.stride):
-        w[L.r + k] = 0.0
-    after, before, row = beside_cut(L, c)
-    w[L.r + after + row] = w[L.west + after + row]
-    w[L.r + before + row] = w[L.east + before + row]
-    if L.textured == 1:
-        # the unknown lies south of the cells one row up
-        if row + 1 < L.n_rows:
-            w[L.r + after + row + 1] = w[L.south_west + after + row + 1]
-            w[L.r + before + row + 1] = w[L.south_east + before + row + 1]
-        if row > 0:
-            w[L.r + after + row - 1] = w[L.north_west + after + row - 1]
-            w[L.r + before + row - 1] = w[L.north_east + before + row - 1]
+def spike_rhs(w, L):
+    """Couplings of the open chains to the unknowns of the cut lines (the first line's rows, then the other's)."""
+    for k in range(2 * L.n_rows * L.length):
+        w[L.spike + k] = 0.0
+    for c in range(2 * L.n_rows):
+        column = L.spike + c * L.length
+        after, before, row = beside_cut(L, c)
+        w[column + after + row] = w[L.west + after + row]
+        w[column + before + row] = w[L.east + before + row]
+        if L.textured == 1:
+            # the unknown lies south of the cells one row up
+            if row + 1 < L.n_rows:
+                w[column + after + row + 1] = w[L.south_west + after + row + 1]
+                w[column + before + row + 1] = w[L.south_east + before + row + 1]
+            if row > 0:
+                w[column + after + row - 1] = w[L.north_west + after + row - 1]
+                w[column + before + row - 1] = w[L.north_east + before + row - 1]
 
 
 @inlined
@@ -175,41 +177,35 @@ def beside_cut(L, c):
 
 
 @inlined
-def keep_spike(w, L, c):
-    """Store the spike column just solved in r and how far the spikes reach, and complete the closing block."""
-    n, s, half = L.n_rows, L.stride, L.n_theta // 2
-    column = L.spike + c * L.length
-    for k in range(L.length):
-        w[column + k] = w[L.r + k]
-    for i in range(L.n_theta):
-        for e in range(0 if i % half == 0 else n, s):
-            w[column + L.first + i * s + e] = 0.0
+def close_spike(w, L, c):
+    """Column of the block that closes the ring, from solved spike c, and how far the spikes reach up to it."""
+    n, half, column = L.n_rows, L.n_theta // 2, L.spike + c * L.length
     for a in range(2 * n):
         after, before, row = beside_cut(L, a)
-        line = L.first + a // n * half * s
+        line = L.first + a // n * half * L.stride
         own = w[L.inverse + (a // n * half) * n * n + (c % n) * n + row] if a // n == c // n else 0.0
         w[L.closure + c * 2 * n + a] = own - (
-            coupling(w, L, L.east, line + row, L.r + after + row)
-            + coupling(w, L, L.west, line + row, L.r + before + row)
+            coupling(w, L, L.east, line + row, column + after + row)
+            + coupling(w, L, L.west, line + row, column + before + row)
         )
-    reach = 1.0 if c == 0 else w[L.convergence + REACH]
-    w[L.convergence + REACH] = max(reach, reach_of(w, L, c))
+    reach = 1 if c == 0 else int(w[L.convergence + REACH])
+    while strong_beyond(w, L, c, reach):
+        reach += 1
+    w[L.convergence + REACH] = reach
     if c == 2 * n - 1:
         invert_block(w, L.closure, 2 * n)
 
 
 @inlined
-def reach_of(w, L, c):
-    """Number of lines to either side of its cut at which the spike in r is not faded."""
+def strong_beyond(w, L, c, reach):
+    """Whether a value of spike c is not faded more than `reach` lines from its cut."""
     after, before, _ = beside_cut(L, c)
-    for back in range(1, L.n_theta // 2):
-        distance = L.n_theta // 2 - 1 - back
-        ahead = after + distance * L.stride
-        behind = L.first + (before - L.first + (L.n_theta - distance) * L.stride) % (L.n_theta * L.stride)
-        for e in range(L.n_rows):
-            if abs(w[L.r + ahead + e]) > FADED or abs(w[L.r + behind + e]) > FADED:
-                return distance + 1.0
-    return 1.0
+    column = L.spike + c * L.length
+    for distance in range(reach, L.n_theta // 2 - 1):
+        line = distance * L.stride
+        if exceed(w, column + after + line, L.n_rows, FADED) or exceed(w, column + before - line, L.n_rows, FADED):
+            return True
+    return False
 
 
 BOTH = 2
@@ -217,11 +213,11 @@ BOTH = 2
 
 
 @inlined
-def open_solve(w, L, r, next_to):
-    """Solve the four open chains in place for the right-hand side at r; the cut lines stay.
+def open_solve(w, L, columns, count):
+    """Solve the four open chains in place for `count` right-hand sides from offset `columns`; the cut lines stay.
 
-    A right-hand side that is zero but for the lines next to one cut names that cut: the chains from the other one begin
-    with zeros.
+    Several are the spikes, zero but for the lines next to their cut, where the chains from the other cut begin with
+    zeros, and the borders. A line is solved for all of them before the next one: they do not wait for each other.
     """
     n, s, half, middle = L.n_rows, L.stride, L.n_theta // 2, L.n_theta // 4
     lead = (n + 7) // 8 * 8
@@ -230,34 +226,41 @@ def open_solve(w, L, r, next_to):
             x = L.lanes + 2 * cut * lead
             i, j = cut * half + step, cut * half + half - step
             a, b = L.first + i * s, L.first + j * s
-            if next_to != 1 - cut:
-                if step == 1:
-                    copy(w, x, r + a, n)
-                else:
-                    less_line(w, L, x, r + a, L.west, a, r + a - s)
-                multiply(w, L.inverse + i * n * n, x, r + a, n, False)
-            if next_to != cut:
-                if step == 1:
-                    copy(w, x + lead, r + b, n)
-                else:
-                    less_line(w, L, x + lead, r + b, L.east, b, r + b + s)
-                multiply(w, L.inverse + j * n * n, x + lead, r + b, n, False)
+            for c in range(count):
+                r = columns + c * L.length
+                next_to = BOTH if count == 1 else min(c // n, BOTH)
+                if next_to != 1 - cut:
+                    if step == 1:
+                        copy(w, x, r + a, n)
+                    else:
+                        less_line(w, L, x, r + a, L.west, a, r + a - s)
+                    multiply(w, L.inverse + i * n * n, x, r + a, n, False)
+                if next_to != cut:
+                    if step == 1:
+                        copy(w, x + lead, r + b, n)
+                    else:
+                        less_line(w, L, x + lead, r + b, L.east, b, r + b + s)
+                    multiply(w, L.inverse + j * n * n, x + lead, r + b, n, False)
     for cut in range(2):
         x = L.lanes + 2 * cut * lead
         i = cut * half + middle
         a = L.first + i * s
-        less_line(w, L, x, r + a, L.west, a, r + a - s)
-        less_line(w, L, x, x, L.east, a, r + a + s)
-        multiply(w, L.inverse + i * n * n, x, r + a, n, False)
+        for c in range(count):
+            r = columns + c * L.length
+            less_line(w, L, x, r + a, L.west, a, r + a - s)
+            less_line(w, L, x, x, L.east, a, r + a + s)
+            multiply(w, L.inverse + i * n * n, x, r + a, n, False)
     for back in range(1, middle):
         for cut in range(2):
             x = L.lanes + 2 * cut * lead
             i, j = cut * half + middle - back, cut * half + middle + back
             a, b = L.first + i * s, L.first + j * s
-            times_line(w, L, x, L.east, a, r + a + s)
-            times_line(w, L, x + lead, L.west, b, r + b - s)
-            multiply(w, L.inverse + i * n * n, x, r + a, n, True)
-            multiply(w, L.inverse + j * n * n, x + lead, r + b, n, True)
+            for c in range(count):
+                r = columns + c * L.length
+                times_line(w, L, x, L.east, a, r + a + s)
+                times_line(w, L, x + lead, L.west, b, r + b - s)
+                multiply(w, L.inverse + i * n * n, x, r + a, n, True)
+                multiply(w, L.inverse + j * n * n, x + lead, r + b, n, True)
 
 
 @inlined
@@ -281,9 +284,11 @@ def close_ring(w, L, r):
         if near < w[L.convergence + REACH]:
             far = near + lines
             second = L.spike + n * L.length
-            add_columns(w, r, L.spike, L.length, cuts, n, L.first + (near + 1) * s, lines * s)
+            # from the edge before a line, which is 0, to the last one's row: full lines of the cache
+            after = L.first + (near + 1) * s - 1
+            add_columns(w, r, L.spike, L.length, cuts, n, after, lines * s)
             add_columns(w, r, L.spike, L.length, cuts, n, L.first + (L.n_theta - far) * s, lines * s)
-            add_columns(w, r, second, L.length, cuts + n, n, L.first + (half + near + 1) * s, lines * s)
+            add_columns(w, r, second, L.length, cuts + n, n, after + half * s, lines * s)
             add_columns(w, r, second, L.length, cuts + n, n, L.first + (half - far) * s, lines * s)
     for a in range(n):
         w[r + L.first + a] = -w[cuts + a]

@@ -52,8 +52,9 @@ class Pencil(Protocol):
     def factor(self, s: complex) -> Factor:
         """Factors at s [rad/s]."""
 
-    def log_det(self, s: complex) -> complex:
-        """Logarithm of det(J - s S) up to a constant, the imaginary part modulo 2 pi."""
+    @property
+    def log_det(self) -> Callable[[complex], complex]:
+        """Logarithm of det(J - s S) at s up to a constant, the imaginary part modulo 2 pi; each s is computed once."""
 
 
 @dataclass(frozen=True)
@@ -95,15 +96,11 @@ class Quotient:
 
     @cached_property
     def log(self) -> Callable[[complex], complex]:
-        """Logarithm at s, the imaginary part modulo 2 pi; a point that is asked twice is computed once."""
+        """Logarithm at s, the imaginary part modulo 2 pi."""
         real = np.abs(self.known.imag) <= OSCILLATES * np.abs(self.known)
         roots = np.concatenate([self.known[real].real, self.known[~real], self.known[~real].conj()])
 
-        @cache
-        def log(s: complex) -> complex:
-            return complex(self.pencil.log_det(s) - np.log(s - roots).sum())
-
-        return log
+        return lambda s: complex(self.pencil.log_det(s) - np.log(s - roots).sum())
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,10 +165,16 @@ class SecondOrder:
         """Factors at s [rad/s]."""
         return ShiftedSecondOrder(self, s)
 
-    def log_det(self, s: complex) -> complex:
-        """Logarithm of the determinant up to a constant, the imaginary part modulo 2 pi."""
-        sign, size = np.linalg.slogdet(self.K + s * self.D + s * s * self.M)
-        return complex(size + 1j * np.angle(sign))
+    @cached_property
+    def log_det(self) -> Callable[[complex], complex]:
+        """Logarithm of the determinant at s up to a constant, the imaginary part modulo 2 pi."""
+
+        @cache
+        def log_det(s: complex) -> complex:
+            sign, size = np.linalg.slogdet(self.K + s * self.D + s * s * self.M)
+            return complex(size + 1j * np.angle(sign))
+
+        return log_det
 
 
 @dataclass(frozen=True, eq=False)

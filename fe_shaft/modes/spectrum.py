@@ -31,9 +31,9 @@ NEARLY = 1.01
 SMALL_STEP = 1e-6
 """Relative step of the derivative of the determinant."""
 SURE = 0.3
-"""Difference of the determinant's logarithm from what its derivative states below which a step is certain."""
-BENT = 1.0
-"""Curvature of the logarithm over half a step below which it is certain."""
+"""Difference of the logarithm's change from what its derivatives state below which a step is certain."""
+BENT = 4.0
+"""Change of its derivative times a step below which the step is certain: a root within the step makes it 4 or more."""
 SPLITS = 400
 """Steps after which the count along one side of the region is given up."""
 
@@ -148,22 +148,27 @@ def _wrapped(change: complex) -> complex:
 def _turned(log: Callable[[complex], complex], path: Callable[[float], complex], rate: complex, count: int) -> float:
     """Change of the phase of a logarithm along a path over 0 <= t <= 1 with ds/dt = rate s; NaN where it stays open.
 
-    Steps are halved until modulus and phase change as the derivative in their middle states: a root close to the path
+    Steps are halved until modulus and phase change as the derivatives at both ends state: a root close to the path
     bends them.
     """
+
+    def at(t: float) -> tuple[complex, complex]:
+        s = path(t)
+        here = log(s)
+        return here, rate * _wrapped(log(s * (1 + SMALL_STEP)) - here) / SMALL_STEP
+
     total, steps = 0.0, 0
     left_over = [(k / count, (k + 1) / count) for k in range(count)]
     while left_over:
         a, b = left_over.pop()
-        m, steps = 0.5 * (a + b), steps + 1
-        s = path(m)
-        here = log(s)
-        half = 0.5 * (b - a) * rate * _wrapped(log(s * (1 + SMALL_STEP)) - here) / SMALL_STEP
-        off = _wrapped(here - log(path(a)) - half), _wrapped(log(path(b)) - here - half)
-        if abs(off[0] + off[1]) < SURE and max(map(abs, off)) < BENT:
-            total += (2 * half + off[0] + off[1]).imag
-        elif steps > SPLITS or not np.isfinite(here):
+        steps += 1
+        (first, out), (last, into) = at(a), at(b)
+        mean = 0.5 * (b - a) * (out + into)
+        off = _wrapped(last - first - mean)
+        if abs(off) < SURE and (b - a) * abs(into - out) < BENT:
+            total += (mean + off).imag
+        elif steps > SPLITS or not np.isfinite(off):
             return float("nan")
         else:
-            left_over += [(a, m), (m, b)]
+            left_over += [(a, 0.5 * (a + b)), (0.5 * (a + b), b)]
     return total

@@ -207,8 +207,9 @@ def propose(table: DataTable, file: str) -> tuple[str, int]:
     numbers = {g.number for g in known}
     unknown = [g for g in guesses if g.number not in numbers]
     parts += [
-        f"# not known: column {g.number}, {_quoted(g.column.name)}, {g.column.fault or _range(g.column)}"
-        f"{'; ' * bool(g.why)}{g.why}\n"
+        f"# not known: column {g.number}, {_quoted(g.column.name)}, "
+        + "; ".join(dict.fromkeys(filter(None, (g.column.fault or _range(g.column), g.why))))
+        + "\n"
         for g in unknown
     ]
     if not vectors:

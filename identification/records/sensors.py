@@ -185,6 +185,8 @@ HYSTERESIS = 0.2
 UNEVEN = 1.6
 """Factor between neighbouring intervals above which a pulse is missing or there is one too many."""
 FEWEST = 4
+OUTSIDE = 1.5
+"""Intervals before the first pulse and after the last one for which the angle goes on at their speed."""
 
 
 @dataclass(frozen=True)
@@ -236,7 +238,10 @@ def pulse_times(time: np.ndarray, signal: np.ndarray, how: Keyphasor) -> np.ndar
 
 
 def shaft_angle(time: np.ndarray, signal: np.ndarray, how: Keyphasor) -> tuple[np.ndarray, np.ndarray]:
-    """Angle [rad] and speed [rad/s] (n,) of the shaft: monotone cubics between pulses, constant speed outside."""
+    """Angle [rad] and speed [rad/s] (n,) of the shaft: monotone cubics between pulses, constant speed next to them.
+
+    Farther outside than `OUTSIDE` intervals of the pulses both are missing (NaN): nothing shows how the shaft turned.
+    """
     from scipy.interpolate import PchipInterpolator
 
     pulses = pulse_times(time, signal, how)
@@ -247,7 +252,8 @@ def shaft_angle(time: np.ndarray, signal: np.ndarray, how: Keyphasor) -> tuple[n
     ends = np.where(time < pulses[0], (turns[1] - turns[0]) / (pulses[1] - pulses[0]), 0.0)
     ends = np.where(time > pulses[-1], (turns[-1] - turns[-2]) / (pulses[-1] - pulses[-2]), ends)
     speed = np.where(ends > 0, ends, rate(inside))
-    return curve(inside) + ends * (time - inside), speed
+    shown = np.abs(ends * (time - inside)) <= OUTSIDE * (turns[1] - turns[0])
+    return np.where(shown, curve(inside) + ends * (time - inside), np.nan), np.where(shown, speed, np.nan)
 
 
 def angle_by_stretches(time: np.ndarray, signal: np.ndarray, how: Keyphasor) -> tuple[np.ndarray, np.ndarray]:

@@ -156,6 +156,8 @@ def calibrate(machine: Machine, targets: Targets, passes: int = 20, progress: Pr
     targets = replace(targets, parameters=parameters)
     state = _Fit(machine, targets, progress)
     begin = np.array([(p.start - p.low) / (p.high - p.low) for p in targets.parameters])
+    if progress:
+        progress(0, state.cost)
     before = _read(machine, targets, targets.targets)
     first = state.residual(begin, strict=True)
     try:

@@ -6,23 +6,23 @@ their number proven at each step; motions that grow without oscillation count to
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fe_shaft.modes import onset
 from fe_shaft.modes.crossings import rates
 from fe_shaft.modes.follower import Followed, Node, follow
-from fe_shaft.modes.pencil import Modes, Region
+from fe_shaft.modes.pencil import Modes, Region, nothing
 from fe_shaft.modes.spectrum import modes_in
 from rotorsim.analysis.axes import checked
 from rotorsim.analysis.campbell import HIGHEST, highest_speed
 from rotorsim.analysis.modes_over_speed import at_speed, least_damped
-from rotorsim.base.errors import DataError, NoLiftOffError
+from rotorsim.base.errors import DataError
 from rotorsim.base.processes import one_thread
-from rotorsim.base.rounding import DAMPED, falls_below_zero
+from rotorsim.base.rounding import DAMPED
 from rotorsim.base.units import RPM
 from rotorsim.plant import Plant
 from rotorsim.plant.linearise import LinearPlant, region_up_to
@@ -128,10 +128,33 @@ class LeastDamped:
 
     def among(self, model: LinearPlant) -> tuple[float, float, bool]:
         """The same of a linear model's modes."""
+        modes = self._modes(model)
+        return *least_damped(modes, self.region), modes.proven
+
+    def _modes(self, model: LinearPlant) -> Modes:
         with one_thread():
             modes = modes_in(model, self.region, self.hints, self.known[-1] if self.known else None)
         self.known[:] = [modes]
-        return *least_damped(modes, self.region), modes.proven
+        return modes
+
+    def node(self, speed: float) -> Node:
+        """The modes at a speed [rad/s], none where the film does not carry."""
+        model = at_speed(self.plant, self.pressure)(speed)
+        return Node(speed, model, nothing(0) if model is None else self._modes(model))
+
+    def place(self, node: Node) -> onset.ModesAt:
+        """Damping ratios of a node's modes in the region; their slopes are NaN where the film does not carry."""
+        modes = node.modes.take(self.region.holds(node.modes.values))
+        s = modes.values
+
+        def slopes(towards: float) -> np.ndarray:
+            step = NEARBY * (towards - node.at)
+            pencil = at_speed(self.plant, self.pressure)(node.at + step) if s.size else None
+            if pencil is None:
+                return np.full(s.size, np.nan)
+            return np.asarray(np.imag(rates(modes, pencil) * s.conj()) * s.imag / (step * np.abs(s) ** 3))
+
+        return onset.ModesAt(node.at, least_damped(node.modes, self.region), -s.real / np.abs(s), slopes)
 
     def certain(self, model: LinearPlant) -> float:
         """Least damping ratio of a linear model's modes; NaN where none grows, but one may be missing."""
@@ -152,90 +175,19 @@ class LeastDamped:
 def first_loss(search: LeastDamped, speeds: np.ndarray, accuracy: float = 1e-8) -> tuple[float, float, float]:
     """Onset and frequency there [rad/s], NaN without one, and 1 if every mode was looked for up to there.
 
-    Between the first of the nodes over ascending speeds (n,) [rad/s] at which a mode grows by more than rounding and
-    the one before it; a rotor that is not carried there does not whirl.
+    Over ascending speeds (n,) [rad/s]; a rotor that is not carried does not whirl.
     """
+    looked: list[Node] = []
 
-    counted: list[bool] = []
+    def place(speed: float) -> onset.ModesAt:
+        looked.append(search.node(speed))
+        return search.place(looked[-1])
 
-    def margin(speed: float) -> float:
-        try:
-            damping, _, proven = search.at(speed)
-        except NoLiftOffError:
-            return 1.0
-        counted.append(proven)
-        return damping + DAMPED
-
-    proven, carried = True, False
     for start in range(0, max(len(speeds) - 1, 1), AT_ONCE):
-        found = search.followed(speeds[start : start + AT_ONCE + 1].tolist())
-        proven &= all(node.pencil is None or node.modes.proven for node in found.nodes)
-        carried |= any(node.pencil is not None for node in found.nodes)
-        bracket = next(_losses(search, found), None)
-        if bracket is not None:
-            low, high = bracket
-            onset = high if low == high else falls_below_zero(margin, low, high, xtol=1e-6, rtol=accuracy)
-            beyond = min(onset + NEARBY * (high - low), high)
-            at = beyond if search.at(high)[1] == 0 and search.at(beyond)[1] == 0 else onset
-            return onset, search.at(at)[1], float(proven and all(counted))
-    return float("nan"), float("nan"), float(proven and carried)
-
-
-def _losses(search: LeastDamped, found: Followed) -> Iterator[tuple[float, float]]:
-    """Speeds [rad/s] between which damping is lost, in turn; the same twice where it is lost at the first one."""
-    if found.nodes[0].pencil is not None and _grows(found.nodes[0], found.region):
-        yield found.nodes[0].at, found.nodes[0].at
-    for i, (before, after) in enumerate(pairwise(found.nodes)):
-        if after.pencil is None:
-            continue
-        if before.pencil is not None and not _grows(after, found.region) and _may_dip(search, found, i):
-            dip = _dip(search, before.at, after.at)
-            if dip is not None:
-                yield before.at, dip
-        if _grows(after, found.region):
-            yield before.at, after.at
-
-
-def _grows(node: Node, region: Region) -> bool:
-    return least_damped(node.modes, region)[0] < -DAMPED
-
-
-def _may_dip(search: LeastDamped, found: Followed, i: int) -> bool:
-    """Whether a branch's damping ratio falls behind node i, rises before the next one, and may lose its sign between.
-
-    Its slopes at both tell how far it may deviate from the straight line between.
-    """
-    a, b = found.nodes[i], found.nodes[i + 1]
-    pairs = [(k, two) for one in found.branches for (j, k), (_, two) in pairwise(one.places) if j == i]
-    if not pairs:
-        return False
-    first, last = np.array(pairs).T
-    zeta = [-s.real / np.abs(s) for s in (a.modes.values[first], b.modes.values[last])]
-    falls, rises = _slopes(search, a, b.at)[first], _slopes(search, b, a.at)[last]
-    width = b.at - a.at
-    mean = (zeta[1] - zeta[0]) / width
-    deviation = width * np.maximum(np.abs(falls - mean), np.abs(rises - mean))
-    return bool(np.any((falls < 0) & (rises > 0) & (deviation > np.minimum(*zeta))))
-
-
-def _slopes(search: LeastDamped, node: Node, towards: float) -> np.ndarray:
-    """Derivatives (k,) of the damping ratios of a node's modes, on the side of another speed; NaN without a film."""
-    step, s = NEARBY * (towards - node.at), node.modes.values
-    pencil = at_speed(search.plant, search.pressure)(node.at + step)
-    if pencil is None:
-        return np.full(len(s), np.nan)
-    return np.asarray(np.imag(rates(node.modes, pencil) * s.conj()) * s.imag / (step * np.abs(s) ** 3))
-
-
-def _dip(search: LeastDamped, low: float, high: float) -> float | None:
-    """A speed between two at which a mode grows; None where the least damping ratio has no negative minimum."""
-    from scipy.optimize import minimize_scalar
-
-    def margin(speed: float) -> float:
-        try:
-            return search.at(speed)[0]
-        except NoLiftOffError:
-            return np.inf
-
-    found = minimize_scalar(margin, bounds=(low, high), method="bounded", options={"xatol": 1e-2 * (high - low)})
-    return float(found.x) if found.fun < -DAMPED else None
+        nodes = search.followed(speeds[start : start + AT_ONCE + 1].tolist()).nodes
+        looked += nodes
+        loss = onset.first_loss(place, [search.place(node) for node in nodes], xtol=1e-6, rtol=accuracy)
+        complete = all(node.pencil is None or node.modes.proven for node in looked)
+        if loss is not None:
+            return *loss, float(complete)
+    return float("nan"), float("nan"), float(complete and any(node.pencil is not None for node in looked))

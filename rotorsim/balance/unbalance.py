@@ -63,6 +63,8 @@ LEAST_CHANGE = 0.03
 """Least change of the vectors by a trial weight, root mean square over those without it."""
 CLEAR = 3.0
 """Change by a trial weight, in errors of the vectors, that is more than chance."""
+MOST_WEIGHTS = 10.0
+"""Largest correction over the heaviest trial weight of its plane, unless repeats make the coefficients certain."""
 G_MM = 1e6
 """g mm in a kg m."""
 
@@ -263,6 +265,23 @@ def _check_changes(found: Influence, unbalance: np.ndarray, planes: tuple[Plane,
                 f"least {100 * LEAST_CHANGE:g} % are needed; take a heavier one or check that it was mounted",
                 argument="unbalance",
                 value=share,
+            )
+
+
+def _check_correction(found: Influence, unbalance: np.ndarray, planes: tuple[Plane, ...], fix: Correction) -> None:
+    """Refuse a correction many times the trial weight: an error of the small change is that many times as large."""
+    noise = float(np.sqrt(np.trace(found.covariance).real)) if found.freedom else np.inf
+    change = changes(found, unbalance) * float(np.linalg.norm(found.base))
+    for plane, u, wanted, moved in zip(planes, unbalance.T, fix.wanted, change, strict=True):
+        trial = float(np.abs(u).max())
+        times = float(abs(wanted)) / max(trial, np.finfo(float).tiny)
+        if times > MOST_WEIGHTS and moved < MOST_WEIGHTS * noise:
+            raise DataError(
+                f"{plane.name}: the correction of {abs(wanted) * G_MM:.4g} g mm is {times:.3g} times the trial weight "
+                f"of {trial * G_MM:.4g} g mm, at most {MOST_WEIGHTS:g} times are corrected by one run: take a heavier "
+                "trial weight, or repeat the runs so that their scatter shows",
+                argument="unbalance",
+                value=times,
             )
 
 
@@ -570,6 +589,8 @@ def assess(machine: Machine | str | Path, conditions: Conditions, correct: str =
     _check_changes(fits[METHODS[0]], conditions.unbalance[known], conditions.planes)
     best = min(tests, key=lambda name: tests[name].vector_rms, default=METHODS[0])
     label, weights = _correction(conditions, fits[best], correct)
+    if weights is not None:
+        _check_correction(fits[METHODS[0]], conditions.unbalance[known], conditions.planes, weights)
     found = {c: estimate(fits[best], conditions.flat[k]) for k, c in enumerate(conditions.labels) if not known[k]}
     changed = changes(fits[METHODS[0]], conditions.unbalance[known])
     return Assessment(conditions, tests, best, found, label, weights, changed, left_out)
@@ -581,6 +602,8 @@ def _assess_amplitudes(conditions: Conditions, labelled: tuple[np.ndarray, np.nd
     _check_changes(found, labelled[1], conditions.planes)
     turned = np.where(conditions.known[:, None], found.base + conditions.unbalance @ found.coefficients.T, np.nan)
     label, weights = _correction(replace(conditions, vectors=turned.reshape(conditions.vectors.shape)), found, correct)
+    if weights is not None:
+        _check_correction(found, labelled[1], conditions.planes, weights)
     changed = changes(found, labelled[1])
     return Assessment(conditions, {}, METHODS[2], {}, label, weights, changed, "the readings have no phases")
 

@@ -80,9 +80,13 @@ def told_apart(paths: Sequence[Path]) -> list[str]:
     return [next((end for end, count in zip(own, counts, strict=True) if count[end] == 1), own[-1]) for own in ends]
 
 
+ALIKE = 0.7
+"""Share of letters in common, in order, above which a name is taken for a misspelt one ('reserve' is no 'pressure')."""
+
+
 def closest(name: Any, known: Iterable[str]) -> str:
     """The known name that is most like this one; empty if none is."""
-    return next(iter(get_close_matches(str(name), sorted(known), n=1)), "")
+    return next(iter(get_close_matches(str(name), sorted(known), n=1, cutoff=ALIKE)), "")
 
 
 def did_you_mean(name: Any, known: Iterable[str]) -> str:

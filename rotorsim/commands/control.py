@@ -110,6 +110,7 @@ def design(
 def _runout_table(path: Path, law: Law) -> RunoutTable:
     """Table of a slow roll, of the record's date or, where it has none, the file's; refused for another machine's."""
     from identification import load
+    from identification.records.schema import machine_of
     from rotorsim.control import runout_table
 
     record = load(path)
@@ -117,14 +118,21 @@ def _runout_table(path: Path, law: Law) -> RunoutTable:
     if not table.taken:
         file = max(path.glob("*.nc"), key=lambda one: one.stat().st_mtime, default=path) if path.is_dir() else path
         table = replace(table, taken=datetime.fromtimestamp(file.stat().st_mtime, UTC).date().isoformat())
-    designed = str(law.about.get("machine", "")).rpartition(" ")[0]
-    if table.machine and designed and table.machine != designed:
+    rolled, designed = machine_of(record), str(law.about.get("machine", ""))
+    if rolled and designed and rolled != designed:
         raise DataError(
-            f"--runout {path}: is a slow roll of {table.machine}, and the model is one of {designed}; record one there",
+            f"--runout {path}: is a slow roll of {_identity(rolled)}, and the model is one of {_identity(designed)}; "
+            "record one there",
             argument="runout",
-            value=table.machine,
+            value=rolled,
         )
     return table
+
+
+def _identity(machine: str) -> str:
+    """Name and fingerprint in words: machines of one name may differ."""
+    name, _, mark = machine.rpartition(" ")
+    return f"{name} ({mark})"
 
 
 def _made(name: str, model: Any, spec: Sequence[str], preset: str) -> Law:

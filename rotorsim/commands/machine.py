@@ -185,7 +185,7 @@ def calibrate_command(
     path = out or Path(f"{Path(machine).stem}-calibrated.toml")
     with files(path, force=force):
         coarse = loaded if grid is None else GridOptions(grid).plant(machine).machine
-        shown = None if as_json else lambda count, cost: line(f"{count} evaluations, cost {cost:.4g} ")
+        shown = None if as_json else lambda n, cost: line(f"{n} evaluations{f', cost {cost:.4g}' * (n > 0)} ")
         found = calibrate(coarse, asked, passes, shown)
         if not as_json:
             end_line()
@@ -211,7 +211,7 @@ def _print_calibration(found: Calibration) -> None:
     ]  # fmt: skip
     print_rows(("target", "role", "asked", "before", "", "after", ""), rows)
     values = [
-        (p.name, f"{p.start:.5g}", f"{v:.5g} {p.unit}", f"{s:.2g}", "at its bound" if b else "")
+        (p.name, f"{p.start:.5g} {p.unit}", f"{v:.5g} {p.unit}", f"{s:.2g}", "at its bound" if b else "")
         for p, v, s, b in zip(found.parameters, found.values, found.sd, found.at_bound, strict=True)
     ]
     print_rows(("parameter", "start", "value", "+-", ""), values)

@@ -21,6 +21,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import sqrt
 from typing import Any
 
@@ -36,6 +37,7 @@ from rotorsim.discrepancy.data_vector import (
     floor,
     make_layout,
     repeat_scatter,
+    repeats,
 )
 from rotorsim.discrepancy.trial import TURNING, Trial, clock_offset, delayed
 from rotorsim.discrepancy.twin import NO_SOLUTION, Twin
@@ -48,6 +50,13 @@ BEYOND = 0.01
 """Displacement [m] from which on the twin counts as without solution."""
 LOST = NO_SOLUTION / 4
 """Change of a line [m] by a finer mesh or another law from which on one of both has no solution."""
+QUARTER, FEWEST_RECORDS = 0.02, 3
+"""Share of a response by which that to the sine of a phase may differ from that to the cosine, a quarter of a period
+later; least records for which that is tried on one."""
+SAME_ANGLE = 0.01
+"""Angle [rad] within which records that repeat each other begin, so that their derivatives are alike."""
+MOST_KNOWN = 128
+"""Responses that are kept."""
 SIGMAS, LEAST_EXCESS = 6.0, 20.0
 """Standard deviations, and least excess, by which a group's sum of squares is beyond its number where it is flagged;
 of two numbers, as an order has, one in 60 000 is by chance."""
@@ -75,6 +84,8 @@ class TwinComparison:
     scatter: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
     cache: Cache | None = None
     """Responses on disk, so that an interrupted diagnosis resumes where it was."""
+    known: dict[str, np.ndarray] = field(default_factory=dict)
+    """The last responses, by key."""
     directions: dict[str, np.ndarray] = field(default_factory=dict)
     """Data vectors [m] of the parameters that need no simulation: sensor zeros, mesh, injector law."""
 
@@ -88,43 +99,62 @@ class TwinComparison:
         self.correction = np.zeros_like(self.measured)
         self.sigma = np.ones_like(self.measured)
 
-    def spectra(self, point: ParameterPoint, twin: Twin | None = None, whole: bool = False) -> list[np.ndarray]:
-        """Simulated blocks' DFTs of the trials [m]."""
+    def spectra(
+        self, point: ParameterPoint, twin: Twin | None = None, whole: bool = False, near: ParameterPoint | None = None
+    ) -> list[np.ndarray]:  # fmt: skip
+        """Simulated blocks' DFTs of the trials [m]; from the motion at a `near` point on (`simulate`).
+
+        Records with the same inputs are simulated once; near another point those that repeat each other are.
+        """
         twin = twin or self.twin
-        seen: dict[tuple[str, float], int] = {}  # repeats are simulated once
+        seen: dict[tuple[str, float], int] = {}
         first = [seen.setdefault((t.inputs, round(t.angle, 9)), i) for i, t in enumerate(self.trials)]
+        first = first if near is None else self.repeated
         numbers = sorted(set(first))
         self.evaluations += len(numbers)
-        done = dict(zip(numbers, self.run([(self.trials[i], point) for i in numbers], twin, whole), strict=True))
+        done = dict(zip(numbers, self.run([(self.trials[i], point) for i in numbers], twin, whole, near), strict=True))
         return [done[i] for i in first]
 
     def run(
-        self, jobs: Sequence[tuple[Trial, ParameterPoint]], twin: Twin, whole: bool = False
+        self, jobs: Sequence[tuple[Trial, ParameterPoint]], twin: Twin, whole: bool = False,
+        near: ParameterPoint | None = None,
     ) -> list[np.ndarray]:  # fmt: skip
         """Simulated blocks' DFTs [m] of trials at points, on parallel threads: kernels let go of Python's lock."""
         twin.assembly  # noqa: B018  (built once, before threads)
         if self.threads < 2 or len(jobs) < 2:
-            return [simulate(twin, trial, point, whole) for trial, point in jobs]
+            return [simulate(twin, trial, point, whole, near) for trial, point in jobs]
         with ThreadPoolExecutor(self.threads) as pool:
-            return list(pool.map(lambda job: simulate(twin, job[0], job[1], whole), jobs))
+            return list(pool.map(lambda job: simulate(twin, job[0], job[1], whole, near), jobs))
 
     def predict(self, point: ParameterPoint, twin: Twin | None = None, whole: bool = False) -> np.ndarray:
         """Simulated data vector (n,) [m] without the correction of the solver's error."""
         return self._shifted(self._response(point, twin or self.twin, whole), point)
 
-    def _response(self, point: ParameterPoint, twin: Twin, whole: bool) -> np.ndarray:
-        """Simulated response (n,) [m]; read from the cache if it was computed before."""
-        if self.cache is None:
-            return self._joined(self.spectra(point, twin, whole))
-        key = self.key(point, twin, whole)
-        return self.cache.array(key, self.measured.shape, lambda: self._joined(self.spectra(point, twin, whole)))
+    def _response(
+        self, point: ParameterPoint, twin: Twin, whole: bool, near: ParameterPoint | None = None
+    ) -> np.ndarray:  # fmt: skip
+        """Simulated response (n,) [m]; not computed again where it is known, or in the cache.
+
+        Those near another point are steps of finite differences, each of which is needed once.
+        """
+        key = self.key(point, twin, whole, *([_numbers(near)] if near is not None else []))
+        if (found := self.known.pop(key, None)) is None:
+
+            def computed() -> np.ndarray:
+                return self._joined(self.spectra(point, twin, whole, near))
+
+            found = computed() if self.cache is None else self.cache.array(key, self.measured.shape, computed)
+        if near is None:
+            for old in list(self.known)[: 1 - MOST_KNOWN]:
+                del self.known[old]
+            self.known[key] = found
+        return found
 
     def key(self, point: ParameterPoint, twin: Twin, *more: Any) -> str:
         """Cache key of a response to the inputs of the trials by a twin at a point, and of `more`."""
         plant = (twin.equipped[0].hash, twin.assembly.module.__name__)
         inputs = [(t.inputs, t.angle, t.lead) for t in self.trials]
-        values = sorted((parameter.name, value) for parameter, value in point.values.items())
-        return key_of(sources_hash(*SOURCES), *plant, inputs, values, sorted(point.fixed.items()), *more)
+        return key_of(sources_hash(*SOURCES), *plant, inputs, *_numbers(point), *more)
 
     def _joined(self, found: list[np.ndarray]) -> np.ndarray:
         return np.concatenate([t.vector(s) for t, s in zip(self.trials, found, strict=True)])
@@ -183,25 +213,70 @@ class TwinComparison:
         here: np.ndarray,
         progress: Callable[[], None] | None = None,
         central: bool = False,
+        cosine: np.ndarray | None = None,
     ) -> np.ndarray:
         """Whitened derivative (n,) of the simulated response by a parameter, by a finite step away from `point`.
 
-        A `central` one steps to both sides, but at a limit of the parameter and where a side has no solution.
+        A `central` one steps to both sides, but at a limit of the parameter and where a side has no solution. That by
+        the sine of a phase follows from the one by its `cosine`, where that is given and a record bears it out.
         """
         if parameter.key in self.directions:
             return np.asarray(self.directions[parameter.key] / self.sigma)
         base = point.values.get(parameter, 0.0)
         step = parameter.step if base + parameter.step <= parameter.high else -parameter.step
-        moved = self.predict(point.moved([parameter], np.array([step])))
+        if cosine is not None and (turned := self._quarter_later(point, parameter, step, here, cosine)) is not None:
+            return turned
+        moved = self._beside(point, parameter, step, here)
         if progress is not None:
             progress()
         if central and parameter.low <= base - step <= parameter.high:
-            behind = self.predict(point.moved([parameter], np.array([-step])))
+            behind = self._beside(point, parameter, -step, here)
             if np.abs(moved - here).max() > LOST:
                 return np.asarray((here - behind) / step / self.sigma)
             if np.abs(behind - here).max() < LOST:
                 return np.asarray((moved - behind) / (2 * step) / self.sigma)
         return np.asarray((moved - here) / step / self.sigma)
+
+    def _quarter_later(
+        self, point: ParameterPoint, parameter: FitParameter, step: float, here: np.ndarray, cosine: np.ndarray
+    ) -> np.ndarray | None:
+        """Lines of `cosine` (n,) a quarter of a period later or earlier, as the record with most of it shows.
+
+        The plant hardly changes with the turning. None where that record shows another response, and where records are
+        few, turn in both senses, or are vectors.
+        """
+        if len(self.trials) < FEWEST_RECORDS or any(t.orders or t.clock for t in self.trials):
+            return None
+        turned = np.zeros_like(cosine)
+        for i in range(len(self.trials)):
+            for own, lines in zip(self.numbers_of(i), self.lines_of(i, cosine), strict=True):
+                turned[own] = np.concatenate([-lines.imag, lines.real])
+        i = int(np.argmax(np.bincount(self.layout.record, weights=cosine**2)))
+        there, own, y = point.moved([parameter], np.array([step])), self.layout.record == i, np.zeros_like(here)
+        y[own] = self.trials[i].vector(self.run([(self.trials[i], there)], self.twin, near=point)[0])
+        found = ((self._shifted(y, there) - here) / step / self.sigma)[own]
+        turned *= np.sign(found @ turned[own])
+        same = np.linalg.norm(found - turned[own]) < QUARTER * np.linalg.norm(found)
+        return turned if same and len({t.speed > 0 for t in self.trials}) == 1 else None
+
+    @cached_property
+    def repeated(self) -> list[int]:
+        """Number of the first trial that each repeats; its own where none comes before."""
+        return [
+            next((k for k in range(i) if repeats(self.trials[k], t) and _in_phase(self.trials[k], t)), i)
+            for i, t in enumerate(self.trials)
+        ]
+
+    def _beside(self, point: ParameterPoint, parameter: FitParameter, step: float, here: np.ndarray) -> np.ndarray:
+        """Simulated data vector (n,) [m] a step of a parameter away from a point, where it is `here`, from the motion
+        there on; records that repeat each other change alike."""
+        there = point.moved([parameter], np.array([step]))
+        y = self._shifted(self._response(there, self.twin, False, point), there)
+        for i, k in enumerate(self.repeated):
+            if k != i:
+                own, first = self.layout.record == i, self.layout.record == k
+                y[own] = here[own] + (y[first] - here[first])
+        return y
 
     def jacobian(
         self, point: ParameterPoint, parameters: Sequence[FitParameter], here: np.ndarray | None = None,
@@ -212,11 +287,12 @@ class TwinComparison:
         found: dict[str, np.ndarray] = {}
         columns = []
         for parameter in parameters:
-            plain = replace(parameter, trend="").name
-            if plain not in found:
-                found[plain] = self.column(point, replace(parameter, trend=""), here, progress, central)
+            plain = replace(parameter, trend="")
+            if plain.name not in found:
+                cosine = None if (other := cosine_of(plain)) is None else found.get(other.name)
+                found[plain.name] = self.column(point, plain, here, progress, central, cosine)
             share = np.array([parameter.share(t.speed, t.pressure) for t in self.trials])
-            columns.append(found[plain] * (share[self.layout.record] if parameter.trend else 1.0))
+            columns.append(found[plain.name] * (share[self.layout.record] if parameter.trend else 1.0))
         return np.column_stack(columns) if columns else np.zeros((len(here), 0))
 
     def apart(self, point: ParameterPoint) -> list[np.ndarray]:
@@ -286,12 +362,31 @@ class TwinComparison:
         return error
 
 
-def simulate(twin: Twin, trial: Trial, point: ParameterPoint, whole: bool = False) -> np.ndarray:
+def _in_phase(a: Trial, b: Trial) -> bool:
+    """Whether derivatives of two records that repeat each other are alike: they begin at one angle of the shaft."""
+    return not (a.clock or b.clock) and abs(np.exp(1j * a.angle) - np.exp(1j * b.angle)) < SAME_ANGLE
+
+
+def cosine_of(parameter: FitParameter) -> FitParameter | None:
+    """Fit parameter of the cosine part of a wave, for that of its sine part; None for any other."""
+    path, _, part = parameter.key.rpartition(".")
+    return replace(parameter, key=f"{path}.c") if part == "s" and "~" in path else None
+
+
+def _numbers(point: ParameterPoint) -> tuple[list[tuple[str, float]], list[tuple[str, float]]]:
+    """All numbers of a point in order, for keys."""
+    return sorted((k.name, value) for k, value in point.values.items()), sorted(point.fixed.items())
+
+
+def simulate(
+    twin: Twin, trial: Trial, point: ParameterPoint, whole: bool = False, near: ParameterPoint | None = None
+) -> np.ndarray:
     """DFTs of a trial's blocks (blocks, 2, lines) [m] at a point; 1 mm throughout if the twin has no solution.
 
-    Of a periodic record the twin runs one period and what leads into it, unless it is to be run as a `whole` or an
-    effect with a long memory is at work. A rotor on linear bearings that a record shows in its motion from the first
-    sample on is in that of all its inputs.
+    Of a periodic record the twin runs one period and what leads into it, from the motion at a `near` point on if there
+    is one, unless it is to be run as a `whole` or an effect with a long memory is at work. A rotor on linear bearings
+    that a record shows in its motion from the first sample on is in that of all its inputs, and one that only turns is
+    run over a turn.
     """
     values = point.setting(twin, trial.speed, trial.pressure, trial.changes)
     if trial.settled and twin.machine.film is None:
@@ -302,12 +397,23 @@ def simulate(twin: Twin, trial: Trial, point: ParameterPoint, whole: bool = Fals
         if not np.abs(table).max() < BEYOND:  # nor a number
             return np.full(trial.spectra.shape, NO_SOLUTION, complex)
         return trial.lines_of_window(table)
+    if trial.turning and twin.machine.film is None and not whole and not twin.lingers(values, True):
+        turn = twin.over_a_turn(values, trial.speed, trial.pressure, trial.angle_of_window, trial.start * RIG_SAMPLE)
+        if turn is not None and np.abs(turn[:, :2]).max() < BEYOND:
+            lines = trial.lines_of_turn(turn[:, :2])
+            if lines is not None:
+                return lines
     short = trial.lead > 0 and not whole and not twin.lingers(values, trial.balanced)
-    rows, angle = trial.short if short else (trial.used, trial.angle)
-    table = twin.run(values, rows, trial.pressure, angle, turning=trial.in_motion)[:, :2]
+    if short and twin.machine.film is not None:
+        begin = None if near is None else near.setting(twin, trial.speed, trial.pressure, trial.changes)
+        begin = None if begin is None or twin.lingers(begin, trial.balanced) else begin
+        table = twin.over_period(values, *trial.short, trial.pressure, trial.length, begin)[:, :2]
+    else:
+        rows, angle = trial.short if short else (trial.used, trial.angle)
+        table = twin.run(values, rows, trial.pressure, angle, turning=trial.in_motion)[:, :2]
     if not np.abs(table).max() < BEYOND:  # nor a number
         return np.full(trial.spectra.shape, NO_SOLUTION, complex)
-    return trial.short_lines(table) if short else trial.lines(table)
+    return trial.short_lines(table[-trial.length :]) if short else trial.lines(table)
 
 
 def rounded(trial: Trial) -> Trial:
@@ -338,27 +444,33 @@ class SensitivityColumns:
         """Sensitivity columns (n, k) [m], kept on disk column by column."""
         comparison = self.comparison
         share = {k: np.array([k.share(t.speed, t.pressure) for t in comparison.trials]) for k in parameters if k.trend}
-        out = []
+        out, found = [], dict[str, np.ndarray]()
         for parameter in parameters:
             if parameter.key in comparison.directions:
                 out.append(comparison.directions[parameter.key])
                 continue
-            column = self._column(
-                point,
-                FitParameter(
-                    parameter.key, parameter.step, low=parameter.low, high=parameter.high, plane=parameter.plane
-                ),
-                progress,
+            plain = FitParameter(
+                parameter.key, parameter.step, low=parameter.low, high=parameter.high, plane=parameter.plane
             )
+            cosine = None if (other := cosine_of(plain)) is None else found.get(other.name)
+            column = found[plain.name] = self._column(point, plain, progress, cosine)
             out.append(column * (share[parameter][comparison.layout.record] if parameter.trend else 1.0))
         return np.column_stack(out) if out else np.zeros((len(comparison.measured), 0))
 
     def _column(
-        self, point: ParameterPoint, parameter: FitParameter, progress: Callable[[], None] | None
+        self,
+        point: ParameterPoint,
+        parameter: FitParameter,
+        progress: Callable[[], None] | None,
+        cosine: np.ndarray | None,
     ) -> np.ndarray:
         key = self.rough.key(point, self.rough.twin, parameter.name, parameter.step, parameter.low, parameter.high)
         shape = self.comparison.measured.shape
-        return self.cache.array(key, shape, lambda: self.rough.column(point, parameter, self._at(point), progress))
+
+        def computed() -> np.ndarray:
+            return self.rough.column(point, parameter, self._at(point), progress, cosine=cosine)
+
+        return self.cache.array(key, shape, computed)
 
     def _at(self, point: ParameterPoint) -> np.ndarray:
         """The response at a point; options that are held for an effect that is off change nothing."""

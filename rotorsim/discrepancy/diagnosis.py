@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,12 +25,14 @@ from rotorsim.discrepancy.comparison import (
     table,
     unsteady,
 )
-from rotorsim.discrepancy.data_vector import TOLERANCE, unknown_sources, without_hum, without_probe_drift
+from rotorsim.discrepancy.data_vector import TOLERANCE, own_scatter, unknown_sources, without_hum, without_probe_drift
 from rotorsim.discrepancy.decision import check_allowed
 from rotorsim.discrepancy.fit import (
     MOST_REPEATS,
     ParameterFit,
     covariance,
+    far_off_file,
+    far_places,
     finished,
     fit_parameters,
     null_vectors,
@@ -43,6 +45,7 @@ from rotorsim.discrepancy.hypotheses import CLEAR, EffectSearch
 from rotorsim.discrepancy.judge import (
     AllEvidence,
     Judgement,
+    accuracy_notes,
     beyond_floor,
     by_odds,
     judged,
@@ -50,7 +53,7 @@ from rotorsim.discrepancy.judge import (
     worse_than,
 )
 from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect, far_off
-from rotorsim.discrepancy.mistakes import check_before
+from rotorsim.discrepancy.mistakes import check_alternatives, check_before
 from rotorsim.discrepancy.records import (
     check_after,
     check_plane,
@@ -110,6 +113,8 @@ STRAINED = (
     "re-calibration ends where it is not believed ({}): what is missing leads it astray, or the machine is another one"
 )
 """Note on a calibration beyond its limits or priors."""
+ONE_OF = "one of these places, which the records do not distinguish: {}"
+"""Finding of a calibration that has several places."""
 NAMED_PROBES = "x and y of the sensors are the probes {0} and {1}, in their own directions"
 """Note on records whose channels are their probes."""
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
@@ -277,6 +282,8 @@ class DiagnosisRun:
     tolerance: float
     progress: Progress
     allow: tuple[str, ...] | None = None
+    large: tuple[str, ...] = field(default=(), init=False)
+    """Sentences on calibrated numbers that are far from the machine file."""
 
     @property
     def fitted(self) -> TwinComparison:
@@ -298,8 +305,6 @@ class DiagnosisRun:
         named = {t.names for t in self.fitted.trials if len(t.names) == 2 and not t.other_plane}
         notes += [NAMED_PROBES.format(*names) for names in sorted(named)]
         notes += notes_on_changes({t.name: t.stated_changes for t in self.trials})
-        beyond = strained(base)
-        notes += [STRAINED.format(", ".join(beyond))] if beyond else []
         notes += [COMMON_DELAY] if any(t.clock for t in self.trials) else []
         fitted = self.fitted.measured - base.residual * self.fitted.sigma
         notes += check_after(self.fitted, fitted)
@@ -311,9 +316,21 @@ class DiagnosisRun:
             last, base = base.cost, relinearised(self.fitted, base, lambda: self.progress("calibrate"))
             if base.cost > enough * last:
                 break
+        far = far_places(self.fitted, base, lambda: self.progress("calibrate"))
+        base = far[0] if far else base
+        self.large = self._large(far or [base])
+        beyond = strained(base)
+        notes += [STRAINED.format(", ".join(beyond))] if beyond else []
+        if flagged(table(self.fitted, base.residual)) or self.large:
+            nominal = SensitivityColumns(self.fitted).columns(ParameterPoint(), base.parameters)
+            check_alternatives(self.fitted, base, nominal)
         assert self.fitted.scatter is not None
-        apart = unsteady(self.fitted.trials, self.fitted.apart(base.point), self.fitted.scatter[0])
-        flags = flagged(table(self.fitted, base.residual)) + apart
+        blocks, groups = self.fitted.apart(base.point), table(self.fitted, base.residual)
+        apart = unsteady(self.fitted.trials, blocks, self.fitted.scatter[0])
+        flags = flagged(groups) + apart
+        notes += accuracy_notes(
+            max(t.accuracy for t in self.fitted.trials), own_scatter(self.fitted.trials, blocks), groups
+        )
         for role in ("held_out", "untouched"):
             if role in self.parts:
                 self.progress("prove")
@@ -348,16 +365,21 @@ class DiagnosisRun:
                 calibrated = after if best is None else part.residual(base.point)
                 gone = None if best is None else untouched_gone(part, calibrated, after)
                 worse, alone = (worse_than(part, given, there) for there in (after, calibrated))
-        large = self._large(base)
-        return judged(
-            AllEvidence(verdict, odds, known, tuple(left), gone, worse, alone, large, share, self.fitted.scatter_known)
-        )
+        scatter = self.fitted.scatter_known
+        return judged(AllEvidence(verdict, odds, known, tuple(left), gone, worse, alone, self.large, share, scatter))
 
-    def _large(self, base: ParameterFit) -> tuple[str, ...]:
-        """Sentences on calibrated numbers that are far from the machine file."""
-        V = covariance(base, self.fitted.layout.record)
-        found = calibration_of(base, V, base.parameters)
-        return far_off(self.machine, found, related_of(base, V), strained(base))
+    def _large(self, fits: Sequence[ParameterFit]) -> tuple[str, ...]:
+        """Sentences on calibrated numbers that are far from the machine file; of several fits all places in one."""
+        found = []
+        for fit in fits:
+            V = covariance(fit, self.fitted.layout.record)
+            own = calibration_of(fit, V, fit.parameters)
+            found.append(far_off(self.machine, own, related_of(fit, V), [*strained(fit), *far_off_file(fit)]))
+        if len(found) < 2:
+            return found[0]
+        if not all(found):
+            return ()
+        return (ONE_OF.format(" or ".join(", ".join(own) for own in found)),)
 
     def _name(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit]
@@ -389,7 +411,8 @@ class DiagnosisRun:
         if strained(base):
             residual = self.fitted.residual(origin)
             start = replace(nominal, point=origin, residual=residual, cost=float(residual @ residual))
-            found.before = replace(found, base=start, nominal=start, columns=dict(raw))
+            # its sensitivities are of that point already
+            found.before = replace(found, base=start, nominal=start, columns=dict(raw), updated={*raw})
         return found
 
     def _result(
@@ -439,7 +462,7 @@ class DiagnosisRun:
             data_hash=data_hash(self.trials),
             spectra=shown,
             tried=tuple(h.as_dict() for h in verdict.tried),
-            large=self._large(base),
+            large=self.large,
             left=judgement.left,
             worse=judgement.worse,
         )

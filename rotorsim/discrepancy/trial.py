@@ -30,7 +30,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from math import nan
 from typing import TYPE_CHECKING, Any
 
@@ -59,6 +59,10 @@ UNSETTLED = 0.2
 RUN_IN = 10.0
 """Time [s] for which a twin runs before the window where no period holds whole turns. It begins in the motion of its
 turning and of its inputs; in this time fades what effects add to their sum."""
+REPEATS = 1e-4
+"""Share of a motion over whole turns that its orders may leave where it counts as repeating with them."""
+LEAST_ORDERS, SHARE_OF_RATE, LEAST_TURNS = 8, 0.4, 10
+"""Least number of its orders, its highest one as a share of the samples of a turn, least turns of a record."""
 ROUNDING = 1e-12
 """Line of an input, as a share of its largest value, below which it is the rounding of a constant."""
 SHORTEST_PERIOD = 0.2
@@ -260,6 +264,30 @@ class Trial:
         return block_lines(moved, 0, self.length, self.blocks, count)
 
     @property
+    def turning(self) -> bool:
+        """Whether nothing but the turning excites the rotor, so that every turn may be like the last one."""
+        turns = turns_of(self.speed, len(self.used))
+        return not self.orders and turns >= LEAST_TURNS and not self.used[:, 2:6].any()
+
+    @property
+    def angle_of_window(self) -> float:
+        """Angle [rad] of the shaft at the first sample of the window."""
+        return self.angle + self.speed * RIG_SAMPLE * self.start
+
+    def lines_of_turn(self, displacement: np.ndarray) -> np.ndarray | None:
+        """DFTs (blocks, 2, lines) [m] of a motion that repeats with the turns; None of one that does not.
+
+        By its samples (n, 2) [m] over one turn or more, from the angle of the window on.
+        """
+        seen = self.seen(displacement)
+        waves, inverse, lines = _of_turn(self.speed, len(seen), self.length, self.blocks, self.spectra.shape[2])
+        found = inverse @ seen
+        left, size = np.linalg.norm(seen - waves @ found), np.linalg.norm(seen - seen.mean(axis=0))
+        if not left <= max(REPEATS * size, ROUNDING * np.abs(seen).max() * np.sqrt(len(seen))):
+            return None
+        return np.asarray(found.T @ lines)
+
+    @property
     def short(self) -> tuple[np.ndarray, float]:
         """Rows (n, 6) that lead into one period and hold it, and the shaft angle [rad] at their beginning."""
         first = self.start - self.lead
@@ -267,8 +295,8 @@ class Trial:
         return self.rows[first : self.start + self.length], turned
 
     def short_lines(self, displacement: np.ndarray) -> np.ndarray:
-        """DFTs (blocks, 2, lines) [m] of the response (n, 2) [m] to `short`: all blocks are alike."""
-        one = block_lines(self.seen(displacement), self.lead, self.length, 1, self.spectra.shape[2])
+        """DFTs (blocks, 2, lines) [m] of the response (n, 2) [m] over the period of `short`: all blocks are alike."""
+        one = block_lines(self.seen(displacement), 0, self.length, 1, self.spectra.shape[2])
         return np.repeat(one, self.blocks, axis=0)
 
     def vector(self, spectra: np.ndarray) -> np.ndarray:
@@ -283,10 +311,26 @@ class Trial:
 
 def block_lines(displacement: np.ndarray, start: int, length: int, blocks: int, count: int) -> np.ndarray:
     """DFTs (blocks, 2, count) [m, 0-pk] of consecutive blocks of displacements (n, 2)."""
-    cut = displacement[start : start + blocks * length].reshape(blocks, length, 2)
+    cut = displacement[start : start + blocks * length].reshape(blocks, length, -1)
     spectra = np.fft.rfft(cut, axis=1)[:, :count].transpose(0, 2, 1) * (2 / length)
     spectra[:, :, 0] /= 2
     return np.asarray(spectra)
+
+
+@lru_cache(maxsize=32)
+def _of_turn(
+    speed: float, n: int, length: int, blocks: int, count: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    """Waves (n, k) of a speed's [rad/s] orders over n samples, their inverse (k, n), and DFTs (blocks, k, lines)."""
+    turn = 2 * np.pi / (abs(speed) * RIG_SAMPLE)
+    highest = min(max(2 * HIGHEST * RIG_SAMPLE * turn, LEAST_ORDERS), SHARE_OF_RATE * turn)
+    orders = np.arange(1, max(int(highest), 1) + 1) * speed * RIG_SAMPLE
+
+    def waves(samples: int) -> np.ndarray:
+        return np.concatenate([np.ones((samples, 1)), _waves(np.outer(np.arange(samples), orders))], axis=1)
+
+    own = waves(n)
+    return own, answer(np.linalg.pinv, own), block_lines(waves(blocks * length), 0, length, blocks, count)
 
 
 def planned_trial(name: str, rows: np.ndarray) -> Trial:

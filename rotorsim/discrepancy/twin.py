@@ -8,14 +8,15 @@ left out: the diagnosis compares means, and what scatters is its floor.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil
 from typing import Any
 
 import numpy as np
-from scipy.linalg import expm
 
+from reynolds.transient import MID, OLD, STAGE
 from rotorsim.base.errors import ConvergenceError, MachineFileError, NoAnswerError, NoLiftOffError
 from rotorsim.base.rounding import answer, decays
 from rotorsim.base.units import RIG_SAMPLE
@@ -31,12 +32,16 @@ from rotorsim.plant.simulation import Simulation
 
 NO_SOLUTION = 1e-3
 """Size of the lines [m] that stand for a plant without solution."""
-MOST_TURNS, ROUNDS = 12, 8
-"""Most turns in one shot, and most shots, of a search for periodic motion."""
-CLOSE = 0.01
-"""Largest distance of turns from whole samples, in samples."""
-SETTLED = 1e-6
-"""Relative change of the state over the turns below which the motion is periodic."""
+ROUNDS = 8
+"""Most shots of a search for periodic motion."""
+POINTS = 6
+"""Samples between which the state after a turn is interpolated."""
+NEAR = 600
+"""Samples before a period in which a motion goes over to that with slightly other numbers."""
+MOST_MOTIONS = 64
+"""Motions that are kept."""
+SETTLED = 1e-5
+"""Last correction of the state, relative, from which on the motion is periodic."""
 Setting = Mapping[str, float]
 """Values by key: 'effect.table.parameter' (absolute, SI), a name of FACTORS (a relative change), or 'plane', the
 coordinate z [m] whose displacement is read."""
@@ -128,66 +133,100 @@ def equip(
     return machine.with_({"effects": {**ahead, **base, **behind}}), slots
 
 
-def whole_turns(speed: float) -> int:
-    """Number of samples closest to whole revolutions at a speed [rad/s], up to MOST_TURNS of them."""
-    turns = np.arange(1, MOST_TURNS + 1) * (2 * np.pi / abs(speed) / RIG_SAMPLE)
-    miss = np.abs(turns - np.round(turns))
-    close = np.flatnonzero(miss < max(CLOSE, 1.001 * miss.min()))
-    return int(np.round(turns[close[0]]))
+def a_turn(speed: float) -> tuple[int, np.ndarray]:
+    """Samples that end a little after a turn at a speed [rad/s], and weights (POINTS,) of the last ones' states which
+    interpolate that after the turn."""
+    turn = 2 * np.pi / abs(speed) / RIG_SAMPLE
+    last = max(round(turn), POINTS) + POINTS // 2 - 1
+    at = np.arange(last - POINTS + 1, last + 1)
+    others = ~np.eye(POINTS, dtype=bool)
+    return last, np.array([np.prod((turn - at[o]) / (k - at[o])) for k, o in zip(at, others, strict=True)])
 
 
 def in_motion(
     a: Assembly, w: np.ndarray, speed: float, pressure: float, inputs: np.ndarray | None = None
 ) -> np.ndarray:
-    r"""Workspace of a rotor on linear bearings in periodic motion at a speed [rad/s]; w itself if that is unstable.
+    """Workspace of a rotor on linear bearings in periodic motion at a speed [rad/s]; w itself if that is unstable.
 
     `inputs` (n, 6) are rows that repeat, in whole turns; without them nothing but the turning excites the rotor.
-
-    A lightly damped rotor takes minutes to forget how it was started. One step of Newton's method on the map over whole
-    turns finds its motion instead,
-
-    .. math:: x^* = x_1 + \Phi (I - \Phi)^{-1} (x_1 - x_0), \qquad \Phi = e^{A T}
-
-    with x_1 the state that the plant reaches from x_0 in T; exact where the plant is linear, repeated where effects
-    bend it. Source: Aprille & Trick (1972), Proc. IEEE 60, 108 (shooting).
-
-    Cites: aprille_1972.
     """
     if a.film_model is not None or (abs(speed) < 1.0 and inputs is None):
         return w
-    if inputs is None:
-        rows = np.zeros((whole_turns(speed), 6))
-        rows[:, 0], rows[:, 1] = speed, pressure
-    else:
-        rows = inputs
-    try:
-        phi = answer(expm, linearise(a, w, speed).A * (len(rows) * RIG_SAMPLE))
-        if not decays(answer(np.linalg.eigvals, phi)):
-            return w
-        jump = phi @ answer(np.linalg.inv, np.eye(len(phi)) - phi)
-    except NoAnswerError:
-        return w
-    n, angle = a.rotor.n, w[a.rotor.angle]
-    at = np.concatenate([a.rotor.q + np.arange(n), a.rotor.v + np.arange(n)])
+    return w if (found := repeating(a, w, speed, pressure, inputs)) is None else found[0]
+
+
+def repeating(
+    a: Assembly, w: np.ndarray, speed: float, pressure: float, inputs: np.ndarray | None
+) -> tuple[np.ndarray, bool] | None:
+    r"""Workspace in the motion that repeats with `inputs`, or with the shaft, and whether the search for it has ended
+    there; None for a rotor that is unstable.
+
+    A lightly damped rotor takes minutes to forget how it was started. One step of Newton's method on the map over a
+    turn finds its motion instead,
+
+    .. math:: x^* = x_0 + (I - \Phi)^{-1} (x_1 - x_0)
+
+    with x_1 the state that the plant reaches from x_0 and Phi what its linear model leaves of x_0 by then
+    (`_forgotten`); exact where the plant is linear, repeated where effects bend it. A turn ends between samples, whose
+    states are interpolated. Source: Aprille & Trick (1972), Proc. IEEE 60, 108 (shooting).
+
+    Cites: aprille_1972.
+    """
+    last, weights = a_turn(speed) if inputs is None else (len(inputs), np.ones(1))
+    rows = np.tile([speed, pressure, 0.0, 0.0, 0.0, 0.0], (last, 1)) if inputs is None else inputs
+    A = linearise(a, w, speed).A
+    if (forgotten := _forgotten(a, A, last, weights)) is None:
+        return None
+    rotor, n = a.rotor, a.rotor.n
+    at = np.concatenate([rotor.q + np.arange(n), rotor.v + np.arange(n)])
     # a step begins at the displacement and velocity of the last one's end, which it keeps apart
-    begin = np.concatenate([a.rotor.q_old + np.arange(n), a.rotor.v_old + np.arange(n)])
-    rest, began = w, {i: w[i] for i in (a.rig.tick, a.rotor.time, a.rotor.turns)}
-    for _ in range(ROUNDS):
-        before = w[at].copy()
-        moved = w.copy()
-        Simulation(a, moved).advance(rows)
-        change = moved[at] - before
+    begin = np.concatenate([rotor.q_old + np.arange(n), rotor.v_old + np.arange(n)])
+    rates = rotor.a_old + np.arange(n)  # so it keeps the acceleration
+    began = {i: w[i] for i in (rotor.angle, a.rig.tick, rotor.time, rotor.turns)}
+    turn = 2 * np.pi / abs(speed) if inputs is None else len(inputs) * RIG_SAMPLE
+    for number in range(1, ROUNDS + 1):
+        before, moved, reached = w[at].copy(), w.copy(), np.zeros(3 * n)
+        run = Simulation(a, moved)
+        run.advance(rows[: last - len(weights)])
+        for k, weight in enumerate(weights, last - len(weights)):
+            run.advance(rows[k : k + 1])
+            reached += weight * moved[[*at, *rates]]
+        change = reached[: 2 * n] - before
         if not np.all(np.isfinite(change)):
-            return rest
-        moved[at] += jump @ change
-        moved[begin] = moved[at]
+            return None
+        jump = forgotten @ change
+        moved[at] = moved[begin] = before + jump
+        moved[rates] = reached[2 * n :] + A[n:] @ (jump - change)
+        # time goes on: what turns with no shaft does not settle
+        moved[rotor.angle], moved[rotor.time] = began[rotor.angle], began[rotor.time] + number * turn
         w = moved
-        w[a.rotor.angle] = angle
-        if np.linalg.norm(change) < SETTLED * np.linalg.norm(before):
+        if settled := bool(np.linalg.norm(jump) <= SETTLED * np.linalg.norm(before)):
             break
     for i, value in began.items():
         w[i] = value
-    return w
+    return w, settled
+
+
+def _forgotten(a: Assembly, A: np.ndarray, samples: int, weights: np.ndarray) -> np.ndarray | None:
+    r"""Matrix (I - Phi)^-1 (2 n, 2 n) with the `weights` of the states after the last samples; None where one grows.
+
+    Phi holds powers of the plant's own step R, so that a linear plant repeats after one jump:
+
+    .. math:: R = S\,(b\,S\,(I + a h A) + c I), \qquad S = (I - a h A)^{-1}, \qquad \Phi = \sum_k w_k R^{n_k}
+
+    Cites: bank_1985.
+    """
+    eye, step = np.eye(len(A)), STAGE * a.sampling_time / a.steps_per_sample
+    try:
+        S = answer(np.linalg.inv, eye - step * A)
+        one = answer(np.linalg.matrix_power, S @ (MID * S @ (eye + step * A) + OLD * eye), a.steps_per_sample)
+        phi = weights[-1] * one
+        for weight in weights[-2::-1]:
+            phi = (phi + weight * eye) @ one
+        phi = phi @ answer(np.linalg.matrix_power, one, samples - len(weights))
+        return answer(np.linalg.inv, eye - phi) if decays(answer(np.linalg.eigvals, phi)) else None
+    except NoAnswerError:
+        return None
 
 
 def in_forced_motion(a: Assembly, w: np.ndarray, speed: float, period: np.ndarray) -> np.ndarray:
@@ -196,19 +235,15 @@ def in_forced_motion(a: Assembly, w: np.ndarray, speed: float, period: np.ndarra
     Turning and forcing have periods that need not share a multiple, so the motion they give together has none. On
     linear bearings it is the sum of both: the deviation d from the motion w is that which the force's period repeats,
 
-    .. math:: d^* = d_0 + (I - \Phi)^{-1} (d_1 - d_0), \qquad \Phi = e^{A T}
+    .. math:: d^* = d_0 + (I - \Phi)^{-1} (d_1 - d_0)
 
     by the step of `in_motion`, on the difference of the runs with and without the force. Returns w itself where the
     rotor is unstable. Assumes: effects bend the plant little; what they do is left to a run.
 
     Cites: aprille_1972.
     """
-    try:
-        phi = answer(expm, linearise(a, w, speed).A * (len(period) * RIG_SAMPLE))
-        if not decays(answer(np.linalg.eigvals, phi)):
-            return w
-        jump = answer(np.linalg.inv, np.eye(len(phi)) - phi)
-    except NoAnswerError:
+    forgotten = _forgotten(a, linearise(a, w, speed).A, len(period), np.ones(1))
+    if forgotten is None:
         return w
     n = a.rotor.n
     at = np.concatenate([a.rotor.q + np.arange(n), a.rotor.v + np.arange(n)])
@@ -226,14 +261,14 @@ def in_forced_motion(a: Assembly, w: np.ndarray, speed: float, period: np.ndarra
         change = moved[at] - free[at] - d
         if not np.all(np.isfinite(change)):
             return w
-        d = d + jump @ change
+        d = d + forgotten @ change
         found = moved
         found[at] = start + d
         found[begin] = found[at]
         found[last] += w[last] - free[last]
         for i, value in began.items():
             found[i] = value
-        if np.linalg.norm(change) < SETTLED * np.linalg.norm(d):
+        if np.linalg.norm(forgotten @ change) < SETTLED * np.linalg.norm(d):
             break
     return found
 
@@ -341,6 +376,93 @@ class Twin:
         except FAILURES:
             return np.full((len(rows), 5), np.nan)
 
+    def over_period(
+        self, setting: Setting, rows: np.ndarray, angle: float, pressure: float, length: int,
+        near: Setting | None = None,
+    ) -> np.ndarray:  # fmt: skip
+        """Readings (length, 5) with a film over the last rows of (n, 6), which repeat; NaN where there is no solution.
+
+        The rows before lead there from the equilibrium, or the last `NEAR` of them from the motion of a `near` setting
+        where nothing differs that takes longer.
+        """
+        if near is not None and any(_takes_long(k) for k, v in {**near, **setting}.items() if near.get(k) != v):
+            near = None
+        ahead, speed = len(rows) - length - NEAR, float(rows[0, 0])
+        own = (hash(rows.tobytes()), angle, pressure)
+        try:
+            if near is None or ahead < 0:
+                return self._led(setting, rows, angle, pressure, own)[0][-length:]
+            rest, moving = self._motions.get((_key(near), *own)) or self._led(near, rows, angle, pressure, own)[1]
+            a, regulator = self.set(setting), self.regulator(setting, speed, pressure)
+            w = settle(a, speed, regulator)
+            moved = np.flatnonzero(rest != moving)
+            w[moved] = moving[moved]
+            w[a.rotor.matrix_speed] = np.inf  # the matrices are formed anew
+            w[a.rotor.angle], w[a.rotor.time] = angle + speed * RIG_SAMPLE * ahead, RIG_SAMPLE * ahead
+            fed = rows[ahead:] + (regulator - pressure) * PRESSURE
+            return Simulation(a, w).advance(fed)[NEAR:, READ : READ + 5]
+        except FAILURES:
+            return np.full((length, 5), np.nan)
+
+    def _led(
+        self, setting: Setting, rows: np.ndarray, angle: float, pressure: float, own: tuple[Any, ...]
+    ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
+        """Readings (n, 5) over rows (n, 6) from the equilibrium, and the workspaces there and `NEAR` samples before the
+        end, which are kept."""
+        a, speed = self.set(setting), float(rows[0, 0])
+        w = settle(a, speed, regulator := self.regulator(setting, speed, pressure))
+        w[a.rotor.angle] = angle
+        rest, run, fed = w.copy(), Simulation(a, w), rows + (regulator - pressure) * PRESSURE
+        first = run.advance(fed[:-NEAR])
+        kept = self._keep((_key(setting), *own), (rest, w.copy()))
+        return np.concatenate([first, run.advance(fed[-NEAR:])])[:, READ : READ + 5], kept
+
+    def over_a_turn(
+        self, setting: Setting, speed: float, pressure: float, angle: float, time: float
+    ) -> np.ndarray | None:  # fmt: skip
+        """Readings (n, 5) over a turn of the periodic motion of a rotor on linear bearings, from an angle [rad] and a
+        time [s] on; None without one."""
+        n = round(2 * np.pi / abs(speed) / RIG_SAMPLE)
+        begin = angle - speed * n * RIG_SAMPLE, time - n * RIG_SAMPLE
+        found = self._motion({k: v for k, v in setting.items() if not _is_of_sensors(k)}, speed, pressure, *begin)
+        if found is None:
+            return None
+        a, w = self.set(setting), found.copy()
+        read = slice(a.rotor.disc, a.rotor.disc + 2 * a.rotor.n)
+        w[read] = a.w[read]
+        # twice: sensors remember, and begin in those of another setting
+        rows = np.tile([speed, pressure, 0.0, 0.0, 0.0, 0.0], (2 * n, 1))
+        try:
+            return Simulation(a, w).advance(rows)[n:, READ : READ + 5]
+        except ConvergenceError:
+            return None
+
+    @cached_property
+    def _motions(self) -> dict[Any, Any]:
+        """Workspaces of the last motions, by setting and inputs; None for a periodic one that was not found."""
+        return {}
+
+    def _motion(
+        self, setting: Setting, speed: float, pressure: float, angle: float, time: float
+    ) -> np.ndarray | None:  # fmt: skip
+        """Workspace in periodic motion, which all planes and readings of the sensors share; None without one."""
+        key = (_key(setting), speed, pressure, angle, time)
+        if key in self._motions:
+            return self._motions[key]
+        a, found = self.set(setting), None
+        with suppress(*FAILURES):
+            w = settle(a, speed, pressure)
+            w[a.rotor.angle], w[a.rotor.time] = angle, time
+            found = repeating(a, w, speed, pressure, None)
+        return self._keep(key, found[0] if found is not None and found[1] else None)
+
+    def _keep(self, key: Any, motion: Any) -> Any:
+        """A motion that is kept, the oldest ones are not."""
+        for old in list(self._motions)[: 1 - MOST_MOTIONS]:
+            self._motions.pop(old, None)
+        self._motions[key] = motion
+        return motion
+
     def regulator(self, setting: Setting, speed: float, pressure: float) -> float:
         """Gauge pressure [Pa] at the regulator of a record whose gauge, at the injectors, reads `pressure` [Pa, gauge].
 
@@ -352,6 +474,25 @@ class Twin:
 
         filed = {k: v for k, v in setting.items() if getattr(REGISTRY.get(k.split(".")[0]), "port", "") != "supply"}
         return regulator_pressure(self.set(filed), speed, pressure)
+
+
+def _takes_long(key: str) -> bool:
+    """Whether a change of a key's value is forgotten slowly: by a state of its own, by the drive, by a resonance."""
+    effect = REGISTRY.get(key.split(".")[0])
+    if effect is None:
+        return False
+    remembers = bool(effect.states) and effect.memory != "short"
+    return remembers or effect.port in ("torque", "support") or effect.braking is not None
+
+
+def _key(setting: Setting) -> tuple[tuple[str, float], ...]:
+    """Values in the order of their names."""
+    return tuple(sorted(setting.items()))
+
+
+def _is_of_sensors(key: str) -> bool:
+    """Whether a key of a setting changes readings alone."""
+    return key == PLANE or getattr(REGISTRY.get(key.split(".")[0]), "port", "") == "sensor"
 
 
 def _scale(a: Assembly, record: Any, w: np.ndarray, key: str, change: float) -> None:

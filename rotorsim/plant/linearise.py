@@ -26,8 +26,9 @@ Cites: hamrock_2004.
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -377,9 +378,10 @@ class LinearPlant(Shown):
         """Factors of J - s S at s [rad/s]."""
         return ShiftedPlant(self, s)
 
-    def log_det(self, s: complex) -> complex:
-        """Logarithm of det(J - s S) up to a constant, the imaginary part modulo 2 pi."""
-        return ShiftedPlant(self, s).log_det
+    @cached_property
+    def log_det(self) -> Callable[[complex], complex]:
+        """Logarithm of det(J - s S) at s up to a constant, the imaginary part modulo 2 pi."""
+        return cache(lambda s: ShiftedPlant(self, s).log_det)
 
 
 @dataclass(frozen=True, eq=False)

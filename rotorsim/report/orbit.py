@@ -248,6 +248,12 @@ def _need_filtered(run: AnalysedRun) -> None:
     need(set(ORDERS[:1]) <= set(run.tracked["order"].values.tolist()), "The vectors hold no 1X.")
 
 
+def _standing_out(run: AnalysedRun) -> list[int]:
+    """Orders of `ORDERS` that a run-up draws: 1X, and 2X where it is resolved above a thousandth of the largest."""
+    resolved = {1, *(peak["order"] for peak in run.peaks)}
+    return [n for n in ORDERS if n in run.tracked["order"].values and n in resolved]
+
+
 def mean_orders(tracked: xr.Dataset) -> np.ndarray:
     """Mean over the windows of the complex amplitudes (order, axis) [m] of 1X and 2X."""
     return np.asarray(tracked["amplitude"].sel(order=list(ORDERS)).mean("window").values)
@@ -256,7 +262,8 @@ def mean_orders(tracked: xr.Dataset) -> np.ndarray:
 def filtered_caption(run: AnalysedRun, _: None) -> str:
     """Forward and backward part of 1X and 2X."""
     if run.swept:
-        return "Parts at 1X and 2X at the resonances and at the end of the run; dots mark whole turns of the shaft."
+        orders = " and ".join(f"{n}X" for n in _standing_out(run))
+        return f"Parts at {orders} at the resonances and at the end of the run; dots mark whole turns of the shaft."
     parts = []
     for n, (x, y) in zip((1, 2), mean_orders(run.tracked), strict=True):
         f, b = abs(x + 1j * y) / 2 * TO_UM, abs(x - 1j * y) / 2 * TO_UM
@@ -297,7 +304,7 @@ def filtered_orbits(run: AnalysedRun, _: None) -> go.Figure:
 def _swept_orbits(run: AnalysedRun) -> go.Figure:
     """Parts at each order in a row, at each resonance and at the end in a column."""
     moments = instants(run) if run.summary["peaks"] else []
-    orders = [n for n in ORDERS if n in run.tracked["order"].values]
+    orders = _standing_out(run)
     titles = [f"{i.label}, {i.rpm:.0f} rpm" for i in moments] + [""] * len(moments) * (len(orders) - 1)
     figure = make_subplots(
         len(orders), len(moments), subplot_titles=titles, vertical_spacing=0.13, horizontal_spacing=0.08
@@ -344,7 +351,7 @@ def polar(run: AnalysedRun, _: None) -> go.Figure:
     >>> import rotorsim as rs
     >>> figure = rs.report.polar(runup)
     """
-    orders = [n for n in ORDERS if n in run.tracked["order"].values]
+    orders = _standing_out(run)
     figure = make_subplots(1, len(orders), horizontal_spacing=0.12, subplot_titles=[f"{n}X" for n in orders])
     tracked = run.tracked.isel(window=slice(None, None, 1 + run.tracked.sizes["window"] // MOST_POINTS))
     rpm = np.abs(tracked["speed"].values) * TO_RPM

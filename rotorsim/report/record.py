@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from rotorsim.base.display import listing
 from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import Quantity
-from rotorsim.base.units import TO_MPA, TO_RPM, show, split
+from rotorsim.base.units import TO_MPA, TO_RPM, TO_UM, show, split
 from rotorsim.experiments.experiment import EXPERIMENTS, parameters
 from rotorsim.experiments.limits import BEYOND, sentences
 from rotorsim.report import film, orbit, orders, responses, time_history
@@ -22,6 +23,7 @@ from rotorsim.report.film import feed_word
 from rotorsim.report.page import Block, Page, check_wanted, machine_entry, page_of, write_page
 from rotorsim.report.run import RUNS, SECTIONS, AnalysedRun, RecordSection, VectorRun, analyse, end_of_run
 from rotorsim.report.units import number, quantity
+from rotorsim.signals.orders import mean_order
 from rotorsim.signals.record_blocks import SHOWN, MissingError, open_record
 
 CHAPTERS = (orders, orbit, responses, time_history, film)
@@ -52,7 +54,9 @@ SETTINGS = {
     "sample_rate_hz": ("Sample rate", "{:.6g} Hz", 1.0),
     "ended": ("Ended", "{}", 1.0),
 }
-PROVENANCE = {"machine_hash": "Machine's hash", "seed": "Seed"}
+PROVENANCE = {"machine_hash": "Machine's hash", "seed": "Seed", "source_sha256": "Source's SHA-256"}
+TEXTS = {"machine": "Machine file", "mapping": "Mapping"}
+"""Attributes that are files of many lines, and the headings under which a page folds them away."""
 EXCITATION = re.compile(r"(excitation_\d+_)experiment")
 """Attribute with the name of an excitation in a closed loop; its parameters begin with the same words."""
 HARMONIC = re.compile(r"harmonic_\d+_[xy](_phase)?")
@@ -113,7 +117,7 @@ def record_page(record: xr.Dataset) -> Page:
 
 def run_page(run: AnalysedRun) -> Page:
     """Page of an analysed run."""
-    name = machine_entry(run.record.attrs)
+    name = machine_entry(run.record.attrs, missing=str(run.record.attrs.get("source", "Unnamed machine")))
     description = machine_entry(run.record.attrs, "description", "")
     made = list(made_sections(run))
     vectors = isinstance(run, VectorRun)
@@ -128,12 +132,13 @@ def run_page(run: AnalysedRun) -> Page:
     blocks.append(tuple(table for table in tables if table.rows))
     if notes := [SIMULATED] * run.simulated + list(NOTES) * (run.tracked.sizes["window"] > 0):
         blocks.append(Block("Notes", texts=notes))
-    if text := str(run.record.attrs.get("machine", "")):
-        blocks.append(Block("Machine file", code=text, folded=True))
-    kind = NAMES.get(run.kind, run.kind.replace("_", " ") or "record")
+    for attribute, title in TEXTS.items():
+        if text := str(run.record.attrs.get(attribute, "")):
+            blocks.append(Block(title, code=text, folded=True))
+    kind = NAMES.get(run.kind, run.kind.replace("_", " ") or ("record" if run.simulated else "measured record"))
     return Page(
         name,
-        f"{kind.capitalize()}. {description}",
+        f"{kind.capitalize()}. {description}".strip(),
         blocks,
         [] if vectors else _key_numbers(run),
         _warnings(run),
@@ -144,6 +149,11 @@ def run_page(run: AnalysedRun) -> Page:
 def _warnings(run: AnalysedRun) -> list[str]:
     ended = str(run.record.attrs.get("ended", "complete"))
     lines = [] if ended == "complete" else [f"The run did not reach its end: {ended}."]
+    if run.lone and run.others:
+        lines.append(
+            f"Probe {run.lone} alone is analysed; {listing(run.others)} are left out: x and y need the angle of each "
+            "probe. State angle under [probes] of the mapping."
+        )
     return lines + [f"Beyond the range in which the model was checked: {text}." for text in sentences(run.record.attrs)]
 
 
@@ -213,9 +223,12 @@ def provenance(run: AnalysedRun) -> Rows:
     """Hash, seed, versions and whatever else the record states about itself; parameters of experiments with units."""
     rows, known = [], quantities(run.record.attrs)
     for key, value in run.record.attrs.items():
-        if key in SETTINGS or key in ("pressure", "machine", "assumed", BEYOND):
+        if key in SETTINGS or key in TEXTS or key in ("pressure", "assumed", BEYOND):
             continue
         label = PROVENANCE.get(key, str(key).replace("_", " ").capitalize())
+        if str(key).endswith("_angles"):  # of probes [rad]
+            rows.append((label, ", ".join(f"{angle:.6g} deg" for angle in np.rad2deg(np.atleast_1d(value)))))
+            continue
         number = key in known and isinstance(value, (int, float, np.number))
         rows.append((label, with_unit(value, known[key].unit) if number else _shown(value, "{:.10g}", 1.0)))
     return rows
@@ -224,6 +237,8 @@ def provenance(run: AnalysedRun) -> Rows:
 def _shown(value: Any, form: str, scale: float) -> str:
     if isinstance(value, (int, float, np.number)) and not isinstance(value, bool):
         return form.format(float(value) * scale)
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return "; ".join(_shown(entry, form, scale) for entry in value)[:300]
     return str(value)[:300]
 
 
@@ -294,6 +309,10 @@ def peaks(run: AnalysedRun) -> Rows:
     for peak in run.peaks:
         kind = "peak" if peak["local_maximum"] else "largest" + (end_of_run(peak) if run.swept else "")
         size = f"{quantity(peak['um'], 'µm')} 0-pk at {peak['rpm']:.0f} rpm"
+        if not run.swept:
+            mean, error = mean_order(run.tracked, peak["order"], peak["axis"])
+            scatter = f", standard error {quantity(error * TO_UM, 'µm')}" if np.isfinite(error) else ""
+            size += f"; mean vector {quantity(mean * TO_UM, 'µm')}{scatter}"
         rows.append((f"{peak['order']}X, {run.axes.get(peak['axis'], peak['axis'])}, {kind}", size))
     return rows
 

@@ -50,6 +50,12 @@ class AnalysedRun:
         return str(self.record.attrs.get(LONE, ""))
 
     @property
+    def others(self) -> list[str]:
+        """Names of the other displacement probes beside a lone one."""
+        named = zip(probe_names(self.record), probe_units(self.record), strict=True) if self.lone else ()
+        return [name for name, unit in named if unit == "m" and name != self.lone]
+
+    @property
     def axes(self) -> dict[str, str]:
         """Label of each axis that was measured."""
         return {"x": f"probe {self.lone}"} if self.lone else {"x": "disc x", "y": "disc y"}
@@ -229,6 +235,12 @@ class VectorRun(AnalysedRun):
         rpm = self.tracked["speed"].values * TO_RPM
         ends = {"min": float(rpm.min()), "max": float(rpm.max()), "first": float(rpm[0]), "last": float(rpm[-1])}
         return {"peaks": peaks, "start_transient_s": 0.0, "speed_rpm": ends}
+
+    @property
+    def others(self) -> list[str]:
+        """Names of the other displacement probes beside a lone one."""
+        named = zip(probe_names(self.record), probe_units(self.record), strict=True) if self.lone else ()
+        return [name for name, unit in named if unit == "m" and name != self.lone]
 
     @property
     def axes(self) -> dict[str, str]:

@@ -122,6 +122,16 @@ def track_orders(record: xr.Dataset, orders: Sequence[int] = (1, 2, 3), block: i
     )
 
 
+def mean_order(tracked: xr.Dataset, order: int, axis: str) -> tuple[float, float]:
+    """Amplitude [m 0-pk] of an order's mean vector over all windows, and its standard error [m]; NaN for one window.
+
+    Each part of the mean of n vectors A has the standard error sqrt(sum |A - mean|^2 / (2 n (n - 1))).
+    """
+    a = tracked["amplitude"].sel(order=order, axis=axis).values
+    spread = np.sum(np.abs(a - a.mean()) ** 2) / (2 * len(a) * (len(a) - 1)) if len(a) > 1 else np.nan
+    return float(abs(a.mean())), float(np.sqrt(spread))
+
+
 def _windows(record: xr.Dataset, name: str, block: int) -> Iterator[Values]:
     """Consecutive windows of whole revolutions; a rest too short for one is left out."""
     held: Values = {}

@@ -42,6 +42,8 @@ LINES = 60
 """Number of frequencies at which responses are compared."""
 SWEEP = (4, 5, 6, 7, 8)
 """Orders of the black-box models that are compared."""
+AHEAD = (4, 6, 8)
+"""Orders of those that minimise the error of prediction too, as the thesis' ssest does unless told otherwise."""
 Row = tuple[str, dict[str, np.ndarray]]
 ROLES = ("identification", "validation", "centre", "extra", "extra_second")
 HEADS = ("rpm", "MPa", "f1", "f1 phys", "f2", "f2 phys", "zeta1", "z1 phys", "zeta2", "z2 phys", "Gxx", "Gxx phys",
@@ -308,25 +310,28 @@ def compare_models(
     points: Sequence[LocalModels], each: Each
 ) -> tuple[list[Row], list[tuple[idn.Identification, np.ndarray]]]:
     """Fits (2,) of second records by model at each point, with the point's name; actuator models and their fits."""
-    kinds = [("blackbox", n) for n in reversed(SWEEP)] + [("1", 0), ("actuator", 0)]  # what takes longest first
+    kinds = [("blackbox", n, "pem") for n in reversed(AHEAD)] + [("blackbox", n, "auto") for n in reversed(SWEEP)]
+    kinds += [("1", 0, "auto"), ("actuator", 0, "auto")]  # what takes longest first
     jobs = [(k, *kind) for kind in kinds for k in range(len(points))]
-    made = each(_identified, [(points[k].source, kind, n) for k, kind, n in jobs])
+    made = each(_identified, [(points[k].source, *kind) for k, *kind in jobs])
     found = dict(zip(jobs, made, strict=True))
     rows, actuators = [], []
     for k, point in enumerate(points):
-        models = {f"order {n}": found[k, "blackbox", n] for n in SWEEP} | {"Model 1": found[k, "1", 0]}
+        models = {f"order {n}": found[k, "blackbox", n, "auto"] for n in SWEEP}
+        models |= {f"order {n} by prediction": found[k, "blackbox", n, "pem"] for n in AHEAD}
+        models |= {"Model 1": found[k, "1", 0, "auto"]}
         models |= {f"Model {kind}": point.found[kind] for kind in ("2", "3")}
         signals = idn.filtered(*idn.open_pair(point.second), RECIPE)
         rows.append(_compared(point, models, signals))
-        one = found[k, "actuator", 0]
+        one = found[k, "actuator", 0, "auto"]
         actuators.append((one, idn.fit_of(one.model, actuator_signals(signals))))
     return rows, actuators
 
 
-def _identified(job: tuple[idn.Source, str, int]) -> idn.Identification:
-    source, kind, order = job
+def _identified(job: tuple[idn.Source, str, int, str]) -> idn.Identification:
+    source, kind, order, method = job
     record, steady = idn.open_pair(source)
-    return idn.identify(record, kind, order, steady=steady, settings=RECIPE)
+    return idn.identify(record, kind, order, method, steady=steady, settings=RECIPE)
 
 
 def _compared(point: LocalModels, models: Mapping[str, idn.Identification], signals: idn.Signals) -> Row:

@@ -47,7 +47,8 @@ RESPONSE = 0.1
 """Duration [s] of a response."""
 PULSE = 1e-3
 """Duration [s] of a hit."""
-SPACING = 0.2
+CALM = 0.1
+"""Time [s] between the end of an answer and the next hit."""
 CONFIRM = 3
 """A circle is left when as many samples in a row lie outside."""
 PLACES = 25
@@ -193,38 +194,40 @@ def impact_responses(
 
 
 def impact_answers(
-    plant: Plant, law: AnyLaw | None, speed: float, pressure: float, peak: float, position: float | None = None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Disc (n, 2) [m] after a hit along x and after one along y, less its twin without hits; NaN if a run ended.
+    plant: Plant, law: AnyLaw | None, speed: float, pressure: float, peak: float, position: float | None = None,
+    duration: float = RESPONSE,
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Disc (n, 2) [m] over a duration [s] from a hit along x and one along y, less its twin's; NaN if a run ended.
 
-    The hits are on the disc, or at a position [m] along the shaft.
+    The twin has no hits. They are on the disc, or at a position [m] along the shaft.
     """
-    with_, without, _ = _twins(plant, law, speed, pressure, peak, position)
+    with_, without, _ = _twins(plant, law, speed, pressure, peak, position, duration)
     if with_.ended or without.ended:
-        return (np.full((with_.count(RESPONSE), 2), np.nan),) * 2
+        return (np.full((with_.count(duration), 2), np.nan),) * 2
     p = with_.disc - without.disc
-    return p[_after(0, with_)], p[_after(1, with_)]
+    return p[_after(0, with_, duration)], p[_after(1, with_, duration)]
 
 
 def _twins(
-    plant: Plant, law: AnyLaw | None, speed: float, pressure: float, peak: float, position: float | None = None
-) -> tuple[Run, Run, np.ndarray]:
+    plant: Plant, law: AnyLaw | None, speed: float, pressure: float, peak: float, position: float | None = None,
+    duration: float = RESPONSE,
+) -> tuple[Run, Run, np.ndarray]:  # fmt: skip
     """A run with a hit along x and one along y, its twin without, and the rows of the first."""
-    Ts = plant.machine.sampling_time
-    quiet = steady_rows(speed, pressure, IMPACT_LEAD + 2 * SPACING, Ts)
+    Ts, spacing = plant.machine.sampling_time, duration + CALM
+    quiet = steady_rows(speed, pressure, IMPACT_LEAD + 2 * spacing, Ts)
     hit = quiet.copy()
     for axis in range(2):
-        lead = IMPACT_LEAD + axis * SPACING
-        hammer = Impact(peak=peak, width=PULSE, angle=axis * np.pi / 2, lead=lead, spacing=SPACING, Ts=Ts)
+        lead = IMPACT_LEAD + axis * spacing
+        hammer = Impact(peak=peak, width=PULSE, angle=axis * np.pi / 2, lead=lead, spacing=spacing, Ts=Ts)
         own = hammer.rows(0, min(hammer.samples, len(hit)))
         hit[: len(own), 4:6] += own[:, 4:6]
     return run_rows(plant, law, hit, position=position), run_rows(plant, law, quiet), hit
 
 
-def _after(axis: int, run: Run) -> slice:
+def _after(axis: int, run: Run, duration: float = RESPONSE) -> slice:
     """Samples of the answer to the hit along an axis."""
-    first = run.count(IMPACT_LEAD + axis * SPACING)
-    return slice(first, first + run.count(RESPONSE))
+    first = run.count(IMPACT_LEAD + axis * (duration + CALM))
+    return slice(first, first + run.count(duration))
 
 
 def envelope_damping(p: np.ndarray, Ts: float = RIG_SAMPLE) -> float:

@@ -50,6 +50,8 @@ SIZES = (1.0, 5.0, 20.0)
 SIZE_POINTS = ((0.0, 0.3e6), (3 * KRPM, 0.3e6), (3 * KRPM, 0.5e6))
 RING_DOWN = 5.0
 """Peak [N] of the hits whose damping is compared with the thesis', which does not print its own."""
+RING_TIME = 0.4
+"""Duration [s] of an answer whose modes or decrement are read: two of them 6 Hz apart beat twice."""
 SLOW = 0.1 * KRPM
 """Rate [rad/s^2] of the thesis' run-up (E.5.2)."""
 BANDS = {"third": (33.0, 48.0), "half": (50.0, 75.0)}
@@ -122,7 +124,7 @@ def fitted(plant: Plant, law: Law | None, points: Iterable[Point]) -> list[dict[
     and y, added, slowest first; `decrement`, the damping ratio of y by the logarithmic decrement."""
     rows = []
     for speed, pressure in points:
-        x, y = impact_answers(plant, law, speed, pressure, RING_DOWN, next_to_film(plant))
+        x, y = impact_answers(plant, law, speed, pressure, RING_DOWN, next_to_film(plant), RING_TIME)
         free = round(PULSE / plant.machine.sampling_time)
         time = np.arange(len(x) - free) * plant.machine.sampling_time
         wn, zeta = two_modes(time, (x + y)[free:])

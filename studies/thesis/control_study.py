@@ -164,14 +164,15 @@ def control_study(
 def ringing_study(
     plant: Plant, model: LpvModel, folder: Path, progress: Progress = _no_progress, workers: int = 1
 ) -> ControlStudy:
-    """Make the designs alone whose damping in hits is measured, and their hits: claims C1 to C4 and N5.
+    """Make the designs alone whose damping in hits is measured, and their hits: claims C1 to C4, N3 and N5.
 
     Parameters as of `control_study`.
     """
     found = ControlStudy()
     folder.mkdir(parents=True, exist_ok=True)
     files = _Files(plant, model, folder)
-    first = run_cases(folder, [*map(files.design, RINGING), *_hit_runs(files, {OPEN: ""})], workers, progress)
+    still = files.alone("static_map", points("static_map")[0])
+    first = run_cases(folder, [*map(files.design, RINGING), still, *_hit_runs(files, {OPEN: ""})], workers, progress)
     for name in RINGING:
         _take_design(found, files, name, first[f"design {name}"])
     _take_printed(found, files)

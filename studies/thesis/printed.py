@@ -178,9 +178,11 @@ def sensitivity(plant: System, law: System, frequency: np.ndarray) -> np.ndarray
 
 def printed_numbers() -> dict[str, dict[str, float]]:
     """Figures, by claim and name, that the thesis' printed models give with the thesis' printed laws."""
-    damping = _claim_c1()
-    return {"C1": damping, "C3": _claim_c3(), "C4": _claim_c4(), "I9": _claim_i9(), "N4": _claim_n4(),
-            "N5": {name: damping[name] for name in ("closed", "lift")}}  # fmt: skip
+    damping, plant = _claim_c1(), continuous(model_c())
+    return {
+        "C1": damping, "C3": proportional_figures(plant), "C4": lead_figures(plant), "I9": _claim_i9(),
+        "N4": _claim_n4(), "N5": {name: damping[name] for name in ("closed", "lift")},
+    }  # fmt: skip
 
 
 def _claim_c1() -> dict[str, float]:
@@ -193,25 +195,23 @@ def _claim_c1() -> dict[str, float]:
     return {"open": float(model.zeta[1]), "closed": closed, "lift": closed / float(model.zeta[1])}
 
 
-def _claim_c3() -> dict[str, float]:
-    """Paper C's model with its proportional law, continuous; pairs by frequency, as in Tables C.3 and C.4."""
-    plant = continuous(model_c())
+def proportional_figures(plant: System) -> dict[str, float]:
+    """C3 of a continuous model with Paper C's proportional law; pairs by frequency, as in Tables C.3 and C.4."""
     alone, under = (_pairs(one, 2 * np.pi * HIGHEST)[:2] for one in (plant, feedback(plant, _proportional())))
     (w0, zeta0), (w1, zeta1) = ((np.abs(s), -s.real / np.abs(s)) for s in (alone, under))
-    figures = {"open_w_1": float(w0[0] * TO_HZ)}
+    figures = {}
     for k in range(2):
         figures |= {f"w_{k + 1}": w1[k] / w0[k], f"zeta_{k + 1}": zeta1[k], f"lift_{k + 1}": zeta1[k] / zeta0[k]}
-    return {name: float(value) for name, value in figures.items()}
+    return {"open_w_1": float(w0[0] * TO_HZ)} | {name: float(value) for name, value in figures.items()}
 
 
-def _claim_c4() -> dict[str, float]:
-    """Paper D's model with the laws of Table D.1, continuous, and the stable gains of the x loop."""
-    model = model_c()
-    plant = continuous(model)
+def lead_figures(plant: System) -> dict[str, float]:
+    """C4 of a continuous model: sensitivities with the laws of Table D.1, and the stable gains of the x loop."""
+    modes = np.abs(_pairs(plant, 2 * np.pi * HIGHEST)[:2]) * TO_HZ
     figures = {}
     for name, spec in (("softening", lead.SOFTENING), ("hardening", lead.HARDENING)):
         law = _lead(spec)
-        figures[f"{name}_modes"] = sensitivity(plant, law, model.wn * TO_HZ).max()
+        figures[f"{name}_modes"] = sensitivity(plant, law, modes).max()
         figures[f"{name}_peak"] = sensitivity(plant, law, FREQUENCIES).max()
     one = np.diag([1.0, 0.0])
     stable = [k for k in GAINS if np.linalg.eigvals(feedback(plant, gain(-k * one)).A).real.max() < 0]

@@ -5,7 +5,7 @@ import pytest
 
 import rotorsim as rs
 from compare_modes import SHIPPED, agrees as all_equal, compared
-from direct_search import all_eigenvalues, crossings
+from direct_search import all_eigenvalues, counted, crossings
 from mirror import mirrored
 from random_machines import COUNT, random_machine
 from rotorsim.analysis import campbell, map_machine, mode_shapes
@@ -77,6 +77,17 @@ def test_critical_speeds_of_a_self_acting_rotor_are_roots_and_their_number_is_th
     spectra = [(v, all_eigenvalues(plant, v)) for v in (low, top)]
     below = [np.sum((np.abs(s) < v) & (-s.real < 0.5 * np.abs(s))) for v, s in spectra]
     assert -rows[:, 2].sum() == below[1] - below[0]
+
+
+@pytest.mark.slow
+def test_the_degree_of_the_determinant_tells_a_critical_speed_that_is_left_out():
+    machine, top = random_machine(2)
+    plant = Plant(machine)
+    rows, _ = found_criticals(plant, top / 20, top)
+    rows = rows[(rows[:, 0] > top / 20) & (rows[:, 0] < top)]
+    assert counted(plant, top / 20, top, rows) == []
+    for k in range(len(rows)):
+        assert len(counted(plant, top / 20, top, np.delete(rows, k, axis=0))) == 1
 
 
 def test_the_seeded_machines_hold_what_is_hard():

@@ -93,6 +93,21 @@ def test_a_trial_weight_that_changed_nothing_is_refused_with_the_number(noise, p
     assert caught.value.argument == "unbalance" and 0 <= caught.value.value < 0.03
 
 
+@pytest.mark.parametrize("phased", [True, False])
+@pytest.mark.parametrize(("times", "passes"), [(9.0, True), (23.0, False)])
+def test_a_correction_of_many_trial_weights_is_refused_with_the_number(times, passes, phased):
+    """A trial weight of u changes the vectors by u h, the first ones are h n u: the correction is n trial weights."""
+    trial = 3e-6 * np.exp(1j * np.array([0.0, 2.0, 4.0]))
+    runs = np.concatenate([[0], trial[:1] if phased else trial])
+    given = made(runs, [[EACH], [EACH]], times * 3e-6 * EACH * np.array([1, 1]), phased)
+    if passes:
+        assert abs(assess("plain_rotor", given).correction.wanted[0]) == pytest.approx(times * 3e-6, rel=1e-3)
+        return
+    with pytest.raises(DataError, match="plane 0") as caught:
+        assess("plain_rotor", given)
+    assert caught.value.argument == "unbalance" and caught.value.value == pytest.approx(times, rel=1e-3)
+
+
 def test_a_small_change_that_repeats_make_certain_is_taken():
     runs = np.array([0, 1, 0, 1, 0, 1]) * 1e-6 + 0j
     found = assess("plain_rotor", made(runs, [[0.1]], np.array([1e-5 + 0j])))

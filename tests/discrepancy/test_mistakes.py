@@ -1,4 +1,6 @@
-"""Mistakes with probes: named before anything is fitted, by the shape of the motion at all planes."""
+"""Mistakes with probes, named by the shape of the motion or by their calibration, and one bearing far from its file."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -6,10 +8,12 @@ import pytest
 from identification import make_record
 from refusals import refused
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
-from rotorsim.discrepancy.comparison import TwinComparison
-from rotorsim.discrepancy.mistakes import check_probes
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, calibration
+from rotorsim.discrepancy.comparison import SensitivityColumns, TwinComparison
+from rotorsim.discrepancy.fit import KEY, far_places, fit_parameters, relinearised
+from rotorsim.discrepancy.mistakes import check_alternatives, check_probes
 from rotorsim.discrepancy.records import make_trials
+from rotorsim.discrepancy.trial import delayed
 from rotorsim.machine import load_machine
 
 N, TS, SECOND = 6000, 2e-4, 0.15
@@ -77,3 +81,71 @@ def test_a_shaft_that_turns_the_other_way_is_named(comparison):
     comparison.measured = measured(comparison, np.diag([1, -1]), None)
     with refused(DataError, "probes", "the rotation is in the other sense"):
         check_probes(comparison, comparison.predict(ParameterPoint()))
+
+
+FLOOR = 2e-8
+"""Floor [m] of a number."""
+
+
+def calibrated(given: TwinComparison, measured: np.ndarray):
+    """Calibration of readings with noise of a floor, and the sensitivities at the file's own numbers."""
+    given.sigma = np.full(len(measured), FLOOR)
+    given.measured = measured + np.random.default_rng(1).normal(0, 0.3 * FLOOR, len(measured))
+    parameters = calibration(given.twin, len(given.trials))
+    J = SensitivityColumns(given).columns(ParameterPoint(), parameters)
+    base = fit_parameters(given, ParameterPoint(), parameters, J / FLOOR)
+    return relinearised(given, base), J
+
+
+def test_a_bearing_of_a_third_of_its_stiffness_is_found_at_its_place(comparison):
+    """Priors that are alike for both bearings spread the change over both of them."""
+    third = {FitParameter(f"bearing.0.k{axis}", 0.1): 1 - 1 / 0.33 for axis in "xy"}
+    base, _ = calibrated(comparison, comparison.predict(ParameterPoint({**OFF.values, **third})))
+    (fit,) = far_places(comparison, base)
+    found, spread = ({k.key: v for k, v in zip(f.parameters, f.vector, strict=True)} for f in (fit, base))
+    true = {k.key: v for k, v in OFF.values.items()}
+    for axis in "xy":
+        one, other = f"bearing.0.k{axis}", f"bearing.1.k{axis}"
+        assert 1 / (1 - found[one]) == pytest.approx(0.33, rel=0.2) and 1 / (1 - spread[one]) > 0.5
+        assert abs(found[other] - true[other]) < 0.1 < 0.3 < abs(spread[other] - true[other])
+    assert abs(found[KEY]) < 0.2 * abs(spread[KEY])
+
+
+def test_supports_10_to_20_percent_off_have_no_far_place(comparison):
+    base, _ = calibrated(comparison, comparison.predict(OFF))
+    assert far_places(comparison, base) == []
+
+
+def test_exchanged_planes_are_named_by_their_calibration(comparison):
+    y, own = comparison.predict(OFF), {}
+    for i, trial in enumerate(comparison.trials):
+        own.setdefault(trial.name.partition(", ")[0], []).append(i)
+    given = TwinComparison(comparison.twin, comparison.trials)
+    measured = y.copy()
+    for a, b in own.values():
+        for one, other in zip(given.numbers_of(a), given.numbers_of(b), strict=True):
+            measured[one], measured[other] = y[other], y[one]
+    spectra = {i: given.lines_of(i, measured) for pair in own.values() for i in pair}
+    given.trials = [with_lines(t, spectra[i]) for i, t in enumerate(given.trials)]
+    base, J = calibrated(given, measured)
+    with refused(DataError, "probes", lambda value: "planes are exchanged" in value):
+        check_alternatives(given, base, J)
+    right, J = calibrated(comparison, y)
+    check_alternatives(comparison, right, J)
+
+
+def with_lines(trial, lines):
+    """Trial whose blocks have these lines (2, k)."""
+    spectra = np.repeat(np.concatenate([np.zeros((2, 1)), lines], axis=1)[None], trial.blocks, axis=0)
+    return replace(trial, spectra=spectra)
+
+
+@pytest.mark.parametrize("lag", [0.0014, -0.002])
+def test_a_delay_of_all_probes_against_the_angle_is_named(comparison, lag):
+    y = comparison.predict(OFF)
+    given = TwinComparison(comparison.twin, comparison.trials)
+    late = [delayed(given.lines_of(i, y), t.frequencies[1:], lag) for i, t in enumerate(given.trials)]
+    given.trials = [with_lines(t, lines) for t, lines in zip(given.trials, late, strict=True)]
+    base, J = calibrated(given, np.concatenate([t.vector(t.spectra) for t in given.trials]))
+    with refused(DataError, "probes", lambda value: f"{1e3 * lag:+.1f} ms" in value):
+        check_alternatives(given, base, J)

@@ -13,6 +13,7 @@ from rotorsim.discrepancy.twin import Twin, in_motion
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 from rotorsim.plant.equilibrium import settle
+from rotorsim.plant.simulation import Simulation
 
 pytestmark = pytest.mark.numerical
 EFFECTS = ("coupling", "runout", "shaft_bow")
@@ -48,6 +49,37 @@ def test_the_motion_found_repeats_from_turn_to_turn(machine, truth_plant):
     y = truth_plant.run({}, rows, 0.0, turning=True)[:, :2]
     np.testing.assert_allclose(y[-125:], y[:125], atol=1e-3 * np.ptp(y))
     assert np.ptp(y[:125], axis=0) == pytest.approx(np.ptp(y[:125, 0]), rel=0.01)  # a circle
+
+
+@pytest.mark.parametrize("hertz", [16.0, 41.37])
+def test_a_rotor_that_only_turns_is_run_over_a_few_turns_and_has_the_lines_of_the_whole_record(
+    models, monkeypatch, hertz
+):
+    """Turns of 312.5 and 120.86 samples: what a whole run from the same motion shows, at a tenth of its samples."""
+    rows, count, advance = np.zeros((12000, 6)), [0], Simulation.advance
+    rows[:, 0] = 2 * np.pi * hertz
+
+    def counted(self, inputs):
+        count[0] += len(inputs)
+        return advance(self, inputs)
+
+    monkeypatch.setattr(Simulation, "advance", counted)
+    trial = trial_of(rows, np.zeros((len(rows), 2)), 0.7, "turning")
+    unbalanced = ParameterPoint(fixed={"coupling.0.force_2x": 3.0})
+    found, few = simulate(models.twin, trial, unbalanced), count[0]
+    whole = simulate(models.twin, trial, unbalanced, whole=True)
+    assert few < 0.2 * (count[0] - few)
+    assert np.abs(found - whole).max() < 1e-10 < 1e-3 * np.abs(whole).max()
+
+
+def test_what_does_not_turn_with_the_shaft_does_not_repeat_with_its_turns():
+    rows = np.zeros((12000, 6))
+    rows[:, 0] = 2 * np.pi * 40
+    trial, t = trial_of(rows, np.zeros((len(rows), 2)), 0.0, "turning"), np.arange(375) * 2e-4
+    turning = 1e-5 * np.column_stack([np.cos(80 * np.pi * t), np.sin(240 * np.pi * t)])
+    assert np.abs(trial.lines_of_turn(turning)).max() == pytest.approx(1e-5, rel=1e-3)
+    other = turning + 1e-8 * np.cos(2 * np.pi * 50 * t)[:, None]
+    assert trial.lines_of_turn(other) is None
 
 
 def shaken(speed, onset=False):

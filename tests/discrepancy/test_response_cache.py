@@ -1,14 +1,17 @@
-"""Response cache of an interrupted diagnosis: read bit for bit, damaged files computed again."""
+"""Responses that are not computed twice: the cache of an interrupted diagnosis, derivatives from what is known."""
 
 import numpy as np
 import pytest
 
 from rotorsim.base.cache import Cache
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
-from rotorsim.discrepancy.comparison import TwinComparison
+from rotorsim.discrepancy.comparison import TwinComparison, simulate
 from rotorsim.discrepancy.experiments import campaign
 from rotorsim.discrepancy.hidden_machine import record_of
 from rotorsim.discrepancy.records import make_trial
+from rotorsim.discrepancy.trial import trial_of
+from rotorsim.discrepancy.twin import Twin
+from rotorsim.machine import load_machine
 
 
 def test_a_response_is_computed_once_for_every_place(machine, models, tmp_path):
@@ -33,3 +36,63 @@ def test_a_file_cut_off_is_computed_again(machine, models, tmp_path):
     (path,) = tmp_path.glob("*.npy")
     path.write_bytes(path.read_bytes()[:200])
     assert comparison.predict(ParameterPoint()) == pytest.approx(kept, abs=0)
+
+
+def turning(models, speeds=(150.0, 210.0, 260.0)):
+    """Comparison with records that only turn, and the runs of each that it makes."""
+    rows = [np.tile([v, 0.0, 0.0, 0.0, 0.0, 0.0], (6000, 1)) for v in speeds]
+    trials = [trial_of(one, np.zeros((6000, 2)), 0.3, f"{one[0, 0]:g}") for one in rows]
+    made, runs = TwinComparison(models.twin, trials, threads=1), []
+    run = made.run
+    made.run = lambda jobs, *more, **given: runs.extend(jobs) or run(jobs, *more, **given)
+    return made, runs
+
+
+def test_a_response_that_is_known_is_not_computed_again_and_a_step_of_a_difference_is_not_kept(models):
+    made, runs = turning(models)
+    here, damping = ParameterPoint(), FitParameter("shaft_damping", 0.1)
+    first = made.predict(here)
+    np.testing.assert_array_equal(made.predict(ParameterPoint()), first)
+    assert len(runs) == 3
+    made.jacobian(here, [damping])
+    assert len(runs) == 6
+    made.predict(here.moved([damping], np.array([0.1])))
+    assert len(runs) == 9
+
+
+def test_the_sine_of_a_phase_follows_from_its_cosine_and_one_run(models):
+    """A force that turns at 2X gives a quarter of a period later the same response, a quarter of a period later."""
+    stem, origin = "coupling.0.force_2x~phase_2x", ParameterPoint()
+    both = [FitParameter(f"{stem}.{part}", 0.5) for part in "cs"]
+    made, runs = turning(models)
+    found = made.jacobian(origin, both)
+    assert len(runs) == 3 + 3 + 1
+    direct = made.column(origin, both[1], made.predict(origin))
+    assert np.linalg.norm(found[:, 1] - direct) < 1e-3 * np.linalg.norm(direct)
+    assert abs(found[:, 0] @ direct) < 0.1 * np.linalg.norm(direct) ** 2  # not the same response
+
+
+@pytest.mark.slow
+def test_a_step_of_a_difference_that_goes_on_from_the_motion_nearby_gives_the_same_derivative():
+    """A film has forgotten a small change within 0.12 s to half a percent, at two thirds of the samples."""
+    twin = Twin(load_machine("dtu_gas_bearing"), (16, 4), only=("runout",))
+    rows, t = np.zeros((6000, 6)), np.arange(6000) * 2e-4
+    rows[:, 0], rows[:, 1] = 2 * np.pi * 50, 0.4e6
+    rows[:, 2] = 0.3 * sum(np.cos(2 * np.pi * f * t + f) for f in range(20, 200, 15))
+    trial = trial_of(rows, np.zeros((6000, 2)), 0.3, "multisine")
+    assert trial.lead > 0
+    origin, key = ParameterPoint(), FitParameter("shaft_damping", 0.1)
+    for parameter in (key, FitParameter("actuator_x", 0.02), FitParameter("unbalance.0.me~phase.c", 1e-6)):
+        there = origin.moved([parameter], np.array([parameter.step]))
+        here, cold = simulate(twin, trial, origin), simulate(twin, trial, there)
+        assert np.abs(simulate(twin, trial, there, near=origin) - cold).max() < 0.02 * np.abs(cold - here).max()
+
+
+def test_records_that_repeat_each_other_share_their_derivatives(models):
+    made, runs = turning(models, (150.0, 150.01, 210.0))
+    damping = FitParameter("shaft_damping", 0.1)
+    found = made.jacobian(ParameterPoint(), [damping])[:, 0]
+    assert len(runs) == 3 + 2
+    alone, _ = turning(models, (150.01,))
+    direct = alone.jacobian(ParameterPoint(), [damping])[:, 0]
+    assert np.linalg.norm(found[made.layout.record == 1] - direct) < 1e-2 * np.linalg.norm(direct)

@@ -41,6 +41,18 @@ def test_the_count_of_missing_modes_is_the_number_left_out(seed):
         assert missing_in(REGION, Quotient(pencil, np.delete(every, gone))) == 2 * len(gone)
 
 
+def test_a_count_over_other_known_modes_asks_hardly_a_point_again(monkeypatch):
+    asked, slogdet = [], np.linalg.slogdet
+    monkeypatch.setattr(np.linalg, "slogdet", lambda matrix: (asked.append(matrix), slogdet(matrix))[1])
+    rng = np.random.default_rng(7)
+    wn, zeta = rng.uniform(1, 150, 20), rng.uniform(-0.2, 0.95, 20)
+    pencil, every = oscillators(wn, zeta), -zeta * wn + 1j * wn * np.sqrt(1 - zeta**2)
+    assert missing_in(REGION, Quotient(pencil, every[REGION.holds(every)][1:])) == 2
+    first = len(asked)
+    assert missing_in(REGION, Quotient(pencil, every[REGION.holds(every)])) == 0
+    assert first > 10 and len(asked) < 1.2 * first
+
+
 def test_a_double_mode_is_two_modes_and_a_mode_that_is_met_twice_is_one():
     pencil = oscillators([10.0, 10.0, 30.0], [0.1, 0.1, 0.2], np.random.default_rng(1).standard_normal((3, 3)))
     found = modes_in(pencil, REGION)

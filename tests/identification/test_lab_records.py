@@ -37,6 +37,15 @@ def test_the_angle_follows_a_ramp_to_a_tenth_of_a_degree():
     assert np.abs(speed / true - 1)[inside].max() < 0.01
 
 
+def test_the_angle_is_missing_where_no_pulse_is_near():
+    """Of 50 turns a second the pulses of 1 to 3 s show the angle for 1.5 turns more on both sides."""
+    t, _, volts = lab(start=50, end=50)
+    found, speed = shaft_angle(t, np.where((t > 1) & (t < 3), volts, -1.0), Keyphasor())
+    shown = np.isfinite(found)
+    assert t[shown][0] == pytest.approx(1 - 1.5 / 50, abs=1 / 50) and t[shown][-1] == pytest.approx(3.03, abs=1 / 50)
+    assert np.array_equal(shown, np.isfinite(speed)) and np.all(np.diff(shown.astype(int)) ** 2 <= 1)
+
+
 def test_the_edge_the_level_and_pulses_of_a_turn():
     t, _, volts = lab(start=50, end=50)
     falling = pulse_times(t, volts, Keyphasor())

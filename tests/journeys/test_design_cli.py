@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import identification as idn
 from identification import load_model
 from rotorsim.base import display
 from rotorsim.control import design as make, load_law
@@ -199,3 +200,16 @@ def test_a_law_is_verified_on_the_machine(run, tmp_path):
         code, text, err = run("verify", tmp_path / "lqr.json", "--quick", "--json", "--force", "--out", tmp_path / "v")
         assert json.loads(text)["edited"] == [sentence]
     assert sentence in (tmp_path / "v" / "report.html").read_text()
+
+
+@pytest.mark.parametrize(("name", "mark", "fits"), [("rig", "aa", True), ("rig", "bb", False), ("other", "aa", False)])
+def test_the_runout_table_of_another_machine_is_refused_also_where_both_have_one_name(run, tmp_path, name, mark, fits):
+    """A machine is its name and its fingerprint: a copy that was changed, of its runout for one, is another."""
+    model, slow, law = (tmp_path / file for file in ("model.json", "slow.nc", "law.json"))
+    model.write_text(json.dumps(json.loads(MODEL.read_text()) | {"machine": "rig aa"}))
+    time = 2e-4 * np.arange(9001)
+    record = idn.from_arrays(time, np.zeros((9001, 2)), np.zeros((9001, 2)), angle=10.5 * time, speed=10.5)
+    idn.save(record.assign_attrs(machine=f'name = "{name}"', machine_hash=mark), slow)
+    code, _, err = run("design", "p", model, "--runout", slow, "--out", law)
+    assert (code, law.exists()) == ((0, True) if fits else (2, False))
+    assert fits or f"is a slow roll of {name} ({mark}), and the model is one of rig (aa)" in err

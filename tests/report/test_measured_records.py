@@ -2,13 +2,16 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import identification as idn
 import rotorsim as rs
 from identification.records.sensors import SlowRollSource, without_slow_roll
 from rotorsim.base.errors import DataError, SchemaError
-from rotorsim.report.record import MEASURED, made_sections
+from rotorsim.report.page import html
+from rotorsim.report.record import MEASURED, made_sections, record_page
 from rotorsim.report.run import SECTIONS, analyse
+from rotorsim.signals.orders import mean_order
 
 RATE = 2000.0
 RUNOUT = 4e-6 * np.exp(0.8j)
@@ -56,6 +59,22 @@ def test_the_polar_diagram_is_the_response(run_up):
     assert np.median(np.abs(vectors - truth)) < 0.02 * np.abs(truth).max()
 
 
+def test_2x_is_drawn_where_it_stands_out_of_the_noise(run_up):
+    assert {trace.xaxis for trace in rs.report.polar(run_up).data} == {"x"}
+    twice = 1e-6 * np.exp(2j * run_up["angle"].values)
+    more = run_up.assign(disc_measured=run_up["disc_measured"] + np.column_stack([twice.real, twice.imag]))
+    assert {trace.xaxis for trace in rs.report.polar(more).data} == {"x", "x2"}
+    assert {trace.yaxis for trace in rs.report.filtered_orbits(more).data} == {"y", "y2", "y3", "y4"}
+
+
+def test_the_page_is_named_by_its_file_and_states_lists_and_angles_as_text(run_up, tmp_path):
+    attrs = {"source": "lab.csv", "disc_probe_angles": [0.75 * np.pi, 0.25 * np.pi], "notes": ["a", "b"]}
+    page = rs.report.record.record_page(run_up.assign_attrs(attrs))
+    rows = dict(next(block for row in page.blocks for block in np.atleast_1d(row) if block.title == "Provenance").rows)
+    assert page.heading == "lab.csv" and page.introduction == "Measured record."
+    assert rows["Notes"] == "a; b" and rows["Disc probe angles"] == "135 deg, 45 deg"
+
+
 def test_the_centreline_goes_as_far_as_the_mean(run_up):
     line = rs.report.centreline(run_up).data[0]
     assert np.ptp(line.y) == pytest.approx(20 * 51 / 55, rel=0.1) and np.ptp(line.x) < 1
@@ -71,10 +90,10 @@ def test_the_cascade_stands_on_its_speeds(run_up):
 
 def test_filtered_orbits_of_a_run_up_are_those_of_the_resonance(run_up):
     figure = rs.report.filtered_orbits(run_up)
-    one, two = (next(t for t in figure.data if t.mode == "lines" and t.xaxis == axis) for axis in ("x", "x3"))
+    one = next(trace for trace in figure.data if trace.mode == "lines" and trace.xaxis == "x")
     peak = 1e6 * np.abs(response(2 * np.pi * np.linspace(20, 40, 500))).max()
     assert np.hypot(one.x, one.y).max() == pytest.approx(peak, rel=0.15)
-    assert np.hypot(two.x, two.y).max() < 0.05 * np.hypot(one.x, one.y).max()
+    assert {trace.xaxis for trace in figure.data} == {"x", "x2"}  # resonance and end; no row for 2X, which is noise
     dot = next(t for t in figure.data if t.mode == "markers" and t.xaxis == "x")
     tracked = analyse(run_up).tracked.sel(order=1, axis=["x", "y"])
     largest = tracked["amplitude"].isel(window=int(np.hypot(*np.abs(tracked["amplitude"].values).T).argmax())).values
@@ -124,6 +143,26 @@ def test_a_lone_probe_has_its_spectra_and_orders_and_no_orbit(run_up):
     for name in ("orbits", "filtered_orbits", "full_spectrum", "centreline"):
         assert why[name] == "Probe A alone does not see both x and y."
     assert {trace.name for trace in rs.report.bode(record).data} == {"probe A"}
+
+
+def test_the_page_states_that_a_second_probe_without_an_angle_is_left_out(run_up):
+    record = lone(run_up)
+    reading = np.repeat(record["probe_measured"].values, 2, axis=1)
+    arrays = {"probe_measured": reading, "angle": run_up["angle"].values, "speed": run_up["speed"].values}
+    two = idn.make_record(run_up["time"].values, arrays, probes={"probe": ["A", "B"], "probe_unit": ["m", "m"]})
+    assert analyse(record).others == [] and analyse(two).others == ["B"]
+    assert "are left out: x and y need the angle" in html(record_page(two))
+    assert "are left out: x and y need the angle" not in html(record_page(record))
+
+
+def test_the_mean_of_an_order_has_the_standard_error_of_its_scatter():
+    """Of n vectors whose parts scatter by s the mean has s / sqrt(n)."""
+    rng = np.random.default_rng(2)
+    a = 3e-6 * np.exp(0.5j) + 1e-6 * (rng.standard_normal(4000) + 1j * rng.standard_normal(4000))
+    tracked = xr.Dataset({"amplitude": (("window", "order", "axis"), a[:, None, None])}, {"order": [1], "axis": ["x"]})
+    mean, error = mean_order(tracked, 1, "x")
+    assert mean == pytest.approx(3e-6, abs=5e-8) and error == pytest.approx(1e-6 / np.sqrt(4000), rel=0.05)
+    assert np.isnan(mean_order(tracked.isel(window=[0]), 1, "x")[1])
 
 
 def test_vectors_have_bode_polar_and_filtered_orbits_alone(run_up, tmp_path):

@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from scipy.linalg import eig
 
-from studies.benchmarks.foreign_rotor import BEARINGS, Case, rotor
+from studies.benchmarks.foreign_rotor import BEARINGS, Rig, rotor
 
 
 def whirls(sense: int, hertz: float) -> dict[int, float]:
     """Lowest natural frequency [Hz] on isotropic undamped supports that whirls with (1) and against (-1) x to y."""
-    round_supports = tuple((1.0, kx / ky, 0.0, 0.0) for _, kx, ky, *_ in BEARINGS)
-    case = Case("round", (), bearings=round_supports, sense=sense)  # type: ignore[arg-type]
-    M, C, K = rotor(case, np.ones((2, 2)), 2 * np.pi * hertz)
+    round_supports = tuple((kx, kx, 0.0, 0.0) for _, kx, *_ in BEARINGS)
+    M, C, K = rotor(Rig(round_supports, (), sense=sense), 2 * np.pi * hertz, 0.0)
     n = len(K)
     zero, one = np.zeros((n, n)), np.eye(n)
     poles, shapes = eig(np.block([[zero, one], [-K, -C]]), np.block([[one, zero], [zero, M]]))

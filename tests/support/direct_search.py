@@ -7,9 +7,13 @@ from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import eigvals
+from scipy.sparse import coo_matrix, diags
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import splu
 
 from rotorsim.base.errors import NoLiftOffError
 from rotorsim.plant import Plant
+from rotorsim.plant.linearise import LinearPlant
 
 DAMPED = 0.5
 """Damping ratio from which an eigenvalue does not count."""
@@ -61,40 +65,83 @@ def crossings(
     return np.array(sorted(found)).reshape(-1, 3)
 
 
-def counted(spectrum: Callable[[float], np.ndarray], low: float, high: float, rows: np.ndarray) -> list[int]:
-    """Intervals, of eight, in which the crossings of order 1 in `rows` are not as many upward less downward as counted.
+def counted(plant: Plant, low: float, high: float, rows: np.ndarray, pressure: float = 0.0) -> list[int]:
+    """Intervals, of eight, in which the crossings of order 1 in `rows` are not as many, down less up, as the degree.
 
-    A count of the modes below the line at both ends; where that differs, modes may have entered or left through the
-    border of damping, and each is followed to its nearest at 120 steps. Rows are those of `crossings`, which costs more
-    than a film's spectrum allows.
+    With s = v exp(i phi), at the speed v, the zeros of det(J - s S) over the rectangle of v between two speeds and phi
+    from 0 to the border of damping are the crossings, and the phase of the determinant turns once around it for each:
+    forward for one that falls below the line, back for one that rises above it. Along phi at one speed the turn is that
+    of all eigenvalues; along v, at the border, the determinant is asked.
     """
-    speeds = np.linspace(low, high, 9)
+    edge = np.exp(1j * (np.pi - np.arccos(DAMPED)))
+    speeds = np.linspace(_carried(plant, low, high, pressure), high, 9)
     for k, speed in enumerate(speeds):
         while len(rows) and np.abs(rows[:, 0] / speed - 1).min() < 2e-3:
             speed *= 1.003
         speeds[k] = speed
-    below = [int(np.sum((np.abs(s) < v) & (-s.real < DAMPED * np.abs(s)))) for v in speeds for s in [spectrum(v)]]
+    arcs = [_turned_along_phi(eigvals(plant.linearise(v, pressure).A), v, edge) for v in speeds]
     wrong = []
     for k, (a, b) in enumerate(pairwise(speeds)):
-        net = int(-rows[(rows[:, 0] > a) & (rows[:, 0] < b), 2].sum())
-        if net != below[k + 1] - below[k] and net != _net(spectrum, np.linspace(a, b, 121)):
+        border = _turned_along(lambda v: _log_det(plant.linearise(v, pressure), v * edge), np.linspace(a, b, 17))
+        turns = (arcs[k + 1] - arcs[k] - border) / (2 * np.pi)
+        if not abs(turns + rows[(rows[:, 0] > a) & (rows[:, 0] < b), 2].sum()) < 0.05:
             wrong.append(k)
     return wrong
 
 
-def _net(spectrum: Callable[[float], np.ndarray], speeds: np.ndarray) -> int:
-    """Modes that fall below the line of order 1, less those that rise above it, over speeds in small steps."""
-    spectra = [s[np.abs(np.abs(s) / v - 1) < 0.3] for v in speeds for s in [spectrum(v)]]
-    net = 0
-    for v, w, here, there in zip(speeds[:-1], speeds[1:], spectra[:-1], spectra[1:], strict=True):
-        for s in here if len(there) else []:
-            other = there[np.abs(there - s).argmin()]
-            gaps = abs(s) - v, abs(other) - w
-            if abs(other - s) > 0.1 * abs(s):  # it has left the neighbourhood of the line
-                continue
-            if gaps[0] * gaps[1] < 0 and -s.real / abs(s) - other.real / abs(other) < 2 * DAMPED:
-                net += 1 if gaps[1] < 0 else -1
-    return net
+def _carried(plant: Plant, low: float, high: float, pressure: float) -> float:
+    """Lowest speed at which the film carries, to a part in a thousand of the range."""
+    refused = low
+    while True:
+        try:
+            plant.linearise(low, pressure)
+        except NoLiftOffError:
+            refused, low = low, 0.5 * (low + high)
+            continue
+        if low - refused < 1e-3 * high:
+            return low
+        high, low = low, 0.5 * (low + refused)
+
+
+def _turned_along_phi(roots: np.ndarray, v: float, edge: complex) -> float:
+    """Change of the phase of prod(s - root) from s = v to v edge, along the arc."""
+    angles = np.angle((v * edge - roots) / (v - roots))
+    return float(np.where((np.abs(roots) < v) & (angles < 0), angles + 2 * np.pi, angles).sum())
+
+
+def _turned_along(log: Callable[[float], complex], at: np.ndarray) -> float:
+    """Change of the imaginary part of a logarithm along ascending values, in steps that are halved as it changes."""
+    known: dict[float, complex] = {}
+
+    def change(a: float, b: float) -> complex:
+        for v in (a, b):
+            if v not in known:
+                known[v] = log(v)
+        off = known[b] - known[a]
+        return complex(off.real, (off.imag + np.pi) % (2 * np.pi) - np.pi)
+
+    total, left_over = 0.0, list(pairwise(at.tolist()))
+    while left_over:
+        a, b = left_over.pop()
+        halves = change(a, 0.5 * (a + b)), change(0.5 * (a + b), b)
+        if max(map(abs, halves)) < 1:
+            total += halves[0].imag + halves[1].imag
+        elif b - a < 1e-6 * b:
+            return float("nan")
+        else:
+            left_over += [(a, 0.5 * (a + b)), (0.5 * (a + b), b)]
+    return total
+
+
+def _log_det(model: LinearPlant, s: complex) -> complex:
+    """Logarithm of det(J - s S), out of sparse factors of the whole matrix."""
+    factor = splu((model.J - s * diags(model.S)).tocsc())
+    flips = sum(len(order) - connected_components(_permutation(order))[0] for order in (factor.perm_r, factor.perm_c))
+    return complex(np.log(factor.U.diagonal().astype(complex)).sum() + 1j * np.pi * flips)
+
+
+def _permutation(order: np.ndarray) -> coo_matrix:
+    return coo_matrix((np.ones(len(order)), (np.arange(len(order)), order)))
 
 
 def _roots(at: Callable[[float], np.ndarray], a: float, b: float, order: int) -> list[tuple[float, float, float]]:

@@ -10,14 +10,17 @@ import numpy as np
 from identification.lpv.model import LpvModel
 from rotorsim.base.rounding import decays
 from rotorsim.base.units import KRPM, MPA, TO_HZ
-from rotorsim.control.designs import hinf
+from rotorsim.control.designs import h2_scheduled, hinf
+from rotorsim.control.designs.h2_scheduled import fit, held_out
 from rotorsim.control.designs.hinf_synthesis import closed, controller, mixed_sensitivity, solve
 from rotorsim.control.law import Law
-from rotorsim.control.plants import design_plant, sampled_plant
+from rotorsim.control.law_from_system import table_axes
+from rotorsim.control.plants import Model, design_plant, sampled_plant, scaled_model
 from rotorsim.control.sampled_loop import closed_poles, law_system, model_loop, root_locus
 from rotorsim.control.systems import System, gain, largest, peak_gain, response
 from studies.thesis.claims.rules import points
 from studies.thesis.control_study import OPEN, ControlStudy
+from studies.thesis.printed import lead_figures, proportional_figures
 
 BAND = (70.0, 190.0)
 """Frequencies [Hz] between which S is cut (thesis, B.5)."""
@@ -121,6 +124,25 @@ def _two_modes(found: ControlStudy, model: LpvModel) -> Figures:
     held, alone = (_at_point(found.fitted[name], "decentralised") for name in ("p", OPEN))
     figures = {f"fit_w_{k + 1}": held["wn"][k] / alone["wn"][k] for k in range(2)}
     return figures | {f"fit_zeta_{k + 1}": held["zeta"][k] for k in range(2)}
+
+
+def _continuous_p(found: ControlStudy, model: LpvModel) -> Figures:
+    """C3's model before it is sampled, as Tables C.3 and C.4 expect it."""
+    figures = proportional_figures(_scaled(model))
+    return _continuous({name: value for name, value in figures.items() if name != "open_w_1"})
+
+
+def _continuous_lead(found: ControlStudy, model: LpvModel) -> Figures:
+    """C4's sensitivities and gains before the laws are sampled, as Paper D draws them."""
+    return _continuous(lead_figures(_scaled(model)))
+
+
+def _continuous(figures: Figures) -> Figures:
+    return {f"continuous_{name}": value for name, value in figures.items()}
+
+
+def _scaled(model: LpvModel) -> System:
+    return scaled_model(model, *points("decentralised")[0])
 
 
 def _loop_poles(law: Law, model: LpvModel, speed: float, pressure: float) -> np.ndarray:
@@ -276,6 +298,21 @@ def _scheduled(found: ControlStudy, model: LpvModel) -> Figures:
             "rejection": moved[OPEN] / moved["h2_scheduled"]}  # fmt: skip
 
 
+def _second_order(found: ControlStudy, model: LpvModel) -> Figures:
+    return {"second_order": interpolated(model)[1]}
+
+
+def interpolated(model: Model, order: int = 2) -> tuple[Law, float]:
+    """The law of H2 surfaces of an order, stable or not, and what it adds to the imbalance response held out."""
+    spec = h2_scheduled.Spec()
+    speeds, pressures = table_axes(model, spec.grid, spec.slowest)
+    at, out = np.array([(w, p) for w in speeds for p in pressures]), held_out(len(speeds), len(pressures))
+    local = [h2_scheduled.local_controller(model, spec, w, p) for w, p in at]
+    law = h2_scheduled.scheduled(model, spec, fit(at[~out], [local[k] for k in np.flatnonzero(~out)], order))
+    held = [local[k] for k in np.flatnonzero(out)]
+    return law, h2_scheduled.imbalance_excess(model, spec, law, at[out], held)
+
+
 def _safe(found: ControlStudy, model: LpvModel) -> Figures:
     return {"open": found.safe[OPEN]["speed"] * TO_HZ if found.safe[OPEN]["left"] else float("nan")}
 
@@ -308,7 +345,9 @@ _PARTS: tuple[tuple[str, tuple[str, ...], Part], ...] = (
     ("C2", ("hinf reduced",), _reduced),
     ("C3", ("p",), _proportional),
     ("C3", ("p",), _two_modes),
+    ("C3", (), _continuous_p),
     ("C4", (), _stable),
+    ("C4", (), _continuous_lead),
     ("C4", ("softening",), _softening),
     ("C4", ("hardening",), _hardening),
     ("C5", (), _nominal),
@@ -323,6 +362,7 @@ _PARTS: tuple[tuple[str, tuple[str, ...], Part], ...] = (
     ("C8", ("hinf thesis",), _table_hinf),
     ("C9", ("lpv",), _settings),
     ("C10", ("h2_scheduled", "local", "youla"), _scheduled),
+    ("C10", ("h2_scheduled",), _second_order),
     ("C11", (), _safe),
     ("C11", ("hinf critical",), _extended),
     ("C12", (), _whirl),

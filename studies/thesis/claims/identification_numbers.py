@@ -65,9 +65,11 @@ def _orders(study: Study) -> Figures:
     if not study.sweep:
         return {}
     mean = {name: 100 * float(np.mean([fits[name] for _, fits in study.sweep])) for name in study.sweep[0][1]}
-    return {"order_6": mean["order 6"], "rise": mean["order 6"] - mean["order 4"],
-            "beyond": mean["order 8"] - mean["order 6"], "model_2": mean["Model 2"], "model_3": mean["Model 3"],
-            "difference": mean["Model 3"] - mean["Model 2"]}  # fmt: skip
+    figures = {"model_2": mean["Model 2"], "model_3": mean["Model 3"], "difference": mean["Model 3"] - mean["Model 2"]}
+    for start, end in (("", ""), ("ahead_", " by prediction")):
+        low, knee, high = (mean[f"order {n}{end}"] for n in (4, 6, 8))
+        figures |= {f"{start}order_6": knee, f"{start}rise": knee - low, f"{start}beyond": high - knee}
+    return figures
 
 
 def _surfaces(study: Study) -> Figures:

@@ -133,7 +133,8 @@ def _amended(claim: Claim, table: dict[str, Any] | None) -> Claim:
     """The claim with its amended figures in the places of the old ones."""
     if table is None:
         return claim
-    changed = {one["old"]: _intervals(one) for one in table["figures"]}
+    shared = {key: table[key] for key in ("kind", "because") if key in table}
+    changed = {one["old"]: _intervals(shared | one) for one in table["figures"]}
     figures = tuple(replace(f, **changed[f.name]) if f.name in changed else f for f in claim.figures)
     assert len(changed) == sum(bool(figure.old) for figure in figures), claim.number
     own = {key: table[key] for key in ("points", "remark") if key in table}

@@ -17,14 +17,13 @@ from rotorsim.base.units import KRPM, MPA, RIG_SAMPLE, TO_HZ
 from rotorsim.control import DesignError, Law
 from rotorsim.control.catalogue import make_spec, module_of
 from rotorsim.control.designs import h2_scheduled, hinf, lead
-from rotorsim.control.designs.h2_scheduled import fit, held_out
 from rotorsim.control.law_from_system import table_axes
 from rotorsim.control.plants import Model, sampled_plant
 from rotorsim.control.sampled_loop import closed_poles, law_system, sweep
 from rotorsim.plant import Plant
 from rotorsim.verify.runs import run_rows, steady_rows
 from rotorsim.verify.transients import amplitudes, impact_responses, safe_speed
-from studies.thesis.claims.control_numbers import numbers_of
+from studies.thesis.claims.control_numbers import interpolated, numbers_of
 from studies.thesis.claims.rules import points
 from studies.thesis.control_cases import ringing
 from studies.thesis.control_study import DESIGNS, OPEN, ControlStudy
@@ -101,15 +100,10 @@ def interpolation(plant: Plant, shipped: Plant) -> Figures:
     """C10 with surfaces of second order, on a model over nine points: points of the fine grid that they leave unstable,
     and excess of the imbalance response at the held-out ones over the local designs'."""
     model, spec = lpv(plant), h2_scheduled.Spec()
-    speeds, pressures = table_axes(model, spec.grid, spec.slowest)
-    at, out = np.array([(w, p) for w in speeds for p in pressures]), held_out(len(speeds), len(pressures))
-    local_ = [h2_scheduled.local_controller(model, spec, w, p) for w, p in at]
-    surfaces = fit(at[~out], [local_[k] for k in np.flatnonzero(~out)], 2)
-    law = h2_scheduled.scheduled(model, spec, surfaces)
-    fine = [np.linspace(axis[0], axis[-1], n) for axis, n in zip((speeds, pressures), spec.fine, strict=True)]
-    held = [local_[k] for k in np.flatnonzero(out)]
-    return {"C10.unstable": float(sweep(law, model, *fine).unstable),
-            "C10.excess": h2_scheduled.imbalance_excess(model, spec, law, at[out], held)}  # fmt: skip
+    law, excess = interpolated(model)
+    axes = table_axes(model, spec.grid, spec.slowest)
+    fine = [np.linspace(axis[0], axis[-1], n) for axis, n in zip(axes, spec.fine, strict=True)]
+    return {"C10.unstable": float(sweep(law, model, *fine).unstable), "C10.excess": excess}
 
 
 def hits(plant: Plant, shipped: Plant) -> Figures:

@@ -1,0 +1,259 @@
+r"""Verdicts of `diagnose` on a set of faults of the independent rotor (`foreign_rotor`), through files and the reader.
+
+    python -m studies.benchmarks.foreign_set FOLDER [--seeds 1 2] [--faults NAME ...]
+
+The supports are 10 to 20 % off those of the machine file in every case, and the unbalance is another one. Everything
+that is drawn stands in the truth, which is written first; its SHA-256 is the first line of the results.
+
+A verdict is right by its name, its class or its place; a refusal by the mistake that it states. Sizes of right verdicts
+are compared with the truth, in stated standard deviations. Cases that have a result in the folder are not run again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from identification import read, resample
+from rotorsim.base.errors import RotorsimError
+from rotorsim.discrepancy import diagnose
+from rotorsim.discrepancy.calibration import CompiledModels
+from rotorsim.machine import Machine
+from studies.benchmarks.foreign_rotor import BEARINGS, UNBALANCE, E, Rig, machine_text, write_records
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Fault with the answers that are right: forms of effects, a place of the calibration, words of a refusal.
+
+    `change` draws its sizes for a sound rig, `sizes` has the true ones by form and parameter.
+    """
+
+    name: str
+    answers: tuple[str, ...]
+    change: Callable[[np.random.Generator, Rig], dict[str, Any]]
+    sizes: Callable[[Rig], Mapping[str, float]] = lambda rig: {}
+
+
+NOTHING = "nothing"
+"""Answer that nothing disagrees."""
+
+
+def bearing(number: int, stiffness: tuple[float, float], damping: tuple[float, float] = (1.0, 1.0)) -> Any:
+    """Change of a bearing by factors drawn from ranges."""
+
+    def change(rng: np.random.Generator, rig: Rig) -> dict[str, Any]:
+        k, c = rng.uniform(*stiffness), rng.uniform(*damping)
+        own = tuple(v * f for v, f in zip(rig.bearings[number], (k, k, c, c), strict=True))
+        return {"bearings": tuple(own if i == number else one for i, one in enumerate(rig.bearings))}
+
+    return change
+
+
+def gain(probe: int, low: float, high: float) -> Any:
+    """Change of a probe's gain, drawn from a range."""
+    return lambda rng, rig: {"gains": tuple(rng.uniform(low, high) if i == probe else 1.0 for i in range(4))}
+
+
+def fixed(**changes: Any) -> Any:
+    """Change without anything drawn."""
+    return lambda rng, rig: changes
+
+
+FAULTS = (
+    Fault("nothing", (NOTHING,), fixed()),
+    Fault("right bearing softer", ("bearing right",), bearing(1, (0.3, 0.5))),
+    Fault("left bearing softer", ("bearing left",), bearing(0, (0.3, 0.5))),
+    Fault("right bearing stiffer", ("bearing right",), bearing(1, (2.2, 3.5))),
+    Fault("left bearing stiffer", ("bearing left",), bearing(0, (2.2, 3.5))),
+    Fault("left bearing less damped", ("bearing left", NOTHING), bearing(0, (1.0, 1.0), (0.15, 0.3))),
+    Fault("right bearing less damped", ("bearing right", NOTHING), bearing(1, (1.0, 1.0), (0.15, 0.3))),
+    Fault("unbalance turned", (NOTHING, "unbalance"),
+          lambda rng, rig: {"unbalance": ((rng.uniform(25e-6, 40e-6), rng.uniform(1.5, 3.0)), rig.unbalance[1])}),
+    Fault("bow", ("shaft_bow.bow", "runout.amplitude_1x"), lambda rng, rig: {"bow": rng.uniform(8e-6, 20e-6)},
+          lambda rig: {"shaft_bow.bow": rig.bow}),
+    Fault("force at 2X", ("coupling.force_2x", "asymmetric_shaft", "crack"),
+          lambda rng, rig: {"forward_2x": rng.uniform(15, 40)},
+          lambda rig: {"coupling.force_2x": rig.forward_2x}),
+    Fault("seal", ("labyrinth_seal.cross_stiffness of disc 2", "internal_damping"),
+          lambda rng, rig: {"seal": rng.uniform(4e4, 8e4)},
+          lambda rig: {"labyrinth_seal.cross_stiffness": rig.seal}),
+    Fault("stop", ("rub.stiffness of disc 2",), lambda rng, rig: {"stop": (rng.uniform(2e5, 5e5), 3e-6)}),
+    Fault("loose pedestal", ("bearing right",), lambda rng, rig: {"pedestal": (rng.uniform(0.8e6, 1.5e6), 2.0)}),
+    Fault("hot spot", (), lambda rng, rig: {"heating": rng.uniform(0.3, 0.6)}),
+    Fault("strong hum", (NOTHING,), lambda rng, rig: {"hum": rng.uniform(1e-6, 2e-6)}),
+    Fault("probe 1R reads more", ("sensor_gain.x of 1R", "sensor_gain.y of 1R"), gain(1, 1.07, 1.15),
+          lambda rig: {"sensor_gain.x": rig.gains[1] - 1, "sensor_gain.y": rig.gains[1] - 1}),
+    Fault("probe 2L reads less", ("sensor_gain.x of 2L", "sensor_gain.y of 2L"), gain(2, 0.85, 0.93),
+          lambda rig: {"sensor_gain.x": rig.gains[2] - 1, "sensor_gain.y": rig.gains[2] - 1}),
+    Fault("probe 2L reversed", ("2L is reversed",), gain(2, -1.0, -1.0)),
+    Fault("probes of plane 1 exchanged", ("1L and 1R are exchanged",), fixed(order=(1, 0, 2, 3))),
+    Fault("planes exchanged", ("the planes are exchanged",), fixed(order=(2, 3, 0, 1))),
+    Fault("plane 2 turned by 45 deg", ("2L and 2R are turned",), fixed(turned=(0.0, np.pi / 4))),
+    Fault("other sense of rotation", ("the other sense",), fixed(sense=-1)),
+    Fault("probe 1L drifts", (NOTHING,), lambda rng, rig: {"drift": rng.uniform(10e-6, 30e-6)}),
+    Fault("clock of the probes late", ("shift", "the shaft's angle", "sensor_delay", "sensor_lag"),
+          lambda rng, rig: {"clock": (rng.uniform(1e-3, 3e-3), 0.0)},
+          lambda rig: {"sensor_delay.delay": rig.clock[0]}),
+    Fault("clock of the probes drifts", ("the clock of the probes drifts",),
+          lambda rng, rig: {"clock": (0.0, rng.uniform(1e-4, 4e-4))}),
+    Fault("speed stated too high", ("speed",), lambda rng, rig: {"speed_error": rng.uniform(0.03, 0.06)}),
+)  # fmt: skip
+"""Faults of the set; each is drawn by every seed."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """Fault of a seed with the rig that was drawn."""
+
+    fault: Fault
+    seed: int
+    rig: Rig
+
+    @property
+    def name(self) -> str:
+        """Name with the seed."""
+        return f"{self.fault.name}, seed {self.seed}"
+
+    @property
+    def truth(self) -> dict[str, Any]:
+        """All that is drawn, with the answers that are right."""
+        return {"name": self.name, "answers": self.fault.answers, "rig": asdict(self.rig)}
+
+
+def drawn(fault: Fault, seed: int) -> Case:
+    """Case of a fault: supports 10 to 20 % off, another unbalance, and the fault's own sizes."""
+    rng = np.random.default_rng([seed, FAULTS.index(fault)])
+    off = 1 + rng.choice([-1, 1], (2, 4)) * rng.uniform(0.1, 0.2, (2, 4))
+    bearings = tuple(tuple(map(float, own)) for own in off * np.array(BEARINGS)[:, 1:])
+    unbalance = tuple((float(me * rng.uniform(0.7, 1.4)), float(rng.uniform(-1, 1))) for me in UNBALANCE)
+    sound = Rig(bearings, unbalance)
+    return Case(fault, seed, replace(sound, **fault.change(rng, sound)))
+
+
+def judged(
+    answers: Iterable[str], status: str, sentence: str, names: Iterable[str] = (), rivals: Iterable[str] = (),
+    large: Iterable[str] = (),
+) -> str:  # fmt: skip
+    """Outcome of a verdict: 'name', 'class', 'place', 'mistake', 'nothing' are right, 'silent' gives no answer.
+
+    'false peace' and what begins with 'WRONG' are wrong; `large` are the sentences on the calibration.
+    """
+    if status == "refused":
+        if any(answer in sentence for answer in answers):
+            return "mistake"
+        return "silent" if "unexplained" in sentence else "WRONG mistake"
+    if status in ("unknown", "partial"):
+        return "silent"
+    if status == "no_disagreement":
+        return "nothing" if NOTHING in answers else "false peace"
+    if status == "recalibrated":
+        own = [any(answer in one for answer in answers) for one in large]
+        if not own or not all(own):
+            return "WRONG place"
+        return "class" if any("one of these places" in one for one in large) else "place"
+    if all(any(name.startswith(answer) for answer in answers) for name in names):
+        return "name" if status == "named" else "class"
+    if status == "tie" and any(rival.startswith(answer) for rival in rivals for answer in answers):
+        return "class"
+    return "WRONG name"
+
+
+RIGHT = ("name", "class", "place", "mistake", "nothing")
+"""Outcomes that are right."""
+
+
+def deviations(case: Case, found: Any) -> dict[str, float]:
+    """Stated less true sizes in stated standard deviations, of the calibration and of the effects."""
+    rig, out = case.rig, {}
+    true = {f"bearings.{i}.{name}": v for i, own in enumerate(rig.bearings)
+            for name, v in zip(("kxx", "kyy", "cxx", "cyy"), own, strict=True)}  # fmt: skip
+    if rig.pedestal[0]:
+        true = {key: v for key, v in true.items() if not key.startswith("bearings.1")}
+    for i, (me, phase) in enumerate(rig.unbalance):
+        true |= {f"effects.unbalance.{i}.me": me, f"effects.unbalance.{i}.phase": phase}
+    true["shaft.material.youngs_modulus"] = E
+    for row in found.recalibration:
+        if row.path in true and row.sd > 0:
+            error = row.value - true[row.path]
+            out[row.path] = float((np.angle(np.exp(1j * error)) if row.unit == "rad" else error) / row.sd)
+    sizes = case.fault.sizes(rig)
+    for effect in found.effects:
+        for name, sd in effect.sd.items():
+            if f"{effect.effect}.{name}" in sizes and sd > 0:
+                out[effect.form] = (effect.parameters[name] - sizes[f"{effect.effect}.{name}"]) / sd
+    return out
+
+
+def diagnosed(case: Case, folder: Path, models: Any) -> dict[str, Any]:
+    """Verdict on one case, through files and the reader, with its outcome."""
+    files, cpu = write_records(case.rig, case.seed, folder), time.process_time()
+    try:
+        own = {
+            role: [resample(read(p, folder / "rig.toml"), 5000.0).assign_attrs(record=p.stem, role=role) for p in paths]
+            for role, paths in files.items()
+        }
+        found = diagnose(Machine.from_text(machine_text()), [r for part in own.values() for r in part], models=models)
+    except RotorsimError as error:
+        seen = {
+            "status": "refused",
+            "sentence": str(error),
+            "outcome": judged(case.fault.answers, "refused", str(error)),
+        }
+        return {"case": case.name, "cpu_s": time.process_time() - cpu, **seen}
+    names = [one.form for one in found.effects]
+    rivals = [*(name for tie in found.ties for name in tie), *(key for one in found.effects for key in one.tie_class)]
+    outcome = judged(case.fault.answers, found.status, found.sentence, names, rivals, found.large)
+    return {
+        "case": case.name, "cpu_s": time.process_time() - cpu, "status": found.status, "sentence": found.sentence,
+        "outcome": outcome, "deviations": deviations(case, found), "odds": found.odds, "large": list(found.large),
+        "notes": list(found.notes), "effects": [[one.form, one.parameters, one.sd] for one in found.effects],
+        "recalibration": [[r.path, r.value, r.sd, r.before] for r in found.recalibration],
+    }  # fmt: skip
+
+
+def summary(results: list[dict[str, Any]]) -> str:
+    """Outcomes, share of right ones, and share of the sizes within three stated standard deviations."""
+    count = Counter(one["outcome"] for one in results)
+    right = [one for one in results if one["outcome"] in RIGHT]
+    z = np.abs([v for one in right for v in one.get("deviations", {}).values()])
+    text = ", ".join(f"{name} {n}" for name, n in sorted(count.items()))
+    sizes = f"; {int((z < 3).sum())} of {len(z)} sizes within 3 standard deviations" if len(z) else ""
+    return f"{len(right)} of {len(results)} right: {text}{sizes}"
+
+
+def main() -> None:
+    """Write the truth, then diagnose case by case."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2])
+    parser.add_argument("--faults", nargs="+", choices=[f.name for f in FAULTS], default=[f.name for f in FAULTS])
+    asked = parser.parse_args()
+    asked.folder.mkdir(parents=True, exist_ok=True)
+    cases = [drawn(fault, seed) for seed in asked.seeds for fault in FAULTS]
+    truth = json.dumps([case.truth for case in cases], sort_keys=True)
+    (asked.folder / "truth.json").write_text(truth)
+    print(f"truth {hashlib.sha256(truth.encode()).hexdigest()}", flush=True)
+    models, results = CompiledModels.of(Machine.from_text(machine_text())), []
+    for case in (case for case in cases if case.fault.name in asked.faults):
+        path = asked.folder / f"{case.name}.json"
+        if not path.exists():
+            found = diagnosed(case, asked.folder / case.name, models)
+            path.write_text(json.dumps(found, indent=1, default=float))
+        found = json.loads(path.read_text())
+        print(f"{found['outcome']:11} {found['cpu_s']:5.0f} s  {case.name}: {found['sentence']}", flush=True)
+        results.append(found)
+    print(summary(results))
+
+
+if __name__ == "__main__":
+    main()
