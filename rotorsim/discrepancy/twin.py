@@ -328,6 +328,7 @@ class Twin:
     def set(self, setting: Setting) -> Assembly:
         """Assembly with other parameters; nothing is compiled."""
         a = self.assembly
+        a.parameters  # noqa: B018  (with machine code, once)
         record, w = a.record.copy(), a.w.copy()
         changes: dict[tuple[str, int], dict[str, float]] = {}
         for place, axis in sorted({(k.split(".")[1], k[-1]) for k in setting if k.startswith("bearing.")}):
@@ -350,7 +351,7 @@ class Twin:
             for parameter, value in (values | effect.derived(a.machine)).items():
                 if parameter not in WHERE:
                     row[parameter] = value
-        return replace(a, record=record, w=w)
+        return a.with_numbers(record, w)
 
     def run(
         self, setting: Setting, rows: np.ndarray, pressure: float, angle: float = 0.0, turning: bool = False,
