@@ -329,8 +329,8 @@ class Pieces:
 
     A cell has `most` pieces one behind another, whose lengths are shares of the cell and may be 0: `lines` (n_theta,
     most) and `rows` (patches, most). The `middles` of pieces (n_theta, most) are shares of the cell. About a jump
-    between lobes a piece differs by `lift` [m] from the thickness that the cell's two lines have there, and the mean
-    about the nodes of a line by `raised` [m] from that of the nodes. `line_cover` and `row_cover` (..., n_steps) say
+    between lobes a piece differs by `lift` [m] from the thickness that the cell's two lines have there, and by `rises`
+    (n_theta, 2, most) [m] from that of either. `line_cover` and `row_cover` (..., n_steps) say
     which pockets are there, `slant` (patches, most) the sign of the groove angle.
     """
 
@@ -384,18 +384,12 @@ class Pieces:
         self.lines, keys, middles = self._cut(begins, cuts, along, lines_seen, grid.n_theta)
         self.middles = middles - begins[:, None]
         self.line_cover = keys[..., :-1]
-        self.lift, self.raised = np.zeros_like(self.lines), np.zeros(begins.size)
+        self.lift, self.rises = np.zeros_like(self.lines), np.zeros((begins.size, 2, self.most))
         if lobes is not None and jumps.size:
-            halves, _, at = self._cut(
-                np.arange(2 * begins.size), 2 * cuts, lambda x: along(x / 2), lines_seen, 2 * begins.size
-            )
-            mean = (halves * sleeve.height(at / 2 * grid.dtheta, clearance)).sum(axis=1)
-            nodes = sleeve.height(grid.theta, clearance)
+            nodes, pieces = (sleeve.height(theta * grid.dtheta, clearance) for theta in (begins, middles))
             cell = np.floor(np.concatenate([cuts - ON_A_LINE, cuts + ON_A_LINE])).astype(int) % begins.size
-            line = np.concatenate([cell, (cell + 1) % begins.size])
-            pieces = sleeve.height(middles * grid.dtheta, clearance)
             self.lift[cell] = (pieces - self._between(nodes))[cell]
-            self.raised[line] = (0.5 * (mean[::2] + np.roll(mean[1::2], 1)) - nodes)[line]
+            self.rises[cell] = (pieces[:, None] - np.stack([nodes, np.roll(nodes, -1)], 1)[..., None])[cell]
         self.rows, keys, _ = self._cut(rows, z_cuts, across, rows_seen, 0)
         self.row_cover, self.slant = keys[..., :-1], keys[..., -1]
 
@@ -544,8 +538,8 @@ def fill_texture(w: np.ndarray, layout: Layout, grid: FilmGrid, sleeve: Sleeve, 
             grooves.depth, grooves.share, np.cos(angle) ** 2, np.sin(angle) * np.cos(angle)
         )  # fmt: skip
     carried, moments = pieces.carried(sleeve, clearance, grid)
-    deep = (carried * (texture[0] * texture[1]).transpose(0, 2, 1, 3)[:, :, None, None]).sum(axis=(4, 5))
-    fill(w, layout.deep, layout, _about_nodes(deep, grid) + pieces.raised[:, None], 0.0)
+    deeper = (texture[0] * texture[1]).transpose(0, 2, 1, 3)[:, :, None, None] + pieces.rises[:, None, :, None, :, None]
+    fill(w, layout.deep, layout, _about_nodes((carried * deeper).sum(axis=(4, 5)), grid), 0.0)
     cut = mixed[..., None, None]
     more = _about_nodes(np.where(cut, carried.sum(axis=(4, 5)) - 0.25, 0.0), grid)
     fill(w, layout.broad, layout, 1 + more, 1.0)

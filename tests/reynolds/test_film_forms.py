@@ -8,6 +8,7 @@ import pytest
 
 from independent_film import Film
 from reynolds import GasBearing, kernels
+from reynolds.grid import cells
 from reynolds.sleeve import Foil, Grooves, Lobes, Sleeve, Steps
 from reynolds.workspace import build_films
 
@@ -146,6 +147,22 @@ def test_stiffness_at_rest_is_the_derivative_of_the_force(name):
     moved = [[one.steady(np.add(journal, way * step * axis), speed).force for way in (1, -1)] for axis in np.eye(2)]
     slope = np.stack([(behind - ahead) / (2 * step) for ahead, behind in moved], axis=1)
     np.testing.assert_allclose(K, slope, atol=1e-5 * np.abs(K).max())
+
+
+@pytest.mark.parametrize("share", np.linspace(0, 1, 6))
+def test_lobes_hold_the_gas_of_their_gap_wherever_in_a_cell_they_jump(share):
+    """At one pressure: the integral of the gap to the error of the trapezoidal rule, in the second order."""
+    off = []
+    for lines in (32, 64, 128):
+        lobes = Lobes(3, 0.5, 0.8, 0.3 + share * 2 * np.pi / lines)
+        film = bearing(Sleeve(lobes=lobes), lines, 8).model
+        layout, w, _ = film.build()
+        broad, deep = (w[at + cells(layout)][:, 2] for at in (layout.broad, layout.deep))
+        gap = SIZE["clearance"] + lobes.height(film.grid.theta, SIZE["clearance"])
+        fine = SIZE["clearance"] + lobes.height(2 * np.pi * (np.arange(100_000) + 0.5) / 100_000, SIZE["clearance"])
+        off.append(np.mean(gap * broad + deep) / fine.mean() - 1)
+    assert off[0] == pytest.approx(1.5e-3, rel=0.05)
+    assert off[0] / off[1] == pytest.approx(4, rel=0.1) and off[1] / off[2] == pytest.approx(4, rel=0.1)
 
 
 def test_the_independent_solver_has_converged():
