@@ -97,7 +97,7 @@ class Assembly:
         fill_addresses(self.record, self.calls)
         names = self.record.dtype.names or ()
         own = np.dtype([(name, self.record.dtype[name]) for name in names[: names.index(CALLS)]])
-        return np.recarray((1,), own, buf=self.record.view(np.uint8))[0]
+        return np.recarray((1,), own, buf=self.record.data)[0]
 
     def with_numbers(self, record: np.recarray, w: np.ndarray) -> Assembly:
         """The same machine with the numbers of a copy of its `record`, after `parameters`, and another workspace.
