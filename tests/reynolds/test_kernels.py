@@ -73,7 +73,7 @@ def test_the_inverse_of_a_block_is_its_inverse_in_lanes_of_any_width(n):
 
 
 def test_one_large_value_is_found_wherever_it_stands_and_no_other():
-    """Lanes of eight, of four and single values; values beside them do not count, nor does the limit itself."""
+    """Lanes of eight, of four and single values; values outside do not count, nor does the limit itself."""
     for n in range(1, 22):
         for place in range(-1, n + 1):
             w = np.full(n + 2, 1e-3)
