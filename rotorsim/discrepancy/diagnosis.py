@@ -369,7 +369,10 @@ class DiagnosisRun:
         return judged(AllEvidence(verdict, odds, known, tuple(left), gone, worse, alone, self.large, share, scatter))
 
     def _large(self, fits: Sequence[ParameterFit]) -> tuple[str, ...]:
-        """Sentences on calibrated numbers that are far from the machine file; of several fits all places in one."""
+        """Sentences on calibrated numbers that are far from the machine file; of several fits all places in one.
+
+        Every fit with a far bearing has a sentence: none would pass for a machine that agrees with its file.
+        """
         found = []
         for fit in fits:
             V = covariance(fit, self.fitted.layout.record)
@@ -377,8 +380,6 @@ class DiagnosisRun:
             found.append(far_off(self.machine, own, related_of(fit, V), [*strained(fit), *far_off_file(fit)]))
         if len(found) < 2:
             return found[0]
-        if not all(found):
-            return ()
         return (ONE_OF.format(" or ".join(", ".join(own) for own in found)),)
 
     def _name(
