@@ -47,9 +47,9 @@ ALIKE = 0.7
 NEAR = 0.35
 """Relative distance of a ratio to one of FACTORS: the calibration may be off as well."""
 FEWEST_CLOCKS = 4
-"""Fewest records that show the rate of a clock."""
+"""Fewest records that can show the rate of a clock."""
 SURE_TURN, CLEAR_TURN = 5.0, 3.0
-"""Rate of a clock over its standard deviation from which it is clear, of all records and of one."""
+"""Rate of a clock over its standard deviation from which it is clear, in all records and in one."""
 LEAST_TURN = 1e-3
 """Least scatter [rad] of that turn."""
 LAGS = np.linspace(-0.02, 0.02, 801)
@@ -203,9 +203,11 @@ class ProbeMistake:
 def check_clock_rate(comparison: TwinComparison) -> None:
     """Check for a clock of the probes that runs at another rate than that of the shaft's angle.
 
-    The order of the shaft turns from block to block then, by the same share of its angle in every record.
+    The order of the shaft turns from block to block then, by the same share of its angle in every record. The amplitude
+    scatters as the turn does; two blocks may agree by chance, so that no record counts for less than the scatter of all
+    of them. Of the records that can show the rate nearly all are nearer to it than to none.
     """
-    found = []
+    found, squares = [], []
     for trial in comparison.trials:
         if trial.orders or trial.clock or trial.blocks < 2 or abs(trial.speed) < 1.0 or len(trial.broken):
             continue
@@ -214,16 +216,24 @@ def check_clock_rate(comparison: TwinComparison) -> None:
         lines = trial.spectra[:, :, at]
         whole = turns_of(trial.speed, trial.length)  # blocks hold whole samples, and nearly whole turns
         steps = np.sum(np.conj(lines[:-1]) * lines[1:]) * np.exp(-2j * np.pi * (whole - round(whole)))
-        shaken = np.linalg.norm(np.abs(lines[1:]) - np.abs(lines[:-1])) / max(float(np.linalg.norm(lines)), 1e-300)
-        scatter = max(float(shaken), LEAST_TURN)
+        apart = np.abs(lines[1:]) - np.abs(lines[:-1])
+        squares.append((float(np.sum(apart**2)), apart.size))
         a_block = 2 * np.pi * f[at] * trial.length * RIG_SAMPLE
-        found.append((-float(np.angle(steps)) / a_block, scatter / a_block))
+        size = max(float(np.linalg.norm(lines)), 1e-300)
+        found.append((-float(np.angle(steps)) / a_block, size, a_block))
     if len(found) < FEWEST_CLOCKS:
         return
-    rate, sd = np.array(found).T
+    (rate, size, a_block), (shaken, count) = np.array(found).T, np.array(squares).T
+    pooled = count * shaken.sum() / count.sum()
+    sd = np.maximum(np.sqrt(np.maximum(shaken, pooled)) / size, LEAST_TURN) / a_block
     usual = float(np.sum(rate / sd**2) / np.sum(sd**-2))
     spread = max(np.sqrt(np.mean(((rate - usual) / sd) ** 2)), 1.0) / np.sqrt(np.sum(sd**-2))
-    if abs(usual) > SURE_TURN * spread and np.sum(np.abs(rate) > CLEAR_TURN * sd) >= FEWEST_CLOCKS:
+    able = abs(usual) > CLEAR_TURN * sd
+    if (
+        abs(usual) > SURE_TURN * spread
+        and able.sum() >= FEWEST_CLOCKS
+        and np.mean(rate[able] / usual > 0.5) >= MOSTLY
+    ):
         raise DataError(
             f"records: the clock of the probes drifts by {1e6 * usual:+.0f} ppm against the shaft's angle; state clock "
             "in [conditions], how far it may be off, and its drift is taken out, or record all channels on one clock; "
