@@ -253,16 +253,20 @@ def check_probes(comparison: TwinComparison, simulated: np.ndarray) -> None:
     twins = [found, *(
         [_shapes(comparison, own, other) for own in groups] for other in _supported(comparison)
     )]  # fmt: skip
-    own = min((_misfit(lines, one) for one in twins), key=np.mean)
+    before = [_misfit(lines, one) for one in twins]
+    own = min(before, key=np.mean)
     if own.mean() <= 2 * SHAPE:
         return
     back = _turning_back(comparison)
-    backward = [[_shapes(comparison, g, back) for g in groups]]
+    backward = [_shapes(comparison, g, back) for g in groups]
     better = []
     for mistake in _mistakes(comparison.trials):
         changed = [mistake.change(one) for one in lines]
-        misfit = min((_misfit(changed, one) for one in (backward if mistake.backward else twins)), key=np.mean)
-        if misfit.mean() <= min(SHAPE, CLEARER * own.mean()) and np.mean(misfit < own) >= MOSTLY:
+        pairs = [(backward, own)] if mistake.backward else zip(twins, before, strict=True)
+        misfit, was = min(((_misfit(changed, one), old) for one, old in pairs), key=lambda pair: pair[0].mean())
+        shows = misfit != was
+        clear = misfit.mean() <= min(SHAPE, CLEARER * own.mean())
+        if clear and np.sum((misfit < own) & shows) >= MOSTLY * np.sum(shows):
             better.append((float(misfit.mean()), mistake.sentence))
     least = min((size for size, _ in better), default=0.0)
     _refuse([sentence for size, sentence in sorted(better) if size <= 2 * least + 0.1 * SHAPE])
@@ -399,7 +403,8 @@ def _mistakes(trials: Sequence[Trial]) -> Iterator[ProbeMistake]:
         one, other = names
         yield ProbeMistake(
             f"the planes are exchanged: {' and '.join(names[one])} with {' and '.join(names[other])}",
-            lambda y: {one: y[other], other: y[one]},
+            # a record of one plane shows no exchange
+            lambda y: {one: y[other], other: y[one]} if len(y) == 2 else y,
         )
         for angle in TURNS:
             yield ProbeMistake(

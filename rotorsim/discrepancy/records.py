@@ -58,6 +58,8 @@ RINGING, FEWEST_PARTS, MOST_ORDERS = 0.05, 8, 6
 """Length [s] of the parts of a record in which ringing is looked for, fewest of them, and orders that are none."""
 HIT, LEAST_HIT = 10.0, 0.1
 """Motion of a part beyond the orders, over that of the last but one and over the whole, from which it was hit."""
+AT_REST = 1e-3
+"""Motion of a part over that of the whole below which the shaft was at rest."""
 SAME_PLANE = 1e-3
 """Distance [m] up to which a probe of a record stands at a plane of the machine file."""
 RIGHT_ANGLE = 1e-4
@@ -342,10 +344,12 @@ def check_hits(record: xr.Dataset, displacement: np.ndarray, speed: float, name:
     rise = size[2:] / np.maximum(size[:-2], 1e-300)  # a start at rest falls, and never rises
     hits = np.flatnonzero((rise > HIT) & (size[2:] > LEAST_HIT * moves))
     if len(hits):
-        at = float(hits[0] + 1) * RINGING
+        first = hits[0]
+        at, rest = float(first + 1) * RINGING, size[first] < AT_REST * moves
+        before = "was at rest before" if rest else f"{rise[first]:.0f} times what it did before"
         raise DataError(
-            f"{name}: rings down from {at:.3g} s on, {rise[hits[0]]:.0f} times what it did before, and no force is "
-            "recorded; map the hammer's force, or leave the record out",
+            f"{name}: rings down from {at:.3g} s on, {before}, and no force is recorded; map the hammer's force, or "
+            "leave the record out",
             argument="disc_force",
             value=at,
         )

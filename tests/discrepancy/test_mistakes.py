@@ -13,7 +13,7 @@ from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, calib
 from rotorsim.discrepancy.comparison import SensitivityColumns, TwinComparison
 from rotorsim.discrepancy.fit import KEY, far_places, fit_parameters, relinearised
 from rotorsim.discrepancy.gap import virtual_readings
-from rotorsim.discrepancy.mistakes import check_alternatives, check_probes
+from rotorsim.discrepancy.mistakes import _mistakes, _with_mistake, check_alternatives, check_probes
 from rotorsim.discrepancy.records import make_trials
 from rotorsim.discrepancy.trial import delayed
 from rotorsim.machine import load_machine
@@ -68,6 +68,22 @@ def test_a_mistake_with_the_probes_of_a_plane_is_named(comparison, sentence):
     with refused(DataError, "probes", lambda value: bool(value)) as found:
         check_probes(comparison, comparison.predict(ParameterPoint()))
     assert sentence in str(found.value)
+
+
+def test_a_record_without_the_second_plane_takes_part_in_what_it_shows(comparison):
+    """One of three records has no second plane: it shows no exchange of planes, and no mistake with the other plane."""
+    lone = next(t for t in comparison.trials if t.other_plane)
+    given = TwinComparison(comparison.twin, [t for t in comparison.trials if t is not lone])
+    alone = next(i for i, t in enumerate(given.trials) if t.name == lone.name.partition(", ")[0])
+    for mistake in _mistakes(given.trials):
+        changed = _with_mistake(given.trials, mistake)
+        if "planes are exchanged" in mistake.sentence:
+            assert [np.array_equal(a.spectra, b.spectra) for a, b in zip(changed, given.trials, strict=True)] == [
+                i == alone for i in range(len(changed))
+            ]
+    given.measured = measured(given, *CASES["2X and 2Y are exchanged"])
+    with refused(DataError, "probes", "channels 2X and 2Y are exchanged"):
+        check_probes(given, given.predict(ParameterPoint()))
 
 
 @pytest.mark.parametrize("factor", [1.0, 0.4, 2.5])

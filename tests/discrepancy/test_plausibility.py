@@ -106,3 +106,13 @@ def test_a_shaft_that_is_hit_without_a_recorded_force_is_refused(size, ring):
             make_trial(record)
     else:
         make_trial(record)
+
+
+def test_a_shaft_at_rest_before_a_hit_has_no_ratio():
+    """With zeros before the hit the ratio had 300 digits."""
+    t = np.arange(10000) * 2e-4
+    mode = np.where(t >= 0.8, np.exp(-20 * (t - 0.8)) * np.sin(2 * np.pi * 70 * (t - 0.8)), 0.0)
+    record = make_record(t, {"disc_measured": 2e-5 * mode[:, None] * [1.0, 0.3], "speed_measured": np.zeros(t.size)})
+    with refused(DataError, "disc_force", lambda at: abs(at - 0.8) < 0.1) as found:
+        make_trial(record)
+    assert len(str(found.value)) < 200 and "at rest" in str(found.value)
