@@ -47,9 +47,9 @@ ALIKE = 0.7
 NEAR = 0.35
 """Relative distance of a ratio to one of FACTORS: the calibration may be off as well."""
 FEWEST_CLOCKS = 4
-"""Fewest records that can show the rate of a clock."""
+"""Fewest records that show the rate of a clock."""
 SURE_TURN, CLEAR_TURN = 5.0, 3.0
-"""Rate of a clock over its standard deviation from which it is clear, in all records and in one."""
+"""Rate of a clock over its standard deviation from which it is clear, of all records and of one."""
 LEAST_TURN = 1e-3
 """Least scatter [rad] of that turn."""
 LAGS = np.linspace(-0.02, 0.02, 801)
@@ -205,7 +205,7 @@ def check_clock_rate(comparison: TwinComparison) -> None:
 
     The order of the shaft turns from block to block then, by the same share of its angle in every record. The amplitude
     scatters as the turn does; two blocks may agree by chance, so that no record counts for less than the scatter of all
-    of them. Of the records that can show the rate nearly all are nearer to it than to none.
+    of them. Some records show the rate by themselves, and nearly all turn its way.
     """
     found, squares = [], []
     for trial in comparison.trials:
@@ -228,12 +228,8 @@ def check_clock_rate(comparison: TwinComparison) -> None:
     sd = np.maximum(np.sqrt(np.maximum(shaken, pooled)) / size, LEAST_TURN) / a_block
     usual = float(np.sum(rate / sd**2) / np.sum(sd**-2))
     spread = max(np.sqrt(np.mean(((rate - usual) / sd) ** 2)), 1.0) / np.sqrt(np.sum(sd**-2))
-    able = abs(usual) > CLEAR_TURN * sd
-    if (
-        abs(usual) > SURE_TURN * spread
-        and able.sum() >= FEWEST_CLOCKS
-        and np.mean(rate[able] / usual > 0.5) >= MOSTLY
-    ):
+    clear = np.sum(np.abs(rate) > CLEAR_TURN * sd) >= FEWEST_CLOCKS and np.mean(rate * usual > 0) >= MOSTLY
+    if clear and abs(usual) > SURE_TURN * spread:
         raise DataError(
             f"records: the clock of the probes drifts by {1e6 * usual:+.0f} ppm against the shaft's angle; state clock "
             "in [conditions], how far it may be off, and its drift is taken out, or record all channels on one clock; "
