@@ -328,9 +328,6 @@ class DiagnosisRun:
         blocks, groups = self.fitted.apart(base.point), table(self.fitted, base.residual)
         apart = unsteady(self.fitted.trials, blocks, self.fitted.scatter[0])
         flags = flagged(groups) + apart
-        notes += accuracy_notes(
-            max(t.accuracy for t in self.fitted.trials), own_scatter(self.fitted.trials, blocks), groups
-        )
         for role in ("held_out", "untouched"):
             if role in self.parts:
                 self.progress("prove")
@@ -341,7 +338,9 @@ class DiagnosisRun:
             verdict, search = SearchVerdict("unknown"), None
             notes.append(NO_ANSWER)
         judgement = self._judged(base, flags, verdict, search, unexplained(self.fitted, fitted))
-        notes += judgement.notes
+        accuracy, scatter = max(t.accuracy for t in self.fitted.trials), own_scatter(self.fitted.trials, blocks)
+        named = judgement.verdict.status not in ("unknown", "partial")
+        notes += [*judgement.notes, *accuracy_notes(accuracy, scatter, [*groups, *apart], named)]
         if judgement.verdict.best is not None and not flags:
             notes.append(FAINT.format(base.cost - judgement.verdict.best.fit.cost))
         return self._result(base, flags, judgement, search, notes)

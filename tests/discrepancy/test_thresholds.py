@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rotorsim.discrepancy.calibration import COMPLIANCE_LIMITS, LOSS_LIMITS, LOSS_SD, FitParameter, ParameterPoint
-from rotorsim.discrepancy.comparison import Misfit
+from rotorsim.discrepancy.comparison import UNSTEADY, Misfit
 from rotorsim.discrepancy.diagnosis import DiagnosisRun
 from rotorsim.discrepancy.fit import FAR, NEAR, ParameterFit, far_off_file
 from rotorsim.discrepancy.judge import VERDICTS, AllEvidence, accuracy_notes, by_odds, judged, text_of, worse_than
@@ -100,6 +100,19 @@ def test_a_stated_accuracy_that_contradicts_the_records_is_named(accuracy, scatt
     accuracy = 5e-8 if times > 1 else accuracy
     found = accuracy_notes(accuracy, scatter, [group(times)])
     assert bool(found) == bool(shown) and all(shown in note for note in found)
+
+
+@pytest.mark.parametrize(
+    ("named", "more", "noted"),
+    [(False, (), True), (True, (), False), (False, (UNSTEADY, 14.0), False), (False, (UNSTEADY, 4.0), True),
+     (False, ("between", 14.0), False)],
+)  # fmt: skip
+def test_an_accuracy_is_doubted_only_where_nothing_is_found_and_it_would_end_the_disagreement(named, more, noted):
+    """A line 8 times beyond the floor is a finding where it has a name; tones between blocks of 14 floors stay."""
+    groups = [group(8.0)]
+    for name, times in [more] if more else []:
+        groups.append(Misfit("r", "1500 rpm", "y", name, 400, 400 * times**2, times * 5e-8, 5e-8, 0.0, 0))
+    assert bool(accuracy_notes(5e-8, 4e-9, groups, named)) == noted
 
 
 def certain(found):
