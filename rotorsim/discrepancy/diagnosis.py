@@ -339,8 +339,8 @@ class DiagnosisRun:
             notes.append(NO_ANSWER)
         judgement = self._judged(base, flags, verdict, search, unexplained(self.fitted, fitted))
         accuracy, scatter = max(t.accuracy for t in self.fitted.trials), own_scatter(self.fitted.trials, blocks)
-        named = judgement.verdict.status not in ("unknown", "partial")
-        notes += [*judgement.notes, *accuracy_notes(accuracy, scatter, [*groups, *apart], named)]
+        answered = judgement.verdict.status not in ("unknown", "partial")
+        notes += [*judgement.notes, *accuracy_notes(accuracy, scatter, [*groups, *apart], answered)]
         if judgement.verdict.best is not None and not flags:
             notes.append(FAINT.format(base.cost - judgement.verdict.best.fit.cost))
         return self._result(base, flags, judgement, search, notes)

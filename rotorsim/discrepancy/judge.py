@@ -263,11 +263,11 @@ def objections(evidence: AllEvidence, verdict: SearchVerdict) -> list[str]:
     return [one for one in found if one]
 
 
-def accuracy_notes(accuracy: float, scatter: float, groups: Sequence[Misfit], named: bool = False) -> list[str]:
+def accuracy_notes(accuracy: float, scatter: float, groups: Sequence[Misfit], answered: bool = False) -> list[str]:
     """Sentences on a stated accuracy [m] that contradicts the records: their scatter [m], or the misfit of groups.
 
-    That misfit speaks against the accuracy only where no effect and no place is `named` for it, and where an accuracy
-    of its size leaves no group beyond the floor.
+    That misfit speaks against the accuracy only where no verdict has `answered` it, and where an accuracy of its size
+    leaves no group beyond the floor.
     """
     loud = [f.rms for f in groups if f.group not in ("slow", "between", UNSTEADY)]
     if not accuracy or not loud:
@@ -276,7 +276,7 @@ def accuracy_notes(accuracy: float, scatter: float, groups: Sequence[Misfit], na
     beyond = [f for f in flagged(list(groups)) if f.group != "slow"]
     if scatter > CONTRADICTED * accuracy:
         return [TOO_FINE.format(**sizes)]
-    if not named and beyond and max(f.rms for f in beyond) < 2 * CONTRADICTED * accuracy:
+    if not answered and beyond and max(f.rms for f in beyond) < 2 * CONTRADICTED * accuracy:
         coarser = [replace(f, chi2=f.numbers * (f.rms / max(f.floor, *loud)) ** 2) for f in beyond]
         return [] if flagged(coarser) else [WITHIN.format(**sizes)]
     if max(*loud, scatter) < accuracy / CONTRADICTED:

@@ -15,8 +15,9 @@ Allemang & Brown (1982), of the operating deflection.
 
 Shapes that are nearly alike, as of two planes within one half wave, hide an exchange, which a calibration then takes up
 by supports far from the file. So alternatives are calibrated too where the records as they are ask for a finding: first
-all by the tangent at the machine file's own numbers, then the best ones with the plant. One is named where it leaves no
-group beyond the floor and a sum of squares with priors that is lower by `CLEARLY` at least.
+all by the tangent at the machine file's own numbers, then the best ones with the plant. A delay is one alternative: the
+tangent of its own calibration refines it. One is named where it leaves no group beyond the floor and a sum of squares
+with priors that is lower by `CLEARLY` at least.
 
 Cites: allemang_1982.
 """
@@ -28,6 +29,7 @@ from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import answer
@@ -65,7 +67,7 @@ TURNS = np.deg2rad([30.0, 45.0, 60.0, 90.0, -30.0, -45.0, -60.0, -90.0])
 CLEARLY = 12.0
 """Sum of squares by which an alternative fits better than the records as they are, to be named."""
 LATE = np.linspace(-0.005, 0.005, 101)
-"""Times [s] by which the probes may be late against the shaft's angle."""
+"""Times [s] by which the probes may be late against the shaft's angle; the best one is refined."""
 TOO_LATE = "the displacement is shifted by {:+.1f} ms against the shaft's angle"
 """Alternative of a delay."""
 NEARLY_LINEAR = 4.0
@@ -274,26 +276,55 @@ def check_alternatives(comparison: TwinComparison, base: ParameterFit, J: np.nda
     `base` is the calibration of the records as they are, J (n, k) [m] has the sensitivities of its parameters at the
     machine file's own numbers.
     """
-    simulated, p = comparison.predict(ParameterPoint()) + comparison.correction, prior_rows(base.parameters)
-    tangent, others = J / comparison.sigma[:, None], list[tuple[str, TwinComparison]]()
+    origin = ParameterPoint()
+    start = replace(base, point=origin, residual=comparison.residual(origin), J=J / comparison.sigma[:, None])
+    cost, others = _foreseen(comparison, start), list[tuple[float, str, TwinComparison]]()
     for mistake in (one for one in _mistakes(comparison.trials) if not one.backward):
-        others.append((mistake.sentence, _with_trials(comparison, _with_mistake(comparison.trials, mistake))))
-    for lag in (t for t in LATE if t):
-        shifted = [t if t.orders or t.clock else replace(t, spectra=delayed(t.spectra, t.frequencies, -lag))
-                   for t in comparison.trials]  # fmt: skip
-        others.append((TOO_LATE.format(1e3 * lag), _with_trials(comparison, shifted)))
-    A = np.vstack([tangent, np.diag(p)])
-    wanted = np.column_stack([np.append((o.measured - simulated) / comparison.sigma, 0 * p) for _, o in others])
-    costs = np.sum((A @ answer(np.linalg.lstsq, A, wanted, rcond=1e-12)[0] - wanted) ** 2, axis=0)
+        other = _with_trials(comparison, _with_mistake(comparison.trials, mistake))
+        others.append((cost(other), mistake.sentence, other))
+    lag = min(LATE, key=lambda t: cost(_late(comparison, t)))
+    if lag:
+        others.append((cost(_late(comparison, lag)), TOO_LATE, _late(comparison, lag)))
     found = []
-    for i in np.argsort(costs)[:MOST_CALIBRATED]:
-        if costs[i] > NEARLY_LINEAR * base.cost:
+    for least, sentence, other in sorted(others, key=lambda one: one[0])[:MOST_CALIBRATED]:
+        if least > NEARLY_LINEAR * base.cost:
             break
-        sentence, other = others[i]
-        fit = fit_parameters(other, ParameterPoint(), base.parameters, tangent)
+        fit = fit_parameters(other, origin, base.parameters, start.J)
+        if sentence == TOO_LATE:
+            lag = _refined(comparison, lag, _foreseen(other, fit))
+            other, sentence = _late(comparison, lag), TOO_LATE.format(1e3 * lag)
+            fit = fit_parameters(other, fit.point, base.parameters, fit.J)
         if fit.cost < base.cost - CLEARLY and not flagged(table(other, fit.residual)):
             found.append((fit.cost, sentence))
-    _refuse([sentence for cost, sentence in sorted(found) if cost < min(found)[0] + CLEARLY])
+    _refuse([sentence for size, sentence in sorted(found) if size < min(found)[0] + CLEARLY])
+
+
+def _foreseen(comparison: TwinComparison, fit: ParameterFit) -> Callable[[TwinComparison], float]:
+    """Sum of squares with priors that a fit of other readings reaches, by the tangent at a fit of these."""
+    p = prior_rows(fit.parameters)
+    U, s, _ = answer(np.linalg.svd, np.vstack([fit.J, np.diag(p)]), full_matrices=False)
+    U = U[:, s > 1e-12 * s[0]]
+
+    def cost(other: TwinComparison) -> float:
+        wanted = np.append(fit.residual + (other.measured - comparison.measured) / comparison.sigma, -p * fit.vector)
+        return float(np.sum((wanted - U @ (U.T @ wanted)) ** 2))
+
+    return cost
+
+
+def _refined(comparison: TwinComparison, lag: float, cost: Callable[[TwinComparison], float]) -> float:
+    """Lag [s] within two steps of one that is tried for which a sum of squares is least."""
+    reach = 2 * (LATE[1] - LATE[0])
+    bounds = lag - reach, lag + reach
+    return float(answer(minimize_scalar, lambda t: cost(_late(comparison, t)), method="bounded", bounds=bounds).x)
+
+
+def _late(comparison: TwinComparison, lag: float) -> TwinComparison:
+    """The comparison with readings that come earlier by a lag [s]."""
+    return _with_trials(comparison, [
+        t if t.orders or t.clock else replace(t, spectra=delayed(t.spectra, t.frequencies, -lag))
+        for t in comparison.trials
+    ])  # fmt: skip
 
 
 def _with_trials(comparison: TwinComparison, trials: list[Trial]) -> TwinComparison:
