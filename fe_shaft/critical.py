@@ -39,7 +39,7 @@ from fe_shaft.bearing import HOLD
 from fe_shaft.modal import dataset
 from fe_shaft.modes.crossings import Crossing, crossings
 from fe_shaft.modes.follower import follow
-from fe_shaft.modes.onset import NEARBY, Place, first_loss
+from fe_shaft.modes.onset import NEARBY, ModesAt, first_loss
 from fe_shaft.modes.pencil import Region, SecondOrder
 from fe_shaft.shaft import ShaftError, grid
 from rotorsim.base.rounding import EPS
@@ -372,7 +372,7 @@ def _worst(run: modal.ModalResult) -> tuple[float, float, str]:
     return float(run.damping_ratio[mode]), float(run.wn[mode]), str(run.whirl[mode])
 
 
-def _place(rotor: AssembledRotor, run: modal.ModalResult) -> Place:
+def _place(rotor: AssembledRotor, run: modal.ModalResult) -> ModesAt:
     """The damping ratios at a speed, with their slopes out of a step towards another one."""
 
     def slopes(towards: float) -> NDArray[np.float64]:
@@ -381,4 +381,4 @@ def _place(rotor: AssembledRotor, run: modal.ModalResult) -> Place:
         same = np.abs(near.eigenvalues[:, None] - run.eigenvalues).argmin(axis=0)
         return np.asarray((near.damping_ratio[same] - run.damping_ratio) / step)
 
-    return Place(run.speed, _worst(run)[:2], run.damping_ratio, slopes)
+    return ModesAt(run.speed, _worst(run)[:2], run.damping_ratio, slopes)

@@ -166,7 +166,9 @@ class KernelLower(Lower):
     def lower_getitem(self, resty: Any, expr: Any, value: Any, index: Any, signature: Any) -> Any:
         """An element of a vector, or of what else has elements."""
         place = self._place(value, index)
-        return super().lower_getitem(resty, expr, value, index, signature) if place is None else self.builder.load(place)
+        if place is None:
+            return super().lower_getitem(resty, expr, value, index, signature)
+        return self.builder.load(place)
 
     def lower_setitem(self, target_var: Any, index_var: Any, value_var: Any, signature: Any) -> Any:
         """Write an element."""

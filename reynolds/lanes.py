@@ -139,7 +139,8 @@ def _any_above(lanes: int) -> Any:
     @intrinsic
     def above(typing, w, x, limit):
         def generate(context, builder, signature, args):
-            values = builder.load(_vector_at(builder, _data(context, builder, signature.args[0], args[0]), args[1], lanes), align=8)
+            data = _data(context, builder, signature.args[0], args[0])
+            values = builder.load(_vector_at(builder, data, args[1], lanes), align=8)
             limits = [_splat(builder, value, lanes) for value in (args[2], builder.fneg(args[2]))]
             large = [builder.fcmp_ordered(sign, values, limit) for sign, limit in zip("><", limits, strict=True)]
             found = builder.bitcast(builder.or_(*large), ir.IntType(lanes))

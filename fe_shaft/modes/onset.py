@@ -22,7 +22,7 @@ NEARBY = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
+class ModesAt:
     """A value of the parameter: least damping ratio and its frequency [rad/s], the modes' ratios (k,) and their slopes.
 
     The least is (-1, 0) of growth without oscillation; `slopes` are derivatives (k,) on the side of another value.
@@ -35,7 +35,7 @@ class Place:
 
 
 def first_loss(
-    place: Callable[[float], Place], known: Sequence[Place], **tolerances: float
+    place: Callable[[float], ModesAt], known: Sequence[ModesAt], **tolerances: float
 ) -> tuple[float, float] | None:
     """Lowest value at which a mode grows, and its frequency [rad/s], between known ascending places; None without one.
 
@@ -53,11 +53,11 @@ def first_loss(
     return None
 
 
-def _grows(place: Place) -> bool:
+def _grows(place: ModesAt) -> bool:
     return place.least[0] < -DAMPED
 
 
-def _dip(place: Callable[[float], Place], a: Place, b: Place, halvings: int) -> Place | None:
+def _dip(place: Callable[[float], ModesAt], a: ModesAt, b: ModesAt, halvings: int) -> ModesAt | None:
     """A value between two at which a mode grows; None where no tangent leads below zero."""
     ahead, back = (
         (one.zeta + (other.at - one.at) * one.slopes(other.at)).min(initial=np.inf) for one, other in ((a, b), (b, a))

@@ -139,7 +139,7 @@ def judge(machine: Machine, targets: Targets) -> dict[str, str]:
 
 
 def calibrate(machine: Machine, targets: Targets, passes: int = 20, progress: Progress | None = None) -> Calibration:
-    """Fit the parameters of `targets`, from their start values; `progress` receives (evaluations, cost), first (0, inf).
+    """Fit the parameters of `targets`, from their start values; `progress` receives (evaluations, cost).
 
     Raises
     ------

@@ -5,7 +5,6 @@ A point is an equilibrium and the linear model about it; a map repeats it over a
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -19,7 +18,7 @@ from rotorsim.analysis.safe_region import surroundings
 from rotorsim.base.display import Card, Shown, several
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.interrupt import finishing
-from rotorsim.base.processes import spread
+from rotorsim.base.processes import cores, spread
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.equilibrium import Equilibrium, describe, settle
@@ -203,8 +202,7 @@ def operating_map(
 
 def useful(workers: int | None, points: int) -> int:
     """Processes for a number of points: all cores when None, but none that would not pay for its start."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return max(1, min(workers or cores, points // WORTH))
+    return max(1, min(workers or cores(), points // WORTH))
 
 
 @lru_cache(maxsize=2)

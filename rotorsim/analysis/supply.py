@@ -16,7 +16,7 @@ from scipy.optimize import newton
 from rotorsim.effects import numeric_fields
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.compose import Call
+from rotorsim.plant.calls import Call
 from rotorsim.plant.equilibrium import describe, settle
 
 AT_REST = 1e9

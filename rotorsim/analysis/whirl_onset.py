@@ -142,7 +142,7 @@ class LeastDamped:
         model = at_speed(self.plant, self.pressure)(speed)
         return Node(speed, model, nothing(0) if model is None else self._modes(model))
 
-    def place(self, node: Node) -> onset.Place:
+    def place(self, node: Node) -> onset.ModesAt:
         """Damping ratios of a node's modes in the region; their slopes are NaN where the film does not carry."""
         modes = node.modes.take(self.region.holds(node.modes.values))
         s = modes.values
@@ -154,7 +154,7 @@ class LeastDamped:
                 return np.full(s.size, np.nan)
             return np.asarray(np.imag(rates(modes, pencil) * s.conj()) * s.imag / (step * np.abs(s) ** 3))
 
-        return onset.Place(node.at, least_damped(node.modes, self.region), -s.real / np.abs(s), slopes)
+        return onset.ModesAt(node.at, least_damped(node.modes, self.region), -s.real / np.abs(s), slopes)
 
     def certain(self, model: LinearPlant) -> float:
         """Least damping ratio of a linear model's modes; NaN where none grows, but one may be missing."""
@@ -179,7 +179,7 @@ def first_loss(search: LeastDamped, speeds: np.ndarray, accuracy: float = 1e-8) 
     """
     looked: list[Node] = []
 
-    def place(speed: float) -> onset.Place:
+    def place(speed: float) -> onset.ModesAt:
         looked.append(search.node(speed))
         return search.place(looked[-1])
 

@@ -78,6 +78,7 @@ def apart(function: Callable[..., Result], *arguments: Any) -> Result:
     """Result of a function called in its own thread; Ctrl-C raises KeyboardInterrupt here at once.
 
     It does so inside an `Interrupt` too. The call itself cannot be stopped: the process has to end with `leave`.
+    Where the system allows no more threads the call is made in this one, and Ctrl-C waits for its end.
     """
     if threading.current_thread() is not threading.main_thread():
         return function(*arguments)
@@ -93,7 +94,10 @@ def apart(function: Callable[..., Result], *arguments: Any) -> Result:
         finally:
             done.set()
 
-    threading.Thread(target=contextvars.copy_context().run, args=(call,), name=APART).start()
+    try:
+        threading.Thread(target=contextvars.copy_context().run, args=(call,), name=APART).start()
+    except RuntimeError:
+        return function(*arguments)
     while not done.wait(TICK):
         if asked():
             raise KeyboardInterrupt

@@ -168,6 +168,11 @@ class Processes(ThreadPoolExecutor):
                 child.kill()
 
 
+def cores() -> int:
+    """Number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def spread(function: Callable[..., Any], calls: Sequence[tuple], workers: int) -> Iterator[tuple[int, Any]]:
     """(number, result) of calls of a module's function, in the order of completion; in this process for one worker."""
     if workers <= 1:

@@ -126,7 +126,7 @@ def prepare(case: Case, text: str) -> None:
         return
     with ExitStack() as stack:
         if not is_compiled(module, ("settle" if is_analysis(case.kind) else "run",)):
-            stack.enter_context(Lock(in_cache("plants") / f"{module.__name__}.lock", wait=True))
+            stack.enter_context(Lock(in_cache("plants") / f"{module.run.__module__}.lock", wait=True))
         stack.enter_context(suppress(RotorsimError))  # the case itself will meet it again, and report it
         if is_analysis(case.kind):
             _loaded.add(loaded)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -300,19 +299,22 @@ def warm(
     from rotorsim.machine import shipped_machines
 
     plants = {name: settings.plant(name) for name in machines or shipped_machines()}
-    from rotorsim.plant import compile_kernels
+    from rotorsim.base.processes import cores, spread
+    from rotorsim.plant.plant import compile_text
 
-    took = {}
+    took, left = {}, {}
     for name, plant in plants.items():
         note = plant.assembly.compile_note("settle", "run")
-        if not note:
-            typer.echo(f"{name}: compiled already", err=True)
-            took[name] = 0.0
-            continue
-        typer.echo(note, err=True)
-        start = time.monotonic()
-        compile_kernels(plant)
-        took[name] = round(time.monotonic() - start, 1)
-        typer.echo(f"{name}: compiled in {took[name]:.0f} s", err=True)
+        typer.echo(note or f"{name}: compiled already", err=True)
+        took[name], left[name] = 0.0, plant if note else None
+    for kernel in ("refresh", "run", ""):  # no two processes compile the same film or rotor
+        first = {}
+        for name, plant in left.items():
+            if plant is not None:
+                first.setdefault(getattr(plant.assembly.module, kernel).__module__ if kernel else name, name)
+        names = list(first.values())
+        for number, seconds in spread(compile_text, [(plants[name].machine.text,) for name in names], cores()):
+            took[names[number]], left[names[number]] = round(seconds, 1), None
+            typer.echo(f"{names[number]}: compiled in {seconds:.0f} s", err=True)
     if as_json:
         print_json({"seconds": took})

@@ -21,6 +21,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import sqrt
 from typing import Any
 
@@ -36,6 +37,7 @@ from rotorsim.discrepancy.data_vector import (
     floor,
     make_layout,
     repeat_scatter,
+    repeats,
 )
 from rotorsim.discrepancy.trial import TURNING, Trial, clock_offset, delayed
 from rotorsim.discrepancy.twin import NO_SOLUTION, Twin
@@ -51,6 +53,8 @@ LOST = NO_SOLUTION / 4
 QUARTER, FEWEST_RECORDS = 0.02, 3
 """Share of a response by which that to the sine of a phase may differ from that to the cosine, a quarter of a period
 later; least records for which that is tried on one."""
+SAME_ANGLE = 0.01
+"""Angle [rad] within which records that repeat each other begin, so that their derivatives are alike."""
 MOST_KNOWN = 128
 """Responses that are kept."""
 SIGMAS, LEAST_EXCESS = 6.0, 20.0
@@ -98,10 +102,14 @@ class TwinComparison:
     def spectra(
         self, point: ParameterPoint, twin: Twin | None = None, whole: bool = False, near: ParameterPoint | None = None
     ) -> list[np.ndarray]:  # fmt: skip
-        """Simulated blocks' DFTs of the trials [m]; from the motion at a `near` point on (`simulate`)."""
+        """Simulated blocks' DFTs of the trials [m]; from the motion at a `near` point on (`simulate`).
+
+        Records with the same inputs are simulated once; near another point those that repeat each other are.
+        """
         twin = twin or self.twin
-        seen: dict[tuple[str, float], int] = {}  # repeats are simulated once
+        seen: dict[tuple[str, float], int] = {}
         first = [seen.setdefault((t.inputs, round(t.angle, 9)), i) for i, t in enumerate(self.trials)]
+        first = first if near is None else self.repeated
         numbers = sorted(set(first))
         self.evaluations += len(numbers)
         done = dict(zip(numbers, self.run([(self.trials[i], point) for i in numbers], twin, whole, near), strict=True))
@@ -218,11 +226,11 @@ class TwinComparison:
         step = parameter.step if base + parameter.step <= parameter.high else -parameter.step
         if cosine is not None and (turned := self._quarter_later(point, parameter, step, here, cosine)) is not None:
             return turned
-        moved = self._beside(point, parameter, step)
+        moved = self._beside(point, parameter, step, here)
         if progress is not None:
             progress()
         if central and parameter.low <= base - step <= parameter.high:
-            behind = self._beside(point, parameter, -step)
+            behind = self._beside(point, parameter, -step, here)
             if np.abs(moved - here).max() > LOST:
                 return np.asarray((here - behind) / step / self.sigma)
             if np.abs(behind - here).max() < LOST:
@@ -251,10 +259,24 @@ class TwinComparison:
         same = np.linalg.norm(found - turned[own]) < QUARTER * np.linalg.norm(found)
         return turned if same and len({t.speed > 0 for t in self.trials}) == 1 else None
 
-    def _beside(self, point: ParameterPoint, parameter: FitParameter, step: float) -> np.ndarray:
-        """Simulated data vector (n,) [m] a step of a parameter away from a point, from the motion there on."""
+    @cached_property
+    def repeated(self) -> list[int]:
+        """Number of the first trial that each repeats; its own where none comes before."""
+        return [
+            next((k for k in range(i) if repeats(self.trials[k], t) and _in_phase(self.trials[k], t)), i)
+            for i, t in enumerate(self.trials)
+        ]
+
+    def _beside(self, point: ParameterPoint, parameter: FitParameter, step: float, here: np.ndarray) -> np.ndarray:
+        """Simulated data vector (n,) [m] a step of a parameter away from a point, where it is `here`, from the motion
+        there on; records that repeat each other change alike."""
         there = point.moved([parameter], np.array([step]))
-        return self._shifted(self._response(there, self.twin, False, point), there)
+        y = self._shifted(self._response(there, self.twin, False, point), there)
+        for i, k in enumerate(self.repeated):
+            if k != i:
+                own, first = self.layout.record == i, self.layout.record == k
+                y[own] = here[own] + (y[first] - here[first])
+        return y
 
     def jacobian(
         self, point: ParameterPoint, parameters: Sequence[FitParameter], here: np.ndarray | None = None,
@@ -338,6 +360,11 @@ class TwinComparison:
         self.sigma = floor(self.trials, self.layout, scatter, means, drifts, response, error, tolerance)
         self.floor_known, self.tolerance = True, tolerance
         return error
+
+
+def _in_phase(a: Trial, b: Trial) -> bool:
+    """Whether derivatives of two records that repeat each other are alike: they begin at one angle of the shaft."""
+    return not (a.clock or b.clock) and abs(np.exp(1j * a.angle) - np.exp(1j * b.angle)) < SAME_ANGLE
 
 
 def cosine_of(parameter: FitParameter) -> FitParameter | None:

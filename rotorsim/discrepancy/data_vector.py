@@ -136,6 +136,13 @@ def unknown_sources(trials: list[Trial]) -> list[str]:
     return [source for own, source in kinds if own and not _known(own)]
 
 
+def own_scatter(trials: list[Trial], residuals: list[np.ndarray]) -> float:
+    """Scatter [m] of a line from the blocks of records alone, whatever accuracy is stated; 0 without blocks."""
+    pairs = [(t, s / len(r)) for t, r in zip(trials, residuals, strict=True) if (s := _within(r)) is not None]
+    lines = np.concatenate([s[0, : len(t.channels), 1:].ravel() for t, s in pairs]) if pairs else np.zeros(1)
+    return float(np.sqrt(np.median(lines) / LN2 / 2))
+
+
 def _known(trials: list[Trial]) -> bool:
     stated = any(t.accuracy or t.spectra.shape[0] > 1 for t in trials)
     return stated or any(repeats(a, b) for a, b in combinations(trials, 2))

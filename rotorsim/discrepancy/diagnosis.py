@@ -25,7 +25,7 @@ from rotorsim.discrepancy.comparison import (
     table,
     unsteady,
 )
-from rotorsim.discrepancy.data_vector import TOLERANCE, unknown_sources, without_hum, without_probe_drift
+from rotorsim.discrepancy.data_vector import TOLERANCE, own_scatter, unknown_sources, without_hum, without_probe_drift
 from rotorsim.discrepancy.decision import check_allowed
 from rotorsim.discrepancy.fit import (
     MOST_REPEATS,
@@ -45,6 +45,7 @@ from rotorsim.discrepancy.hypotheses import CLEAR, EffectSearch
 from rotorsim.discrepancy.judge import (
     AllEvidence,
     Judgement,
+    accuracy_notes,
     beyond_floor,
     by_odds,
     judged,
@@ -324,8 +325,12 @@ class DiagnosisRun:
             nominal = SensitivityColumns(self.fitted).columns(ParameterPoint(), base.parameters)
             check_alternatives(self.fitted, base, nominal)
         assert self.fitted.scatter is not None
-        apart = unsteady(self.fitted.trials, self.fitted.apart(base.point), self.fitted.scatter[0])
-        flags = flagged(table(self.fitted, base.residual)) + apart
+        blocks, groups = self.fitted.apart(base.point), table(self.fitted, base.residual)
+        apart = unsteady(self.fitted.trials, blocks, self.fitted.scatter[0])
+        flags = flagged(groups) + apart
+        notes += accuracy_notes(
+            max(t.accuracy for t in self.fitted.trials), own_scatter(self.fitted.trials, blocks), groups
+        )
         for role in ("held_out", "untouched"):
             if role in self.parts:
                 self.progress("prove")
@@ -370,8 +375,10 @@ class DiagnosisRun:
             V = covariance(fit, self.fitted.layout.record)
             own = calibration_of(fit, V, fit.parameters)
             found.append(far_off(self.machine, own, related_of(fit, V), [*strained(fit), *far_off_file(fit)]))
-        if len(found) < 2 or not all(found):
+        if len(found) < 2:
             return found[0]
+        if not all(found):
+            return ()
         return (ONE_OF.format(" or ".join(", ".join(own) for own in found)),)
 
     def _name(

@@ -141,6 +141,22 @@ NOT_HELD = (
     "{channel}, {group}: {left:.3g} um over a floor of {floor:.2g} um"
 )
 """Note on what stays at points that were not fitted."""
+CONTRADICTED = 8.0
+"""Factor between a stated accuracy and what the records show from which the two contradict each other."""
+TOO_FINE = (
+    "the stated accuracy of {accuracy:.2g} um contradicts the scatter of the records, {scatter:.2g} um, which counts"
+)
+"""Note on an accuracy that the records' own scatter refutes."""
+TOO_COARSE = (
+    "the records agree with the machine to {left:.2g} um and scatter by {scatter:.2g} um: the stated accuracy of "
+    "{accuracy:.2g} um is coarser than that, and hides disagreements down to a {times:.0f}th of it"
+)
+"""Note on an accuracy that is many times what is left."""
+WITHIN = (
+    "all that is beyond the floor is at most {left:.2g} um: with an accuracy of that size in place of the stated "
+    "{accuracy:.2g} um nothing would disagree; check what is stated"
+)
+"""Note on a misfit that the stated accuracy alone may make."""
 WORSE = "the calibration makes untouched records worse than the file as given ({records}): it is not the better file"
 """Note on a calibration that is not shown as the better file."""
 NOT_LIKELY = (
@@ -245,6 +261,22 @@ def objections(evidence: AllEvidence, verdict: SearchVerdict) -> list[str]:
             found.append(NOT_LIKELY.format(share=f"{100 * nothing:.0f} %", least=f"{100 * LEAST_NOTHING:.0f} %"))
         found += [] if evidence.scatter_known else [NO_ACCURACY]
     return [one for one in found if one]
+
+
+def accuracy_notes(accuracy: float, scatter: float, groups: Sequence[Misfit]) -> list[str]:
+    """Sentences on a stated accuracy [m] that contradicts the records: their scatter [m], or the misfit of groups."""
+    loud = [f.rms for f in groups if f.group not in ("slow", "between")]
+    if not accuracy or not loud:
+        return []
+    sizes = {"accuracy": accuracy * TO_UM, "scatter": scatter * TO_UM, "left": max(loud) * TO_UM}
+    beyond = [f for f in flagged(list(groups)) if f.group != "slow"]
+    if scatter > CONTRADICTED * accuracy:
+        return [TOO_FINE.format(**sizes)]
+    if beyond and max(f.rms for f in beyond) < 2 * CONTRADICTED * accuracy:
+        return [WITHIN.format(**sizes)]
+    if max(*loud, scatter) < accuracy / CONTRADICTED:
+        return [TOO_COARSE.format(**sizes, times=accuracy / max(*loud, scatter))]
+    return []
 
 
 def consistent(status: str, odds: Sequence[Explanation], nothing_refuted: bool = False) -> tuple[Explanation, ...]:

@@ -36,7 +36,7 @@ from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
 from rotorsim.discrepancy.changes import MAIN, PLANE
 from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
 from rotorsim.discrepancy.fit import ParameterFit, fit_parameters, prior_rows
-from rotorsim.discrepancy.trial import Trial, turns_of
+from rotorsim.discrepancy.trial import Trial, delayed, turns_of
 from rotorsim.machine.bearings import LinearBearing
 
 FACTORS = {25.4: "mils or inches taken for millimetres", 1e3: "a prefix of a thousand lost (mm, um; mV, V)",
@@ -48,8 +48,8 @@ NEAR = 0.35
 """Relative distance of a ratio to one of FACTORS: the calibration may be off as well."""
 FEWEST_CLOCKS = 4
 """Fewest records that show the rate of a clock."""
-SURE_TURN = 5.0
-"""Turn of an order from block to block over its scatter from which the clock's rate is clear."""
+SURE_TURN, CLEAR_TURN = 5.0, 3.0
+"""Rate of a clock over its standard deviation from which it is clear, of all records and of one."""
 LEAST_TURN = 1e-3
 """Least scatter [rad] of that turn."""
 LAGS = np.linspace(-0.02, 0.02, 801)
@@ -62,8 +62,12 @@ MOSTLY = 0.8
 """Least share of the records in which an alternative is the better one."""
 TURNS = np.deg2rad([30.0, 45.0, 60.0, 90.0, -30.0, -45.0, -60.0, -90.0])
 """Angles [rad] by which the probes of a plane may be turned."""
-CLEARLY = 25.0
+CLEARLY = 12.0
 """Sum of squares by which an alternative fits better than the records as they are, to be named."""
+LATE = np.linspace(-0.005, 0.005, 101)
+"""Times [s] by which the probes may be late against the shaft's angle."""
+TOO_LATE = "the displacement is shifted by {:+.1f} ms against the shaft's angle"
+"""Alternative of a delay."""
 NEARLY_LINEAR = 4.0
 """Most sum of squares by the tangent, over that of the records as they are, of an alternative that is calibrated."""
 MOST_CALIBRATED = 2
@@ -210,15 +214,16 @@ def check_clock_rate(comparison: TwinComparison) -> None:
         lines = trial.spectra[:, :, at]
         whole = turns_of(trial.speed, trial.length)  # blocks hold whole samples, and nearly whole turns
         steps = np.sum(np.conj(lines[:-1]) * lines[1:]) * np.exp(-2j * np.pi * (whole - round(whole)))
-        turned = float(np.angle(steps))
         shaken = np.linalg.norm(np.abs(lines[1:]) - np.abs(lines[:-1])) / max(float(np.linalg.norm(lines)), 1e-300)
-        found.append((turned, shaken, -turned / (2 * np.pi * f[at] * trial.length * RIG_SAMPLE)))
+        scatter = max(float(shaken), LEAST_TURN)
+        a_block = 2 * np.pi * f[at] * trial.length * RIG_SAMPLE
+        found.append((-float(np.angle(steps)) / a_block, scatter / a_block))
     if len(found) < FEWEST_CLOCKS:
         return
-    turned, shaken, rate = np.array(found).T
-    usual, spread = float(np.median(rate)), float(np.median(np.abs(rate - np.median(rate))))
-    clear = np.abs(turned) > SURE_TURN * np.maximum(shaken, LEAST_TURN)
-    if abs(usual) > SURE_TURN * spread and np.mean(clear) >= MOSTLY:
+    rate, sd = np.array(found).T
+    usual = float(np.sum(rate / sd**2) / np.sum(sd**-2))
+    spread = max(np.sqrt(np.mean(((rate - usual) / sd) ** 2)), 1.0) / np.sqrt(np.sum(sd**-2))
+    if abs(usual) > SURE_TURN * spread and np.sum(np.abs(rate) > CLEAR_TURN * sd) >= FEWEST_CLOCKS:
         raise DataError(
             f"records: the clock of the probes drifts by {1e6 * usual:+.0f} ppm against the shaft's angle; state clock "
             "in [conditions], how far it may be off, and its drift is taken out, or record all channels on one clock; "
@@ -254,7 +259,7 @@ def check_probes(comparison: TwinComparison, simulated: np.ndarray) -> None:
 
 
 def check_alternatives(comparison: TwinComparison, base: ParameterFit, J: np.ndarray) -> None:
-    """Raise DataError for probes that are exchanged, reversed or turned, by calibrations of the alternatives.
+    """Raise DataError for probes that are exchanged, reversed, turned or late, by calibrations of the alternatives.
 
     `base` is the calibration of the records as they are, J (n, k) [m] has the sensitivities of its parameters at the
     machine file's own numbers.
@@ -262,10 +267,11 @@ def check_alternatives(comparison: TwinComparison, base: ParameterFit, J: np.nda
     simulated, p = comparison.predict(ParameterPoint()) + comparison.correction, prior_rows(base.parameters)
     tangent, others = J / comparison.sigma[:, None], list[tuple[str, TwinComparison]]()
     for mistake in (one for one in _mistakes(comparison.trials) if not one.backward):
-        other = copy(comparison)
-        other.trials = _with_mistake(comparison.trials, mistake)
-        other.measured = np.concatenate([t.vector(t.spectra) for t in other.trials])
-        others.append((mistake.sentence, other))
+        others.append((mistake.sentence, _with_trials(comparison, _with_mistake(comparison.trials, mistake))))
+    for lag in (t for t in LATE if t):
+        shifted = [t if t.orders or t.clock else replace(t, spectra=delayed(t.spectra, t.frequencies, -lag))
+                   for t in comparison.trials]  # fmt: skip
+        others.append((TOO_LATE.format(1e3 * lag), _with_trials(comparison, shifted)))
     A = np.vstack([tangent, np.diag(p)])
     wanted = np.column_stack([np.append((o.measured - simulated) / comparison.sigma, 0 * p) for _, o in others])
     costs = np.sum((A @ answer(np.linalg.lstsq, A, wanted, rcond=1e-12)[0] - wanted) ** 2, axis=0)
@@ -276,16 +282,23 @@ def check_alternatives(comparison: TwinComparison, base: ParameterFit, J: np.nda
         sentence, other = others[i]
         fit = fit_parameters(other, ParameterPoint(), base.parameters, tangent)
         if fit.cost < base.cost - CLEARLY and not flagged(table(other, fit.residual)):
-            found.append(sentence)
-    _refuse(found)
+            found.append((fit.cost, sentence))
+    _refuse([sentence for cost, sentence in sorted(found) if cost < min(found)[0] + CLEARLY])
+
+
+def _with_trials(comparison: TwinComparison, trials: list[Trial]) -> TwinComparison:
+    """The comparison with other readings; floor and twin stay."""
+    other = copy(comparison)
+    other.trials, other.measured = trials, np.concatenate([t.vector(t.spectra) for t in trials])
+    return other
 
 
 def _refuse(sentences: Sequence[str]) -> None:
     """Raise DataError with the alternatives that fit, the best first; nothing for none."""
     if sentences:
         raise DataError(
-            f"records: they fit when {' or when '.join(sentences[:3])}; check names, angles, positions and signs of "
-            "the probes in the mapping; nothing was assumed",
+            f"records: they fit when {' or when '.join(sentences[:3])}; check names, angles, positions, signs and "
+            "the clock of the probes in the mapping; nothing was assumed",
             argument="probes",
             value=sentences[0],
         )

@@ -54,6 +54,10 @@ FEWEST_LINES = 12
 """Excited lines of a record from which its frequencies and gains are laid over the twin's."""
 SCALES = np.exp(np.linspace(np.log(0.5), np.log(2.0), 281))
 """Factors on the frequency that are tried."""
+RINGING, FEWEST_PARTS, MOST_ORDERS = 0.05, 8, 6
+"""Length [s] of the parts of a record in which ringing is looked for, fewest of them, and orders that are none."""
+HIT, LEAST_HIT = 10.0, 0.1
+"""Motion of a part beyond the orders, over that of the last but one and over the whole, from which it was hit."""
 SAME_PLANE = 1e-3
 """Distance [m] up to which a probe of a record stands at a plane of the machine file."""
 RIGHT_ANGLE = 1e-4
@@ -286,6 +290,7 @@ def make_trial(record: xr.Dataset, role: str = "fit", name: str = "record", view
     if "force_position" in record.attrs:
         place = float(record.attrs["force_position"]) * 1e3
         raise DataError(f"{name}: was hit at {place:.6g} mm; a diagnosis takes forces on the disc: leave it out")
+    check_hits(record, displacement, speed, name)
     rows = np.zeros((n, 6))
     rows[:, 0], rows[:, 1] = speed, pressure if np.isfinite(pressure) else 0.0
     for column, channel in ((2, "reference"), (4, "disc_force")):
@@ -319,6 +324,31 @@ def _digest(trial: Trial) -> str:
 def data_hash(trials: Iterable[Trial]) -> str:
     """Short hash of all measured data, independent of their order."""
     return hashlib.sha256("".join(sorted(map(_digest, trials))).encode()).hexdigest()[:16]
+
+
+def check_hits(record: xr.Dataset, displacement: np.ndarray, speed: float, name: str) -> None:
+    """Raise DataError for a shaft that rings down, as after hits of a hammer, where no force is recorded."""
+    excited = any(c in record and np.any(record[c].values) for c in ("reference", "disc_force"))
+    part = round(RINGING / RIG_SAMPLE)
+    count = len(displacement) // part
+    if excited or count < FEWEST_PARTS:
+        return
+    t = np.arange(part) * RIG_SAMPLE
+    turning = np.outer(t, speed * np.arange(1, MOST_ORDERS + 1) if abs(speed) > TURNING else ())
+    known = np.column_stack([np.ones(part), t, np.cos(turning), np.sin(turning)])
+    own = displacement[: count * part].reshape(count, part, -1)
+    left = own - np.einsum("ij,njk->nik", known @ answer(np.linalg.pinv, known), own)
+    size, moves = np.sqrt(np.mean(left**2, axis=(1, 2))), float(np.std(own - own.mean(axis=(0, 1))))
+    rise = size[2:] / np.maximum(size[:-2], 1e-300)  # a start at rest falls, and never rises
+    hits = np.flatnonzero((rise > HIT) & (size[2:] > LEAST_HIT * moves))
+    if len(hits):
+        at = float(hits[0] + 1) * RINGING
+        raise DataError(
+            f"{name}: rings down from {at:.3g} s on, {rise[hits[0]]:.0f} times what it did before, and no force is "
+            "recorded; map the hammer's force, or leave the record out",
+            argument="disc_force",
+            value=at,
+        )
 
 
 def check_turns(trial: Trial) -> None:

@@ -61,8 +61,8 @@ RUN_IN = 10.0
 turning and of its inputs; in this time fades what effects add to their sum."""
 REPEATS = 1e-4
 """Share of a motion over whole turns that its orders may leave where it counts as repeating with them."""
-SHARE_OF_RATE = 0.3
-"""Highest order of such a motion, as a share of the samples of a turn."""
+LEAST_ORDERS, SHARE_OF_RATE, LEAST_TURNS = 8, 0.4, 10
+"""Least number of its orders, its highest one as a share of the samples of a turn, least turns of a record."""
 ROUNDING = 1e-12
 """Line of an input, as a share of its largest value, below which it is the rounding of a constant."""
 SHORTEST_PERIOD = 0.2
@@ -266,7 +266,8 @@ class Trial:
     @property
     def turning(self) -> bool:
         """Whether nothing but the turning excites the rotor, so that every turn may be like the last one."""
-        return not self.orders and abs(self.speed) > TURNING and not self.used[:, 2:6].any()
+        turns = turns_of(self.speed, len(self.used))
+        return not self.orders and turns >= LEAST_TURNS and not self.used[:, 2:6].any()
 
     @property
     def angle_of_window(self) -> float:
@@ -282,7 +283,7 @@ class Trial:
         waves, inverse, lines = _of_turn(self.speed, len(seen), self.length, self.blocks, self.spectra.shape[2])
         found = inverse @ seen
         left, size = np.linalg.norm(seen - waves @ found), np.linalg.norm(seen - seen.mean(axis=0))
-        if not left < max(REPEATS * size, ROUNDING * np.abs(seen).max() * np.sqrt(len(seen))):
+        if not left <= max(REPEATS * size, ROUNDING * np.abs(seen).max() * np.sqrt(len(seen))):
             return None
         return np.asarray(found.T @ lines)
 
@@ -316,13 +317,14 @@ def block_lines(displacement: np.ndarray, start: int, length: int, blocks: int, 
     return np.asarray(spectra)
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=32)
 def _of_turn(
     speed: float, n: int, length: int, blocks: int, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
     """Waves (n, k) of a speed's [rad/s] orders over n samples, their inverse (k, n), and DFTs (blocks, k, lines)."""
     turn = 2 * np.pi / (abs(speed) * RIG_SAMPLE)
-    orders = np.arange(1, max(int(SHARE_OF_RATE * turn), 1) + 1) * speed * RIG_SAMPLE
+    highest = min(max(2 * HIGHEST * RIG_SAMPLE * turn, LEAST_ORDERS), SHARE_OF_RATE * turn)
+    orders = np.arange(1, max(int(highest), 1) + 1) * speed * RIG_SAMPLE
 
     def waves(samples: int) -> np.ndarray:
         return np.concatenate([np.ones((samples, 1)), _waves(np.outer(np.arange(samples), orders))], axis=1)

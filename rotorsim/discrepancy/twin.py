@@ -200,7 +200,7 @@ def repeating(
         # time goes on: what turns with no shaft does not settle
         moved[rotor.angle], moved[rotor.time] = began[rotor.angle], began[rotor.time] + number * turn
         w = moved
-        if settled := bool(np.linalg.norm(jump) < SETTLED * np.linalg.norm(before)):
+        if settled := bool(np.linalg.norm(jump) <= SETTLED * np.linalg.norm(before)):
             break
     for i, value in began.items():
         w[i] = value

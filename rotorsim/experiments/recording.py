@@ -99,6 +99,7 @@ class Recording:
             raise write_error(path, error) from error
         self._hdf5 = h5py.File(self._disk, "w", track_order=True, rdcc_nbytes=0)
         self._file = h5netcdf.File(self._hdf5, "w")
+        self._stored: dict[str, h5py.Dataset] = {}
         self._begin(attrs)
         self._hdf5.flush()
 
@@ -134,6 +135,7 @@ class Recording:
         chunks = (CHUNK if dims[0] == "time" else 1, *shape)
         variable = self._file.create_variable(name, dims, "f8", chunks=chunks)
         variable.attrs["units"], variable.attrs["long_name"] = units, long_name
+        self._stored[name] = self._hdf5[name]  # to append without a look at the file's tables each time
         return variable
 
     def write(self, time: np.ndarray, values: Values) -> None:
@@ -183,9 +185,9 @@ class Recording:
         end = self.samples + len(values["time"])
         self._file.resize_dimension("time", end)
         for name, value in values.items():
-            if name not in self._file.variables:
+            if name not in self._stored:
                 self._add(name, value)
-            self._file.variables[name][self.samples : end] = value
+            self._stored[name][self.samples : end] = value
         self.samples = end
 
     def _add(self, name: str, value: np.ndarray) -> None:

@@ -19,7 +19,7 @@ from rotorsim.effects import FILM_PORTS, REGISTRY, Effect
 from rotorsim.effects.base import WHERE
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.compose import Call
+from rotorsim.plant.calls import Call
 from rotorsim.plant.kernels.modal_rotor import build_support
 
 HUGE = 1e300

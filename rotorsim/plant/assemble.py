@@ -6,7 +6,6 @@ The parameter record has every number of a machine in SI units, each name next t
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -24,8 +23,8 @@ from rotorsim.effects import FILM_PORTS, PORTS, Effect, numeric_fields
 from rotorsim.effects.base import WHERE
 from rotorsim.machine.gas_film import PinnedInjector
 from rotorsim.machine.schema import Machine
-from rotorsim.plant.calls import Call, fill_addresses, first_rows, rows_of
-from rotorsim.plant.compose import KernelModule, compose, film_entries, is_compiled
+from rotorsim.plant.calls import CALLS, Call, fill_addresses, first_rows, kernels_alone, rows_of
+from rotorsim.plant.compose import KernelModule, compose, film_entries, is_compiled, is_kept
 from rotorsim.plant.kernels.layout import (
     COLUMNS,
     LIVE,
@@ -38,8 +37,6 @@ from rotorsim.plant.kernels.layout import (
 from rotorsim.plant.locations import probe_rows
 from rotorsim.plant.mesh import Mesh
 
-CALLS = "calls"
-"""Name of the rows of calls in the parameter record."""
 SUBSTEP = 5e-5
 """Longest substep of the actuators [s]."""
 
@@ -121,14 +118,16 @@ class Assembly:
 
     def compile_note(self, *kernels: str) -> str:
         """Sentence on what is compiled before kernels ('settle', 'run') first run and how long; empty if nothing is."""
-        if is_compiled(self.module, kernels):
+        parts, seconds = [], 0.0
+        if not is_compiled(self.module, kernels):
+            parts, seconds = ["rotor"], 3.0 if self.film_model is None else 7.0
+        if self.film_model is not None and not is_compiled(self.module, film_entries(len(self.films))):
+            parts, seconds = ["film", *parts], seconds + 4.0
+        effects = {record for record, kernel in kernels_alone(self.calls) if not is_kept(kernel)}
+        if effects:
+            parts, seconds = [*parts, f"{len(effects)} effects"], seconds + 0.1 * len(effects)
+        if not parts:
             return ""
-        parts, seconds = [], 3.0 + 0.15 * len(self.calls)
-        if self.film_model is not None:
-            entries = film_entries(len(self.films))
-            solver = is_compiled(sys.modules[self.module.newton.__module__], entries)
-            parts, seconds = [] if solver else ["film"], seconds + (5.0 if solver else 9.0)
-        parts += ["rotor", f"{len(self.calls)} effects"]
         return f"compiling {self.machine.name} ({', '.join(parts)}): about {seconds:.0f} s, once"
 
 

@@ -9,11 +9,10 @@ in a module of its own, whose name hashes the sources that go into it.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from numbers import Number
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -27,6 +26,9 @@ from rotorsim.plant.generated import load_module
 from rotorsim.plant.kernels.effect_calls import FUNCTIONS, KERNELS, NUMBERS, PortFunction
 from rotorsim.plant.kernels.layout import RigLayout, RotorLayout
 from rotorsim.plant.kernels.modal_rotor import SLOT
+
+CALLS = "calls"
+"""Name of the rows in the parameter record."""
 
 
 @dataclass(frozen=True)
@@ -78,26 +80,29 @@ def first_rows(calls: Sequence[Call]) -> list[int]:
 
 def fill_addresses(record: np.recarray, calls: Sequence[Call]) -> None:
     """Write the addresses of machine code into the rows of a parameter record, compiling what is not compiled yet."""
-    for row, (function, call) in zip(record["calls"][0], used(calls), strict=True):
+    for row, (function, call) in zip(record[CALLS][0], used(calls), strict=True):
         if function.asks:
-            effect = effect_module(function, type(call.effect)).effect
-            row[ADDRESS] = address_of(effect, function.kinds(), getattr(record[0], call.record))
+            kernel = alone(function, type(call.effect))
+            row[ADDRESS] = address_of(kernel, function.kinds, getattr(record[0], call.record))
 
 
-def effect_module(function: PortFunction, effect: type[Effect]) -> ModuleType:
-    """The module with an effect's kernel as a function of port calls calls it."""
+def alone(function: PortFunction, effect: type[Effect]) -> Any:
+    """An effect's kernel, in a module of its own, as a function of `effect_calls` calls it."""
     kernel = getattr(effect, function.kernel)
-    text = function.write_alone(kernel)
-    files, numbers = sources_of(kernel)
+    text, (files, numbers) = function.write_alone(kernel), sources_of(kernel)
     files |= set(source_files("reynolds/jit.py", "reynolds/compiler.py", "reynolds/calls.py"))
-    return load_module(f"rotorsim_effect_{key_of(text, cache_digest(files), numbers)[:16]}", lambda: text)
+    return load_module(f"rotorsim_effect_{key_of(text, cache_digest(files), numbers)[:16]}", lambda: text).effect
 
 
-def sources_of_effect(effect: type[Effect]) -> tuple[str, list[str]]:
-    """Hash of the sources of an effect's kernels, and their global numbers."""
-    found = [sources_of(getattr(effect, kind)) for kind in KERNELS]
-    files = {file for files, _ in found for file in files}
-    return cache_digest(files), sorted(f"{kind} {number}" for kind, (_, some) in zip(KERNELS, found) for number in some)
+def kernels_alone(calls: Sequence[Call]) -> list[tuple[str, Any]]:
+    """Kernels that are called, each with its effect's name in the parameter record."""
+    return [(call.record, alone(function, type(call.effect))) for function, call in used(calls) if function.asks]
+
+
+def sources_of_effects(effects: Iterable[type[Effect]]) -> tuple[str, list[str]]:
+    """Hash of the sources of all kernels of effects, and their global numbers."""
+    found = [sources_of(getattr(effect, kind)) for effect in effects for kind in KERNELS]
+    return cache_digest({file for files, _ in found for file in files}), sorted({n for _, some in found for n in some})
 
 
 def sources_of(kernel: Any) -> tuple[set[Path], list[str]]:

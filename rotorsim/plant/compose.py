@@ -1,11 +1,11 @@
-"""Generation of a machine's kernel module: sizes as numbers, static calls of its effects, the step.
+"""Generation of a machine's kernel module: sizes as numbers, calls of effects, the step.
 
 The files of `rotorsim.plant.kernels` are templates. They import sizes (FILM, ROTOR, RIG) and calls of effects from
 `kernels/effect_calls.py`, where an editor finds them; the module has their functions with the sizes as numbers and
-with that file's functions written for the machine's effects. The film's kernels are a module of their own, which
-machines with the same film share. Both lie in the user's cache folder under a name that hashes every source that goes
-into them, so a change of any kernel gives a new module, new parameter values never recompile, and numba's disk cache
-holds the machine code next to it.
+with that file's functions written as loops over the effects. The film's kernels are a module of their own, which
+machines with the same film share, and every kernel of an effect is one (`rotorsim.plant.calls`). All lie in the user's
+cache folder under a name that hashes every source that goes into them, so a change of any kernel gives a new module,
+new parameter values never recompile, and numba's disk cache holds the machine code next to it.
 
 `KernelModule` has the functions that Python calls. Everywhere w (n,) is the workspace (all states, float64), ix (m,)
 its integers and P the parameter record; a function reads and writes w in place and allocates nothing.
@@ -34,7 +34,7 @@ from reynolds import differences, film, injector, lanes, newton, residual, ring,
 from reynolds.grid import Layout
 from reynolds.jit import cache_digest, cache_folder, calls_addresses
 from rotorsim.base.cache import key_of, source_files
-from rotorsim.plant.calls import Call, sources_of_effect
+from rotorsim.plant.calls import Call, sources_of_effects
 from rotorsim.plant.generated import load_module
 from rotorsim.plant.kernels import entry, equilibrium_kernel, films, injectors, modal_rotor, sample, step
 from rotorsim.plant.kernels.effect_calls import FUNCTIONS, KERNELS, write_film_constants
@@ -101,7 +101,7 @@ def compose(layout: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[
     """
     entries, sources = film_entries(rotor.n_films), _sources_hash()
     film_name = f"rotorsim_film_{key_of(repr(layout), entries, sources)[:16]}"
-    effects = [(c.record, c.numbers(rotor, rig), *sources_of_effect(type(c.effect))) for c in calls]
+    effects = [(c.record, c.numbers(rotor, rig)) for c in calls], sources_of_effects({type(c.effect) for c in calls})
     merging = not calls_addresses()
     name = f"rotorsim_machine_{key_of(film_name, repr(rotor), repr(rig), effects, merging, sources)[:16]}"
 
@@ -159,10 +159,10 @@ def _taken(call: Call, kind: str) -> Sequence[str]:
 
 def is_compiled(module: Any, kernels: Sequence[str] = ("run",)) -> bool:
     """Whether machine code of kernels of a module is in the disk cache already."""
-    return all(_is_kept(getattr(module, kernel)) for kernel in kernels)
+    return all(is_kept(getattr(module, kernel)) for kernel in kernels)
 
 
-def _is_kept(kernel: Any) -> bool:
+def is_kept(kernel: Any) -> bool:
     """Whether machine code of a kernel is in the disk cache."""
     module = sys.modules[kernel.__module__]
     folder = cache_folder([Path(str(module.__file__))])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from functools import cached_property
@@ -336,6 +337,13 @@ def _checked(values: np.ndarray, shape: tuple[int, ...], name: str) -> np.ndarra
     if not np.all(np.isfinite(values)):
         raise DataError(f"{name}: holds NaN or infinite values; check the signal")
     return values
+
+
+def compile_text(text: str) -> float:
+    """Compile what a run of the machine with this text calls; returns how long it took [s]."""
+    start = time.monotonic()
+    compile_kernels(Plant(Machine.from_text(text)))
+    return time.monotonic() - start
 
 
 def compile_kernels(plant: Plant) -> None:

@@ -22,7 +22,6 @@ from rotorsim.experiments.experiment import reference_range
 from rotorsim.experiments.limits import choked, passed
 from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.compose import load_module
 from rotorsim.plant.controller import (
     Controller,
     as_controller,
@@ -32,6 +31,7 @@ from rotorsim.plant.controller import (
     check_any_controller,
     name_of,
 )
+from rotorsim.plant.generated import load_module
 from rotorsim.plant.kernels.layout import COLUMNS, READ
 from rotorsim.plant.simulation import Simulation
 

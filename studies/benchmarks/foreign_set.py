@@ -158,7 +158,9 @@ def judged(
         return "nothing" if NOTHING in answers else "false peace"
     if status == "recalibrated":
         own = [any(answer in one for answer in answers) for one in large]
-        return "place" if own and all(own) else "WRONG place"
+        if not own or not all(own):
+            return "WRONG place"
+        return "class" if any("one of these places" in one for one in large) else "place"
     if all(any(name.startswith(answer) for answer in answers) for name in names):
         return "name" if status == "named" else "class"
     if status == "tie" and any(rival.startswith(answer) for rival in rivals for answer in answers):

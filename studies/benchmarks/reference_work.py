@@ -8,6 +8,10 @@ in `history/` quote that ratio: another reference would break the series. It dep
 
 from __future__ import annotations
 
+import statistics
+import time
+from collections.abc import Callable
+
 import numba
 import numpy as np
 
@@ -57,3 +61,20 @@ def work(w, passes):
             change = 0.1 * (w[FLOW + k - ROWS] - w[FLOW + k]) + 0.05 * w[RHS + k] / (1.0 + w[COUPLING + k])
             w[X + k] = 0.5 * w[X + k] + change
     return w[X : X + CELLS].sum()
+
+
+def in_turns(run: Callable[[], object], samples: int, passes: int, rounds: int) -> dict[str, float]:
+    """Processor time [us] of a sample, of which a call of `run` takes `samples`, and its ratio to that of `work`.
+
+    Both are medians over `rounds` turns of a call and of `passes` of the reference.
+    """
+    w = workspace()
+    turns = [(_time(run) / samples, _time(lambda: work(w, passes)) / passes) for _ in range(rounds + 2)][2:]
+    ratio = statistics.median(step / reference for step, reference in turns)
+    return {"us": round(statistics.median(turn[0] for turn in turns) * 1e6, 2), "ratio": round(ratio, 3)}
+
+
+def _time(run: Callable[[], object]) -> float:
+    begin = time.thread_time()
+    run()
+    return time.thread_time() - begin

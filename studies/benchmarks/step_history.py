@@ -13,10 +13,8 @@ from __future__ import annotations
 import argparse
 import json
 import platform
-import statistics
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -32,7 +30,7 @@ from rotorsim.experiments import Prbs
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 from studies.benchmarks import speed, whole_plant
-from studies.benchmarks.reference_work import work, workspace
+from studies.benchmarks.reference_work import in_turns
 
 HISTORY = Path(__file__).parent / "history" / "steps.jsonl"
 GRIDS = ((32, 8), (32, 16), (64, 16))
@@ -56,25 +54,11 @@ def cases() -> Iterator[tuple[str, Callable[[], object]]]:
     yield "whole rig under PRBS, 32x16, 0.1 ms", lambda: rig.advance(prbs)
 
 
-def measure(run: Callable[[], object]) -> dict[str, float]:
-    """Processor time of a sample [us] and its ratio to the reference's, in turns with it."""
-    w = workspace()
-    turns = [(_time(run) / SAMPLES, _time(lambda: work(w, PASSES)) / PASSES) for _ in range(ROUNDS + 2)][2:]
-    ratio = statistics.median(step / reference for step, reference in turns)
-    return {"us": round(statistics.median(turn[0] for turn in turns) * 1e6, 2), "ratio": round(ratio, 3)}
-
-
-def _time(run: Callable[[], object]) -> float:
-    begin = time.thread_time()
-    run()
-    return time.thread_time() - begin
-
-
 def line() -> dict[str, object]:
     """Line that one landing adds to the history."""
     date, commit = _commit()
     where = {"date": date, "commit": commit, "machine": processor(), "numba": numba.__version__}
-    return where | {"cases": {name: measure(run) for name, run in cases()}}
+    return where | {"cases": {name: in_turns(run, SAMPLES, PASSES, ROUNDS) for name, run in cases()}}
 
 
 def _commit() -> tuple[str, str]:
@@ -94,11 +78,12 @@ def _commit() -> tuple[str, str]:
 
 
 def processor() -> str:
-    """Name of the processor, with the compiler's name of its kind."""
+    """Name of the processor, and the compiler's name of the kind that code is made for (NUMBA_CPU_NAME or its own)."""
     cpuinfo = Path("/proc/cpuinfo")
     lines = cpuinfo.read_text().splitlines() if cpuinfo.exists() else []
     names = [text.partition(":")[2].strip() for text in lines if text.startswith("model name")]
-    return f"{names[0] if names else platform.processor() or platform.machine()} ({get_host_cpu_name()})"
+    name = names[0] if names else platform.processor() or platform.machine()
+    return f"{name} ({numba.config.CPU_NAME or get_host_cpu_name()})"
 
 
 def read(history: Path = HISTORY) -> list[dict]:

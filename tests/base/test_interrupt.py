@@ -128,3 +128,11 @@ def test_ctrl_c_ends_a_command_that_compiles_its_kernels(tmp_path, name):
     assert run.returncode == 130
     assert not any(cache.rglob("*.run-*.nbi"))
     assert [path.name for path in tmp_path.iterdir()] == ["cache"]
+
+
+def test_a_system_that_allows_no_more_threads_is_no_error(monkeypatch):
+    def refuse(thread):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(threading.Thread, "start", refuse)
+    assert apart(lambda: threading.current_thread()) is threading.main_thread()

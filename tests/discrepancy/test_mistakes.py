@@ -13,6 +13,7 @@ from rotorsim.discrepancy.comparison import SensitivityColumns, TwinComparison
 from rotorsim.discrepancy.fit import KEY, far_places, fit_parameters, relinearised
 from rotorsim.discrepancy.mistakes import check_alternatives, check_probes
 from rotorsim.discrepancy.records import make_trials
+from rotorsim.discrepancy.trial import delayed
 from rotorsim.machine import load_machine
 
 N, TS, SECOND = 6000, 2e-4, 0.15
@@ -105,7 +106,7 @@ def test_a_bearing_of_a_third_of_its_stiffness_is_found_at_its_place(comparison)
     true = {k.key: v for k, v in OFF.values.items()}
     for axis in "xy":
         one, other = f"bearing.0.k{axis}", f"bearing.1.k{axis}"
-        assert 1 / (1 - found[one]) == pytest.approx(0.33, rel=0.12) and 1 / (1 - spread[one]) > 0.5
+        assert 1 / (1 - found[one]) == pytest.approx(0.33, rel=0.2) and 1 / (1 - spread[one]) > 0.5
         assert abs(found[other] - true[other]) < 0.1 < 0.3 < abs(spread[other] - true[other])
     assert abs(found[KEY]) < 0.2 * abs(spread[KEY])
 
@@ -137,3 +138,14 @@ def with_lines(trial, lines):
     """Trial whose blocks have these lines (2, k)."""
     spectra = np.repeat(np.concatenate([np.zeros((2, 1)), lines], axis=1)[None], trial.blocks, axis=0)
     return replace(trial, spectra=spectra)
+
+
+@pytest.mark.parametrize("lag", [0.0014, -0.002])
+def test_a_delay_of_all_probes_against_the_angle_is_named(comparison, lag):
+    y = comparison.predict(OFF)
+    given = TwinComparison(comparison.twin, comparison.trials)
+    late = [delayed(given.lines_of(i, y), t.frequencies[1:], lag) for i, t in enumerate(given.trials)]
+    given.trials = [with_lines(t, lines) for t, lines in zip(given.trials, late, strict=True)]
+    base, J = calibrated(given, np.concatenate([t.vector(t.spectra) for t in given.trials]))
+    with refused(DataError, "probes", lambda value: f"{1e3 * lag:+.1f} ms" in value):
+        check_alternatives(given, base, J)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from identification import from_arrays
+from identification import from_arrays, make_record
 from refusals import refused
 from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.calibration import ParameterPoint
@@ -88,3 +88,21 @@ def test_a_speed_that_the_angle_does_not_turn_with_is_refused():
     wrong = from_arrays(time, None, np.zeros((n, 2)), angle=turns * time, speed=40.0 * 60, pressure=0.5e6)
     with pytest.raises(DataError, match="rpm taken for rad/s"):
         make_trial(wrong)
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-7, 20e-6])
+@pytest.mark.parametrize("ring", ["hit", "start"])
+def test_a_shaft_that_is_hit_without_a_recorded_force_is_refused(size, ring):
+    """A mode of 70 Hz rings down from 0.8 s on, or from the start; below a tenth of the motion it may be anything."""
+    t = np.arange(10000) * 2e-4
+    angle, begin = 2 * np.pi * 30 * t, 0.8 if ring == "hit" else 0.0
+    mode = size * np.where(t >= begin, np.exp(-20 * (t - begin)) * np.sin(2 * np.pi * 70 * (t - begin)), 0.0)
+    motion = 5e-6 * np.column_stack([np.cos(angle), np.sin(angle)]) + mode[:, None] * [1.0, 0.3]
+    motion += 5e-9 * np.random.default_rng(0).standard_normal(motion.shape)
+    turning = {"angle_measured": angle, "speed_measured": np.full(t.size, 2 * np.pi * 30)}
+    record = make_record(t, {"disc_measured": motion} | turning)
+    if size == 20e-6 and ring == "hit":
+        with refused(DataError, "disc_force", lambda at: abs(at - 0.8) < 0.1):
+            make_trial(record)
+    else:
+        make_trial(record)

@@ -40,8 +40,8 @@ def test_a_file_cut_off_is_computed_again(machine, models, tmp_path):
 
 def turning(models, speeds=(150.0, 210.0, 260.0)):
     """Comparison with records that only turn, and the runs of each that it makes."""
-    rows = np.zeros((6000, 6))
-    trials = [trial_of(rows + [v, 0, 0, 0, 0, 0], np.zeros((6000, 2)), 0.3, f"{v:g}") for v in speeds]
+    rows = [np.tile([v, 0.0, 0.0, 0.0, 0.0, 0.0], (6000, 1)) for v in speeds]
+    trials = [trial_of(one, np.zeros((6000, 2)), 0.3, f"{one[0, 0]:g}") for one in rows]
     made, runs = TwinComparison(models.twin, trials, threads=1), []
     run = made.run
     made.run = lambda jobs, *more, **given: runs.extend(jobs) or run(jobs, *more, **given)
@@ -86,3 +86,13 @@ def test_a_step_of_a_difference_that_goes_on_from_the_motion_nearby_gives_the_sa
         there = origin.moved([parameter], np.array([parameter.step]))
         here, cold = simulate(twin, trial, origin), simulate(twin, trial, there)
         assert np.abs(simulate(twin, trial, there, near=origin) - cold).max() < 0.02 * np.abs(cold - here).max()
+
+
+def test_records_that_repeat_each_other_share_their_derivatives(models):
+    made, runs = turning(models, (150.0, 150.01, 210.0))
+    damping = FitParameter("shaft_damping", 0.1)
+    found = made.jacobian(ParameterPoint(), [damping])[:, 0]
+    assert len(runs) == 3 + 2
+    alone, _ = turning(models, (150.01,))
+    direct = alone.jacobian(ParameterPoint(), [damping])[:, 0]
+    assert np.linalg.norm(found[made.layout.record == 1] - direct) < 1e-2 * np.linalg.norm(direct)

@@ -7,7 +7,7 @@ import pytest
 
 from rotorsim.discrepancy.calibration import COMPLIANCE_LIMITS, LOSS_LIMITS
 from rotorsim.discrepancy.comparison import Misfit
-from rotorsim.discrepancy.judge import VERDICTS, AllEvidence, by_odds, judged, text_of, worse_than
+from rotorsim.discrepancy.judge import VERDICTS, AllEvidence, accuracy_notes, by_odds, judged, text_of, worse_than
 from rotorsim.discrepancy.machine_file import far_off, recalibrated_values
 from rotorsim.discrepancy.verdict import Explanation, SearchVerdict, joined_classes
 from rotorsim.machine import load_machine
@@ -84,6 +84,20 @@ def test_members_of_a_class_that_only_the_found_size_shows_are_one():
 def group(times, record="held_out_1"):
     """A group of lines of a record that was not fitted, so many floors large."""
     return Misfit(record, "1500 rpm", "y", "1X", 2, 2 * times**2, times * 5e-8, 5e-8, 0.0, 0)
+
+
+@pytest.mark.parametrize(
+    ("accuracy", "scatter", "times", "shown"),
+    [
+        (5e-8, 5e-9, 1.0, ""), (5e-9, 5e-8, 1.0, "scatter of the records, 0.05 um"),
+        (5e-7, 5e-9, 1.0, "0.5 um is coarser"), (5e-9, 4e-9, 8.0, "at most 0.4 um"), (0.0, 5e-8, 1.0, ""),
+    ],
+)  # fmt: skip
+def test_a_stated_accuracy_that_contradicts_the_records_is_named(accuracy, scatter, times, shown):
+    """Groups of lines are left with 0.05 um over that floor, or with eight times it."""
+    accuracy = 5e-8 if times > 1 else accuracy
+    found = accuracy_notes(accuracy, scatter, [group(times)])
+    assert bool(found) == bool(shown) and all(shown in note for note in found)
 
 
 def certain(found):

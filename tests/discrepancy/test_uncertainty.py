@@ -42,6 +42,9 @@ class Oscillator:
         H = 1e-6 / (k - self.omega**2 + 0.04j * (1 + d) * self.omega)
         return np.concatenate([H.real, H.imag])
 
+    def _beside(self, point, parameter, step, here):
+        return self.predict(point.moved([parameter], np.array([step])))
+
 
 def fitted(number):
     """A fit as a calibration makes it (a scan, then chords from where the last ended), and the truth, of the priors."""

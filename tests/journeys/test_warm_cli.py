@@ -9,7 +9,8 @@ import sys
 import pytest
 
 from rotorsim.plant import Plant, compile_kernels
-from rotorsim.plant.compose import _is_whole, is_compiled
+from rotorsim.plant.compose import is_compiled
+from rotorsim.plant.generated import _is_whole
 from waiting import PATIENCE, until
 
 

@@ -3,15 +3,18 @@
 import inspect
 import sys
 from collections import namedtuple
+from pathlib import Path
 
 import numpy as np
 import pytest
+from numba import typeof
 
 import reynolds
 from reynolds import kernels
 from reynolds.jit import inlined
 from rotorsim.plant import compose
-from rotorsim.plant.compose import load_module
+from rotorsim.plant.compose import ENTRIES
+from rotorsim.plant.generated import load_module
 
 Sizes = namedtuple("Sizes", "n first wide")
 FACTOR = 3.0
@@ -40,7 +43,7 @@ def source(**values):
     """Text of a module of the functions above, without its import lines."""
     functions = [f for g in (scaled, total) for f in compose.kernel_functions(inspect.getsource(g.py_func))]
     module = inspect.getmodule(scaled.py_func)
-    return compose.write_module(functions, {"L": Sizes(**values)}, [module], ["total"])
+    return compose.write_module(functions, {"L": Sizes(**values)}, [module], {"total": "kernel"})
 
 
 def test_fields_are_numbers_and_known_branches_are_gone():
@@ -60,7 +63,7 @@ def test_entries_are_kernels_and_the_rest_are_parts():
 def test_a_name_without_a_meaning_is_an_error():
     functions = compose.kernel_functions("@inlined\ndef f(w):\n    return w[0] * NOWHERE\n")
     with pytest.raises(NameError, match="'NOWHERE' has no meaning"):
-        compose.write_module(functions, {}, [reynolds], [])
+        compose.write_module(functions, {}, [reynolds], {})
 
 
 def test_the_film_of_a_plant_gives_the_bits_of_the_film_alone(rig):
@@ -79,9 +82,32 @@ def test_the_film_of_a_plant_gives_the_bits_of_the_film_alone(rig):
     assert np.array_equal(one, other) and not np.array_equal(one[: a.film.size], a.w[: a.film.size])
 
 
-def test_machines_that_differ_in_effects_share_the_films_kernels(rig):
-    first, second = rig().assembly.module, rig({"effects.crack.loss": "1 kN/m"}).assembly.module
-    assert first is not second and first.newton is second.newton
+@pytest.mark.parametrize("path, value", [
+    ("effects.crack.loss", "1 kN/m"), ("effects.supply_droop.droop", "50 MPa*s/kg"),
+    ("effects.internal_damping.time", "1 us"), ("effects.broadband_force.density", "1 N^2/Hz"),
+    ("effects.out_of_round.sleeve", "0.1 um"), ("effects.heat_balance.friction_share", 0.1),
+    ("effects.weak_injector.0.blocked", 0.1), ("effects.dead_zone.half_width", "0.1 um"),
+    ("effects.sensor_ring", {}), ("effects.speed_wander", {}), ("effects.torque_ripple", {}),
+])  # fmt: skip
+def test_one_more_effect_needs_no_other_kernels(rig, path, value):
+    """Of a port that the rig does not use, or of one that it uses: machine code of film and step stays the same."""
+    first, second = rig().assembly, rig({path: value}).assembly
+    assert len(second.calls) == len(first.calls) + 1 and first.module.__name__ != second.module.__name__
+    for name in (*ENTRIES, "newton", "refresh", "step"):
+        assert getattr(first.module, name) is getattr(second.module, name)
+    assert typeof(first.parameters) == typeof(second.parameters)
+
+
+def test_the_step_calls_effects_by_address_and_has_them_where_it_leaves_the_process(rig, monkeypatch):
+    """That both give the same bits is tested with the units."""
+    a, texts = rig().assembly, {}
+    looped = Path(sys.modules[a.module.run.__module__].__file__).read_text(encoding="utf-8")
+    monkeypatch.setattr(compose, "calls_addresses", lambda: False)
+    monkeypatch.setattr(compose, "load_module", lambda name, write: texts.update({name: write()}))
+    compose.compose(a.film, a.rotor, a.rig, a.calls)
+    [merged] = (text for name, text in texts.items() if "machine" in name)
+    assert "answer_" not in merged and "unbalance_0_kernel(t, angle, speed, acceleration, P.unbalance_0)" in merged
+    assert "answer_2(P, call, (t, angle, speed, acceleration))" in looped and "unbalance" not in looped
 
 
 def test_a_generated_module_that_was_damaged_is_written_again(tmp_path, monkeypatch):

@@ -4,6 +4,7 @@ import os
 
 import numpy as np
 import pytest
+from numba.core import config
 
 from reynolds.jit import cache_digest
 from rotorsim.base.cache import in_cache
@@ -24,7 +25,7 @@ def largest(values):
 @pytest.fixture
 def load(tmp_path, monkeypatch):
     """The kernel as a new process would load it."""
-    from rotorsim.plant.compose import load_module
+    from rotorsim.plant.generated import load_module
 
     monkeypatch.setenv("ROTORSIM_CACHE_DIR", str(tmp_path))
 
@@ -68,6 +69,16 @@ def test_a_damaged_file_is_compiled_again_and_replaced(load, tmp_path, ending):
     assert again(FLOATS) == 2.5 and again.stats.cache_misses
     last = load()
     assert last(FLOATS) == 2.5 and last.stats.cache_hits
+
+
+def test_code_of_another_processor_is_not_run(load, monkeypatch):
+    """A home folder that several computers share: each compiles for itself, and finds its own code again."""
+    load()(FLOATS)
+    monkeypatch.setattr(config, "CPU_NAME", "generic")
+    monkeypatch.setattr(config, "CPU_FEATURES", "")
+    for misses in (1, 0):
+        kernel = load()
+        assert kernel(FLOATS) == 2.5 and sum(kernel.stats.cache_misses.values()) == misses
 
 
 def test_a_cache_that_takes_nothing_is_no_error(load, tmp_path, monkeypatch):

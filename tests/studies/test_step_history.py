@@ -3,6 +3,7 @@
 import pytest
 
 from studies.benchmarks import step_history
+from studies.benchmarks.reference_work import work, workspace
 
 PROCESSOR = "a processor"
 SENTENCE = "step: 1.20 of the reference, 1.20 times the fastest lately"
@@ -40,9 +41,9 @@ def test_a_case_is_compared_with_the_fastest_of_its_processors_last_lines(histor
     assert history.slower(a_line(1.2, "new"), before + [a_line(1.2, f"d{k}") for k in range(3)]) == {}
 
 
-def test_the_references_arithmetic_never_changes(history):
+def test_the_references_arithmetic_never_changes():
     """Values of its first day; another reference needs another history."""
-    w = history.workspace()
+    w = workspace()
     assert w.size == 21680
-    assert history.work(w, 1) == pytest.approx(264.1133118281633, rel=1e-12)
-    assert history.work(w, 9) == pytest.approx(263.73438262825175, rel=1e-12)
+    assert work(w, 1) == pytest.approx(264.1133118281633, rel=1e-12)
+    assert work(w, 9) == pytest.approx(263.73438262825175, rel=1e-12)

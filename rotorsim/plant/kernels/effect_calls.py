@@ -89,6 +89,7 @@ class PortFunction:
         ]
         return "\n".join(lines) + "\n"
 
+    @cached_property
     def kinds(self) -> str:
         """Kinds of what the kernel takes before its record, by `kind_of`."""
         return "".join(map(kind_of, self.call[0].args[:-1]))

@@ -15,7 +15,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from studies.thesis.claims.judge import MET, NEAR, NOT_MET, Judged, Numbers, count, judge, judge_figure
-from studies.thesis.claims.rules import Claim, Figure, Interval, claims, first_claims, marked
+from studies.thesis.claims.rules import Amendment, Claim, Figure, Interval, claims, first_claims, marked
 from studies.thesis.printed import printed_numbers
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def claims_blocks(found: Sequence[Judged], title: str = "Claims of the thesis") 
     text = (f"{counted(found)}. A claim is as good as the worst of its figures; trivial and not "
             "comparable ones count only where there is no other.")  # fmt: skip
     lines = [(f"{one.claim.number} {cells[0]}", *cells[1:]) for one in found for cells in _rows(one)]
-    notes = [(one.claim.number, note) for one in found for note in remarks(one.claim)]
+    notes = [(one.claim.number, note) for one in found for note in remarks(one.claim)] + moves(found)
     return [
         Block(title, text, ("claim", "verdict", "by the first rules", "", "figures", "source"), rows),
         Block("Figure by figure", f"{count(v for one in found for v in one.verdicts)}. The intervals are those of the "
@@ -106,9 +106,18 @@ def remarks(claim: Claim) -> list[str]:
         found.append(f"{word} after lines {claim.amendment.lines} of the thesis{reason}; known before: "
                      f"{claim.amendment.seen}")  # fmt: skip
     if claim.moved is not None:
-        found.append(f"measured on {claim.machine} after lines {claim.moved.lines} of the thesis: {claim.moved.why}; "
-                     f"known before: {claim.moved.seen}")  # fmt: skip
+        found.append(f"measured on {claim.machine}")
     return [*found, claim.remark] if claim.remark else found
+
+
+def moves(found: Sequence[Judged]) -> list[tuple[str, str]]:
+    """Numbers of claims that are measured on another machine, and why there."""
+    moved: dict[tuple[str, Amendment], list[str]] = {}
+    for claim in (one.claim for one in found):
+        if claim.moved is not None:
+            moved.setdefault((claim.machine, claim.moved), []).append(claim.number)
+    return [(", ".join(numbers), f"measured on {machine} after lines {why.lines} of the thesis: {why.why}; known "
+             f"before: {why.seen}") for (machine, why), numbers in moved.items()]  # fmt: skip
 
 
 def plain(found: Sequence[Judged]) -> dict[str, dict[str, Any]]:
@@ -144,7 +153,7 @@ def lines(found: Sequence[Judged]) -> list[str]:
 def markdown(found: Sequence[Judged]) -> str:
     """Claims with links, then a heading and the table of figures of each, as Markdown."""
     text = [f"{counted(found)}; by figure {count(v for one in found for v in one.verdicts)}.", ""]
-    text += [overview(found), ""]
+    text += [overview(found), "", *(f"- {numbers}: {why}" for numbers, why in moves(found)), ""]
     for one in found:
         text += [f"### {heading(one)}", "", f"{one.claim.words} ({one.claim.source}).", "",
                  f"| {' | '.join(HEADS)} |", f"|{'---|' * len(HEADS)}"]  # fmt: skip
