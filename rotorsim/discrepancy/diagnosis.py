@@ -40,7 +40,7 @@ from rotorsim.discrepancy.fit import (
     relinearised,
     strained,
 )
-from rotorsim.discrepancy.gap import equivalent_force, gap_dataset, gap_of, missed_bands, spectra_of
+from rotorsim.discrepancy.gap import equivalent_force, gap_dataset, gap_of, missed_bands, spectra_of, virtual_readings
 from rotorsim.discrepancy.hypotheses import CLEAR, EffectSearch
 from rotorsim.discrepancy.judge import (
     AllEvidence,
@@ -437,6 +437,7 @@ class DiagnosisRun:
         model = "the re-calibrated model" if best is None else f"the model with {' and '.join(best.keys)}"
         moved = self._moved_by_solver(comparison)
         unsettled = [NOT_SETTLED.format(" and ".join(best.keys), moved)] if best and moved > UNSETTLED else []
+        virtual = [] if unknown or verdict.status == "partial" else virtual_readings(comparison, proven, V)
         planner = self._planner(base, verdict, search, odds)
         return Diagnosis(
             status=verdict.status,
@@ -449,6 +450,7 @@ class DiagnosisRun:
             notes=(
                 *notes,
                 *unsettled,
+                *virtual,
                 *missed_bands((one for part in shown.values() for one in part), model),
                 *map(null_sentence, null_vectors(proven, base.parameters)),
             ),
