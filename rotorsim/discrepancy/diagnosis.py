@@ -40,7 +40,7 @@ from rotorsim.discrepancy.fit import (
     relinearised,
     strained,
 )
-from rotorsim.discrepancy.gap import equivalent_force, gap_dataset, gap_of, missed_bands, spectra_of
+from rotorsim.discrepancy.gap import equivalent_force, gap_dataset, gap_of, missed_bands, spectra_of, virtual_readings
 from rotorsim.discrepancy.hypotheses import CLEAR, EffectSearch
 from rotorsim.discrepancy.judge import (
     AllEvidence,
@@ -284,6 +284,8 @@ class DiagnosisRun:
     allow: tuple[str, ...] | None = None
     large: tuple[str, ...] = field(default=(), init=False)
     """Sentences on calibrated numbers that are far from the machine file."""
+    late: str = field(default="", init=False)
+    """Sentence where the records fit better with late probes."""
 
     @property
     def fitted(self) -> TwinComparison:
@@ -323,7 +325,7 @@ class DiagnosisRun:
         notes += [STRAINED.format(", ".join(beyond))] if beyond else []
         if flagged(table(self.fitted, base.residual)) or self.large:
             nominal = SensitivityColumns(self.fitted).columns(ParameterPoint(), base.parameters)
-            check_alternatives(self.fitted, base, nominal)
+            self.late = check_alternatives(self.fitted, base, nominal)
         assert self.fitted.scatter is not None
         blocks, groups = self.fitted.apart(base.point), table(self.fitted, base.residual)
         apart = unsteady(self.fitted.trials, blocks, self.fitted.scatter[0])
@@ -366,7 +368,9 @@ class DiagnosisRun:
                 gone = None if best is None else untouched_gone(part, calibrated, after)
                 worse, alone = (worse_than(part, given, there) for there in (after, calibrated))
         scatter = self.fitted.scatter_known
-        return judged(AllEvidence(verdict, odds, known, tuple(left), gone, worse, alone, self.large, share, scatter))
+        return judged(
+            AllEvidence(verdict, odds, known, tuple(left), gone, worse, alone, self.large, share, scatter, self.late)
+        )
 
     def _large(self, fits: Sequence[ParameterFit]) -> tuple[str, ...]:
         """Sentences on calibrated numbers that are far from the machine file; of several fits all places in one."""
@@ -437,6 +441,7 @@ class DiagnosisRun:
         model = "the re-calibrated model" if best is None else f"the model with {' and '.join(best.keys)}"
         moved = self._moved_by_solver(comparison)
         unsettled = [NOT_SETTLED.format(" and ".join(best.keys), moved)] if best and moved > UNSETTLED else []
+        virtual = [] if unknown or verdict.status == "partial" else virtual_readings(comparison, proven, V)
         planner = self._planner(base, verdict, search, odds)
         return Diagnosis(
             status=verdict.status,
@@ -449,6 +454,7 @@ class DiagnosisRun:
             notes=(
                 *notes,
                 *unsettled,
+                *virtual,
                 *missed_bands((one for part in shown.values() for one in part), model),
                 *map(null_sentence, null_vectors(proven, base.parameters)),
             ),

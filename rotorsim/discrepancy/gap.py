@@ -11,6 +11,11 @@ G (2, 2) is the receptance of the re-fitted plant's linearisation from disc forc
 it is one row, and f the least force that makes its reading. Its largest lines come with frequency, order, direction
 (forward, backward, along an axis) and the exponents with which the force grows over speed, pressure and amplitude.
 
+At bearings and discs without probes the re-fitted plant gives virtual readings of 1X, with the standard deviation
+that the covariance V of the fit's parameters gives them,
+
+.. math:: \sigma_a^2 = g' V g, \qquad g_k = \Re\{\bar q\, \partial q / \partial v_k\} / |q|, \quad a = |q|
+
 Cites: platz_2001.
 """
 
@@ -18,6 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,12 +31,14 @@ import numpy as np
 from rotorsim.base.rounding import answer
 from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.discrepancy.calibration import ParameterPoint
-from rotorsim.discrepancy.changes import RING, RING_KEY, ring_axes
+from rotorsim.discrepancy.changes import PLANE, RING, RING_KEY, ring_axes
 from rotorsim.discrepancy.comparison import UNSTEADY, Misfit, TwinComparison, tone
+from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.trial import TURNING, Trial
 from rotorsim.discrepancy.twin import FAILURES, NO_SOLUTION, Setting, Twin
 from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise
+from rotorsim.plant.mesh import Mesh
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,6 +53,43 @@ NEAR_BANDS = 0.05
 """Distance of two bands, as a share of all rows, below which they are one."""
 MOST_LINES, NEIGHBOURS, MOST_RECORDS = 8, 3, 4
 """Most lines that are reported, lines of a peak's skirt to each side, most records that are looked at."""
+
+
+VIRTUAL = "virtual readings of 1X at {point}, by the re-fitted machine: {places}"
+"""Note on the motion where no probe is."""
+SAME_PLANE = 1e-3
+"""Distance [m] up to which a probe shows the motion of a bearing or a disc."""
+
+
+def virtual_readings(comparison: TwinComparison, fit: ParameterFit, V: np.ndarray) -> list[str]:
+    """Sentence on 1X at bearings and discs without probes in the fastest record that only turns; none without one.
+
+    V (k, k) is the covariance of the fit's parameters.
+    """
+    machine, turning = comparison.twin.machine, [t for t in comparison.trials if t.turning and t.probe_angle is None]
+    seen = {t.changes.get(PLANE, Mesh(machine).probe) for t in comparison.trials}
+    parts = {f"disc {i + 1}": d.position for i, d in enumerate(machine.discs)}
+    parts |= {f"the bearing {n}": b.position for n, b in zip(machine.bearing_names, machine.bearings, strict=True)}
+    parts = {name: z for name, z in parts.items() if all(abs(z - own) > SAME_PLANE for own in seen)}
+    if not turning or not parts:
+        return []
+    fastest = max(turning, key=lambda t: abs(t.speed))
+    known = {k: v for k, v in fastest.changes.items() if k not in (PLANE, RING_KEY)}
+    own = [replace(fastest, names=(), changes={**known, PLANE: z}) for z in parts.values()]
+    virtual = TwinComparison(comparison.twin, own, comparison.threads)
+    y = virtual.predict(fit.point)
+    J = virtual.jacobian(fit.point, fit.parameters, y)
+    line = int(np.argmin(np.abs(fastest.frequencies[1:] - abs(fastest.speed) / (2 * np.pi))))
+    shown = []
+    for i, name in enumerate(parts):
+        sizes = []
+        q = virtual.lines_of(i, y)[:, line]
+        slopes = np.array([virtual.lines_of(i, column)[:, line] for column in J.T])
+        for axis, value, slope in zip("xy", q, slopes.T, strict=True):
+            g = (np.conj(value) * slope).real / max(abs(value), 1e-300)
+            sizes.append(f"{axis} {abs(value) * TO_UM:.3g} +- {np.sqrt(g @ V @ g) * TO_UM:.2g} um")
+        shown.append(f"{name} {', '.join(sizes)}")
+    return [VIRTUAL.format(point=fastest.point.partition(",")[0], places="; ".join(shown))]
 
 
 def rms(comparison: TwinComparison, vector: np.ndarray) -> np.ndarray:

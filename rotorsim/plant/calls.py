@@ -67,7 +67,7 @@ def rows_of(calls: Sequence[Call], rotor: RotorLayout, rig: RigLayout, kind: np.
     found = np.zeros((sum(1 for _ in used(calls)), WIDTH), np.int64)
     for row, (_, call) in zip(found, used(calls), strict=True):
         numbers = call.numbers(rotor, rig)
-        row[RECORD] = (kind.fields or {}).get(call.record, (None, 0))[1]
+        row[RECORD] = kind.fields[call.record][1] if kind.fields and call.record in kind.fields else 0
         row[SHAPE:] = [numbers[name] for name in NUMBERS]
     return found
 
@@ -82,8 +82,14 @@ def fill_addresses(record: np.recarray, calls: Sequence[Call]) -> None:
     """Write the addresses of machine code into the rows of a parameter record, compiling what is not compiled yet."""
     for row, (function, call) in zip(record[CALLS][0], used(calls), strict=True):
         if function.asks:
-            kernel = alone(function, type(call.effect))
-            row[ADDRESS] = address_of(kernel, function.kinds, getattr(record[0], call.record))
+            key = function, type(call.effect)
+            if key not in _addresses:
+                _addresses[key] = address_of(alone(*key), function.kinds, getattr(record[0], call.record))
+            row[ADDRESS] = _addresses[key]
+
+
+_addresses: dict[tuple[PortFunction, type[Effect]], int] = {}
+"""Addresses of the kernels that this process has used."""
 
 
 def alone(function: PortFunction, effect: type[Effect]) -> Any:

@@ -1,5 +1,6 @@
 """Mistakes with probes, named by the shape of the motion or by their calibration, and one bearing far from its file."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, calibration
 from rotorsim.discrepancy.comparison import SensitivityColumns, TwinComparison
 from rotorsim.discrepancy.fit import KEY, far_places, fit_parameters, relinearised
+from rotorsim.discrepancy.gap import virtual_readings
 from rotorsim.discrepancy.mistakes import check_alternatives, check_probes
 from rotorsim.discrepancy.records import make_trials
 from rotorsim.discrepancy.trial import delayed
@@ -131,7 +133,7 @@ def test_exchanged_planes_are_named_by_their_calibration(comparison):
     with refused(DataError, "probes", lambda value: "planes are exchanged" in value):
         check_alternatives(given, base, J)
     right, J = calibrated(comparison, y)
-    check_alternatives(comparison, right, J)
+    assert check_alternatives(comparison, right, J) == ""
 
 
 def with_lines(trial, lines):
@@ -147,5 +149,17 @@ def test_a_delay_of_all_probes_against_the_angle_is_named(comparison, lag):
     late = [delayed(given.lines_of(i, y), t.frequencies[1:], lag) for i, t in enumerate(given.trials)]
     given.trials = [with_lines(t, lines) for t, lines in zip(given.trials, late, strict=True)]
     base, J = calibrated(given, np.concatenate([t.vector(t.spectra) for t in given.trials]))
-    with refused(DataError, "probes", lambda value: f"{1e3 * lag:+.1f} ms" in value):
-        check_alternatives(given, base, J)
+    assert f"{1e3 * lag:+.1f} ms" in check_alternatives(given, base, J)
+
+
+def test_a_virtual_reading_has_the_relative_error_of_the_unbalance_that_makes_it(comparison):
+    """1X at the bearings is proportional to the unbalance: of 2 % along itself, 2 % of every amplitude."""
+    own = comparison.twin.machine.effects["unbalance"][0]
+    parameters = [FitParameter(f"unbalance.0.me~phase.{part}", 1e-7) for part in "cs"]
+    along = 0.02 * own.me * np.array([np.cos(own.phase), np.sin(own.phase)])
+    fit = fit_parameters(comparison, ParameterPoint(), parameters, np.zeros((len(comparison.measured), 2)), steps=0)
+    (note,) = virtual_readings(comparison, replace(fit, parameters=tuple(parameters)), np.outer(along, along))
+    sizes = [(float(a), float(sd)) for a, sd in re.findall(r"[xy] ([\d.e+-]+) \+- ([\d.e+-]+) um", note)]
+    assert len(sizes) == 4 and note.count("the bearing") == 2
+    for size, sd in sizes:
+        assert sd == pytest.approx(0.02 * size, rel=0.03)

@@ -1,10 +1,11 @@
-"""Rotor of beam elements that shares no code with rotorsim: its gyroscopic moments."""
+"""Rotor of beam elements that shares no code with rotorsim: its gyroscopic moments, its stop, the judge of its set."""
 
 import numpy as np
 import pytest
 from scipy.linalg import eig
 
-from studies.benchmarks.foreign_rotor import BEARINGS, Rig, rotor
+from studies.benchmarks.foreign_rotor import BEARINGS, DISCS, Rig, response, rotor
+from studies.benchmarks.foreign_set import FAULTS, drawn, judged
 
 
 def whirls(sense: int, hertz: float) -> dict[int, float]:
@@ -30,3 +31,41 @@ def test_the_forward_mode_rises_with_the_speed_and_the_backward_mode_falls(sense
     assert still[1] == pytest.approx(still[-1], rel=1e-4)
     assert turning[sense] > 1.02 * still[sense]
     assert turning[-sense] < 0.98 * still[-sense]
+
+
+@pytest.mark.parametrize(
+    ("answers", "found", "outcome"),
+    [
+        (("bearing right",), ("recalibrated", "", (), (), ("kxx of the bearing right is 1",)), "place"),
+        (("bearing right",), ("recalibrated", "", (), (), ("the bearing right is 1", "Young's modulus is 2")),
+         "WRONG place"),
+        (("bearing right",), ("recalibrated", "", (), (), ("one of these places: bearing left or bearing right",)),
+         "class"),
+        (("bearing right",), ("no_disagreement", ""), "false peace"),
+        (("nothing",), ("no_disagreement", ""), "nothing"),
+        (("shaft_bow",), ("named", "", ("shaft_bow.bow",)), "name"),
+        (("shaft_bow",), ("named", "", ("rub",)), "WRONG name"),
+        (("shaft_bow",), ("tie", "", ("runout",), ("shaft_bow.bow",)), "class"), (("x",), ("unknown", ""), "silent"),
+        (("is reversed",), ("refused", "probe 2L is reversed"), "mistake"),
+        (("is reversed",), ("refused", "probe 2L is turned"), "WRONG mistake"),
+    ],
+)  # fmt: skip
+def test_a_verdict_is_right_by_its_name_its_place_or_its_class_alone(answers, found, outcome):
+    assert judged(answers, *found) == outcome
+
+
+def test_the_truth_holds_all_that_is_drawn_and_every_support_is_off():
+    """Of a sound machine every number of a support is 10 to 20 % off that of the file."""
+    case = drawn(FAULTS[0], 1)
+    assert case == drawn(FAULTS[0], 1) != drawn(FAULTS[0], 2) and case.truth["rig"]["unbalance"] == case.rig.unbalance
+    off = np.abs(np.array(case.rig.bearings) / np.array(BEARINGS)[:, 1:] - 1)
+    assert np.all((off > 0.1) & (off < 0.2)) and len({f.name for f in FAULTS}) == len(FAULTS) >= 20
+
+
+def test_a_stop_pushes_only_beyond_its_gap():
+    rig, speed = drawn(next(f for f in FAULTS if f.name == "stop"), 1).rig, 2 * np.pi * 43
+    free = response(Rig(rig.bearings, rig.unbalance), speed)
+    far = response(Rig(rig.bearings, rig.unbalance, stop=(rig.stop[0], 1e-3)), speed)
+    near = response(rig, speed)
+    at = 4 * DISCS[1][0] + 1
+    assert np.allclose(far[1][1], free[1][1]) and near[0][at] < free[0][at] and abs(near[1][2][at]) > 1e-8
