@@ -11,6 +11,7 @@ from typing import Any
 
 from llvmlite import ir
 from numba.core import cgutils, types
+from numba.core.types.containers import UniTuple
 from numba.core.types.misc import unliteral
 from numba.extending import intrinsic
 
@@ -63,4 +64,4 @@ def _answer(result: Any) -> Any:
 
 
 answer_0, answer_1 = _answer(types.none), _answer(types.float64)
-answer_2, answer_3, answer_6 = (_answer(types.UniTuple(types.float64, count)) for count in (2, 3, 6))
+answer_2, answer_3, answer_6 = (_answer(UniTuple(types.float64, count)) for count in (2, 3, 6))

@@ -28,6 +28,10 @@ FARTHEST = 1e4
 """Multiple of the region's reach up to which growth without oscillation is searched in a large pencil."""
 NEARLY = 1.01
 """Ratio of the ends of an interval that holds a real root, from which its vector is computed."""
+ANGLES = (112.0, 80.0, 119.0, 100.0, 60.0)
+"""Angles [deg] in the complex plane of shifts about a modulus at which a mode is missing."""
+CLOSELY = 1.2
+"""Ratio of the ends of an interval that holds the modulus of a missing mode, within which shifts find it."""
 SMALL_STEP = 1e-6
 """Relative step of the derivative of the determinant."""
 SURE = 0.3
@@ -60,19 +64,21 @@ def modes_in(pencil: Pencil, region: Region, hints: Sequence[float] = (), seed: 
 
 
 def _found(pencil: Pencil, region: Region, hints: Sequence[float], seed: Modes | None) -> Modes:
-    """Modes grown out of the seed, then modes around shifts until the count proves that none is missing."""
-    like, rounds = None, [[], *_shifts(region, hints)]
-    known = nothing(pencil.size)
-    if seed is None:
-        rounds = rounds[1:]
-    else:
-        known, like = refined(pencil, seed), seed.quotient if seed.proven else None
-    for shifts in rounds:
-        for shift in shifts:
+    """Modes grown out of the seed, then modes around shifts until the count proves that none is missing.
+
+    The shifts lie where modes are expected, then where the count puts the lowest that is missing.
+    """
+    like, known, shifts = None, nothing(pencil.size), _expected(region, hints)
+    if seed is not None:
+        like, shifts = seed.quotient if seed.proven else None, []
+        known = counted(pencil, refined(pencil, seed), region, like)
+    while not known.proven:
+        before, counts = len(known.values), not shifts
+        for shift in shifts or _about_missing(known, region, like):
             known = joined(pencil, known, settled(pencil, unknown(known, around(pencil, shift), region)))
-        known = counted(pencil, known, region, like)
-        if known.proven:
+        if counts and len(known.values) == before:
             break
+        known, shifts = counted(pencil, known, region, like), []
     return _with_growth(pencil, region, known)
 
 
@@ -104,17 +110,24 @@ def _with_growth(pencil: Pencil, region: Region, known: Modes) -> Modes:
     return replace(found, missing=known.missing, quotient=Quotient(pencil, found.values))
 
 
-def _shifts(region: Region, hints: Sequence[float]) -> list[list[complex]]:
-    """Rounds of shifts [rad/s]: around the hints and evenly over the reach, then between, then towards the edge."""
+def _expected(region: Region, hints: Sequence[float]) -> list[complex]:
+    """Shifts [rad/s] around the hints and evenly over the reach."""
     near = [h for h in hints if region.floor < h < region.reach]
     even = [region.reach * (k + 0.5) / 3 for k in range(3)]
-    first = [f for f in even if all(abs(f - h) > 0.1 * region.reach for h in near)]
-    rounds = [[1j * f for f in [*near, *first]]]
-    for count in (6, 12):
-        step = region.reach / count
-        rounds.append([step * (k + 0.5) * np.exp(1j * np.deg2rad(a)) for k in range(count) for a in (80, 112)])
-    ladder = np.geomspace(region.floor, region.reach, 12)
-    return [*rounds, [r * np.exp(1j * np.deg2rad(a)) for r in ladder for a in (60, 100, 119)]]
+    return [1j * f for f in [*near, *(f for f in even if all(abs(f - h) > 0.1 * region.reach for h in near))]]
+
+
+def _about_missing(known: Modes, region: Region, like: Quotient | None) -> list[complex]:
+    """Shifts [rad/s] of the lowest modulus about which a mode is missing, by counts in parts of the region."""
+    low, high = region.floor, region.reach
+    assert known.quotient is not None
+    while high > CLOSELY * low:
+        middle = float(np.sqrt(low * high))
+        if missing_in(replace(region, floor=low, reach=middle), known.quotient, like) == 0:
+            low = middle
+        else:
+            high = middle
+    return [np.sqrt(low * high) * np.exp(1j * np.deg2rad(angle)) for angle in ANGLES]
 
 
 def missing_in(region: Region, g: Quotient, like: Quotient | None = None) -> float:

@@ -3,7 +3,7 @@ r"""Black-box state-space models: subspace start (PO-MOESP) and output-error ref
 Of the rows of block Hankel matrices of future inputs, past inputs and outputs, and future outputs, the triangular
 factor's block (future outputs, past) spans the observability matrix; A and C follow from its shift, B from linear least
 squares on the simulation. Source: Verhaegen and Verdult, Filtering and System Identification (2007), section 9.5. The
-thesis' ssest refines by prediction unless told otherwise, as `method="pem"` does. D = 0: a reference acts on the next
+thesis' ssest refines by prediction unless set otherwise, as `method="pem"` does. D = 0: a reference acts on the next
 sample at the earliest.
 
 Cites: verhaegen_2007.

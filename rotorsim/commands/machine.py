@@ -302,19 +302,22 @@ def warm(
     from rotorsim.base.processes import cores, spread
     from rotorsim.plant.plant import compile_text
 
-    took, left = {}, {}
+    took, left = {}, set[str]()
     for name, plant in plants.items():
         note = plant.assembly.compile_note("settle", "run")
         typer.echo(note or f"{name}: compiled already", err=True)
-        took[name], left[name] = 0.0, plant if note else None
+        took[name] = 0.0
+        left |= {name} if note else set()
     for kernel in ("refresh", "run", ""):  # no two processes compile the same film or rotor
-        first = {}
-        for name, plant in left.items():
-            if plant is not None:
-                first.setdefault(getattr(plant.assembly.module, kernel).__module__ if kernel else name, name)
-        names = list(first.values())
-        for number, seconds in spread(compile_text, [(plants[name].machine.text,) for name in names], cores()):
-            took[names[number]], left[names[number]] = round(seconds, 1), None
+        first: dict[str, str] = {}
+        for name in sorted(left):
+            module = plants[name].assembly.module
+            first.setdefault(getattr(module, kernel).__module__ if kernel else name, name)
+        names = sorted(first.values())
+        left -= set(names)
+        texts = [(plants[name].machine.text,) for name in names]
+        for number, seconds in spread(compile_text, texts, min(cores(), len(names))):
+            took[names[number]] = round(seconds, 1)
             typer.echo(f"{names[number]}: compiled in {seconds:.0f} s", err=True)
     if as_json:
         print_json({"seconds": took})

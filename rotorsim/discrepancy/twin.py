@@ -384,9 +384,13 @@ class Twin:
         """Readings (length, 5) with a film over the last rows of (n, 6), which repeat; NaN where there is no solution.
 
         The rows before lead there from the equilibrium, or the last `NEAR` of them from the motion of a `near` setting
-        where nothing differs that takes longer.
+        where nothing takes longer.
         """
-        if near is not None and any(_takes_long(k) for k, v in {**near, **setting}.items() if near.get(k) != v):
+        if near is not None and (
+            self._settles_slowly
+            or any(v and _settles_slowly(k) for k, v in setting.items())
+            or any(_remembers(k) for k, v in setting.items() if near.get(k) != v)
+        ):
             near = None
         ahead, speed = len(rows) - length - NEAR, float(rows[0, 0])
         own = (hash(rows.tobytes()), angle, pressure)
@@ -439,6 +443,11 @@ class Twin:
             return None
 
     @cached_property
+    def _settles_slowly(self) -> bool:
+        """Whether the machine file has something at work that the drive or a resonance forgets slowly."""
+        return any(_settles_slowly(n) for n, own in self.machine.effects.items() if any(e != type(e)() for e in own))
+
+    @cached_property
     def _motions(self) -> dict[Any, Any]:
         """Workspaces of the last motions, by setting and inputs; None for a periodic one that was not found."""
         return {}
@@ -448,7 +457,7 @@ class Twin:
     ) -> np.ndarray | None:  # fmt: skip
         """Workspace in periodic motion, which all planes and readings of the sensors share; None without one."""
         key = (_key(setting), speed, pressure, angle, time)
-        if key in self._motions:
+        with suppress(KeyError):
             return self._motions[key]
         a, found = self.set(setting), None
         with suppress(*FAILURES):
@@ -477,13 +486,16 @@ class Twin:
         return regulator_pressure(self.set(filed), speed, pressure)
 
 
-def _takes_long(key: str) -> bool:
-    """Whether a change of a key's value is forgotten slowly: by a state of its own, by the drive, by a resonance."""
+def _settles_slowly(key: str) -> bool:
+    """Whether a key is of an effect that the drive or a resonance forgets slowly."""
     effect = REGISTRY.get(key.split(".")[0])
-    if effect is None:
-        return False
-    remembers = bool(effect.states) and effect.memory != "short"
-    return remembers or effect.port in ("torque", "support") or effect.braking is not None
+    return effect is not None and (effect.port in ("torque", "support") or effect.braking is not None)
+
+
+def _remembers(key: str) -> bool:
+    """Whether a key is of an effect with states that remember long."""
+    effect = REGISTRY.get(key.split(".")[0])
+    return effect is not None and bool(effect.states) and effect.memory != "short"
 
 
 def _key(setting: Setting) -> tuple[tuple[str, float], ...]:

@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -97,16 +97,16 @@ class Assembly:
         fill_addresses(self.record, self.calls)
         names = self.record.dtype.names or ()
         own = np.dtype([(name, self.record.dtype[name]) for name in names[: names.index(CALLS)]])
-        return np.recarray((1,), own, buf=self.record.view(np.uint8))[0]
+        return np.recarray((1,), own, buf=self.record.data)[0]
 
     def with_numbers(self, record: np.recarray, w: np.ndarray) -> Assembly:
         """The same machine with the numbers of a copy of its `record`, after `parameters`, and another workspace.
 
         The copy holds the addresses of machine code, which are not looked up again.
         """
-        other, own = replace(self, record=record, w=w), self.parameters
+        other, own, flat = replace(self, record=record, w=w), self.parameters, cast(Any, record.view(np.uint8))
         if own.dtype != record.dtype:
-            other.__dict__["parameters"] = np.recarray((1,), own.dtype, buf=record.view(np.uint8))[0]
+            other.__dict__["parameters"] = np.recarray((1,), own.dtype, buf=flat)[0]
         return other
 
     @property

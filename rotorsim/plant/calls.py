@@ -67,7 +67,7 @@ def rows_of(calls: Sequence[Call], rotor: RotorLayout, rig: RigLayout, kind: np.
     found = np.zeros((sum(1 for _ in used(calls)), WIDTH), np.int64)
     for row, (_, call) in zip(found, used(calls), strict=True):
         numbers = call.numbers(rotor, rig)
-        row[RECORD] = (kind.fields or {}).get(call.record, (None, 0))[1]
+        row[RECORD] = kind.fields[call.record][1] if kind.fields and call.record in kind.fields else 0
         row[SHAPE:] = [numbers[name] for name in NUMBERS]
     return found
 

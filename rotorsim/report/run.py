@@ -51,7 +51,7 @@ class AnalysedRun:
 
     @property
     def others(self) -> list[str]:
-        """Names of the other displacement probes beside a lone one."""
+        """Names of the displacement probes that a lone one stands in for."""
         named = zip(probe_names(self.record), probe_units(self.record), strict=True) if self.lone else ()
         return [name for name, unit in named if unit == "m" and name != self.lone]
 
@@ -235,12 +235,6 @@ class VectorRun(AnalysedRun):
         rpm = self.tracked["speed"].values * TO_RPM
         ends = {"min": float(rpm.min()), "max": float(rpm.max()), "first": float(rpm[0]), "last": float(rpm[-1])}
         return {"peaks": peaks, "start_transient_s": 0.0, "speed_rpm": ends}
-
-    @property
-    def others(self) -> list[str]:
-        """Names of the other displacement probes beside a lone one."""
-        named = zip(probe_names(self.record), probe_units(self.record), strict=True) if self.lone else ()
-        return [name for name, unit in named if unit == "m" and name != self.lone]
 
     @property
     def axes(self) -> dict[str, str]:

@@ -43,7 +43,7 @@ LINES = 60
 SWEEP = (4, 5, 6, 7, 8)
 """Orders of the black-box models that are compared."""
 AHEAD = (4, 6, 8)
-"""Orders of those that minimise the error of prediction too, as the thesis' ssest does unless told otherwise."""
+"""Orders of those that minimise the error of prediction too, as the thesis' ssest does unless set otherwise."""
 Row = tuple[str, dict[str, np.ndarray]]
 ROLES = ("identification", "validation", "centre", "extra", "extra_second")
 HEADS = ("rpm", "MPa", "f1", "f1 phys", "f2", "f2 phys", "zeta1", "z1 phys", "zeta2", "z2 phys", "Gxx", "Gxx phys",

@@ -74,6 +74,16 @@ def test_large_pencils_give_every_mode_of_the_region():
     assert np.sort(np.abs(inside)) == pytest.approx(np.sort(np.abs(exact)), rel=1e-8)
 
 
+def test_modes_among_many_that_are_damped_are_found_where_the_count_misses_them():
+    """Frequencies over three decades, most of them on either side of the border of damping."""
+    rng = np.random.default_rng(5)
+    wn, zeta = np.geomspace(0.15, 90.0, 90), rng.uniform(0.46, 0.75, 90)
+    pencil, every = oscillators(wn, zeta), -zeta * wn + 1j * wn * np.sqrt(1 - zeta**2)
+    found = modes_in(pencil, REGION)
+    inside = np.sort_complex(found.values[REGION.holds(found.values)])
+    assert found.proven and inside == pytest.approx(np.sort_complex(every[REGION.holds(every)]), rel=1e-9)
+
+
 def test_a_mode_that_is_met_below_the_real_axis_is_its_partner_above():
     """From a neighbour's modes of which some are conjugated: none is missing, and all are among the modes."""
     rng = np.random.default_rng(8)

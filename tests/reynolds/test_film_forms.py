@@ -53,7 +53,7 @@ FORMS = {
 CUT = {"lobes that jump", "axial grooves", "three pockets", "recesses", "feed grooves and steps",
        "foil with lobes that jump"}  # fmt: skip
 """Forms whose edges lie between lines, elsewhere in a cell on every grid."""
-ORDERS = {"foil with lobes that jump": (1.8, 1.8, 1.6, 1.7)}
+ORDERS = {"foil with lobes that jump": (1.8, 1.8, 1.65, 1.7)}
 """Least orders of force, K, C and friction over 16, 32 and 64 lines that are not 1.8."""
 
 
@@ -115,8 +115,8 @@ def test_a_film_tends_to_the_independent_solver(name, path):
     theirs, so that the order between three single films is anything (1.3 for the feed grooves, whose edges are at .99
     and .04 of a cell on two of the grids). The order is that of the root mean square over all places of the edges.
 
-    Over a foil with lobes that jump C falls in the order 1.6 and friction in 1.7: 7.0, 2.6, .93, .35 % of C on 16 to
-    128 lines at the place with the smallest gap, as with ever more rows and the same lines.
+    Over a foil with lobes that jump C falls in the order 1.7 and friction in 1.7: at the place with the smallest gap
+    the pressure falls before a jump within half a step of 64 lines; on 768 lines the orders are 1.65 and 1.94.
     """
     sizes = np.array([16, 32, 64])
     shares = np.arange(4) / 4 if name in CUT else (0.0,)

@@ -10,6 +10,7 @@ import pytest
 from numba.core.errors import TypingError
 
 from reynolds.jit import kernel
+from reynolds.lanes import exceed
 from reynolds.ring import invert_block
 
 SCRIPT = """
@@ -69,3 +70,12 @@ def test_the_inverse_of_a_block_is_its_inverse_in_lanes_of_any_width(n):
     assert found == pytest.approx(np.linalg.inv(block), rel=1e-13, abs=1e-15)
     assert np.isnan(w[:8]).all()
     assert np.isnan(w[-8:]).all()
+
+
+def test_one_large_value_is_found_wherever_it_stands_and_no_other():
+    """Lanes of eight, of four and single values; values outside do not count, nor does the limit itself."""
+    for n in range(1, 22):
+        for place in range(-1, n + 1):
+            w = np.full(n + 2, 1e-3)
+            w[1 + place] = -2e-3 if place % 2 else 2e-3
+            assert exceed(w, 1, n, 1e-3) == (0 <= place < n), (n, place)
