@@ -70,6 +70,8 @@ LATE = np.linspace(-0.005, 0.005, 101)
 """Times [s] by which the probes may be late against the shaft's angle; the best one is refined."""
 TOO_LATE = "the displacement is shifted by {:+.1f} ms against the shaft's angle"
 """Alternative of a delay."""
+TOO_LATE_TOO = "the records fit better when {}, or with an effect that acts like a delay: check the clocks first"
+"""Note on it."""
 NEARLY_LINEAR = 4.0
 """Most sum of squares by the tangent, over that of the records as they are, of an alternative that is calibrated."""
 MOST_CALIBRATED = 2
@@ -270,8 +272,10 @@ def check_probes(comparison: TwinComparison, simulated: np.ndarray) -> None:
     _refuse([sentence for size, sentence in sorted(better) if size <= 2 * least + 0.1 * SHAPE])
 
 
-def check_alternatives(comparison: TwinComparison, base: ParameterFit, J: np.ndarray) -> None:
-    """Raise DataError for probes that are exchanged, reversed, turned or late, by calibrations of the alternatives.
+def check_alternatives(comparison: TwinComparison, base: ParameterFit, J: np.ndarray) -> str:
+    """Raise DataError for probes that are exchanged, reversed or turned, by calibrations of the alternatives.
+
+    Returns a sentence where the records fit as well with late probes, which a seal or a damping may imitate; else ''.
 
     `base` is the calibration of the records as they are, J (n, k) [m] has the sensitivities of its parameters at the
     machine file's own numbers.
@@ -296,7 +300,10 @@ def check_alternatives(comparison: TwinComparison, base: ParameterFit, J: np.nda
             fit = fit_parameters(other, fit.point, base.parameters, fit.J)
         if fit.cost < base.cost - CLEARLY and not flagged(table(other, fit.residual)):
             found.append((fit.cost, sentence))
-    _refuse([sentence for size, sentence in sorted(found) if size < min(found)[0] + CLEARLY])
+    shown = [sentence for size, sentence in sorted(found) if size < min(found)[0] + CLEARLY]
+    late = TOO_LATE.format(1e3 * lag)
+    _refuse([sentence for sentence in shown if sentence != late])
+    return TOO_LATE_TOO.format(late) if late in shown else ""
 
 
 def _foreseen(comparison: TwinComparison, fit: ParameterFit) -> Callable[[TwinComparison], float]:

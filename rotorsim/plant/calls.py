@@ -82,8 +82,14 @@ def fill_addresses(record: np.recarray, calls: Sequence[Call]) -> None:
     """Write the addresses of machine code into the rows of a parameter record, compiling what is not compiled yet."""
     for row, (function, call) in zip(record[CALLS][0], used(calls), strict=True):
         if function.asks:
-            kernel = alone(function, type(call.effect))
-            row[ADDRESS] = address_of(kernel, function.kinds, getattr(record[0], call.record))
+            key = function, type(call.effect)
+            if key not in _addresses:
+                _addresses[key] = address_of(alone(*key), function.kinds, getattr(record[0], call.record))
+            row[ADDRESS] = _addresses[key]
+
+
+_addresses: dict[tuple[PortFunction, type[Effect]], int] = {}
+"""Addresses of the kernels that this process has used."""
 
 
 def alone(function: PortFunction, effect: type[Effect]) -> Any:
