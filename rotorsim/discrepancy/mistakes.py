@@ -190,7 +190,9 @@ def check_clocks(comparison: TwinComparison, simulated: np.ndarray) -> None:
         if len(lags) == len(trial.channels) and abs(lags[0] - lags[-1]) < 3e-4:
             raise DataError(
                 f"{trial.name}: the displacement is shifted by {lags[0] * 1e3:+.2f} ms in time; are the clocks of the "
-                "two recorders aligned? shift one of them, or state clock, how far it may be off; nothing was assumed"
+                "two recorders aligned? shift one of them, or state clock, how far it may be off; nothing was assumed",
+                argument="clock",
+                value=lags[0],
             )
 
 

@@ -114,7 +114,11 @@ def check_turning(record: xr.Dataset, speed: float, n: int, name: str) -> None:
     ratio = abs(speed / slope) if slope else np.inf
     units = [what for factor, what in TURNED.items() if min(abs(ratio / factor - 1), abs(ratio * factor - 1)) < 0.02]
     way = f"is there {units[0]}? state the unit in the mapping; nothing was assumed" if units else "check both channels"
-    raise DataError(f"{name}: the speed is {speed:.5g} rad/s, but the angle turns at {slope:.5g} rad/s; {way}")
+    raise DataError(
+        f"{name}: the speed is {speed:.5g} rad/s, but the angle turns at {slope:.5g} rad/s; {way}",
+        argument="speed",
+        value=speed,
+    )
 
 
 def check_sensors(machine: Machine, record: xr.Dataset, name: str) -> None:
