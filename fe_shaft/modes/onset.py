@@ -61,7 +61,7 @@ def _grows(place: ModesAt) -> bool:
 
 
 def _dip(place: Callable[[float], ModesAt], a: ModesAt, b: ModesAt, halvings: int) -> tuple[ModesAt | None, bool]:
-    """A value between two at which a mode grows, None where no two tangents lead below zero; whether that is decided."""
+    """A value between two at which a mode grows, None where no two tangents lead below zero; whether it is decided."""
     ahead, back = (
         (one.zeta + (other.at - one.at) * one.slopes(other.at)).min(initial=np.inf) for one, other in ((a, b), (b, a))
     )

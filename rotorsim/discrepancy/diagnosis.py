@@ -284,6 +284,8 @@ class DiagnosisRun:
     allow: tuple[str, ...] | None = None
     large: tuple[str, ...] = field(default=(), init=False)
     """Sentences on calibrated numbers that are far from the machine file."""
+    late: str = field(default="", init=False)
+    """Sentence where the records fit better with late probes."""
 
     @property
     def fitted(self) -> TwinComparison:
@@ -323,7 +325,7 @@ class DiagnosisRun:
         notes += [STRAINED.format(", ".join(beyond))] if beyond else []
         if flagged(table(self.fitted, base.residual)) or self.large:
             nominal = SensitivityColumns(self.fitted).columns(ParameterPoint(), base.parameters)
-            check_alternatives(self.fitted, base, nominal)
+            self.late = check_alternatives(self.fitted, base, nominal)
         assert self.fitted.scatter is not None
         blocks, groups = self.fitted.apart(base.point), table(self.fitted, base.residual)
         apart = unsteady(self.fitted.trials, blocks, self.fitted.scatter[0])
@@ -366,7 +368,9 @@ class DiagnosisRun:
                 gone = None if best is None else untouched_gone(part, calibrated, after)
                 worse, alone = (worse_than(part, given, there) for there in (after, calibrated))
         scatter = self.fitted.scatter_known
-        return judged(AllEvidence(verdict, odds, known, tuple(left), gone, worse, alone, self.large, share, scatter))
+        return judged(
+            AllEvidence(verdict, odds, known, tuple(left), gone, worse, alone, self.large, share, scatter, self.late)
+        )
 
     def _large(self, fits: Sequence[ParameterFit]) -> tuple[str, ...]:
         """Sentences on calibrated numbers that are far from the machine file; of several fits all places in one."""

@@ -180,6 +180,7 @@ class AllEvidence:
     large : calibrated numbers that are far from the machine file, as sentences
     unexplained : share of the response that stays unexplained
     scatter_known : whether the scatter of the records is measured or stated
+    late : sentence where the records fit better with late probes
     """
 
     search: SearchVerdict
@@ -192,6 +193,7 @@ class AllEvidence:
     large: tuple[str, ...] = ()
     unexplained: float = 0.0
     scatter_known: bool = True
+    late: str = ""
 
     @property
     def refuted(self) -> bool:
@@ -237,7 +239,7 @@ def judged(evidence: AllEvidence) -> Judgement:
     elif verdict.status == "no_disagreement" and evidence.large:
         verdict = replace(verdict, status="recalibrated")
     worse = evidence.worse_alone if verdict.status in ("unknown", "partial") else ()
-    notes = [*against, evidence.not_held]
+    notes = [*against, evidence.not_held, evidence.late]
     if worse and not any(WORSE.format(records=", ".join(names)) in notes for names in (evidence.worse, worse)):
         notes.append(WORSE.format(records=", ".join(worse)))
     odds = consistent(verdict.status, evidence.odds, evidence.refuted or foreign or bool(evidence.worse))
@@ -260,6 +262,7 @@ def objections(evidence: AllEvidence, verdict: SearchVerdict) -> list[str]:
         if evidence.odds and nothing < LEAST_NOTHING:
             found.append(NOT_LIKELY.format(share=f"{100 * nothing:.0f} %", least=f"{100 * LEAST_NOTHING:.0f} %"))
         found += [] if evidence.scatter_known else [NO_ACCURACY]
+        found.append(evidence.late)
     return [one for one in found if one]
 
 

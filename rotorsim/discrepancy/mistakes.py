@@ -68,6 +68,8 @@ LATE = np.linspace(-0.005, 0.005, 101)
 """Times [s] by which the probes may be late against the shaft's angle."""
 TOO_LATE = "the displacement is shifted by {:+.1f} ms against the shaft's angle"
 """Alternative of a delay."""
+TOO_LATE_TOO = "the records fit better when {}, or with an effect that acts like a delay: check the clocks first"
+"""Note on it."""
 NEARLY_LINEAR = 4.0
 """Most sum of squares by the tangent, over that of the records as they are, of an alternative that is calibrated."""
 MOST_CALIBRATED = 2
@@ -258,15 +260,18 @@ def check_probes(comparison: TwinComparison, simulated: np.ndarray) -> None:
     _refuse([sentence for size, sentence in sorted(better) if size <= 2 * least + 0.1 * SHAPE])
 
 
-def check_alternatives(comparison: TwinComparison, base: ParameterFit, J: np.ndarray) -> None:
-    """Raise DataError for probes that are exchanged, reversed, turned or late, by calibrations of the alternatives.
+def check_alternatives(comparison: TwinComparison, base: ParameterFit, J: np.ndarray) -> str:
+    """Raise DataError for probes that are exchanged, reversed or turned, by calibrations of the alternatives.
+
+    Returns a sentence where the records fit as well with late probes, which a seal or a damping may imitate; else ''.
 
     `base` is the calibration of the records as they are, J (n, k) [m] has the sensitivities of its parameters at the
     machine file's own numbers.
     """
     simulated, p = comparison.predict(ParameterPoint()) + comparison.correction, prior_rows(base.parameters)
     tangent, others = J / comparison.sigma[:, None], list[tuple[str, TwinComparison]]()
-    for mistake in (one for one in _mistakes(comparison.trials) if not one.backward):
+    probes = [one for one in _mistakes(comparison.trials) if not one.backward]
+    for mistake in probes:
         others.append((mistake.sentence, _with_trials(comparison, _with_mistake(comparison.trials, mistake))))
     for lag in (t for t in LATE if t):
         shifted = [t if t.orders or t.clock else replace(t, spectra=delayed(t.spectra, t.frequencies, -lag))
@@ -283,7 +288,10 @@ def check_alternatives(comparison: TwinComparison, base: ParameterFit, J: np.nda
         fit = fit_parameters(other, ParameterPoint(), base.parameters, tangent)
         if fit.cost < base.cost - CLEARLY and not flagged(table(other, fit.residual)):
             found.append((fit.cost, sentence))
-    _refuse([sentence for cost, sentence in sorted(found) if cost < min(found)[0] + CLEARLY])
+    shown = [sentence for cost, sentence in sorted(found) if cost < min(found)[0] + CLEARLY]
+    late = [sentence for sentence in shown if sentence not in {mistake.sentence for mistake in probes}]
+    _refuse([sentence for sentence in shown if sentence not in late])
+    return TOO_LATE_TOO.format(late[0]) if late else ""
 
 
 def _with_trials(comparison: TwinComparison, trials: list[Trial]) -> TwinComparison:

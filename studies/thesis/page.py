@@ -24,7 +24,17 @@ def as_run_block() -> Block:
     """Section of the changes to the machine files that make them the thesis' rig as it was run."""
     why = as_run_why()
     text = f"{why.why} (lines {why.lines}). Known before: {why.seen}."
-    return Block("The rig as it was run", text, ("field", "value"), [(k, str(v)) for k, v in as_run_values().items()])
+    return Block("The rig as it was run", text, ("field", "value"), _values())
+
+
+def _values() -> list[tuple[str, str]]:
+    """Fields and values of the rig as it was run, a row for each of an effect's tables."""
+    rows = []
+    for path, value in as_run_values().items():
+        tables = value if isinstance(value, list) else [value]
+        rows += [(path, ", ".join(f"{k} {v}" for k, v in one.items()) if isinstance(one, dict) else str(one))
+                 for one in tables]  # fmt: skip
+    return rows
 
 
 def aims_block(reached: Sequence[Target]) -> Block:

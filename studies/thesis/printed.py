@@ -199,7 +199,7 @@ def proportional_figures(plant: System) -> dict[str, float]:
     """C3 of a continuous model with Paper C's proportional law; pairs by frequency, as in Tables C.3 and C.4."""
     alone, under = (_pairs(one, 2 * np.pi * HIGHEST)[:2] for one in (plant, feedback(plant, _proportional())))
     (w0, zeta0), (w1, zeta1) = ((np.abs(s), -s.real / np.abs(s)) for s in (alone, under))
-    figures = {}
+    figures: dict[str, Any] = {}
     for k in range(2):
         figures |= {f"w_{k + 1}": w1[k] / w0[k], f"zeta_{k + 1}": zeta1[k], f"lift_{k + 1}": zeta1[k] / zeta0[k]}
     return {"open_w_1": float(w0[0] * TO_HZ)} | {name: float(value) for name, value in figures.items()}

@@ -133,7 +133,7 @@ def test_exchanged_planes_are_named_by_their_calibration(comparison):
     with refused(DataError, "probes", lambda value: "planes are exchanged" in value):
         check_alternatives(given, base, J)
     right, J = calibrated(comparison, y)
-    check_alternatives(comparison, right, J)
+    assert check_alternatives(comparison, right, J) == ""
 
 
 def with_lines(trial, lines):
@@ -149,8 +149,7 @@ def test_a_delay_of_all_probes_against_the_angle_is_named(comparison, lag):
     late = [delayed(given.lines_of(i, y), t.frequencies[1:], lag) for i, t in enumerate(given.trials)]
     given.trials = [with_lines(t, lines) for t, lines in zip(given.trials, late, strict=True)]
     base, J = calibrated(given, np.concatenate([t.vector(t.spectra) for t in given.trials]))
-    with refused(DataError, "probes", lambda value: f"{1e3 * lag:+.1f} ms" in value):
-        check_alternatives(given, base, J)
+    assert f"{1e3 * lag:+.1f} ms" in check_alternatives(given, base, J)
 
 
 def test_a_virtual_reading_has_the_relative_error_of_the_unbalance_that_makes_it(comparison):

@@ -120,6 +120,7 @@ GOOD = odds(nothing=0.97, beyond=0.03)
         ({"large": ("a bearing is softer",)}, "recalibrated"),
         ({"large": ("a bearing is softer",), "left": (group(30.0),)}, "unknown"),
         ({"scatter_known": False}, "unknown"),
+        ({"late": "the probes are late", "large": ("a bearing is softer",)}, "unknown"),
     ],
 )
 def test_no_disagreement_follows_from_all_evidence(more, status):
@@ -128,7 +129,7 @@ def test_no_disagreement_follows_from_all_evidence(more, status):
     assert found.verdict.status == status
     # what stays unexplained has its note where it is counted
     assert bool(found.notes) == (status == "unknown" and "unexplained" not in more)
-    assert status != "unknown" or (certain(found) == {}) == ("scatter_known" not in more)
+    assert status != "unknown" or (certain(found) == {}) == (not more.keys() & {"scatter_known", "late"})
 
 
 @pytest.mark.parametrize(("nothing", "status"), [(0.4, "unknown"), (0.6, "unknown"), (0.9, "no_disagreement")])
