@@ -356,8 +356,8 @@ def run_stability(rotor: AssembledRotor, speeds: ArrayLike) -> StabilityResult:
     speeds = grid("stability: speeds [rad/s]", speeds)
     kinks = {float(v) for b in rotor.bearing_elements for axis in b.axes for v in axis if speeds[0] < v < speeds[-1]}
     runs = {v: modal.run_modal(rotor, v) for v in sorted({*speeds.tolist(), *kinks})}
-    loss = first_loss(lambda v: _place(rotor, modal.run_modal(rotor, v)), [_place(rotor, run) for run in runs.values()],
-                      rtol=1e-9)  # fmt: skip
+    places = [_place(rotor, run) for run in runs.values()]
+    loss, _ = first_loss(lambda v: _place(rotor, modal.run_modal(rotor, v)), places, rtol=1e-9)
     zeta, wn, whirl = zip(*(_worst(runs[v]) for v in speeds.tolist()), strict=True)
     with np.errstate(divide="ignore"):
         log_dec = 2 * np.pi * np.array(zeta) / np.sqrt(1 - np.array(zeta) ** 2)

@@ -4,7 +4,8 @@ Most of numba's work on a kernel is Python's, and much of it is repeated or for 
 floats anew, trying a dozen templates, looks for closures, generators and arrays to fuse, asks LLVM for the size of each
 array's type and optimises the whole twice. Here the signatures of operators and the sizes of types are remembered, only
 the passes that kernels need are made, and plain arithmetic and elements of vectors become code at once (`KernelLower`).
-The results have the same bits.
+The results have the same bits. What would be wrong without a word is refused: `raise` and `assert`, since no kernel
+reads the status of what it calls by address, and an index below a vector's start.
 
 The disk cache is numba's, safe against killed and concurrent processes: numba numbers its data files in an index that
 it writes first. Killed between the two, or with a second process at work, its index can name the machine code of
@@ -21,20 +22,25 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from hashlib import sha256
-from typing import Any, ClassVar, cast
+from pathlib import Path
+from typing import Any, ClassVar, NoReturn, cast
 
 from llvmlite.binding import Linkage, parse_bitcode
-from numba.core import event, typed_passes as typed, types, untyped_passes as untyped
+from numba.core import event, ir, typed_passes as typed, types, untyped_passes as untyped
 from numba.core.base import BaseContext
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import PassManager, register_pass
+from numba.core.errors import NumbaError
+from numba.core.ir_utils import get_definition, guard
 from numba.core.itanium_mangler import mangle
 from numba.core.lowering import Lower
 from numba.core.types.functions import BaseFunction
 from numba.core.types.misc import unliteral
+
+from rotorsim.base.errors import DataError
 
 PASSES = (
     untyped.TranslateByteCode, untyped.FixupArgs, untyped.IRProcessing, untyped.GenericRewrites, untyped.ReconstructSSA,
@@ -51,7 +57,7 @@ def compiling() -> Iterator[None]:
     """Compile with remembered signatures, no reports and few collections of garbage.
 
     Numba makes a million objects that stay, and reports each call of LLVM to a stopwatch for every function that waits
-    for the one it compiles.
+    for the one it compiles. Raises DataError for a kernel that `KernelLower` refuses.
     """
     functions, contexts = cast(Any, BaseFunction), cast(Any, BaseContext)
     with global_compiler_lock:
@@ -59,11 +65,20 @@ def compiling() -> Iterator[None]:
         sizes = contexts.get_abi_sizeof
         functions.get_call_type, event.broadcast, contexts.get_abi_sizeof = _remembered, _unheard, _size
         gc.set_threshold(YOUNG, *thresholds[1:])
+        _refusals.clear()
         try:
             yield
+        except NumbaError:
+            if _refusals:
+                raise _refusals[0] from None
+            raise
         finally:
             functions.get_call_type, event.broadcast, contexts.get_abi_sizeof = asked, report, sizes
             gc.set_threshold(*thresholds)
+
+
+_refusals: list[DataError] = []
+"""Why kernels were refused since a compilation began: numba makes errors of its own of what it meets."""
 
 
 def _unheard(happened: Any) -> None:
@@ -142,11 +157,59 @@ IN_PLACE = {
 }  # fmt: skip
 
 
+SUMS = {operator.add: 1, operator.iadd: 1, operator.sub: -1, operator.isub: -1}
+"""Sign of the second number in a sum or difference."""
+
+
 class KernelLower(Lower):
     """Writer of LLVM's code: of plain arithmetic and of elements of vectors without numba's search for how.
 
-    An index counts from a vector's start. Numba would test each one for being negative.
+    An index counts from a vector's start. Numba would test each one for being negative; here one whose literals show
+    that it is, is refused, as are errors. Raises DataError, which `compiling` hands on.
     """
+
+    def return_exception(self, exc_class: Any, exc_args: Any = None, loc: Any = None) -> NoReturn:
+        """Refuse a kernel that raises."""
+        name = getattr(exc_class, "__name__", "an error")
+        self._refuse(f"can raise {name}, which no caller reads; give a number, and refuse values in `problems`")
+
+    def return_dynamic_exception(self, exc_class: Any, exc_args: Any, nb_types: Any, loc: Any = None) -> NoReturn:
+        """Refuse a kernel that raises with numbers of its own."""
+        self.return_exception(exc_class)
+
+    def _refuse(self, reason: str) -> NoReturn:
+        """Raise this kernel's error, which `compiling` knows it by."""
+        where = f"{Path(self.loc.filename).name}, line {self.loc.line}"
+        _refusals.append(DataError(f"kernel {self.func_ir.func_id.func_name} ({where}): {reason}"))
+        raise _refusals[-1]
+
+    def _least(self, variable: Any) -> int | None:
+        """The smallest value of an integer where literals tell it: of a number, of a loop's variable, of their sum."""
+        kind, found = self.typeof(variable.name), self._meaning(variable)
+        if isinstance(kind, types.IntegerLiteral):
+            return int(kind.literal_value)
+        if isinstance(found, ir.Var):
+            return self._least(found)
+        if self._op(found) in ("binop", "inplace_binop") and found.fn in SUMS:
+            left, right = self._least(found.lhs), self._least(found.rhs)
+            known = right is not None and (SUMS[found.fn] > 0 or isinstance(self.typeof(found.rhs.name), types.Literal))
+            return left + SUMS[found.fn] * right if known and left is not None and right is not None else None
+        for step in ("pair_first", "iternext", "getiter"):
+            if self._op(found) != step:
+                return None
+            found = self._meaning(found.value)
+        if self._op(found) != "call" or getattr(self.typeof(found.func.name), "typing_key", None) is not range:
+            return None
+        return 0 if len(found.args) == 1 else self._least(found.args[0]) if len(found.args) == 2 else None
+
+    def _meaning(self, variable: Any) -> Any:
+        """What a variable stands for; None where that is not one thing."""
+        found = guard(get_definition, self.func_ir, variable)
+        return self._meaning(found.value) if self._op(found) == "cast" else found
+
+    @staticmethod
+    def _op(found: Any) -> str | None:
+        return found.op if isinstance(found, ir.Expr) else None
 
     def lower_binop(self, resty: Any, expr: Any, op: Any) -> Any:
         """Value of an operation on two numbers."""
@@ -187,6 +250,11 @@ class KernelLower(Lower):
             return None
         if kind.dtype not in (types.float64, types.int64) or not kind.aligned:
             return None
+        least = self._least(index)
+        if least is not None and least < 0:
+            self._refuse(
+                f"takes {array.name}[{least}]; an index counts from the start of the array and not from its end"
+            )
         whole, at = self.loadvar(array.name), self.loadvar(index.name)
         data = self.context.data_model_manager[kind].get_field_position("data")
         return self.builder.gep(self.builder.extract_value(whole, data), [at])

@@ -51,7 +51,8 @@ def whirl_onset(
     The modes are followed up in steps until one grows, then Brent's method on the least damping ratio. `highest` is by
     default 40000 rpm, or four times the rotor's first natural frequency where that is more; `step` a fortieth of it.
     `onset_looked` is 1 where every mode was looked for at each speed up to the onset or the highest speed that carries
-    the rotor, 0 where the number of modes is not proven somewhere. Raises DataError for a machine without a film.
+    the rotor, 0 where the number of modes is not proven somewhere, or where their damping may be lost and come back
+    between two speeds and is not followed. Raises DataError for a machine without a film.
 
     Examples
     --------
@@ -178,6 +179,7 @@ def first_loss(search: LeastDamped, speeds: np.ndarray, accuracy: float = 1e-8) 
     Over ascending speeds (n,) [rad/s]; a rotor that is not carried does not whirl.
     """
     looked: list[Node] = []
+    complete = True
 
     def place(speed: float) -> onset.ModesAt:
         looked.append(search.node(speed))
@@ -186,8 +188,8 @@ def first_loss(search: LeastDamped, speeds: np.ndarray, accuracy: float = 1e-8) 
     for start in range(0, max(len(speeds) - 1, 1), AT_ONCE):
         nodes = search.followed(speeds[start : start + AT_ONCE + 1].tolist()).nodes
         looked += nodes
-        loss = onset.first_loss(place, [search.place(node) for node in nodes], xtol=1e-6, rtol=accuracy)
-        complete = all(node.pencil is None or node.modes.proven for node in looked)
+        loss, decided = onset.first_loss(place, [search.place(node) for node in nodes], xtol=1e-6, rtol=accuracy)
+        complete &= decided and all(node.pencil is None or node.modes.proven for node in looked)
         if loss is not None:
             return *loss, float(complete)
     return float("nan"), float("nan"), float(complete and any(node.pencil is not None for node in looked))

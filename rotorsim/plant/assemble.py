@@ -13,7 +13,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from reynolds.calls import WIDTH
+from reynolds.addressed_calls import ADDRESS, WIDTH
 from reynolds.grid import FilmGrid, Layout, make_layout
 from reynolds.injector import Injector as Nozzle
 from reynolds.jit import calls_addresses
@@ -23,7 +23,7 @@ from rotorsim.effects import FILM_PORTS, PORTS, Effect, numeric_fields
 from rotorsim.effects.base import WHERE
 from rotorsim.machine.gas_film import PinnedInjector
 from rotorsim.machine.schema import Machine
-from rotorsim.plant.calls import CALLS, Call, fill_addresses, first_rows, kernels_alone, rows_of
+from rotorsim.plant.calls import CALLS, Call, fill_addresses, first_rows, kernels_alone, rows_of, used
 from rotorsim.plant.compose import KernelModule, compose, film_entries, is_compiled, is_kept
 from rotorsim.plant.kernels.layout import (
     COLUMNS,
@@ -106,6 +106,8 @@ class Assembly:
         """
         other, own, flat = replace(self, record=record, w=w), self.parameters, cast(Any, record.view(np.uint8))
         if own.dtype != record.dtype:
+            asked = [function.asks for function, _ in used(self.calls)]
+            assert record[CALLS][0][asked, ADDRESS].all(), "a row of calls without an address"
             other.__dict__["parameters"] = np.recarray((1,), own.dtype, buf=flat)[0]
         return other
 

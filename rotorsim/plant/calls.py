@@ -2,8 +2,8 @@
 
 The step of a machine is machine code that knows no effect. For each function of `kernels/effect_calls.py` it goes
 through rows of the parameter record, one for each effect of the port, and calls the effect by its address (see
-`reynolds.calls`). So a machine with one more effect has one more row. Every effect's kernel is compiled once, alone,
-in a module of its own, whose name hashes the sources that go into it.
+`reynolds.addressed_calls`). So a machine with one more effect has one more row. Every effect's kernel is compiled once,
+alone, in a module of its own, whose name hashes the sources that go into it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from reynolds.calls import ADDRESS, RECORD, SHAPE, WIDTH
+from reynolds.addressed_calls import ADDRESS, RECORD, SHAPE, WIDTH
 from reynolds.jit import address_of, cache_digest
 from rotorsim.base.cache import key_of, source_files
 from rotorsim.base.errors import DataError
@@ -96,7 +96,7 @@ def alone(function: PortFunction, effect: type[Effect]) -> Any:
     """An effect's kernel, in a module of its own, as a function of `effect_calls` calls it."""
     kernel = getattr(effect, function.kernel)
     text, (files, numbers) = function.write_alone(kernel), sources_of(kernel)
-    files |= set(source_files("reynolds/jit.py", "reynolds/compiler.py", "reynolds/calls.py"))
+    files |= set(source_files("reynolds/jit.py", "reynolds/compiler.py", "reynolds/addressed_calls.py"))
     return load_module(f"rotorsim_effect_{key_of(text, cache_digest(files), numbers)[:16]}", lambda: text).effect
 
 

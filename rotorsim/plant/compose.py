@@ -128,7 +128,8 @@ def compose(layout: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[
 
     def step_text() -> str:
         ports = [f.write_loop(number) for number, f in enumerate(FUNCTIONS)]
-        return text(ports, ["from reynolds.calls import answer_0, answer_1, answer_2, answer_3, answer_6, entry"], LIVE)
+        names = "answer_0, answer_1, answer_2, answer_3, answer_6, entry"
+        return text(ports, [f"from reynolds.addressed_calls import {names}"], LIVE)
 
     load_module(film_name, film_text)
     if merging:

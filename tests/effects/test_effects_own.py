@@ -3,15 +3,19 @@
 import importlib
 import re
 import sys
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numba import typeof
 from numba.core.errors import NumbaError
 
+from rotorsim.base.errors import DataError
 from rotorsim.effects import REGISTRY, Effect, register
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
+from rotorsim.plant.generated import load_module
 
 SOURCE = '''
 from dataclasses import dataclass
@@ -37,6 +41,19 @@ class OwnPush(Effect):
     kernel = own_push
     force: float = param("N", bounds=(-1e3, 1e3), doc="Force along x.")
 '''
+
+LOOP = """
+from reynolds.jit import kernel
+
+@kernel
+def run(w):
+    total = 0.0
+    start = 1
+    for k in range(3):
+        for at in range(1, 2):
+            LINE
+    return total
+"""
 
 
 @pytest.fixture
@@ -71,6 +88,38 @@ def test_values_do_not_change_the_kernels_but_source_does(own_machine):
     first = Plant(machine).assembly.module.__name__
     assert Plant(machine.replace("effects.own_push.force", "7 N")).assembly.module.__name__ == first
     assert Plant(own_machine("return 2.0 * p.force, 0.0")).assembly.module.__name__ != first
+
+
+@pytest.mark.parametrize("body", [
+    "if p.force > 0.0:\n        raise ValueError\n    return p.force, 0.0",
+    "if p.force > 0.0:\n        raise ValueError('too large')\n    return p.force, 0.0",
+    "assert p.force < 0.0\n    return p.force, 0.0",
+    "a, b = range(int(p.force))\n    return a, b",
+])  # fmt: skip
+def test_a_kernel_that_can_raise_is_refused(own_machine, held, body):
+    """The step reads no status of what it calls by address: an error would be a force of zero."""
+    with pytest.raises(DataError, match="own_push"):
+        Plant(own_machine(body)).start(150.0).advance(held(5, 150.0, 0.0))
+
+
+@pytest.mark.parametrize("read", ["w[-1]", "w[k - 1]", "w[2 + k - 4]", "w[k + -1]", "w[start - 2]"])
+def test_an_index_below_the_start_of_an_array_is_refused(read):
+    """Plain Python counts it from the end; machine code would read other memory, and write to it."""
+    for line in (f"total += {read}", f"{read} = 1.0"):
+        with pytest.raises(DataError, match="index"):
+            loop(line).compile((typeof(np.zeros(9)),))
+
+
+@pytest.mark.parametrize("read", ["w[k]", "w[k - 1 + 1]", "w[at - 1]", "w[k + start - 1]"])
+def test_an_index_that_is_not_known_to_be_below_the_start_is_none_to_refuse(read):
+    assert loop(f"total += {read}")(np.ones(9)) == 3.0
+
+
+def loop(line):
+    """A kernel that runs a line three times."""
+    name = f"loop_{sha256(line.encode()).hexdigest()[:12]}"
+    source = LOOP.replace("LINE", line)
+    return load_module(name, lambda: source).run
 
 
 @pytest.mark.parametrize("body", ["return np.full(2, p.force).sum(), 0.0", "return sum([p.force, 0.0]), 0.0"])

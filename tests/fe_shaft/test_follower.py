@@ -10,6 +10,7 @@ from fe_shaft import BearingElement, DiskElement, Rotor, ShaftElement, steel
 from fe_shaft.critical import _forward_plane
 from fe_shaft.modes.crossings import crossings
 from fe_shaft.modes.follower import follow
+from fe_shaft.modes.onset import ModesAt, first_loss
 from fe_shaft.modes.pencil import Quotient, Region, SecondOrder, nothing
 from fe_shaft.modes.spectrum import missing_in, modes_in
 from fe_shaft.modes.subspace import joined
@@ -213,6 +214,22 @@ def test_damping_that_is_lost_between_two_speeds_only_is_an_onset():
     omega = [whirling(ends, k, c, 0.0).run_modal(v).wn[0] for v in ends]
     found = whirling(ends, k, c, 0.9 * c * omega).run_stability(ends)
     assert (found.log_dec > 0).all() and 0.0 < found.onset < 500.0
+
+
+@pytest.mark.parametrize(("least", "slopes", "loss", "decided"), [
+    (-0.01, True, True, True), (0.01, True, False, True), (-0.01, False, False, False), (2e-7, True, False, False),
+])  # fmt: skip
+def test_a_step_is_decided_only_where_tangents_are_known_and_halving_ends(least, slopes, loss, decided):
+    """A damping ratio is a parabola with its least value between two speeds: below zero, well above it, unknown, or so
+    near to it that tangents of the shortest steps cross it still."""
+
+    def place(x):
+        zeta, slope = least + (x - 0.37) ** 2, 2 * (x - 0.37) if slopes else np.nan
+        return ModesAt(x, (zeta, 1.0), np.array([zeta]), lambda towards: np.array([slope]))
+
+    found, sure = first_loss(place, [place(0.0), place(1.0)], xtol=1e-12, rtol=1e-12)
+    assert (found is not None, sure) == (loss, decided)
+    assert found is None or found[0] == pytest.approx(0.27, rel=1e-6)
 
 
 @pytest.mark.parametrize("disc", [(0.07, 0.28), (0.01, 0.8)])

@@ -2,13 +2,17 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from fmu.export import file_names
 from fmu.variables import display_unit, exponents, fmi_name, limits
+from reynolds.addressed_calls import ADDRESS
 from rotorsim.base.units import TABLE
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import load_machine
+from rotorsim.plant import Plant
+from rotorsim.plant.calls import CALLS
 
 
 @pytest.mark.parametrize(
@@ -67,10 +71,21 @@ def test_every_parameter_of_every_effect_of_the_machine_is_a_variable(model):
 
 
 def test_start_values_lie_within_the_limits_and_in_the_record(model):
-    record = model.assembly.record.view("f8").ravel()
+    record = model.assembly.numbers
     for v in model.variables:
         if v.store == "parameter":
             assert v.low <= v.start <= v.high and record[v.index] == v.start, v.name
+
+
+def test_addresses_of_this_process_stay_out_of_a_unit():
+    """A run writes them into the record, whose numbers as doubles a unit carries."""
+    plant = Plant("plain_rotor")
+    before = plant.assembly.numbers
+    plant.start(100.0).advance(np.tile([100.0, 101325.0, 0.0, 0.0, 0.0, 0.0], (2, 1)))
+    a = plant.assembly
+    assert a.record[CALLS][0][:, ADDRESS].any() and np.array_equal(a.numbers, before)
+    of_calls = a.numbers.view(a.record.dtype)[CALLS]
+    assert of_calls.size and not of_calls.any()
 
 
 def test_a_unit_file_ends_in_fmu():

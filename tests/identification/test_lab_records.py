@@ -38,7 +38,7 @@ def test_the_angle_follows_a_ramp_to_a_tenth_of_a_degree():
 
 
 def test_the_angle_is_missing_where_no_pulse_is_near():
-    """Of 50 turns a second the pulses of 1 to 3 s show the angle for 1.5 turns more on both sides."""
+    """Pulses of 1 to 3 s at 50 turns a second show the angle for 1.5 turns more on both sides."""
     t, _, volts = lab(start=50, end=50)
     found, speed = shaft_angle(t, np.where((t > 1) & (t < 3), volts, -1.0), Keyphasor())
     shown = np.isfinite(found)

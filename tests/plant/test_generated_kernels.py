@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numba import typeof
+from numba.core.errors import NumbaError
 
 import reynolds
 from reynolds import kernels
@@ -15,9 +16,18 @@ from reynolds.jit import inlined
 from rotorsim.plant import compose
 from rotorsim.plant.compose import ENTRIES
 from rotorsim.plant.generated import load_module
+from rotorsim.plant.kernels.effect_calls import PortFunction, film_shape
 
 Sizes = namedtuple("Sizes", "n first wide")
 FACTOR = 3.0
+CALL = """
+from reynolds.addressed_calls import answer_1
+from reynolds.jit import kernel
+
+@kernel
+def run(w, P):
+    return answer_1(P, 0, {sample}, {given})
+"""
 
 
 @inlined
@@ -90,7 +100,7 @@ def test_the_film_of_a_plant_gives_the_bits_of_the_film_alone(rig):
     ("effects.sensor_ring", {}), ("effects.speed_wander", {}), ("effects.torque_ripple", {}),
 ])  # fmt: skip
 def test_one_more_effect_needs_no_other_kernels(rig, path, value):
-    """Of a port that the rig does not use, or of one that it uses: machine code of film and step stays the same."""
+    """Machine code of film and step stays the same for a port that the rig does not use, and for one that it uses."""
     first, second = rig().assembly, rig({path: value}).assembly
     assert len(second.calls) == len(first.calls) + 1 and first.module.__name__ != second.module.__name__
     for name in (*ENTRIES, "newton", "refresh", "step"):
@@ -107,7 +117,30 @@ def test_the_step_calls_effects_by_address_and_has_them_where_it_leaves_the_proc
     compose.compose(a.film, a.rotor, a.rig, a.calls)
     [merged] = (text for name, text in texts.items() if "machine" in name)
     assert "answer_" not in merged and "unbalance_0_kernel(t, angle, speed, acceleration, P.unbalance_0)" in merged
-    assert "answer_2(P, call, (t, angle, speed, acceleration))" in looped and "unbalance" not in looped
+    assert (
+        "answer_2(P, call, (0.0, 0.0, 0.0, 0.0), (t, angle, speed, acceleration))" in looped
+        and "unbalance" not in looped
+    )
+
+
+@pytest.mark.parametrize("given", ["(1.0, 1.0)", "(1, 1)", "(w, 1.0)", "(1,)", "(1, 1.0, 1.0)"])
+def test_a_call_by_address_of_other_types_than_the_functions_does_not_compile(tmp_path, monkeypatch, given):
+    """The function is compiled for an integer and a float; its address alone would take anything."""
+    monkeypatch.setenv("ROTORSIM_CACHE_DIR", str(tmp_path))
+    name = f"wrong_call_{abs(hash(given))}"
+    source = CALL.format(sample="(0, 0.0)", given=given)
+    module = load_module(name, lambda: source)
+    with pytest.raises(NumbaError, match="the function takes"):
+        module.run.compile((typeof(np.zeros(1)), typeof(np.zeros(1, [("one", "f8")]).view(np.recarray)[0])))
+
+
+def test_a_line_whose_argument_is_not_of_the_kind_that_its_name_says_is_compared():
+    """In the source of the loop the kinds of the compiled function stand beside what the line gives it."""
+    line = "a, b = {kernel}(w, k, k + 1, RIG.heat, x, {p})"
+    function = PortFunction(film_shape.py_func, "film", (line,))
+    assert function.kinds == "wiiid" and "answer_2(P, call, (w, 0, 0, 0, 0.0), (w, k, k + 1, RIG.heat, x))" in (
+        function.write_loop(0)
+    )
 
 
 def test_a_generated_module_that_was_damaged_is_written_again(tmp_path, monkeypatch):

@@ -15,7 +15,7 @@ PACKAGES = ("reynolds", "fe_shaft", "identification", "rotorsim", "fmu")
 FILES = [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
 PRIVATE = {
     "fmu/kernel_object.py",
-    "reynolds/calls.py",
+    "reynolds/addressed_calls.py",
     "reynolds/jit.py",
     "reynolds/compiler.py",
     "reynolds/lanes.py",

@@ -156,7 +156,7 @@ def test_the_page_states_that_a_second_probe_without_an_angle_is_left_out(run_up
 
 
 def test_the_mean_of_an_order_has_the_standard_error_of_its_scatter():
-    """Of n vectors whose parts scatter by s the mean has s / sqrt(n)."""
+    """The mean of n vectors whose parts scatter by s has s / sqrt(n)."""
     rng = np.random.default_rng(2)
     a = 3e-6 * np.exp(0.5j) + 1e-6 * (rng.standard_normal(4000) + 1j * rng.standard_normal(4000))
     tracked = xr.Dataset({"amplitude": (("window", "order", "axis"), a[:, None, None])}, {"order": [1], "axis": ["x"]})

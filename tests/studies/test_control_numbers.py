@@ -10,7 +10,9 @@ from rotorsim.control.designs import h2_scheduled
 from rotorsim.verify.transients import ImpactResponse
 from studies.thesis import control_cases, control_study as control
 from studies.thesis.cached_cases import CachedCase
-from studies.thesis.claims.control_numbers import control_numbers
+from studies.thesis.claims import control_numbers as control_numbers_file
+from studies.thesis.claims.control_numbers import control_numbers, interpolated
+from studies.thesis.claims.judge import MET, NOT_MET, judge_figure
 from studies.thesis.claims.rules import claims, first_claims, points
 from studies.thesis.control_study import FITTED, OPEN, RINGING, ControlStudy, _ringing
 from studies.thesis.printed import law_a
@@ -63,7 +65,8 @@ def test_every_figure_of_the_rules_and_of_the_first_rules_has_a_number(numbers):
         if claim.number[0] == "C" or claim.number in ("N2", "N3", "N4", "N5"):
             wanted.setdefault(claim.number, set()).update(figure.name for figure in claim.figures)
     assert {number: set(figures) for number, figures in numbers.items()} == wanted
-    assert all(np.isfinite(value) for figures in numbers.values() for value in figures.values())
+    unstable = {"second_order"}  # with this model, on the fine grid
+    assert {name for figures in numbers.values() for name, value in figures.items() if not np.isfinite(value)} == unstable
 
 
 def test_amended_figures_are_read_from_their_own_runs(numbers):
@@ -114,6 +117,21 @@ def test_what_comes_from_runs_is_taken_from_the_right_law_axis_and_points(number
     assert (numbers["C8"]["lpv_x"], numbers["C8"]["half_y"]) == pytest.approx((40.0, 67.0))
     assert (numbers["C10"]["youla"], numbers["C10"]["rejection"]) == pytest.approx((2.0, 4 / 1.1))
     assert (numbers["C11"]["gain"], numbers["C12"]["onset_7"]) == pytest.approx((2.0, 2.2))
+
+
+@pytest.mark.parametrize("excess, unstable, verdict", [(0.05, 0, MET), (0.05, 1, NOT_MET), (np.nan, 0, NOT_MET)])
+def test_second_order_is_not_met_where_it_leaves_a_loop_unstable(found, model, monkeypatch, excess, unstable, verdict):
+    """A loop that does not decay has no steady response to an imbalance, whatever its frequency response is."""
+    monkeypatch.setattr(control_numbers_file, "interpolated", lambda model: (excess, unstable))
+    [figure] = (f for claim in claims() if claim.number == "C10" for f in claim.figures if f.name == "second_order")
+    assert judge_figure(figure, control_numbers_file._second_order(found, model)["second_order"]) == verdict
+
+
+def test_loops_of_a_law_turned_round_and_raised_are_seen_as_unstable(model, monkeypatch):
+    made = h2_scheduled.scheduled
+    monkeypatch.setattr(h2_scheduled, "scheduled", lambda *a: (law := made(*a)).with_(C=-30 * law.C))
+    excess, unstable = interpolated(model)
+    assert np.isnan(excess) and unstable > 500
 
 
 def test_figures_of_a_refused_law_are_left_out(found, model):

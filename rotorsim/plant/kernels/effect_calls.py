@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from reynolds.calls import SHAPE
+from reynolds.addressed_calls import SHAPE
 from reynolds.grid import FilmGrid, make_layout
 from reynolds.jit import inlined
 from rotorsim.effects import PORTS, Effect
@@ -125,7 +125,8 @@ class PortFunction:
     def _asking(self, line: str) -> str:
         """A line with calls of addresses."""
         [statement] = ast.parse(line).body
-        return ast.unparse(Answers(f"asked_{self.kernel}", results_of(statement)).visit(statement))
+        sample = [SAMPLES[kind] for kind in self.kinds] if self.asks else []
+        return ast.unparse(Answers(f"asked_{self.kernel}", results_of(statement), sample).visit(statement))
 
     @property
     def _of_a_film(self) -> bool:
@@ -143,6 +144,10 @@ class PortFunction:
         return ast.unparse(ast.fix_missing_locations(tree))
 
 
+SAMPLES = {"w": "w", "i": "0", "d": "0.0"}
+"""An argument of each kind of `kind_of`, by which the compiler compares the call with the function."""
+
+
 def results_of(statement: ast.stmt) -> int:
     """Numbers that a statement takes of an effect's kernel which it calls."""
     if isinstance(statement, ast.Assign) and isinstance(statement.targets[0], ast.Tuple):
@@ -151,7 +156,10 @@ def results_of(statement: ast.stmt) -> int:
 
 
 def kind_of(argument: ast.expr) -> str:
-    """Kind of an argument of an effect's kernel: w, the workspace, i, an integer, or d, a number."""
+    """Kind of an argument of an effect's kernel: w, the workspace, i, an integer, or d, a number.
+
+    The compiler refuses a call whose argument is of another.
+    """
     if isinstance(argument, ast.Name):
         return {"w": "w", "k": "i"}.get(argument.id, "d")
     if isinstance(argument, ast.BinOp):
@@ -162,15 +170,16 @@ def kind_of(argument: ast.expr) -> str:
 class Answers(ast.NodeTransformer):
     """Replaces calls of an effect's kernel by calls of the address in its row."""
 
-    def __init__(self, kernel: str, results: int) -> None:
+    def __init__(self, kernel: str, results: int, sample: Sequence[str]) -> None:
         self.kernel, self.results = kernel, results
+        self.sample = ast.Tuple([ast.parse(one, mode="eval").body for one in sample])
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
         """A call of the kernel by its address."""
         self.generic_visit(node)
         if not (isinstance(node.func, ast.Name) and node.func.id == self.kernel):
             return node
-        given = [ast.Name("P"), ast.Name("call"), ast.Tuple(node.args[:-1])]
+        given = [ast.Name("P"), ast.Name("call"), self.sample, ast.Tuple(node.args[:-1])]
         return ast.Call(ast.Name(f"answer_{self.results}"), given, [])
 
 

@@ -16,7 +16,7 @@ from rotorsim.control.designs.hinf_synthesis import closed, controller, mixed_se
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import table_axes
 from rotorsim.control.plants import Model, design_plant, sampled_plant, scaled_model
-from rotorsim.control.sampled_loop import closed_poles, law_system, model_loop, root_locus
+from rotorsim.control.sampled_loop import closed_poles, law_system, model_loop, root_locus, sweep
 from rotorsim.control.systems import System, gain, largest, peak_gain, response
 from studies.thesis.claims.rules import points
 from studies.thesis.control_study import OPEN, ControlStudy
@@ -299,18 +299,25 @@ def _scheduled(found: ControlStudy, model: LpvModel) -> Figures:
 
 
 def _second_order(found: ControlStudy, model: LpvModel) -> Figures:
-    return {"second_order": interpolated(model)[1]}
+    """NaN, which is not met, where a loop of the range is unstable: it has no steady response to an imbalance."""
+    excess, unstable = interpolated(model)
+    return {"second_order": float("nan") if unstable else excess}
 
 
-def interpolated(model: Model, order: int = 2) -> tuple[Law, float]:
-    """The law of H2 surfaces of an order, stable or not, and what it adds to the imbalance response held out."""
+def interpolated(model: Model, order: int = 2) -> tuple[float, int]:
+    """What surfaces of an order for the H2 law add to the imbalance response held out, NaN where a loop there is
+    unstable, and the number of unstable points of the fine grid that the design looks at."""
     spec = h2_scheduled.Spec()
     speeds, pressures = table_axes(model, spec.grid, spec.slowest)
     at, out = np.array([(w, p) for w in speeds for p in pressures]), held_out(len(speeds), len(pressures))
     local = [h2_scheduled.local_controller(model, spec, w, p) for w, p in at]
     law = h2_scheduled.scheduled(model, spec, fit(at[~out], [local[k] for k in np.flatnonzero(~out)], order))
+    fine = [np.linspace(axis[0], axis[-1], n) for axis, n in zip((speeds, pressures), spec.fine, strict=True)]
+    unstable = sweep(law, model, *fine).unstable
+    if any(sweep(law, model, *np.split(point, 2)).unstable for point in at[out]):
+        return float("nan"), unstable
     held = [local[k] for k in np.flatnonzero(out)]
-    return law, h2_scheduled.imbalance_excess(model, spec, law, at[out], held)
+    return h2_scheduled.imbalance_excess(model, spec, law, at[out], held), unstable
 
 
 def _safe(found: ControlStudy, model: LpvModel) -> Figures:

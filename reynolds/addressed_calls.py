@@ -2,7 +2,8 @@
 
 A kernel takes a record; behind it in memory lie rows of `WIDTH` integers, one for each function that the kernel calls,
 and the records of these functions. A row begins with the function's address and with the place of its record, in bytes
-from the start of the kernel's own. The function takes what the kernel gives it and its record.
+from the start of the kernel's own. The function takes what the kernel gives it and its record. Machine code at an
+address does not tell its types: each call states those of the function by a sample of its arguments.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from typing import Any
 
 from llvmlite import ir
 from numba.core import cgutils, types
+from numba.core.errors import TypingError
 from numba.core.types.containers import UniTuple
 from numba.core.types.misc import unliteral
 from numba.extending import intrinsic
@@ -43,14 +45,22 @@ def entry(typing, P, call, column):
 
 
 def _answer(result: Any) -> Any:
-    """Intrinsic that calls the function of a row with a tuple of arguments and its record, for a type of result."""
+    """Intrinsic that calls the function of a row with a tuple of arguments and its record, for a type of result.
+
+    Raises TypingError where the arguments are not of the types of the sample.
+    """
 
     @intrinsic
-    def answer(typing, P, call, given):
-        kinds = [*(unliteral(kind) for kind in given.types), P]
+    def answer(typing, P, call, sample, given):
+        taken, got = ([unliteral(kind) for kind in values.types] for values in (sample, given))
+        if got != taken:
+            raise TypingError(
+                f"call by address: the function takes {taken}, and is given {got}; change the port's lines"
+            )
+        kinds = [*got, P]
 
         def generate(context, builder, signature, args):
-            record, call, values = args
+            record, call, _, values = args
             kind = context.call_conv.get_function_type(result, kinds)
             address = _number(builder, P, record, call, _INTEGER(ADDRESS))
             own = _bytes_behind(builder, record, _number(builder, P, record, call, _INTEGER(RECORD)))
@@ -58,7 +68,7 @@ def _answer(result: Any) -> Any:
             function = builder.inttoptr(address, kind.as_pointer())
             return context.call_conv.call_function(builder, function, result, kinds, values)[1]
 
-        return result(P, types.int64, given), generate
+        return result(P, types.int64, sample, given), generate
 
     return answer
 
