@@ -149,7 +149,7 @@ TOO_FINE = (
 """Note on an accuracy that the records' own scatter refutes."""
 TOO_COARSE = (
     "the records agree with the machine to {left:.2g} um and scatter by {scatter:.2g} um: the stated accuracy of "
-    "{accuracy:.2g} um is coarser than that, and hides disagreements down to a {times:.0f}th of it"
+    "{accuracy:.2g} um is coarser than that, and hides disagreements down to a {times:.3g}th of it"
 )
 """Note on an accuracy that is many times what is left."""
 WITHIN = (
