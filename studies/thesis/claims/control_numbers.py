@@ -305,7 +305,7 @@ def _second_order(found: ControlStudy, model: LpvModel) -> Figures:
 
 
 def interpolated(model: Model, order: int = 2) -> tuple[float, int]:
-    """What surfaces of an order for the H2 law add to the imbalance response held out, NaN where a loop there is
+    """Excess that surfaces of an order for the H2 law add to the imbalance response held out, NaN where a loop there is
     unstable, and the number of unstable points of the fine grid that the design looks at."""
     spec = h2_scheduled.Spec()
     speeds, pressures = table_axes(model, spec.grid, spec.slowest)
