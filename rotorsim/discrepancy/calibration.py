@@ -31,11 +31,10 @@ from math import pi, sqrt
 import numpy as np
 
 from rotorsim.discrepancy.changes import MAIN, PLANE
-from rotorsim.discrepancy.twin import FAILURES, Setting, Twin
+from rotorsim.discrepancy.twin import FAILURES, Setting, Twin, of_axis
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.effects.base import INJECTOR_FLOW, CalibrationParameter
 from rotorsim.machine import Machine
-from rotorsim.machine.bearings import LinearBearing
 from rotorsim.plant.compose import is_compiled
 from rotorsim.plant.equilibrium import settle
 
@@ -244,18 +243,17 @@ def _fit_parameters(twin: Twin, name: str, p: CalibrationParameter) -> list[FitP
 
 
 def linear(twin: Twin) -> list[FitParameter]:
-    """Calibration parameters of linear bearings (compliance, loss) and of the shaft (damping, stiffness)."""
+    """Calibration parameters of bearings without a film (compliance, loss) and of the shaft (damping, stiffness)."""
     parameters = [
         FitParameter("shaft_damping", 0.1, 0.5, -0.9, 5.0),
         FitParameter("shaft_stiffness", 3e-4, 0.03, -0.3, 0.3),
     ]
     for i, bearing in enumerate(twin.machine.bearings):
-        if not isinstance(bearing, LinearBearing):
-            continue
         for axis in "xy":
-            if bearing.kxx > 0:
+            k, c = of_axis(bearing, axis)
+            if k.size and (k > 0).all():
                 parameters.append(FitParameter(f"bearing.{i}.k{axis}", 0.02, 0.3, *COMPLIANCE_LIMITS))
-            if bearing.cxx > 0:
+            if c.size and (c > 0).all():
                 parameters.append(FitParameter(f"bearing.{i}.c{axis}", 0.1, LOSS_SD, *LOSS_LIMITS))
     return parameters
 

@@ -39,7 +39,7 @@ from rotorsim.discrepancy.twin import NO_SOLUTION, Twin
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.effects.base import CandidateForm
 from rotorsim.machine import Machine, load_machine
-from rotorsim.machine.bearings import LinearBearing
+from rotorsim.machine.bearings import LinearBearing, TableBearing
 
 ONE_PLACE = 1e-6
 """Distance [m] within which two forces act at one place."""
@@ -151,7 +151,7 @@ def force_places(machine: Machine, effect: type[Effect], recipe: CandidateForm) 
     if effect.place == "start" and len(discs) < 2 and len(own) == 2:
         own = own[:1]
     places = list(dict.fromkeys(round(z, 9) for z in own))
-    supports = [round(b.position, 9) for b in machine.bearings if isinstance(b, LinearBearing)]
+    supports = [round(b.position, 9) for b in machine.bearings if isinstance(b, (LinearBearing, TableBearing))]
     if effect.port != "motion" or recipe.with_weight:
         supports = []
     named: list[tuple[float | None, str]] = [(z, f" of {_place_name(machine, z)}") for z in places]

@@ -70,6 +70,8 @@ FAR = {"k": 1.0, "c": 5.0}
 """Prior standard deviations of the relative changes of compliance (k) and loss (c) of a bearing that is far off."""
 NEAR, SHAFT = 0.2, 0.01
 """Prior standard deviations of the compliance of the other bearings, and of the shaft's stiffness."""
+TIMES = (1 / 3, 0.5, 0.7, 1.0, 1.5, 2.5)
+"""Multiples of a bearing's stiffness in the file at which its fit may begin."""
 ONE_FAR = 8.0
 """Fall of the sum of squares with priors from which one bearing is far off: a few to one after the price of its wide
 priors, 5 to 6. Of machines with supports within 20 % it is 3 at most."""
@@ -363,7 +365,11 @@ def far_off_file(fit: ParameterFit) -> list[str]:
 
 
 def _with_far(comparison: TwinComparison, base: ParameterFit, far: str, progress: Callable[[], None]) -> ParameterFit:
-    """Fit from a calibration on with one bearing, by its number as text, far from the file and the others near it."""
+    """Fit with one bearing, by its number as text, far from the file and the others near it, the better of two.
+
+    One goes on from the calibration, which may have moved what is sound; the other begins with shaft and bearings of
+    the file, the far one at the multiple of its stiffness that leaves least.
+    """
 
     def prior(k: FitParameter) -> FitParameter:
         _, number, what = k.key.split(".") if k.key.startswith("bearing.") else ("", "", k.key)
@@ -374,4 +380,15 @@ def _with_far(comparison: TwinComparison, base: ParameterFit, far: str, progress
     parameters = tuple(map(prior, base.parameters))
     point = replace(base.point, values=dict(zip(parameters, map(float, base.vector), strict=True)))
     first = fit_parameters(comparison, point, parameters, base.J, base.residual, progress=progress)
-    return relinearised(comparison, first, progress)
+    went_on = relinearised(comparison, first, progress)
+    stiffness = {k for k in parameters if k.key.startswith(f"bearing.{far}.k")} if far else set()
+    kept = {k: v for k, v in point.values.items() if not (k.key.startswith("bearing.") or k.key == KEY)}
+    starts = [
+        replace(base.point, values=kept | dict.fromkeys(stiffness, 1 - 1 / times))
+        for times in (TIMES if stiffness else (1.0,))
+    ]
+    residuals = [comparison.residual(start) for start in starts]
+    begin, residual = min(zip(starts, residuals, strict=True), key=lambda one: float(one[1] @ one[1]))
+    J = comparison.jacobian(begin, parameters, progress=progress)
+    anew = fit_parameters(comparison, begin, parameters, J, residual, progress=progress)
+    return min(went_on, relinearised(comparison, anew, progress), key=lambda fit: fit.cost)

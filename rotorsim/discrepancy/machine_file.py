@@ -20,7 +20,7 @@ import tomlkit
 
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import quantities
-from rotorsim.base.units import TO_UM, show
+from rotorsim.base.units import TO_RPM, TO_UM, show
 from rotorsim.discrepancy.calibration import LOSS_SD, sd_of_polar, wave
 from rotorsim.discrepancy.twin import of_axis, of_bearing, of_each_film, own_tables
 from rotorsim.effects import REGISTRY, Effect
@@ -131,9 +131,9 @@ def recalibrated_values(
     for key, (change, sd) in calibration.items():
         _, _, last = key.rpartition(".")
         if key.startswith("bearing."):
-            row = _of_bearing(machine, key, calibration, related or {})
             narrowed = key.split(".")[2][0] == "k" or sd < NARROWED * LOSS_SD
-            found += [row] if row.value and narrowed else []
+            rows = _of_bearing(machine, key, calibration, related or {})
+            found += [row for row in rows if row.value and narrowed]
         elif key in FACTORS_OF:
             path, name, unit, own = FACTORS_OF[key]
             before = own(machine)
@@ -154,7 +154,9 @@ def far_off(
     """Sentences on numbers far from the machine file: large changes of bearings, and strained keys (`far`)."""
     strained = dict.fromkeys(key[:-2] if "~" in key else key for key in far)
     rows = recalibrated_values(machine, calibration, related)
-    shown = {row.path: row.sentence for row in rows if row.large or row.key in strained}
+    # of a table the number at the highest speed speaks for all: they change alike
+    named = ((row.key if row.key.startswith("bearing.") else row.path, row) for row in rows)
+    shown = {name: row.sentence for name, row in named if row.large or row.key in strained}
     without = [key for key in strained if key not in {row.key for row in rows}]
     return (*shown.values(), *(_without_row(machine, calibration, key) for key in without))
 
@@ -203,21 +205,25 @@ def _same_place(machine: Machine, name: str, table: int) -> int | None:
 
 def _of_bearing(
     machine: Machine, key: str, calibration: Mapping[str, tuple[float, float]], related: Mapping[str, float]
-) -> RecalibratedValue:
-    """Calibrated stiffness or damping of a linear bearing along an axis."""
+) -> Iterator[RecalibratedValue]:
+    """Calibrated stiffness or damping of a bearing along an axis, of a table at each of its speeds."""
     _, place, last = key.split(".")
     what, axis = last[0], last[1]
     (stiffer, sd_k), (lossier, sd_c) = (calibration.get(f"bearing.{place}.{w}{axis}", (0.0, 0.0)) for w in "kc")
-    before = of_axis(machine.bearings[int(place)], axis)
+    bearing, i = machine.bearings[int(place)], "kc".index(what)
+    before = of_axis(bearing, axis)
     new = of_bearing(*before, stiffer, lossier)
     # logarithms: log k' = log k - log(1 - s), log c' = log c + log(1 + l) - 2 log(1 - s)
     of_k, of_c = sd_k / (1 - stiffer), sd_c / (1 + lossier)
     together = 4 * related.get(f"bearing.{place}.c{axis}", 0.0) * of_k * of_c
     shares = (of_k, sqrt(max(of_c**2 + 4 * of_k**2 + together, 0.0)))
-    i = "kc".index(what)
     name = f"{('stiffness', 'damping')[i]} {what}{axis}{axis} of the bearing {machine.bearing_names[int(place)]}"
-    path = f"bearings.{place}.{what}{axis}{axis}"
-    return RecalibratedValue(path, new[i], shares[i] * new[i], before[i], ("N/m", "N*s/m")[i], key, name)
+    for number, (value, old) in enumerate(zip(new[i].tolist(), before[i].tolist(), strict=True)):
+        at, shown = "", ""
+        if bearing.speeds.size:
+            at, shown = f".points.{number}", f" at {bearing.speeds[number] * TO_RPM:.5g} rpm"
+        path = f"bearings.{place}{at}.{what}{axis}{axis}"
+        yield RecalibratedValue(path, value, shares[i] * value, old, ("N/m", "N*s/m")[i], key, name + shown)
 
 
 @dataclass(frozen=True, eq=False)
@@ -443,10 +449,12 @@ def _replace(document: Any, row: RecalibratedValue) -> None:
 
 def _keep_y(table: Any, bearing: Any, replaced: set[str]) -> None:
     """Write a bearing's numbers along y where the file leaves them to be those along x, and only these are replaced."""
-    for what, value, unit in zip("kc", of_axis(bearing, "y"), ("N/m", "N*s/m"), strict=True):
+    tables, coefficients = (table["points"], bearing.points) if bearing.speeds.size else ([table], [bearing])
+    for what, values, unit in zip("kc", of_axis(bearing, "y"), ("N/m", "N*s/m"), strict=True):
         alone = f"{what}xx" in replaced and f"{what}yy" not in replaced
-        if getattr(bearing, f"{what}yy") is None and value and alone:
-            table[f"{what}yy"] = show(value, unit)
+        for own, given, value in zip(tables, coefficients, values, strict=True):
+            if getattr(given, f"{what}yy") is None and value and alone:
+                own[f"{what}yy"] = show(float(value), unit)
 
 
 def _calibrate(document: Any, effects: Any, diagnosis: Findings) -> list[str]:

@@ -39,7 +39,7 @@ from rotorsim.discrepancy.changes import MAIN, PLANE
 from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
 from rotorsim.discrepancy.fit import ParameterFit, fit_parameters, prior_rows
 from rotorsim.discrepancy.trial import Trial, delayed, turns_of
-from rotorsim.machine.bearings import LinearBearing
+from rotorsim.discrepancy.twin import of_axis
 
 FACTORS = {25.4: "mils or inches taken for millimetres", 1e3: "a prefix of a thousand lost (mm, um; mV, V)",
            1e6: "metres taken for micrometres", 39.37: "inches taken for metres"}  # fmt: skip
@@ -404,8 +404,7 @@ def _misfit(measured: Sequence[Readings], simulated: Sequence[Readings]) -> np.n
 def _supported(comparison: TwinComparison) -> Iterator[np.ndarray]:
     """Responses (n,) [m] of the twin on softer and on stiffer supports; none without linear bearings."""
     bearings = comparison.twin.machine.bearings
-    keys = [f"bearing.{i}.k{axis}" for i, one in enumerate(bearings) for axis in "xy"
-            if isinstance(one, LinearBearing) and one.kxx > 0]  # fmt: skip
+    keys = [f"bearing.{i}.k{axis}" for i, one in enumerate(bearings) for axis in "xy" if of_axis(one, axis)[0].any()]
     for change in COMPLIANCES if keys else ():
         yield comparison.predict(ParameterPoint({FitParameter(key, 0.1): change for key in keys}))
 

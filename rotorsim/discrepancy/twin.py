@@ -523,23 +523,35 @@ def _scale(a: Assembly, record: Any, w: np.ndarray, key: str, change: float) -> 
 
 
 def _bear(a: Assembly, w: np.ndarray, number: int, axis: str, stiffer: float, lossier: float) -> None:
-    """Change a linear bearing along an axis."""
-    bearing = a.machine.bearings[number]
-    row = a.mesh.between(number)["xy".index(axis)]
-    k, c = of_axis(bearing, axis)
+    """Change a linear bearing along an axis, one that is a table at all its speeds alike."""
+    i = "xy".index(axis)
+    if number in a.mesh.tables.values:
+        size = 8 * a.rotor.n_points
+        at = a.rotor.table_values + size * list(a.mesh.tables.values).index(number)
+        K, C = w[at : at + size].reshape(-1, 2, 2, 2).swapaxes(0, 1)
+        K[:, i, i], C[:, i, i] = of_bearing(K[:, i, i], C[:, i, i], stiffer, lossier)
+        return
+    row = a.mesh.between(number)[i]
+    k, c = of_axis(a.machine.bearings[number], axis)
     for offset, more in zip(
         (a.rotor.K, a.rotor.C), np.subtract(of_bearing(k, c, stiffer, lossier), (k, c)), strict=True
     ):
         _add(a, w, offset, more * np.outer(row, row))
 
 
-def of_axis(bearing: Any, axis: str) -> tuple[float, float]:
-    """Stiffness [N/m] and damping [N s/m] of a linear bearing along an axis."""
-    k, c = (getattr(bearing, f"{what}{axis}{axis}") for what in "kc")
-    return bearing.kxx if k is None else k, bearing.cxx if c is None else c
+def of_axis(bearing: Any, axis: str) -> tuple[np.ndarray, np.ndarray]:
+    """Stiffness [N/m] and damping [N s/m] of a bearing along an axis, each (speeds,); (0,) of a film.
+
+    A linear bearing has one of each, a table one for each of its speeds.
+    """
+    if bearing.coefficients is None:
+        return np.zeros(0), np.zeros(0)
+    i = "xy".index(axis)
+    K, C = (np.reshape(matrices, (-1, 2, 2))[:, i, i] for matrices in bearing.coefficients)
+    return K, C
 
 
-def of_bearing(k: float, c: float, stiffer: float, lossier: float) -> tuple[float, float]:
+def of_bearing(k: Any, c: Any, stiffer: float, lossier: float) -> tuple[Any, Any]:
     """Stiffness [N/m] and damping [N s/m] of a bearing after relative changes of compliance and loss.
 
     A bearing acts in series with the shaft, by 1 / (k + i w c), close to 1 / k - i w c / k^2: the response is linear
