@@ -135,7 +135,7 @@ def test_a_call_by_address_of_other_types_than_the_functions_does_not_compile(tm
 
 
 def test_a_line_whose_argument_is_not_of_the_kind_that_its_name_says_is_compared():
-    """In the source of the loop the kinds of the compiled function stand beside what the line gives it."""
+    """In the source of the loop the kinds of the compiled function stand next to what the line gives it."""
     line = "a, b = {kernel}(w, k, k + 1, RIG.heat, x, {p})"
     function = PortFunction(film_shape.py_func, "film", (line,))
     assert function.kinds == "wiiid" and "answer_2(P, call, (w, 0, 0, 0, 0.0), (w, k, k + 1, RIG.heat, x))" in (
