@@ -203,7 +203,7 @@ class KernelLower(Lower):
         return 0 if len(found.args) == 1 else self._least(found.args[0]) if len(found.args) == 2 else None
 
     def _meaning(self, variable: Any) -> Any:
-        """Definition of a variable; None where it has several."""
+        """Definition of a variable; None where it has more than one."""
         found = guard(get_definition, self.func_ir, variable)
         return self._meaning(found.value) if self._op(found) == "cast" else found
 

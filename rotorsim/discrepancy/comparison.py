@@ -464,7 +464,9 @@ class SensitivityColumns:
         progress: Callable[[], None] | None,
         cosine: np.ndarray | None,
     ) -> np.ndarray:
-        key = self.rough.key(point, self.rough.twin, parameter.name, parameter.step, parameter.low, parameter.high)
+        # one that follows from its cosine differs a little from one by its own step
+        own = parameter.name, parameter.step, parameter.low, parameter.high, cosine is not None
+        key = self.rough.key(point, self.rough.twin, *own)
         shape = self.comparison.measured.shape
 
         def computed() -> np.ndarray:

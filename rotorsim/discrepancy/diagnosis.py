@@ -330,9 +330,6 @@ class DiagnosisRun:
         blocks, groups = self.fitted.apart(base.point), table(self.fitted, base.residual)
         apart = unsteady(self.fitted.trials, blocks, self.fitted.scatter[0])
         flags = flagged(groups) + apart
-        notes += accuracy_notes(
-            max(t.accuracy for t in self.fitted.trials), own_scatter(self.fitted.trials, blocks), groups
-        )
         for role in ("held_out", "untouched"):
             if role in self.parts:
                 self.progress("prove")
@@ -343,7 +340,9 @@ class DiagnosisRun:
             verdict, search = SearchVerdict("unknown"), None
             notes.append(NO_ANSWER)
         judgement = self._judged(base, flags, verdict, search, unexplained(self.fitted, fitted))
-        notes += judgement.notes
+        accuracy, scatter = max(t.accuracy for t in self.fitted.trials), own_scatter(self.fitted.trials, blocks)
+        answered = judgement.verdict.status not in ("unknown", "partial")
+        notes += [*judgement.notes, *accuracy_notes(accuracy, scatter, [*groups, *apart], answered)]
         if judgement.verdict.best is not None and not flags:
             notes.append(FAINT.format(base.cost - judgement.verdict.best.fit.cost))
         return self._result(base, flags, judgement, search, notes)
@@ -373,7 +372,10 @@ class DiagnosisRun:
         )
 
     def _large(self, fits: Sequence[ParameterFit]) -> tuple[str, ...]:
-        """Sentences on calibrated numbers that are far from the machine file; of several fits all places in one."""
+        """Sentences on calibrated numbers that are far from the machine file; of several fits all places in one.
+
+        Every fit with a far bearing has a sentence: none would pass for a machine that agrees with its file.
+        """
         found = []
         for fit in fits:
             V = covariance(fit, self.fitted.layout.record)
@@ -381,8 +383,6 @@ class DiagnosisRun:
             found.append(far_off(self.machine, own, related_of(fit, V), [*strained(fit), *far_off_file(fit)]))
         if len(found) < 2:
             return found[0]
-        if not all(found):
-            return ()
         return (ONE_OF.format(" or ".join(", ".join(own) for own in found)),)
 
     def _name(

@@ -38,6 +38,7 @@ from rotorsim.base.rounding import answer, normal_root
 from rotorsim.discrepancy.calibration import (
     DIRECTIONS,
     LAW,
+    LOSS_SD,
     MESH,
     FitParameter,
     ParameterPoint,
@@ -342,9 +343,23 @@ def far_places(
 
 
 def far_off_file(fit: ParameterFit) -> list[str]:
-    """Names of the compliances that a fit of `far_places` has far from the file; none for another fit."""
-    own = zip(fit.parameters, fit.vector, strict=True)
-    return [k.name for k, v in own if k.key.startswith("bearing.") and k.sd == FAR["k"] and abs(v) > NEAR]
+    """Names of the numbers of its far bearing that a fit of `far_places` has off the file; none for another fit.
+
+    A loss counts where the damping, (1 + loss) / (1 - compliance)^2 of that of the file, differs as well. The number
+    that is furthest off is always named.
+    """
+    values = {k.key: v for k, v in zip(fit.parameters, fit.vector, strict=True)}
+    off = dict[str, float]()
+    for k in fit.parameters:
+        what = k.key.split(".")[2] if k.key.startswith("bearing.") else ""
+        if what and k.sd == FAR[what[0]]:
+            change = values[k.key]
+            if what[0] == "c":
+                damping = (1 + change) / (1 - values[k.key.replace(".c", ".k")]) ** 2
+                change = min(abs(change), abs(damping - 1))
+            off[k.name] = abs(change) / (NEAR if what[0] == "k" else LOSS_SD)
+    least = min(1.0, max(off.values(), default=0.0))
+    return [name for name, share in off.items() if share >= least]
 
 
 def _with_far(comparison: TwinComparison, base: ParameterFit, far: str, progress: Callable[[], None]) -> ParameterFit:

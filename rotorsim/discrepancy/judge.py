@@ -30,7 +30,7 @@ import numpy as np
 
 from rotorsim.base.units import TO_UM
 from rotorsim.discrepancy.candidates import class_of
-from rotorsim.discrepancy.comparison import Misfit, TwinComparison, flagged, table
+from rotorsim.discrepancy.comparison import UNSTEADY, Misfit, TwinComparison, flagged, table
 from rotorsim.discrepancy.hypotheses import Hypothesis
 from rotorsim.discrepancy.records import UNLIKE
 from rotorsim.discrepancy.verdict import A_FIFTH, SURE, Explanation, SearchVerdict, probability_of
@@ -149,7 +149,7 @@ TOO_FINE = (
 """Note on an accuracy that the records' own scatter refutes."""
 TOO_COARSE = (
     "the records agree with the machine to {left:.2g} um and scatter by {scatter:.2g} um: the stated accuracy of "
-    "{accuracy:.2g} um is coarser than that, and hides disagreements down to a {times:.0f}th of it"
+    "{accuracy:.2g} um is coarser than that, and hides disagreements down to a {times:.3g}th of it"
 )
 """Note on an accuracy that is many times what is left."""
 WITHIN = (
@@ -266,17 +266,22 @@ def objections(evidence: AllEvidence, verdict: SearchVerdict) -> list[str]:
     return [one for one in found if one]
 
 
-def accuracy_notes(accuracy: float, scatter: float, groups: Sequence[Misfit]) -> list[str]:
-    """Sentences on a stated accuracy [m] that contradicts the records: their scatter [m], or the misfit of groups."""
-    loud = [f.rms for f in groups if f.group not in ("slow", "between")]
+def accuracy_notes(accuracy: float, scatter: float, groups: Sequence[Misfit], answered: bool = False) -> list[str]:
+    """Sentences on a stated accuracy [m] that contradicts the records: their scatter [m], or the misfit of groups.
+
+    That misfit speaks against the accuracy only where no verdict has `answered` it, and where an accuracy of its size
+    leaves no group beyond the floor.
+    """
+    loud = [f.rms for f in groups if f.group not in ("slow", "between", UNSTEADY)]
     if not accuracy or not loud:
         return []
     sizes = {"accuracy": accuracy * TO_UM, "scatter": scatter * TO_UM, "left": max(loud) * TO_UM}
     beyond = [f for f in flagged(list(groups)) if f.group != "slow"]
     if scatter > CONTRADICTED * accuracy:
         return [TOO_FINE.format(**sizes)]
-    if beyond and max(f.rms for f in beyond) < 2 * CONTRADICTED * accuracy:
-        return [WITHIN.format(**sizes)]
+    if not answered and beyond and max(f.rms for f in beyond) < 2 * CONTRADICTED * accuracy:
+        coarser = [replace(f, chi2=f.numbers * (f.rms / max(f.floor, *loud)) ** 2) for f in beyond]
+        return [] if flagged(coarser) else [WITHIN.format(**sizes)]
     if max(*loud, scatter) < accuracy / CONTRADICTED:
         return [TOO_COARSE.format(**sizes, times=accuracy / max(*loud, scatter))]
     return []

@@ -15,8 +15,9 @@ Allemang & Brown (1982), of the operating deflection.
 
 Shapes that are nearly alike, as of two planes within one half wave, hide an exchange, which a calibration then takes up
 by supports far from the file. So alternatives are calibrated too where the records as they are ask for a finding: first
-all by the tangent at the machine file's own numbers, then the best ones with the plant. One is named where it leaves no
-group beyond the floor and a sum of squares with priors that is lower by `CLEARLY` at least.
+all by the tangent at the machine file's own numbers, then the best ones with the plant. A delay is one alternative: the
+tangent of its own calibration refines it. One is named where it leaves no group beyond the floor and a sum of squares
+with priors that is lower by `CLEARLY` at least.
 
 Cites: allemang_1982.
 """
@@ -28,6 +29,7 @@ from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import answer
@@ -65,7 +67,7 @@ TURNS = np.deg2rad([30.0, 45.0, 60.0, 90.0, -30.0, -45.0, -60.0, -90.0])
 CLEARLY = 12.0
 """Sum of squares by which an alternative fits better than the records as they are, to be named."""
 LATE = np.linspace(-0.005, 0.005, 101)
-"""Times [s] by which the probes may be late against the shaft's angle."""
+"""Times [s] by which the probes may be late against the shaft's angle; the best one is refined."""
 TOO_LATE = "the displacement is shifted by {:+.1f} ms against the shaft's angle"
 """Alternative of a delay."""
 TOO_LATE_TOO = "the records fit better when {}, or with an effect that acts like a delay: check the clocks first"
@@ -188,7 +190,9 @@ def check_clocks(comparison: TwinComparison, simulated: np.ndarray) -> None:
         if len(lags) == len(trial.channels) and abs(lags[0] - lags[-1]) < 3e-4:
             raise DataError(
                 f"{trial.name}: the displacement is shifted by {lags[0] * 1e3:+.2f} ms in time; are the clocks of the "
-                "two recorders aligned? shift one of them, or state clock, how far it may be off; nothing was assumed"
+                "two recorders aligned? shift one of them, or state clock, how far it may be off; nothing was assumed",
+                argument="clock",
+                value=lags[0],
             )
 
 
@@ -205,9 +209,11 @@ class ProbeMistake:
 def check_clock_rate(comparison: TwinComparison) -> None:
     """Check for a clock of the probes that runs at another rate than that of the shaft's angle.
 
-    The order of the shaft turns from block to block then, by the same share of its angle in every record.
+    The order of the shaft turns from block to block then, by the same share of its angle in every record. The amplitude
+    scatters as the turn does; two blocks may agree by chance, so that no record counts for less than the scatter of all
+    of them. Some records show the rate by themselves, and nearly all turn its way.
     """
-    found = []
+    found, squares = [], []
     for trial in comparison.trials:
         if trial.orders or trial.clock or trial.blocks < 2 or abs(trial.speed) < 1.0 or len(trial.broken):
             continue
@@ -216,16 +222,20 @@ def check_clock_rate(comparison: TwinComparison) -> None:
         lines = trial.spectra[:, :, at]
         whole = turns_of(trial.speed, trial.length)  # blocks hold whole samples, and nearly whole turns
         steps = np.sum(np.conj(lines[:-1]) * lines[1:]) * np.exp(-2j * np.pi * (whole - round(whole)))
-        shaken = np.linalg.norm(np.abs(lines[1:]) - np.abs(lines[:-1])) / max(float(np.linalg.norm(lines)), 1e-300)
-        scatter = max(float(shaken), LEAST_TURN)
+        apart = np.abs(lines[1:]) - np.abs(lines[:-1])
+        squares.append((float(np.sum(apart**2)), apart.size))
         a_block = 2 * np.pi * f[at] * trial.length * RIG_SAMPLE
-        found.append((-float(np.angle(steps)) / a_block, scatter / a_block))
+        size = max(float(np.linalg.norm(lines)), 1e-300)
+        found.append((-float(np.angle(steps)) / a_block, size, a_block))
     if len(found) < FEWEST_CLOCKS:
         return
-    rate, sd = np.array(found).T
+    (rate, size, a_block), (shaken, count) = np.array(found).T, np.array(squares).T
+    pooled = count * shaken.sum() / count.sum()
+    sd = np.maximum(np.sqrt(np.maximum(shaken, pooled)) / size, LEAST_TURN) / a_block
     usual = float(np.sum(rate / sd**2) / np.sum(sd**-2))
     spread = max(np.sqrt(np.mean(((rate - usual) / sd) ** 2)), 1.0) / np.sqrt(np.sum(sd**-2))
-    if abs(usual) > SURE_TURN * spread and np.sum(np.abs(rate) > CLEAR_TURN * sd) >= FEWEST_CLOCKS:
+    clear = np.sum(np.abs(rate) > CLEAR_TURN * sd) >= FEWEST_CLOCKS and np.mean(rate * usual > 0) >= MOSTLY
+    if clear and abs(usual) > SURE_TURN * spread:
         raise DataError(
             f"records: the clock of the probes drifts by {1e6 * usual:+.0f} ppm against the shaft's angle; state clock "
             "in [conditions], how far it may be off, and its drift is taken out, or record all channels on one clock; "
@@ -245,16 +255,20 @@ def check_probes(comparison: TwinComparison, simulated: np.ndarray) -> None:
     twins = [found, *(
         [_shapes(comparison, own, other) for own in groups] for other in _supported(comparison)
     )]  # fmt: skip
-    own = min((_misfit(lines, one) for one in twins), key=np.mean)
+    before = [_misfit(lines, one) for one in twins]
+    own = min(before, key=np.mean)
     if own.mean() <= 2 * SHAPE:
         return
     back = _turning_back(comparison)
-    backward = [[_shapes(comparison, g, back) for g in groups]]
+    backward = [_shapes(comparison, g, back) for g in groups]
     better = []
     for mistake in _mistakes(comparison.trials):
         changed = [mistake.change(one) for one in lines]
-        misfit = min((_misfit(changed, one) for one in (backward if mistake.backward else twins)), key=np.mean)
-        if misfit.mean() <= min(SHAPE, CLEARER * own.mean()) and np.mean(misfit < own) >= MOSTLY:
+        pairs = [(backward, own)] if mistake.backward else zip(twins, before, strict=True)
+        misfit, was = min(((_misfit(changed, one), old) for one, old in pairs), key=lambda pair: pair[0].mean())
+        shows = misfit != was
+        clear = misfit.mean() <= min(SHAPE, CLEARER * own.mean())
+        if clear and np.sum((misfit < own) & shows) >= MOSTLY * np.sum(shows):
             better.append((float(misfit.mean()), mistake.sentence))
     least = min((size for size, _ in better), default=0.0)
     _refuse([sentence for size, sentence in sorted(better) if size <= 2 * least + 0.1 * SHAPE])
@@ -268,30 +282,58 @@ def check_alternatives(comparison: TwinComparison, base: ParameterFit, J: np.nda
     `base` is the calibration of the records as they are, J (n, k) [m] has the sensitivities of its parameters at the
     machine file's own numbers.
     """
-    simulated, p = comparison.predict(ParameterPoint()) + comparison.correction, prior_rows(base.parameters)
-    tangent, others = J / comparison.sigma[:, None], list[tuple[str, TwinComparison]]()
-    probes = [one for one in _mistakes(comparison.trials) if not one.backward]
-    for mistake in probes:
-        others.append((mistake.sentence, _with_trials(comparison, _with_mistake(comparison.trials, mistake))))
-    for lag in (t for t in LATE if t):
-        shifted = [t if t.orders or t.clock else replace(t, spectra=delayed(t.spectra, t.frequencies, -lag))
-                   for t in comparison.trials]  # fmt: skip
-        others.append((TOO_LATE.format(1e3 * lag), _with_trials(comparison, shifted)))
-    A = np.vstack([tangent, np.diag(p)])
-    wanted = np.column_stack([np.append((o.measured - simulated) / comparison.sigma, 0 * p) for _, o in others])
-    costs = np.sum((A @ answer(np.linalg.lstsq, A, wanted, rcond=1e-12)[0] - wanted) ** 2, axis=0)
+    origin = ParameterPoint()
+    start = replace(base, point=origin, residual=comparison.residual(origin), J=J / comparison.sigma[:, None])
+    cost, others = _foreseen(comparison, start), list[tuple[float, str, TwinComparison]]()
+    for mistake in (one for one in _mistakes(comparison.trials) if not one.backward):
+        other = _with_trials(comparison, _with_mistake(comparison.trials, mistake))
+        others.append((cost(other), mistake.sentence, other))
+    lag = min(LATE, key=lambda t: cost(_late(comparison, t)))
+    if lag:
+        others.append((cost(_late(comparison, lag)), TOO_LATE, _late(comparison, lag)))
     found = []
-    for i in np.argsort(costs)[:MOST_CALIBRATED]:
-        if costs[i] > NEARLY_LINEAR * base.cost:
+    for least, sentence, other in sorted(others, key=lambda one: one[0])[:MOST_CALIBRATED]:
+        if least > NEARLY_LINEAR * base.cost:
             break
-        sentence, other = others[i]
-        fit = fit_parameters(other, ParameterPoint(), base.parameters, tangent)
+        fit = fit_parameters(other, origin, base.parameters, start.J)
+        if sentence == TOO_LATE:
+            lag = _refined(comparison, lag, _foreseen(other, fit))
+            other, sentence = _late(comparison, lag), TOO_LATE.format(1e3 * lag)
+            fit = fit_parameters(other, fit.point, base.parameters, fit.J)
         if fit.cost < base.cost - CLEARLY and not flagged(table(other, fit.residual)):
             found.append((fit.cost, sentence))
-    shown = [sentence for cost, sentence in sorted(found) if cost < min(found)[0] + CLEARLY]
-    late = [sentence for sentence in shown if sentence not in {mistake.sentence for mistake in probes}]
-    _refuse([sentence for sentence in shown if sentence not in late])
-    return TOO_LATE_TOO.format(late[0]) if late else ""
+    shown = [sentence for size, sentence in sorted(found) if size < min(found)[0] + CLEARLY]
+    late = TOO_LATE.format(1e3 * lag)
+    _refuse([sentence for sentence in shown if sentence != late])
+    return TOO_LATE_TOO.format(late) if late in shown else ""
+
+
+def _foreseen(comparison: TwinComparison, fit: ParameterFit) -> Callable[[TwinComparison], float]:
+    """Sum of squares with priors that a fit of other readings reaches, by the tangent at a fit of these."""
+    p = prior_rows(fit.parameters)
+    U, s, _ = answer(np.linalg.svd, np.vstack([fit.J, np.diag(p)]), full_matrices=False)
+    U = U[:, s > 1e-12 * s[0]]
+
+    def cost(other: TwinComparison) -> float:
+        wanted = np.append(fit.residual + (other.measured - comparison.measured) / comparison.sigma, -p * fit.vector)
+        return float(np.sum((wanted - U @ (U.T @ wanted)) ** 2))
+
+    return cost
+
+
+def _refined(comparison: TwinComparison, lag: float, cost: Callable[[TwinComparison], float]) -> float:
+    """Lag [s] within two steps of one that is tried for which a sum of squares is least."""
+    reach = 2 * (LATE[1] - LATE[0])
+    bounds = lag - reach, lag + reach
+    return float(answer(minimize_scalar, lambda t: cost(_late(comparison, t)), method="bounded", bounds=bounds).x)
+
+
+def _late(comparison: TwinComparison, lag: float) -> TwinComparison:
+    """The comparison with readings that come earlier by a lag [s]."""
+    return _with_trials(comparison, [
+        t if t.orders or t.clock else replace(t, spectra=delayed(t.spectra, t.frequencies, -lag))
+        for t in comparison.trials
+    ])  # fmt: skip
 
 
 def _with_trials(comparison: TwinComparison, trials: list[Trial]) -> TwinComparison:
@@ -397,7 +439,8 @@ def _mistakes(trials: Sequence[Trial]) -> Iterator[ProbeMistake]:
         one, other = names
         yield ProbeMistake(
             f"the planes are exchanged: {' and '.join(names[one])} with {' and '.join(names[other])}",
-            lambda y: {one: y[other], other: y[one]},
+            # a record of one plane shows no exchange
+            lambda y: {one: y[other], other: y[one]} if len(y) == 2 else y,
         )
         for angle in TURNS:
             yield ProbeMistake(

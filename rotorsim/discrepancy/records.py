@@ -58,6 +58,8 @@ RINGING, FEWEST_PARTS, MOST_ORDERS = 0.05, 8, 6
 """Length [s] of the parts of a record in which ringing is looked for, fewest of them, and orders that are none."""
 HIT, LEAST_HIT = 10.0, 0.1
 """Motion of a part beyond the orders, over that of the last but one and over the whole, from which it was hit."""
+AT_REST = 1e-3
+"""Motion of a part over that of the whole below which the shaft was at rest."""
 SAME_PLANE = 1e-3
 """Distance [m] up to which a probe of a record stands at a plane of the machine file."""
 RIGHT_ANGLE = 1e-4
@@ -112,7 +114,11 @@ def check_turning(record: xr.Dataset, speed: float, n: int, name: str) -> None:
     ratio = abs(speed / slope) if slope else np.inf
     units = [what for factor, what in TURNED.items() if min(abs(ratio / factor - 1), abs(ratio * factor - 1)) < 0.02]
     way = f"is there {units[0]}? state the unit in the mapping; nothing was assumed" if units else "check both channels"
-    raise DataError(f"{name}: the speed is {speed:.5g} rad/s, but the angle turns at {slope:.5g} rad/s; {way}")
+    raise DataError(
+        f"{name}: the speed is {speed:.5g} rad/s, but the angle turns at {slope:.5g} rad/s; {way}",
+        argument="speed",
+        value=speed,
+    )
 
 
 def check_sensors(machine: Machine, record: xr.Dataset, name: str) -> None:
@@ -342,10 +348,12 @@ def check_hits(record: xr.Dataset, displacement: np.ndarray, speed: float, name:
     rise = size[2:] / np.maximum(size[:-2], 1e-300)  # a start at rest falls, and never rises
     hits = np.flatnonzero((rise > HIT) & (size[2:] > LEAST_HIT * moves))
     if len(hits):
-        at = float(hits[0] + 1) * RINGING
+        first = hits[0]
+        at, rest = float(first + 1) * RINGING, size[first] < AT_REST * moves
+        before = "was at rest before" if rest else f"{rise[first]:.0f} times what it did before"
         raise DataError(
-            f"{name}: rings down from {at:.3g} s on, {rise[hits[0]]:.0f} times what it did before, and no force is "
-            "recorded; map the hammer's force, or leave the record out",
+            f"{name}: rings down from {at:.3g} s on, {before}, and no force is recorded; map the hammer's force, or "
+            "leave the record out",
             argument="disc_force",
             value=at,
         )

@@ -52,3 +52,29 @@ def test_a_clock_that_drifts_is_refused_with_its_rate(rng, rate):
 def test_one_clock_passes(rng):
     check_clock_rate(SimpleNamespace(trials=[steady(f, rng) for f in SPEEDS]))
     check_clock_rate(SimpleNamespace(trials=[steady(f, rng, clock=3e-4) for f in SPEEDS[:2]]))
+
+
+def noisy(hertz, rng, noise, clock=0.0):
+    """Order of two blocks of 0.6 s with a share of noise, as the check of the clock reads it."""
+    f = np.fft.rfftfreq(3000, 2e-4)
+    k = round(hertz * 0.6)
+    lines = np.zeros((2, 2, len(f)), complex)
+    turn = np.exp(-2j * np.pi * clock * f[k] * 0.6 * np.arange(2))[:, None]
+    lines[:, :, k] = 1e-5 * (turn * [1, -1j] + noise * (rng.standard_normal((2, 2, 2)) @ [1, 1j]))
+    return SimpleNamespace(orders=(), clock=0.0, blocks=2, speed=2 * np.pi * f[k], broken=(), frequencies=f,
+                           spectra=lines, length=3000)  # fmt: skip
+
+
+@pytest.mark.parametrize("count", [16, 60])
+def test_noise_alone_is_no_drift_of_a_clock(rng, count):
+    """Two blocks that agree by chance count for no more than the others: of 100 rigs with 5 % of noise none drifts."""
+    for _ in range(100):
+        trials = [noisy(f, rng, 0.05) for f in rng.uniform(15, 60, count)]
+        check_clock_rate(SimpleNamespace(trials=trials))
+
+
+def test_records_of_which_few_drift_have_one_clock(rng):
+    trials = [noisy(f, rng, 0.01, 1e-3 if i < 6 else 0.0) for i, f in enumerate(rng.uniform(15, 60, 16))]
+    check_clock_rate(SimpleNamespace(trials=trials))
+    with refused(DataError, "clock", lambda value: value == pytest.approx(1e-3, rel=0.2)):
+        check_clock_rate(SimpleNamespace(trials=[noisy(t.speed / (2 * np.pi), rng, 0.01, 1e-3) for t in trials]))

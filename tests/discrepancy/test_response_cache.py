@@ -5,7 +5,7 @@ import pytest
 
 from rotorsim.base.cache import Cache
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
-from rotorsim.discrepancy.comparison import TwinComparison, simulate
+from rotorsim.discrepancy.comparison import SensitivityColumns, TwinComparison, simulate
 from rotorsim.discrepancy.experiments import campaign
 from rotorsim.discrepancy.hidden_machine import record_of
 from rotorsim.discrepancy.records import make_trial
@@ -96,3 +96,20 @@ def test_records_that_repeat_each_other_share_their_derivatives(models):
     alone, _ = turning(models, (150.01,))
     direct = alone.jacobian(ParameterPoint(), [damping])[:, 0]
     assert np.linalg.norm(found[made.layout.record == 1] - direct) < 1e-2 * np.linalg.norm(direct)
+
+
+def test_a_kept_sensitivity_does_not_depend_on_who_asked_first(models, tmp_path):
+    """The column of a sine by its own step and the one from its cosine have a file each."""
+    made, _ = turning(models)
+    cosine, sine = (FitParameter(f"unbalance.0.me~phase.{part}", 1e-6) for part in "cs")
+
+    def asked(folder, *together):
+        store = SensitivityColumns(made)
+        store.cache = Cache(tmp_path / folder)
+        return [store.columns(ParameterPoint(), parameters) for parameters in together]
+
+    alone, pair = asked("a", [sine], [cosine, sine])
+    own_pair, own_alone = asked("b", [cosine, sine], [sine])
+    np.testing.assert_array_equal(pair, own_pair)
+    np.testing.assert_array_equal(alone, own_alone)
+    assert np.any(alone[:, 0] != pair[:, 1])

@@ -5,8 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.calibration import COMPLIANCE_LIMITS, LOSS_LIMITS
-from rotorsim.discrepancy.comparison import Misfit
+from rotorsim.discrepancy.calibration import COMPLIANCE_LIMITS, LOSS_LIMITS, LOSS_SD, FitParameter, ParameterPoint
+from rotorsim.discrepancy.comparison import UNSTEADY, Misfit
+from rotorsim.discrepancy.diagnosis import DiagnosisRun
+from rotorsim.discrepancy.fit import FAR, NEAR, ParameterFit, far_off_file
 from rotorsim.discrepancy.judge import VERDICTS, AllEvidence, accuracy_notes, by_odds, judged, text_of, worse_than
 from rotorsim.discrepancy.machine_file import far_off, recalibrated_values
 from rotorsim.discrepancy.verdict import Explanation, SearchVerdict, joined_classes
@@ -98,6 +100,19 @@ def test_a_stated_accuracy_that_contradicts_the_records_is_named(accuracy, scatt
     accuracy = 5e-8 if times > 1 else accuracy
     found = accuracy_notes(accuracy, scatter, [group(times)])
     assert bool(found) == bool(shown) and all(shown in note for note in found)
+
+
+@pytest.mark.parametrize(
+    ("named", "more", "noted"),
+    [(False, (), True), (True, (), False), (False, (UNSTEADY, 14.0), False), (False, (UNSTEADY, 4.0), True),
+     (False, ("between", 14.0), False)],
+)  # fmt: skip
+def test_an_accuracy_is_doubted_only_where_nothing_is_found_and_it_would_end_the_disagreement(named, more, noted):
+    """A line 8 times beyond the floor is a finding where it has a name; tones between blocks of 14 floors stay."""
+    groups = [group(8.0)]
+    for name, times in [more] if more else []:
+        groups.append(Misfit("r", "1500 rpm", "y", name, 400, 400 * times**2, times * 5e-8, 5e-8, 0.0, 0))
+    assert bool(accuracy_notes(5e-8, 4e-9, groups, named)) == noted
 
 
 def certain(found):
@@ -279,3 +294,46 @@ def test_a_strained_wave_that_the_machine_file_lacks_has_its_size():
     (sentence,) = far_off(bare, {"unbalance.0.me~phase.c": (3e-4, 1e-6), "unbalance.0.me~phase.s": (4e-4, 1e-6)}, {},
                           ("unbalance.0.me~phase.c", "unbalance.0.me~phase.s"))  # fmt: skip
     assert sentence == "me of unbalance is 500 g*mm +- 1 g*mm, the file has none"
+
+
+def far_fit(number, **changes):
+    """Fit with one bearing far from the file; a loss whose name ends with _ is hardly seen, so that its sd is large."""
+    values, seen = {}, []
+    for i in (0, 1):
+        for what in ("kx", "ky", "cx", "cy"):
+            far, usual = FAR[what[0]], NEAR if what[0] == "k" else LOSS_SD
+            own = changes.get(what, 0.0) if i == number else 0.0
+            values[FitParameter(f"bearing.{i}.{what}", 0.1, far if i == number else usual)] = own
+            seen.append(2.0 if what[0] == "c" else 50.0)
+    J = np.vstack([np.diag(seen), np.diag(seen)])
+    return ParameterFit(tuple(values), ParameterPoint(values), np.zeros(len(J)), J, 0.0)
+
+
+SOFT = far_fit(0, kx=-2.0, ky=-2.0, cx=8.0, cy=8.0)
+"""Left bearing of a third of its stiffness, with the damping of the file."""
+
+
+@pytest.mark.parametrize(
+    ("fit", "names"),
+    [
+        (SOFT, ["bearing.0.kx", "bearing.0.ky"]),
+        (far_fit(1, kx=0.19, cx=2.0), ["bearing.1.cx"]),
+        (far_fit(1, kx=0.25, cx=2.0), ["bearing.1.kx", "bearing.1.cx"]),
+        (far_fit(1, kx=0.19, cx=0.3), ["bearing.1.kx"]),
+        (far_fit(-1), []),
+    ],
+)
+def test_a_far_bearing_always_has_a_number_that_is_off_the_file(fit, names):
+    assert far_off_file(fit) == names
+
+
+def test_places_that_records_do_not_distinguish_are_all_findings():
+    """A far loss that the records hardly narrow had no sentence, and took that of the other place away."""
+    loss = far_fit(1, kx=0.19, cx=2.0)
+    layout = SimpleNamespace(record=np.repeat([0, 1], len(loss.parameters)))
+    parts = {"fit": SimpleNamespace(layout=layout)}
+    run = DiagnosisRun(load_machine("plain_rotor"), None, parts, (), (), 0.01, lambda _: None)
+    left, right = run.machine.bearing_names
+    (both,), one = run._large([SOFT, loss]), run._large([loss])
+    assert left in both and right in both and len(one) == 1 and right in one[0] and "+200 %" in one[0]
+    assert judged(AllEvidence(QUIET, GOOD, large=run._large([loss]))).verdict.status == "recalibrated"

@@ -1,11 +1,13 @@
 """Rotor of beam elements that shares no code with rotorsim: its gyroscopic moments, its stop, the judge of its set."""
 
+import json
+
 import numpy as np
 import pytest
 from scipy.linalg import eig
 
 from studies.benchmarks.foreign_rotor import BEARINGS, DISCS, Rig, response, rotor
-from studies.benchmarks.foreign_set import FAULTS, drawn, judged
+from studies.benchmarks.foreign_set import FAULTS, drawn, judged, summary, with_result
 
 
 def whirls(sense: int, hertz: float) -> dict[int, float]:
@@ -46,8 +48,10 @@ def test_the_forward_mode_rises_with_the_speed_and_the_backward_mode_falls(sense
         (("shaft_bow",), ("named", "", ("shaft_bow.bow",)), "name"),
         (("shaft_bow",), ("named", "", ("rub",)), "WRONG name"),
         (("shaft_bow",), ("tie", "", ("runout",), ("shaft_bow.bow",)), "class"), (("x",), ("unknown", ""), "silent"),
-        (("is reversed",), ("refused", "probe 2L is reversed"), "mistake"),
-        (("is reversed",), ("refused", "probe 2L is turned"), "WRONG mistake"),
+        (("bearing right", "faint"), ("no_disagreement", ""), "missed"), (("shaft_bow",), ("named", ""), "WRONG name"),
+        (("probes: is reversed",), ("refused", "probe 2L is reversed", (), (), (), "probes"), "mistake"),
+        (("probes: is reversed",), ("refused", "probe 2L is turned", (), (), (), "probes"), "WRONG mistake"),
+        (("speed: turns",), ("refused", "at this speed the shaft turns", (), (), (), "units"), "WRONG mistake"),
     ],
 )  # fmt: skip
 def test_a_verdict_is_right_by_its_name_its_place_or_its_class_alone(answers, found, outcome):
@@ -55,11 +59,37 @@ def test_a_verdict_is_right_by_its_name_its_place_or_its_class_alone(answers, fo
 
 
 def test_the_truth_holds_all_that_is_drawn_and_every_support_is_off():
-    """Of a sound machine every number of a support is 10 to 20 % off that of the file."""
+    """A sound machine has every number of a support 10 to 20 % off that of the file."""
     case = drawn(FAULTS[0], 1)
     assert case == drawn(FAULTS[0], 1) != drawn(FAULTS[0], 2) and case.truth["rig"]["unbalance"] == case.rig.unbalance
     off = np.abs(np.array(case.rig.bearings) / np.array(BEARINGS)[:, 1:] - 1)
     assert np.all((off > 0.1) & (off < 0.2)) and len({f.name for f in FAULTS}) == len(FAULTS) >= 20
+
+
+def test_the_truth_of_a_fault_does_not_depend_on_the_others(monkeypatch):
+    """Every draw follows from the seed and the fault's name."""
+    last = drawn(FAULTS[-1], 1)
+    monkeypatch.setattr("studies.benchmarks.foreign_set.FAULTS", FAULTS[-1:])
+    assert drawn(FAULTS[-1], 1) == last
+
+
+def test_a_result_is_kept_for_its_own_truth_and_sources_alone(tmp_path, monkeypatch):
+    path, runs = tmp_path / "case.json", []
+
+    def asked(seed):
+        return with_result(drawn(FAULTS[1], seed), path, lambda: runs.append(seed) or {"outcome": "place"})
+
+    assert asked(1) == asked(1) == json.loads(path.read_text()) and asked(1)["outcome"] == "place"
+    assert runs == [1]
+    asked(2)
+    monkeypatch.setattr("studies.benchmarks.foreign_set.sources_hash", lambda *places: "others")
+    asked(2)
+    assert runs == [1, 2, 2]
+
+
+def test_sizes_of_all_verdicts_count():
+    results = [{"outcome": "place", "deviations": {"a": 1.0}}, {"outcome": "WRONG name", "deviations": {"a": -9.0}}]
+    assert "1 of 2 sizes within" in summary(results) and summary(results).startswith("1 of 2 right")
 
 
 def test_a_stop_pushes_only_beyond_its_gap():

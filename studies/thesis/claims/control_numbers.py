@@ -305,8 +305,10 @@ def _second_order(found: ControlStudy, model: LpvModel) -> Figures:
 
 
 def interpolated(model: Model, order: int = 2) -> tuple[float, int]:
-    """Excess of the imbalance response at points held out with surfaces of an order for the H2 law, NaN where a loop
-    there is unstable, and the number of unstable points of the fine grid that the design looks at."""
+    """Excess of the imbalance response held out by surfaces of an order, NaN where a loop is unstable; unstable points.
+
+    The response is that of the H2 law between its design points; the points are those of the design's fine grid.
+    """
     spec = h2_scheduled.Spec()
     speeds, pressures = table_axes(model, spec.grid, spec.slowest)
     at, out = np.array([(w, p) for w in speeds for p in pressures]), held_out(len(speeds), len(pressures))
