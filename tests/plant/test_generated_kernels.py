@@ -14,6 +14,7 @@ import reynolds
 from reynolds import kernels
 from reynolds.jit import inlined
 from rotorsim.plant import compose
+from rotorsim.plant.calls import CALLS
 from rotorsim.plant.compose import ENTRIES
 from rotorsim.plant.generated import load_module
 from rotorsim.plant.kernels.effect_calls import PortFunction, film_shape
@@ -141,6 +142,15 @@ def test_a_line_whose_argument_is_not_of_the_kind_that_its_name_says_is_compared
     assert function.kinds == "wiiid" and "answer_2(P, call, (w, 0, 0, 0, 0.0), (w, k, k + 1, RIG.heat, x))" in (
         function.write_loop(0)
     )
+
+
+def test_numbers_without_the_addresses_of_kernels_are_none_to_run_with(rig):
+    a = rig().assembly
+    assert a.parameters is not None and a.with_numbers(a.record.copy(), a.w)
+    bare = a.record.copy()
+    bare[CALLS] = 0
+    with pytest.raises(AssertionError):
+        a.with_numbers(bare, a.w)
 
 
 def test_a_generated_module_that_was_damaged_is_written_again(tmp_path, monkeypatch):
