@@ -148,12 +148,29 @@ def test_a_file_of_inline_tables_takes_calibration_and_effects(tmp_path):
     assert Machine.from_text(remarked(INLINE, ["shaft.damping_ratio", "bearings.1.kxx"], "calibrated")).mass > 4
 
 
+def on_tables(folder):
+    """Machine file of the plain rotor with its bearings as tables, stiffer at speed, the second without yy."""
+    file = folder / "tables.toml"
+    text = machine_text("plain_rotor")
+    before, _, rest = text.partition("[[bearings]]")
+    after = rest[rest.index("\n[effects") :]
+    for number, (place, along_y) in enumerate((("0 mm", 'kyy = "{} MN/m"\ncyy = "300 N*s/m"\n'), ("600 mm", ""))):
+        before += f'[[bearings]]\nkind = "table"\nname = "T{number}"\nposition = "{place}"\n'
+        for speed, k in (("0 rpm", 8), ("4000 rpm", 12)):
+            before += f'[[bearings.points]]\nspeed = "{speed}"\nkxx = "{k} MN/m"\ncxx = "200 N*s/m"\n'
+            before += along_y.format(k + 1)
+    file.write_text(before + after)
+    return file
+
+
 @pytest.mark.parametrize(
     ("machine", "speeds"),
-    [("plain_rotor", (240.0, 300.0)), pytest.param("bently_rk4", (150.0, 190.0), marks=pytest.mark.slow)],
-)
-def test_a_simulation_of_the_new_file_is_the_fitted_one(machine, speeds):
+    [("plain_rotor", (240.0, 300.0)), (on_tables, (240.0, 300.0)),
+     pytest.param("bently_rk4", (150.0, 190.0), marks=pytest.mark.slow)],
+)  # fmt: skip
+def test_a_simulation_of_the_new_file_is_the_fitted_one(machine, speeds, tmp_path):
     """Through a resonance, where modulus, damping of the shaft alone, supports and unbalance all count."""
+    machine = machine(tmp_path) if callable(machine) else machine
     changes = {
         "shaft_damping": 2.0, "shaft_stiffness": -0.1, "bearing.0.kx": 0.3, "bearing.0.cx": -0.4, "bearing.1.ky": -0.2,
         "bearing.1.cy": 0.6, "unbalance.1.me~phase.c": 2e-6, "unbalance.1.me~phase.s": -3e-6,
