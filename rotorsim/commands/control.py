@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.markup import escape
 
 from rotorsim.base.display import line, on_terminal
 from rotorsim.base.errors import DataError
@@ -248,11 +247,11 @@ def _print_verification(result: Verification, files: dict[str, str], as_json: bo
     print_rows(("criterion", "measured", "bound", "", "remark"), rows)
     console = Console()
     for bound in result.settings["edited"]:
-        console.print(f"edited bound: {escape(bound)}")
+        console.print(f"edited bound: {bound}")
     if "safe_speed" in result.runs:
         from rotorsim.verify.transients import sentence
 
-        console.print(escape(f"safe speed: {sentence(*result.runs['safe_speed'])}"), soft_wrap=True)
+        console.print(f"safe speed: {sentence(*result.runs['safe_speed'])}", soft_wrap=True)
     console.print(f"{result.law.name} on {result.machine}: {'passed' if result.passed else 'FAILED'}")
     for kind, path in files.items():
         console.print(f"{kind}: {path}", soft_wrap=True)

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.markup import escape
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
@@ -259,7 +258,7 @@ def _with_likely(column: str) -> str:
 
 def _print(file: Path, found: Examination, record: xr.Dataset) -> None:
     console = Console()
-    console.print(escape(f"{file}: {_summary(found)}"), soft_wrap=True)
+    console.print(f"{file}: {_summary(found)}", soft_wrap=True)
     rows = []
     for channel in found.channels:
         scale, unit = _SHOWN.get(channel.units, (1.0, channel.units))
@@ -272,7 +271,7 @@ def _print(file: Path, found: Examination, record: xr.Dataset) -> None:
     if unused := _unused(record):
         lines.append(f"columns not used: {', '.join(map(_with_likely, unused))}")
     for line in lines:
-        console.print(escape(line), soft_wrap=True)
+        console.print(line, soft_wrap=True)
 
 
 def _asked(found: Examination, record: xr.Dataset) -> Examination:

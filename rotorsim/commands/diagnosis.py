@@ -338,8 +338,6 @@ def show(diagnosis: Diagnosis, files: dict[str, str], as_json: bool) -> None:
 
 
 def _lines(diagnosis: Diagnosis) -> Iterator[str]:
-    from rotorsim.discrepancy.result import PLAN_NEXT
-
     if diagnosis.steps is not None:
         yield diagnosis.steps.table()
         yield diagnosis.steps.sentence
@@ -347,10 +345,7 @@ def _lines(diagnosis: Diagnosis) -> Iterator[str]:
     yield from _odds(diagnosis)
     yield from _effects(diagnosis)
     yield from _disagreement(diagnosis)
-    if diagnosis.unplanned:
-        yield PLAN_NEXT
-    if diagnosis.planned is not None:
-        yield from _plan(diagnosis.planned)
+    yield from [f"  next: {diagnosis.next_step}"] if diagnosis.planned is None else _plan(diagnosis.planned)
     for note in diagnosis.notes:
         yield f"  note: {note}"
 

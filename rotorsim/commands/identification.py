@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.markup import escape
 from rich.table import Column
 
 from rotorsim.base.display import counter, told_apart
@@ -127,12 +126,12 @@ def _print_models(found: list[SourceResult], made: Any, out: Path, as_json: bool
     heads = (Column("record", no_wrap=True), "rpm", "MPa", "fit %", "ceiling %", "Hz", "zeta", "delay ms")
     print_rows(heads, [_cells(row) for row in rows if "error" not in row])
     if len(found) == 1 and found[0].result is not None:  # its report has its warnings
-        console.print(escape(found[0].result.report()), soft_wrap=True)
+        console.print(found[0].result.report(), soft_wrap=True)
     else:
         for row in rows:
             for text in [row["error"]] if "error" in row else row["warnings"]:
-                console.print(escape(f"{row['record']}: {text}" if "error" not in row else text), soft_wrap=True)
-    console.print(escape(f"{out}: {type(made).__name__} written"), soft_wrap=True)
+                console.print(f"{row['record']}: {text}" if "error" not in row else text, soft_wrap=True)
+    console.print(f"{out}: {type(made).__name__} written", soft_wrap=True)
 
 
 def _row(one: SourceResult, name: str) -> dict[str, Any]:

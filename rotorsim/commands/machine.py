@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from rotorsim.base.display import end_line, line
 from rotorsim.base.errors import MachineFileError
@@ -97,7 +97,7 @@ def _print_machine(machine: Machine) -> None:
     from rotorsim.machine import rows, summary
 
     console = Console()
-    console.print(escape(summary(machine)))
+    console.print(summary(machine))
     table = Table("field", "value", "meaning", box=None, pad_edge=False)
     group = ""
     for path, value, doc in rows(machine):
@@ -105,8 +105,8 @@ def _print_machine(machine: Machine) -> None:
         if above != group:
             group = above
             table.add_row()
-            table.add_row(f"[bold]{escape(group)}[/bold]")
-        table.add_row(*map(escape, ("  " * bool(group) + name, value, doc)))
+            table.add_row(Text(group, style="bold"))
+        table.add_row("  " * bool(group) + name, value, doc)
     console.print(table)
 
 
@@ -143,14 +143,14 @@ def _entry(name: str) -> dict[str, Any]:
 
 def _print_effect(entry: dict[str, Any]) -> None:
     console = Console()
-    console.print(f"[bold]\\[effects.{entry['name']}][/bold]  {escape(entry['title'] or entry['summary'])}\n")
+    console.print(Text.assemble((f"[effects.{entry['name']}]", "bold"), f"  {entry['title'] or entry['summary']}\n"))
     source = entry["source"] and f"Source: {entry['source']}"
     for text in filter(None, (entry["equation"], entry["about"], source)):
-        console.print(escape(text) + "\n")
+        console.print(text + "\n")
     if entry["references"]:
-        console.print(escape("\n".join(f"- {one}" for one in entry["references"])) + "\n")
+        console.print("\n".join(f"- {one}" for one in entry["references"]) + "\n")
     several = "several tables add up" if entry["several"] else "one table only"
-    console.print(escape(f"Acts {entry['acts']} (port {entry['port']}); {several}.\n"))
+    console.print(f"Acts {entry['acts']} (port {entry['port']}); {several}.\n")
     limits = (f"{p['low']} to {p['high']}" if p["low"] or p["high"] else "" for p in entry["parameters"])
     rows = [(p["name"], p["neutral"], ends, p["doc"]) for p, ends in zip(entry["parameters"], limits, strict=True)]
     print_rows(("parameter", "neutral", "limits", "meaning"), rows)

@@ -10,7 +10,6 @@ from math import isfinite, pi
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.markup import escape
 from rich.table import Table
 
 from rotorsim.base.display import bar
@@ -233,14 +232,14 @@ def tables(found: xr.Dataset) -> Iterator[Table]:
             continue
         values = found[name]
         *rows, across = map(str, values.dims)
-        made = Table(title=escape(title), title_justify="left")
+        made = Table(title=title, title_justify="left")
         for head in (*(_title(found, row) for row in rows), *(_label(found, across, k, True) for k in values[across])):
-            made.add_column(escape(head))
+            made.add_column(head)
         known = found[LOOKED[name][0]].broadcast_like(values).transpose(*values.dims).values if name in LOOKED else None
         for at in product(*(range(values.sizes[row]) for row in rows)):
             cells = [_label(found, row, found[row][k], False) for row, k in zip(rows, at, strict=True)]
             shown = [_number(float(v) * scale, known is None or known[at][k]) for k, v in enumerate(values.values[at])]
-            made.add_row(*map(escape, cells), *shown)
+            made.add_row(*cells, *shown)
         yield made
 
 

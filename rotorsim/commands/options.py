@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich import console, markup
-from rich.errors import MarkupError
+from rich import console
 from rich.table import Column, Table
 from rich.text import Text
 
@@ -332,20 +331,17 @@ def warn_of(found: xr.Dataset) -> list[str]:
 
 
 class Console(console.Console):
-    """Rich's console without highlighting of numbers, for text that may hold anything.
+    """Rich's console without markup and highlighting of numbers, for text that may hold anything.
 
-    Text from outside is shown as it is, neither obeyed by the terminal nor taken for markup.
+    Text is shown as it is, neither obeyed by the terminal nor taken for markup: brackets are brackets.
     """
 
     def __init__(self, **options: Any) -> None:
-        super().__init__(**{"highlight": False} | options)
+        super().__init__(**{"highlight": False, "markup": False} | options)
 
     def render_str(self, text: str, **options: Any) -> Text:
-        """A text, with its markup if it is one."""
-        try:
-            return super().render_str(visible(text), **options)
-        except MarkupError:
-            return super().render_str(visible(text), **options | {"markup": False})
+        """A text as it is shown."""
+        return super().render_str(visible(text), **options)
 
 
 def print_table(rows: Sequence[tuple[str, str]], files: Mapping[str, str]) -> None:
@@ -363,7 +359,7 @@ def print_rows(heads: Sequence[str | Column], rows: Iterable[Sequence[str]]) -> 
     """Print rows of plain texts below heads, without a frame."""
     table = Table(*heads, box=None, pad_edge=False)
     for row in rows:
-        table.add_row(*map(markup.escape, row))
+        table.add_row(*row)
     Console().print(table)
 
 

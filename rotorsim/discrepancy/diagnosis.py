@@ -366,9 +366,12 @@ class DiagnosisRun:
                 calibrated = after if best is None else part.residual(base.point)
                 gone = None if best is None else untouched_gone(part, calibrated, after)
                 worse, alone = (worse_than(part, given, there) for there in (after, calibrated))
-        scatter = self.fitted.scatter_known
+        scatter, names = self.fitted.scatter_known, {k.name for k in base.parameters}
+        astray = () if best is None else tuple(name for name in strained(best.fit) if name in names)
         return judged(
-            AllEvidence(verdict, odds, known, tuple(left), gone, worse, alone, self.large, share, scatter, self.late)
+            AllEvidence(
+                verdict, odds, known, tuple(left), gone, worse, alone, self.large, share, scatter, self.late, astray
+            )
         )
 
     def _large(self, fits: Sequence[ParameterFit]) -> tuple[str, ...]:

@@ -67,9 +67,9 @@ VERDICTS = {
     "recalibrated": VerdictText(
         13,
         "Re-calibrated: {changes}. With that the records agree, and no effect is missing.",
-        "Numbers of the file are far off: with others the same physics describes all records, those that were not "
-        "fitted too.",
-        "Find out why it differs: {changes}. Inspect that place of the machine before the re-calibrated file is used.",
+        "Numbers of the file are far off: with others the same physics describes all records, also held-out ones "
+        "where there are any.",
+        "Find out why these numbers differ: inspect that place of the machine before the re-calibrated file is used.",
     ),
     "named": VerdictText(
         10,
@@ -115,7 +115,7 @@ LEFT_OVER = {
         13,
         "Re-calibrated: {changes}. With that the fitted points agree. " + LEFT,
         "Numbers of the file are far off: with others the same physics describes the fitted points, others less well.",
-        "Find out why it differs: {changes}. Inspect that place of the machine, and record the points that the notes "
+        "Find out why these numbers differ: inspect that place of the machine, and record the points that the notes "
         "name again, before the re-calibrated file is used.",
     ),
 }
@@ -159,6 +159,11 @@ WITHIN = (
 """Note on a misfit that the stated accuracy alone may make."""
 WORSE = "the calibration makes untouched records worse than the file as given ({records}): it is not the better file"
 """Note on a calibration that is not shown as the better file."""
+ASTRAY = (
+    "with {} the calibration still ends where it is not believed ({}): the effect may stand for another change of the "
+    "machine, and is no name"
+)
+"""Note on an explanation that needs numbers of the machine which are not believed."""
 NOT_LIKELY = (
     "no effect of the catalogue is needed for what is beyond the floor, but that nothing is missing has only {share}, "
     "less than the {least} that it takes"
@@ -181,6 +186,7 @@ class AllEvidence:
     unexplained : share of the response that stays unexplained
     scatter_known : whether the scatter of the records is measured or stated
     late : sentence where the records fit better with late probes
+    astray : calibration parameters that stand where they are not believed with the effects of the search's best too
     """
 
     search: SearchVerdict
@@ -194,6 +200,7 @@ class AllEvidence:
     unexplained: float = 0.0
     scatter_known: bool = True
     late: str = ""
+    astray: tuple[str, ...] = ()
 
     @property
     def refuted(self) -> bool:
@@ -234,12 +241,14 @@ def judged(evidence: AllEvidence) -> Judgement:
     foreign = evidence.unexplained > UNLIKE
     if against or foreign:
         verdict = replace(verdict, status="unknown", best=None, rivals=())
-    elif verdict.status in ("named", "tie") and evidence.refuted:
+    elif verdict.status in ("named", "tie") and (evidence.refuted or evidence.astray):
         verdict = replace(verdict, status="partial", rivals=())
     elif verdict.status == "no_disagreement" and evidence.large:
         verdict = replace(verdict, status="recalibrated")
     worse = evidence.worse_alone if verdict.status in ("unknown", "partial") else ()
     notes = [*against, evidence.not_held, evidence.late]
+    if verdict.best is not None and evidence.astray:
+        notes.append(ASTRAY.format(" with ".join(verdict.best.keys), ", ".join(evidence.astray)))
     if worse and not any(WORSE.format(records=", ".join(names)) in notes for names in (evidence.worse, worse)):
         notes.append(WORSE.format(records=", ".join(worse)))
     odds = consistent(verdict.status, evidence.odds, evidence.refuted or foreign or bool(evidence.worse))

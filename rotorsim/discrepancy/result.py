@@ -242,6 +242,19 @@ class Diagnosis(Shown, Findings, Reported):
                 return UNDECIDED.format(count=len(self.localisation), share=shown_share(nothing), sure=least)
         return self.texts.sentence.format(effects=effects, rivals="; ".join(rivals), changes="; ".join(self.large))
 
+    @property
+    def next_step(self) -> str:
+        """The plan's sentence, else the step that follows from the verdict, with how to get a plan."""
+        if self.planned is not None and self.planned.as_dict().get("proposals"):
+            return self.planned.sentence
+        if self.status == "unknown" and NO_ACCURACY in self.notes and not self.localisation:
+            return f"{NO_ACCURACY[:1].upper()}{NO_ACCURACY[1:]}."
+        names = dict.fromkeys(place.name for one in located(self) if one.label != FORCE for place in one.places)
+        step = self.texts.next.format(places=" and ".join(names) or "the machine")
+        if self.planned is not None:
+            return f"{self.planned.sentence} {step}"
+        return f"{step} {PLAN_NEXT}" if self.unplanned else step
+
     def apply(self) -> Machine:
         """The machine with the new calibration, and the effects where they are named or tied."""
         return extended(self)
@@ -251,6 +264,7 @@ class Diagnosis(Shown, Findings, Reported):
         return {
             "status": self.status,
             "verdict": self.sentence,
+            "next_step": self.next_step,
             "effects": [
                 {"effect": f.effect, "form": f.form, "parameters": f.parameters, "sd": f.sd, "class": list(f.tie_class)}
                 for f in self.effects

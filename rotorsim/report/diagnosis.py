@@ -14,9 +14,8 @@ from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.discrepancy import Diagnosis
 from rotorsim.discrepancy.decision import DecisionSteps
 from rotorsim.discrepancy.gap import reduction
-from rotorsim.discrepancy.judge import NO_ACCURACY
 from rotorsim.discrepancy.machine_file import difference
-from rotorsim.discrepancy.result import FORCE, NOTHING_BEYOND, PLAN_NEXT, LocatedEffect, located
+from rotorsim.discrepancy.result import NOTHING_BEYOND, located
 from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOTHING, Explanation, shown_share
 from rotorsim.report.machine_sketch import MARKS, machine_sketch
 from rotorsim.report.page import Block, Page, page_of
@@ -60,6 +59,10 @@ def _short_name(e: Explanation) -> str:
     return " or ".join([e.name, *(others if len(others) == 1 else [f"{len(others)} others"] if others else [])])
 
 
+UNMARKED = {"recalibrated": "No effect is marked: numbers of the machine file differ, not what acts on the machine."}
+"""Text of the sketch of the machine without a mark, by verdict."""
+
+
 def _first_screen(d: Diagnosis) -> tuple[Block, ...]:
     """Blocks that a reader sees without scrolling."""
     places = located(d)
@@ -68,11 +71,12 @@ def _first_screen(d: Diagnosis) -> tuple[Block, ...]:
     scattered = d.status == "unknown" and not d.localisation  # nothing is beyond the scatter of the records
     meaning = NOTHING_BEYOND if scattered else d.texts.meaning
     notes = f"{len(d.notes)} notes" if len(d.notes) > 1 else "a note"
+    unmarked = UNMARKED.get(d.status, "Nothing is marked: no effect was found.")
     stages = {"nominal": "file as given", "with effect": "with the effect"}
     blocks = [
-        Block("Where on the machine", "" if sentences else "Nothing is marked: no effect was found.",
+        Block("Where on the machine", "" if sentences else unmarked,
               figure=machine_sketch(d.machine, marked), legend=sentences, tools=False),
-        Block("What to do next", next_step(d), texts=(meaning,), anchor="next",
+        Block("What to do next", d.next_step, texts=(meaning,), anchor="next",
               link=(f"The limits of these records: {notes} below.", "notes") if d.notes else None),
         Block("Gap before and after", "Rms of measured less simulated; the line is the scatter of repeats.",
               figure=gap_by_role(d), tools=False,
@@ -81,23 +85,6 @@ def _first_screen(d: Diagnosis) -> tuple[Block, ...]:
     if d.explanations:
         blocks.insert(0, Block("How probable each explanation is", figure=leading_odds(d), tools=False))
     return tuple(blocks)
-
-
-def next_step(d: Diagnosis) -> str:
-    """The plan's sentence, else the step that follows from the verdict, with how to get a plan."""
-    if d.planned is not None and d.planned.as_dict().get("proposals"):
-        return d.planned.sentence
-    if d.status == "unknown" and NO_ACCURACY in d.notes and not d.localisation:
-        return f"{NO_ACCURACY[:1].upper()}{NO_ACCURACY[1:]}."
-    step = d.texts.next.format(places=_places(located(d)), changes="; ".join(d.large))
-    if d.planned is not None:
-        return f"{d.planned.sentence} {step}"
-    return f"{step} {PLAN_NEXT}" if d.unplanned else step
-
-
-def _places(found: tuple[LocatedEffect, ...]) -> str:
-    names = dict.fromkeys(place.name for one in found if one.label != FORCE for place in one.places)
-    return " and ".join(names) or "the machine"
 
 
 def _blocks(d: Diagnosis) -> Iterator[Block]:

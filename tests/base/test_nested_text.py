@@ -121,7 +121,8 @@ def test_a_character_that_the_encoding_lacks_is_replaced(encoding):
 def test_markup_in_a_name_is_text():
     console = Console(width=60)
     with console.capture() as captured:
-        console.print("[/x] and [link=", "rotor[0]")
+        console.print("[/x] and [link=", "rotor[0]", "add [effects.slip]")
+    assert "add [effects.slip]" in captured.get()
     assert "[/x] and [link=" in captured.get() and "rotor[0]" in captured.get()
 
 

@@ -203,6 +203,15 @@ def test_odds_never_name_what_the_verdict_does_not():
     assert found.odds[0].effects == RUNOUT and found.odds[0].beyond
 
 
+@pytest.mark.parametrize(("astray", "status"), [((), "named"), (("shaft_stiffness",), "partial")])
+def test_an_effect_that_needs_numbers_which_are_not_believed_is_no_name(astray, status):
+    """A modulus far from steel's next to a seal is a softer bearing as well: the calibration speaks against the name."""
+    given = odds((COUPLING, 0.99), nothing=0.01)
+    found = judged(AllEvidence(search("named", fitted(COUPLING)), given, frozenset(KNOWN), astray=astray))
+    assert found.verdict.status == status and any("shaft_stiffness" in note for note in found.notes) == bool(astray)
+    assert sum(e.probability for e in found.odds if e.effects and not e.beyond) == (0.0 if astray else 0.99)
+
+
 def test_nothing_missing_is_not_probable_where_points_that_were_not_fitted_refute_it():
     assert certain(judged(AllEvidence(QUIET, GOOD, left=(group(30.0),)))) == {}
 

@@ -13,7 +13,7 @@ from rotorsim.discrepancy.result import PLAN_NEXT, located
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import load_machine
 from rotorsim.plant.locations import acting_places, nozzles
-from rotorsim.report.diagnosis import diagnosis_page, next_step
+from rotorsim.report.diagnosis import diagnosis_page
 from rotorsim.report.machine_sketch import MARKS, machine_sketch
 from rotorsim.report.page import html
 from small_diagnosis import blocked, runout, small_diagnosis
@@ -116,7 +116,7 @@ STEPS = {
 @pytest.mark.parametrize("case", STEPS)
 def test_the_first_screen_states_the_next_step_of_every_verdict(case):
     found, begin = STEPS[case]
-    assert next_step(found).startswith(begin)
+    assert found.next_step.startswith(begin)
     text = page(found)
     first = text.partition("<body>")[2].partition("The gap, record by record")[0]
     for part in (begin, "How probable each explanation is", "Where on the machine", "Gap before and after"):
@@ -142,7 +142,7 @@ ENDED = DecisionSteps({"sure": 0.95}, end="budget")
 )
 def test_a_tie_or_unsettled_odds_without_a_plan_state_how_to_get_one(found, expected):
     assert found.unplanned is expected
-    assert (PLAN_NEXT in next_step(found)) is expected
+    assert (PLAN_NEXT in found.next_step) is expected
 
 
 def test_without_odds_and_effects_the_page_has_a_sketch_without_marks():
