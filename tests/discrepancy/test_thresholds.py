@@ -205,7 +205,7 @@ def test_odds_never_name_what_the_verdict_does_not():
 
 @pytest.mark.parametrize(("astray", "status"), [((), "named"), (("shaft_stiffness",), "partial")])
 def test_an_effect_that_needs_numbers_which_are_not_believed_is_no_name(astray, status):
-    """A modulus far from steel's next to a seal is a softer bearing as well: the calibration speaks against the name."""
+    """A modulus far from that of steel next to a seal is a softer bearing as well."""
     given = odds((COUPLING, 0.99), nothing=0.01)
     found = judged(AllEvidence(search("named", fitted(COUPLING)), given, frozenset(KNOWN), astray=astray))
     assert found.verdict.status == status and any("shaft_stiffness" in note for note in found.notes) == bool(astray)
