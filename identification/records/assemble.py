@@ -497,7 +497,8 @@ def _joined(name: str, parts: dict[str, np.ndarray], n: int) -> np.ndarray:
     labels = list(AXES) if dims == ("axis",) else sorted(parts, key=lambda label: _number(name, label))
     missing = [label for label in labels if label not in parts]
     if missing:
-        raise ReadError(f"{name}: only {', '.join(parts)} and no {missing[0]}; name or map the other column too")
+        lone = ", or map a lone probe as [probes.A]" if name == "disc_measured" else ""
+        raise ReadError(f"{name}: only {', '.join(parts)} and no {missing[0]}; name or map the other column too{lone}")
     unknown = [label for label in parts if label not in labels]
     if unknown:
         raise ReadError(f"{name}: unknown axis {quote(unknown[0])}; write x or y")

@@ -119,9 +119,11 @@ def _runout_table(path: Path, law: Law) -> RunoutTable:
         table = replace(table, taken=datetime.fromtimestamp(file.stat().st_mtime, UTC).date().isoformat())
     rolled, designed = machine_of(record), str(law.about.get("machine", ""))
     if rolled and designed and rolled != designed:
+        alike = rolled.rpartition(" ")[0] == designed.rpartition(" ")[0]
+        where = "with the model's machine file and grid: something in the two files differs" if alike else "there"
         raise DataError(
             f"--runout {path}: is a slow roll of {_identity(rolled)}, and the model is one of {_identity(designed)}; "
-            "record one there",
+            f"record one {where}",
             argument="runout",
             value=rolled,
         )
