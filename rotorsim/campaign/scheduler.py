@@ -7,6 +7,7 @@ cluster are reached by its scheduler's address.
 
 from __future__ import annotations
 
+import gc
 import json
 import logging
 import time
@@ -313,6 +314,7 @@ def cluster(address: str, tls: Tls | None) -> Iterator[ClusterWorkers]:
     _silence()
     from distributed import Client
 
+    gc.collect()  # a client of an earlier failure that Python drops while this one starts would wait for it for ever
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # versions are compared in `admit`, by what matters
         try:
