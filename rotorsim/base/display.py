@@ -80,13 +80,18 @@ def told_apart(paths: Sequence[Path]) -> list[str]:
     return [next((end for end, count in zip(own, counts, strict=True) if count[end] == 1), own[-1]) for own in ends]
 
 
-ALIKE = 0.7
-"""Share of letters in common, in order, above which a name is taken for a misspelt one ('reserve' is no 'pressure')."""
+ALIKE, BEGUN = 0.7, 0.6
+"""Least share of letters in common, in order, with a name that is misspelt; less where the first letter is the same.
+
+So 'pins' may be 'pin_1', and 'reserve' is no 'pressure'.
+"""
 
 
 def closest(name: Any, known: Iterable[str]) -> str:
     """The known name that is most like this one; empty if none is."""
-    return next(iter(get_close_matches(str(name), sorted(known), n=1, cutoff=ALIKE)), "")
+    text, names = str(name), sorted(known)
+    begun = [one for one in names if one[:1] == text[:1]]
+    return next(iter([*get_close_matches(text, names, 1, ALIKE), *get_close_matches(text, begun, 1, BEGUN)]), "")
 
 
 def did_you_mean(name: Any, known: Iterable[str]) -> str:
