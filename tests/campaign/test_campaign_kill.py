@@ -379,11 +379,11 @@ def test_a_stopped_run_leaves_the_cases_of_other_runs_alone():
     """Two campaigns with two stores may share a cluster: the end of one ends its own processes only."""
     from rotorsim.campaign import worker
 
-    cell, _ = worker.child_of("mine")
+    cell, _ = worker.child_of("stopped")
     worker.end_run("another")
     assert cell.process.poll() is None
     assert worker.run_orders(json.dumps([{"run": "another", "number": 1}])) == "[]"
-    worker.end_run("mine")
+    worker.end_run("stopped")
     assert cell.process.poll() == -signal.SIGKILL
 
 
