@@ -111,7 +111,7 @@ class RecalibratedValue:
     @property
     def sentence(self) -> str:
         """Sentence on the place, the size with its standard deviation, and the change."""
-        size = f"{_rough(self.value, self.unit, 3)} +- {_rough(self.sd, self.unit)}"
+        size = f"{_rough(self.value, self.unit, 3)} +- {_rough(self.sd, self.unit, like=float(f'{self.value:.3g}'))}"
         file = f"the file has {_rough(self.before, self.unit, 3)}" if self.before else "the file has none"
         words = WORDS_OF_CHANGE.get(self.key.rpartition(".")[2][:1] if self.key.startswith("bearing.") else "", CHANGED)
         ratio = self.value / self.before if self.before else nan
@@ -343,12 +343,14 @@ def _comments(diagnosis: Findings, found: IdentifiedEffect) -> list[str]:
     return lines
 
 
-def _rough(value: float, unit: str, digits: int = 2) -> str:
-    """Value with two digits, in the unit that machine files use."""
+def _rough(value: float, unit: str, digits: int = 2, like: float = 0.0) -> str:
+    """Value with a few digits, in the unit that machine files use for it, or for the value `like`."""
     if unit == "1":
         return f"{value:.{digits}g}"
-    number, _, written = show(value, unit).partition(" ")
-    return f"{float(f'{float(number):.{digits}g}'):g} {written}".rstrip()
+    shown = like or float(f"{value:.{digits}g}")
+    number, _, written = show(shown, unit).partition(" ")
+    size = value * float(number) / shown if shown else 0.0
+    return f"{float(f'{size:.{digits}g}'):g} {written}".rstrip()
 
 
 def _add(effects: Any, name: str, values: dict[str, float], comments: list[str], remark: str) -> None:
@@ -444,7 +446,8 @@ def _replace(document: Any, row: RecalibratedValue) -> None:
         if not name.isdigit() or isinstance(table, list):
             table = table[int(name) if name.isdigit() else name]
     value = short(row.value) if row.unit == "1" else show(short(row.value), row.unit)
-    _put(table, last, value, f"{FITTED}, +- {_rough(row.sd, row.unit)}; before {_rough(row.before, row.unit, 9)}")
+    sd = _rough(row.sd, row.unit, like=short(row.value))
+    _put(table, last, value, f"{FITTED}, +- {sd}; before {_rough(row.before, row.unit, 9)}")
 
 
 def _keep_y(table: Any, bearing: Any, replaced: set[str]) -> None:
