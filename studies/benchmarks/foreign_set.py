@@ -50,8 +50,9 @@ class Fault:
 
 NOTHING, FAINT = "nothing", "faint"
 """Answers that nothing disagrees, which is right, or that the records may be too coarse to show it: it is missed."""
-SOURCES = (*RUN_SOURCES, "identification", *(f"studies/benchmarks/foreign_{part}.py" for part in ("rotor", "set")))
-"""Sources that a result follows from."""
+OWN = (str(Path(__file__).with_name(f"foreign_{part}.py")) for part in ("rotor", "set"))
+SOURCES = (*RUN_SOURCES, "identification", *OWN)
+"""Sources that a result follows from; the study's own are not installed."""
 
 
 def bearing(number: int, stiffness: tuple[float, float], damping: tuple[float, float] = (1.0, 1.0)) -> Any:
