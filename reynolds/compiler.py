@@ -136,7 +136,7 @@ FLOATS: dict[Any, Any] = {
     operator.eq: lambda b, x, y: b.fcmp_ordered("==", x, y),
     operator.ne: lambda b, x, y: b.fcmp_unordered("!=", x, y),
 }
-"""Instructions for two float64; a division by zero is no error in kernels."""
+"""Instructions for two float64; kernels divide by zero as IEEE 754 does."""
 INTEGERS: dict[Any, Any] = {
     operator.add: lambda b, x, y: b.add(x, y, flags=["nsw"]),
     operator.sub: lambda b, x, y: b.sub(x, y, flags=["nsw"]),

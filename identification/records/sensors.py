@@ -186,7 +186,7 @@ UNEVEN = 1.6
 """Factor between neighbouring intervals above which a pulse is missing or there is one too many."""
 FEWEST = 4
 OUTSIDE = 1.5
-"""Intervals before the first pulse and after the last one for which the angle goes on at their speed."""
+"""Intervals before the first pulse and after the last one over which the angle is extrapolated at their speed."""
 
 
 @dataclass(frozen=True)

@@ -71,7 +71,7 @@ FAR = {"k": 1.0, "c": 5.0}
 NEAR, SHAFT = 0.2, 0.01
 """Prior standard deviations of the compliance of the other bearings, and of the shaft's stiffness."""
 TIMES = (1 / 3, 0.5, 0.7, 1.0, 1.5, 2.5)
-"""Multiples of a bearing's stiffness in the file at which its fit may begin."""
+"""Multiples of a bearing's stiffness in the file at which its fit may begin: neighbours within a factor of 1.7."""
 ONE_FAR = 8.0
 """Fall of the sum of squares with priors from which one bearing is far off: a few to one after the price of its wide
 priors, 5 to 6. Of machines with supports within 20 % it is 3 at most."""
@@ -367,7 +367,7 @@ def far_off_file(fit: ParameterFit) -> list[str]:
 def _with_far(comparison: TwinComparison, base: ParameterFit, far: str, progress: Callable[[], None]) -> ParameterFit:
     """Fit with one bearing, by its number as text, far from the file and the others near it, the better of two.
 
-    One goes on from the calibration, which may have moved what is sound; the other begins with shaft and bearings of
+    One starts at the calibration, which may have moved what is sound; the other begins with shaft and bearings of
     the file, the far one at the multiple of its stiffness that leaves least.
     """
 
@@ -380,7 +380,7 @@ def _with_far(comparison: TwinComparison, base: ParameterFit, far: str, progress
     parameters = tuple(map(prior, base.parameters))
     point = replace(base.point, values=dict(zip(parameters, map(float, base.vector), strict=True)))
     first = fit_parameters(comparison, point, parameters, base.J, base.residual, progress=progress)
-    went_on = relinearised(comparison, first, progress)
+    from_calibration = relinearised(comparison, first, progress)
     stiffness = {k for k in parameters if k.key.startswith(f"bearing.{far}.k")} if far else set()
     kept = {k: v for k, v in point.values.items() if not (k.key.startswith("bearing.") or k.key == KEY)}
     starts = [
@@ -391,4 +391,5 @@ def _with_far(comparison: TwinComparison, base: ParameterFit, far: str, progress
     begin, residual = min(zip(starts, residuals, strict=True), key=lambda one: float(one[1] @ one[1]))
     J = comparison.jacobian(begin, parameters, progress=progress)
     anew = fit_parameters(comparison, begin, parameters, J, residual, progress=progress)
-    return min(went_on, relinearised(comparison, anew, progress), key=lambda fit: fit.cost)
+    from_file = relinearised(comparison, anew, progress)
+    return min(from_calibration, from_file, key=lambda fit: fit.cost)

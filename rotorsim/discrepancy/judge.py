@@ -161,7 +161,7 @@ WORSE = "the calibration makes untouched records worse than the file as given ({
 """Note on a calibration that is not shown as the better file."""
 ASTRAY = (
     "with {} the calibration still ends where it is not believed ({}): the effect may stand for another change of the "
-    "machine, and is no name"
+    "machine, and is not named"
 )
 """Note on an explanation that needs numbers of the machine which are not believed."""
 NOT_LIKELY = (

@@ -197,7 +197,7 @@ def repeating(
         jump = forgotten @ change
         moved[at] = moved[begin] = before + jump
         moved[rates] = reached[2 * n :] + A[n:] @ (jump - change)
-        # time goes on: what turns with no shaft does not settle
+        # the time advances: lines that turn with no shaft do not settle
         moved[rotor.angle], moved[rotor.time] = began[rotor.angle], began[rotor.time] + number * turn
         w = moved
         if settled := bool(np.linalg.norm(jump) <= SETTLED * np.linalg.norm(before)):
@@ -381,7 +381,7 @@ class Twin:
         self, setting: Setting, rows: np.ndarray, angle: float, pressure: float, length: int,
         near: Setting | None = None,
     ) -> np.ndarray:  # fmt: skip
-        """Readings (length, 5) with a film over the last rows of (n, 6), which repeat; NaN where there is no solution.
+        """Readings (length, 5) with a film over the last rows of (n, 6), which repeat; NaN without a solution.
 
         The rows before lead there from the equilibrium, or the last `NEAR` of them from the motion of a `near` setting
         where nothing takes longer.
