@@ -46,7 +46,7 @@ HARMONICS = 5
 
 
 @dataclass(frozen=True)
-class Rig:
+class TwoDiscRig:
     """Machine and measurement as they are, in SI units."""
 
     bearings: tuple[tuple[float, ...], ...]
@@ -113,7 +113,7 @@ def beam() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return M, G, K
 
 
-def rotor(rig: Rig, speed: float, omega: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def rotor(rig: TwoDiscRig, speed: float, omega: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Mass, velocity and stiffness matrix (n, n) at a speed [rad/s], a pedestal's at omega [rad/s]."""
     M, G, free = beam()
     K, C = free.astype(complex), 2e-6 * free  # a little internal loss, which does not turn
@@ -130,7 +130,7 @@ def rotor(rig: Rig, speed: float, omega: float) -> tuple[np.ndarray, np.ndarray,
     return M, C + rig.sense * speed * G, K
 
 
-def response(rig: Rig, speed: float) -> tuple[np.ndarray, dict[int, np.ndarray]]:
+def response(rig: TwoDiscRig, speed: float) -> tuple[np.ndarray, dict[int, np.ndarray]]:
     """Static sag (n,) [m] and amplitudes by order (n,) [m] of exp(i n angle), at a speed [rad/s]."""
     free, mass = beam()[2], beam()[0]
 
@@ -159,7 +159,7 @@ def response(rig: Rig, speed: float) -> tuple[np.ndarray, dict[int, np.ndarray]]
 
 
 def stopped(
-    rig: Rig, free: dict[int, np.ndarray], answer: Callable[[np.ndarray, float], np.ndarray], speed: float
+    rig: TwoDiscRig, free: dict[int, np.ndarray], answer: Callable[[np.ndarray, float], np.ndarray], speed: float
 ) -> dict[int, np.ndarray]:
     """Amplitudes by order (n,) [m] with the stop above the second disc, by harmonic balance from the `free` ones."""
     (stiffness, gap), at, count = rig.stop, 4 * DISCS[1][0] + 1, HARMONICS + 1
@@ -187,7 +187,7 @@ def stopped(
     return {n: free[n] + moved[n] * line for n, line in enumerate(pushed(found.x))}
 
 
-def table(rig: Rig, hertz: float, rng: np.random.Generator) -> np.ndarray:
+def table(rig: TwoDiscRig, hertz: float, rng: np.random.Generator) -> np.ndarray:
     """Columns of a record: time, keyphasor [V], probes [V] of 8 mV/um with 16 bits."""
     speed = 2 * np.pi * hertz
     sag, orders = response(rig, speed)
@@ -230,7 +230,7 @@ accuracy = "0.05 um"
 """
 
 
-def write_records(rig: Rig, seed: int, folder: Path) -> dict[str, list[Path]]:
+def write_records(rig: TwoDiscRig, seed: int, folder: Path) -> dict[str, list[Path]]:
     """CSV files of a rig by role, with the mapping next to them; the seed is that of the noise."""
     folder.mkdir(parents=True, exist_ok=True)
     mapping, wrong = MAPPING, rig.speed_error

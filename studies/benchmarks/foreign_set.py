@@ -32,20 +32,20 @@ from rotorsim.discrepancy import diagnose
 from rotorsim.discrepancy.calibration import CompiledModels
 from rotorsim.discrepancy.comparison import SOURCES as RUN_SOURCES
 from rotorsim.machine import Machine
-from studies.benchmarks.foreign_rotor import BEARINGS, UNBALANCE, E, Rig, machine_text, write_records
+from studies.benchmarks.foreign_rotor import BEARINGS, UNBALANCE, E, TwoDiscRig, machine_text, write_records
 
 
 @dataclass(frozen=True)
-class Fault:
-    """Fault with the answers that are right: effects, a place, argument and words of a refusal ('probes: ...').
+class RigFault:
+    """RigFault with the answers that are right: effects, a place, argument and words of a refusal ('probes: ...').
 
     `change` draws its sizes for a sound rig, `sizes` has the true ones by form and parameter.
     """
 
     name: str
     answers: tuple[str, ...]
-    change: Callable[[np.random.Generator, Rig], dict[str, Any]]
-    sizes: Callable[[Rig], Mapping[str, float]] = lambda rig: {}
+    change: Callable[[np.random.Generator, TwoDiscRig], dict[str, Any]]
+    sizes: Callable[[TwoDiscRig], Mapping[str, float]] = lambda rig: {}
 
 
 NOTHING, FAINT = "nothing", "faint"
@@ -58,7 +58,7 @@ SOURCES = (*RUN_SOURCES, "identification", *OWN)
 def bearing(number: int, stiffness: tuple[float, float], damping: tuple[float, float] = (1.0, 1.0)) -> Any:
     """Change of a bearing by factors drawn from ranges."""
 
-    def change(rng: np.random.Generator, rig: Rig) -> dict[str, Any]:
+    def change(rng: np.random.Generator, rig: TwoDiscRig) -> dict[str, Any]:
         k, c = rng.uniform(*stiffness), rng.uniform(*damping)
         own = tuple(v * f for v, f in zip(rig.bearings[number], (k, k, c, c), strict=True))
         return {"bearings": tuple(own if i == number else one for i, one in enumerate(rig.bearings))}
@@ -77,55 +77,55 @@ def fixed(**changes: Any) -> Any:
 
 
 FAULTS = (
-    Fault("nothing", (NOTHING,), fixed()),
-    Fault("right bearing softer", ("bearing right",), bearing(1, (0.3, 0.5))),
-    Fault("left bearing softer", ("bearing left",), bearing(0, (0.3, 0.5))),
-    Fault("right bearing stiffer", ("bearing right",), bearing(1, (2.2, 3.5))),
-    Fault("left bearing stiffer", ("bearing left",), bearing(0, (2.2, 3.5))),
-    Fault("left bearing less damped", ("bearing left", FAINT), bearing(0, (1.0, 1.0), (0.15, 0.3))),
-    Fault("right bearing less damped", ("bearing right", FAINT), bearing(1, (1.0, 1.0), (0.15, 0.3))),
-    Fault("unbalance turned", (NOTHING, "unbalance"),
+    RigFault("nothing", (NOTHING,), fixed()),
+    RigFault("right bearing softer", ("bearing right",), bearing(1, (0.3, 0.5))),
+    RigFault("left bearing softer", ("bearing left",), bearing(0, (0.3, 0.5))),
+    RigFault("right bearing stiffer", ("bearing right",), bearing(1, (2.2, 3.5))),
+    RigFault("left bearing stiffer", ("bearing left",), bearing(0, (2.2, 3.5))),
+    RigFault("left bearing less damped", ("bearing left", FAINT), bearing(0, (1.0, 1.0), (0.15, 0.3))),
+    RigFault("right bearing less damped", ("bearing right", FAINT), bearing(1, (1.0, 1.0), (0.15, 0.3))),
+    RigFault("unbalance turned", (NOTHING, "unbalance"),
           lambda rng, rig: {"unbalance": ((rng.uniform(25e-6, 40e-6), rng.uniform(1.5, 3.0)), rig.unbalance[1])}),
-    Fault("bow", ("shaft_bow.bow", "runout.amplitude_1x"), lambda rng, rig: {"bow": rng.uniform(8e-6, 20e-6)},
+    RigFault("bow", ("shaft_bow.bow", "runout.amplitude_1x"), lambda rng, rig: {"bow": rng.uniform(8e-6, 20e-6)},
           lambda rig: {"shaft_bow.bow": rig.bow}),
-    Fault("force at 2X", ("coupling.force_2x", "asymmetric_shaft", "crack"),
+    RigFault("force at 2X", ("coupling.force_2x", "asymmetric_shaft", "crack"),
           lambda rng, rig: {"forward_2x": rng.uniform(15, 40)},
           lambda rig: {"coupling.force_2x": rig.forward_2x}),
-    Fault("seal", ("labyrinth_seal.cross_stiffness of disc 2", "internal_damping"),
+    RigFault("seal", ("labyrinth_seal.cross_stiffness of disc 2", "internal_damping"),
           lambda rng, rig: {"seal": rng.uniform(4e4, 8e4)},
           lambda rig: {"labyrinth_seal.cross_stiffness": rig.seal}),
-    Fault("stop", ("rub.stiffness of disc 2",), lambda rng, rig: {"stop": (rng.uniform(2e5, 5e5), 3e-6)}),
-    Fault("loose pedestal", ("bearing right",), lambda rng, rig: {"pedestal": (rng.uniform(0.8e6, 1.5e6), 2.0)}),
-    Fault("hot spot", (), lambda rng, rig: {"heating": rng.uniform(0.3, 0.6)}),
-    Fault("strong hum", (NOTHING,), lambda rng, rig: {"hum": rng.uniform(1e-6, 2e-6)}),
-    Fault("probe 1R reads more", ("sensor_gain.x of 1R", "sensor_gain.y of 1R"), gain(1, 1.07, 1.15),
+    RigFault("stop", ("rub.stiffness of disc 2",), lambda rng, rig: {"stop": (rng.uniform(2e5, 5e5), 3e-6)}),
+    RigFault("loose pedestal", ("bearing right",), lambda rng, rig: {"pedestal": (rng.uniform(0.8e6, 1.5e6), 2.0)}),
+    RigFault("hot spot", (), lambda rng, rig: {"heating": rng.uniform(0.3, 0.6)}),
+    RigFault("strong hum", (NOTHING,), lambda rng, rig: {"hum": rng.uniform(1e-6, 2e-6)}),
+    RigFault("probe 1R reads more", ("sensor_gain.x of 1R", "sensor_gain.y of 1R"), gain(1, 1.07, 1.15),
           lambda rig: {"sensor_gain.x": rig.gains[1] - 1, "sensor_gain.y": rig.gains[1] - 1}),
-    Fault("probe 2L reads less", ("sensor_gain.x of 2L", "sensor_gain.y of 2L"), gain(2, 0.85, 0.93),
+    RigFault("probe 2L reads less", ("sensor_gain.x of 2L", "sensor_gain.y of 2L"), gain(2, 0.85, 0.93),
           lambda rig: {"sensor_gain.x": rig.gains[2] - 1, "sensor_gain.y": rig.gains[2] - 1}),
-    Fault("probe 2L reversed", ("probes: 2L is reversed",), gain(2, -1.0, -1.0)),
-    Fault("probes of plane 1 exchanged", ("probes: 1L and 1R are exchanged",), fixed(order=(1, 0, 2, 3))),
-    Fault("planes exchanged", ("probes: the planes are exchanged",), fixed(order=(2, 3, 0, 1))),
-    Fault("plane 2 turned by 45 deg", ("probes: 2L and 2R are turned",), fixed(turned=(0.0, np.pi / 4))),
-    Fault("other sense of rotation", ("probes: the rotation is in the other sense",), fixed(sense=-1)),
-    Fault("probe 1L drifts", (NOTHING,), lambda rng, rig: {"drift": rng.uniform(10e-6, 30e-6)}),
-    Fault("clock of the probes late", ("clock: the displacement is shifted", "sensor_delay", "sensor_lag"),
+    RigFault("probe 2L reversed", ("probes: 2L is reversed",), gain(2, -1.0, -1.0)),
+    RigFault("probes of plane 1 exchanged", ("probes: 1L and 1R are exchanged",), fixed(order=(1, 0, 2, 3))),
+    RigFault("planes exchanged", ("probes: the planes are exchanged",), fixed(order=(2, 3, 0, 1))),
+    RigFault("plane 2 turned by 45 deg", ("probes: 2L and 2R are turned",), fixed(turned=(0.0, np.pi / 4))),
+    RigFault("other sense of rotation", ("probes: the rotation is in the other sense",), fixed(sense=-1)),
+    RigFault("probe 1L drifts", (NOTHING,), lambda rng, rig: {"drift": rng.uniform(10e-6, 30e-6)}),
+    RigFault("clock of the probes late", ("clock: the displacement is shifted", "sensor_delay", "sensor_lag"),
           lambda rng, rig: {"clock": (rng.uniform(1e-3, 3e-3), 0.0)},
           lambda rig: {"sensor_delay.delay": rig.clock[0]}),
-    Fault("clock of the probes drifts", ("clock: the clock of the probes drifts",),
+    RigFault("clock of the probes drifts", ("clock: the clock of the probes drifts",),
           lambda rng, rig: {"clock": (0.0, rng.uniform(1e-4, 4e-4))}),
-    Fault("speed stated too high", ("speed: but the angle turns",),
+    RigFault("speed stated too high", ("speed: but the angle turns",),
           lambda rng, rig: {"speed_error": rng.uniform(0.03, 0.06)}),
 )  # fmt: skip
 """Faults of the set; each is drawn by every seed."""
 
 
 @dataclass(frozen=True)
-class Case:
-    """Fault of a seed with the rig that was drawn."""
+class RigCase:
+    """RigFault of a seed with the rig that was drawn."""
 
-    fault: Fault
+    fault: RigFault
     seed: int
-    rig: Rig
+    rig: TwoDiscRig
 
     @property
     def name(self) -> str:
@@ -138,14 +138,14 @@ class Case:
         return {"name": self.name, "answers": self.fault.answers, "rig": asdict(self.rig)}
 
 
-def drawn(fault: Fault, seed: int) -> Case:
-    """Case of a fault: supports 10 to 20 % off, another unbalance, and the fault's own sizes."""
+def drawn(fault: RigFault, seed: int) -> RigCase:
+    """RigCase of a fault: supports 10 to 20 % off, another unbalance, and the fault's own sizes."""
     rng = np.random.default_rng([seed, *fault.name.encode()])
     off = 1 + rng.choice([-1, 1], (2, 4)) * rng.uniform(0.1, 0.2, (2, 4))
     bearings = tuple(tuple(map(float, own)) for own in off * np.array(BEARINGS)[:, 1:])
     unbalance = tuple((float(me * rng.uniform(0.7, 1.4)), float(rng.uniform(-1, 1))) for me in UNBALANCE)
-    sound = Rig(bearings, unbalance)
-    return Case(fault, seed, replace(sound, **fault.change(rng, sound)))
+    sound = TwoDiscRig(bearings, unbalance)
+    return RigCase(fault, seed, replace(sound, **fault.change(rng, sound)))
 
 
 def judged(
@@ -183,7 +183,7 @@ RIGHT = ("name", "class", "place", "mistake", "nothing")
 """Outcomes that are right."""
 
 
-def deviations(case: Case, found: Any) -> dict[str, float]:
+def deviations(case: RigCase, found: Any) -> dict[str, float]:
     """Stated less true sizes in stated standard deviations, of the calibration and of the effects."""
     rig, out = case.rig, {}
     true = {f"bearings.{i}.{name}": v for i, own in enumerate(rig.bearings)
@@ -205,7 +205,7 @@ def deviations(case: Case, found: Any) -> dict[str, float]:
     return out
 
 
-def diagnosed(case: Case, folder: Path, models: Any) -> dict[str, Any]:
+def diagnosed(case: RigCase, folder: Path, models: Any) -> dict[str, Any]:
     """Verdict on one case, through files and the reader, with its outcome."""
     files, cpu = write_records(case.rig, case.seed, folder), time.process_time()
     try:
@@ -242,7 +242,7 @@ def summary(results: list[dict[str, Any]]) -> str:
     return f"{len(right)} of {len(results)} right: {text}{sizes}"
 
 
-def with_result(case: Case, path: Path, run: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+def with_result(case: RigCase, path: Path, run: Callable[[], dict[str, Any]]) -> dict[str, Any]:
     """Result of a case from a file, where it has the same truth and sources; else that of a run, which is written."""
     truth = hashlib.sha256(json.dumps(case.truth, sort_keys=True).encode()).hexdigest()
     own = {"truth": truth, "sources": sources_hash(*SOURCES)}

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scipy.linalg import eig
 
-from studies.benchmarks.foreign_rotor import BEARINGS, DISCS, Rig, response, rotor
+from studies.benchmarks.foreign_rotor import BEARINGS, DISCS, TwoDiscRig, response, rotor
 from studies.benchmarks.foreign_set import FAULTS, drawn, judged, summary, with_result
 
 
 def whirls(sense: int, hertz: float) -> dict[int, float]:
     """Lowest natural frequency [Hz] on isotropic undamped supports that whirls with (1) and against (-1) x to y."""
     round_supports = tuple((kx, kx, 0.0, 0.0) for _, kx, *_ in BEARINGS)
-    M, C, K = rotor(Rig(round_supports, (), sense=sense), 2 * np.pi * hertz, 0.0)
+    M, C, K = rotor(TwoDiscRig(round_supports, (), sense=sense), 2 * np.pi * hertz, 0.0)
     n = len(K)
     zero, one = np.zeros((n, n)), np.eye(n)
     poles, shapes = eig(np.block([[zero, one], [-K, -C]]), np.block([[one, zero], [zero, M]]))
@@ -94,8 +94,8 @@ def test_sizes_of_all_verdicts_count():
 
 def test_a_stop_pushes_only_beyond_its_gap():
     rig, speed = drawn(next(f for f in FAULTS if f.name == "stop"), 1).rig, 2 * np.pi * 43
-    free = response(Rig(rig.bearings, rig.unbalance), speed)
-    far = response(Rig(rig.bearings, rig.unbalance, stop=(rig.stop[0], 1e-3)), speed)
+    free = response(TwoDiscRig(rig.bearings, rig.unbalance), speed)
+    far = response(TwoDiscRig(rig.bearings, rig.unbalance, stop=(rig.stop[0], 1e-3)), speed)
     near = response(rig, speed)
     at = 4 * DISCS[1][0] + 1
     assert np.allclose(far[1][1], free[1][1]) and near[0][at] < free[0][at] and abs(near[1][2][at]) > 1e-8
