@@ -323,17 +323,17 @@ SOFT = far_fit(0, kx=-2.0, ky=-2.0, cx=8.0, cy=8.0)
 
 
 @pytest.mark.parametrize(
-    ("fit", "names"),
+    ("fit", "far", "names"),
     [
-        (SOFT, ["bearing.0.kx", "bearing.0.ky"]),
-        (far_fit(1, kx=0.19, cx=2.0), ["bearing.1.cx"]),
-        (far_fit(1, kx=0.25, cx=2.0), ["bearing.1.kx", "bearing.1.cx"]),
-        (far_fit(1, kx=0.19, cx=0.3), ["bearing.1.kx"]),
-        (far_fit(-1), []),
+        (SOFT, "0", ["bearing.0.kx", "bearing.0.ky"]),
+        (far_fit(1, kx=0.19, cx=2.0), "1", ["bearing.1.cx"]),
+        (far_fit(1, kx=0.25, cx=2.0), "1", ["bearing.1.kx", "bearing.1.cx"]),
+        (far_fit(1, kx=0.19, cx=0.3), "1", ["bearing.1.kx"]),
+        (far_fit(-1), "", []),
     ],
 )
-def test_a_far_bearing_always_has_a_number_that_is_off_the_file(fit, names):
-    assert far_off_file(fit) == names
+def test_a_far_bearing_always_has_a_number_that_is_off_the_file(fit, far, names):
+    assert far_off_file(fit, far) == names
 
 
 def test_places_that_records_do_not_distinguish_are_all_findings():
@@ -343,6 +343,6 @@ def test_places_that_records_do_not_distinguish_are_all_findings():
     parts = {"fit": SimpleNamespace(layout=layout)}
     run = DiagnosisRun(load_machine("plain_rotor"), None, parts, (), (), 0.01, lambda _: None)
     left, right = run.machine.bearing_names
-    (both,), one = run._large([SOFT, loss]), run._large([loss])
+    (both,), one = run._large([("0", SOFT), ("1", loss)]), run._large([("1", loss)])
     assert left in both and right in both and len(one) == 1 and right in one[0] and "+200 %" in one[0]
-    assert judged(AllEvidence(QUIET, GOOD, large=run._large([loss]))).verdict.status == "recalibrated"
+    assert judged(AllEvidence(QUIET, GOOD, large=run._large([("1", loss)]))).verdict.status == "recalibrated"
