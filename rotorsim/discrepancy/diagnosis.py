@@ -387,8 +387,20 @@ class DiagnosisRun:
         astray = () if best is None else tuple(name for name in strained(best.fit) if name in names)
         return judged(
             AllEvidence(
-                verdict, odds, known, tuple(left), tuple(of_form), gone, worse, alone, self.large, share, scatter,
-                self.late, seen_together(groups), astray,
+                verdict,
+                odds,
+                known,
+                tuple(left),
+                tuple(of_form),
+                gone,
+                worse,
+                alone,
+                self.large,
+                share,
+                scatter,
+                self.late,
+                seen_together(groups),
+                astray,
             )
         )
 

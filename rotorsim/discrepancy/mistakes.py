@@ -36,7 +36,7 @@ from rotorsim.base.rounding import answer
 from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
 from rotorsim.discrepancy.changes import MAIN, PLANE
-from rotorsim.discrepancy.comparison import TwinComparison, excess, flagged, table
+from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
 from rotorsim.discrepancy.fit import ParameterFit, fit_parameters, prior_rows
 from rotorsim.discrepancy.trial import Trial, delayed, turns_of
 from rotorsim.discrepancy.twin import of_axis
@@ -72,8 +72,9 @@ TOO_LATE = "the displacement is shifted by {:+.1f} ms against the shaft's angle"
 """Alternative of a delay."""
 TOO_LATE_TOO = "the records fit better when {}, or with an effect that acts like a delay: check the clocks first"
 """Note on it."""
-SHARE_FORESEEN = 0.5
-"""Share of the flagged misfit that an alternative takes by the tangent at least, to be calibrated with the plant."""
+MOST_FORESEEN = 0.5
+"""Most sum of squares of an alternative over that of the records as they are, both by the tangent, where groups of lines
+are beyond their floor and would have to go."""
 MOST_CALIBRATED = 2
 """Most alternatives that are calibrated with the plant."""
 COMPLIANCES = (0.5, -1.0)
@@ -285,8 +286,7 @@ def check_alternatives(comparison: TwinComparison, base: ParameterFit, J: np.nda
     origin = ParameterPoint()
     start = replace(base, point=origin, residual=comparison.residual(origin), J=J / comparison.sigma[:, None])
     cost, others = _foreseen(comparison, start), list[tuple[float, str, TwinComparison]]()
-    least_fall = SHARE_FORESEEN * excess(table(comparison, base.residual))
-    most = cost(comparison) - least_fall
+    most = cost(comparison) * (MOST_FORESEEN if flagged(table(comparison, base.residual)) else 1.0)
     for mistake in (one for one in _mistakes(comparison.trials) if not one.backward):
         other = _with_trials(comparison, _with_mistake(comparison.trials, mistake))
         others.append((cost(other), mistake.sentence, other))

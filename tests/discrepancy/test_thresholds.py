@@ -1,5 +1,6 @@
 """Verdicts as thresholds on the odds: made-up odds of hypotheses that a search has accepted."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +10,16 @@ from rotorsim.discrepancy.calibration import COMPLIANCE_LIMITS, LOSS_LIMITS, LOS
 from rotorsim.discrepancy.comparison import UNSTEADY, Misfit
 from rotorsim.discrepancy.diagnosis import DiagnosisRun
 from rotorsim.discrepancy.fit import FAR, NEAR, ParameterFit, far_off_file
-from rotorsim.discrepancy.judge import VERDICTS, AllEvidence, accuracy_notes, by_odds, judged, text_of, worse_than
+from rotorsim.discrepancy.judge import (
+    VERDICTS,
+    AllEvidence,
+    accuracy_notes,
+    by_odds,
+    judged,
+    seen_together,
+    text_of,
+    worse_than,
+)
 from rotorsim.discrepancy.machine_file import far_off, recalibrated_values
 from rotorsim.discrepancy.verdict import Explanation, SearchVerdict, joined_classes
 from rotorsim.machine import load_machine
@@ -181,6 +191,26 @@ def test_a_name_has_to_hold_at_points_that_were_not_fitted(times, status):
     assert (found.verdict.status, bool(found.notes)) == (status, times > 0) and found.verdict.best is one
     assert (text_of(status, found.left).sentence == VERDICTS[status].sentence) == (times != 3.0)
     assert (COUPLING in certain(found)) == (status == "named")
+
+
+def test_a_name_holds_where_it_leaves_less_than_its_own_form_error():
+    """40 floors of a line of 800 that the effect makes are its form; those of another line refute it."""
+    given = odds((COUPLING, 0.99), nothing=0.01)
+    left = (group(40.0), group(30.0, "held_out_2"))
+    for of_form, status in ((left, "named"), (left[:1], "partial"), ((), "partial")):
+        evidence = AllEvidence(search("named", fitted(COUPLING)), given, frozenset(KNOWN), left, of_form, gone=0.9)
+        assert (judged(evidence).verdict.status, judged(evidence).left) == (status, 2)
+
+
+@pytest.mark.parametrize(("times", "records", "shown"), [(1.37, 36, True), (1.37, 9, False), (1.0, 36, False)])
+def test_what_all_records_show_together_is_no_peace(times, records, shown):
+    """A stop of .07 um: nowhere a group beyond its floor, and a chance of one in 80 000 at 1X of all records."""
+    groups = [group(times) for _ in range(records)]
+    found = seen_together([*groups, replace(group(9.0), speed=150.0)])
+    assert bool(found) == shown and (not shown or "1X of all records" in found)
+    verdict = judged(AllEvidence(QUIET, GOOD, together=found))
+    assert verdict.verdict.status == ("unknown" if shown else "no_disagreement")
+    assert (found in verdict.notes) == shown and (certain(verdict) == {}) == shown
 
 
 @pytest.mark.parametrize("status", ["unknown", "partial", "named"])
