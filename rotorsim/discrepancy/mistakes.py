@@ -73,8 +73,8 @@ TOO_LATE = "the displacement is shifted by {:+.1f} ms against the shaft's angle"
 TOO_LATE_TOO = "the records fit better when {}, or with an effect that acts like a delay: check the clocks first"
 """Note on it."""
 MOST_FORESEEN = 0.5
-"""Most sum of squares of an alternative over that of the records as they are, both by the tangent, where groups of lines
-are beyond their floor and would have to go."""
+"""Most sum of squares of an alternative over that of the records as they are, both by the tangent, where groups of
+lines are beyond their floor and would have to go."""
 MOST_CALIBRATED = 2
 """Most alternatives that are calibrated with the plant."""
 COMPLIANCES = (0.5, -1.0)

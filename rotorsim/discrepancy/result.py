@@ -382,7 +382,9 @@ def effect_of(found: IdentifiedEffect) -> Effect:
 def effect_of_key(machine: Machine, key: str, at: Mapping[str, float]) -> Effect | None:
     """A neutral effect at the place that a candidate's key names; None for an effect that is not known.
 
-    `at` has the coordinates [m] of those that act elsewhere than usual. A key is 'weak_injector.blocked of injector 3 of front', see `rotorsim.discrepancy.candidates`.
+    `at` has the coordinates [m] of those that act elsewhere than usual.
+
+    A key is 'weak_injector.blocked of injector 3 of front', see `rotorsim.discrepancy.candidates`.
     """
     kind = REGISTRY.get(key.partition(".")[0])
     if kind is None:

@@ -257,7 +257,8 @@ def left_by_sound(rig: TwoDiscRig) -> np.ndarray:
     true = np.clip(np.array(rig.bearings) / filed, 1 - 0.99 * WITHIN, 1 + 0.99 * WITHIN).ravel()
     z = np.array([1e6 * me * np.exp(1j * phase) for me, phase in rig.unbalance])
     ends = [np.concatenate([np.full(8, 1 + side * WITHIN), np.full(4, side * 300.0)]) for side in (-1, 1)]
-    starts = [np.concatenate([own, np.column_stack([z.real, z.imag]).ravel()]) for own in (np.ones(8), true)]
+    near = [true, *([] if np.allclose(true, (np.array(rig.bearings) / filed).ravel()) else [np.ones(8)])]
+    starts = [np.concatenate([own, np.column_stack([z.real, z.imag]).ravel()]) for own in near]
     best = min((least_squares(left, v, bounds=ends, ftol=1e-3) for v in starts), key=lambda one: one.cost)
     apart = (best.fun * ACCURACY).reshape(2, *wanted.shape)
     return np.asarray(np.sqrt(np.mean(np.sum(apart**2, axis=(0, 3)) / 2, axis=0)))
