@@ -407,13 +407,16 @@ class DiagnosisRun:
     def _large(self, fits: Sequence[tuple[str, ParameterFit]]) -> tuple[str, ...]:
         """Sentences on calibrated numbers that are far from the machine file; of several far bearings all in one.
 
-        Every fit with a far bearing has a sentence: none would pass for a machine that agrees with its file.
+        Every fit with a far bearing has a sentence: none would pass for a machine that agrees with its file. Numbers
+        within two standard deviations of the file are left out where others are not.
         """
         found = []
         for number, fit in fits:
             V = covariance(fit, self.fitted.layout.record)
             own = calibration_of(fit, V, fit.parameters)
-            found.append(far_off(self.machine, own, related_of(fit, V), [*strained(fit), *far_off_file(fit, number)]))
+            far = far_off_file(fit, number)
+            far = [name for name in far if abs(own[name][0]) > 2 * own[name][1]] or far
+            found.append(far_off(self.machine, own, related_of(fit, V), [*strained(fit), *far]))
         if len(found) < 2:
             return found[0]
         return (ONE_OF.format(" or ".join(", ".join(own) for own in found)),)

@@ -197,7 +197,8 @@ class AllEvidence:
     unexplained : share of the response that stays unexplained
     scatter_known : whether the scatter of the records is measured or stated
     late : sentence where the records fit better with late probes
-    together : sentence on what all records show together and none alone, after calibration alone
+    together : sentence on what all records show together and none alone, after calibration alone; as where groups are
+        flagged, nothing missing needs `SURE` then
     astray : calibration parameters that stand where they are not believed with the effects of the search's best too
     """
 
@@ -265,7 +266,7 @@ def judged(evidence: AllEvidence) -> Judgement:
         notes.append(ASTRAY.format(" with ".join(verdict.best.keys), ", ".join(evidence.astray)))
     if worse and not any(WORSE.format(records=", ".join(names)) in notes for names in (evidence.worse, worse)):
         notes.append(WORSE.format(records=", ".join(worse)))
-    refuted = evidence.refuted or foreign or bool(evidence.worse or evidence.together)
+    refuted = evidence.refuted or foreign or bool(evidence.worse) or evidence.together in against
     odds = consistent(verdict.status, evidence.odds, refuted)
     return Judgement(verdict, odds, tuple(dict.fromkeys(note for note in notes if note)), len(evidence.left), worse)
 
@@ -286,7 +287,7 @@ def objections(evidence: AllEvidence, verdict: SearchVerdict) -> list[str]:
         if evidence.odds and nothing < LEAST_NOTHING:
             found.append(NOT_LIKELY.format(share=f"{100 * nothing:.0f} %", least=f"{100 * LEAST_NOTHING:.0f} %"))
         found += [] if evidence.scatter_known else [NO_ACCURACY]
-        found += [evidence.late, evidence.together]
+        found += [evidence.late, evidence.together if nothing < SURE else ""]
     return [one for one in found if one]
 
 

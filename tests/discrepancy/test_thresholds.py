@@ -208,7 +208,8 @@ def test_what_all_records_show_together_is_no_peace(times, records, shown):
     groups = [group(times) for _ in range(records)]
     found = seen_together([*groups, replace(group(9.0), speed=150.0)])
     assert bool(found) == shown and (not shown or "1X of all records" in found)
-    verdict = judged(AllEvidence(QUIET, GOOD, together=found))
+    assert judged(AllEvidence(QUIET, GOOD, together=found)).verdict.status == "no_disagreement"  # 97 %
+    verdict = judged(AllEvidence(QUIET, odds(nothing=0.94, beyond=0.06), together=found))
     assert verdict.verdict.status == ("unknown" if shown else "no_disagreement")
     assert (found in verdict.notes) == shown and (certain(verdict) == {}) == shown
 
@@ -375,4 +376,6 @@ def test_places_that_records_do_not_distinguish_are_all_findings():
     left, right = run.machine.bearing_names
     (both,), one = run._large([("0", SOFT), ("1", loss)]), run._large([("1", loss)])
     assert left in both and right in both and len(one) == 1 and right in one[0] and "+200 %" in one[0]
+    (softer,) = run._large([("1", far_fit(1, kx=-2.0, cx=0.6))])
+    assert "stiffness" in softer and "loss" not in softer
     assert judged(AllEvidence(QUIET, GOOD, large=run._large([("1", loss)]))).verdict.status == "recalibrated"
