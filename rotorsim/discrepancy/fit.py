@@ -28,7 +28,7 @@ Cites: nocedal_2006, huber_1967, liang_1986.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -333,7 +333,8 @@ def far_places(
     """Fits with one bearing far from the machine file that the records do not distinguish, the best first.
 
     Each comes with the bearing's number, as text. None where no bearing leaves its prior, where bearings near the file
-    fit as well, or where lines stay flagged: those that no bearing moves are looked at before anything is fitted.
+    fit as well, or where lines stay flagged. Nothing is fitted where no bearing moves such lines, nor where none is
+    flagged and the tangent does not promise half of the fall that it takes.
     """
     own = [k.key.startswith("bearing.") for k in base.parameters]
     numbers = list(dict.fromkeys(k.key.split(".")[1] for k, mine in zip(base.parameters, own, strict=True) if mine))
@@ -343,6 +344,9 @@ def far_places(
         return []
     moved = {(f.number, f.channel, f.group): f.chi2 for f in table(comparison, np.linalg.norm(base.J[:, own], axis=1))}
     if any(f.excess > MOST_MOVED**2 * moved[f.number, f.channel, f.group] for f in flags):
+        return []
+    foreseen_near, *ahead = (foreseen(base, _with_prior(base.parameters, number))(0.0) for number in ("", *numbers))
+    if not flags and min(ahead) > foreseen_near - ONE_FAR / 2:
         return []
     near, *fits = (_with_far(comparison, base, number, progress) for number in ("", *numbers))
     found = sorted(zip(numbers, fits, strict=True), key=lambda one: one[1].cost)
@@ -372,6 +376,36 @@ def far_off_file(fit: ParameterFit, far: str) -> list[str]:
     return [name for name, share in off.items() if share >= least]
 
 
+def _with_prior(parameters: Iterable[FitParameter], far: str) -> tuple[FitParameter, ...]:
+    """Parameters with the priors of a machine whose bearing `far`, by its number as text, may be far from the file."""
+
+    def own(k: FitParameter) -> FitParameter:
+        _, number, what = k.key.split(".") if k.key.startswith("bearing.") else ("", "", k.key)
+        if number and number == far:
+            return replace(k, sd=FAR[what[0]])
+        return replace(k, sd=NEAR if number and what[0] == "k" else SHAFT if what == KEY else k.sd)
+
+    return tuple(map(own, parameters))
+
+
+def foreseen(fit: ParameterFit, parameters: Sequence[FitParameter]) -> Callable[[np.ndarray | float], float]:
+    """Sum of squares with the priors of `parameters` that a fit reaches by its tangent, of a shift of its residual.
+
+    A shift is 0, or (n,) in floors, as of other readings.
+    """
+    p = prior_rows(parameters)
+    A = np.vstack([fit.J, np.diag(p)])
+    size = np.linalg.norm(A, axis=0)
+    U, s, _ = answer(np.linalg.svd, A / np.where(size > 0, size, 1.0), full_matrices=False)
+    U = U[:, s > 1e-12 * s[0]]
+
+    def cost(shift: np.ndarray | float) -> float:
+        wanted = np.append(fit.residual + shift, -p * fit.vector)
+        return float(np.sum((wanted - U @ (U.T @ wanted)) ** 2))
+
+    return cost
+
+
 def _with_far(comparison: TwinComparison, base: ParameterFit, far: str, progress: Callable[[], None]) -> ParameterFit:
     """Fit with one bearing, by its number as text, far from the file and the others near it, the better of two.
 
@@ -379,13 +413,7 @@ def _with_far(comparison: TwinComparison, base: ParameterFit, far: str, progress
     the file, the far one at the multiple of its stiffness that leaves least.
     """
 
-    def prior(k: FitParameter) -> FitParameter:
-        _, number, what = k.key.split(".") if k.key.startswith("bearing.") else ("", "", k.key)
-        if number and number == far:
-            return replace(k, sd=FAR[what[0]])
-        return replace(k, sd=NEAR if number and what[0] == "k" else SHAFT if what == KEY else k.sd)
-
-    parameters = tuple(map(prior, base.parameters))
+    parameters = _with_prior(base.parameters, far)
     point = replace(base.point, values=dict(zip(parameters, map(float, base.vector), strict=True)))
     first = fit_parameters(comparison, point, parameters, base.J, base.residual, progress=progress)
     from_calibration = relinearised(comparison, first, progress)

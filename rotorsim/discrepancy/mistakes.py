@@ -37,7 +37,7 @@ from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
 from rotorsim.discrepancy.changes import MAIN, PLANE
 from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
-from rotorsim.discrepancy.fit import ParameterFit, fit_parameters, prior_rows
+from rotorsim.discrepancy.fit import ParameterFit, fit_parameters, foreseen
 from rotorsim.discrepancy.trial import Trial, delayed, turns_of
 from rotorsim.discrepancy.twin import of_axis
 
@@ -312,15 +312,8 @@ def check_alternatives(comparison: TwinComparison, base: ParameterFit, J: np.nda
 
 def _foreseen(comparison: TwinComparison, fit: ParameterFit) -> Callable[[TwinComparison], float]:
     """Sum of squares with priors that a fit of other readings reaches, by the tangent at a fit of these."""
-    p = prior_rows(fit.parameters)
-    U, s, _ = answer(np.linalg.svd, np.vstack([fit.J, np.diag(p)]), full_matrices=False)
-    U = U[:, s > 1e-12 * s[0]]
-
-    def cost(other: TwinComparison) -> float:
-        wanted = np.append(fit.residual + (other.measured - comparison.measured) / comparison.sigma, -p * fit.vector)
-        return float(np.sum((wanted - U @ (U.T @ wanted)) ** 2))
-
-    return cost
+    cost = foreseen(fit, fit.parameters)
+    return lambda other: cost((other.measured - comparison.measured) / comparison.sigma)
 
 
 def _refined(comparison: TwinComparison, lag: float, cost: Callable[[TwinComparison], float]) -> float:

@@ -152,9 +152,11 @@ def test_a_far_bearing_is_looked_for_from_the_file_on_too():
     assert _with_far(TwoValleys(), base, "0", lambda: None).vector[0] == pytest.approx(-2.0, abs=0.15)
 
 
-def test_supports_10_to_20_percent_off_have_no_far_place(comparison):
+def test_supports_10_to_20_percent_off_have_no_far_place_and_cost_no_fit(comparison, monkeypatch):
     base, _ = calibrated(comparison, comparison.predict(OFF))
-    assert far_places(comparison, base) == []
+    away = replace(base, parameters=tuple(replace(k, sd=min(k.sd, 0.15)) for k in base.parameters))
+    monkeypatch.setattr("rotorsim.discrepancy.fit.fit_parameters", None)
+    assert far_places(comparison, away) == []
 
 
 def test_exchanged_planes_are_named_by_their_calibration(comparison):
