@@ -22,8 +22,7 @@ from fe_shaft.assembly import AssembledRotor, loose_motions
 from fe_shaft.modal import dataset
 from fe_shaft.modes.follower import through
 from fe_shaft.modes.pencil import OSCILLATES, Modes, Quotient, Region, SecondOrder
-from fe_shaft.modes.spectrum import counted
-from fe_shaft.modes.subspace import SMALL, everything, refined
+from fe_shaft.modes.spectrum import SMALL, counted, everything, refined
 from fe_shaft.shaft import ShaftError, grid
 
 if TYPE_CHECKING:

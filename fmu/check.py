@@ -37,8 +37,7 @@ from fmu.importer import (
     stored,
     xml,
 )
-from fmu.law_unit import OUTPUTS, LawUnit, answered
-from fmu.linear_model import LinearUnit
+from fmu.linear_units import OUTPUTS, LawUnit, LinearUnit, answered
 from fmu.model import PlantUnit, Unit
 from fmu.variables import ROW
 from rotorsim.base.errors import DataError, RotorsimError

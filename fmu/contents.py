@@ -20,8 +20,7 @@ from latex2mathml.converter import convert
 
 from fmu.description import ROWS, number, text
 from fmu.importer import Reference, table
-from fmu.law_unit import LawUnit
-from fmu.linear_model import LinearUnit
+from fmu.linear_units import LawUnit, LinearUnit
 from fmu.model import PlantUnit, Unit, software
 from fmu.variables import UnitVariable, fmi_name
 from rotorsim.base.quantity import UNLIMITED

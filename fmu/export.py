@@ -23,8 +23,7 @@ from fmu.contents import contents
 from fmu.description import DESCRIPTIONS, text
 from fmu.importer import Reference, make_reference
 from fmu.kernel_object import ObjectTarget, host_target, to_compile, write_objects
-from fmu.law_unit import LawUnit
-from fmu.linear_model import LinearUnit
+from fmu.linear_units import LawUnit, LinearUnit
 from fmu.model import PlantUnit, Unit, check_name, header, identifier, source
 from identification.lpv.model import LpvModel, load_model
 from rotorsim.base.errors import DataError, ModelError

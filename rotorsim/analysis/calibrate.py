@@ -27,8 +27,8 @@ from scipy.optimize import least_squares, lsq_linear
 from threadpoolctl import threadpool_limits
 
 from rotorsim.analysis.identified import pin_figures, read_delays
-from rotorsim.analysis.load_capacity import lift_off
 from rotorsim.analysis.operating_map import operating_point
+from rotorsim.analysis.supply import lift_off
 from rotorsim.analysis.targets import AXES, BARE, PINS, Parameter, Target, Targets, split, value_at
 from rotorsim.analysis.whirl_onset import whirl_onset
 from rotorsim.base.errors import DataError, RotorsimError

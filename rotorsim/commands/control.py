@@ -17,7 +17,6 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_json
 from rotorsim.base.input_files import parse_json
 from rotorsim.base.units import parse
-from rotorsim.commands.completion import designs, laws
 from rotorsim.commands.options import (
     Console,
     Force,
@@ -25,6 +24,8 @@ from rotorsim.commands.options import (
     PageOptions,
     PlantOptions,
     a_folder,
+    designs,
+    laws,
     note_compiling,
     print_json,
     print_rows,

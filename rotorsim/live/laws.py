@@ -46,7 +46,7 @@ from rotorsim.control.systems import (
     series,
     side_by_side,
 )
-from rotorsim.experiments.proportional_law import ProportionalLaw
+from rotorsim.experiments.laws import ProportionalLaw
 from rotorsim.live.modes import ORDERS
 from rotorsim.live.settings import OFF, P_LAW, driven_axes
 from rotorsim.machine import Machine

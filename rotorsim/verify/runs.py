@@ -19,7 +19,7 @@ from rotorsim.base.foreign_systems import is_linear
 from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control.law import LIMIT, Law
 from rotorsim.experiments.experiment import reference_range
-from rotorsim.experiments.limits import choked, passed
+from rotorsim.experiments.running import choked, passed
 from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.controller import (

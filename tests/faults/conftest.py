@@ -10,7 +10,7 @@ import typer
 from fault_injection.commands import leaves
 from fault_injection.inputs import make_failed, make_hidden, make_inputs, make_store
 from fault_injection.trials import Reference, Trial
-from rotorsim.commands.app import app
+from rotorsim.commands.registry import app
 
 NEEDS = {"campaign collect": make_store, "campaign retry": make_failed, "diagnose": make_hidden}
 """Inputs that take long, by the words of the command."""

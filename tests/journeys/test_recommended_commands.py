@@ -32,7 +32,7 @@ OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
 @cache
 def root():
     """Return the command line."""
-    from rotorsim.commands.app import app
+    from rotorsim.commands.registry import app
 
     return typer.main.get_command(app)
 

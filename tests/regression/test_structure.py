@@ -26,7 +26,7 @@ BY_NAME = {
     "fmu/kernel_object.py",
     "identification/readers/__init__.py",
     "rotorsim/base/public.py",
-    "rotorsim/commands/app.py",
+    "rotorsim/commands/registry.py",
 }
 """Files that may import a module by a name: tables of public names, effects, readers, commands, cases of workers."""
 CLOCKS = {"monotonic", "perf_counter", "process_time", "thread_time", "time"}

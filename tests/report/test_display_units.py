@@ -14,7 +14,7 @@ from refusals import refused
 from rotorsim.base.errors import DataError
 from rotorsim.report.figure_files import figure_csv, figures_of, imperial_figure
 from rotorsim.report.page import Block, Page, figures, html, plain_page, save_study_page
-from rotorsim.report.units import (
+from rotorsim.report.theme import (
     IMPERIAL,
     displacement,
     label,
