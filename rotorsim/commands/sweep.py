@@ -12,6 +12,7 @@ from rich.table import Table
 
 from rotorsim.commands.campaign import RunOptions
 from rotorsim.commands.options import (
+    FED,
     Console,
     GivenMachine,
     GridOptions,
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from rotorsim.analysis import SweepResult
     from rotorsim.campaign.run import CampaignOutcome
 
-REPORT, CAMPAIGN = "report.html", "campaign"
+REPORT, CAMPAIGN, SUPPLY = "report.html", "campaign", "0.5 MPa"
 
 
 @command(
@@ -48,7 +49,10 @@ def sweep(
         str, typer.Option(help="Quantities: lift_off, onset, load, flow, damping, frequency, peak.")
     ] = "lift_off,onset,flow",
     speed: Annotated[str, typer.Option(help="Shaft speed, where it is not an axis.")] = "0 rpm",
-    pressure: Annotated[str, typer.Option(help="Gauge supply pressure, where it is not an axis.")] = "0.5 MPa",
+    pressure: Annotated[
+        str | None,
+        typer.Option(help="Gauge supply pressure, where it is not an axis.", show_default=f"{SUPPLY}, {FED}"),
+    ] = None,
     highest_speed: Annotated[
         str | None, typer.Option(help="Speed up to which onset and peak are searched; default by the machine.")
     ] = None,
@@ -73,7 +77,7 @@ def sweep(
     from rotorsim.campaign.store import MANIFEST
 
     chosen = run.settings()
-    point = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
+    point = quantity("speed", speed, "rad/s"), quantity("pressure", pressure or SUPPLY, "Pa")
     top = None if highest_speed is None else quantity("highest-speed", highest_speed, "rad/s")
     defined = make_sweep(plant, over or (), what, *point, top)
     plan_of(defined)

@@ -250,8 +250,8 @@ class Effect:
         """Read text with units as SI; raises MachineFileError for what is no finite number."""
         for entry in fields(self):
             known, value = quantity_of(entry), getattr(self, entry.name)
-            plain = isinstance(value, (float, int)) and math.isfinite(value) or value is None and entry.default is None
-            if known is None or plain:
+            absent = value is None and entry.default is None
+            if known is None or absent or (isinstance(value, (float, int)) and math.isfinite(value)):
                 continue
             try:
                 object.__setattr__(self, entry.name, known.check(value))
