@@ -16,18 +16,8 @@ from rotorsim.analysis.unbalance_response import peak_of
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.report.page import Block, Page, write_page
-from rotorsim.report.theme import (
-    FAINTEST,
-    INK,
-    PIN_COLOURS,
-    compact,
-    curve,
-    next_to,
-    phase_axes,
-    phase_lag,
-    quantity,
-    style,
-)
+from rotorsim.report.theme import FAINTEST, INK, PIN_COLOURS, compact, curve, next_to, phase_axes, phase_lag, style
+from rotorsim.report.units import quantity
 from rotorsim.signals.orders import RunComparison
 
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")

@@ -25,7 +25,7 @@ from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_bytes, write_text
 from rotorsim.report.browser import NO_CHROME, chrome, images
-from rotorsim.report.theme import LEADING, NUMBER, PLACED, imperial, imperial_label, scaled, unit_in
+from rotorsim.report.units import LEADING, NUMBER, PLACED, imperial, imperial_label, scaled, unit_in
 
 KINDS = ("png", "svg", "csv")
 """Kinds of files of a figure."""
