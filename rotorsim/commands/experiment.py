@@ -182,7 +182,6 @@ def experiment_function(name: str, words: str) -> Callable[..., None]:
     setup: Any = kind
     files: dict[str, tuple[Any, Any]] = {}
     if name == "controlled":
-
         setup, files = ClosedLoopSetup, FILES
     entries = list(parameters(setup))
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.lpv.model import LpvModel
+from identification.lpv_model import LpvModel
 from rotorsim.base.units import KRPM, TO_MPA
 from rotorsim.control import Law, load_law
 from rotorsim.control.designs import h2_scheduled
