@@ -18,9 +18,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from fmu.archive import check_place, workspace, write_archive
+from fmu.archive import DESCRIPTIONS, check_place, text, workspace, write_archive
 from fmu.contents import contents
-from fmu.description import DESCRIPTIONS, text
 from fmu.importer import Reference, make_reference
 from fmu.kernel_object import ObjectTarget, host_target, to_compile, write_objects
 from fmu.linear_units import LawUnit, LinearUnit

@@ -168,7 +168,7 @@ def balance(
         write_json(folder.add("results", "balance.json"), summary(found))
         write_text(folder.add("unbalance", "unbalance.csv"), unbalance_csv(found))
         if result.report:
-            from rotorsim.report.balance import write_balance
+            from rotorsim.report.comparison import write_balance
 
             folder.write_page(lambda path: write_balance(found, path))
     result.show(summary(found), result_rows(found), folder.files)
