@@ -18,7 +18,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from latex2mathml.converter import convert
 
-from fmu.description import ROWS, number, text
+from fmu.archive import ROWS, number, text
 from fmu.importer import Reference, table
 from fmu.linear_units import LawUnit, LinearUnit
 from fmu.model import PlantUnit, Unit, software

@@ -22,8 +22,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from fmu.archive import temporary_error
-from fmu.description import ROWS
+from fmu.archive import ROWS, temporary_error
 from fmu.linear_units import LawUnit
 from fmu.model import PlantUnit, Unit
 from fmu.variables import UnitVariable

@@ -26,7 +26,7 @@ from fmu.model import Unit, fingerprint, numbers, runs
 from fmu.variables import UnitVariable
 from identification.local.blackbox import FullStateSpace
 from identification.local.greybox import STRUCTURES
-from identification.lpv.model import LpvModel
+from identification.lpv_model import LpvModel
 from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control import Law, guard
 from rotorsim.control.guard import SENTENCES

@@ -26,8 +26,8 @@ from rotorsim.base.processes import cores, spread
 from rotorsim.base.units import TO_UM
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
-from rotorsim.plant.equilibrium import Equilibrium, describe, settle
 from rotorsim.plant.linearise import LinearPlant, linearise
+from rotorsim.plant.simulation import Equilibrium, describe, settle
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -28,7 +28,7 @@ from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.calls import Call
-from rotorsim.plant.equilibrium import describe, settle
+from rotorsim.plant.simulation import describe, settle
 
 AT_REST = 1e9
 """Time [s] in which a line has filled."""

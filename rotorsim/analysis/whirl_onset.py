@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fe_shaft.modes import crossings
-from fe_shaft.modes.follower import Followed, Node, follow
-from fe_shaft.modes.pencil import Modes, Region, nothing
-from fe_shaft.modes.spectrum import modes_in
+from fe_shaft import crossings
+from fe_shaft.follower import Followed, Node, follow
+from fe_shaft.pencil import Modes, Region, nothing
+from fe_shaft.spectrum import modes_in
 from rotorsim.analysis.axes import checked
 from rotorsim.analysis.campbell import HIGHEST, highest_speed, top_speed
 from rotorsim.analysis.modes_over_speed import at_speed, least_damped

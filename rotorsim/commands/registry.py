@@ -194,7 +194,7 @@ PANELS = {
     },
     "Machine files": {"machine": "machine", "cite": "machine"},
     "Measured data": {
-        "data": "data", "compare": "compare", "balance": "balance", "diagnose": "diagnosis", "hide": "diagnosis",
+        "data": "data", "compare": "compare", "balance": "compare", "diagnose": "diagnosis", "hide": "diagnosis",
         "report": "report",
     },
     "Models, control, other simulators": {

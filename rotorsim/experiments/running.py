@@ -28,11 +28,10 @@ from rotorsim.machine.limits import at_speed, first_passed, limits_of
 from rotorsim.machine.numerics import check_speed
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.controller import alarms_of, as_controller, ask, call
-from rotorsim.plant.equilibrium import describe
 from rotorsim.plant.kernels.layout import COLUMNS, HEAT_COLUMNS
 from rotorsim.plant.locations import probe_coordinates
 from rotorsim.plant.plant import BLOCK, LONGEST as LONGEST_IN_MEMORY, Plant, as_plant, dated
-from rotorsim.plant.simulation import Simulation, split_columns
+from rotorsim.plant.simulation import Simulation, describe, split_columns
 from rotorsim.plant.validity import beyond, choked_share
 
 if TYPE_CHECKING:

@@ -51,9 +51,9 @@ from rotorsim.live.modes import ORDERS
 from rotorsim.live.settings import OFF, P_LAW, driven_axes
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.equilibrium import describe, settle
 from rotorsim.plant.kernels.layout import ANGLE_READ, AT, DISC, DISC_READ, REFERENCE, inputs_of
 from rotorsim.plant.linearise import linearise
+from rotorsim.plant.simulation import describe, settle
 
 SHIPPED = Path(__file__).parent / "shipped"
 LAWS = ("hinf",)

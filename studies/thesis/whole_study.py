@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from identification import load_model
-from identification.lpv.model import LpvModel
+from identification.lpv_model import LpvModel
 from rotorsim.base.cache import Cache
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text

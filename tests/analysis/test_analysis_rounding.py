@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fe_shaft.modes.pencil import Region
-from fe_shaft.modes.spectrum import everything
+from fe_shaft.pencil import Region
+from fe_shaft.spectrum import everything
 from rotorsim.analysis.safe_region import safe_region
 from rotorsim.analysis.supply import EXACT, lowest
 from rotorsim.analysis.whirl_onset import LeastDamped, first_loss

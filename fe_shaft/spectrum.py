@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import eig
 
-from fe_shaft.modes.pencil import OSCILLATES, Modes, Pencil, Quotient, Region, Vector, nothing
+from fe_shaft.pencil import OSCILLATES, Modes, Pencil, Quotient, Region, Vector, nothing
 
 SETTLED = 1e-11
 """Relative change of an eigenvalue after which its refinement ends."""

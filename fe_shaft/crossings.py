@@ -22,9 +22,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from fe_shaft.modes.follower import CERTAIN, INDISTINCT, Branch, Family, Followed, Node, follow, overlap
-from fe_shaft.modes.pencil import Modes, Pencil
-from fe_shaft.modes.spectrum import NEAR, SMALL, everything, predicted, refined, settled
+from fe_shaft.follower import CERTAIN, INDISTINCT, Branch, Family, Followed, Node, follow, overlap
+from fe_shaft.pencil import Modes, Pencil
+from fe_shaft.spectrum import NEAR, SMALL, everything, predicted, refined, settled
 from rotorsim.base.rounding import DAMPED, falls_below_zero
 
 CLOSE = 1e-12
