@@ -171,7 +171,7 @@ def is_kept(kernel: Any) -> bool:
 
 def _sources_hash() -> str:
     """Hash of the templates and of what writes them."""
-    places = ("kernels", "compose.py", "generated.py", "calls.py")
+    places = ("kernels", "compose.py", "calls.py")
     return cache_digest(source_files("reynolds", *(f"rotorsim/plant/{place}" for place in places)))
 
 
