@@ -19,5 +19,5 @@ from .shaft_motion import mode_shapes as mode_shapes, shaft_motion as shaft_moti
 from .supply import lift_off as lift_off, load_capacity as load_capacity
 from .sweep import SweepResult as SweepResult, sweep as sweep
 from .targets import read_targets as read_targets
-from .unbalance_response import unbalance_response as unbalance_response
+from .shaft_motion import unbalance_response as unbalance_response
 from .whirl_onset import whirl_onset as whirl_onset

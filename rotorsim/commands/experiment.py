@@ -282,7 +282,7 @@ def _report(path: Path, folder: ResultFolder, experiment: Experiment, outcome: O
     from rotorsim.report.page import write_page
     from rotorsim.report.record import results as swept_rows, run_page
     from rotorsim.report.run import analyse
-    from rotorsim.report.theme import unit_system
+    from rotorsim.report.units import unit_system
     from rotorsim.signals.record_blocks import open_record
 
     with open_record(path) as data:

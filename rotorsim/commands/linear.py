@@ -76,7 +76,7 @@ def response(
     plant, grid, supply = _operating_line(machine, settings, speeds, pressure)
     import numpy as np
 
-    from rotorsim.analysis.unbalance_response import peak_of, unbalance_response
+    from rotorsim.analysis.shaft_motion import peak_of, unbalance_response
 
     given = _unbalance(plant.machine, unbalance, disc)
     with result.folder("response", "response.nc", "response.csv") as folder:
@@ -241,7 +241,7 @@ def _mode_rows(found: xr.Dataset) -> list[tuple[object, ...]]:
 def _text(peak: dict[str, Any] | None) -> str:
     if peak is None:
         return "none"
-    from rotorsim.analysis.unbalance_response import ENDS
+    from rotorsim.analysis.shaft_motion import ENDS
 
     end = f", {ENDS[peak['at_end']]}" if peak["at_end"] else ""
     return f"{peak['um']:.3g} um 0-pk at {peak['rpm']:.0f} rpm{end}"

@@ -12,7 +12,7 @@ from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.interrupt import done, finishing
 from rotorsim.commands.options import MachineName, PlantOptions, note_compiling
 from rotorsim.commands.registry import command
-from rotorsim.report.figure_files import has_browser
+from rotorsim.report.browser import has_browser
 
 if TYPE_CHECKING:
     from rotorsim.live.desk import Scene

@@ -28,8 +28,8 @@ from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.files import WriteError
 from rotorsim.base.units import Suggest, parse
 from rotorsim.commands.results import refuse_replacing, results
-from rotorsim.report.figure_files import open_page
-from rotorsim.report.theme import check_units, use_units
+from rotorsim.report.browser import open_page
+from rotorsim.report.units import check_units, use_units
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -15,7 +15,7 @@ import xarray as xr
 from plotly.subplots import make_subplots
 
 from rotorsim.analysis.campbell import critical_rows
-from rotorsim.analysis.unbalance_response import peak_of
+from rotorsim.analysis.shaft_motion import peak_of
 from rotorsim.balance import Assessment, Conditions, Correction, LeftOut
 from rotorsim.balance.unbalance import estimate_table, result_rows as balance_rows
 from rotorsim.base.errors import DataError
@@ -31,9 +31,9 @@ from rotorsim.report.theme import (
     next_to,
     phase_axes,
     phase_lag,
-    quantity,
     style,
 )
+from rotorsim.report.units import quantity
 from rotorsim.signals.orders import RunComparison
 
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")

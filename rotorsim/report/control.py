@@ -28,17 +28,8 @@ from rotorsim.control.sampled_loop import (
 )
 from rotorsim.control.systems import largest
 from rotorsim.report.page import Block, Page, page_of, write_page
-from rotorsim.report.theme import (
-    AXIS_COLOURS,
-    INK,
-    NEUTRAL,
-    PIN_COLOURS,
-    SPECTRUM_SCALE,
-    compact,
-    curve,
-    quantity,
-    style,
-)
+from rotorsim.report.theme import AXIS_COLOURS, INK, NEUTRAL, PIN_COLOURS, SPECTRUM_SCALE, compact, curve, style
+from rotorsim.report.units import quantity
 from rotorsim.verify import Verification
 from rotorsim.verify.runs import Run
 from rotorsim.verify.transients import sentence

@@ -19,7 +19,8 @@ from rotorsim.discrepancy.result import NOTHING_BEYOND, located
 from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOTHING, Explanation, shown_share
 from rotorsim.report.machine_sketch import MARKS, machine_sketch
 from rotorsim.report.page import Block, Page, page_of
-from rotorsim.report.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, phase_axes, quantity, style
+from rotorsim.report.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, phase_axes, style
+from rotorsim.report.units import quantity
 
 METHOD = (
     "A simulated twin of the machine was run with the same speeds, pressures and excitation as the measured records. "

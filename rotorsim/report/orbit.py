@@ -28,7 +28,8 @@ from rotorsim.report.run import (
     record_section,
     slow_roll_text,
 )
-from rotorsim.report.theme import AXIS_COLOURS, GRID, INK, NEUTRAL, compact, displacement, faint, quantity, style
+from rotorsim.report.theme import AXIS_COLOURS, GRID, INK, NEUTRAL, compact, faint, style
+from rotorsim.report.units import displacement, quantity
 from rotorsim.signals.record_blocks import displacement_name, envelopes, need, probe_planes
 
 TURNS, MOST_POINTS, MOST_ORBITS = 4, 1500, 4

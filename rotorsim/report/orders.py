@@ -28,14 +28,12 @@ from rotorsim.report.theme import (
     NEUTRAL,
     SPECTRUM_SCALE,
     compact,
-    displacement,
     faint,
-    number,
     phase_axes,
     phase_lag,
-    quantity,
     style,
 )
+from rotorsim.report.units import displacement, number, quantity
 from rotorsim.signals.record_blocks import RunoutProfile, need, runout_of, sampling_time
 from rotorsim.signals.spectra import SensorError, Spectrum, difference_of, spectrum_of
 

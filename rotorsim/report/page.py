@@ -25,7 +25,7 @@ from rotorsim.base.files import write_text
 from rotorsim.base.input_files import parse_toml
 from rotorsim.base.public import Registry
 from rotorsim.report.figure_files import BEGIN, END, check_kind, imperial_figure, write_figures
-from rotorsim.report.theme import check_units, in_shown_units, is_imperial, label, micrometres, page_system, unit_in
+from rotorsim.report.units import check_units, in_shown_units, is_imperial, label, micrometres, page_system, unit_in
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -22,7 +22,7 @@ from rotorsim.report import film, orbit, orders, responses, time_history
 from rotorsim.report.film import feed_word
 from rotorsim.report.page import Block, Page, check_wanted, machine_entry, page_of, write_page
 from rotorsim.report.run import RUNS, SECTIONS, AnalysedRun, RecordSection, VectorRun, analyse, end_of_run
-from rotorsim.report.theme import number, quantity
+from rotorsim.report.units import number, quantity
 from rotorsim.signals.orders import mean_order
 from rotorsim.signals.record_blocks import SHOWN, MissingError, open_record
 

@@ -13,7 +13,8 @@ from identification.records.schema import PINS
 from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.report.film import feed_word
 from rotorsim.report.run import AnalysedRun, end_of_run, need_time, record_section
-from rotorsim.report.theme import AXIS_COLOURS, NEUTRAL, PIN_COLOURS, compact, curve, faint, quantity, style
+from rotorsim.report.theme import AXIS_COLOURS, NEUTRAL, PIN_COLOURS, compact, curve, faint, style
+from rotorsim.report.units import quantity
 from rotorsim.signals.orders import Deceleration, deceleration_of
 from rotorsim.signals.record_blocks import (
     READINGS,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rotorsim.analysis import campbell, map_machine, mode_shapes, unbalance_response
-from rotorsim.analysis.unbalance_response import largest_response, peak_of, unbalances_of
+from rotorsim.analysis.shaft_motion import largest_response, peak_of, unbalances_of
 from rotorsim.analysis.whirl_onset import stability_limit
 from rotorsim.cli import main
 from rotorsim.machine import load_machine

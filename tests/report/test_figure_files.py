@@ -12,7 +12,8 @@ from plotly.subplots import make_subplots
 from refusals import refused
 from rotorsim.base.errors import DataError
 from rotorsim.report import save_figures, save_png
-from rotorsim.report.figure_files import HEADS, chrome, figure_csv, figures_of
+from rotorsim.report.browser import chrome
+from rotorsim.report.figure_files import HEADS, figure_csv, figures_of
 from rotorsim.report.page import Block, save_study_page
 from rotorsim.report.theme import compact, style
 

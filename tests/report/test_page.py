@@ -20,7 +20,7 @@ from rotorsim.report.figure_files import figures_of, save_figures
 from rotorsim.report.page import RESULT_PAGES, Block, Page, figures, html, plain_page
 from rotorsim.report.record import ADDED, POSSIBLE
 from rotorsim.report.run import SECTIONS, record_section
-from rotorsim.report.theme import unit_system
+from rotorsim.report.units import unit_system
 from rotorsim.signals.record_blocks import MissingError
 
 EVIL = "</script></pre><img src=x onerror=alert(1)>"
