@@ -15,9 +15,12 @@ from .operating_map import (
     operating_point as operating_point,
 )
 from .safe_region import safe_region as safe_region
-from .shaft_motion import mode_shapes as mode_shapes, shaft_motion as shaft_motion
+from .shaft_motion import (
+    mode_shapes as mode_shapes,
+    shaft_motion as shaft_motion,
+    unbalance_response as unbalance_response,
+)
 from .supply import lift_off as lift_off, load_capacity as load_capacity
 from .sweep import SweepResult as SweepResult, sweep as sweep
 from .targets import read_targets as read_targets
-from .shaft_motion import unbalance_response as unbalance_response
 from .whirl_onset import whirl_onset as whirl_onset

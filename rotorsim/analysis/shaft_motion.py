@@ -1,4 +1,4 @@
-r"""Motion of the whole shaft: its steady whirl under unbalance about the equilibrium of each speed, and its mode shapes.
+r"""Motion of the whole shaft: steady whirl under unbalance about the equilibrium of each speed, and mode shapes.
 
 With the modal dynamic stiffness D(s) of rotor and films, linear about the equilibrium at \Omega, and an unbalance me at
 the angle \beta of the plane b,
