@@ -6,7 +6,12 @@ from .calibrate import (
     judge as judge,
     save_calibrated as save_calibrated,
 )
-from .campbell import campbell as campbell, critical_speed_map as critical_speed_map, critical_speeds as critical_speeds
+from .campbell import (
+    campbell as campbell,
+    critical_speed_map as critical_speed_map,
+    critical_speeds as critical_speeds,
+    safe_region as safe_region,
+)
 from .citations import cite as cite
 from .operating_map import (
     OperatingPoint as OperatingPoint,
@@ -14,7 +19,6 @@ from .operating_map import (
     operating_map as operating_map,
     operating_point as operating_point,
 )
-from .safe_region import safe_region as safe_region
 from .shaft_motion import (
     mode_shapes as mode_shapes,
     shaft_motion as shaft_motion,
