@@ -234,7 +234,7 @@ def _link(target: Platform, command: Sequence[str], headers: Path, sources: Sequ
     return library
 
 
-COMPILING = "compiling the kernels for use outside Python: about 20 s, once for this kind of machine"
+COMPILING = "compiling the kernels for use outside Python; later units of this kind of machine take them from the cache"
 
 
 def versions(words: str) -> tuple[int, ...]:

@@ -6,7 +6,7 @@ their number proven at each step; motions that grow without oscillation count to
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -17,12 +17,12 @@ from fe_shaft.follower import Followed, Node, follow
 from fe_shaft.pencil import Modes, Region, nothing
 from fe_shaft.spectrum import modes_in
 from rotorsim.analysis.axes import checked
-from rotorsim.analysis.campbell import HIGHEST, highest_speed
+from rotorsim.analysis.campbell import HIGHEST, highest_speed, top_speed
 from rotorsim.analysis.modes_over_speed import at_speed, least_damped
 from rotorsim.base.errors import DataError
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import DAMPED
-from rotorsim.base.units import RPM
+from rotorsim.base.units import RPM, TO_HZ, TO_RPM
 from rotorsim.plant import Plant
 from rotorsim.plant.linearise import LinearPlant, region_up_to
 
@@ -37,6 +37,8 @@ NEARBY = 1e-4
 """Step of a derivative over the step between two nodes."""
 AT_ONCE = 10
 """Steps that are followed before the next ones, as long as every mode is damped."""
+POINTED = 1e-4
+"""Relative accuracy of an onset that a sentence states."""
 
 
 def whirl_onset(
@@ -98,6 +100,24 @@ def stability_limit(
     if not np.isfinite(found[0]) and not found[2]:
         search.at(highest)  # which states that no speed carries
     return found
+
+
+def onset_beyond(plant: Plant, fastest: float, pressures: Iterable[float]) -> str:
+    """Sentence on the lowest onset between the fastest speed asked for [rad/s] and `top_speed`; empty without one.
+
+    At gauge pressures [Pa]; a machine that whirls at the fastest speed already has been warned of.
+    """
+    top, found = top_speed(plant), []
+    for pressure in pressures if 0 <= fastest < top else ():
+        search = LeastDamped.up_to(plant, pressure, top)
+        onset, frequency, _ = first_loss(search, search.with_kinks(np.array([fastest, top])), POINTED)
+        if onset > fastest:
+            found.append((onset, frequency))
+    if not found:
+        return ""
+    onset, frequency = min(found)
+    what = f"a mode of {frequency * TO_HZ:.4g} Hz grows" if frequency else "the rotor leaves its place"
+    return f"{what} from {onset * TO_RPM:.0f} rpm on"
 
 
 @dataclass(frozen=True, eq=False)

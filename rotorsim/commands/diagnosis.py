@@ -314,7 +314,7 @@ def hide(
 
 
 STAGES = {
-    "compile": "compiling the machine with all candidate effects, on three grids and laws: about 50 s, once",
+    "compile": "compiling the machine with all candidate effects, on three grids and laws",
     "check": "checking the records",
     "calibrate": "re-calibrating",
     "prove": "proving the solver",

@@ -20,6 +20,7 @@ from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import RIG_SAMPLE, parse, show
 from rotorsim.commands.options import (
+    FED,
     MachineName,
     PlantOptions,
     ResultOptions,
@@ -221,7 +222,7 @@ def option(entry: Field[Any], known: Quantity) -> tuple[Any, Any]:
         return Annotated[str | None, typer.Option(name, help=known.doc + hint)], None
     shown = str(default) if known.choices or not isinstance(default, int | float) else show(default, known.unit)
     if entry.name == OF_FILM:  # whether it was given must be seen
-        return Annotated[str | None, typer.Option(name, help=known.doc + hint, show_default=shown)], None
+        return Annotated[str | None, typer.Option(name, help=known.doc + hint, show_default=f"{shown}, {FED}")], None
     return Annotated[str, typer.Option(name, help=known.doc + hint)], shown
 
 

@@ -20,6 +20,9 @@ from rotorsim.base.display import bar
 from rotorsim.base.units import TO_RPM, TO_UM, show
 from rotorsim.commands.campaign import RunOptions
 from rotorsim.commands.options import (
+    ABOVE,
+    FED,
+    TOP,
     Console,
     GivenMachine,
     GridOptions,
@@ -45,7 +48,7 @@ if TYPE_CHECKING:
     from rotorsim.campaign.run import CampaignOutcome
     from rotorsim.plant import Plant
 
-SPEEDS, PRESSURES = "0 rpm:6000 rpm:7", "0.3 MPa:0.7 MPa:5"
+STEPS, PRESSURES = 10, "0.3 MPa:0.7 MPa:5"
 RANGES: dict[str, tuple[str, float]] = {
     "natural_frequency_hz": ("wn", 1 / (2 * pi)),
     "damping_ratio": ("zeta", 1.0),
@@ -72,12 +75,12 @@ LOOKED: dict[str, tuple[str, str]] = {
 class MapOptions:
     """Options about the grid of operating points and what is searched on it."""
 
-    speed: Annotated[str, typer.Option(help="Speeds: FROM:TO:COUNT, or values with commas.")] = SPEEDS
+    speed: Annotated[
+        str | None, typer.Option(help="Speeds: FROM:TO:COUNT, or values with commas.", show_default=TOP)
+    ] = None
     pressure: Annotated[
         str | None,
-        typer.Option(
-            help="Gauge supply pressures, likewise.", show_default=f"{PRESSURES}; 0 for a machine without feed"
-        ),
+        typer.Option(help="Gauge supply pressures, likewise.", show_default=f"{PRESSURES}, {FED}"),
     ] = None
     over: Annotated[
         list[str] | None, typer.Option(help="Another axis: PATH=FROM:TO:COUNT of a field of the machine file.")
@@ -90,13 +93,14 @@ class MapOptions:
     with_onset: Annotated[bool, typer.Option("--whirl-onset", help="Find the onset of whirl by pressure.")] = False
     campbell: Annotated[bool, typer.Option("--campbell", help="Find the critical speeds of orders 1, 2, 3.")] = False
 
-    def read(self) -> MapGrid:
+    def read(self, plant: Plant) -> MapGrid:
         """The grid in SI; raises MachineFileError for an option that cannot be read."""
         from rotorsim.analysis.axes import read_axis, read_field
+        from rotorsim.analysis.campbell import default_speeds
 
         whirl = [2 * pi * quantity("frequency", text, "Hz") for text in self.frequency or []]
         return MapGrid(
-            read_axis("speed", self.speed, "rad/s"),
+            default_speeds(plant, STEPS) if self.speed is None else read_axis("speed", self.speed, "rad/s"),
             read_axis("pressure", PRESSURES if self.pressure is None else self.pressure, "Pa"),
             [read_field(text) for text in self.over or []],
             whirl or None,
@@ -134,9 +138,11 @@ def map_command(
     Equilibria and linear models; no time simulation.
     """
     result.check()
-    grid, plant = wanted.read(), settings.plant(machine)
+    plant = settings.plant(machine)
+    grid = wanted.read(plant)
     fed = _check(plant, grid, wanted)
     from rotorsim.analysis.operating_map import map_machine
+    from rotorsim.analysis.whirl_onset import onset_beyond
 
     with result.folder("map", "map.nc") as folder:
         note_compiling(plant.assembly, "settle")
@@ -158,7 +164,10 @@ def map_command(
             Console().print(table)
     numbers, listed = summary(found), {key for key, *_ in LISTED.values()} | {key for _, key in LOOKED.values()}
     rows = [(key.replace("_", " "), _short(value)) for key, value in numbers.items() if key not in listed]
-    result.show(numbers, rows, folder.files)
+    looked = wanted.with_onset or grid.fields or found.attrs["ended"] != "complete"
+    above = "" if looked else onset_beyond(plant, grid.speeds[-1], found["pressure"].values[[0, -1]])
+    rows += [(ABOVE, above)] if above else []
+    result.show(numbers | {"above_asked": above}, rows, folder.files)
     _leave_if_incomplete(found, folder.files["map"], fed)
 
 
@@ -280,7 +289,7 @@ def _number(value: float, looked: Any) -> str:
     return "none" if looked else "not known"
 
 
-REPORT, CAMPAIGN = "report.html", "campaign"
+REPORT, CAMPAIGN, SUPPLY = "report.html", "campaign", "0.5 MPa"
 
 
 @command(
@@ -299,7 +308,10 @@ def sweep(
         str, typer.Option(help="Quantities: lift_off, onset, load, flow, damping, frequency, peak.")
     ] = "lift_off,onset,flow",
     speed: Annotated[str, typer.Option(help="Shaft speed, where it is not an axis.")] = "0 rpm",
-    pressure: Annotated[str, typer.Option(help="Gauge supply pressure, where it is not an axis.")] = "0.5 MPa",
+    pressure: Annotated[
+        str | None,
+        typer.Option(help="Gauge supply pressure, where it is not an axis.", show_default=f"{SUPPLY}, {FED}"),
+    ] = None,
     highest_speed: Annotated[
         str | None, typer.Option(help="Speed up to which onset and peak are searched; default by the machine.")
     ] = None,
@@ -324,7 +336,7 @@ def sweep(
     from rotorsim.campaign.store import MANIFEST
 
     chosen = run.settings()
-    point = quantity("speed", speed, "rad/s"), quantity("pressure", pressure, "Pa")
+    point = quantity("speed", speed, "rad/s"), quantity("pressure", pressure or SUPPLY, "Pa")
     top = None if highest_speed is None else quantity("highest-speed", highest_speed, "rad/s")
     defined = make_sweep(plant, over or (), what, *point, top)
     plan_of(defined)

@@ -324,6 +324,17 @@ def quantity(option: str, text: str, unit: str, suggest: Suggest | None = None) 
     return value
 
 
+FED = "none without feed"
+"""Default of a supply pressure of a machine without feed, as the help states it."""
+TOP = (
+    "from rest to drive.highest_speed, else to the last speed of the bearing tables, else to three times the rotor's "
+    "first natural frequency"
+)
+"""Default of the speeds of an analysis, as the help states it."""
+ABOVE = "above the speeds asked"
+"""Label of the row about an onset of whirl beyond the speeds of an analysis."""
+
+
 def note_unfed(machine: Machine, given: bool, name: str = "") -> None:
     """Print on stderr that no supply pressure acts on a machine without feed, where one was given."""
     if given and not machine.fed:
