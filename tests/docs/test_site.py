@@ -129,3 +129,12 @@ def test_no_paragraph_is_long():
     counted = {(page.stem, text[:50]): len(text.split()) for page in sorted(DOCS.glob("*.md"))
                if page.stem not in LONGER for text in paragraphs(page.read_text())}  # fmt: skip
     assert len(counted) > 600 and {one for one, words in counted.items() if words > WORDS} == set()
+
+
+def test_a_page_states_a_sentence_once_and_ends_with_its_last_line():
+    pages = [page for page in PAGES if page.stem not in {"bibliography", "effects"}]
+    texts = {page.stem: page.read_text(encoding="utf-8") for page in pages}
+    assert len(texts) > 30 and [name for name, text in texts.items() if not text.endswith("\n")] == []
+    for name, text in texts.items():
+        said = [" ".join(one.split()) for part in paragraphs(text) for one in re.split(r"(?<=[.!?])\s+", part)]
+        assert [one for one in said if said.count(one) > 1 and len(one.split()) > 5] == [], name
