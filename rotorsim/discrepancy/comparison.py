@@ -122,7 +122,7 @@ class TwinComparison:
     def _simulated(
         self, point: ParameterPoint, twin: Twin, whole: bool, near: ParameterPoint | None
     ) -> list[np.ndarray]:  # fmt: skip
-        """Spectra by blocks as the plant makes them."""
+        """Spectra as `spectra` returns them, run by the plant."""
         seen: dict[tuple[str, float], int] = {}
         first = [seen.setdefault((t.inputs, round(t.angle, 9)), i) for i, t in enumerate(self.trials)]
         first = first if near is None else self.repeated

@@ -18,8 +18,18 @@ from rotorsim.discrepancy.machine_file import difference
 from rotorsim.discrepancy.result import NOTHING_BEYOND, located
 from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOTHING, Explanation, shown_share
 from rotorsim.report.machine_sketch import MARKS, machine_sketch
-from rotorsim.report.page import Block, Page, page_of
-from rotorsim.report.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, phase_axes, style
+from rotorsim.report.page import (
+    AXIS_COLOURS,
+    INK,
+    NEUTRAL,
+    SPECTRUM_SCALE,
+    Block,
+    Page,
+    compact,
+    page_of,
+    phase_axes,
+    style,
+)
 from rotorsim.report.units import quantity
 
 METHOD = (
