@@ -40,7 +40,7 @@ from rotorsim.discrepancy.data_vector import (
     repeats,
 )
 from rotorsim.discrepancy.trial import TURNING, Trial, clock_offset, delayed
-from rotorsim.discrepancy.twin import NO_SOLUTION, Setting, Twin, turned_in
+from rotorsim.discrepancy.twin import NO_SOLUTION, Setting, Twin
 
 SOURCES = (*RUNS, "rotorsim/analysis", "rotorsim/discrepancy")
 """Source folders and files whose change makes cached responses stale."""
@@ -442,15 +442,13 @@ def plant_of(
 ) -> tuple[Twin, Setting, Setting | None]:  # fmt: skip
     """The twin that runs a trial at a point, its setting there, and that of a `near` point.
 
-    Candidates that are off cost time, so that it has those alone which are turned. With a film all candidates that
-    begin in the motion at one near point share it, in the whole twin.
+    Candidates that are off cost time, so that it has few besides those which are turned.
     """
     values, begin = (
         None if p is None else p.setting(twin, trial.speed, trial.pressure, trial.changes) for p in (point, near)
     )
     assert values is not None
-    shared = begin is not None and twin.machine.film is not None and turned_in(begin) != turned_in(values)
-    return (twin if shared else twin.lean(values)), values, begin
+    return twin.lean(values, begin), values, begin
 
 
 def rounded(trial: Trial) -> Trial:

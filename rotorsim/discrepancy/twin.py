@@ -33,6 +33,8 @@ NO_SOLUTION = 1e-3
 """Size of the lines [m] that stand for a plant without solution."""
 ROUNDS = 8
 """Most shots of a search for periodic motion."""
+PARTS = 4
+"""Parts of the catalogue whose candidates share a twin."""
 POINTS = 6
 """Samples between which the state after a turn is interpolated."""
 NEAR = 600
@@ -306,9 +308,17 @@ class Twin:
     def _lean(self) -> dict[tuple[str, ...], Twin]:
         return {}
 
-    def lean(self, setting: Setting) -> Twin:
-        """The twin with the candidates alone that a setting turns: its runs have the same bits and cost less."""
-        return self._lean.setdefault(names := turned_in(setting), replace(self, only=names))
+    def lean(self, setting: Setting, beside: Setting | None = None) -> Twin:
+        """The twin with the candidates alone that a setting turns: its runs have the same bits and cost less.
+
+        With a film a run may begin in the motion `beside` it. Candidates of one of `PARTS` of the catalogue share the
+        twin then, and so that motion.
+        """
+        names = turned_in(setting)
+        if beside is not None and self.machine.film is not None and (new := {*names} - {*turned_in(beside)}):
+            parts = np.array_split(np.array(sorted(self.slots)), PARTS)
+            names = tuple(sorted({*names}.union(*(part.tolist() for part in parts if new & {*part.tolist()}))))
+        return self._lean.setdefault(names, replace(self, only=names))
 
     @cached_property
     def assembly(self) -> Assembly:
