@@ -131,9 +131,10 @@ def _blocks(d: Diagnosis) -> Iterator[Block]:
     if d.tried:
         yield _tried(d)
     if d.priors:
-        heads = ("size of an effect", "prior standard deviation")
+        heads = ("size of an effect", "prior standard deviation", "shown by these records from")
+        rows = [(key, sd, d.seen_from.get(key, "")) for key, sd in sorted(d.priors.items())]
         yield Block(
-            "Sizes that were likely before the records", heads=heads, rows=sorted(d.priors.items()), folded=True
+            "Sizes that were likely before the records, and that they show", heads=heads, rows=rows, folded=True
         )
     text = "A number without a unit is a change relative to the machine file; mesh and law are weights."
     yield Block("Re-calibration", heads=("fit parameter", "change", "standard deviation"), rows=list(d.changes()),
