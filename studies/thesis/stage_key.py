@@ -10,6 +10,7 @@ from rotorsim.base.cache import PLANT, RUNS, sources_hash
 
 HERE = str(Path(__file__).resolve().parent)
 STUDY = "rotorsim/study"
+IDENTIFICATION = ("identification_vs_physics", "pages")
 MEASURES = ("limit", "measures", "measures_control", "measures_identification")
 SOURCES = {
     "control": (
@@ -25,7 +26,7 @@ SOURCES = {
         *(f"{HERE}/experiments/{name}.py" for name in MEASURES),
     ),
     "identification": (
-        *PLANT, "rotorsim/analysis", f"{STUDY}/identification_vs_physics.py",
+        *PLANT, "rotorsim/analysis", *(f"{STUDY}/{name}.py" for name in IDENTIFICATION),
         *(f"{HERE}/claims/{name}.py" for name in ("identification_numbers", "targets", "rules")),
         f"{HERE}/claims/rules.toml", f"{HERE}/claims/amended.toml",
     ),
