@@ -56,9 +56,7 @@ def _ctrl_c_is_received():
 
 def change(machine: Machine, values: Mapping[str, Any]) -> Machine:
     """The machine with other values."""
-    for path, value in values.items():
-        machine = machine.replace(path, value)
-    return machine
+    return machine.with_(values)
 
 
 def build_rig(values: Mapping[str, Any] | None = None, n_z: int = 8, dt: float = 2e-4, n_theta: int = 32) -> Plant:
