@@ -61,8 +61,8 @@ def change(machine: Machine, values: Mapping[str, Any]) -> Machine:
 
 def build_rig(values: Mapping[str, Any] | None = None, n_z: int = 8, dt: float = 2e-4, n_theta: int = 32) -> Plant:
     """The shipped rig without unbalance and coupling forces, with ideal pins and sensors, then with `values`."""
-    machine = change(load_machine("dtu_gas_bearing"), SILENT | dict(values or {}))
-    return Plant(machine, n_theta=n_theta, n_z=n_z, dt=dt)
+    numerics = {"grid.n_theta": n_theta, "grid.n_z": n_z, "solver.time_step": dt}
+    return Plant(change(load_machine("dtu_gas_bearing"), SILENT | dict(values or {}) | numerics))
 
 
 def held_inputs(samples: int, speed: float, pressure: float) -> np.ndarray:
