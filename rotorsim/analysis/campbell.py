@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fe_shaft import BearingElement, Rotor
-from fe_shaft.modes.crossings import Crossing
+from fe_shaft.crossings import Crossing
 from rotorsim.analysis.axes import checked
 from rotorsim.analysis.modes_over_speed import ORDERS, ModesOverSpeed, modes_over_speed, roundness
 from rotorsim.analysis.supply import felt

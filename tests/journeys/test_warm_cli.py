@@ -9,8 +9,8 @@ import sys
 import pytest
 
 from rotorsim.plant import Plant, compile_kernels
+from rotorsim.plant.calls import _is_whole
 from rotorsim.plant.compose import is_compiled
-from rotorsim.plant.generated import _is_whole
 from waiting import PATIENCE, until
 
 
