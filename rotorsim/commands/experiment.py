@@ -279,7 +279,7 @@ def read_seed(text: str) -> int:
 
 def _report(path: Path, folder: ResultFolder, plant: Plant, experiment: Experiment, outcome: Outcome) -> None:
     """Write the page of a record and print its results as a table or as JSON."""
-    from rotorsim.analysis.unbalance_response import passed_too_fast
+    from rotorsim.analysis.shaft_motion import passed_too_fast
     from rotorsim.experiments.summary import summarise_experiment
     from rotorsim.report.page import write_page
     from rotorsim.report.record import results as swept_rows, run_page
