@@ -1,45 +1,37 @@
-"""Compilers of kernels, numba's without what kernels do not need, and the disk cache of what they make.
+"""Compilers of kernels: numba's without what kernels do not need, behind a writer of plain kernels.
 
-Most of numba's work on a kernel is Python's, and much of it is repeated or for nothing: it types every sum of two
-floats anew, trying a dozen templates, looks for closures, generators and arrays to fuse, asks LLVM for the size of each
-array's type and optimises the whole twice. Here the signatures of operators and the sizes of types are remembered, only
-the passes that kernels need are made, and plain arithmetic and elements of vectors become code at once (`KernelLower`).
-The results have the same bits. What would be wrong without a word is refused: `raise` and `assert`, since no kernel
-reads the status of what it calls by address, and an index below a vector's start.
-
-The disk cache is numba's, safe against killed and concurrent processes: numba numbers its data files in an index that
-it writes first. Killed between the two, or with a second process at work, its index can name the machine code of
-another signature. Here a file is named by the hash of what it was compiled for and written before the index names it.
-An unreadable or unwritable file is not an error: the kernel is compiled again.
+A kernel in plain language becomes LLVM's code in one pass (`KernelWriter`). For any other, signatures of operators and
+sizes of types are remembered and only the passes that kernels need are made. The results have the same bits. What
+would be wrong without a word is refused on both ways: errors, since no kernel reads the status of what it calls by
+address.
 """
 
 from __future__ import annotations
 
 import gc
-import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import cache, partial
 from hashlib import sha256
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, ClassVar, NoReturn, cast
+from typing import Any, NoReturn, cast
 
 from llvmlite.binding import Linkage, parse_bitcode
 from numba.core import event, typed_passes as typed, untyped_passes as untyped
 from numba.core.base import BaseContext
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.errors import NumbaError
+from numba.core.ir import unknown_loc
 from numba.core.itanium_mangler import mangle
 from numba.core.lowering import Lower
 from numba.core.types.functions import BaseFunction
-from numba.core.ir import unknown_loc
 
-from reynolds.kernel_writer import ERROR, AgainError, KernelWriter, Value
+from reynolds.kernel_expressions import Value
+from reynolds.kernel_writer import ERROR, AgainError, KernelWriter
 from rotorsim.base.errors import DataError
 
 PASSES = (
@@ -155,6 +147,10 @@ class KernelLowering(typed.NativeLowering):
         return RefusingLower
 
 
+_open: set[Any] = set()
+"""Code of the functions that are being written."""
+
+
 class PlainLower(Lower):
     """Writer of the code of a kernel in plain language, from its syntax."""
 
@@ -197,11 +193,16 @@ class PlainLowering(typed.NativeLowering):
 
     def run_pass(self, state: Any) -> bool:
         """Write a kernel, or leave it to the passes of the next pipeline."""
+        code, state.cr = state.func_id.func.__code__, None
+        if code in _open:  # it calls itself
+            return False
+        _open.add(code)
         try:
             self._write(state)
         except (NumbaError, NotImplementedError):
-            state.cr = None
             return False
+        finally:
+            _open.remove(code)
         return bool(typed.NoPythonBackend().run_pass(state))
 
     def _write(self, state: Any) -> None:
@@ -340,71 +341,3 @@ class SharedCompiler(KernelCompiler):
 def _lasting_name(name: str, arguments: Any, **_: Any) -> str:
     """Symbol of a function: its name, and its types as a hash, since numba numbers records as they come."""
     return str(mangle(f"{name}_{sha256(str(arguments).encode()).hexdigest()[:12]}", ()))
-
-
-_places: dict[str, tuple[str, str, Any]] = {}
-"""Module, function and types of each symbol of shared code that this process has."""
-
-
-def _noted(result: Any) -> Any:
-    """A compile result whose symbol is kept if its code is shared."""
-    if result.library.name == SHARED:
-        f = result.fndesc
-        _places[f.mangled_name] = f.modname, f.qualname, f.argtypes
-    return result
-
-
-class _Results(CompileResultCacheImpl):
-    """Cached form of a kernel: its code, and which shared code that calls."""
-
-    _locator_classes: ClassVar = [c for c in CompileResultCacheImpl._locator_classes if "UserProvided" in c.__name__]
-    """The folder that was given, and no other: numba's further ones are not looked at for who can write there."""
-
-    def reduce(self, result: Any) -> Any:
-        """Places of the shared code, and numba's own form of the result."""
-        functions = _noted(result).library._final_module.functions
-        return [_places[f.name] for f in functions if f.is_declaration and f.name in _places], super().reduce(result)
-
-    def rebuild(self, context: Any, kept: Any) -> Any:
-        """The result, after the shared code that it calls."""
-        places, result = kept
-        for module, name, arguments in places:
-            getattr(sys.modules[module], name).compile(arguments)
-        return _noted(super().rebuild(context, result))
-
-
-class _Files(IndexDataCacheFile):
-    """Index and data files of one kernel."""
-
-    def save(self, key: Any, data: Any) -> None:
-        """Keep the machine code of a key: types, processor, bytecode."""
-        name = f"{self._index_name.removesuffix('.nbi')}.{sha256(repr(key).encode()).hexdigest()[:16]}.nbc"
-        self._save_data(name, data)
-        self._save_index(self._load_index() | {key: name})
-
-    def load(self, key: Any) -> Any:
-        """Machine code of a key; None if there is none that can be read."""
-        with suppress(Exception):  # whatever unpickling a damaged file raises
-            return super().load(key)
-
-    def _load_index(self) -> dict[Any, str]:
-        with suppress(Exception):
-            return super()._load_index()
-        return {}
-
-
-class KernelCache(FunctionCache):
-    """Cache of one kernel."""
-
-    _impl_class = _Results
-
-    def __init__(self, function: Any) -> None:
-        super().__init__(function)
-        stamp = self._impl.locator.get_source_stamp()
-        self._cache_file = _Files(self._cache_path, self._impl.filename_base, stamp)
-
-    def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep machine code, if there is any, where the disk takes it."""
-        with suppress(OSError):
-            if not isinstance(data.library, LinkedLibrary):
-                super().save_overload(sig, data)
