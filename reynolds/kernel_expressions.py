@@ -21,6 +21,7 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.errors import NumbaError
 from numba.core.types.containers import BaseTuple
+from numba.core.types.misc import Optional
 
 FLOATS: dict[Any, Any] = {
     operator.add: lambda b, x, y: b.fadd(x, y),
@@ -57,7 +58,7 @@ NAMELESS = object()
 
 
 class UnwrittenError(NumbaError):
-    """A kernel that says more than the writer has words for; the text is what."""
+    """A kernel that asks for more than the writer has words for; the text is what."""
 
 
 class Value(NamedTuple):
@@ -96,7 +97,7 @@ class ExpressionWriter:
     def joined(self, one: Any, other: Any) -> Any:
         """Type that has the values of both."""
         kind = one if one == other else self.typing.unify_types(one, other)
-        if kind is None or isinstance(kind, types.Optional):
+        if kind is None or isinstance(kind, Optional):
             raise UnwrittenError(f"{self.function.__name__}: {one} and {other} in one variable")
         return kind
 
@@ -350,7 +351,7 @@ class ExpressionWriter:
         if isinstance(kind, types.NumberClass) and len(given) == 1:
             return Value(kind.instance_type, self.cast(given[0], kind.instance_type))
         signature = kind.get_call_type(self.typing, tuple(value.kind for value in given), {})
-        taken = () if signature is None else signature.args
+        taken: tuple[Any, ...] = () if signature is None else signature.args
         folded = len(taken) == 1 and isinstance(taken[0], BaseTuple) and len(given) == len(taken[0]) != 1
         taken = tuple(taken[0]) if folded else taken  # any number of arguments
         if signature is None or len(taken) != len(given):

@@ -2,7 +2,7 @@
 
 A kernel has numbers, elements of arrays, fields of records, tuples, loops over a range and calls. Numba's way over
 bytecode, control flow, single assignment and inference takes ten times as long as to write it at once. A kernel that
-says more raises `UnwrittenError`, and numba compiles the whole of it.
+states more raises `UnwrittenError`, and numba compiles the whole of it.
 
 `raise` and `assert` are refused: no kernel reads the status of what it calls by address.
 """
@@ -19,7 +19,7 @@ from typing import Any, NoReturn
 
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.core.types.containers import BaseTuple
+from numba.core.types.containers import BaseTuple, UniTuple
 
 from reynolds.kernel_expressions import INTEGER, OPERATORS, ExpressionWriter, UnwrittenError, Value
 
@@ -33,7 +33,7 @@ class AgainError(Exception):
 
 @cache
 def _definitions(file: str) -> dict[CodeType, ast.FunctionDef]:
-    """Syntax of a file's functions by their code, which tells whether the file is as it was when it was imported."""
+    """Syntax of a file's functions by their code, which shows whether the file is as it was when it was imported."""
     try:
         tree = ast.parse(Path(file).read_text(encoding="utf-8"))
     except (OSError, ValueError, SyntaxError):
@@ -203,7 +203,7 @@ class KernelWriter(ExpressionWriter):
             self._count(node, first, last, bounds[2] if len(bounds) > 2 else self.integer(1))
             return
         values = self.value(over)
-        if not isinstance(values.kind, types.UniTuple):
+        if not isinstance(values.kind, UniTuple):
             raise UnwrittenError(f"loop over {values.kind}")
         parts = cgutils.unpack_tuple(self.b, values.code, len(values.kind))
         row = cgutils.alloca_once(self.b, ir.ArrayType(parts[0].type, len(parts)))
@@ -247,8 +247,10 @@ class KernelWriter(ExpressionWriter):
         self.b.branch(self.loops[-1][0])
 
     def _Return(self, node: ast.Return) -> None:
-        nothing = node.value is None or (isinstance(node.value, ast.Constant) and node.value.value is None)
-        self._return(Value(types.none, self.context.get_dummy_value()) if nothing else self.value(node.value))
+        if node.value is None or (isinstance(node.value, ast.Constant) and node.value.value is None):
+            self._return(Value(types.none, self.context.get_dummy_value()))
+        else:
+            self._return(self.value(node.value))
 
     def _return(self, value: Value) -> None:
         self.result = value.kind if self.result is None else self.joined(self.result, value.kind)

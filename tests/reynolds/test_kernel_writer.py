@@ -20,7 +20,7 @@ PLAIN = {
     "choices": "return (w[0] if w[0] > w[1] else 2) + max(w[0], 1, w[2]) - min(w[1], LOW)",
     "conditions": "n = 0\nfor k in range(len(w)):\n    if 0.0 < w[k] < 1.0 or (not w[k] > 0.0 and k != 2):\n"
     "        n += 1\nreturn n",
-    "steps": "n = 0\nstep = len(w) - 4\nfor k in range(4, -1, -2):\n    for i in range(0, 9, step):\n        n += k * i\n"
+    "steps": "n, step = 0, len(w) - 4\nfor k in range(4, -1, -2):\n    for i in range(0, 9, step):\n        n += i\n"
     "return n",
     "ends of loops": "k = 0\nwhile True:\n    k += 1\n    if k == 3:\n        continue\n    w[k] = k\n"
     "    if k > 4:\n        break\nreturn w[4] + k",
