@@ -19,12 +19,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from fe_shaft import modal
 from fe_shaft.assembly import AssembledRotor, loose_motions
+from fe_shaft.follower import through
 from fe_shaft.modal import dataset
-from fe_shaft.modes.follower import through
-from fe_shaft.modes.pencil import OSCILLATES, Modes, Quotient, Region, SecondOrder
-from fe_shaft.modes.spectrum import counted
-from fe_shaft.modes.subspace import SMALL, everything, refined
+from fe_shaft.pencil import OSCILLATES, Modes, Quotient, Region, SecondOrder
 from fe_shaft.shaft import ShaftError, grid
+from fe_shaft.spectrum import SMALL, counted, everything, refined
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -130,7 +129,7 @@ def _lowest(rotor: AssembledRotor, speeds: NDArray[np.float64], count: int | Non
     for speed in speeds.tolist():
         pencil = SecondOrder(*modal.free_matrices(rotor, speed))
         if known is not None:
-            known = counted(pencil, refined(pencil, known), region, known.quotient)
+            known = counted(pencil, refined(pencil, known), region)
         if known is None or not known.proven or region.holds(known.values).sum() < count:
             known, region = _from_whole(pencil, count)
         order = np.argsort(np.abs(known.values), kind="stable")

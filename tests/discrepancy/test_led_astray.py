@@ -17,7 +17,7 @@ FORM = Form("runout", "runout.roughness", (SIZE,))
 ONES = np.ones(4)
 
 
-class Response:
+class FlatResponse:
     """The size of the candidate shows at a gain of about 0 only, and the gain itself takes a little of the misfit."""
 
     def residual(self, point):
@@ -37,7 +37,7 @@ def search(gain, monkeypatch):
     for name, stub in (("table", lambda comparison, residual: residual), ("excess", lambda r: float(r @ r))):
         monkeypatch.setattr(f"rotorsim.discrepancy.hypotheses.{name}", stub)
     monkeypatch.setattr("rotorsim.discrepancy.hypotheses.within_form_error", lambda c, before, after: False)
-    comparison, point = Response(), ParameterPoint({GAIN: gain})
+    comparison, point = FlatResponse(), ParameterPoint({GAIN: gain})
     r = comparison.residual(point)
     base = ParameterFit((GAIN,), point, r, comparison.jacobian(point, (GAIN,)), float(r @ r))
     columns = {FORM.label: comparison.jacobian(point, (SIZE,))}
@@ -90,6 +90,14 @@ def test_an_exponent_of_the_discharge_that_all_coefficients_together_take_up_is_
 )
 def test_a_calibration_beyond_three_standard_deviations_or_at_its_limit_is_not_believed(value, names):
     assert strained(ParameterFit((GAIN,), ParameterPoint({GAIN: value}), ONES, np.ones((4, 1)), 4.0)) == names
+
+
+@pytest.mark.parametrize(("low", "sd", "natural", "named"), [(-0.9, 0.5, 2.0, False), (-0.9, 0.3, 2.0, True),
+                                                             (-0.9, 0.5, 0.0, True)])  # fmt: skip
+def test_no_damping_at_all_is_believed_where_its_prior_allows_it(low, sd, natural, named):
+    damping = FitParameter("shaft_damping", 0.1, sd, low, 5.0)
+    fit = ParameterFit((damping,), ParameterPoint({damping: low}), ONES, np.ones((4, 1)), 4.0)
+    assert strained(fit, natural) == ([damping.name] if named else [])
 
 
 def test_what_shifts_the_data_alone_says_nothing_of_the_machine():
