@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from reynolds.kernel_writer import UnwrittenError, definition
-from rotorsim.plant.generated import load_module
+from rotorsim.plant.calls import load_module
 
 HEAD = "import math\nimport numpy as np\nfrom reynolds.jit import kernel, part\nSIZES = (3, 5)\nLOW = -0.5\n"
 PLAIN = {
