@@ -18,6 +18,9 @@ PRIVATE = {
     "reynolds/addressed_calls.py",
     "reynolds/jit.py",
     "reynolds/compiler.py",
+    "reynolds/kernel_cache.py",
+    "reynolds/kernel_expressions.py",
+    "reynolds/kernel_writer.py",
     "reynolds/lanes.py",
 }
 """Files that may use numba.core or llvmlite."""
