@@ -27,6 +27,18 @@ from rotorsim.discrepancy.comparison import (
 )
 from rotorsim.discrepancy.data_vector import TOLERANCE, own_scatter, unknown_sources, without_hum, without_probe_drift
 from rotorsim.discrepancy.decision import check_allowed
+from rotorsim.discrepancy.discovery import (
+    Proposal,
+    Seen,
+    after_choice,
+    candidate_laws,
+    cannot_tell,
+    discovered,
+    law_places,
+    laws_of,
+    of_remembered,
+    remembered,
+)
 from rotorsim.discrepancy.fit import (
     MOST_REPEATS,
     ParameterFit,
@@ -40,7 +52,15 @@ from rotorsim.discrepancy.fit import (
     relinearised,
     strained,
 )
-from rotorsim.discrepancy.gap import equivalent_force, gap_dataset, gap_of, missed_bands, spectra_of, virtual_readings
+from rotorsim.discrepancy.gap import (
+    equivalent_force,
+    gap_dataset,
+    gap_of,
+    missed_bands,
+    rms,
+    spectra_of,
+    virtual_readings,
+)
 from rotorsim.discrepancy.hypotheses import CLEAR, EffectSearch
 from rotorsim.discrepancy.judge import (
     AllEvidence,
@@ -67,6 +87,7 @@ from rotorsim.discrepancy.records import (
     unexplained,
 )
 from rotorsim.discrepancy.result import (
+    EXCLUDED,
     Diagnosis,
     Planner,
     calibration_of,
@@ -76,6 +97,7 @@ from rotorsim.discrepancy.result import (
     related_of,
 )
 from rotorsim.discrepancy.run_ups import RunupTrial, is_table, make_sweeps, rate_notes, with_tables
+from rotorsim.discrepancy.stochastic import drift, random_force
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import (
@@ -85,6 +107,7 @@ from rotorsim.discrepancy.verdict import (
     explanation_odds,
     joined_classes,
     judge,
+    probability_of,
 )
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
@@ -117,6 +140,8 @@ ONE_OF = "one of these places, which the records do not distinguish: {}"
 """Finding of a calibration that has several places."""
 NAMED_PROBES = "x and y of the sensors are the probes {0} and {1}, in their own directions"
 """Note on records whose channels are their probes."""
+NO_LAW = "a law was looked for at all places; the best one, {}, is not borne out by the plant and by other records"
+"""Note on records that show no law either."""
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
 """Note on a search without finite numbers."""
 
@@ -286,6 +311,8 @@ class DiagnosisRun:
     """Sentences on calibrated numbers that are far from the machine file."""
     late: str = field(default="", init=False)
     """Sentence where the records fit better with late probes."""
+    laws: tuple[Proposal, ...] | None = None
+    """Laws that the candidates are, where they come from the records and not from the catalogue."""
 
     @property
     def fitted(self) -> TwinComparison:
@@ -345,7 +372,76 @@ class DiagnosisRun:
         notes += [*judgement.notes, *accuracy_notes(accuracy, scatter, [*groups, *apart], answered)]
         if judgement.verdict.best is not None and not flags:
             notes.append(FAINT.format(base.cost - judgement.verdict.best.fit.cost))
+        if self.laws is None and (not answered or judgement.verdict.status == "no_disagreement"):
+            found = self._beyond_catalogue(base, flags, apart, judgement, notes)
+            if found is not None:
+                return found
         return self._result(base, flags, judgement, search, notes)
+
+    def _beyond_catalogue(
+        self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], judgement: Judgement, notes: list[str]
+    ) -> Diagnosis | None:  # fmt: skip
+        """Diagnosis with a law that no effect of the catalogue is, or with what does not repeat; None for neither."""
+        lacking = cannot_tell(self.fitted.trials)
+        unexplained_left = judgement.verdict.status != "no_disagreement"
+        notes += [lacking] if lacking and unexplained_left else []
+        if self.machine.film is not None or lacking:
+            return None
+        self.progress("discover")
+        try:
+            seen = {role: self._seen(part, base) for role, part in self.parts.items() if role != "untouched"}
+            base = replace(base, J=seen["fit"].J)
+            found = self._discovered(base, flags, apart, seen, notes) if unexplained_left else None
+            force = drift(self.fitted, base) or random_force(seen["fit"]) if found is None else None
+        except NoAnswerError:
+            return None
+        if found is not None or force is None:
+            return found
+        nothing = Judgement(SearchVerdict("unknown"), judgement.odds, judgement.notes, judgement.left, judgement.worse)
+        return replace(self._result(base, flags, nothing, None, notes), status="stochastic", stochastic=force)
+
+    def _seen(self, part: TwinComparison, base: ParameterFit) -> Seen:
+        """What the records of a role show of all places, about the calibration."""
+        return Seen.of(part, base, part.residual(base.point), part.jacobian(base.point, base.parameters))
+
+    def _discovered(
+        self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], seen: dict[str, Seen], notes: list[str]
+    ) -> Diagnosis | None:  # fmt: skip
+        """Diagnosis with a law that is fitted and judged as any candidate; None where it is not borne out."""
+        laws = laws_of(seen["fit"], seen.get("held_out"), base)
+        notes_of_none = [*notes, NO_LAW.format(laws[0].names)]
+        if laws[0].remembers:
+            parts = {role: seen.get(role) or self._seen(part, base) for role, part in self.parts.items()}
+            left = remembered(parts, base, laws[0])
+            if left is None:
+                notes[:] = notes_of_none
+                return None
+            found = self._result(base, flags, Judgement(SearchVerdict("unknown"), ()), None, notes)
+            gap = found.gap.copy(deep=True)
+            gap["gap"].values[:, :, 2] = np.concatenate(
+                [rms(part, left[role] * part.sigma) for role, part in self.parts.items()]
+            )
+            law = of_remembered(laws[0], base, law_places(self.machine)[laws[0].place])
+            return replace(found, status="discovered", unknown={}, gap=gap, planner=None, discovered=law)
+        with candidate_laws(laws, self.models.twin) as forms:
+            models = CompiledModels.of(self.machine, {form.effect for form in forms}, self.progress)
+            own = replace(self, models=models, forms=forms, laws=tuple(laws), allow=None,
+                          parts={role: part.with_twin(models.twin) for role, part in self.parts.items()})  # fmt: skip
+            own.large, own.late = self.large, self.late
+            verdict, search = own._name(base, flags, apart)
+            judgement = own._judged(base, flags, verdict, search, 0.0)
+            best, odds = judgement.verdict.best, after_choice(judgement.odds, [f.key for f in forms], laws[0].tried)
+            rivals = [] if best is None else [e.name for e in odds if e.effects and not e.beyond
+                                              and e.effects != best.keys and e.probability > EXCLUDED]  # fmt: skip
+            p = 0.0 if best is None else probability_of(best.keys, odds)
+            known = p + sum(probability_of((name,), odds) for name in rivals)
+            if best is None or judgement.verdict.status == "partial" or len(best.forms) > 1 or known < SURE:
+                notes[:] = notes_of_none
+                return None
+            found = own._result(base, flags, replace(judgement, odds=odds), search, [*notes, *judgement.notes])
+            [proposal] = [one for one in laws if one.names == best.keys[0]]
+            law = discovered(proposal, found.effects[0], p, rivals)
+        return replace(found, status="discovered", effects=(), ties=(), planner=None, discovered=law)
 
     def _judged(
         self, base: ParameterFit, flags: list[Misfit], verdict: SearchVerdict, search: EffectSearch | None, share: float
@@ -366,7 +462,9 @@ class DiagnosisRun:
                 calibrated = after if best is None else part.residual(base.point)
                 gone = None if best is None else untouched_gone(part, calibrated, after)
                 worse, alone = (worse_than(part, given, there) for there in (after, calibrated))
-        scatter, names = self.fitted.scatter_known, {k.name for k in base.parameters}
+        scatter = self.fitted.scatter_known
+        # a law is fitted next to losses that it resembles: those of the shaft may end at their limits
+        names = {k.name for k in base.parameters if self.laws is None or k.key.startswith("bearing.")}
         astray = () if best is None else tuple(name for name in strained(best.fit) if name in names)
         return judged(
             AllEvidence(

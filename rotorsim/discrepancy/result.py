@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,11 +17,13 @@ from rotorsim.discrepancy.candidates import Form
 from rotorsim.discrepancy.changes import MAIN
 from rotorsim.discrepancy.comparison import Misfit
 from rotorsim.discrepancy.decision import DecisionSteps, check_allowed
+from rotorsim.discrepancy.discovery import DiscoveredLaw
 from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.hypotheses import EffectSearch, Hypothesis
 from rotorsim.discrepancy.judge import LEAST_NOTHING, LEFT, LIKELY, NO_ACCURACY, VERDICTS, VerdictText, text_of
 from rotorsim.discrepancy.machine_file import Findings, IdentifiedEffect, extended
+from rotorsim.discrepancy.stochastic import StochasticForce
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, entropy, shown_share
 from rotorsim.effects import REGISTRY, Effect
@@ -147,6 +149,10 @@ class Diagnosis(Shown, Findings, Reported):
     """Sentences on calibrated numbers that are far from the machine file."""
     left: int = 0
     """Number of groups of lines beyond the floor at points that were not fitted."""
+    discovered: DiscoveredLaw | None = None
+    """The law that the records show and no effect of the catalogue is."""
+    stochastic: StochasticForce | None = None
+    """What does not repeat, where that is what the records show."""
 
     @property
     def odds(self) -> dict[str, float]:
@@ -165,7 +171,7 @@ class Diagnosis(Shown, Findings, Reported):
     @property
     def unplanned(self) -> bool:
         """Whether the odds are not settled and no experiment was planned that may settle them."""
-        settled = self.status in ("no_disagreement", "recalibrated", "named")
+        settled = self.status in ("no_disagreement", "recalibrated", "named", "discovered")
         if settled or self.planned is not None or self.steps is not None:
             return False
         return bool(self.explanations) and (self.status == "tie" or max(self.odds.values()) < SURE)
@@ -212,7 +218,7 @@ class Diagnosis(Shown, Findings, Reported):
 
     @property
     def exit_code(self) -> int:
-        """Exit code: 0 no disagreement, 10 named, 11 tie or partial, 12 unknown, 13 re-calibrated far off."""
+        """Exit code of the verdict, from 0 for no disagreement to 15 for what does not repeat."""
         return VERDICTS[self.status].exit_code
 
     @property
@@ -240,7 +246,11 @@ class Diagnosis(Shown, Findings, Reported):
             least = 100 * (SURE if self.localisation else LEAST_NOTHING)
             if 100 * nothing < least:
                 return UNDECIDED.format(count=len(self.localisation), share=shown_share(nothing), sure=least)
-        return self.texts.sentence.format(effects=effects, rivals="; ".join(rivals), changes="; ".join(self.large))
+        law = "" if self.discovered is None else self.discovered.sentence
+        force = "" if self.stochastic is None else self.stochastic.sentence
+        return self.texts.sentence.format(
+            effects=effects, rivals="; ".join(rivals), changes="; ".join(self.large), law=law, force=force
+        )
 
     @property
     def next_step(self) -> str:
@@ -302,6 +312,8 @@ class Diagnosis(Shown, Findings, Reported):
                 for e in self.explanations if e.probability >= LEAST_SHOWN
             ],
             "prior_sizes": dict(self.priors),
+            **({} if self.discovered is None else {"discovered": self.discovered.as_dict()}),
+            **({} if self.stochastic is None else {"stochastic": asdict(self.stochastic)}),
             **({} if self.planned is None else {"plan": self.planned.as_dict()}),
             **({} if self.steps is None else {"steps": self.steps.as_dict()}),
             "tried": list(self.tried),

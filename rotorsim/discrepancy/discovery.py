@@ -1,0 +1,676 @@
+r"""Laws discovered from data: a force at a place that no effect of the catalogue has, proposed from the residual.
+
+What the re-calibrated plant leaves at the probes is taken for the response to a force at one place. The linear model
+of the plant about its equilibrium gives the receptances H; with them the force, and the motion at the place,
+
+.. math:: f = H_{sp}^{-1} r, \qquad q_p = q_p^{twin} + H_{pp} f
+
+where lines stand clear of the floor. A library of typed terms g_k of that motion, each with a coefficient along x and
+one along y, goes through the receptance into the data,
+
+.. math:: r \approx J\,\delta\theta - \sum_k c_k\,H_{sp}\,\mathcal F\{g_k(q_p, \dot q_p, \Omega, \varphi)\}
+
+and terms are chosen one by one, together with the calibration's own columns J, until less than half a floor is left.
+Records that are held out choose the place. The law becomes an effect, a file of its own, which is compiled into the
+plant, fitted as the only candidate, and judged as any other.
+
+Assumes: blocks are whole periods of the motion; the motion at the place is that of the twin to first order in the law.
+Sources: Platz & Markert (2001) for the force; Brunton, Proctor & Kutz (2016) for the library of terms.
+
+Cites: platz_2001, brunton_2016.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import re
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from importlib.util import module_from_spec, spec_from_file_location
+from itertools import product
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+
+from rotorsim.base.cache import in_cache
+from rotorsim.base.files import write_text
+from rotorsim.base.rounding import answer
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
+from rotorsim.discrepancy.candidates import Form, screen
+from rotorsim.discrepancy.changes import PLANE, RING, RING_KEY, ring_axes
+from rotorsim.discrepancy.comparison import TwinComparison, excess, simulate, table
+from rotorsim.discrepancy.fit import ParameterFit, prior_rows
+from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH
+from rotorsim.discrepancy.judge import LEAST_GONE, MANY, beyond_floor, untouched_gone
+from rotorsim.discrepancy.machine_file import IdentifiedEffect
+from rotorsim.discrepancy.trial import Trial
+from rotorsim.discrepancy.twin import Twin
+from rotorsim.discrepancy.verdict import TEMPERATURE, Explanation
+from rotorsim.effects import REGISTRY
+from rotorsim.machine import Machine
+from rotorsim.plant.equilibrium import settle
+from rotorsim.plant.linearise import linearise
+from rotorsim.plant.mesh import Mesh
+
+SLOW = 1e-4
+"""Velocity [m/s] below which dry friction gives way."""
+CLEAR_LINE = 3.0
+"""Residual of a line, in floors, from which on the force that makes it moves the place."""
+MOST_TERMS = 3
+"""Most terms of a law."""
+SHARE = 0.1
+"""Step of a coefficient in finite differences, as a share of it."""
+NEAR, MOST_LAWS = 100.0, 3
+"""Difference of scores within which laws at other places are fitted to the plant too, and most laws."""
+TWICE = 1.3
+"""Ratio of the largest and the smallest excitation from which on there are two amplitudes."""
+NOT_PERIODIC = (
+    "a law is not looked for: the records do not repeat with a period; record a periodic excitation, with whole turns "
+    "of the shaft in its period"
+)
+ONE_SPEED = "a law is not looked for: all records have one speed; record two more speeds"
+ONE_AMPLITUDE = (
+    "a law is not looked for: all records have one amplitude, at which a force that grows out of proportion is as one "
+    "that does not; record the same points with half the excitation"
+)
+"""Notes on records of which no law can be told."""
+SIMPLEX = 0.05
+"""First relative change of a number of a shape."""
+PRICE = 9.0
+"""Fall of the sum of squares that a coefficient has to bring, the logarithm of some ten thousand numbers."""
+OVER = 4
+"""Moments of a block over its lines: products of three lines do not fold back."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """A typed term of a force: its parts for one axis, with u, du along it, w, dw across; s is 1 along x, -1 along y.
+
+    unit : that of its coefficients
+    parts : expressions of u, w, du, dw, s, speed, angle and the numbers of `shape` (p.name)
+    shape : names of numbers that are searched, their units, and tried values: of a length as shares of the largest |u|
+    memory : factor on the displacement by omega (k,) and the numbers of the shape, of a term that remembers
+    """
+
+    name: str
+    unit: str
+    parts: tuple[str, ...]
+    shape: tuple[tuple[str, str, tuple[float, ...]], ...] = ()
+    memory: Callable[..., np.ndarray] | None = None
+
+    @property
+    def key(self) -> str:
+        """Name as that of a parameter."""
+        return self.name.replace(" ", "_")
+
+    @property
+    def turns(self) -> bool:
+        """Whether it changes with the angle of the shaft."""
+        return any("angle" in part for part in self.parts)
+
+    def options(self, largest: float) -> Iterator[dict[str, float]]:
+        """Numbers of the shape to try, where the largest displacement is this [m]."""
+        tried = [[value * (largest if unit == "m" else 1.0) for value in values] for _, unit, values in self.shape]
+        for values in product(*tried):
+            yield dict(zip((name for name, _, _ in self.shape), values, strict=True))
+
+
+def _parametric(n: int) -> tuple[Term, Term]:
+    turn = f"{n} * angle" if n > 1 else "angle"
+    waves = f"math.cos({turn})", f"math.sin({turn})"
+    return (Term(f"stiffness at {n}X", "N/m", tuple(f"{wave} * u" for wave in waves)),
+            Term(f"cross stiffness at {n}X", "N/m", tuple(f"{wave} * w" for wave in waves)))  # fmt: skip
+
+
+def _late(omega: np.ndarray, delay: float) -> np.ndarray:
+    return np.asarray(np.exp(-1j * omega * delay))
+
+
+def _of_hidden_mass(omega: np.ndarray, resonance: float, damping_ratio: float) -> np.ndarray:
+    spring = resonance**2 + 2j * damping_ratio * resonance * omega
+    return np.asarray(-(omega**2) * spring / (spring - omega**2))
+
+
+GAPS = (("gap", "m", (0.15, 0.3, 0.45, 0.6, 0.75)),)
+LIBRARY = (
+    Term("stiffness", "N/m", ("u",)),
+    Term("cross stiffness", "N/m", ("w",)),
+    Term("swirl", "N/m", ("s * w",)),
+    Term("damping", "N*s/m", ("du",)),
+    Term("gyroscopic", "N*s/m", ("s * dw",)),
+    Term("quadratic", "N/m^2", ("u * u",)),
+    Term("quadratic modulus", "N/m^2", ("math.fabs(u) * u",)),
+    Term("cubic", "N/m^3", ("u * u * u",)),
+    Term("radial cubic", "N/m^3", ("(u * u + w * w) * u",)),
+    Term("dry", "N", (f"math.tanh(du / {SLOW})",)),
+    Term("radial dry", "N", (f"du / math.hypot(math.hypot(du, dw), {SLOW})",)),
+    Term("drag", "N*s^2/m^2", ("math.fabs(du) * du",)),
+    Term("radial drag", "N*s^2/m^2", ("math.hypot(du, dw) * du",)),
+    Term("cubic damping", "N*s^3/m^3", ("du * du * du",)),
+    Term("damping with displacement", "N*s/m^3", ("u * u * du",)),
+    Term("dead band", "N/m", ("math.copysign(max(math.fabs(u) - p.gap, 0.0), u)",), GAPS),
+    Term("stop", "N/m", ("max(u - p.gap, 0.0)",), GAPS),
+    Term("stop below", "N/m", ("min(u + p.gap, 0.0)",), GAPS),
+    Term("stiffness with speed", "N*s/m", ("speed * u",)),
+    Term("stiffness with speed squared", "N*s^2/m", ("speed * speed * u",)),
+    Term("swirl with speed", "N*s/m", ("s * speed * w",)),
+    Term("swirl with speed squared", "N*s^2/m", ("s * speed * speed * w",)),
+    Term("damping with speed", "N*s^2/m", ("speed * du",)),
+    *_parametric(1),
+    *_parametric(2),
+    Term("delayed stiffness", "N/m", ("u",), (("delay", "s", (5e-4, 1e-3, 2e-3, 4e-3)),), _late),
+    Term("hidden mass", "kg", ("u",), (("resonance", "rad/s", tuple(np.geomspace(60.0, 1600.0, 40))),
+                                      ("damping_ratio", "1", (0.01, 0.03, 0.1))), _of_hidden_mass),
+)  # fmt: skip
+"""Terms that a law may have."""
+NUMPY = {"math": SimpleNamespace(cos=np.cos, sin=np.sin, fabs=np.fabs, tanh=np.tanh, hypot=np.hypot,
+                                 copysign=np.copysign), "max": np.maximum, "min": np.minimum}  # fmt: skip
+"""Functions of an expression, moment by moment."""
+
+
+def law_places(machine: Machine) -> dict[str, float]:
+    """Places [m] where a law may act, by name: discs, bearings, and a plane of probes of its own."""
+    found = {f"disc {i}": d.position for i, d in enumerate(machine.discs, 1)}
+    found |= {f"the bearing {n}": b.position for n, b in zip(machine.bearing_names, machine.bearings, strict=True)}
+    z = Mesh(machine).probe
+    near = all(abs(z - own) > 1e-6 for own in found.values())
+    return found | ({"the plane of the probes": z} if near else {})
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Motion at a place in a record: displacement, velocity (2, n) [m, m/s], shaft angle (n,) [rad], speed [rad/s].
+
+    H (lines, 2, 2) [m/N] is the receptance from a force there to the channels.
+    """
+
+    displacement: np.ndarray
+    velocity: np.ndarray
+    angle: np.ndarray
+    speed: float
+    H: np.ndarray
+    frequencies: np.ndarray
+
+    def response(self, term: Term, part: str, axis: int, shape: dict[str, float]) -> np.ndarray:
+        """Lines (2, lines) [m] of the response to minus a part of a term along an axis, with a coefficient of one."""
+        i = axis
+        if term.memory is not None:
+            lines = _lines(self.displacement[i], len(self.H))
+            omega = 2 * np.pi * self.frequencies
+            return np.asarray(-self.H[:, :, i] * (term.memory(omega, **shape) * lines)[:, None]).T
+        names = {"u": self.displacement[i], "w": self.displacement[1 - i], "du": self.velocity[i],
+                 "dw": self.velocity[1 - i], "s": 1.0 - 2.0 * i, "speed": self.speed, "angle": self.angle}  # fmt: skip
+        force = -eval(part, NUMPY | names | {"p": SimpleNamespace(**shape)})  # an expression of LIBRARY
+        return np.asarray(self.H[:, :, i] * _lines(force, len(self.H))[:, None]).T
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What a comparison's records show of the places: whitened residual, calibration's columns, motions by place."""
+
+    comparison: TwinComparison
+    residual: np.ndarray
+    J: np.ndarray
+    motions: dict[str, list[Motion]]
+
+    @classmethod
+    def of(cls, comparison: TwinComparison, base: ParameterFit, residual: np.ndarray, J: np.ndarray) -> Seen:
+        """Motions at all places of the comparison's machine, at the calibration of a fit."""
+        places = law_places(comparison.twin.machine)
+        motions: dict[str, list[Motion]] = {name: [] for name in places}
+        known: dict[str, dict[str, Motion]] = {}
+        for trial in comparison.trials:
+            if trial.inputs not in known:
+                same = [k for k, t in enumerate(comparison.trials) if t.inputs == trial.inputs]
+                r = np.mean([_complex(comparison, k, residual * comparison.sigma) for k in same], axis=0)
+                clear = np.mean([np.abs(_complex(comparison, k, residual)) for k in same], axis=0) > CLEAR_LINE
+                known[trial.inputs] = _motions(comparison, base.point, trial, np.where(clear, r, 0.0), places)
+            for name in places:
+                motions[name].append(known[trial.inputs][name])
+        return cls(comparison, residual, J, motions)
+
+    def columns(self, place: str, term: Term, shape: dict[str, float]) -> np.ndarray:
+        """Whitened responses (n, 2 parts) to a term at a place: its parts along x, then along y."""
+        found = []
+        for axis, part in product((0, 1), term.parts):
+            known: dict[int, np.ndarray] = {}  # records that repeat each other share a motion
+            for t, m in zip(self.comparison.trials, self.motions[place], strict=True):
+                if id(m) not in known:
+                    known[id(m)] = t.vector(m.response(term, part, axis, shape)[None])
+            found.append(np.concatenate([known[id(m)] for m in self.motions[place]]) / self.comparison.sigma)
+        return np.column_stack(found)
+
+    def largest(self, place: str) -> float:
+        """Largest displacement [m] at a place."""
+        return max(float(np.abs(m.displacement).max()) for m in self.motions[place])
+
+
+def _complex(comparison: TwinComparison, i: int, vector: np.ndarray) -> np.ndarray:
+    """Lines (2, lines) of trial i in a data vector, with the mean."""
+    layout, lines = comparison.layout, comparison.lines_of(i, vector)
+    means = [vector[np.flatnonzero((layout.record == i) & (layout.channel == c))[0]] for c in (0, 1)]
+    return np.column_stack([means, lines])
+
+
+def _motions(
+    comparison: TwinComparison, point: ParameterPoint, trial: Trial, r: np.ndarray, places: dict[str, float]
+) -> dict[str, Motion]:
+    """Motions at places in a trial whose clear residual lines (2, lines) [m] come from a force there."""
+    twin = comparison.twin
+    values = point.setting(twin, trial.speed, trial.pressure, trial.changes)
+    a = twin.set(values)
+    plant = linearise(a, settle(a, trial.speed, twin.regulator(values, trial.speed, trial.pressure)), trial.speed)
+    m = len(plant.rotor.stiffness)
+    omega = 2 * np.pi * trial.frequencies
+    Z = [answer(np.linalg.inv, plant.dynamic_stiffness(1j * w)) for w in omega]
+    probe = trial.changes.get(PLANE, a.mesh.probe)
+    ring = ring_axes(values.get(RING_KEY, getattr(twin.effect(RING, 0), "angle", 0.0)))
+    seen = np.zeros((2, m))
+    seen[: len(trial.channels)] = trial.directions @ ring @ a.mesh.shape_between(probe)
+    n = 2 ** math.ceil(math.log2(2 * OVER * len(omega)))
+    t = np.arange(n) / n * trial.length * 2e-4
+    found = {}
+    for name, z in places.items():
+        own = replace(trial, changes={**trial.changes, PLANE: z}, probe_angle=None, names=())
+        q = simulate(twin, own, point).mean(axis=0)
+        shape = a.mesh.shape_between(z)
+        H, here = (np.array([rows @ inverse @ shape.T for inverse in Z]) for rows in (seen, shape))
+        force = np.array([answer(np.linalg.pinv, h, rcond=0.05) @ line for h, line in zip(H, r.T, strict=True)])
+        q = q + np.einsum("lij,lj->il", here, force)
+        found[name] = Motion(
+            _series(q, n),
+            _series(1j * omega * q, n),
+            trial.angle_of_window + trial.speed * t,
+            trial.speed,
+            H,
+            trial.frequencies,
+        )
+    return found
+
+
+def _lines(series: np.ndarray, count: int) -> np.ndarray:
+    """Lines (count,) of a series (n,)."""
+    found = np.fft.rfft(series)[:count] * (2 / len(series))
+    found[0] /= 2
+    return np.asarray(found)
+
+
+def _series(lines: np.ndarray, n: int) -> np.ndarray:
+    """Series (2, n) of lines (2, k)."""
+    whole = np.zeros((2, n // 2 + 1), complex)
+    whole[:, : lines.shape[1]] = lines * (n / 2)
+    whole[:, 0] *= 2
+    return np.asarray(np.fft.irfft(whole, n, axis=1))
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """A term with the numbers of its shape; `one` where its coefficients along x and y are one number."""
+
+    term: Term
+    shape: tuple[tuple[str, float], ...] = ()
+    one: bool = False
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of its coefficients, those along x first."""
+        numbers = [f"_{k}" for k in range(1, len(self.term.parts) + 1)] if len(self.term.parts) > 1 else [""]
+        axes = ("",) if self.one else ("_x", "_y")
+        return tuple(f"{self.term.key}{number}{axis}" for axis in axes for number in numbers)
+
+    def columns(self, seen: Seen, place: str) -> np.ndarray:
+        """Whitened responses (n, k) to its coefficients at a place."""
+        found = seen.columns(place, self.term, dict(self.shape))
+        return found.reshape(len(found), 2, -1).sum(axis=1) if self.one else found
+
+
+@dataclass(frozen=True, eq=False)
+class Proposal:
+    """A law at a place: its terms, coefficients of their parts, and the misfit that it leaves.
+
+    cost : sum of squares with priors; held : that of held-out records; left : excess of groups beyond their floor
+    moved : change of the calibration that goes with it; sd : standard deviations of the coefficients
+    tried : terms and places among which it was chosen
+    """
+
+    place: str
+    terms: tuple[Chosen, ...]
+    coefficients: np.ndarray
+    cost: float
+    held: float
+    left: float
+    moved: np.ndarray
+    sd: np.ndarray
+    tried: int = 1
+
+    @property
+    def score(self) -> float:
+        """Sum of squares over records to fit and held-out ones, and the price of each coefficient."""
+        return self.cost + self.held + PRICE * len(self.coefficients)
+
+    @property
+    def remembers(self) -> bool:
+        """Whether a term has a memory."""
+        return any(one.term.memory is not None for one in self.terms)
+
+    @property
+    def names(self) -> str:
+        """Terms and place as text."""
+        return f"{' with '.join(one.term.name for one in self.terms)} of {self.place}"
+
+
+def propose(fit: Seen, held: Seen | None, base: ParameterFit, most: int = MOST_TERMS) -> list[Proposal]:
+    """The best law at each place, by falling score."""
+    found = [_at_place(fit, held, base, place, most) for place in fit.motions]
+    tried = sum(count for _, count in found)
+    return sorted((replace(one, tried=tried) for one, _ in found), key=lambda p: p.score)
+
+
+def _at_place(
+    fit: Seen, held: Seen | None, base: ParameterFit, place: str, most: int
+) -> tuple[Proposal, int]:  # fmt: skip
+    """The best law at a place, and the number of terms that were tried."""
+    options = [Chosen(term, tuple(shape.items())) for term in LIBRARY for shape in term.options(fit.largest(place))]
+    columns = [one.columns(fit, place) for one in options]
+    forms = [
+        Form("law", f"{i}", tuple(FitParameter(f"law.{i}.{k}", 1 / max(size, 1e-300)) for k in range(c.shape[1])))
+        for i, c in enumerate(columns) for size in (float(np.linalg.norm(c, axis=0).max()),)
+    ]  # fmt: skip
+    view, chosen, best = screen(base, forms, columns), tuple[int, ...](), None
+    for _ in range(most):
+        taken = {options[k].term.name for k in chosen}
+        drops = {i: view.drop(*chosen, i)[0] - PRICE * columns[i].shape[1] for i, one in enumerate(options)
+                 if one.term.name not in taken}  # fmt: skip
+        chosen = (*chosen, max(drops, key=lambda i: (drops[i], -i)))
+        terms = _shaped(fit, base, place, [*(best.terms if best else ()), options[chosen[-1]]])
+        proposal = solved(fit, held, base, place, terms)
+        if best is not None and proposal.score > best.score - CLEAR:
+            break
+        best = proposal
+        if best.left <= 0.0:
+            break
+    assert best is not None
+    for i, one in enumerate(best.terms):
+        merged = [*best.terms[:i], replace(one, one=True), *best.terms[i + 1 :]]
+        alike = solved(fit, held, base, place, merged)
+        best = alike if alike.score < best.score else best
+    return best, len(options)
+
+
+def _shaped(fit: Seen, base: ParameterFit, place: str, terms: Sequence[Chosen]) -> Sequence[Chosen]:
+    """Terms with the numbers of their shapes between those that were tried."""
+    start = [value for one in terms for _, value in one.shape]
+    if not start:
+        return terms
+    p = prior_rows(base.parameters)
+    size = np.sqrt(np.sum(fit.J**2, axis=0) + p**2)
+    size[size == 0] = 1.0
+    J, g0 = fit.J / size, (fit.J.T @ fit.residual - p**2 * base.vector) / size
+    H = J.T @ J + np.diag((p / size) ** 2)
+
+    def at(x: np.ndarray) -> list[Chosen]:
+        values = iter(np.exp(x) * start)
+        return [replace(one, shape=tuple((key, float(next(values))) for key, _ in one.shape)) for one in terms]
+
+    def rise(x: np.ndarray) -> float:
+        S = np.column_stack([one.columns(fit, place) for one in at(x)])
+        S = S / np.maximum(np.linalg.norm(S, axis=0), 1e-300)
+        cross, g = J.T @ S, np.concatenate([g0, S.T @ fit.residual])
+        return -float(g @ answer(np.linalg.lstsq, np.block([[H, cross], [cross.T, S.T @ S]]), g, rcond=1e-12)[0])
+
+    found = minimize(rise, np.zeros(len(start)), method="Nelder-Mead",
+                     options={"maxfev": 30 * len(start), "xatol": 1e-3, "fatol": 0.5,
+                              "initial_simplex": SIMPLEX * np.eye(len(start) + 1)[:, 1:]})  # fmt: skip
+    return at(found.x)
+
+
+def solved(
+    fit: Seen, held: Seen | None, base: ParameterFit, place: str, terms: Sequence[Chosen]
+) -> Proposal:  # fmt: skip
+    """Coefficients of terms together with the calibration's change, by least squares."""
+    p, S = prior_rows(base.parameters), np.column_stack([one.columns(fit, place) for one in terms])
+    A = np.block([[fit.J, S], [np.diag(p), np.zeros((len(p), S.shape[1]))]])
+    b = np.concatenate([fit.residual, -p * base.vector])
+    size = np.linalg.norm(A, axis=0)
+    size[size == 0] = 1.0
+    x = answer(np.linalg.lstsq, A / size, b, rcond=1e-9)[0] / size
+    after = fit.residual - fit.J @ x[: len(p)] - S @ x[len(p) :]
+    misfit = 0.0
+    if held is not None:
+        there = np.column_stack([one.columns(held, place) for one in terms])
+        left = held.residual - held.J @ x[: len(p)] - there @ x[len(p) :]
+        misfit = float(left @ left)
+    sd = np.sqrt(np.diag(answer(np.linalg.pinv, (A / size).T @ (A / size)))) / size
+    cost, k = float(np.sum((b - A @ x) ** 2)), len(p)
+    left_over = excess(table(fit.comparison, after))
+    return Proposal(place, tuple(terms), x[k:], cost, misfit, left_over, x[:k], sd[k:])
+
+
+def written(proposal: Proposal, position: float, name: str, sd: dict[str, float] | None = None) -> str:
+    """Module of a law as an effect: its equation, units and, where they are known, standard deviations."""
+    fields, equations = [], []
+    for one in proposal.terms:
+        for parameter in one.parameters:
+            fields.append(f'    {parameter}: float = param("{one.term.unit}", doc="Coefficient of the law.")')
+        for key, value in one.shape:
+            unit = next(unit for known, unit, _ in one.term.shape if known == key)
+            fields.append(f'    {key}: float = param("{unit}", default={value!r}, bounds=(0.0, 1.0), doc="Its {key}.")')
+    for axis in (0, 1):
+        parts = []
+        for one in proposal.terms:
+            n = len(one.term.parts)
+            own = one.parameters if one.one else one.parameters[axis * n : (axis + 1) * n]
+            pairs = zip(own, one.term.parts, strict=True)
+            parts += [f"p.{parameter} * ({along(part, axis)})" for parameter, part in pairs]
+        equations.append(f"-({' + '.join(parts)})")
+    values = zip((p for one in proposal.terms for p in one.parameters), proposal.coefficients, strict=True)
+    sizes = "\n".join(f"    {key} = {value:.5g}" + (f" +- {sd[key]:.2g}" if sd else "") + f" {unit_of(proposal, key)}"
+                      for key, value in values)  # fmt: skip
+    steady = not any(one.term.turns for one in proposal.terms)
+    return f'''"""Law discovered from records: a force at {proposal.place}, {1e3 * position:.6g} mm along the shaft.
+
+    F_x = {equations[0].replace("p.", "")} [N]
+    F_y = {equations[1].replace("p.", "")} [N]
+
+of displacement x, y [m] and velocity vx, vy [m/s] there, speed [rad/s] and angle [rad] of the shaft, with
+
+{sizes}
+
+Import this module before a machine file with [[effects.{name}]] is loaded.
+"""
+
+import math
+
+from reynolds.jit import inlined
+from rotorsim.effects import Effect, param, register
+
+
+@inlined
+def {name}(t, angle, speed, x, y, vx, vy, p):
+    """The law: [N]."""
+    return {equations[0]}, {equations[1]}
+
+
+@register
+class {"".join(word.title() for word in name.split("_"))}(Effect):
+    """Law discovered from records."""
+
+    port, kernel, steady = "motion", {name}, {steady}
+{chr(10).join(fields)}
+    position: float | None = param("m", default=None, doc="Where it acts along the shaft.")
+'''
+
+
+def along(part: str, axis: int) -> str:
+    """An expression of LIBRARY for one axis in the names of a kernel."""
+    names = ("x", "y", "vx", "vy", "1.0") if axis == 0 else ("y", "x", "vy", "vx", "-1.0")
+    known = dict(zip(("u", "w", "du", "dw", "s"), names, strict=True))
+    return re.sub(r"\b(u|w|du|dw|s)\b", lambda found: known[found[0]], part)
+
+
+def unit_of(proposal: Proposal, parameter: str) -> str:
+    """Unit of a coefficient."""
+    return next(one.term.unit for one in proposal.terms if parameter in one.parameters)
+
+
+@dataclass(frozen=True, eq=False)
+class DiscoveredLaw:
+    """A law that the records show at a place: its equations, coefficients with standard deviations, and evidence.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.diagnose("two_discs.toml", "records").discovered  # doctest: +SKIP
+    >>> found.place, found.law, found.terms["cubic"]  # doctest: +SKIP
+    ('the bearing right', 'F_x = -(cubic * (x * x * x)) ...', (5.8e13, 2e12))
+    """
+
+    name: str
+    place: str
+    position: float
+    """Where it acts along the shaft [m]."""
+    law: str
+    """Equations of the force along x and y [N], with units and intervals of all numbers."""
+    terms: dict[str, tuple[float, float]]
+    """Coefficients and numbers of their shapes with standard deviations [SI]."""
+    units: dict[str, str]
+    kinds: tuple[str, ...]
+    """Names of its terms in the library."""
+    source: str
+    """Module of the effect, which `register` makes known."""
+    file: str
+    """Where the module lies."""
+    probability: float
+    near: tuple[str, ...] = ()
+    """Laws at other places that these records do not exclude."""
+    curve: dict[str, np.ndarray] = field(default_factory=dict)
+    """Moments of the records: displacement and velocity (n, 2) there, force (n, 2) measured and of the law."""
+
+    @property
+    def sentence(self) -> str:
+        """Law and place with all numbers in one sentence."""
+        found = self.terms.items()
+        sizes = ", ".join(f"{key} = {value:.4g} +- {sd:.2g} {self.units[key]}" for key, (value, sd) in found)
+        return f"{' with '.join(self.kinds)} at {self.place}, {sizes}"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers and text, for JSON."""
+        sizes = {key: {"value": value, "sd": sd, "unit": self.units[key]} for key, (value, sd) in self.terms.items()}
+        return {"place": self.place, "position": self.position, "kinds": list(self.kinds), "law": self.law,
+                "terms": sizes, "probability": self.probability, "not_excluded": list(self.near)}  # fmt: skip
+
+
+def discovered(proposal: Proposal, found: IdentifiedEffect, probability: float, near: Sequence[str]) -> DiscoveredLaw:
+    """The law of a proposal as the plant's fit has it."""
+    terms = {key: (found.parameters[key], found.sd.get(key, 0.0)) for one in proposal.terms
+             for key in (*one.parameters, *(name for name, _ in one.shape))}  # fmt: skip
+    sizes = np.array([terms[key][0] for one in proposal.terms for key in one.parameters])
+    fitted = replace(proposal, coefficients=sizes, terms=tuple(
+        replace(one, shape=tuple((key, terms[key][0]) for key, _ in one.shape)) for one in proposal.terms))  # fmt: skip
+    units = {key: one.term.unit for one in proposal.terms for key in one.parameters}
+    units |= {key: unit for one in proposal.terms for key, unit, _ in one.term.shape}
+    z, name = float(found.parameters["position"]), "discovered_law"
+    text = written(fitted, z, name, {key: sd for key, (_, sd) in terms.items()})
+    path = in_cache("laws") / f"{name}.py"
+    write_text(path, text)
+    return DiscoveredLaw(name, proposal.place, z, text.split('"""')[1], terms, units,
+                         tuple(one.term.name for one in proposal.terms), text, str(path), probability,
+                         tuple(near))  # fmt: skip
+
+
+def laws_of(seen: Seen, held: Seen | None, base: ParameterFit) -> list[Proposal]:
+    """The best laws at the places that the records do not tell apart by the linear model, the best one first."""
+    found = propose(seen, held, base)
+    near = [one for one in found if one.score < found[0].score + NEAR and not one.remembers]
+    return found[:1] if found[0].remembers else near[:MOST_LAWS]
+
+
+def remembered(parts: Mapping[str, Seen], base: ParameterFit, law: Proposal) -> dict[str, np.ndarray] | None:
+    """Whitened residuals by role that a law with a memory leaves, by the linear model; None where they refute it."""
+    left, gone = {}, dict[str, float | None]()
+    for role, seen in parts.items():
+        S = np.column_stack([one.columns(seen, law.place) for one in law.terms])
+        left[role] = seen.residual - seen.J @ law.moved - S @ law.coefficients
+        gone[role] = untouched_gone(seen.comparison, seen.residual, left[role])
+        if any(f.rms > MANY * f.floor for f in beyond_floor(seen.comparison, left[role])):
+            return None
+    clear = base.cost - law.cost > CLEAR and law.left <= (1 - ENOUGH) * excess(
+        table(parts["fit"].comparison, base.residual)
+    )
+    held_up = all(share is None or share >= LEAST_GONE["named"] for share in gone.values())
+    return left if clear and held_up else None
+
+
+def of_remembered(law: Proposal, base: ParameterFit, position: float) -> DiscoveredLaw:
+    """A law with a memory: no effect of the plant has one, so that it is stated and not written as one."""
+    keys = [key for one in law.terms for key in one.parameters]
+    terms = {key: (float(c), float(sd)) for key, c, sd in zip(keys, law.coefficients, law.sd, strict=True)}
+    terms |= {key: (value, 0.0) for one in law.terms for key, value in one.shape}
+    units = {key: one.term.unit for one in law.terms for key in one.parameters}
+    units |= {key: unit for one in law.terms for key, unit, _ in one.term.shape}
+    gain = (base.cost - law.cost - PRICE * len(keys)) / (2 * TEMPERATURE) - math.log(law.tried)
+    kinds = tuple(one.term.name for one in law.terms)
+    text = f"{' with '.join(kinds)} at {law.place}; it has a memory, which no effect of the plant has: not compiled"
+    return DiscoveredLaw(
+        "", law.place, position, text, terms, units, kinds, "", "", 1 / (1 + math.exp(-min(gain, 500.0)))
+    )
+
+
+def cannot_tell(trials: Sequence[Trial]) -> str:
+    """Sentence on what records lack of which a law could be told; empty where nothing is missing."""
+    own = [t for t in trials if not t.orders]
+    if not all(t.periodic or t.turning for t in own) or not own:
+        return NOT_PERIODIC
+    speeds = {round(t.speed) for t in own}
+    sizes = [t.amplitude for t in own if t.amplitude]
+    if len(speeds) < 2:
+        return ONE_SPEED
+    return ONE_AMPLITUDE if sizes and max(sizes) < TWICE * min(sizes) else ""
+
+
+def after_choice(odds: Sequence[Explanation], keys: Sequence[str], tried: int) -> tuple[Explanation, ...]:
+    """Odds after the price of having chosen laws among so many terms and places."""
+    priced = [e.probability / (tried if set(e.effects) & set(keys) else 1) for e in odds]
+    whole = sum(priced)
+    return tuple(replace(e, probability=p / whole) for e, p in zip(odds, priced, strict=True))
+
+
+@contextmanager
+def candidate_laws(proposals: Sequence[Proposal], twin: Twin) -> Iterator[tuple[Form, ...]]:
+    """Forms of laws as candidates; their effects are known within the context alone."""
+    places, names, forms = law_places(twin.machine), list[str](), list[Form]()
+    try:
+        for number, proposal in enumerate(proposals, 1):
+            name, z = f"law_{number}", places[proposal.place]
+            load(written(proposal, z, name))
+            names.append(name)
+            forms.append(form_of(proposal, z, name))
+        yield tuple(forms)
+    finally:
+        for name in names:
+            REGISTRY.pop(name, None)
+
+
+def load(text: str) -> None:
+    """Import a module of an effect from its text, which is kept in the cache under its hash."""
+    name = f"law_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    path = in_cache("laws") / f"{name}.py"
+    write_text(path, text)
+    spec = spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None
+    sys.modules[name] = module_from_spec(spec)
+    spec.loader.exec_module(sys.modules[name])
+
+
+def form_of(proposal: Proposal, position: float, name: str) -> Form:
+    """A law as a candidate: all coefficients are fitted from the first on, the numbers of its shapes after them."""
+    sizes = zip((p for one in proposal.terms for p in one.parameters), proposal.coefficients, strict=True)
+    parameters = tuple(FitParameter(f"{name}.0.{key}", SHARE * abs(value), usual=abs(value)) for key, value in sizes)
+    shapes = tuple(FitParameter(f"{name}.0.{key}", SHARE * value, low=-0.9 * value, high=value)
+                   for one in proposal.terms for key, value in one.shape)  # fmt: skip
+    return Form(name, proposal.names, parameters, {f"{name}.0.position": position}, shapes)
