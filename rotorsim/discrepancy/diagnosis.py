@@ -421,7 +421,7 @@ class DiagnosisRun:
             gap["gap"].values[:, :, 2] = np.concatenate(
                 [rms(part, left[role] * part.sigma) for role, part in self.parts.items()]
             )
-            law = of_remembered(laws[0], base, law_places(self.machine)[laws[0].place])
+            law = of_remembered(laws, base, law_places(self.machine)[laws[0].place])
             return replace(found, status="discovered", unknown={}, gap=gap, planner=None, discovered=law)
         with candidate_laws(laws, self.models.twin) as forms:
             models = CompiledModels.of(self.machine, {form.effect for form in forms}, self.progress)
@@ -440,7 +440,7 @@ class DiagnosisRun:
                 return None
             found = own._result(base, flags, replace(judgement, odds=odds), search, [*notes, *judgement.notes])
             [proposal] = [one for one in laws if one.names == best.keys[0]]
-            law = discovered(proposal, found.effects[0], p, rivals)
+            law = discovered(proposal, found.effects[0], p, rivals, seen["fit"], best.fit.residual)
         return replace(found, status="discovered", effects=(), ties=(), planner=None, discovered=law)
 
     def _judged(

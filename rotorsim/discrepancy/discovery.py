@@ -50,7 +50,7 @@ from rotorsim.discrepancy.judge import LEAST_GONE, MANY, beyond_floor, untouched
 from rotorsim.discrepancy.machine_file import IdentifiedEffect
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import Twin
-from rotorsim.discrepancy.verdict import TEMPERATURE, Explanation
+from rotorsim.discrepancy.verdict import TEMPERATURE, TIE_LEAST, Explanation
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine
 from rotorsim.plant.equilibrium import settle
@@ -79,6 +79,10 @@ ONE_AMPLITUDE = (
     "that does not; record the same points with half the excitation"
 )
 """Notes on records of which no law can be told."""
+MOMENTS = 500
+"""Moments of a record that show a law."""
+EQUAL = 6.0
+"""Credit of equal coefficients along x and y: by chance they agree as closely in one of twenty places."""
 SIMPLEX = 0.05
 """First relative change of a number of a shape."""
 PRICE = 9.0
@@ -196,17 +200,20 @@ class Motion:
     H: np.ndarray
     frequencies: np.ndarray
 
-    def response(self, term: Term, part: str, axis: int, shape: dict[str, float]) -> np.ndarray:
-        """Lines (2, lines) [m] of the response to minus a part of a term along an axis, with a coefficient of one."""
+    def force(self, part: str, axis: int, shape: dict[str, float]) -> np.ndarray:
+        """Minus a part of a term (n,) along an axis, with a coefficient of one."""
         i = axis
-        if term.memory is not None:
-            lines = _lines(self.displacement[i], len(self.H))
-            omega = 2 * np.pi * self.frequencies
-            return np.asarray(-self.H[:, :, i] * (term.memory(omega, **shape) * lines)[:, None]).T
         names = {"u": self.displacement[i], "w": self.displacement[1 - i], "du": self.velocity[i],
                  "dw": self.velocity[1 - i], "s": 1.0 - 2.0 * i, "speed": self.speed, "angle": self.angle}  # fmt: skip
-        force = -eval(part, NUMPY | names | {"p": SimpleNamespace(**shape)})  # an expression of LIBRARY
-        return np.asarray(self.H[:, :, i] * _lines(force, len(self.H))[:, None]).T
+        return np.asarray(-eval(part, NUMPY | names | {"p": SimpleNamespace(**shape)}))  # an expression of LIBRARY
+
+    def response(self, term: Term, part: str, axis: int, shape: dict[str, float]) -> np.ndarray:
+        """Lines (2, lines) [m] of the response to minus a part of a term along an axis, with a coefficient of one."""
+        if term.memory is None:
+            lines = _lines(self.force(part, axis, shape), len(self.H))
+        else:
+            lines = -term.memory(2 * np.pi * self.frequencies, **shape) * _lines(self.displacement[axis], len(self.H))
+        return np.asarray(self.H[:, :, axis] * lines[:, None]).T
 
 
 @dataclass(frozen=True, eq=False)
@@ -351,7 +358,7 @@ class Proposal:
     @property
     def score(self) -> float:
         """Sum of squares over records to fit and held-out ones, and the price of each coefficient."""
-        return self.cost + self.held + PRICE * len(self.coefficients)
+        return self.cost + self.held + PRICE * len(self.coefficients) - EQUAL * sum(one.one for one in self.terms)
 
     @property
     def remembers(self) -> bool:
@@ -565,8 +572,34 @@ class DiscoveredLaw:
                 "terms": sizes, "probability": self.probability, "not_excluded": list(self.near)}  # fmt: skip
 
 
-def discovered(proposal: Proposal, found: IdentifiedEffect, probability: float, near: Sequence[str]) -> DiscoveredLaw:
-    """The law of a proposal as the plant's fit has it."""
+def curve_of(seen: Seen, law: Proposal, residual: np.ndarray) -> dict[str, np.ndarray]:
+    """Moments of the record with the largest motion: displacement, velocity (n, 2), force (n, 2) measured and of a law.
+
+    The measured force is that of the law and the one that makes what is left, `residual` (n,), on the lines on which
+    the law shows.
+    """
+    motions = seen.motions[law.place]
+    i = int(np.argmax([np.abs(m.displacement).max() for m in motions]))
+    m, n = motions[i], motions[i].displacement.shape[1]
+    force, coefficients = np.zeros((2, n)), iter(law.coefficients)
+    for one in law.terms:
+        sizes = [next(coefficients) for _ in one.parameters]
+        for k, (axis, part) in enumerate(product((0, 1), one.term.parts)):
+            force[axis] += sizes[k % len(sizes)] * m.force(part, axis, dict(one.shape))
+    lines = np.array([_lines(one, len(m.H)) for one in force])
+    comparison = seen.comparison
+    shows = np.abs(np.einsum("lij,jl->il", m.H, lines)) > _complex(comparison, i, comparison.sigma).real
+    left = np.where(shows.any(axis=0), _complex(comparison, i, residual * comparison.sigma), 0.0)
+    rest = np.array([answer(np.linalg.pinv, h, rcond=0.05) @ line for h, line in zip(m.H, left.T, strict=True)]).T
+    chosen = slice(None, None, max(n // MOMENTS, 1))
+    return {"displacement": m.displacement.T[chosen], "velocity": m.velocity.T[chosen],
+            "measured": (force + _series(rest, n)).T[chosen], "law": force.T[chosen]}  # fmt: skip
+
+
+def discovered(
+    proposal: Proposal, found: IdentifiedEffect, probability: float, near: Sequence[str], seen: Seen, left: np.ndarray
+) -> DiscoveredLaw:  # fmt: skip
+    """The law of a proposal as the plant's fit has it, which leaves whitened residuals `left` (n,)."""
     terms = {key: (found.parameters[key], found.sd.get(key, 0.0)) for one in proposal.terms
              for key in (*one.parameters, *(name for name, _ in one.shape))}  # fmt: skip
     sizes = np.array([terms[key][0] for one in proposal.terms for key in one.parameters])
@@ -580,14 +613,14 @@ def discovered(proposal: Proposal, found: IdentifiedEffect, probability: float, 
     write_text(path, text)
     return DiscoveredLaw(name, proposal.place, z, text.split('"""')[1], terms, units,
                          tuple(one.term.name for one in proposal.terms), text, str(path), probability,
-                         tuple(near))  # fmt: skip
+                         tuple(near), curve_of(seen, fitted, left))  # fmt: skip
 
 
 def laws_of(seen: Seen, held: Seen | None, base: ParameterFit) -> list[Proposal]:
     """The best laws at the places that the records do not tell apart by the linear model, the best one first."""
     found = propose(seen, held, base)
-    near = [one for one in found if one.score < found[0].score + NEAR and not one.remembers]
-    return found[:1] if found[0].remembers else near[:MOST_LAWS]
+    near = [one for one in found if one.score < found[0].score + NEAR and one.remembers == found[0].remembers]
+    return near[:MOST_LAWS]
 
 
 def remembered(parts: Mapping[str, Seen], base: ParameterFit, law: Proposal) -> dict[str, np.ndarray] | None:
@@ -606,8 +639,13 @@ def remembered(parts: Mapping[str, Seen], base: ParameterFit, law: Proposal) -> 
     return left if clear and held_up else None
 
 
-def of_remembered(law: Proposal, base: ParameterFit, position: float) -> DiscoveredLaw:
-    """A law with a memory: no effect of the plant has one, so that it is stated and not written as one."""
+def of_remembered(laws: Sequence[Proposal], base: ParameterFit, position: float) -> DiscoveredLaw:
+    """The first law, which has a memory: no effect of the plant has one, so that it is stated and not written as one.
+
+    The others are at places that these records do not exclude where their likelihood is near.
+    """
+    law = laws[0]
+    near = tuple(one.names for one in laws[1:] if one.score < law.score + TIE_LEAST)
     keys = [key for one in law.terms for key in one.parameters]
     terms = {key: (float(c), float(sd)) for key, c, sd in zip(keys, law.coefficients, law.sd, strict=True)}
     terms |= {key: (value, 0.0) for one in law.terms for key, value in one.shape}
@@ -617,7 +655,17 @@ def of_remembered(law: Proposal, base: ParameterFit, position: float) -> Discove
     kinds = tuple(one.term.name for one in law.terms)
     text = f"{' with '.join(kinds)} at {law.place}; it has a memory, which no effect of the plant has: not compiled"
     return DiscoveredLaw(
-        "", law.place, position, text, terms, units, kinds, "", "", 1 / (1 + math.exp(-min(gain, 500.0)))
+        "",
+        law.place,
+        position,
+        text,
+        terms,
+        units,
+        kinds,
+        "",
+        "",
+        1 / (1 + math.exp(-min(gain, 500.0))),
+        near,
     )
 
 

@@ -155,6 +155,11 @@ class Diagnosis(Shown, Findings, Reported):
     """What does not repeat, where that is what the records show."""
 
     @property
+    def explained(self) -> bool:
+        """Whether an effect or a law takes part of the gap."""
+        return bool(self.effects) or self.discovered is not None
+
+    @property
     def odds(self) -> dict[str, float]:
         """Probability of every explanation, of nothing missing and of something that is not in the catalogue."""
         out: dict[str, float] = {}

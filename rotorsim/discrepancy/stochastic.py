@@ -75,8 +75,12 @@ class StochasticForce:
 
 @dataclass(frozen=True, eq=False)
 class Deviations:
-    """Outer products W (2, 2, k) of the blocks' deviations [m^2] and their number by record, on quiet lines (k,)."""
+    """Outer products W (2, 2, k) of the blocks' deviations [m^2] and their number by record, on quiet lines (k,).
 
+    `numbers` are those of the records in their comparison.
+    """
+
+    numbers: list[int]
     trials: list[Trial]
     W: list[np.ndarray]
     freedom: list[int]
@@ -85,10 +89,13 @@ class Deviations:
     @classmethod
     def of(cls, trials: Sequence[Trial]) -> Deviations:
         """Deviations of all records with at least two blocks that repeat, by their own mean."""
-        own = [t for t in trials if t.periodic and t.blocks > 1 and t.probe_angle is None]
+        numbers = [i for i, t in enumerate(trials) if t.periodic and t.blocks > 1 and t.probe_angle is None]
+        own = [trials[i] for i in numbers]
         kept = [np.flatnonzero(_between_orders(t)) for t in own]
         apart = [(t.spectra - t.spectra.mean(axis=0))[:, :, k] for t, k in zip(own, kept, strict=True)]
-        return cls(own, [np.einsum("bik,bjk->ijk", d, d.conj()) for d in apart], [len(d) - 1 for d in apart], kept)
+        return cls(
+            numbers, own, [np.einsum("bik,bjk->ijk", d, d.conj()) for d in apart], [len(d) - 1 for d in apart], kept
+        )
 
     def noise(self) -> float:
         """Variance [m^2] of a line by the quiet half of all lines."""
@@ -119,9 +126,8 @@ def random_force(seen: Seen) -> StochasticForce | None:
     own = Deviations.of(seen.comparison.trials)
     if not own.trials:
         return None
-    numbers = [seen.comparison.trials.index(t) for t in own.trials]
     quiet, every = own.noise(), [np.ones(len(k), bool) for k in own.lines]
-    H = {name: [m[i].H[k] for i, k in zip(numbers, own.lines, strict=True)] for name, m in seen.motions.items()}
+    H = {name: [m[i].H[k] for i, k in zip(own.numbers, own.lines, strict=True)] for name, m in seen.motions.items()}
 
     def fitted(place: str, chosen: Sequence[np.ndarray]) -> tuple[float, np.ndarray, np.ndarray]:
         """Twice the gain by a force at a place on chosen lines, log S (2,) and its standard deviations."""

@@ -17,10 +17,10 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+import re
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,10 @@ import numpy as np
 from scipy.optimize import brentq
 
 import identification as idn
+from rotorsim.base.errors import RotorsimError
 from rotorsim.discrepancy import diagnose
+from rotorsim.discrepancy.calibration import CompiledModels
+from rotorsim.discrepancy.gap import reduction
 from rotorsim.machine import Machine
 from studies.benchmarks.foreign_rotor import BEARINGS, DISCS, UNBALANCE, TwoDiscRig, machine_text, rotor
 
@@ -311,3 +314,96 @@ def records(case: LawCase) -> list[Any]:
         )  # fmt: skip
         found.append(made)
     return found
+
+
+RIGHT_TERMS = {
+    "cubic": ("cubic", "radial cubic"), "quadratic": ("quadratic",), "dry": ("dry", "radial dry"),
+    "drag": ("drag", "radial drag"), "parametric": ("stiffness at 2X",), "dead band": ("dead band",),
+    "delayed": ("delayed stiffness",), "swirl": ("swirl with speed squared",), "absorber": ("hidden mass",),
+    "speed": ("stiffness with speed squared",),
+}  # fmt: skip
+"""Terms of the library that are right, by the class of a law."""
+
+
+def machine_of_laws() -> Machine:
+    """The machine file as it is believed to be, without its weight: laws act about the middle of their places."""
+    return Machine.from_text(re.sub(r"\[effects\.gravity\]\n.*\n", "", machine_text()))
+
+
+def judged(case: LawCase, found: Any) -> dict[str, Any]:
+    """Outcome of a verdict with place, form, relative error of the size and share of the gap gone."""
+    out: dict[str, Any] = {"status": found.status, "gap": None if not found.discovered else reduction(found.gap)}
+    place = case.place.replace("left bearing", "the bearing left").replace("right bearing", "the bearing right")
+    stochastic = case.law.kind == "stochastic"
+    if found.status == "discovered":
+        law = found.discovered
+        out |= {"place": law.place == place, "near": place in " ".join(law.near),
+                "form": not stochastic and set(law.kinds) <= set(RIGHT_TERMS[case.law.kind])}  # fmt: skip
+        sizes = [
+            v
+            for key, (v, _) in law.terms.items()
+            if key not in ("gap", "delay", "resonance", "damping_ratio") and "2X_2" not in key
+        ]
+        out["error"] = max(abs(size_of(case, v) - 1) for v in sizes) if out["form"] else None
+        right = out["place"] and out["form"]
+        out["outcome"] = "right" if right else "WRONG law" if not out["form"] else "WRONG place"
+    elif found.status == "stochastic":
+        out["place"] = place in (found.stochastic.place, *found.stochastic.others) or any(
+            key in found.stochastic.place for key in PLACE_KEYS[case.place]
+        )
+        out["outcome"] = "right" if stochastic else "WRONG stochastic"
+    elif found.status in ("named", "tie"):
+        out["outcome"] = "WRONG name"
+    else:
+        out["outcome"] = "silent" if found.status in ("unknown", "partial") else found.status
+    return out
+
+
+PLACE_KEYS = {"left bearing": ("bearing.0",), "right bearing": ("bearing.1",), "disc 1": ("unbalance.2",),
+              "disc 2": ("unbalance.3",)}  # fmt: skip
+"""Keys of the calibration that are of a place."""
+
+
+def size_of(case: LawCase, value: float) -> float:
+    """A found coefficient over the true one."""
+    sign = -1.0 if case.law.kind in ("speed",) else 1.0
+    return sign * value / case.size
+
+
+def diagnosed(case: LawCase, models: CompiledModels) -> dict[str, Any]:
+    """Verdict on one case with its outcome."""
+    made, cpu = records(case), time.process_time()
+    try:
+        found = diagnose(machine_of_laws(), made, models=models)
+    except RotorsimError as error:
+        return {"outcome": "refused", "sentence": str(error), "cpu_s": time.process_time() - cpu, "status": "refused"}
+    cpu = time.process_time() - cpu
+    return judged(case, found) | {"sentence": found.sentence, "cpu_s": cpu, "notes": list(found.notes),
+                                  "odds": list(found.odds.items())[:3]}  # fmt: skip
+
+
+def main() -> None:
+    """Write the truth, then diagnose case by case."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--seeds", type=int, nargs="+", default=[1])
+    parser.add_argument("--laws", nargs="+", choices=[law.name for law in LAWS], default=[law.name for law in LAWS])
+    parser.add_argument("--size", type=float, default=1.0, help="factor on all sizes")
+    asked = parser.parse_args()
+    asked.folder.mkdir(parents=True, exist_ok=True)
+    cases = [drawn(law, seed, asked.size) for seed in asked.seeds for law in LAWS if law.name in asked.laws]
+    truth = json.dumps([case.truth for case in cases], sort_keys=True)
+    (asked.folder / "truth.json").write_text(truth)
+    print(f"truth {hashlib.sha256(truth.encode()).hexdigest()}", flush=True)
+    models = CompiledModels.of(machine_of_laws())
+    for case in cases:
+        found = diagnosed(case, models) | {"law": case.law.name, "at": case.place, "size": case.size}
+        with (asked.folder / "results.jsonl").open("a") as file:
+            file.write(json.dumps(found, default=float) + "\n")
+        shown = {key: found.get(key) for key in ("place", "form", "error", "gap")}
+        text = f"{case.law.name}, {case.place}: {found['sentence']} {shown}"
+        print(f"{found['outcome']:16} {found['cpu_s']:5.0f} s  {text}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
