@@ -28,13 +28,11 @@ from rotorsim.discrepancy.comparison import (
 from rotorsim.discrepancy.data_vector import TOLERANCE, own_scatter, unknown_sources, without_hum, without_probe_drift
 from rotorsim.discrepancy.decision import check_allowed
 from rotorsim.discrepancy.discovery import (
-    Proposal,
-    Seen,
+    ProposedLaw,
     after_choice,
     candidate_laws,
     cannot_tell,
     discovered,
-    law_places,
     laws_of,
     of_remembered,
     remembered,
@@ -72,6 +70,7 @@ from rotorsim.discrepancy.judge import (
     untouched_gone,
     worse_than,
 )
+from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places
 from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect, far_off
 from rotorsim.discrepancy.mistakes import check_alternatives, check_before
 from rotorsim.discrepancy.records import (
@@ -140,6 +139,8 @@ ONE_OF = "one of these places, which the records do not distinguish: {}"
 """Finding of a calibration that has several places."""
 NAMED_PROBES = "x and y of the sensors are the probes {0} and {1}, in their own directions"
 """Note on records whose channels are their probes."""
+FAINT_LAW = 2 * CLEAR
+"""Fall of the sum of squares by a law from which on it is fitted where nothing is beyond the floor."""
 NO_LAW = "a law was looked for at all places; the best one, {}, is not borne out by the plant and by other records"
 """Note on records that show no law either."""
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
@@ -311,7 +312,7 @@ class DiagnosisRun:
     """Sentences on calibrated numbers that are far from the machine file."""
     late: str = field(default="", init=False)
     """Sentence where the records fit better with late probes."""
-    laws: tuple[Proposal, ...] | None = None
+    laws: tuple[ProposedLaw, ...] | None = None
     """Laws that the candidates are, where they come from the records and not from the catalogue."""
 
     @property
@@ -383,15 +384,14 @@ class DiagnosisRun:
     ) -> Diagnosis | None:  # fmt: skip
         """Diagnosis with a law that no effect of the catalogue is, or with what does not repeat; None for neither."""
         lacking = cannot_tell(self.fitted.trials)
-        unexplained_left = judgement.verdict.status != "no_disagreement"
-        notes += [lacking] if lacking and unexplained_left else []
+        notes += [lacking] if lacking and judgement.verdict.status != "no_disagreement" else []
         if self.machine.film is not None or lacking:
             return None
         self.progress("discover")
         try:
             seen = {role: self._seen(part, base) for role, part in self.parts.items() if role != "untouched"}
             base = replace(base, J=seen["fit"].J)
-            found = self._discovered(base, flags, apart, seen, notes) if unexplained_left else None
+            found = self._discovered(base, flags, apart, seen, notes)
             force = drift(self.fitted, base) or random_force(seen["fit"]) if found is None else None
         except NoAnswerError:
             return None
@@ -400,15 +400,18 @@ class DiagnosisRun:
         nothing = Judgement(SearchVerdict("unknown"), judgement.odds, judgement.notes, judgement.left, judgement.worse)
         return replace(self._result(base, flags, nothing, None, notes), status="stochastic", stochastic=force)
 
-    def _seen(self, part: TwinComparison, base: ParameterFit) -> Seen:
+    def _seen(self, part: TwinComparison, base: ParameterFit) -> ObservedPlaces:
         """What the records of a role show of all places, about the calibration."""
-        return Seen.of(part, base, part.residual(base.point), part.jacobian(base.point, base.parameters))
+        return ObservedPlaces.of(part, base, part.residual(base.point), part.jacobian(base.point, base.parameters))
 
     def _discovered(
-        self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], seen: dict[str, Seen], notes: list[str]
+        self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], seen: dict[str, ObservedPlaces],
+        notes: list[str],
     ) -> Diagnosis | None:  # fmt: skip
         """Diagnosis with a law that is fitted and judged as any candidate; None where it is not borne out."""
         laws = laws_of(seen["fit"], seen.get("held_out"), base)
+        if base.cost - laws[0].cost < (CLEAR if flags else FAINT_LAW):
+            return None
         notes_of_none = [*notes, NO_LAW.format(laws[0].names)]
         if laws[0].remembers:
             parts = {role: seen.get(role) or self._seen(part, base) for role, part in self.parts.items()}

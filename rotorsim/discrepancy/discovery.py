@@ -1,23 +1,14 @@
 r"""Laws discovered from data: a force at a place that no effect of the catalogue has, proposed from the residual.
 
-What the re-calibrated plant leaves at the probes is taken for the response to a force at one place. The linear model
-of the plant about its equilibrium gives the receptances H; with them the force, and the motion at the place,
-
-.. math:: f = H_{sp}^{-1} r, \qquad q_p = q_p^{twin} + H_{pp} f
-
-where lines stand clear of the floor. A library of typed terms g_k of that motion, each with a coefficient along x and
-one along y, goes through the receptance into the data,
+Terms g_k of the motion at a place (`law_terms`), each with a coefficient along x and one along y, are chosen one by
+one, together with the calibration's own columns J,
 
 .. math:: r \approx J\,\delta\theta - \sum_k c_k\,H_{sp}\,\mathcal F\{g_k(q_p, \dot q_p, \Omega, \varphi)\}
 
-and terms are chosen one by one, together with the calibration's own columns J, until less than half a floor is left.
-Records that are held out choose the place. The law becomes an effect, a file of its own, which is compiled into the
-plant, fitted as the only candidate, and judged as any other.
+until nothing stays beyond the floor. Records that are held out choose the place. The law becomes an effect, a file of
+its own, which is compiled into the plant, fitted as a candidate, and judged as any other.
 
-Assumes: blocks are whole periods of the motion; the motion at the place is that of the twin to first order in the law.
-Sources: Platz & Markert (2001) for the force; Brunton, Proctor & Kutz (2016) for the library of terms.
-
-Cites: platz_2001, brunton_2016.
+Cites: brunton_2016.
 """
 
 from __future__ import annotations
@@ -26,12 +17,11 @@ import hashlib
 import math
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from importlib.util import module_from_spec, spec_from_file_location
 from itertools import product
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -40,27 +30,27 @@ from scipy.optimize import minimize
 from rotorsim.base.cache import in_cache
 from rotorsim.base.files import write_text
 from rotorsim.base.rounding import answer
-from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
+from rotorsim.discrepancy.calibration import FitParameter
 from rotorsim.discrepancy.candidates import Form, screen
-from rotorsim.discrepancy.changes import PLANE, RING, RING_KEY, ring_axes
-from rotorsim.discrepancy.comparison import TwinComparison, excess, simulate, table
+from rotorsim.discrepancy.comparison import excess, table
 from rotorsim.discrepancy.fit import ParameterFit, prior_rows
 from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH
 from rotorsim.discrepancy.judge import LEAST_GONE, MANY, beyond_floor, untouched_gone
+from rotorsim.discrepancy.law_terms import (
+    LIBRARY,
+    LibraryTerm,
+    ObservedPlaces,
+    complex_lines,
+    law_places,
+    lines_of_series,
+    series_of_lines,
+)
 from rotorsim.discrepancy.machine_file import IdentifiedEffect
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import TEMPERATURE, TIE_LEAST, Explanation
 from rotorsim.effects import REGISTRY
-from rotorsim.machine import Machine
-from rotorsim.plant.equilibrium import settle
-from rotorsim.plant.linearise import linearise
-from rotorsim.plant.mesh import Mesh
 
-SLOW = 1e-4
-"""Velocity [m/s] below which dry friction gives way."""
-CLEAR_LINE = 3.0
-"""Residual of a line, in floors, from which on the force that makes it moves the place."""
 MOST_TERMS = 3
 """Most terms of a law."""
 SHARE = 0.1
@@ -87,239 +77,13 @@ SIMPLEX = 0.05
 """First relative change of a number of a shape."""
 PRICE = 9.0
 """Fall of the sum of squares that a coefficient has to bring, the logarithm of some ten thousand numbers."""
-OVER = 4
-"""Moments of a block over its lines: products of three lines do not fold back."""
 
 
 @dataclass(frozen=True)
-class Term:
-    """A typed term of a force: its parts for one axis, with u, du along it, w, dw across; s is 1 along x, -1 along y.
-
-    unit : that of its coefficients
-    parts : expressions of u, w, du, dw, s, speed, angle and the numbers of `shape` (p.name)
-    shape : names of numbers that are searched, their units, and tried values: of a length as shares of the largest |u|
-    memory : factor on the displacement by omega (k,) and the numbers of the shape, of a term that remembers
-    """
-
-    name: str
-    unit: str
-    parts: tuple[str, ...]
-    shape: tuple[tuple[str, str, tuple[float, ...]], ...] = ()
-    memory: Callable[..., np.ndarray] | None = None
-
-    @property
-    def key(self) -> str:
-        """Name as that of a parameter."""
-        return self.name.replace(" ", "_")
-
-    @property
-    def turns(self) -> bool:
-        """Whether it changes with the angle of the shaft."""
-        return any("angle" in part for part in self.parts)
-
-    def options(self, largest: float) -> Iterator[dict[str, float]]:
-        """Numbers of the shape to try, where the largest displacement is this [m]."""
-        tried = [[value * (largest if unit == "m" else 1.0) for value in values] for _, unit, values in self.shape]
-        for values in product(*tried):
-            yield dict(zip((name for name, _, _ in self.shape), values, strict=True))
-
-
-def _parametric(n: int) -> tuple[Term, Term]:
-    turn = f"{n} * angle" if n > 1 else "angle"
-    waves = f"math.cos({turn})", f"math.sin({turn})"
-    return (Term(f"stiffness at {n}X", "N/m", tuple(f"{wave} * u" for wave in waves)),
-            Term(f"cross stiffness at {n}X", "N/m", tuple(f"{wave} * w" for wave in waves)))  # fmt: skip
-
-
-def _late(omega: np.ndarray, delay: float) -> np.ndarray:
-    return np.asarray(np.exp(-1j * omega * delay))
-
-
-def _of_hidden_mass(omega: np.ndarray, resonance: float, damping_ratio: float) -> np.ndarray:
-    spring = resonance**2 + 2j * damping_ratio * resonance * omega
-    return np.asarray(-(omega**2) * spring / (spring - omega**2))
-
-
-GAPS = (("gap", "m", (0.15, 0.3, 0.45, 0.6, 0.75)),)
-LIBRARY = (
-    Term("stiffness", "N/m", ("u",)),
-    Term("cross stiffness", "N/m", ("w",)),
-    Term("swirl", "N/m", ("s * w",)),
-    Term("damping", "N*s/m", ("du",)),
-    Term("gyroscopic", "N*s/m", ("s * dw",)),
-    Term("quadratic", "N/m^2", ("u * u",)),
-    Term("quadratic modulus", "N/m^2", ("math.fabs(u) * u",)),
-    Term("cubic", "N/m^3", ("u * u * u",)),
-    Term("radial cubic", "N/m^3", ("(u * u + w * w) * u",)),
-    Term("dry", "N", (f"math.tanh(du / {SLOW})",)),
-    Term("radial dry", "N", (f"du / math.hypot(math.hypot(du, dw), {SLOW})",)),
-    Term("drag", "N*s^2/m^2", ("math.fabs(du) * du",)),
-    Term("radial drag", "N*s^2/m^2", ("math.hypot(du, dw) * du",)),
-    Term("cubic damping", "N*s^3/m^3", ("du * du * du",)),
-    Term("damping with displacement", "N*s/m^3", ("u * u * du",)),
-    Term("dead band", "N/m", ("math.copysign(max(math.fabs(u) - p.gap, 0.0), u)",), GAPS),
-    Term("stop", "N/m", ("max(u - p.gap, 0.0)",), GAPS),
-    Term("stop below", "N/m", ("min(u + p.gap, 0.0)",), GAPS),
-    Term("stiffness with speed", "N*s/m", ("speed * u",)),
-    Term("stiffness with speed squared", "N*s^2/m", ("speed * speed * u",)),
-    Term("swirl with speed", "N*s/m", ("s * speed * w",)),
-    Term("swirl with speed squared", "N*s^2/m", ("s * speed * speed * w",)),
-    Term("damping with speed", "N*s^2/m", ("speed * du",)),
-    *_parametric(1),
-    *_parametric(2),
-    Term("delayed stiffness", "N/m", ("u",), (("delay", "s", (5e-4, 1e-3, 2e-3, 4e-3)),), _late),
-    Term("hidden mass", "kg", ("u",), (("resonance", "rad/s", tuple(np.geomspace(60.0, 1600.0, 40))),
-                                      ("damping_ratio", "1", (0.01, 0.03, 0.1))), _of_hidden_mass),
-)  # fmt: skip
-"""Terms that a law may have."""
-NUMPY = {"math": SimpleNamespace(cos=np.cos, sin=np.sin, fabs=np.fabs, tanh=np.tanh, hypot=np.hypot,
-                                 copysign=np.copysign), "max": np.maximum, "min": np.minimum}  # fmt: skip
-"""Functions of an expression, moment by moment."""
-
-
-def law_places(machine: Machine) -> dict[str, float]:
-    """Places [m] where a law may act, by name: discs, bearings, and a plane of probes of its own."""
-    found = {f"disc {i}": d.position for i, d in enumerate(machine.discs, 1)}
-    found |= {f"the bearing {n}": b.position for n, b in zip(machine.bearing_names, machine.bearings, strict=True)}
-    z = Mesh(machine).probe
-    near = all(abs(z - own) > 1e-6 for own in found.values())
-    return found | ({"the plane of the probes": z} if near else {})
-
-
-@dataclass(frozen=True, eq=False)
-class Motion:
-    """Motion at a place in a record: displacement, velocity (2, n) [m, m/s], shaft angle (n,) [rad], speed [rad/s].
-
-    H (lines, 2, 2) [m/N] is the receptance from a force there to the channels.
-    """
-
-    displacement: np.ndarray
-    velocity: np.ndarray
-    angle: np.ndarray
-    speed: float
-    H: np.ndarray
-    frequencies: np.ndarray
-
-    def force(self, part: str, axis: int, shape: dict[str, float]) -> np.ndarray:
-        """Minus a part of a term (n,) along an axis, with a coefficient of one."""
-        i = axis
-        names = {"u": self.displacement[i], "w": self.displacement[1 - i], "du": self.velocity[i],
-                 "dw": self.velocity[1 - i], "s": 1.0 - 2.0 * i, "speed": self.speed, "angle": self.angle}  # fmt: skip
-        return np.asarray(-eval(part, NUMPY | names | {"p": SimpleNamespace(**shape)}))  # an expression of LIBRARY
-
-    def response(self, term: Term, part: str, axis: int, shape: dict[str, float]) -> np.ndarray:
-        """Lines (2, lines) [m] of the response to minus a part of a term along an axis, with a coefficient of one."""
-        if term.memory is None:
-            lines = _lines(self.force(part, axis, shape), len(self.H))
-        else:
-            lines = -term.memory(2 * np.pi * self.frequencies, **shape) * _lines(self.displacement[axis], len(self.H))
-        return np.asarray(self.H[:, :, axis] * lines[:, None]).T
-
-
-@dataclass(frozen=True, eq=False)
-class Seen:
-    """What a comparison's records show of the places: whitened residual, calibration's columns, motions by place."""
-
-    comparison: TwinComparison
-    residual: np.ndarray
-    J: np.ndarray
-    motions: dict[str, list[Motion]]
-
-    @classmethod
-    def of(cls, comparison: TwinComparison, base: ParameterFit, residual: np.ndarray, J: np.ndarray) -> Seen:
-        """Motions at all places of the comparison's machine, at the calibration of a fit."""
-        places = law_places(comparison.twin.machine)
-        motions: dict[str, list[Motion]] = {name: [] for name in places}
-        known: dict[str, dict[str, Motion]] = {}
-        for trial in comparison.trials:
-            if trial.inputs not in known:
-                same = [k for k, t in enumerate(comparison.trials) if t.inputs == trial.inputs]
-                r = np.mean([_complex(comparison, k, residual * comparison.sigma) for k in same], axis=0)
-                clear = np.mean([np.abs(_complex(comparison, k, residual)) for k in same], axis=0) > CLEAR_LINE
-                known[trial.inputs] = _motions(comparison, base.point, trial, np.where(clear, r, 0.0), places)
-            for name in places:
-                motions[name].append(known[trial.inputs][name])
-        return cls(comparison, residual, J, motions)
-
-    def columns(self, place: str, term: Term, shape: dict[str, float]) -> np.ndarray:
-        """Whitened responses (n, 2 parts) to a term at a place: its parts along x, then along y."""
-        found = []
-        for axis, part in product((0, 1), term.parts):
-            known: dict[int, np.ndarray] = {}  # records that repeat each other share a motion
-            for t, m in zip(self.comparison.trials, self.motions[place], strict=True):
-                if id(m) not in known:
-                    known[id(m)] = t.vector(m.response(term, part, axis, shape)[None])
-            found.append(np.concatenate([known[id(m)] for m in self.motions[place]]) / self.comparison.sigma)
-        return np.column_stack(found)
-
-    def largest(self, place: str) -> float:
-        """Largest displacement [m] at a place."""
-        return max(float(np.abs(m.displacement).max()) for m in self.motions[place])
-
-
-def _complex(comparison: TwinComparison, i: int, vector: np.ndarray) -> np.ndarray:
-    """Lines (2, lines) of trial i in a data vector, with the mean."""
-    layout, lines = comparison.layout, comparison.lines_of(i, vector)
-    means = [vector[np.flatnonzero((layout.record == i) & (layout.channel == c))[0]] for c in (0, 1)]
-    return np.column_stack([means, lines])
-
-
-def _motions(
-    comparison: TwinComparison, point: ParameterPoint, trial: Trial, r: np.ndarray, places: dict[str, float]
-) -> dict[str, Motion]:
-    """Motions at places in a trial whose clear residual lines (2, lines) [m] come from a force there."""
-    twin = comparison.twin
-    values = point.setting(twin, trial.speed, trial.pressure, trial.changes)
-    a = twin.set(values)
-    plant = linearise(a, settle(a, trial.speed, twin.regulator(values, trial.speed, trial.pressure)), trial.speed)
-    m = len(plant.rotor.stiffness)
-    omega = 2 * np.pi * trial.frequencies
-    Z = [answer(np.linalg.inv, plant.dynamic_stiffness(1j * w)) for w in omega]
-    probe = trial.changes.get(PLANE, a.mesh.probe)
-    ring = ring_axes(values.get(RING_KEY, getattr(twin.effect(RING, 0), "angle", 0.0)))
-    seen = np.zeros((2, m))
-    seen[: len(trial.channels)] = trial.directions @ ring @ a.mesh.shape_between(probe)
-    n = 2 ** math.ceil(math.log2(2 * OVER * len(omega)))
-    t = np.arange(n) / n * trial.length * 2e-4
-    found = {}
-    for name, z in places.items():
-        own = replace(trial, changes={**trial.changes, PLANE: z}, probe_angle=None, names=())
-        q = simulate(twin, own, point).mean(axis=0)
-        shape = a.mesh.shape_between(z)
-        H, here = (np.array([rows @ inverse @ shape.T for inverse in Z]) for rows in (seen, shape))
-        force = np.array([answer(np.linalg.pinv, h, rcond=0.05) @ line for h, line in zip(H, r.T, strict=True)])
-        q = q + np.einsum("lij,lj->il", here, force)
-        found[name] = Motion(
-            _series(q, n),
-            _series(1j * omega * q, n),
-            trial.angle_of_window + trial.speed * t,
-            trial.speed,
-            H,
-            trial.frequencies,
-        )
-    return found
-
-
-def _lines(series: np.ndarray, count: int) -> np.ndarray:
-    """Lines (count,) of a series (n,)."""
-    found = np.fft.rfft(series)[:count] * (2 / len(series))
-    found[0] /= 2
-    return np.asarray(found)
-
-
-def _series(lines: np.ndarray, n: int) -> np.ndarray:
-    """Series (2, n) of lines (2, k)."""
-    whole = np.zeros((2, n // 2 + 1), complex)
-    whole[:, : lines.shape[1]] = lines * (n / 2)
-    whole[:, 0] *= 2
-    return np.asarray(np.fft.irfft(whole, n, axis=1))
-
-
-@dataclass(frozen=True)
-class Chosen:
+class LawTerm:
     """A term with the numbers of its shape; `one` where its coefficients along x and y are one number."""
 
-    term: Term
+    term: LibraryTerm
     shape: tuple[tuple[str, float], ...] = ()
     one: bool = False
 
@@ -330,14 +94,14 @@ class Chosen:
         axes = ("",) if self.one else ("_x", "_y")
         return tuple(f"{self.term.key}{number}{axis}" for axis in axes for number in numbers)
 
-    def columns(self, seen: Seen, place: str) -> np.ndarray:
+    def columns(self, seen: ObservedPlaces, place: str) -> np.ndarray:
         """Whitened responses (n, k) to its coefficients at a place."""
         found = seen.columns(place, self.term, dict(self.shape))
         return found.reshape(len(found), 2, -1).sum(axis=1) if self.one else found
 
 
 @dataclass(frozen=True, eq=False)
-class Proposal:
+class ProposedLaw:
     """A law at a place: its terms, coefficients of their parts, and the misfit that it leaves.
 
     cost : sum of squares with priors; held : that of held-out records; left : excess of groups beyond their floor
@@ -346,7 +110,7 @@ class Proposal:
     """
 
     place: str
-    terms: tuple[Chosen, ...]
+    terms: tuple[LawTerm, ...]
     coefficients: np.ndarray
     cost: float
     held: float
@@ -371,7 +135,9 @@ class Proposal:
         return f"{' with '.join(one.term.name for one in self.terms)} of {self.place}"
 
 
-def propose(fit: Seen, held: Seen | None, base: ParameterFit, most: int = MOST_TERMS) -> list[Proposal]:
+def propose(
+    fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit, most: int = MOST_TERMS
+) -> list[ProposedLaw]:
     """The best law at each place, by falling score."""
     found = [_at_place(fit, held, base, place, most) for place in fit.motions]
     tried = sum(count for _, count in found)
@@ -379,10 +145,10 @@ def propose(fit: Seen, held: Seen | None, base: ParameterFit, most: int = MOST_T
 
 
 def _at_place(
-    fit: Seen, held: Seen | None, base: ParameterFit, place: str, most: int
-) -> tuple[Proposal, int]:  # fmt: skip
+    fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit, place: str, most: int
+) -> tuple[ProposedLaw, int]:  # fmt: skip
     """The best law at a place, and the number of terms that were tried."""
-    options = [Chosen(term, tuple(shape.items())) for term in LIBRARY for shape in term.options(fit.largest(place))]
+    options = [LawTerm(term, tuple(shape.items())) for term in LIBRARY for shape in term.options(fit.largest(place))]
     columns = [one.columns(fit, place) for one in options]
     forms = [
         Form("law", f"{i}", tuple(FitParameter(f"law.{i}.{k}", 1 / max(size, 1e-300)) for k in range(c.shape[1])))
@@ -409,7 +175,7 @@ def _at_place(
     return best, len(options)
 
 
-def _shaped(fit: Seen, base: ParameterFit, place: str, terms: Sequence[Chosen]) -> Sequence[Chosen]:
+def _shaped(fit: ObservedPlaces, base: ParameterFit, place: str, terms: Sequence[LawTerm]) -> Sequence[LawTerm]:
     """Terms with the numbers of their shapes between those that were tried."""
     start = [value for one in terms for _, value in one.shape]
     if not start:
@@ -420,7 +186,7 @@ def _shaped(fit: Seen, base: ParameterFit, place: str, terms: Sequence[Chosen]) 
     J, g0 = fit.J / size, (fit.J.T @ fit.residual - p**2 * base.vector) / size
     H = J.T @ J + np.diag((p / size) ** 2)
 
-    def at(x: np.ndarray) -> list[Chosen]:
+    def at(x: np.ndarray) -> list[LawTerm]:
         values = iter(np.exp(x) * start)
         return [replace(one, shape=tuple((key, float(next(values))) for key, _ in one.shape)) for one in terms]
 
@@ -437,8 +203,8 @@ def _shaped(fit: Seen, base: ParameterFit, place: str, terms: Sequence[Chosen]) 
 
 
 def solved(
-    fit: Seen, held: Seen | None, base: ParameterFit, place: str, terms: Sequence[Chosen]
-) -> Proposal:  # fmt: skip
+    fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit, place: str, terms: Sequence[LawTerm]
+) -> ProposedLaw:  # fmt: skip
     """Coefficients of terms together with the calibration's change, by least squares."""
     p, S = prior_rows(base.parameters), np.column_stack([one.columns(fit, place) for one in terms])
     A = np.block([[fit.J, S], [np.diag(p), np.zeros((len(p), S.shape[1]))]])
@@ -455,10 +221,10 @@ def solved(
     sd = np.sqrt(np.diag(answer(np.linalg.pinv, (A / size).T @ (A / size)))) / size
     cost, k = float(np.sum((b - A @ x) ** 2)), len(p)
     left_over = excess(table(fit.comparison, after))
-    return Proposal(place, tuple(terms), x[k:], cost, misfit, left_over, x[:k], sd[k:])
+    return ProposedLaw(place, tuple(terms), x[k:], cost, misfit, left_over, x[:k], sd[k:])
 
 
-def written(proposal: Proposal, position: float, name: str, sd: dict[str, float] | None = None) -> str:
+def written(proposal: ProposedLaw, position: float, name: str, sd: dict[str, float] | None = None) -> str:
     """Module of a law as an effect: its equation, units and, where they are known, standard deviations."""
     fields, equations = [], []
     for one in proposal.terms:
@@ -520,7 +286,7 @@ def along(part: str, axis: int) -> str:
     return re.sub(r"\b(u|w|du|dw|s)\b", lambda found: known[found[0]], part)
 
 
-def unit_of(proposal: Proposal, parameter: str) -> str:
+def unit_of(proposal: ProposedLaw, parameter: str) -> str:
     """Unit of a coefficient."""
     return next(one.term.unit for one in proposal.terms if parameter in one.parameters)
 
@@ -572,7 +338,7 @@ class DiscoveredLaw:
                 "terms": sizes, "probability": self.probability, "not_excluded": list(self.near)}  # fmt: skip
 
 
-def curve_of(seen: Seen, law: Proposal, residual: np.ndarray) -> dict[str, np.ndarray]:
+def curve_of(seen: ObservedPlaces, law: ProposedLaw, residual: np.ndarray) -> dict[str, np.ndarray]:
     """Moments of the record with the largest motion: displacement, velocity (n, 2), force (n, 2) measured and of a law.
 
     The measured force is that of the law and the one that makes what is left, `residual` (n,), on the lines on which
@@ -586,18 +352,19 @@ def curve_of(seen: Seen, law: Proposal, residual: np.ndarray) -> dict[str, np.nd
         sizes = [next(coefficients) for _ in one.parameters]
         for k, (axis, part) in enumerate(product((0, 1), one.term.parts)):
             force[axis] += sizes[k % len(sizes)] * m.force(part, axis, dict(one.shape))
-    lines = np.array([_lines(one, len(m.H)) for one in force])
+    lines = np.array([lines_of_series(one, len(m.H)) for one in force])
     comparison = seen.comparison
-    shows = np.abs(np.einsum("lij,jl->il", m.H, lines)) > _complex(comparison, i, comparison.sigma).real
-    left = np.where(shows.any(axis=0), _complex(comparison, i, residual * comparison.sigma), 0.0)
+    shows = np.abs(np.einsum("lij,jl->il", m.H, lines)) > complex_lines(comparison, i, comparison.sigma).real
+    left = np.where(shows.any(axis=0), complex_lines(comparison, i, residual * comparison.sigma), 0.0)
     rest = np.array([answer(np.linalg.pinv, h, rcond=0.05) @ line for h, line in zip(m.H, left.T, strict=True)]).T
     chosen = slice(None, None, max(n // MOMENTS, 1))
     return {"displacement": m.displacement.T[chosen], "velocity": m.velocity.T[chosen],
-            "measured": (force + _series(rest, n)).T[chosen], "law": force.T[chosen]}  # fmt: skip
+            "measured": (force + series_of_lines(rest, n)).T[chosen], "law": force.T[chosen]}  # fmt: skip
 
 
 def discovered(
-    proposal: Proposal, found: IdentifiedEffect, probability: float, near: Sequence[str], seen: Seen, left: np.ndarray
+    proposal: ProposedLaw, found: IdentifiedEffect, probability: float, near: Sequence[str], seen: ObservedPlaces,
+    left: np.ndarray,
 ) -> DiscoveredLaw:  # fmt: skip
     """The law of a proposal as the plant's fit has it, which leaves whitened residuals `left` (n,)."""
     terms = {key: (found.parameters[key], found.sd.get(key, 0.0)) for one in proposal.terms
@@ -616,14 +383,16 @@ def discovered(
                          tuple(near), curve_of(seen, fitted, left))  # fmt: skip
 
 
-def laws_of(seen: Seen, held: Seen | None, base: ParameterFit) -> list[Proposal]:
+def laws_of(seen: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit) -> list[ProposedLaw]:
     """The best laws at the places that the records do not tell apart by the linear model, the best one first."""
     found = propose(seen, held, base)
     near = [one for one in found if one.score < found[0].score + NEAR and one.remembers == found[0].remembers]
     return near[:MOST_LAWS]
 
 
-def remembered(parts: Mapping[str, Seen], base: ParameterFit, law: Proposal) -> dict[str, np.ndarray] | None:
+def remembered(
+    parts: Mapping[str, ObservedPlaces], base: ParameterFit, law: ProposedLaw
+) -> dict[str, np.ndarray] | None:
     """Whitened residuals by role that a law with a memory leaves, by the linear model; None where they refute it."""
     left, gone = {}, dict[str, float | None]()
     for role, seen in parts.items():
@@ -639,7 +408,7 @@ def remembered(parts: Mapping[str, Seen], base: ParameterFit, law: Proposal) -> 
     return left if clear and held_up else None
 
 
-def of_remembered(laws: Sequence[Proposal], base: ParameterFit, position: float) -> DiscoveredLaw:
+def of_remembered(laws: Sequence[ProposedLaw], base: ParameterFit, position: float) -> DiscoveredLaw:
     """The first law, which has a memory: no effect of the plant has one, so that it is stated and not written as one.
 
     The others are at places that these records do not exclude where their likelihood is near.
@@ -689,7 +458,7 @@ def after_choice(odds: Sequence[Explanation], keys: Sequence[str], tried: int) -
 
 
 @contextmanager
-def candidate_laws(proposals: Sequence[Proposal], twin: Twin) -> Iterator[tuple[Form, ...]]:
+def candidate_laws(proposals: Sequence[ProposedLaw], twin: Twin) -> Iterator[tuple[Form, ...]]:
     """Forms of laws as candidates; their effects are known within the context alone."""
     places, names, forms = law_places(twin.machine), list[str](), list[Form]()
     try:
@@ -715,7 +484,7 @@ def load(text: str) -> None:
     spec.loader.exec_module(sys.modules[name])
 
 
-def form_of(proposal: Proposal, position: float, name: str) -> Form:
+def form_of(proposal: ProposedLaw, position: float, name: str) -> Form:
     """A law as a candidate: all coefficients are fitted from the first on, the numbers of its shapes after them."""
     sizes = zip((p for one in proposal.terms for p in one.parameters), proposal.coefficients, strict=True)
     parameters = tuple(FitParameter(f"{name}.0.{key}", SHARE * abs(value), usual=abs(value)) for key, value in sizes)

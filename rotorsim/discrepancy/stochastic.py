@@ -26,8 +26,8 @@ from scipy.optimize import minimize
 from rotorsim.base.rounding import answer
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.data_vector import repeats
-from rotorsim.discrepancy.discovery import Seen
 from rotorsim.discrepancy.fit import ParameterFit
+from rotorsim.discrepancy.law_terms import ObservedPlaces
 from rotorsim.discrepancy.trial import Trial
 
 CLEAR_GAIN = 100.0
@@ -74,7 +74,7 @@ class StochasticForce:
 
 
 @dataclass(frozen=True, eq=False)
-class Deviations:
+class BlockDeviations:
     """Outer products W (2, 2, k) of the blocks' deviations [m^2] and their number by record, on quiet lines (k,).
 
     `numbers` are those of the records in their comparison.
@@ -87,8 +87,8 @@ class Deviations:
     lines: list[np.ndarray]
 
     @classmethod
-    def of(cls, trials: Sequence[Trial]) -> Deviations:
-        """Deviations of all records with at least two blocks that repeat, by their own mean."""
+    def of(cls, trials: Sequence[Trial]) -> BlockDeviations:
+        """BlockDeviations of all records with at least two blocks that repeat, by their own mean."""
         numbers = [i for i, t in enumerate(trials) if t.periodic and t.blocks > 1 and t.probe_angle is None]
         own = [trials[i] for i in numbers]
         kept = [np.flatnonzero(_between_orders(t)) for t in own]
@@ -121,9 +121,9 @@ def _between_orders(trial: Trial) -> np.ndarray:
     return np.asarray(away & (f > 0))
 
 
-def random_force(seen: Seen) -> StochasticForce | None:
+def random_force(seen: ObservedPlaces) -> StochasticForce | None:
     """The random force that the scatter between blocks shows; None where white noise of the probes is all of it."""
-    own = Deviations.of(seen.comparison.trials)
+    own = BlockDeviations.of(seen.comparison.trials)
     if not own.trials:
         return None
     quiet, every = own.noise(), [np.ones(len(k), bool) for k in own.lines]
@@ -173,7 +173,7 @@ def random_force(seen: Seen) -> StochasticForce | None:
     return best if best.gain > CLEAR_GAIN else None
 
 
-def _line_order(own: Deviations, quiet: float) -> float:
+def _line_order(own: BlockDeviations, quiet: float) -> float:
     """Share of the speed at which most records show a line that does not repeat; 0 where none does."""
     if len({round(t.speed) for t in own.trials}) < 2:
         return 0.0
@@ -191,7 +191,7 @@ def _line_order(own: Deviations, quiet: float) -> float:
 
 def drift(comparison: TwinComparison, fit: ParameterFit) -> StochasticForce | None:
     """The part of the machine whose numbers have changed between records that repeat each other; None for none."""
-    trials, own = comparison.trials, Deviations.of(comparison.trials)
+    trials, own = comparison.trials, BlockDeviations.of(comparison.trials)
     pairs = [(i, j) for i, j in combinations(range(len(trials)), 2) if repeats(trials[i], trials[j])]
     if not pairs or not own.trials:
         return None

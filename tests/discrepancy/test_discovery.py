@@ -9,20 +9,18 @@ from rotorsim.discrepancy.calibration import CompiledModels
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.diagnosis import trials_of
 from rotorsim.discrepancy.discovery import (
-    LIBRARY,
     NOT_PERIODIC,
     ONE_AMPLITUDE,
     ONE_SPEED,
-    Chosen,
-    Motion,
-    Proposal,
-    Seen,
+    LawTerm,
+    ProposedLaw,
     cannot_tell,
     load,
     propose,
     written,
 )
 from rotorsim.discrepancy.fit import recalibrate, relinearised
+from rotorsim.discrepancy.law_terms import LIBRARY, ObservedPlaces, PlaceMotion
 from rotorsim.discrepancy.stochastic import random_force
 from rotorsim.effects import REGISTRY
 from studies.benchmarks.foreign_laws import LAWS, drawn, machine_of_laws, records
@@ -30,14 +28,14 @@ from studies.benchmarks.foreign_laws import LAWS, drawn, machine_of_laws, record
 TERMS = {term.name: term for term in LIBRARY}
 
 
-def motion(displacement: np.ndarray, speed: float = 100.0, H: np.ndarray | None = None) -> Motion:
+def motion(displacement: np.ndarray, speed: float = 100.0, H: np.ndarray | None = None) -> PlaceMotion:
     """Motion of a period of one second with a receptance of one."""
     n = displacement.shape[1]
     lines = n // 4
     omega = 2j * np.pi * np.arange(n // 2 + 1)
     velocity = np.fft.irfft(omega * np.fft.rfft(displacement), n)
     H = np.tile(np.eye(2, dtype=complex), (lines, 1, 1)) if H is None else H
-    return Motion(displacement, velocity, speed * np.arange(n) / n, speed, H, np.arange(lines, dtype=float))
+    return PlaceMotion(displacement, velocity, speed * np.arange(n) / n, speed, H, np.arange(lines, dtype=float))
 
 
 def test_a_cubic_force_of_a_cosine_has_three_quarters_at_its_line_and_one_at_three_times_it():
@@ -59,9 +57,9 @@ def test_the_kernel_of_a_law_is_the_term_that_was_fitted(name):
     rng, term = np.random.default_rng(1), TERMS[name]
     shape = next(term.options(1e-5))
     m = motion(1e-5 * rng.normal(size=(2, 64)))
-    one = Chosen(term, tuple(shape.items()))
+    one = LawTerm(term, tuple(shape.items()))
     sizes = rng.normal(size=2 * len(term.parts))
-    text = written(Proposal("disc 1", (one,), sizes, 0, 0, 0, np.zeros(0), sizes), 0.2, "law_of_test")
+    text = written(ProposedLaw("disc 1", (one,), sizes, 0, 0, 0, np.zeros(0), sizes), 0.2, "law_of_test")
     try:
         load(text)
         kernel = REGISTRY["law_of_test"].kernel.py_func
@@ -128,7 +126,7 @@ def test_a_law_of_an_independent_rotor_is_found_with_its_place_and_size(name, si
     parts = {role: TwinComparison(models.twin, [t for t in trials if t.role == role]) for role in ("fit", "held_out")}
     base = relinearised(parts["fit"], recalibrate(parts["fit"], models.fine))
     parts["held_out"].set_floor(base.point, models.fine, 0.004)
-    seen = [Seen.of(part, base, part.residual(base.point), part.jacobian(base.point, base.parameters))
+    seen = [ObservedPlaces.of(part, base, part.residual(base.point), part.jacobian(base.point, base.parameters))
             for part in parts.values()]  # fmt: skip
     best = propose(*seen, base)[0]
     assert [one.term.name for one in best.terms] == [name] and best.place == f"the bearing {case.place.split()[0]}"
