@@ -373,30 +373,35 @@ class DiagnosisRun:
         notes += [*judgement.notes, *accuracy_notes(accuracy, scatter, [*groups, *apart], answered)]
         if judgement.verdict.best is not None and not flags:
             notes.append(FAINT.format(base.cost - judgement.verdict.best.fit.cost))
-        if self.laws is None and (not answered or judgement.verdict.status == "no_disagreement"):
-            found = self._beyond_catalogue(base, flags, apart, judgement, notes)
-            if found is not None:
-                return found
-        return self._result(base, flags, judgement, search, notes)
+        found = None if self.laws is not None else self._beyond_catalogue(base, flags, apart, judgement, notes)
+        return self._result(base, flags, judgement, search, notes) if found is None else found
 
     def _beyond_catalogue(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], judgement: Judgement, notes: list[str]
     ) -> Diagnosis | None:  # fmt: skip
-        """Diagnosis with a law that no effect of the catalogue is, or with what does not repeat; None for neither."""
-        lacking = cannot_tell(self.fitted.trials)
-        notes += [lacking] if lacking and judgement.verdict.status != "no_disagreement" else []
+        """Diagnosis with a law that no effect of the catalogue is, or with what does not repeat; None for neither.
+
+        A law has to explain the records clearly better than the best effect of the catalogue.
+        """
+        lacking, status = cannot_tell(self.fitted.trials), judgement.verdict.status
+        unanswered = status in ("unknown", "partial")
+        notes += [lacking] if lacking and unanswered else []
         if self.machine.film is not None or lacking:
             return None
         self.progress("discover")
+        best = judgement.verdict.best
+        known = base.cost if best is None else min(base.cost, best.fit.cost)
         try:
             seen = {role: self._seen(part, base) for role, part in self.parts.items() if role != "untouched"}
             base = replace(base, J=seen["fit"].J)
-            found = self._discovered(base, flags, apart, seen, notes)
-            force = drift(self.fitted, base) or random_force(seen["fit"]) if found is None else None
+            found = self._discovered(base, flags, apart, seen, notes, known)
+            if found is not None or not (unanswered or status == "no_disagreement"):
+                return found
+            force = drift(self.fitted, base) or random_force(seen["fit"])
         except NoAnswerError:
             return None
-        if found is not None or force is None:
-            return found
+        if force is None:
+            return None
         nothing = Judgement(SearchVerdict("unknown"), judgement.odds, judgement.notes, judgement.left, judgement.worse)
         return replace(self._result(base, flags, nothing, None, notes), status="stochastic", stochastic=force)
 
@@ -406,11 +411,14 @@ class DiagnosisRun:
 
     def _discovered(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], seen: dict[str, ObservedPlaces],
-        notes: list[str],
+        notes: list[str], known: float,
     ) -> Diagnosis | None:  # fmt: skip
-        """Diagnosis with a law that is fitted and judged as any candidate; None where it is not borne out."""
-        laws = laws_of(seen["fit"], seen.get("held_out"), base)
-        if base.cost - laws[0].cost < (CLEAR if flags else FAINT_LAW):
+        """Diagnosis with a law that is fitted and judged as any candidate; None where it is not borne out.
+
+        Its sum of squares has to be clearly below the `known` one.
+        """
+        laws, clear = laws_of(seen["fit"], seen.get("held_out"), base), CLEAR if flags else FAINT_LAW
+        if known - laws[0].cost < clear:
             return None
         notes_of_none = [*notes, NO_LAW.format(laws[0].names)]
         if laws[0].remembers:
@@ -437,8 +445,9 @@ class DiagnosisRun:
             rivals = [] if best is None else [e.name for e in odds if e.effects and not e.beyond
                                               and e.effects != best.keys and e.probability > EXCLUDED]  # fmt: skip
             p = 0.0 if best is None else probability_of(best.keys, odds)
-            known = p + sum(probability_of((name,), odds) for name in rivals)
-            if best is None or judgement.verdict.status == "partial" or len(best.forms) > 1 or known < SURE:
+            sure = p + sum(probability_of((name,), odds) for name in rivals) >= SURE
+            borne_out = best is not None and judgement.verdict.status != "partial" and len(best.forms) == 1
+            if best is None or not (borne_out and sure and known - best.fit.cost > clear):
                 notes[:] = notes_of_none
                 return None
             found = own._result(base, flags, replace(judgement, odds=odds), search, [*notes, *judgement.notes])

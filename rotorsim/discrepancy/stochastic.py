@@ -212,7 +212,7 @@ def drift(comparison: TwinComparison, fit: ParameterFit) -> StochasticForce | No
         return None
     found: dict[str, tuple[float, np.ndarray]] = {}
     for part, own_columns in _parts(fit).items():
-        gain, values = 0.0, []
+        gain, values = 0.0, list[np.ndarray]()
         for d, J in zip(steps, columns, strict=True):
             A = J[:, own_columns]
             x = answer(np.linalg.lstsq, A, d, rcond=1e-9)[0]
@@ -222,12 +222,12 @@ def drift(comparison: TwinComparison, fit: ParameterFit) -> StochasticForce | No
     if not found:
         return None
     part = max(found, key=lambda name: found[name][0])
-    gain, values = found[part]
+    gain, changed = found[part]
     if gain < CLEAR_GAIN or gain < 0.5 * (whole - count):
         return None
     others = tuple(name for name in found if name != part and found[name][0] > gain - SAME_PLACE)
-    mean, sd = values.mean(axis=0), values.std(axis=0)
-    most = int(np.argmax(np.abs(values).mean(axis=0) / np.array([fit.parameters[k].sd for k in _parts(fit)[part]])))
+    mean, sd = changed.mean(axis=0), changed.std(axis=0)
+    most = int(np.argmax(np.abs(changed).mean(axis=0) / np.array([fit.parameters[k].sd for k in _parts(fit)[part]])))
     key = fit.parameters[_parts(fit)[part][most]].name
     return StochasticForce("drift", f"{part}, {key}", others, (float(mean[most]), float(sd[most])), (0.0, 0.0),
                            "mean and scatter of the change", gain)  # fmt: skip
