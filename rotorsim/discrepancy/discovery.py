@@ -40,6 +40,7 @@ from rotorsim.discrepancy.law_terms import (
     LIBRARY,
     LibraryTerm,
     ObservedPlaces,
+    PlaceMotion,
     complex_lines,
     law_places,
     lines_of_series,
@@ -321,6 +322,8 @@ class DiscoveredLaw:
     probability: float
     near: tuple[str, ...] = ()
     """Laws at other places that these records do not exclude."""
+    growth: float = 0.0
+    """Force at twice the motion over that at the motion of the records; 0 where it is not known."""
     curve: dict[str, np.ndarray] = field(default_factory=dict)
     """Moments of the records: displacement and velocity (n, 2) there, force (n, 2) measured and of the law."""
 
@@ -331,11 +334,30 @@ class DiscoveredLaw:
         sizes = ", ".join(f"{key} = {value:.4g} +- {sd:.2g} {self.units[key]}" for key, (value, sd) in found)
         return f"{' with '.join(self.kinds)} at {self.place}, {sizes}"
 
+    @property
+    def refuted_by(self) -> str:
+        """Sentence on what refutes the law."""
+        grows = f"its force is {self.growth:.2g} times as large at twice the motion, and " if self.growth else ""
+        return f"{grows}the law is refuted where it leaves more than the floor."
+
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers and text, for JSON."""
         sizes = {key: {"value": value, "sd": sd, "unit": self.units[key]} for key, (value, sd) in self.terms.items()}
-        return {"place": self.place, "position": self.position, "kinds": list(self.kinds), "law": self.law,
-                "terms": sizes, "probability": self.probability, "not_excluded": list(self.near)}  # fmt: skip
+        return {
+            "place": self.place, "position": self.position, "kinds": list(self.kinds), "law": self.law,
+            "terms": sizes, "refuted_by": self.refuted_by, "probability": self.probability,
+            "not_excluded": list(self.near),
+        }  # fmt: skip
+
+
+def force_of(law: ProposedLaw, m: PlaceMotion) -> np.ndarray:
+    """Force (2, n) [N] of a law without a memory along a motion."""
+    force, coefficients = np.zeros(m.displacement.shape), iter(law.coefficients)
+    for one in law.terms:
+        sizes = [next(coefficients) for _ in one.parameters]
+        for k, (axis, part) in enumerate(product((0, 1), one.term.parts)):
+            force[axis] += sizes[k % len(sizes)] * m.force(part, axis, dict(one.shape))
+    return force
 
 
 def curve_of(seen: ObservedPlaces, law: ProposedLaw, residual: np.ndarray) -> dict[str, np.ndarray]:
@@ -347,11 +369,7 @@ def curve_of(seen: ObservedPlaces, law: ProposedLaw, residual: np.ndarray) -> di
     motions = seen.motions[law.place]
     i = int(np.argmax([np.abs(m.displacement).max() for m in motions]))
     m, n = motions[i], motions[i].displacement.shape[1]
-    force, coefficients = np.zeros((2, n)), iter(law.coefficients)
-    for one in law.terms:
-        sizes = [next(coefficients) for _ in one.parameters]
-        for k, (axis, part) in enumerate(product((0, 1), one.term.parts)):
-            force[axis] += sizes[k % len(sizes)] * m.force(part, axis, dict(one.shape))
+    force = force_of(law, m)
     lines = np.array([lines_of_series(one, len(m.H)) for one in force])
     comparison = seen.comparison
     shows = np.abs(np.einsum("lij,jl->il", m.H, lines)) > complex_lines(comparison, i, comparison.sigma).real
@@ -378,9 +396,14 @@ def discovered(
     text = written(fitted, z, name, {key: sd for key, (_, sd) in terms.items()})
     path = in_cache("laws") / f"{name}.py"
     write_text(path, text)
-    return DiscoveredLaw(name, proposal.place, z, text.split('"""')[1], terms, units,
-                         tuple(one.term.name for one in proposal.terms), text, str(path), probability,
-                         tuple(near), curve_of(seen, fitted, left))  # fmt: skip
+    law, kinds = text.split('"""')[1], tuple(one.term.name for one in proposal.terms)
+    largest = max(seen.motions[proposal.place], key=lambda m: float(np.abs(m.displacement).max()))
+    twice = replace(largest, displacement=2 * largest.displacement, velocity=2 * largest.velocity)
+    growth = float(np.linalg.norm(force_of(fitted, twice)) / np.linalg.norm(force_of(fitted, largest)))
+    return DiscoveredLaw(
+        name, proposal.place, z, law, terms, units, kinds, text, str(path), probability, tuple(near), growth,
+        curve_of(seen, fitted, left),
+    )  # fmt: skip
 
 
 def laws_of(seen: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit) -> list[ProposedLaw]:

@@ -97,8 +97,8 @@ VERDICTS = {
         "Discovered: {law}.",
         "No effect of the catalogue explains the disagreement, but a force law at one place does, on untouched records "
         "too. It is an effect of your own, written as a file.",
-        "Find on the machine what makes this force. Record a point outside of those recorded, at half or twice the "
-        "amplitude: the law states what has to be seen there, and is refuted if it is not.",
+        "Find what makes this force at {places}. Record a speed between the others with another excitation, and "
+        "diagnose again with that record untouched: {refuted}",
     ),
     "stochastic": VerdictText(
         15,

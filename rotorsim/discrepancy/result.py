@@ -29,7 +29,7 @@ from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING,
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.effects.base import WHERE
 from rotorsim.machine import Machine
-from rotorsim.plant.locations import Place, acting_places, force_plane
+from rotorsim.plant.locations import Place, acting_places, force_plane, place_at
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -265,7 +265,8 @@ class Diagnosis(Shown, Findings, Reported):
         if self.status == "unknown" and NO_ACCURACY in self.notes and not self.localisation:
             return f"{NO_ACCURACY[:1].upper()}{NO_ACCURACY[1:]}."
         names = dict.fromkeys(place.name for one in located(self) if one.label != FORCE for place in one.places)
-        step = self.texts.next.format(places=" and ".join(names) or "the machine")
+        refuted = "" if self.discovered is None else self.discovered.refuted_by
+        step = self.texts.next.format(places=" and ".join(names) or "the machine", refuted=refuted)
         if self.planned is not None:
             return f"{self.planned.sentence} {step}"
         return f"{step} {PLAN_NEXT}" if self.unplanned else step
@@ -352,6 +353,8 @@ def located(diagnosis: Diagnosis) -> tuple[LocatedEffect, ...]:
     others = [key for key in dict.fromkeys(keys) if key not in {found.form for found in effects}]
     rivals = [(key, effect) for key in others if (effect := effect_of_key(machine, key)) is not None]
     out += [LocatedEffect(key, "rival", acting_places(machine, effect)) for key, effect in rivals]
+    if (law := diagnosis.discovered) is not None:
+        out.append(LocatedEffect(" with ".join(law.kinds), "found", (place_at(machine, law.position),)))
     if diagnosis.unknown.get("lines"):
         out.append(LocatedEffect(FORCE, "force", (force_plane(machine),)))
     return tuple(one for one in out if one.places)

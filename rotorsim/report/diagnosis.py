@@ -187,12 +187,12 @@ def _law(law: DiscoveredLaw) -> Block:
     """The law that was discovered, with its numbers, and force against motion where it has a curve."""
     rows = [(key, f"{value:.4g} {law.units[key]}", f"{sd:.2g} {law.units[key]}" if sd else "held")
             for key, (value, sd) in law.terms.items()]  # fmt: skip
-    texts = [law.law, f"Its probability is {shown_share(law.probability)}."]
+    texts = [f"Its probability is {shown_share(law.probability)}; {law.refuted_by}"]
     texts += [f"These records do not exclude {', '.join(law.near)}."] if law.near else []
     figure = force_of_law(law) if law.curve else None
     heads = ("number", "value", "standard deviation")
     return Block("The law that was discovered", "Force at the place over its motion: dots are the records, the line is "
-                 "the law.", heads, rows, texts=texts, figure=figure)  # fmt: skip
+                 "the law.", heads, rows, texts=texts, figure=figure, code=law.law)  # fmt: skip
 
 
 def force_of_law(law: DiscoveredLaw) -> go.Figure:
