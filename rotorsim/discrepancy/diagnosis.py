@@ -406,7 +406,7 @@ class DiagnosisRun:
         return replace(self._result(base, flags, nothing, None, notes), status="stochastic", stochastic=force)
 
     def _seen(self, part: TwinComparison, base: ParameterFit) -> ObservedPlaces:
-        """What the records of a role show of all places, about the calibration."""
+        """Observed places of the records of a role, about the calibration."""
         return ObservedPlaces.of(part, base, part.residual(base.point), part.jacobian(base.point, base.parameters))
 
     def _discovered(

@@ -5,7 +5,7 @@ one, together with the calibration's own columns J,
 
 .. math:: r \approx J\,\delta\theta - \sum_k c_k\,H_{sp}\,\mathcal F\{g_k(q_p, \dot q_p, \Omega, \varphi)\}
 
-until nothing stays beyond the floor. Records that are held out choose the place. The law becomes an effect, a file of
+until a twentieth of what was beyond the floor stays. Records that are held out choose the place. The law becomes an effect, a file of
 its own, which is compiled into the plant, fitted as a candidate, and judged as any other.
 
 Cites: brunton_2016.
@@ -156,6 +156,7 @@ def _at_place(
         for i, c in enumerate(columns) for size in (float(np.linalg.norm(c, axis=0).max()),)
     ]  # fmt: skip
     view, chosen, best = screen(base, forms, columns), tuple[int, ...](), None
+    nothing = excess(table(fit.comparison, fit.residual))
     for _ in range(most):
         taken = {options[k].term.name for k in chosen}
         drops = {i: view.drop(*chosen, i)[0] - PRICE * columns[i].shape[1] for i, one in enumerate(options)
@@ -166,7 +167,7 @@ def _at_place(
         if best is not None and proposal.score > best.score - CLEAR:
             break
         best = proposal
-        if best.left <= 0.0:
+        if best.left <= (1 - ENOUGH) * nothing:
             break
     assert best is not None
     for i, one in enumerate(best.terms):

@@ -174,7 +174,7 @@ class PlaceMotion:
 
 @dataclass(frozen=True, eq=False)
 class ObservedPlaces:
-    """What a comparison's records show of the places: whitened residual, calibration's columns, motions by place."""
+    """Observed places of a comparison: whitened residual, calibration's columns, motions by place."""
 
     comparison: TwinComparison
     residual: np.ndarray

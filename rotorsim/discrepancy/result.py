@@ -152,7 +152,7 @@ class Diagnosis(Shown, Findings, Reported):
     discovered: DiscoveredLaw | None = None
     """The law that the records show and no effect of the catalogue is."""
     stochastic: StochasticForce | None = None
-    """What does not repeat, where that is what the records show."""
+    """The force or change that does not repeat, where the records show one."""
 
     @property
     def explained(self) -> bool:

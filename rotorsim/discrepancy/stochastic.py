@@ -1,4 +1,4 @@
-r"""What does not repeat: a random force at a place, a line between the orders, numbers that drift between records.
+r"""Forces and changes that do not repeat: a random force at a place, a line between the orders, numbers that drift between records.
 
 A force that repeats with no period leaves the blocks of a record apart. Their deviations d from their mean have
 
@@ -46,7 +46,7 @@ PARTS = ("bearing", "unbalance", "shaft_stiffness", "shaft_damping")
 
 @dataclass(frozen=True)
 class StochasticForce:
-    """What does not repeat, with its place.
+    """A force or a change that does not repeat, with its place.
 
     kind : 'broadband force', 'line' or 'drift'
     place : disc, bearing or part; `others` are not told apart from it
@@ -66,7 +66,7 @@ class StochasticForce:
 
     @property
     def sentence(self) -> str:
-        """What does not repeat in one sentence."""
+        """Kind, place and size in one sentence."""
         sizes = " and ".join(f"{value:.3g} +- {sd:.2g}" for value, sd in zip(self.size, self.sd, strict=True))
         at = f" at {self.order:.2f} of the speed" if self.order else ""
         others = f" (or {', '.join(self.others)})" if self.others else ""

@@ -10,6 +10,8 @@ line and moment by moment in turn,
 
 which has no step in time. A law's size is such that the change of the response at the probes has the stated number of
 `FLOOR`. Supports are 10 to 20 % off those of the machine file. Truths are written, with their hash, before any verdict.
+
+Cites: friswell_2010.
 """
 
 from __future__ import annotations
