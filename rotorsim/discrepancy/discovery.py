@@ -5,8 +5,8 @@ one, together with the calibration's own columns J,
 
 .. math:: r \approx J\,\delta\theta - \sum_k c_k\,H_{sp}\,\mathcal F\{g_k(q_p, \dot q_p, \Omega, \varphi)\}
 
-until a twentieth of what was beyond the floor stays. Records that are held out choose the place. The law becomes an effect, a file of
-its own, which is compiled into the plant, fitted as a candidate, and judged as any other.
+until a twentieth of what was beyond the floor stays. Records that are held out choose the place. The law becomes an
+effect, a file of its own, which is compiled into the plant, fitted as a candidate, and judged as any other.
 
 Cites: brunton_2016.
 """

@@ -33,9 +33,9 @@ from rotorsim.discrepancy.comparison import TwinComparison, simulate
 from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.machine import Machine
-from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise
 from rotorsim.plant.mesh import Mesh
+from rotorsim.plant.simulation import settle
 
 SLOW = 1e-4
 """Velocity [m/s] below which dry friction gives way."""

@@ -1,4 +1,4 @@
-r"""Forces and changes that do not repeat: a random force at a place, a line between the orders, numbers that drift between records.
+r"""Forces and changes that do not repeat: a random force at a place, a line between orders, drifts between records.
 
 A force that repeats with no period leaves the blocks of a record apart. Their deviations d from their mean have
 
