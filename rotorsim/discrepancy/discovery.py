@@ -308,7 +308,7 @@ class DiscoveredLaw:
     name: str
     place: str
     position: float
-    """Where it acts along the shaft [m]."""
+    """Coordinate along the shaft [m] at which it acts."""
     law: str
     """Equations of the force along x and y [N], with units and intervals of all numbers."""
     terms: dict[str, tuple[float, float]]
@@ -319,7 +319,7 @@ class DiscoveredLaw:
     source: str
     """Module of the effect, which `register` makes known."""
     file: str
-    """Where the module lies."""
+    """Path of the module."""
     probability: float
     near: tuple[str, ...] = ()
     """Laws at other places that these records do not exclude."""

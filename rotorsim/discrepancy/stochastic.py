@@ -27,8 +27,9 @@ from rotorsim.base.rounding import answer
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.data_vector import repeats
 from rotorsim.discrepancy.fit import ParameterFit
-from rotorsim.discrepancy.law_terms import ObservedPlaces
+from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places
 from rotorsim.discrepancy.trial import Trial
+from rotorsim.discrepancy.twin import Twin
 
 CLEAR_GAIN = 100.0
 """Twice the gain in log-likelihood from which on a random force is stated."""
@@ -40,6 +41,10 @@ NEAR_LINE = 1.6
 """Distance to a line, in lines of a block, within which its force is taken to lie."""
 CHANGED = 1.5
 """Mean square of the difference of records that repeat each other, in that of their blocks, from which on it counts."""
+CHANGES = {".me~": "the unbalance [kg m]", ".k": "the relative compliance", ".c": "the relative loss"}
+"""Words for numbers of the calibration, by a part of their keys."""
+ONE_PLACE = 1e-6
+"""Distance [m] within which two places are one."""
 PARTS = ("bearing", "unbalance", "shaft_stiffness", "shaft_damping")
 """Beginnings of the calibration's keys whose numbers may drift."""
 
@@ -50,7 +55,8 @@ class StochasticForce:
 
     kind : 'broadband force', 'line' or 'drift'
     place : disc, bearing or part; `others` are not told apart from it
-    size, sd : of a broadband force [N/sqrt(Hz)] and of a line [N rms] along x and y, of a drift the relative changes
+    size, sd : of a broadband force [N/sqrt(Hz)] and of a line [N rms] along x and y; of a drift the mean change of
+        `what` and its scatter
     order : share of the speed of a line, 0 without one
     gain : twice the gain in log-likelihood against none
     """
@@ -63,10 +69,18 @@ class StochasticForce:
     unit: str
     gain: float
     order: float = 0.0
+    what: str = ""
+    """Number of the machine that drifts."""
 
     @property
     def sentence(self) -> str:
         """Kind, place and size in one sentence."""
+        if self.kind == "drift":
+            others = f" (or {', '.join(self.others)})" if self.others else ""
+            return (
+                f"drift at {self.place}{others}, {self.what} changes by {self.size[0]:.3g} between records that repeat "
+                f"each other, with a scatter of {self.sd[0]:.2g}"
+            )
         sizes = " and ".join(f"{value:.3g} +- {sd:.2g}" for value, sd in zip(self.size, self.sd, strict=True))
         at = f" at {self.order:.2f} of the speed" if self.order else ""
         others = f" (or {', '.join(self.others)})" if self.others else ""
@@ -211,7 +225,8 @@ def drift(comparison: TwinComparison, fit: ParameterFit) -> StochasticForce | No
     if whole < CHANGED * count and whole - count < CLEAR_GAIN + 6 * np.sqrt(2 * count):
         return None
     found: dict[str, tuple[float, np.ndarray]] = {}
-    for part, own_columns in _parts(fit).items():
+    parts = _parts(fit)
+    for part, own_columns in parts.items():
         gain, values = 0.0, list[np.ndarray]()
         for d, J in zip(steps, columns, strict=True):
             A = J[:, own_columns]
@@ -225,12 +240,29 @@ def drift(comparison: TwinComparison, fit: ParameterFit) -> StochasticForce | No
     gain, changed = found[part]
     if gain < CLEAR_GAIN or gain < 0.5 * (whole - count):
         return None
-    others = tuple(name for name in found if name != part and found[name][0] > gain - SAME_PLACE)
-    mean, sd = changed.mean(axis=0), changed.std(axis=0)
-    most = int(np.argmax(np.abs(changed).mean(axis=0) / np.array([fit.parameters[k].sd for k in _parts(fit)[part]])))
-    key = fit.parameters[_parts(fit)[part][most]].name
-    return StochasticForce("drift", f"{part}, {key}", others, (float(mean[most]), float(sd[most])), (0.0, 0.0),
-                           "mean and scatter of the change", gain)  # fmt: skip
+    near = (name for name in found if name != part and found[name][0] > gain - SAME_PLACE)
+    others = tuple(part_name(comparison.twin, name) for name in near)
+    columns_of = parts[part]
+    shown = np.abs(changed).mean(axis=0) * np.linalg.norm(fit.J[:, columns_of], axis=0)
+    most, key = int(np.argmax(shown)), fit.parameters[columns_of[int(np.argmax(shown))]].key
+    mean, sd = float(changed[:, most].mean()), float(changed[:, most].std())
+    what = next((word for end, word in CHANGES.items() if end in key), key)
+    return StochasticForce(
+        "drift", part_name(comparison.twin, part), others, (mean, mean), (sd, sd), "", gain, what=what
+    )
+
+
+def part_name(twin: Twin, part: str) -> str:
+    """Part of the machine, by the beginning of its keys, as a law's place is named."""
+    name, _, number = part.partition(".")
+    if name == "bearing":
+        return f"the bearing {twin.machine.bearing_names[int(number)]}"
+    if not number:
+        return "the shaft"
+    z = getattr(twin.effect(name, int(number)), "position", None)
+    return next(
+        (place for place, own in law_places(twin.machine).items() if z is None or abs(own - z) < ONE_PLACE), part
+    )
 
 
 def _parts(fit: ParameterFit) -> dict[str, list[int]]:
