@@ -435,8 +435,9 @@ class DiagnosisRun:
             law = of_remembered(laws, base, law_places(self.machine)[laws[0].place])
             return replace(found, status="discovered", unknown={}, gap=gap, planner=None, discovered=law)
         with candidate_laws(laws, self.models.twin) as forms:
-            models = CompiledModels.of(self.machine, {form.effect for form in forms}, self.progress)
+            models = CompiledModels.of(self.machine, {form.effect for form in forms})
             own = replace(self, models=models, forms=forms, laws=tuple(laws), allow=None,
+                          progress=lambda stage: self.progress("discover"),
                           parts={role: part.with_twin(models.twin) for role, part in self.parts.items()})  # fmt: skip
             own.large, own.late = self.large, self.late
             verdict, search = own._name(base, flags, apart)

@@ -214,6 +214,7 @@ class Diagnosis(Shown, Findings, Reported):
             (found.form, ", ".join(f"{name} = {value}{f' +- {sd}' if sd else ''}" for name, value, sd in found.sizes()))
             for found in self.effects
         ]
+        rows += [] if self.discovered is None else [("law", self.discovered.sentence)]
         rows += [("indistinguishable", "; ".join(" with ".join(tie) for tie in self.ties))] if self.ties else []
         rows += [("probability", f"{shown_share(e.probability)} {e.name}") for e in self.explanations[:3]]
         if self.planned is not None:
