@@ -383,10 +383,12 @@ class DiagnosisRun:
 
         A law has to explain the records clearly better than the best effect of the catalogue.
         """
+        if self.machine.film is not None:
+            return None
         lacking, status = cannot_tell(self.fitted.trials), judgement.verdict.status
         unanswered = status in ("unknown", "partial")
-        notes += [lacking] if lacking and unanswered else []
-        if self.machine.film is not None or lacking:
+        if lacking:
+            notes += [lacking] if unanswered else []
             return None
         self.progress("discover")
         best = judgement.verdict.best

@@ -67,7 +67,7 @@ NOT_PERIODIC = (
 ONE_SPEED = "a law is not looked for: all records have one speed; record two more speeds"
 ONE_AMPLITUDE = (
     "a law is not looked for: all records have one amplitude, at which a force that grows out of proportion is as one "
-    "that does not; record the same points with half the excitation"
+    "that does not; record the same points with half the excitation, or with a trial weight"
 )
 """Notes on records of which no law can be told."""
 MOMENTS = 500
@@ -464,14 +464,12 @@ def of_remembered(laws: Sequence[ProposedLaw], base: ParameterFit, position: flo
 
 def cannot_tell(trials: Sequence[Trial]) -> str:
     """Sentence on what records lack of which a law could be told; empty where nothing is missing."""
-    own = [t for t in trials if not t.orders]
-    if not all(t.periodic or t.turning for t in own) or not own:
+    if any(t.orders or not (t.periodic or t.turning) for t in trials):
         return NOT_PERIODIC
-    speeds = {round(t.speed) for t in own}
-    sizes = [t.amplitude for t in own if t.amplitude]
-    if len(speeds) < 2:
+    if len({round(t.speed) for t in trials}) < 2:
         return ONE_SPEED
-    return ONE_AMPLITUDE if sizes and max(sizes) < TWICE * min(sizes) else ""
+    sizes, weights = [t.amplitude for t in trials], {tuple(sorted(t.stated_changes.items())) for t in trials}
+    return ONE_AMPLITUDE if max(sizes) <= TWICE * min(sizes) and len(weights) < 2 else ""
 
 
 def after_choice(odds: Sequence[Explanation], keys: Sequence[str], tried: int) -> tuple[Explanation, ...]:

@@ -83,7 +83,7 @@ def test_a_law_is_known_only_as_long_as_it_is_a_candidate():
      ((100, 200), (1, 2), False, NOT_PERIODIC)],
 )  # fmt: skip
 def test_records_that_cannot_tell_a_law_state_what_to_record(speeds, amplitudes, periodic, sentence):
-    trials = [SimpleNamespace(orders=(), periodic=periodic, turning=False, speed=s, amplitude=a)
+    trials = [SimpleNamespace(orders=(), periodic=periodic, turning=False, speed=s, amplitude=a, stated_changes={})
               for s, a in zip(speeds, amplitudes, strict=True)]  # fmt: skip
     assert cannot_tell(trials) == sentence
 
