@@ -143,6 +143,12 @@ class TwinComparison:
         with ThreadPoolExecutor(self.threads) as pool:
             return list(pool.map(lambda job: simulate(twin, job[0], job[1], whole, near), jobs))
 
+    def with_twin(self, twin: Twin) -> TwinComparison:
+        """The same comparison, floor included, with another twin of the machine."""
+        other = copy(self)
+        other.twin, other.known = twin, {}
+        return other
+
     def predict(self, point: ParameterPoint, twin: Twin | None = None, whole: bool = False) -> np.ndarray:
         """Simulated data vector (n,) [m] without the correction of the solver's error."""
         return self._shifted(self._response(point, twin or self.twin, whole), point)
