@@ -178,9 +178,9 @@ def test_the_default_speeds_reach_the_onset_and_a_sentence_points_to_it_from_bel
     pressure = 0.5e6 if plant.machine.fed else 0.0
     onset = stability_limit(plant, pressure, highest_speed(plant))[0]
     assert np.isnan(onset) or onset < top_speed(plant)
-    said = onset_beyond(plant, 0.6 * np.nan_to_num(onset, nan=top_speed(plant)), [pressure])
+    text = onset_beyond(plant, 0.6 * np.nan_to_num(onset, nan=top_speed(plant)), [pressure])
     if np.isfinite(onset):
-        assert float(said.split(" rpm")[0].split()[-1]) == pytest.approx(onset / RPM, rel=2e-4)
+        assert float(text.split(" rpm")[0].split()[-1]) == pytest.approx(onset / RPM, rel=2e-4)
     else:
-        assert said == ""
+        assert text == ""
     assert onset_beyond(plant, top_speed(plant), [pressure]) == ""
