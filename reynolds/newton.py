@@ -29,6 +29,10 @@ from reynolds.ring import close_ring, close_spike, factor, open_solve, spike_rhs
 
 RATE, AGE, FACTORISATIONS, ITERATIONS = 0, 1, 2, 3
 """Places in w[convergence]: estimated rate, stages since it was measured, and two counters."""
+SURPRISE, RENEW = 6, 7
+"""Places in w[convergence]: size of the largest first correction of the stage, and whether the next solve factorises."""
+FAR = 0.03
+"""First correction above which starting values are linear in time and every stage has factors of its own."""
 MAX_AGE = 48
 NEAR = 0.1
 """Correction above which factors of the present state would not last to the answer."""
@@ -334,7 +338,9 @@ def judge_correction(w, c, n, size, before, tolerance, patient):
         return NOT_CONVERGED
     rate = w[c + RATE]
     known = w[c + AGE] < MAX_AGE
-    if n > 1:
+    if n == 1:
+        w[c + SURPRISE] = max(w[c + SURPRISE], size)
+    else:
         rate = size / before
         w[c + RATE] = max(rate, 0.02)
         w[c + AGE] = 0.0
