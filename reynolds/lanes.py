@@ -242,7 +242,10 @@ def _inverses(lanes: int) -> Any:
     def generate(context, builder, signature, args):
         data = _data(context, builder, signature.args[0], args[0])
         places = [
-            [_vector_at(builder, data, builder.add(block, ir.Constant(block.type, c * lanes)), lanes) for c in range(lanes)]
+            [
+                _vector_at(builder, data, builder.add(block, ir.Constant(block.type, c * lanes)), lanes)
+                for c in range(lanes)
+            ]
             for block in args[1:]
         ]
         blocks = [[builder.load(place, align=8) for place in one] for one in places]
@@ -252,7 +255,9 @@ def _inverses(lanes: int) -> Any:
             own_lane = ir.Constant(ir.VectorType(ir.IntType(1), lanes), [int(k == c) for k in range(lanes)])
             for block in blocks:
                 own = block[c]
-                pivot = builder.fdiv(ir.Constant(_DOUBLE, 1.0), builder.extract_element(own, ir.Constant(ir.IntType(32), c)))
+                pivot = builder.fdiv(
+                    ir.Constant(_DOUBLE, 1.0), builder.extract_element(own, ir.Constant(ir.IntType(32), c))
+                )
                 pivots = _splat(builder, pivot, lanes)
                 for b in range(lanes):
                     if b != c:

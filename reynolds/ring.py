@@ -251,10 +251,40 @@ def solve_line(w, L, i, columns, count, lane, after_west, after_east, back):
 
 
 @inlined
-def close_ring(w, L, r):
-    """Turn the open chains' solution at offset r into the ring's; edge values become 0."""
+def close_ring(w, L, columns, count):
+    """Turn the open chains' solutions, `count` from offset `columns`, into the ring's; edge values become 0.
+
+    Each part of the spikes is added to all of them before the next part is read.
+    """
     n, s, half = L.n_rows, L.stride, L.n_theta // 2
-    known, cuts = L.lanes, L.lanes + (2 * n + 7) // 8 * 8
+    room = (2 * n + 7) // 8 * 8
+    cuts = L.lanes + room
+    for c in range(count):
+        solve_cuts(w, L, columns + c * L.length, L.lanes, cuts + c * room)
+    lines = lines_at_once(L)
+    for near in range(0, half, lines):
+        if near < w[L.convergence + REACH]:
+            far = near + lines
+            second = L.spike + n * L.length
+            # from the edge before a line, which is 0, to the last one's row: full lines of the cache
+            after = L.first + (near + 1) * s - 1
+            for c in range(count):
+                r, one, two = columns + c * L.length, cuts + c * room, cuts + c * room + n
+                add_columns(w, r, L.spike, L.length, one, n, after, lines * s)
+                add_columns(w, r, L.spike, L.length, one, n, L.first + (L.n_theta - far) * s, lines * s)
+                add_columns(w, r, second, L.length, two, n, after + half * s, lines * s)
+                add_columns(w, r, second, L.length, two, n, L.first + (half - far) * s, lines * s)
+    for c in range(count):
+        r = columns + c * L.length
+        for a in range(n):
+            w[r + L.first + a] = -w[cuts + c * room + a]
+            w[r + L.first + half * s + a] = -w[cuts + c * room + n + a]
+
+
+@inlined
+def solve_cuts(w, L, r, known, cuts):
+    """Negative values at the cut lines, to offset `cuts`, for the open chains' solution at offset r."""
+    n, s, half = L.n_rows, L.stride, L.n_theta // 2
     for i in range(L.n_theta):
         for e in range(n, s):
             w[r + L.first + i * s + e] = 0.0
@@ -266,20 +296,6 @@ def close_ring(w, L, r):
     for a in range(2 * n):
         w[cuts + a] = 0.0
     multiply(w, L.closure, known, cuts, 2 * n, True)
-    lines = lines_at_once(L)
-    for near in range(0, half, lines):
-        if near < w[L.convergence + REACH]:
-            far = near + lines
-            second = L.spike + n * L.length
-            # from the edge before a line, which is 0, to the last one's row: full lines of the cache
-            after = L.first + (near + 1) * s - 1
-            add_columns(w, r, L.spike, L.length, cuts, n, after, lines * s)
-            add_columns(w, r, L.spike, L.length, cuts, n, L.first + (L.n_theta - far) * s, lines * s)
-            add_columns(w, r, second, L.length, cuts + n, n, after + half * s, lines * s)
-            add_columns(w, r, second, L.length, cuts + n, n, L.first + (half - far) * s, lines * s)
-    for a in range(n):
-        w[r + L.first + a] = -w[cuts + a]
-        w[r + L.first + half * s + a] = -w[cuts + n + a]
 
 
 @inlined
