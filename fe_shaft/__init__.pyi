@@ -1,4 +1,3 @@
-from .bearing import BearingElement as BearingElement
 from .campbell import CampbellResult as CampbellResult
 from .critical import (
     CriticalSpeedResult as CriticalSpeedResult,
@@ -10,6 +9,7 @@ from .reduction import ReducedRotor as ReducedRotor, modal_reduction as modal_re
 from .response import ForcedResult as ForcedResult, Receptance as Receptance, StaticResult as StaticResult
 from .rotor import Rotor as Rotor
 from .shaft import (
+    BearingElement as BearingElement,
     DiskElement as DiskElement,
     Material as Material,
     PointMass as PointMass,

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fe_shaft import elements
-from fe_shaft.bearing import BearingElement
-from fe_shaft.shaft import DiskElement, PointMass, ShaftElement, ShaftError
+from fe_shaft.shaft import BearingElement, DiskElement, PointMass, ShaftElement, ShaftError
 
 Matrix = NDArray[np.float64]
 

@@ -19,12 +19,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from fe_shaft import modal
 from fe_shaft.assembly import AssembledRotor, loose_motions
+from fe_shaft.follower import through
 from fe_shaft.modal import dataset
-from fe_shaft.modes.follower import through
-from fe_shaft.modes.pencil import OSCILLATES, Modes, Quotient, Region, SecondOrder
-from fe_shaft.modes.spectrum import counted
-from fe_shaft.modes.subspace import SMALL, everything, refined
+from fe_shaft.pencil import OSCILLATES, Modes, Quotient, Region, SecondOrder
 from fe_shaft.shaft import ShaftError, grid
+from fe_shaft.spectrum import SMALL, counted, everything, refined
 
 if TYPE_CHECKING:
     import xarray as xr

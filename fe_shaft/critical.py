@@ -35,13 +35,11 @@ from scipy.linalg import eig, eigh, eigvalsh
 
 from fe_shaft import modal
 from fe_shaft.assembly import AssembledRotor
-from fe_shaft.bearing import HOLD
+from fe_shaft.crossings import NEARBY, Crossing, ModesAt, crossings, first_loss
+from fe_shaft.follower import follow
 from fe_shaft.modal import dataset
-from fe_shaft.modes.crossings import Crossing, crossings
-from fe_shaft.modes.follower import follow
-from fe_shaft.modes.onset import NEARBY, ModesAt, first_loss
-from fe_shaft.modes.pencil import Region, SecondOrder
-from fe_shaft.shaft import ShaftError, grid
+from fe_shaft.pencil import Region, SecondOrder
+from fe_shaft.shaft import HOLD, ShaftError, grid
 from rotorsim.base.rounding import EPS
 
 if TYPE_CHECKING:

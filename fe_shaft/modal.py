@@ -27,8 +27,7 @@ from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, eig
 
 from fe_shaft.assembly import AssembledRotor
-from fe_shaft.bearing import HOLD
-from fe_shaft.shaft import ShaftError
+from fe_shaft.shaft import HOLD, ShaftError
 from rotorsim.base.rounding import SPLIT_ZERO, divergence
 
 if TYPE_CHECKING:

@@ -16,8 +16,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from fe_shaft.bearing import BearingElement
-from fe_shaft.shaft import DiskElement, Material, PointMass, ShaftElement, ShaftError
+from fe_shaft.shaft import BearingElement, DiskElement, Material, PointMass, ShaftElement, ShaftError
 from rotorsim.base.foreign_systems import Foreign, Leftovers
 
 _COEFFICIENTS = ("kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy")

@@ -23,22 +23,10 @@ from typing import Any
 
 import numpy as np
 
+from fmu import importer
 from fmu.archive import workspace
 from fmu.export import law_unit, linear_unit, plant_unit
-from fmu.importer import (
-    ImportedUnit,
-    Instance,
-    fmpy,
-    holds,
-    machine_text,
-    opened,
-    reference_inputs,
-    start,
-    stored,
-    xml,
-)
-from fmu.law_unit import OUTPUTS, LawUnit, answered
-from fmu.linear_model import LinearUnit
+from fmu.linear_units import OUTPUTS, LawUnit, LinearUnit, answered
 from fmu.model import PlantUnit, Unit
 from fmu.variables import ROW
 from rotorsim.base.errors import DataError, RotorsimError
@@ -66,7 +54,7 @@ class Check:
 
 def check(path: Path, duration: float = 1.0) -> Iterator[Check]:
     """Run all checks, one after another; from the third on, the machine code of the unit runs in this process."""
-    with ImportedUnit(path) as unit:
+    with importer.ImportedUnit(path) as unit:
         yield from _standard(path, unit)
         model = model_of(path)
         n = max(round(min(duration / model.sample, MOST_STEPS + 1)), 100)
@@ -100,24 +88,24 @@ def _guarded(job: Callable[[], Iterator[Check]]) -> Iterator[Check]:
 
 def model_of(path: Path) -> Unit:
     """Source of a unit (machine file, model or law), read from the unit."""
-    kind = holds(path)
+    kind = importer.holds(path)
     if kind == "plant":
-        return plant_unit(Plant(Machine.from_text(machine_text(path))), *start(path))
-    with opened(path) as files, workspace() as folder:
+        return plant_unit(Plant(Machine.from_text(importer.machine_text(path))), *importer.start(path))
+    with importer.opened(path) as files, workspace() as folder:
         file = folder / f"{kind}.json"  # a name of ours: that in the unit may be any path
         file.write_bytes(files[f"resources/{kind}.json"])
-        return (law_unit if kind == "law" else linear_unit)(file, *start(path))
+        return (law_unit if kind == "law" else linear_unit)(file, *importer.start(path))
 
 
-def _law(unit: ImportedUnit, model: LawUnit, n: int) -> Check:
+def _law(unit: importer.ImportedUnit, model: LawUnit, n: int) -> Check:
     """A swing of the disc while speed and pressure rise, in unit and law."""
     inputs = model.stimuli(n, model.sample)
     rows = run(unit, inputs, model.sample, list(OUTPUTS))
     return Check(f"{n * model.sample:g} s against the law in Python", *_equal(answered(model.law, inputs), rows))
 
 
-def _standard(path: Path, unit: ImportedUnit) -> Iterator[Check]:
-    fmpy()
+def _standard(path: Path, unit: importer.ImportedUnit) -> Iterator[Check]:
+    importer.fmpy()
     from fmpy.validation import validate_fmu
 
     with redirect_stdout(io.StringIO()):
@@ -126,9 +114,9 @@ def _standard(path: Path, unit: ImportedUnit) -> Iterator[Check]:
         yield Check(name, f"{len(found)} problems{'' if not found else ': ' + found[0][:80]}", not found)
 
 
-def compare(unit: ImportedUnit, model: PlantUnit, n: int, step: float, name: str) -> Check:
+def compare(unit: importer.ImportedUnit, model: PlantUnit, n: int, step: float, name: str) -> Check:
     """A run-up with steps and a hit in unit and plant."""
-    inputs = reference_inputs(model, n, step)
+    inputs = importer.reference_inputs(model, n, step)
     truth = plant_outputs(model, inputs, step)
     rows = run(unit, inputs, step, list(truth))
     worst, same = 0.0, True
@@ -145,7 +133,7 @@ def deviation(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.abs(a - b).max(initial=0.0) / max(np.abs(a).max(initial=0.0), 1e-300))
 
 
-def run(unit: ImportedUnit, inputs: Mapping[str, np.ndarray], step: float, outputs: list[str]) -> np.ndarray:
+def run(unit: importer.ImportedUnit, inputs: Mapping[str, np.ndarray], step: float, outputs: list[str]) -> np.ndarray:
     """A run of a fresh instance from its start values."""
     instance = unit.instance()
     instance.initialise()
@@ -154,9 +142,9 @@ def run(unit: ImportedUnit, inputs: Mapping[str, np.ndarray], step: float, outpu
     return rows
 
 
-def _reference(unit: ImportedUnit, model: Unit, path: Path) -> Iterator[Check]:
-    header, given = stored(path, "in.csv")
-    names, wanted = stored(path, "out.csv")
+def _reference(unit: importer.ImportedUnit, model: Unit, path: Path) -> Iterator[Check]:
+    header, given = importer.stored(path, "in.csv")
+    names, wanted = importer.stored(path, "out.csv")
     if not wanted:
         yield Check("stored reference", "none: exported for other computers only", True)
         return
@@ -167,8 +155,8 @@ def _reference(unit: ImportedUnit, model: Unit, path: Path) -> Iterator[Check]:
     yield Check("stored reference", f"relative deviation {worst:.2g}", worst < TOLERANCE)
 
 
-def _replay(unit: ImportedUnit, model: Unit, path: Path) -> Iterator[Check]:
-    inputs, outputs = reference_inputs(model, 200, model.sample), unit.names("output")
+def _replay(unit: importer.ImportedUnit, model: Unit, path: Path) -> Iterator[Check]:
+    inputs, outputs = importer.reference_inputs(model, 200, model.sample), unit.names("output")
     first = {k: v[:100] for k, v in inputs.items()}
     last = {k: v[100:] for k, v in inputs.items()}
     instance = unit.instance()
@@ -189,8 +177,8 @@ def _replay(unit: ImportedUnit, model: Unit, path: Path) -> Iterator[Check]:
     instance.close()
 
 
-def _second(unit: ImportedUnit, model: Unit, path: Path) -> Iterator[Check]:
-    inputs, outputs = reference_inputs(model, 100, model.sample), unit.names("output")
+def _second(unit: importer.ImportedUnit, model: Unit, path: Path) -> Iterator[Check]:
+    inputs, outputs = importer.reference_inputs(model, 100, model.sample), unit.names("output")
     one, two = unit.instance("one"), unit.instance("two")
     one.initialise()
     two.initialise()
@@ -218,7 +206,7 @@ def refuses(call: Callable[[], object]) -> bool:
     return False
 
 
-def _steps(unit: ImportedUnit, model: Unit, path: Path) -> Iterator[Check]:
+def _steps(unit: importer.ImportedUnit, model: Unit, path: Path) -> Iterator[Check]:
     instance = unit.instance()
     instance.initialise()
     refused = {name: refuses(partial(instance.step, 0.0, h * model.sample)) for name, h in BAD_STEPS.items()}
@@ -231,7 +219,7 @@ def _steps(unit: ImportedUnit, model: Unit, path: Path) -> Iterator[Check]:
     instance.close()
 
 
-def _pace(unit: ImportedUnit, model: Unit, path: Path) -> Iterator[Check]:
+def _pace(unit: importer.ImportedUnit, model: Unit, path: Path) -> Iterator[Check]:
     begin = time.perf_counter()
     instance = unit.instance()
     instance.initialise()
@@ -246,7 +234,7 @@ def _pace(unit: ImportedUnit, model: Unit, path: Path) -> Iterator[Check]:
     instance.close()
 
 
-def step_cost(instance: Instance, sample: float, n: int) -> float:
+def step_cost(instance: importer.Instance, sample: float, n: int) -> float:
     """Median time [s] of a communication step of one sample."""
     times = np.empty(n)
     for k in range(n):
@@ -282,16 +270,16 @@ def moving_inputs(model: LinearUnit, n: int) -> dict[str, np.ndarray]:
     }
 
 
-def model_exchange(unit: ImportedUnit, stop: float | None = None) -> Any:
+def model_exchange(unit: importer.ImportedUnit, stop: float | None = None) -> Any:
     """An instance for model exchange, in continuous-time mode at t = 0; `stop` [s] is the end of the run."""
-    instance = Instance(unit, "exchange", None, {}, "Model")
+    instance = importer.Instance(unit, "exchange", None, {}, "Model")
     instance.initialise(stop=stop)
     (instance.slave.updateDiscreteStates if unit.is_3 else instance.slave.newDiscreteStates)()
     instance.slave.enterContinuousTimeMode()
     return instance.slave
 
 
-def jacobian(unit: ImportedUnit, instance: Any, unknowns: list[str], knowns: list[str]) -> np.ndarray:
+def jacobian(unit: importer.ImportedUnit, instance: Any, unknowns: list[str], knowns: list[str]) -> np.ndarray:
     """Directional derivatives (unknowns, knowns), column by column."""
     refs = {name: v.valueReference for name, v in unit.variables.items()}
     rows = [refs[name] for name in unknowns]
@@ -306,7 +294,7 @@ def names(model: LinearUnit) -> tuple[list[str], list[str]]:
     return [f"der({s})" for s in states] + ["disc.x", "disc.y"], states + inputs
 
 
-def derivative_error(unit: ImportedUnit, model: LinearUnit) -> float:
+def derivative_error(unit: importer.ImportedUnit, model: LinearUnit) -> float:
     """Largest deviation of the directional derivatives from A, B, C, D at random points, over the largest element."""
     rng, worst = np.random.default_rng(0), 0.0
     instance = model_exchange(unit)
@@ -324,7 +312,7 @@ def derivative_error(unit: ImportedUnit, model: LinearUnit) -> float:
     return worst
 
 
-def linear_checks(unit: ImportedUnit, model: LinearUnit, n: int) -> Iterator[Check]:
+def linear_checks(unit: importer.ImportedUnit, model: LinearUnit, n: int) -> Iterator[Check]:
     """A run over the range against the model in Python, and derivatives where it is continuous."""
     inputs = moving_inputs(model, n)
     truth = simulated(model, inputs, model.sample)
@@ -439,11 +427,11 @@ def _schema(name: str, content: bytes) -> str | None:
 
 
 def _violations(content: bytes, schema: str, name: str) -> Iterator[str]:
-    folder = Path(fmpy().__file__).parent
+    folder = Path(importer.fmpy().__file__).parent
     from lxml import etree
 
     try:
-        xml(content)
+        importer.xml(content)
         root: Any = etree.fromstring(content)
     except (ValueError, SyntaxError) as error:  # those of ElementTree and of lxml are syntax errors
         yield f"{name}: {error}"

@@ -18,10 +18,9 @@ from xml.etree.ElementTree import Element, SubElement
 
 from latex2mathml.converter import convert
 
-from fmu.description import ROWS, number, text
+from fmu.archive import ROWS, number, text
 from fmu.importer import Reference, table
-from fmu.law_unit import LawUnit
-from fmu.linear_model import LinearUnit
+from fmu.linear_units import LawUnit, LinearUnit
 from fmu.model import PlantUnit, Unit, software
 from fmu.variables import UnitVariable, fmi_name
 from rotorsim.base.quantity import UNLIMITED

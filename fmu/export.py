@@ -18,15 +18,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from fmu.archive import check_place, workspace, write_archive
+from fmu.archive import DESCRIPTIONS, check_place, text, workspace, write_archive
 from fmu.contents import contents
-from fmu.description import DESCRIPTIONS, text
 from fmu.importer import Reference, make_reference
 from fmu.kernel_object import ObjectTarget, host_target, to_compile, write_objects
-from fmu.law_unit import LawUnit
-from fmu.linear_model import LinearUnit
+from fmu.linear_units import LawUnit, LinearUnit
 from fmu.model import PlantUnit, Unit, check_name, header, identifier, source
-from identification.lpv.model import LpvModel, load_model
+from identification.lpv_model import LpvModel, load_model
 from rotorsim.base.errors import DataError, ModelError
 from rotorsim.base.units import MPA, TO_RPM
 from rotorsim.control import Law, load_law
@@ -236,7 +234,7 @@ def _link(target: Platform, command: Sequence[str], headers: Path, sources: Sequ
     return library
 
 
-COMPILING = "compiling the kernels for use outside Python: about 20 s, once for this kind of machine"
+COMPILING = "compiling the kernels for use outside Python; later units of this kind of machine take them from the cache"
 
 
 def versions(words: str) -> tuple[int, ...]:

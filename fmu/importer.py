@@ -22,9 +22,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from fmu.archive import temporary_error
-from fmu.description import ROWS
-from fmu.law_unit import LawUnit
+from fmu.archive import ROWS, temporary_error
+from fmu.linear_units import LawUnit
 from fmu.model import PlantUnit, Unit
 from fmu.variables import UnitVariable
 from rotorsim.base.errors import DataError

@@ -17,11 +17,10 @@ from xml.etree.ElementTree import Element, SubElement, register_namespace
 
 import numpy as np
 
-from fmu.archive import check_place, workspace, write_archive
-from fmu.description import number, text
+from fmu.archive import check_place, number, text, workspace, write_archive
 from fmu.export import Platform, export
 from fmu.importer import ImportedUnit
-from fmu.law_unit import ANGLE, INPUTS, OUTPUTS, LawUnit
+from fmu.linear_units import ANGLE, INPUTS, OUTPUTS, LawUnit
 from fmu.model import PlantUnit, Unit, software
 from fmu.variables import UnitVariable, exponents, fmi_name
 from rotorsim.base.errors import DataError

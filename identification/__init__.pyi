@@ -19,8 +19,8 @@ from .local.models import LinearModel as LinearModel
 from .local.response_fit import ResponseFit as ResponseFit, fit_frequency_response as fit_frequency_response
 from .local.result import Identification as Identification
 from .local.structures import Structure as Structure
-from .lpv.fit import coherent_basis as coherent_basis, distance as distance, fit_lpv as fit_lpv
-from .lpv.model import ExtrapolationWarning as ExtrapolationWarning, LpvModel as LpvModel, load_model as load_model
+from .lpv_fit import coherent_basis as coherent_basis, distance as distance, fit_lpv as fit_lpv
+from .lpv_model import ExtrapolationWarning as ExtrapolationWarning, LpvModel as LpvModel, load_model as load_model
 from .model_choice import (
     Advice as Advice,
     Compared as Compared,

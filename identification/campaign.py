@@ -19,8 +19,8 @@ from identification.local.fits import FREE
 from identification.local.identify import fit_signals, identify
 from identification.local.models import LinearModel
 from identification.local.result import Identification, noted
-from identification.lpv.fit import fit_lpv
-from identification.lpv.model import SAME, LpvModel
+from identification.lpv_fit import fit_lpv
+from identification.lpv_model import SAME, LpvModel
 from identification.readers import checked, load, read
 from identification.records.prefilter import Prefilter, Signals, operating_point, rest_length, without_gaps
 from identification.records.sampling import sampling_time

@@ -26,7 +26,7 @@ from identification.local.greybox import RATED, levy, peak_frequency
 from identification.local.identify import fit_signals, of_stretches
 from identification.local.models import LinearModel
 from identification.local.result import Identification
-from identification.lpv.model import SAME, LpvModel
+from identification.lpv_model import SAME, LpvModel
 from identification.records.checks import check_loop, check_signals, method_for
 from identification.records.frequency_response import FrequencyResponse, frequency_response
 from identification.records.prefilter import Prefilter, Signals, chosen_output, cut, filtered, longest_whole

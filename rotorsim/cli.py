@@ -54,7 +54,7 @@ def command(arguments: list[str], app: Any = None) -> None:
             warnings.showwarning = partial(_show, warnings.showwarning)
             program = "rotorsim" if app is None else app.info.name
             if app is None:
-                from rotorsim.commands.app import app
+                from rotorsim.commands.registry import app
 
             warnings.simplefilter("ignore" if yes else "error", Unusual)
             app(args=[a for a in arguments if a not in ("--debug", "--yes")], prog_name=program)

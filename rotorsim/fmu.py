@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from fmu import export as _export, importer as _importer, ssp as _ssp
 from fmu.export import choose
-from fmu.law_unit import LawUnit
+from fmu.linear_units import LawUnit
 from identification import LpvModel
 from rotorsim.base.errors import DataError
 from rotorsim.base.public import named
@@ -22,7 +22,7 @@ from rotorsim.plant import Plant
 
 if TYPE_CHECKING:
     from fmu.check import Check
-    from fmu.linear_model import LinearUnit
+    from fmu.linear_units import LinearUnit
     from fmu.model import PlantUnit
 
 MODEL_FILES = (".json", ".mat")

@@ -212,12 +212,15 @@ USES: dict[str, tuple[tuple[str, ...], ...]] = {
     "identification": (("reference",), ("disc_measured", "disc")),
     "runout filter": (("disc_measured", "disc"), ("angle_measured", "angle")),
     "run-up analysis": (("disc_measured", "disc"), ("angle_measured", "angle", "speed_measured", "speed")),
+    "diagnosis": (("disc_measured", "disc"), ("angle_measured", "angle", "speed_measured", "speed")),
     "scheduled models": (
         *(("reference",), ("disc_measured", "disc")),
         *(("speed_measured", "speed"), ("pressure_measured", "pressure")),
     ),
 }
 """Variables that each use needs: at least one of every group, and always time."""
+TURNING = ("run-up analysis", "diagnosis")
+"""Uses that a lone probe or a table of vectors serves."""
 MOTION = " or ".join(USES["run-up analysis"][0])
 """Variables of the disc's motion, as a lack states them."""
 FITS = ("identification", "scheduled models")
@@ -333,9 +336,7 @@ def _series(record: xr.Dataset) -> Examination:
         for use, groups in USES.items()
     }
     if "probe_measured" in record and "m" in record["probe_unit"].values.tolist():  # vectors of a lone probe will do
-        uses["run-up analysis"] = ", ".join(
-            part for part in uses["run-up analysis"].split(", ") if part and part != MOTION
-        )
+        uses |= {use: ", ".join(part for part in uses[use].split(", ") if part and part != MOTION) for use in TURNING}
     refused = {}
     if (angle := measured(record, "angle")) is not None and (turns := _turns(angle)) < LEAST_TURNS * (1 - 1e-3):
         refused["runout filter"] = f"the shaft turns {turns:.2g} times, the filter needs {LEAST_TURNS:g}; record longer"
@@ -370,7 +371,7 @@ def _vectors(vectors: xr.Dataset) -> Examination:
         for order in vectors["order"].values:
             values = np.asarray(vectors[name].sel(order=order).values, float)
             channels.append(_channel(f"{name} {order}X", VECTORS[name].units, values.ravel(), False, False))
-    uses = {"run-up analysis": "", **{use: "a time series" for use in USES if use != "run-up analysis"}}
+    uses = {use: "" if use in TURNING else "a time series" for use in USES}
     samples = vectors.sizes["speed"]
     suspected = suspicions(vectors[["amplitude"]], np.nan) if not found else []
     warnings = [*notes_of(vectors), *(one.text for one in suspected), *(vector_hints(vectors) if not found else [])]

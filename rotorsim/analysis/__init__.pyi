@@ -8,15 +8,15 @@ from .calibrate import (
 )
 from .campbell import campbell as campbell, critical_speed_map as critical_speed_map, critical_speeds as critical_speeds
 from .citations import cite as cite
-from .load_capacity import lift_off as lift_off, load_capacity as load_capacity
-from .machine_map import map_machine as map_machine
 from .operating_map import (
     OperatingPoint as OperatingPoint,
+    map_machine as map_machine,
     operating_map as operating_map,
     operating_point as operating_point,
 )
 from .safe_region import safe_region as safe_region
 from .shaft_motion import mode_shapes as mode_shapes, shaft_motion as shaft_motion
+from .supply import lift_off as lift_off, load_capacity as load_capacity
 from .sweep import SweepResult as SweepResult, sweep as sweep
 from .targets import read_targets as read_targets
 from .unbalance_response import unbalance_response as unbalance_response

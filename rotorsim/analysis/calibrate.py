@@ -12,6 +12,13 @@ What a target that is not met could reach is found by weighing it `HEAVY` times 
 end of the fit; the target that then pays most is named as the one that contradicts it.
 
 A fit to ranges is a calibration and no prediction; what is predicted are the targets of that role.
+
+Some figures are compared as a campaign measures them: identified in simulated records, with pins as their sensors read
+them. A pair of pins is the thesis' model of actuators (two real poles and a gain by axis, Table C.2), its fit that of
+another record. A delay is that of Model 2 behind the pins' readings, so a sensor's lag counts to the pins and not to
+the film.
+
+Cites: thesis.
 """
 
 from __future__ import annotations
@@ -20,24 +27,75 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cache, lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.optimize import least_squares, lsq_linear
 from threadpoolctl import threadpool_limits
 
-from rotorsim.analysis.identified import pin_figures, read_delays
-from rotorsim.analysis.load_capacity import lift_off
+from identification import Prefilter, filtered, fit_of, identify
+from identification.local.fits import actuator_signals
+from identification.local.greybox import actuator_poles
 from rotorsim.analysis.operating_map import operating_point
+from rotorsim.analysis.supply import lift_off
 from rotorsim.analysis.targets import AXES, BARE, PINS, Parameter, Target, Targets, split, value_at
 from rotorsim.analysis.whirl_onset import whirl_onset
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.files import write_text
 from rotorsim.base.interrupt import finishing
+from rotorsim.experiments import prbs, steady
 from rotorsim.machine.file_text import remarked, with_value, with_values
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.linearise import LinearPlant
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rotorsim.plant import Plant
+
+RECIPE = Prefilter(median=3)
+"""The thesis' prefilter: a running median of three."""
+DURATION = 2.0
+"""Duration [s] of each record, with and without excitation."""
+
+
+def pin_figures(plant: Plant, speed: float, pressure: float) -> dict[str, float]:
+    """Poles [rad/s], gain and fit of the pairs of pins as read, at a speed [rad/s] and gauge pressure [Pa].
+
+    Raises
+    ------
+    DataError
+        If the machine has no actuators whose pins could be read.
+    """
+    first, second = (_record(plant, speed, pressure, number) for number in (1, 2))
+    found = identify(first, "actuator", settings=RECIPE)
+    assert plant.machine.actuators is not None
+    poles, gain = actuator_poles(found.theta), np.diag(found.static_gain) / plant.machine.actuators.sensor_sensitivity
+    fit = fit_of(found.model, actuator_signals(filtered(second, None, RECIPE)))
+    columns = {"pole_slow": poles[:, 0], "pole_fast": poles[:, 1], "pin_gain": gain, "pin_fit": fit}
+    return {f"{name}_{axis}": float(values[k]) for name, values in columns.items() for k, axis in enumerate("xy")}
+
+
+def read_delays(plant: Plant, speed: float, pressure: float) -> dict[str, float]:
+    """Delay [s] by axis that Model 2 finds behind the pins as read, at a speed [rad/s] and gauge pressure [Pa].
+
+    Raises
+    ------
+    DataError
+        If the machine has no actuators whose pins could be read.
+    """
+    excited = _record(plant, speed, pressure, 1)
+    quiet = steady(plant, speed, pressure, duration=DURATION) if speed else None
+    found = identify(excited, "2", steady=quiet, settings=RECIPE, dead_time=0.0)
+    return {f"delay_read_{axis}": float(found.delay[k]) for k, axis in enumerate("xy")}
+
+
+def _record(plant: Plant, speed: float, pressure: float, number: int) -> xr.Dataset:
+    if plant.machine.actuators is None:
+        raise DataError(f"{plant.machine.name}: has no actuators whose pins could be read; take a machine that has")
+    return prbs(plant, speed, pressure, amplitude=1.0, duration=DURATION, sequence=number)
+
 
 WEAK = 2.0
 STEP = 1e-3

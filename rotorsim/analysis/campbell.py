@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fe_shaft import BearingElement, Rotor
-from fe_shaft.modes.crossings import Crossing
+from fe_shaft.crossings import Crossing
 from rotorsim.analysis.axes import checked
 from rotorsim.analysis.modes_over_speed import ORDERS, ModesOverSpeed, modes_over_speed, roundness
 from rotorsim.analysis.supply import felt
 from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import whirl_sense
 from rotorsim.base.units import RPM, TO_HZ, TO_RPM
+from rotorsim.machine.limits import speed_limit
 from rotorsim.plant import Plant
 from rotorsim.plant.validity import linear_warnings
 
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 
 HIGHEST, ABOVE = 40e3 * RPM, 4.0
 """Speed [rad/s] up to which critical speeds are searched at least, and over the rotor's first natural frequency."""
+PAST_WHIRL = 3.0
+"""Top of the default speeds over the rotor's first natural frequency: a film whirls at half the speed or slower."""
 
 
 def campbell(plant: Plant, speeds: Sequence[float] | np.ndarray, pressure: float = 0.0, modes: int = 8) -> xr.Dataset:
@@ -279,7 +282,36 @@ def critical_speeds(
 
 def highest_speed(plant: Plant) -> float:
     """Speed [rad/s] up to which critical speeds and the onset of whirl are searched when none is given."""
-    return max(HIGHEST, ABOVE * float(plant.assembly.mesh.reduced.frequencies.min()))
+    first = float(plant.assembly.mesh.reduced.frequencies.min())
+    return max(HIGHEST, ABOVE * first, plant.machine.drive.highest_speed or 0.0)
+
+
+def top_speed(plant: Plant) -> float:
+    """Speed [rad/s] up to which a machine matters: the top of the default speeds of its analyses.
+
+    That is `drive.highest_speed`; else the last speed of the bearing tables; else three times the rotor's first natural
+    frequency on its nominal bearings, rounded up to two digits in rpm, as far as a run may go.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> from rotorsim.analysis.campbell import top_speed
+    >>> round(top_speed(rs.Plant("foil_turbo_rotor")) / (2 * np.pi / 60))
+    30000
+    """
+    mesh, made = plant.assembly.mesh, plant.machine.drive.highest_speed
+    if made is not None:
+        return made
+    if mesh.tables.speeds.size:
+        return float(mesh.tables.speeds[-1])
+    rpm = PAST_WHIRL * float(mesh.reduced.frequencies.min()) * TO_RPM
+    digit = 10 ** np.floor(np.log10(rpm) - 1)
+    return min(float(np.ceil(rpm / digit - 1e-9) * digit * RPM), speed_limit(plant.machine)[0])
+
+
+def default_speeds(plant: Plant, steps: int) -> np.ndarray:
+    """Speeds (steps + 1,) [rad/s] from rest to `top_speed`, where none are given."""
+    return np.linspace(0.0, top_speed(plant), steps + 1)
 
 
 def critical_speed_map(

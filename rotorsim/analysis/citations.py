@@ -107,7 +107,7 @@ def _of_result(path: Path) -> dict[str, list[str]]:
         return {f"law {law.name}": sorted_keys([*design, *cited_by("rotorsim.control.law")])}
     model = idn.load_model(path)
     local = cited_by("identification.local")
-    surfaces = cited_by("identification.lpv") if isinstance(model, idn.LpvModel) else ()
+    surfaces = cited_by("identification.lpv_fit") if isinstance(model, idn.LpvModel) else ()
     return {"identification": sorted_keys([*local, *surfaces])}
 
 

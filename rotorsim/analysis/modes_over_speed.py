@@ -13,9 +13,9 @@ from functools import cached_property
 
 import numpy as np
 
-from fe_shaft.modes.crossings import Crossing, crossings
-from fe_shaft.modes.follower import Followed, Node, follow
-from fe_shaft.modes.pencil import Modes, Pencil, Region
+from fe_shaft.crossings import Crossing, crossings
+from fe_shaft.follower import Followed, Node, follow
+from fe_shaft.pencil import Modes, Pencil, Region
 from rotorsim.base.errors import NoLiftOffError
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import DAMPED as STEADY, divergence

@@ -1,23 +1,34 @@
-r"""Pressure at the regulator from the pressure measured at the injectors, behind the supply line.
+r"""Supply pressure: from which a film carries the rotor (lift-off), what it then carries, how much of it is felt.
 
-The flow at rest depends on the pressure at the injectors alone, so it is that of the machine without its line; the
-regulator's pressure is the one that leaves, behind the line with this flow, the pressure that was read.
+The lift-off pressure is the lowest supply pressure at which there is an equilibrium, by bisection. The load capacity is
+the static load under which the most eccentric journal reaches half of its clearance. The load is the rotor's weight,
+scaled: distributed along the shaft as its mass and directed as gravity, so that several bearings share it as they share
+the weight. Machines without weight are loaded downwards.
+
+Behind a supply line the pressure at the injectors is less than at the regulator. The flow at rest depends on the
+pressure at the injectors alone, so it is that of the machine without its line; the regulator's pressure is the one that
+leaves, behind the line with this flow, the pressure that was read.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.optimize import newton
+from scipy.optimize import brentq, newton
 
+from rotorsim.analysis.axes import checked
+from rotorsim.base.errors import ConvergenceError, DataError, NoLiftOffError
 from rotorsim.effects import numeric_fields
+from rotorsim.effects.rotor.gravity import Gravity
 from rotorsim.machine.schema import Machine
+from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.calls import Call
-from rotorsim.plant.equilibrium import describe, settle
+from rotorsim.plant.simulation import describe, settle
 
 AT_REST = 1e9
 """Time [s] in which a line has filled."""
@@ -64,3 +75,131 @@ def _neutral(a: Assembly, lines: list[Call]) -> Any:
             if hasattr(off, name):
                 record[0][call.record][name] = getattr(off, name)
     return record
+
+
+HIGHEST = 2e6
+"""Gauge pressure [Pa] up to which is looked."""
+EXACT = 0.5e3
+"""Width [Pa] of the last bracket."""
+BELOW = (0.97, 0.9, 0.75, 0.5)
+"""Shares of the highest pressure refused at which the refusal is put to the test."""
+RATIO = 0.5
+"""Eccentricity ratio at which the load is read."""
+EARTH = 9.80665
+HEAVIEST = 1e6
+"""Acceleration [m/s2] up to which is looked."""
+CONTACT = 1.0
+
+
+def lift_off(
+    plant: Plant, speeds: Sequence[float] | np.ndarray, highest: float = HIGHEST, least_film: float = 0.0
+) -> np.ndarray:
+    """Lift-off pressures (n_speed,) [Pa, gauge]; 0 where speed alone carries, NaN where `highest` does not.
+
+    Carried is a rotor with an equilibrium and at least `least_film` [m] left; a turning shaft rides on very thin films.
+    More pressure carries more. Raises DataError for a machine without injectors.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> bool(rs.analysis.lift_off(plant, [0.0])[0] > 0)
+    True
+    """
+    if not plant.machine.fed:
+        raise DataError("lift-off: the machine has no injectors, so no pressure lifts it; vary the speed instead")
+    speeds = checked("lift-off: speeds [rad/s]", speeds)
+    return np.array([lowest(partial(carries, plant, v, least_film=least_film), highest) for v in speeds.tolist()])
+
+
+def lowest(carried: Callable[[float], bool], highest: float) -> float:
+    """Lowest pressure [Pa] at which the rotor is carried; NaN where `highest` does not.
+
+    A search for an equilibrium can fail where there is one: pressures below those refused are tried too, and one that
+    carries is the start of a new bisection.
+    """
+    if carried(0.0):
+        return 0.0
+    low, high = 0.0, min(0.1e6, highest)
+    while not carried(high):
+        low, high = high, 2 * high
+        if low >= highest:
+            return float("nan")
+    while True:
+        while high - low > EXACT:
+            middle = 0.5 * (low + high)
+            low, high = (low, middle) if carried(middle) else (middle, high)
+        below = next((low * share for share in BELOW if low * share > EXACT and carried(low * share)), None)
+        if below is None:
+            return high
+        low, high = 0.0, below
+
+
+def carries(plant: Plant, speed: float, pressure: float, least_film: float = 0.0) -> bool:
+    """Whether there is an equilibrium with so much film [m]."""
+    try:
+        return plant.equilibrium(speed, pressure).h_min >= least_film
+    except NoLiftOffError:
+        return False
+
+
+def load_capacity(plant: Plant, speed: float = 0.0, pressure: float = 0.0, ratio: float = RATIO) -> float:
+    """Static load [N] of the whole rotor at which the largest eccentricity ratio of its films is `ratio`.
+
+    Parameters
+    ----------
+    plant : Plant
+    speed, pressure : float
+        Operating point [rad/s], [Pa, gauge].
+    ratio : float
+        Eccentricity ratio, above 0 and below 1.
+
+    Raises
+    ------
+    DataError
+        For a machine without a film, or a ratio out of its range.
+    NoLiftOffError
+        Where the films do not even carry the journals at this ratio under a hundredth of the weight.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.analysis.load_capacity(plant, 0.0, 0.5e6) > 0
+    True
+    """
+    if plant.machine.film is None:
+        raise DataError("load capacity: the machine has no gas film; its bearings are linear and carry any load")
+    if not 0 < ratio < 1:
+        raise DataError(f"load capacity: an eccentricity ratio of {ratio:g} is not between 0 and 1; give e.g. 0.5")
+    if "gravity" not in plant.machine.effects:  # a weight that can be scaled
+        effects = plant.machine.effects | {"gravity": (Gravity(acceleration=EARTH),)}
+        plant = Plant(plant.machine.with_({"effects": effects}))
+
+    def excess(acceleration: float) -> float:
+        return _eccentricity(plant.assembly, speed, pressure, acceleration) - ratio
+
+    low, high = 0.01 * EARTH, EARTH
+    if excess(low) >= 0:
+        raise NoLiftOffError("load capacity: the films carry less than a hundredth of the weight at this ratio")
+    while excess(high) < 0:
+        low, high = high, 4 * high
+        if high > HEAVIEST:
+            others = (
+                "; its other bearings carry the load" if len(plant.machine.films) < len(plant.machine.bearings) else ""
+            )
+            raise ConvergenceError(
+                f"load capacity: {HEAVIEST / EARTH:.3g} times the weight does not move a journal to {ratio:g} of its "
+                f"clearance{others}; ask for a smaller ratio"
+            )
+    return plant.machine.mass * float(brentq(excess, low, high, rtol=1e-4))
+
+
+def _eccentricity(a: Assembly, speed: float, pressure: float, acceleration: float) -> float:
+    """Largest eccentricity ratio under a weight of this acceleration [m/s2]; 1 where the films do not carry it."""
+    record = a.record.copy()
+    first = next(call for call in a.calls if isinstance(call.effect, Gravity))
+    record[0][first.record]["acceleration"] = acceleration
+    heavier = replace(a, record=record)
+    try:
+        return float(describe(heavier, settle(heavier, speed, pressure)).eccentricity_ratios.max())
+    except (NoLiftOffError, ConvergenceError):
+        return CONTACT

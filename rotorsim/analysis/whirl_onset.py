@@ -6,24 +6,23 @@ their number proven at each step; motions that grow without oscillation count to
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fe_shaft.modes import onset
-from fe_shaft.modes.crossings import rates
-from fe_shaft.modes.follower import Followed, Node, follow
-from fe_shaft.modes.pencil import Modes, Region, nothing
-from fe_shaft.modes.spectrum import modes_in
+from fe_shaft import crossings
+from fe_shaft.follower import Followed, Node, follow
+from fe_shaft.pencil import Modes, Region, nothing
+from fe_shaft.spectrum import modes_in
 from rotorsim.analysis.axes import checked
-from rotorsim.analysis.campbell import HIGHEST, highest_speed
+from rotorsim.analysis.campbell import HIGHEST, highest_speed, top_speed
 from rotorsim.analysis.modes_over_speed import at_speed, least_damped
 from rotorsim.base.errors import DataError
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import DAMPED
-from rotorsim.base.units import RPM
+from rotorsim.base.units import RPM, TO_HZ, TO_RPM
 from rotorsim.plant import Plant
 from rotorsim.plant.linearise import LinearPlant, region_up_to
 
@@ -38,6 +37,8 @@ NEARBY = 1e-4
 """Step of a derivative over the step between two nodes."""
 AT_ONCE = 10
 """Steps that are followed before the next ones, as long as every mode is damped."""
+POINTED = 1e-4
+"""Relative accuracy of an onset that a sentence states."""
 
 
 def whirl_onset(
@@ -101,6 +102,24 @@ def stability_limit(
     return found
 
 
+def onset_beyond(plant: Plant, fastest: float, pressures: Iterable[float]) -> str:
+    """Sentence on the lowest onset between the fastest speed asked for [rad/s] and `top_speed`; empty without one.
+
+    At gauge pressures [Pa]; a machine that whirls at the fastest speed already has been warned of.
+    """
+    top, found = top_speed(plant), []
+    for pressure in pressures if 0 <= fastest < top else ():
+        search = LeastDamped.up_to(plant, pressure, top)
+        onset, frequency, _ = first_loss(search, search.with_kinks(np.array([fastest, top])), POINTED)
+        if onset > fastest:
+            found.append((onset, frequency))
+    if not found:
+        return ""
+    onset, frequency = min(found)
+    what = f"a mode of {frequency * TO_HZ:.4g} Hz grows" if frequency else "the rotor leaves its place"
+    return f"{what} from {onset * TO_RPM:.0f} rpm on"
+
+
 @dataclass(frozen=True, eq=False)
 class LeastDamped:
     """The least damped mode of a plant at a gauge pressure [Pa] in a region.
@@ -143,7 +162,7 @@ class LeastDamped:
         model = at_speed(self.plant, self.pressure)(speed)
         return Node(speed, model, nothing(0) if model is None else self._modes(model))
 
-    def place(self, node: Node) -> onset.ModesAt:
+    def place(self, node: Node) -> crossings.ModesAt:
         """Damping ratios of a node's modes in the region; their slopes are NaN where the film does not carry."""
         modes = node.modes.take(self.region.holds(node.modes.values))
         s = modes.values
@@ -153,9 +172,9 @@ class LeastDamped:
             pencil = at_speed(self.plant, self.pressure)(node.at + step) if s.size else None
             if pencil is None:
                 return np.full(s.size, np.nan)
-            return np.asarray(np.imag(rates(modes, pencil) * s.conj()) * s.imag / (step * np.abs(s) ** 3))
+            return np.asarray(np.imag(crossings.rates(modes, pencil) * s.conj()) * s.imag / (step * np.abs(s) ** 3))
 
-        return onset.ModesAt(node.at, least_damped(node.modes, self.region), -s.real / np.abs(s), slopes)
+        return crossings.ModesAt(node.at, least_damped(node.modes, self.region), -s.real / np.abs(s), slopes)
 
     def certain(self, model: LinearPlant) -> float:
         """Least damping ratio of a linear model's modes; NaN where none grows, but one may be missing."""
@@ -181,14 +200,14 @@ def first_loss(search: LeastDamped, speeds: np.ndarray, accuracy: float = 1e-8) 
     looked: list[Node] = []
     complete = True
 
-    def place(speed: float) -> onset.ModesAt:
+    def place(speed: float) -> crossings.ModesAt:
         looked.append(search.node(speed))
         return search.place(looked[-1])
 
     for start in range(0, max(len(speeds) - 1, 1), AT_ONCE):
         nodes = search.followed(speeds[start : start + AT_ONCE + 1].tolist()).nodes
         looked += nodes
-        loss, decided = onset.first_loss(place, [search.place(node) for node in nodes], xtol=1e-6, rtol=accuracy)
+        loss, decided = crossings.first_loss(place, [search.place(node) for node in nodes], xtol=1e-6, rtol=accuracy)
         complete &= decided and all(node.pencil is None or node.modes.proven for node in looked)
         if loss is not None:
             return *loss, float(complete)

@@ -15,8 +15,7 @@ import typer
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import RIG_SAMPLE, show
-from rotorsim.commands.completion import plans
-from rotorsim.commands.options import AsJson, note_compiling, print_json, quantity
+from rotorsim.commands.options import AsJson, note_compiling, plans, print_json, quantity
 from rotorsim.commands.registry import CommandGroup, command, group
 from rotorsim.commands.results import files
 

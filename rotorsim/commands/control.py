@@ -17,20 +17,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_json
 from rotorsim.base.input_files import parse_json
 from rotorsim.base.units import parse
-from rotorsim.commands.completion import designs, laws
-from rotorsim.commands.options import (
-    Console,
-    Force,
-    MachineName,
-    PageOptions,
-    PlantOptions,
-    a_folder,
-    note_compiling,
-    print_json,
-    print_rows,
-    print_table,
-    quantity,
-)
+from rotorsim.commands import options
 from rotorsim.commands.registry import command
 from rotorsim.commands.results import files, results
 
@@ -48,7 +35,12 @@ FAILED = 1
     "rs.control.design('hinf', rs.load_model('model.json'))",
 )
 def design(
-    name: Annotated[str, typer.Argument(help=f"{', '.join(laws()[:-1])} or {laws()[-1]}.", autocompletion=designs)],
+    name: Annotated[
+        str,
+        typer.Argument(
+            help=f"{', '.join(options.laws()[:-1])} or {options.laws()[-1]}.", autocompletion=options.designs
+        ),
+    ],
     model: Annotated[Path | None, typer.Argument(help="Model that 'rotorsim identify' wrote.")] = None,
     spec: Annotated[list[str] | None, typer.Option(help="FIELD=VALUE; may be repeated; see --fields.")] = None,
     preset: Annotated[str, typer.Option(help="Named specification, e.g. 'hardening' of lead.")] = "",
@@ -63,7 +55,7 @@ def design(
     force: Annotated[bool, typer.Option("--force", help="Replace the law file if it is there.")] = False,
     report: Annotated[bool, typer.Option("--report", help="Write an HTML report of the loop next to the law.")] = False,
     *,
-    page: PageOptions,
+    page: options.PageOptions,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
     fields: Annotated[bool, typer.Option("--fields", help="List the fields of --spec for this design.")] = False,
 ) -> None:
@@ -74,7 +66,7 @@ def design(
     if fields:
         from rotorsim.control import field_rows, make_spec
 
-        print_rows(("field", "unit", "default", "limits", "meaning"), field_rows(make_spec(name, (), preset)))
+        options.print_rows(("field", "unit", "default", "limits", "meaning"), field_rows(make_spec(name, (), preset)))
         return
     page.check(report)
     if model is None:
@@ -91,7 +83,7 @@ def design(
         loaded = load_model(model)
         law = _made(name, loaded, spec or (), preset)
         if zero_dc:
-            law = without_dc(law, quantity("zero-dc", zero_dc, "Hz"))
+            law = without_dc(law, options.quantity("zero-dc", zero_dc, "Hz"))
         if bias:
             law = biased(law, _pair(bias))
         if runout is not None:
@@ -156,12 +148,12 @@ def _pair(text: str) -> tuple[float, float]:
 
 def _print_findings(findings: dict[str, Any], as_json: bool) -> None:
     if as_json:
-        print_json(findings)
+        options.print_json(findings)
         return
     written: dict[str, str] = {key: str(findings.pop(key)) for key in ("law", "report", "figures") if key in findings}
     shown = {key: f"{value:.4g}" if isinstance(value, float) else str(value) for key, value in findings.items()}
     rows = [(key.replace("_", " "), value) for key, value in shown.items()]
-    print_table(rows, written)
+    options.print_table(rows, written)
 
 
 @command(
@@ -171,14 +163,14 @@ def _print_findings(findings: dict[str, Any], as_json: bool) -> None:
 )
 def verify(
     law: Annotated[Path, typer.Argument(help="Law that 'rotorsim design' wrote.")],
-    machine: MachineName = "dtu_gas_bearing",
+    machine: options.MachineName = "dtu_gas_bearing",
     quick: Annotated[bool, typer.Option("--quick", help="Five impact points, this machine alone.")] = False,
     safe: Annotated[bool, typer.Option("--safe-speed", help="Also run up until the safety circle is left.")] = False,
-    out: Annotated[Path | None, typer.Option(callback=a_folder, help="Folder for report and table.")] = None,
+    out: Annotated[Path | None, typer.Option(callback=options.a_folder, help="Folder for report and table.")] = None,
     *,
-    settings: PlantOptions,
-    page: PageOptions,
-    force: Force = False,
+    settings: options.PlantOptions,
+    page: options.PageOptions,
+    force: options.Force = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the table as JSON.")] = False,
 ) -> None:
     """Verify a control law on a machine's nonlinear plant.
@@ -194,7 +186,7 @@ def verify(
     loaded = load_law(law)
     with results(out, "verification", ("table.json", "report.html"), force) as folder:
         page.begin(folder / "report.html", force)
-        note_compiling(plant.assembly, "settle", "run")
+        options.note_compiling(plant.assembly, "settle", "run")
         steps = (lambda step: print(f"{step} ...", file=sys.stderr)) if on_terminal() else None
         result = closed_loop(loaded, plant, quick=quick, progress=steps)
         if safe:
@@ -238,7 +230,7 @@ def _plain(result: Verification) -> dict[str, object]:
 
 def _print_verification(result: Verification, files: dict[str, str], as_json: bool) -> None:
     if as_json:
-        print_json(_plain(result) | files)
+        options.print_json(_plain(result) | files)
         return
     words = {True: "pass", False: "FAIL", None: "-"}
     rows = [
@@ -246,8 +238,8 @@ def _print_verification(result: Verification, files: dict[str, str], as_json: bo
          words[row.passed], row.remark)
         for row in result.rows
     ]  # fmt: skip
-    print_rows(("criterion", "measured", "bound", "", "remark"), rows)
-    console = Console()
+    options.print_rows(("criterion", "measured", "bound", "", "remark"), rows)
+    console = options.Console()
     for bound in result.settings["edited"]:
         console.print(f"edited bound: {bound}")
     if "safe_speed" in result.runs:

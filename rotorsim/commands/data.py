@@ -63,7 +63,7 @@ def check(
     from identification import examine, load
 
     record = load(file, mapping)
-    found = _asked(examine(record), record)
+    found = _asked(examine(record), record, file.stem)
     if as_json:
         print_json(_numbers(found, record))
     else:
@@ -274,14 +274,16 @@ def _print(file: Path, found: Examination, record: xr.Dataset) -> None:
         console.print(line, soft_wrap=True)
 
 
-def _asked(found: Examination, record: xr.Dataset) -> Examination:
-    """An examination with what identification itself answers, where it lacks no variable."""
+def _asked(found: Examination, record: xr.Dataset, name: str) -> Examination:
+    """An examination with what identification and diagnosis themselves answer, where they lack no variable."""
     from identification.local.identify import refusal
     from identification.records.examination import FITS
+    from rotorsim.discrepancy.run_ups import refusal as undiagnosed
 
     asked = [use for use in FITS if found.fit(use)]
-    why = refusal(record) if asked else ""
-    return replace(found, refused={**found.refused, **dict.fromkeys(asked, why)}) if why else found
+    said = dict.fromkeys(asked, refusal(record) if asked else "")
+    said["diagnosis"] = undiagnosed(record, name) if found.fit("diagnosis") else ""
+    return replace(found, refused={**found.refused, **{use: why for use, why in said.items() if why}})
 
 
 def _summary(found: Examination) -> str:

@@ -20,7 +20,6 @@ import typer
 from rotorsim.base.display import end_line, line, on_terminal
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.units import MINUTE, TO_UM, parse
-from rotorsim.commands.completion import parameters
 from rotorsim.commands.options import (
     AsJson,
     GivenMachine,
@@ -28,6 +27,7 @@ from rotorsim.commands.options import (
     ResultOptions,
     a_folder,
     note_compiling,
+    parameters,
     print_files,
     print_json,
     resumable,
@@ -314,7 +314,7 @@ def hide(
 
 
 STAGES = {
-    "compile": "compiling the machine with all candidate effects, on three grids and laws: about 50 s, once",
+    "compile": "compiling the machine with all candidate effects, on three grids and laws",
     "check": "checking the records",
     "calibrate": "re-calibrating",
     "prove": "proving the solver",

@@ -15,8 +15,7 @@ from rotorsim.commands.registry import CommandGroup, command, group
 from rotorsim.commands.results import files
 
 if TYPE_CHECKING:
-    from fmu.law_unit import LawUnit
-    from fmu.linear_model import LinearUnit
+    from fmu.linear_units import LawUnit, LinearUnit
     from fmu.model import PlantUnit
     from rotorsim.plant import Plant
 

@@ -17,19 +17,7 @@ from rich.table import Column
 from rotorsim.base.display import counter, told_apart
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import replacing_all, write_json
-from rotorsim.commands.options import (
-    AsJson,
-    Console,
-    Jobs,
-    MachineName,
-    PageOptions,
-    StudyFolder,
-    plant_of,
-    print_json,
-    print_rows,
-    quantity,
-    resumable,
-)
+from rotorsim.commands import options
 from rotorsim.commands.registry import CommandGroup, command, group
 from rotorsim.commands.results import files, refuse_campaign, study as study_folder
 
@@ -75,7 +63,7 @@ def identify(
     from identification.local.fits import FREE
 
     _check(surfaces, refine, runout, median)
-    corner = quantity("lowpass", lowpass, "Hz") if lowpass else None
+    corner = options.quantity("lowpass", lowpass, "Hz") if lowpass else None
     outputs = tuple(name.strip() for name in probes.split(",")) if probes else ()
     settings = Prefilter(runout=runout, median=median, lowpass=corner, probes=outputs)
     if advice or compare:
@@ -86,7 +74,9 @@ def identify(
         else:
             print_comparison(paths, compare or [], settings, mapping, as_json)
         return
-    dead = dead_time if dead_time == FREE else 0.0 if dead_time == "0" else quantity("dead-time", dead_time, "s")
+    dead = (
+        dead_time if dead_time == FREE else 0.0 if dead_time == "0" else options.quantity("dead-time", dead_time, "s")
+    )
     degree = int(surfaces) if surfaces.isdecimal() else surfaces
     shown = partial(counter, things="records")
     from rotorsim.study.identify_records import identify_records
@@ -101,8 +91,8 @@ def identify(
 
 def _check(surfaces: str, refine: str, runout: str, median: int) -> None:
     """Refuse what would be refused after minutes of work."""
-    from identification.lpv.fit import REFINEMENTS
-    from identification.lpv.model import ORDERS
+    from identification.lpv_fit import REFINEMENTS
+    from identification.lpv_model import ORDERS
     from identification.records.sensors import KINDS
 
     degrees = (*map(str, ORDERS), "hold-out")
@@ -120,11 +110,11 @@ def _check(surfaces: str, refine: str, runout: str, median: int) -> None:
 def _print_models(found: list[SourceResult], made: Any, out: Path, as_json: bool) -> None:
     rows = [_row(one, name) for one, name in zip(found, told_apart([one.source.path for one in found]), strict=True)]
     if as_json:
-        print_json({"model": str(out), "kind": type(made).__name__, "records": rows})
+        options.print_json({"model": str(out), "kind": type(made).__name__, "records": rows})
         return
-    console = Console()
+    console = options.Console()
     heads = (Column("record", no_wrap=True), "rpm", "MPa", "fit %", "ceiling %", "Hz", "zeta", "delay ms")
-    print_rows(heads, [_cells(row) for row in rows if "error" not in row])
+    options.print_rows(heads, [_cells(row) for row in rows if "error" not in row])
     if len(found) == 1 and found[0].result is not None:  # its report has its warnings
         console.print(found[0].result.report(), soft_wrap=True)
     else:
@@ -195,7 +185,7 @@ def _print_each(paths: Sequence[Path], mapping: Any, as_json: bool, make: Callab
     names = told_apart([source.path for source in sources])
     found = [(name, make(*open_pair(source, mapping))) for name, source in zip(names, sources, strict=True)]
     if as_json:
-        print_json({"records": [{"record": name, **_plain(one)} for name, one in found]})
+        options.print_json({"records": [{"record": name, **_plain(one)} for name, one in found]})
         return
     for name, one in found:
         typer.echo(f"{name}\n{one.report()}")
@@ -220,10 +210,10 @@ class Studies(CommandGroup):
     "rotorsim study identification-vs-physics dtu_gas_bearing --out study --quick",
     "rs.study.study(plant, rs.study.sources_of(['study']))",
 )
-@resumable
+@options.resumable
 def identification_vs_physics(
-    machine: MachineName = "dtu_gas_bearing",
-    out: StudyFolder = Path("study"),
+    machine: options.MachineName = "dtu_gas_bearing",
+    out: options.StudyFolder = Path("study"),
     campaign: Annotated[
         list[Path] | None, typer.Option(help="Folder of a campaign of this machine to use; may be repeated.")
     ] = None,
@@ -231,10 +221,10 @@ def identification_vs_physics(
     pressure: Annotated[str | None, typer.Option(help="Gauge supply pressures, likewise.")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="A grid of 3 x 3 points only.")] = False,
     *,
-    page: PageOptions,
+    page: options.PageOptions,
     surfaces: Annotated[int, typer.Option(help="Degree of the surfaces.")] = 2,
-    jobs: Jobs = 2,
-    as_json: AsJson = False,
+    jobs: options.Jobs = 2,
+    as_json: options.AsJson = False,
 ) -> None:
     """Simulate a campaign, identify models from its records alone and hold them against the linearised physics.
 
@@ -242,11 +232,10 @@ def identification_vs_physics(
     """
     page.check()
     refuse_campaign(out)
-    plant, layout = plant_of(machine), _layout(quick, speed, pressure)
+    plant, layout = options.plant_of(machine), _layout(quick, speed, pressure)
     from rotorsim.report.page import save_study_page
-    from rotorsim.study.identification_vs_physics import HEADS, rows, study, summary
+    from rotorsim.study.identification_vs_physics import HEADS, identification_blocks, rows, study, summary
     from rotorsim.study.identify_records import COUNTED, run, sources_of
-    from rotorsim.study.pages import identification_blocks
 
     records = [str(folder.absolute()) for folder in campaign or []]
     inputs = {"kind": "identification", "machine": plant.machine.hash, "records": records, "surfaces": surfaces}
@@ -266,7 +255,7 @@ def identification_vs_physics(
             write_json(part / "study.json", numbers)
         page.finish(out / "report.html")
     if as_json:
-        print_json({key: numbers[key] for key in ("errors", "failed")})
+        options.print_json({key: numbers[key] for key in ("errors", "failed")})
         return
     for model, errors in summary(found).items():
         typer.echo(f"{model} against the physics: " + ", ".join(f"{name} {v:.2g} %" for name, v in errors.items()))

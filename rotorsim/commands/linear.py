@@ -15,6 +15,9 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
 from rotorsim.base.units import TO_HZ, TO_RPM, TO_UM
 from rotorsim.commands.options import (
+    ABOVE,
+    FED,
+    TOP,
     Force,
     GivenMachine,
     GridOptions,
@@ -40,15 +43,19 @@ if TYPE_CHECKING:
     from rotorsim.machine import Machine
     from rotorsim.plant import Plant
 
-Speeds = Annotated[str, typer.Option("--speeds", help="Speeds: FROM:TO:COUNT, or values with commas.")]
+Speeds = Annotated[
+    str | None, typer.Option("--speeds", help="Speeds: FROM:TO:COUNT, or values with commas.", show_default=TOP)
+]
 SUPPLY = "0.5 MPa"
 Pressure = Annotated[
     str | None,
-    typer.Option(help="Gauge supply pressure, for machines whose film is fed.", show_default=SUPPLY),
+    typer.Option(help="Gauge supply pressure.", show_default=f"{SUPPLY}, {FED}"),
 ]
 """Option that is None where it is not given: a pressure given for a machine without feed is noted."""
 MOST = 100
 """Modes of a Campbell diagram."""
+STEPS = {"response": 80, "campbell": 40}
+"""Steps of the default speeds."""
 
 
 @command(
@@ -58,7 +65,7 @@ MOST = 100
 )
 def response(
     machine: GivenMachine,
-    speeds: Speeds = "500 rpm:9000 rpm:80",
+    speeds: Speeds = None,
     pressure: Pressure = None,
     unbalance: Annotated[
         str | None, typer.Option(help="Mass times eccentricity, e.g. '10 g*mm'; default that of the machine.")
@@ -73,24 +80,27 @@ def response(
     At the measuring plane, discs, bearings and probes.
     """
     result.check()
-    plant, grid, supply = _operating_line(machine, settings, speeds, pressure)
+    plant, grid, supply = _operating_line(machine, settings, speeds, pressure, "response")
     import numpy as np
 
     from rotorsim.analysis.unbalance_response import peak_of, unbalance_response
+    from rotorsim.analysis.whirl_onset import onset_beyond
 
     given = _unbalance(plant.machine, unbalance, disc)
     with result.folder("response", "response.nc", "response.csv") as folder:
         note_compiling(plant.assembly, "settle")
         found = unbalance_response(plant, grid, supply, given)
+        above = onset_beyond(plant, grid[-1], [supply])
         _write(found, folder, "response", _response_rows(found))
         if result.report:
             from rotorsim.report.linear import write_response
 
             folder.write_page(lambda path: write_response(found, path))
     peaks = {place: peak_of(found, place) for place in map(str, found["place"].values)}
-    numbers = {"unbalance": found.attrs["unbalance"], "peaks": peaks, "warnings": warn_of(found)}
+    numbers = {"unbalance": found.attrs["unbalance"], "peaks": peaks, "above_asked": above,
+               "warnings": warn_of(found)}  # fmt: skip
     rows = [("unbalance", found.attrs["unbalance"]), *((f"peak at {p}", _text(peak)) for p, peak in peaks.items())]
-    result.show(numbers, rows, folder.files)
+    result.show(numbers, [*rows, *([(ABOVE, above)] if above else ())], folder.files)
     if not np.isfinite(found["major"].values).any():
         way = "raise the pressure" if plant.machine.fed else "ask for higher speeds"
         print(f"response: the film carries the rotor at no speed; {way}", file=sys.stderr)
@@ -104,7 +114,7 @@ def response(
 )
 def campbell(
     machine: GivenMachine,
-    speeds: Speeds = "0 rpm:12000 rpm:40",
+    speeds: Speeds = None,
     pressure: Pressure = None,
     modes: Annotated[int, typer.Option(help="Modes that are shown, the lowest of the region.", min=1, max=MOST)] = 8,
     critical_map: Annotated[
@@ -125,12 +135,13 @@ def campbell(
         from rotorsim.analysis.axes import read_axis
 
         ends = read_axis("stiffness", f"{stiffness}:2", "N/m")
-    plant, grid, supply = _operating_line(machine, settings, speeds, pressure)
+    plant, grid, supply = _operating_line(machine, settings, speeds, pressure, "campbell")
     from rotorsim.analysis.campbell import campbell as find_modes, critical_speed_map
+    from rotorsim.analysis.whirl_onset import onset_beyond
 
     with result.folder("campbell", "campbell.nc", "campbell.csv") as folder:
         note_compiling(plant.assembly, "settle")
-        found = find_modes(plant, grid, supply, modes)
+        found, above = find_modes(plant, grid, supply, modes), onset_beyond(plant, grid[-1], [supply])
         lines = None if ends is None else critical_speed_map(plant, (float(ends[0]), float(ends[1])))
         kept = found if lines is None else found.assign(undamped_critical_speed=lines["wn"])
         _write(kept, folder, "campbell", _mode_rows(found))
@@ -138,17 +149,24 @@ def campbell(
             from rotorsim.report.linear import write_campbell
 
             folder.write_page(lambda path: write_campbell(found, path, lines))
-    result.show(*_criticals(found), folder.files)
+    numbers, rows = _criticals(found)
+    result.show(numbers | {"above_asked": above}, [*rows, *([(ABOVE, above)] if above else ())], folder.files)
 
 
 def _operating_line(
-    machine: str, settings: GridOptions, speeds: str, pressure: str | None
+    machine: str, settings: GridOptions, speeds: str | None, pressure: str | None, analysis: str
 ) -> tuple[Plant, np.ndarray, float]:
-    """Plant, speeds (n,) [rad/s] that its discs stand, and gauge supply pressure [Pa] of an analysis over the speed."""
+    """Plant, speeds (n,) [rad/s] that its discs stand, and gauge supply pressure [Pa] of an analysis over the speed.
+
+    The default speeds of a response leave rest out, where no unbalance acts.
+    """
     from rotorsim.analysis.axes import read_axis
 
-    grid, supply = read_axis("speeds", speeds, "rad/s"), quantity("pressure", pressure or SUPPLY, "Pa")
+    given, supply = speeds and read_axis("speeds", speeds, "rad/s"), quantity("pressure", pressure or SUPPLY, "Pa")
     plant = settings.plant(machine)
+    from rotorsim.analysis.campbell import default_speeds
+
+    grid = default_speeds(plant, STEPS[analysis])[analysis == "response" :] if given is None else given
     note_unfed(plant.machine, bool(pressure and supply))
     from rotorsim.machine.limits import ask_rim_speed
 

@@ -14,21 +14,19 @@ from rotorsim.base.display import end_line, line
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.files import write_text
 from rotorsim.base.units import TO_MPA, TO_UM
-from rotorsim.commands.completion import (
-    effects as effect_names,
-    machines,
-    machines as shipped_or_files,
-    targets as shipped_targets,
-)
 from rotorsim.commands.options import (
     AsJson,
     Console,
     GivenMachine,
     GridOptions,
     PlantOptions,
+    effects as effect_names,
+    machines,
+    machines as shipped_or_files,
     plant_of,
     print_json,
     print_rows,
+    targets as shipped_targets,
 )
 from rotorsim.commands.registry import CommandGroup, command, group
 from rotorsim.commands.results import files

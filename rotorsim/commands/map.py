@@ -1,12 +1,16 @@
-"""`rotorsim map`: equilibrium, modes, gains, delays and film coefficients over a grid of operating points."""
+"""`rotorsim map` and `rotorsim sweep`: an analysis over a grid of operating points or values of the machine file.
+
+A map has equilibrium, modes, gains, delays and film coefficients; a sweep quantities for design.
+"""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import isfinite, pi
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -14,25 +18,37 @@ from rich.table import Table
 
 from rotorsim.base.display import bar
 from rotorsim.base.units import TO_RPM, TO_UM, show
+from rotorsim.commands.campaign import RunOptions
 from rotorsim.commands.options import (
+    ABOVE,
+    FED,
+    TOP,
     Console,
+    GivenMachine,
     GridOptions,
     MachineName,
+    PageOptions,
     ResultOptions,
+    WithReport,
+    a_folder,
     note_compiling,
     note_unfed,
+    print_json,
     quantity,
 )
 from rotorsim.commands.registry import command
+from rotorsim.commands.results import results
 
 if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
 
+    from rotorsim.analysis import SweepResult
     from rotorsim.analysis.axes import Field
+    from rotorsim.campaign.run import CampaignOutcome
     from rotorsim.plant import Plant
 
-SPEEDS, PRESSURES = "0 rpm:6000 rpm:7", "0.3 MPa:0.7 MPa:5"
+STEPS, PRESSURES = 10, "0.3 MPa:0.7 MPa:5"
 RANGES: dict[str, tuple[str, float]] = {
     "natural_frequency_hz": ("wn", 1 / (2 * pi)),
     "damping_ratio": ("zeta", 1.0),
@@ -59,12 +75,12 @@ LOOKED: dict[str, tuple[str, str]] = {
 class MapOptions:
     """Options about the grid of operating points and what is searched on it."""
 
-    speed: Annotated[str, typer.Option(help="Speeds: FROM:TO:COUNT, or values with commas.")] = SPEEDS
+    speed: Annotated[
+        str | None, typer.Option(help="Speeds: FROM:TO:COUNT, or values with commas.", show_default=TOP)
+    ] = None
     pressure: Annotated[
         str | None,
-        typer.Option(
-            help="Gauge supply pressures, likewise.", show_default=f"{PRESSURES}; 0 for a machine without feed"
-        ),
+        typer.Option(help="Gauge supply pressures, likewise.", show_default=f"{PRESSURES}, {FED}"),
     ] = None
     over: Annotated[
         list[str] | None, typer.Option(help="Another axis: PATH=FROM:TO:COUNT of a field of the machine file.")
@@ -77,13 +93,14 @@ class MapOptions:
     with_onset: Annotated[bool, typer.Option("--whirl-onset", help="Find the onset of whirl by pressure.")] = False
     campbell: Annotated[bool, typer.Option("--campbell", help="Find the critical speeds of orders 1, 2, 3.")] = False
 
-    def read(self) -> MapGrid:
+    def read(self, plant: Plant) -> MapGrid:
         """The grid in SI; raises MachineFileError for an option that cannot be read."""
         from rotorsim.analysis.axes import read_axis, read_field
+        from rotorsim.analysis.campbell import default_speeds
 
         whirl = [2 * pi * quantity("frequency", text, "Hz") for text in self.frequency or []]
         return MapGrid(
-            read_axis("speed", self.speed, "rad/s"),
+            default_speeds(plant, STEPS) if self.speed is None else read_axis("speed", self.speed, "rad/s"),
             read_axis("pressure", PRESSURES if self.pressure is None else self.pressure, "Pa"),
             [read_field(text) for text in self.over or []],
             whirl or None,
@@ -121,9 +138,11 @@ def map_command(
     Equilibria and linear models; no time simulation.
     """
     result.check()
-    grid, plant = wanted.read(), settings.plant(machine)
+    plant = settings.plant(machine)
+    grid = wanted.read(plant)
     fed = _check(plant, grid, wanted)
-    from rotorsim.analysis.machine_map import map_machine
+    from rotorsim.analysis.operating_map import map_machine
+    from rotorsim.analysis.whirl_onset import onset_beyond
 
     with result.folder("map", "map.nc") as folder:
         note_compiling(plant.assembly, "settle")
@@ -145,7 +164,10 @@ def map_command(
             Console().print(table)
     numbers, listed = summary(found), {key for key, *_ in LISTED.values()} | {key for _, key in LOOKED.values()}
     rows = [(key.replace("_", " "), _short(value)) for key, value in numbers.items() if key not in listed]
-    result.show(numbers, rows, folder.files)
+    looked = wanted.with_onset or grid.fields or found.attrs["ended"] != "complete"
+    above = "" if looked else onset_beyond(plant, grid.speeds[-1], found["pressure"].values[[0, -1]])
+    rows += [(ABOVE, above)] if above else []
+    result.show(numbers | {"above_asked": above}, rows, folder.files)
     _leave_if_incomplete(found, folder.files["map"], fed)
 
 
@@ -153,7 +175,7 @@ def _check(plant: Plant, grid: MapGrid, wanted: MapOptions) -> bool:
     """Refuse or question what the machines of a map cannot do; whether one of them is fed."""
     import numpy as np
 
-    from rotorsim.analysis.machine_map import check_quantities, machines_at_ends
+    from rotorsim.analysis.operating_map import check_quantities, machines_at_ends
     from rotorsim.analysis.supply import felt
     from rotorsim.machine.limits import ask_rim_speed
     from rotorsim.machine.plausibility import ask_machine
@@ -265,3 +287,95 @@ def _number(value: float, looked: Any) -> str:
     if isfinite(value):
         return f"{value:.5g}"
     return "none" if looked else "not known"
+
+
+REPORT, CAMPAIGN, SUPPLY = "report.html", "campaign", "0.5 MPa"
+
+
+@command(
+    "sweep",
+    "rotorsim sweep dtu_gas_bearing --over 'bearings.1.clearance=20 um:30 um:5' --over 'pressure=0.3 MPa:0.7 MPa:5' "
+    "--what lift_off,onset,flow --out my_sweep",
+    "rs.analysis.sweep(machine, {'bearings.1.clearance': '20 um:30 um:5'}, ('lift_off', 'onset', 'flow'))",
+)
+def sweep(
+    machine: GivenMachine,
+    over: Annotated[
+        list[str] | None,
+        typer.Option(help="Axis PATH=FROM:TO:COUNT, PATH=A,B or PATH=-10%:+10%:5; PATH may be speed or pressure."),
+    ] = None,
+    what: Annotated[
+        str, typer.Option(help="Quantities: lift_off, onset, load, flow, damping, frequency, peak.")
+    ] = "lift_off,onset,flow",
+    speed: Annotated[str, typer.Option(help="Shaft speed, where it is not an axis.")] = "0 rpm",
+    pressure: Annotated[
+        str | None,
+        typer.Option(help="Gauge supply pressure, where it is not an axis.", show_default=f"{SUPPLY}, {FED}"),
+    ] = None,
+    highest_speed: Annotated[
+        str | None, typer.Option(help="Speed up to which onset and peak are searched; default by the machine.")
+    ] = None,
+    *,
+    settings: GridOptions,
+    run: RunOptions,
+    page: PageOptions,
+    out: Annotated[Path, typer.Option(callback=a_folder, help="Folder; the same sweep in it is continued.")] = Path(
+        "sweep"
+    ),
+    report: WithReport = True,
+) -> None:
+    """Sweep machine, speed or pressure and find the best points.
+
+    Lift-off, whirl onset, load, flow, damping and response at every point.
+    """
+    page.check(report)
+    plant = settings.plant(machine)
+    from rotorsim.analysis.sweep import NETCDF, TABLE
+    from rotorsim.analysis.sweep_definition import make_sweep
+    from rotorsim.campaign.run import plan_of, run_sweep
+    from rotorsim.campaign.store import MANIFEST
+
+    chosen = run.settings()
+    point = quantity("speed", speed, "rad/s"), quantity("pressure", pressure or SUPPLY, "Pa")
+    top = None if highest_speed is None else quantity("highest-speed", highest_speed, "rad/s")
+    defined = make_sweep(plant, over or (), what, *point, top)
+    plan_of(defined)
+    names = (NETCDF, TABLE, REPORT) if report else (NETCDF, TABLE)
+    again = (out / CAMPAIGN / MANIFEST).is_file()
+    with results(out, "sweep", names, again) as folder:
+        page.begin(folder / REPORT, again or None)
+        if chosen.scheduler is None:
+            note_compiling(plant.assembly, "settle")
+        found, outcome = run_sweep(defined, folder / CAMPAIGN, chosen)
+        files = found.write(folder) | {"campaign": str(folder / CAMPAIGN)}
+        if report:
+            from rotorsim.report.sweep import write_sweep
+
+            files["report"] = str(write_sweep(found, folder / REPORT))
+            files |= page.finish(files["report"])
+    _print(found, outcome, files, run.as_json)
+
+
+def _print(found: SweepResult, outcome: CampaignOutcome, files: dict[str, str], as_json: bool) -> None:
+    """Print best points, reasons and files; exit with 130 or 143 where it was stopped."""
+    if as_json:
+        print_json(found.numbers() | {"seconds": outcome.seconds, "files": files})
+    else:
+        from rotorsim.report.sweep import best_rows, reason_rows
+
+        console = Console()
+        console.print(_table(("quantity", "best is the", "value", "at"), best_rows(found)))
+        if found.reasons:
+            console.print(_table(("without a result", "reason", "cells"), reason_rows(found)))
+        for kind, path in files.items():
+            console.print(f"{kind}: {path}", soft_wrap=True)
+    if outcome.stopped:
+        print(f"stopped: {outcome.pending} cases are left; the same command continues", file=sys.stderr)
+        raise typer.Exit(128 + outcome.stopped)
+
+
+def _table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> Table:
+    table = Table(*head)
+    for row in rows:
+        table.add_row(*row)
+    return table

@@ -1,4 +1,8 @@
-"""Options that several commands share: machine, grid, folder, page; values with units, messages, printed tables."""
+"""Options that several commands share: machine, grid, folder, page; values with units, messages, printed tables.
+
+The shell completes machines, effects, designs, shipped targets and plans, with files where they may be, after
+`rotorsim --install-completion`.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +10,10 @@ import json
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import wraps
 from glob import escape
+from importlib.resources import files
 from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -22,7 +27,6 @@ from rotorsim.base.display import visible
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.files import WriteError
 from rotorsim.base.units import Suggest, parse
-from rotorsim.commands.completion import machines
 from rotorsim.commands.results import refuse_replacing, results
 from rotorsim.report.browser import open_page
 from rotorsim.report.units import check_units, use_units
@@ -34,6 +38,71 @@ if TYPE_CHECKING:
     from rotorsim.machine import Machine
     from rotorsim.plant import Plant
     from rotorsim.plant.assemble import Assembly
+
+
+def laws() -> list[str]:
+    """Names of the designs that write a law, from the simplest on."""
+    from rotorsim.control import designs as found
+
+    names = sorted(name for name in dir(found) if name not in found.IN_PYTHON)
+    return sorted(names, key=lambda name: [*found.IN_ORDER, name].index(name))
+
+
+def _matching(names: Iterable[str], incomplete: str) -> list[str]:
+    return sorted(name for name in names if name.startswith(incomplete))
+
+
+def _shipped(package: str, folder: str, ending: str = ".toml") -> list[str]:
+    """Names of the files of a folder of a package, unimported where it is not yet."""
+    place = files("rotorsim").joinpath(*package.split("/"), folder)
+    return [one.name.removesuffix(ending) for one in place.iterdir() if one.name.endswith(ending)]
+
+
+def _near(incomplete: str, *endings: str) -> list[str]:
+    """Files with these endings, and folders, that begin so."""
+    given = Path(incomplete)
+    folder = given if incomplete.endswith("/") else given.parent
+    if not folder.is_dir():
+        return []
+    found = (one for one in folder.iterdir() if one.suffix in endings or (one.is_dir() and one.name[0] != "."))
+    return _matching((f"{one}/" if one.is_dir() else str(one) for one in found), incomplete)
+
+
+def machines(incomplete: str) -> list[str]:
+    """Shipped machines and machine files."""
+    return _matching(_shipped("machine", "rigs"), incomplete) + _near(incomplete, ".toml")
+
+
+def plans(incomplete: str) -> list[str]:
+    """Shipped plans of campaigns and plan files."""
+    return _matching(_shipped("campaign", "plans"), incomplete) + _near(incomplete, ".toml")
+
+
+def targets(incomplete: str) -> list[str]:
+    """Shipped targets of a calibration and files of them."""
+    return _matching(_shipped("analysis", "shipped"), incomplete) + _near(incomplete, ".toml")
+
+
+def effects(incomplete: str) -> list[str]:
+    """Names of effects, of installed packages too."""
+    from rotorsim.effects import REGISTRY
+
+    return _matching(REGISTRY, incomplete)
+
+
+def parameters(incomplete: str) -> list[str]:
+    """Names of effects, and their parameters after a dot."""
+    from rotorsim.effects import REGISTRY
+
+    name, dot, _ = incomplete.partition(".")
+    if not dot or name not in REGISTRY:
+        return effects(incomplete)
+    return _matching((f"{name}.{entry.name}" for entry in fields(REGISTRY[name])), incomplete)
+
+
+def designs(incomplete: str) -> list[str]:
+    """Names of controller designs."""
+    return _matching(laws(), incomplete)
 
 
 def a_folder(path: Path | None) -> Path | None:
@@ -253,6 +322,17 @@ def quantity(option: str, text: str, unit: str, suggest: Suggest | None = None) 
         raise MachineFileError(f"--{option}: {error}") from error
     ask(option, value, unit, text, "--")
     return value
+
+
+FED = "none without feed"
+"""Default of a supply pressure of a machine without feed, as the help states it."""
+TOP = (
+    "from rest to drive.highest_speed, else to the last speed of the bearing tables, else to three times the rotor's "
+    "first natural frequency"
+)
+"""Default of the speeds of an analysis, as the help states it."""
+ABOVE = "above the speeds asked"
+"""Label of the row about an onset of whirl beyond the speeds of an analysis."""
 
 
 def note_unfed(machine: Machine, given: bool, name: str = "") -> None:

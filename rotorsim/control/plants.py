@@ -24,7 +24,7 @@ import warnings
 import numpy as np
 
 from identification import LinearModel
-from identification.lpv.model import SAME, LpvModel
+from identification.lpv_model import SAME, LpvModel
 from rotorsim.base.errors import DesignError
 from rotorsim.base.rounding import first_of_largest
 from rotorsim.base.units import MPA, RIG_SAMPLE, TO_RPM

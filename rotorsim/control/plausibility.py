@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.lpv.model import LpvModel
+from identification.lpv_model import LpvModel
 from rotorsim.base.errors import DesignError, LawError, ModelError
 from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control.guard import LIMITS

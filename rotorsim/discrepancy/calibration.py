@@ -36,7 +36,7 @@ from rotorsim.effects import REGISTRY, Effect
 from rotorsim.effects.base import INJECTOR_FLOW, CalibrationParameter
 from rotorsim.machine import Machine
 from rotorsim.plant.compose import is_compiled
-from rotorsim.plant.equilibrium import settle
+from rotorsim.plant.simulation import settle
 
 STEPS = 10.0
 """Prior standard deviation of an effect's size in steps; one moves a response by a few tenths of a micrometre."""

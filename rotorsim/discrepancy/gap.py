@@ -36,9 +36,9 @@ from rotorsim.discrepancy.comparison import UNSTEADY, Misfit, TwinComparison, to
 from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.trial import TURNING, Trial
 from rotorsim.discrepancy.twin import FAILURES, NO_SOLUTION, Setting, Twin
-from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise
 from rotorsim.plant.mesh import Mesh
+from rotorsim.plant.simulation import settle
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -31,9 +31,8 @@ from rotorsim.discrepancy.trial import find_period
 from rotorsim.discrepancy.twin import Twin, in_motion
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine, load_machine
-from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.kernels.layout import COLUMNS
-from rotorsim.plant.simulation import Simulation, split_columns
+from rotorsim.plant.simulation import Simulation, settle, split_columns
 
 if TYPE_CHECKING:
     import xarray as xr

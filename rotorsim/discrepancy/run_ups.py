@@ -31,7 +31,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import answer
 from rotorsim.base.units import RIG_SAMPLE, TO_RPM
 from rotorsim.discrepancy.changes import RING
-from rotorsim.discrepancy.records import stated_accuracy
+from rotorsim.discrepancy.records import make_trial, stated_accuracy
 from rotorsim.discrepancy.trial import TURNING, Trial, displacement_of, only_probe, stated
 
 if TYPE_CHECKING:
@@ -271,6 +271,19 @@ def is_table(record: xr.Dataset) -> bool:
 def with_tables(opened: Sequence[tuple[str, xr.Dataset]]) -> list[tuple[str, xr.Dataset]]:
     """Records and tables by name, with the table of vectors in place of every record whose speed sweeps."""
     return [(name, _table(record, name) if sweeps(record) else record) for name, record in opened]
+
+
+def refusal(record: xr.Dataset, name: str) -> str:
+    """Sentence with which a diagnosis refuses a record, whatever the machine; empty for one that it takes."""
+    try:
+        ((_, taken),) = with_tables([(name, record)])
+        if is_table(taken):
+            make_sweeps(taken, name, film=False)
+        else:
+            make_trial(taken, name=name)
+    except DataError as error:
+        return str(error).removeprefix(f"{name}: ")
+    return ""
 
 
 def sweeps(record: xr.Dataset) -> bool:

@@ -25,10 +25,9 @@ from rotorsim.effects import FILM_PORTS, REGISTRY, Effect, FilmEffect
 from rotorsim.effects.base import WHERE
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly, assemble, put_rows
-from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.kernels.layout import READ
 from rotorsim.plant.linearise import linearise
-from rotorsim.plant.simulation import Simulation
+from rotorsim.plant.simulation import Simulation, settle
 
 NO_SOLUTION = 1e-3
 """Size of the lines [m] that stand for a plant without solution."""

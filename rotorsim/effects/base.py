@@ -67,9 +67,10 @@ from typing import Any, ClassVar, Self, TypeVar, dataclass_transform
 
 import numpy as np
 
-from rotorsim.base.errors import PackageLeftOut
+from rotorsim.base.display import did_you_mean
+from rotorsim.base.errors import MachineFileError, PackageLeftOut
 from rotorsim.base.public import Registry, modules_below
-from rotorsim.base.quantity import UNLIMITED, Quantity, declared, quantities
+from rotorsim.base.quantity import UNLIMITED, Quantity, declared, quantities, quantity_of
 
 PORTS = (
     "force", "random_force", "motion", "contact", "film", "gas", "heat", "injector", "plenum", "supply", "actuator",
@@ -235,6 +236,28 @@ class Effect:
     """Parameter that is the size of a random error, if it has one."""
     places: ClassVar[int] = 1
     """Number of places in which a diagnosis needs it at once."""
+
+    def __new__(cls, *values: Any, **named: Any) -> Self:
+        """Refuse a parameter that it does not have; raises MachineFileError."""
+        known = {entry.name for entry in fields(cls)}
+        if unknown := [name for name in named if name not in known]:
+            path = f"effects.{cls.name}.{unknown[0]}"
+            text = f"{path}: unknown field; {did_you_mean(unknown[0], sorted(known))}"
+            raise MachineFileError(text, argument=path, value=named[unknown[0]])
+        return super().__new__(cls)
+
+    def __post_init__(self) -> None:
+        """Read text with units as SI; raises MachineFileError for what is no finite number."""
+        for entry in fields(self):
+            known, value = quantity_of(entry), getattr(self, entry.name)
+            absent = value is None and entry.default is None
+            if known is None or absent or (isinstance(value, (float, int)) and math.isfinite(value)):
+                continue
+            try:
+                object.__setattr__(self, entry.name, known.check(value))
+            except ValueError as error:
+                path = f"effects.{self.name}.{entry.name}"
+                raise MachineFileError(f"{path}: {error}", argument=path, value=value) from error
 
     @property
     def symmetric(self) -> bool:

@@ -11,6 +11,10 @@ from .catalogue.slow_roll import SlowRoll as SlowRoll, slow_roll as slow_roll
 from .catalogue.staircase import Staircase as Staircase, staircase as staircase
 from .catalogue.steady import Given as Given, Steady as Steady, steady as steady
 from .experiment import EXPERIMENTS as EXPERIMENTS, Experiment as Experiment
-from .orbit import WithHarmonics as WithHarmonics, harmonics_of as harmonics_of, without_orbit as without_orbit
-from .proportional_law import ProportionalLaw as ProportionalLaw
+from .laws import (
+    ProportionalLaw as ProportionalLaw,
+    WithHarmonics as WithHarmonics,
+    harmonics_of as harmonics_of,
+    without_orbit as without_orbit,
+)
 from .running import Outcome as Outcome, record as record, run as run

@@ -25,19 +25,7 @@ import numpy as np
 
 from identification import AXES, PROBE_COORDINATES, VARIABLES, probe_units
 from identification.records.schema import warm_bodies
-from rotorsim.base.files import (
-    GROWING,
-    WriteError,
-    check_target,
-    followed,
-    left_behind,
-    make_folder,
-    replacing,
-    sweep,
-    target_of,
-    temporary,
-    write_error,
-)
+from rotorsim.base import files
 from rotorsim.base.hdf5 import DiskFile, check_hdf5, trust_hdf5
 
 CHUNK = 1000
@@ -80,23 +68,23 @@ class Recording:
     ) -> None:
         self.path, self._probes, self._bearings = path, probes or {}, tuple(bearings)
         self.samples = 0
-        self.stopped: WriteError | None = None
+        self.stopped: files.WriteError | None = None
         self._flushed = clock.monotonic()
         self._own_folder = not path.parent.exists()
-        make_folder(path.parent)
-        self._target = followed(path)
-        self._temporary = temporary(self._target, GROWING)
+        files.make_folder(path.parent)
+        self._target = files.followed(path)
+        self._temporary = files.temporary(self._target, files.GROWING)
         try:
-            check_target(self._target)
+            files.check_target(self._target)
             self._disk = DiskFile(self._temporary)
         except OSError as error:
             self._remove_own_folder()
-            raise write_error(path, error) from error
+            raise files.write_error(path, error) from error
         try:
             self._disk.reserve(10 * STRUCTURE)
         except OSError as error:
             self._remove()
-            raise write_error(path, error) from error
+            raise files.write_error(path, error) from error
         self._hdf5 = h5py.File(self._disk, "w", track_order=True, rdcc_nbytes=0)
         self._file = h5netcdf.File(self._hdf5, "w")
         self._stored: dict[str, h5py.Dataset] = {}
@@ -144,7 +132,7 @@ class Recording:
             raise self.stopped
         self._write({"time": time, **values}, BLOCK)
         if self._disk.is_removed:
-            self.stopped = WriteError(errno.ENOENT, REMOVED, str(self.path))
+            self.stopped = files.WriteError(errno.ENOENT, REMOVED, str(self.path))
             raise self.stopped
 
     def _write(self, values: Values, step: int) -> None:
@@ -175,9 +163,9 @@ class Recording:
             raise self._stop(error) from error
         self._flushed = clock.monotonic()
 
-    def _stop(self, error: OSError) -> WriteError:
+    def _stop(self, error: OSError) -> files.WriteError:
         """End the record: the space for its mark is reserved already."""
-        self.stopped = write_error(self.path, error)
+        self.stopped = files.write_error(self.path, error)
         self._file.attrs["ended"] = self.stopped.reason
         return self.stopped
 
@@ -255,20 +243,20 @@ class Recording:
         try:
             self._disk.finish()
         except OSError as error:
-            raise write_error(self.path, error) from error
+            raise files.write_error(self.path, error) from error
 
     def _publish(self) -> None:
         try:
             if self._disk.is_removed:
-                make_folder(self.path.parent)
-                with replacing(self.path) as part:
+                files.make_folder(self.path.parent)
+                with files.replacing(self.path) as part:
                     self._disk.copy_to(part)
             else:
                 self._disk.close()
                 os.replace(self._temporary, self._target)
             trust_hdf5(self.path)
         except OSError as error:
-            raise write_error(self.path, error) from error
+            raise files.write_error(self.path, error) from error
 
     def _remove(self) -> None:
         """Remove the temporary file, and the folder if it was made for this record and is empty."""
@@ -309,14 +297,14 @@ def recover(folder: Path) -> list[tuple[Path, int]]:
     Returns files NAME-killed.nc, NAME-killed-2.nc ... with their numbers of samples. Raises OSError if a file cannot be
     moved; it stays as it is.
     """
-    sweep(folder)
+    files.sweep(folder)
     found = []
-    for part in left_behind(folder, GROWING):
+    for part in files.left_behind(folder, files.GROWING):
         samples = _samples(part)
         if samples < FEWEST:
             part.unlink()
             continue
-        path = _free(folder / target_of(part))
+        path = _free(folder / files.target_of(part))
         os.rename(part, path)
         found.append((path, samples))
     return found

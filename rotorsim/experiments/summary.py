@@ -14,7 +14,7 @@ from identification.records.sampling import nominal_rate
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.experiments.experiment import EXPERIMENTS
-from rotorsim.experiments.limits import beyond_of
+from rotorsim.experiments.running import beyond_of
 from rotorsim.machine import Gas, Machine
 from rotorsim.signals.orders import after_start, find_resonances, start_settled, start_transient
 from rotorsim.signals.record_blocks import blocks, displacement_name, probe_numbers

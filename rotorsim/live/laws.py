@@ -46,14 +46,14 @@ from rotorsim.control.systems import (
     series,
     side_by_side,
 )
-from rotorsim.experiments.proportional_law import ProportionalLaw
+from rotorsim.experiments.laws import ProportionalLaw
 from rotorsim.live.modes import ORDERS
 from rotorsim.live.settings import OFF, P_LAW, driven_axes
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.equilibrium import describe, settle
 from rotorsim.plant.kernels.layout import ANGLE_READ, AT, DISC, DISC_READ, REFERENCE, inputs_of
 from rotorsim.plant.linearise import linearise
+from rotorsim.plant.simulation import describe, settle
 
 SHIPPED = Path(__file__).parent / "shipped"
 LAWS = ("hinf",)

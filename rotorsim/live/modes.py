@@ -24,9 +24,9 @@ import numpy as np
 from rotorsim.analysis.modes_over_speed import least_damped
 from rotorsim.base.errors import RotorsimError
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.kernels.layout import AT, FORCE, REFERENCE, SUPPLY, inputs_of
 from rotorsim.plant.linearise import LinearPlant, linearise
+from rotorsim.plant.simulation import settle
 
 BEFORE = 2000
 """Samples before a blow that must be steady."""

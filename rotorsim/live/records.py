@@ -15,16 +15,7 @@ from rotorsim.live.frame import Geometry, make_frame
 from rotorsim.live.rig import LENGTH, Rig
 from rotorsim.live.settings import OFF
 from rotorsim.machine import Machine
-from rotorsim.plant.kernels.layout import (
-    AT,
-    COLUMNS,
-    FILM_COLUMNS,
-    FORCE,
-    N_INPUTS,
-    REFERENCE,
-    film_columns,
-    inputs_of,
-)
+from rotorsim.plant.kernels import layout
 from rotorsim.plant.locations import probe_coordinates
 from rotorsim.plant.plant import dated
 from rotorsim.plant.simulation import split_columns
@@ -114,22 +105,22 @@ def _table(record: Any) -> np.ndarray:
     What the record lacks is zero.
     """
     pins, probes = record.sizes.get("injector", 0), record.sizes.get("probe", 0)
-    first_probe = len(COLUMNS) + pins * (2 if "pin_measured" in record else 1)
-    films, heat = film_columns(record.sizes.get("bearing", 0)), record.sizes.get("body", 0)
-    rows = np.zeros((record.sizes["time"], first_probe + probes + films + heat + N_INPUTS))
-    for name, column in AT.items():
+    first_probe = len(layout.COLUMNS) + pins * (2 if "pin_measured" in record else 1)
+    films, heat = layout.film_columns(record.sizes.get("bearing", 0)), record.sizes.get("body", 0)
+    rows = np.zeros((record.sizes["time"], first_probe + probes + films + heat + layout.N_INPUTS))
+    for name, column in layout.AT.items():
         base, _, axis = name.rpartition("_")
         if name in record:
             rows[:, column] = record[name]
         elif axis in ("x", "y") and base in record:
             rows[:, column] = record[base][:, "xy".index(axis)]
     places = {
-        "pin": len(COLUMNS),
-        "pin_measured": len(COLUMNS) + pins,
+        "pin": len(layout.COLUMNS),
+        "pin_measured": len(layout.COLUMNS) + pins,
         "probe_measured": first_probe,
-        "temperature_rise": -N_INPUTS - heat,
-        "reference": REFERENCE.start - N_INPUTS,
-        "disc_force": FORCE.start - N_INPUTS,
+        "temperature_rise": -layout.N_INPUTS - heat,
+        "reference": layout.REFERENCE.start - layout.N_INPUTS,
+        "disc_force": layout.FORCE.start - layout.N_INPUTS,
     }
     for name, first in places.items():
         if name in record:
@@ -137,7 +128,7 @@ def _table(record: Any) -> np.ndarray:
             stop = None if first + count == 0 else first + count
             rows[:, first:stop] = record[name]
     for number in range(record.sizes.get("bearing", 0) if films and "journals" in record else 0):
-        first = first_probe + probes + FILM_COLUMNS * number
+        first = first_probe + probes + layout.FILM_COLUMNS * number
         rows[:, first : first + 2] = record["journals"][:, number]
     return rows
 
@@ -185,7 +176,7 @@ class Recorder:
         if not len(rows):
             return
         first, film = self._file.samples, self._rig.has_film
-        values: dict[str, Any] = split_columns(self._rig.assembly, rows[:, :-N_INPUTS], inputs_of(rows))
+        values: dict[str, Any] = split_columns(self._rig.assembly, rows[:, : -layout.N_INPUTS], layout.inputs_of(rows))
         self._file.write((first + np.arange(len(rows))) * self._rig.Ts, values)
         if film and self._file.samples // FILM_EVERY > first // FILM_EVERY:
             self._file.snapshot(self.seconds, self._rig.speed, *self._rig.simulation.film_snapshot())

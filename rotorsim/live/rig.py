@@ -33,9 +33,8 @@ from rotorsim.live.settings import (
 )
 from rotorsim.machine import Machine
 from rotorsim.plant import Plant
-from rotorsim.plant.equilibrium import describe, settle
 from rotorsim.plant.kernels.layout import FORCE, N_INPUTS, REFERENCE, SPEED, SUPPLY, inputs_of
-from rotorsim.plant.simulation import Simulation
+from rotorsim.plant.simulation import Simulation, describe, settle
 
 SCATTER = tuple(f"{name}.{effect.random_part}" for name, effect in sorted(REGISTRY.items()) if effect.random_part)
 """Parameters that the noise switch turns off."""

@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from fe_shaft.bearing import mirrored
+from fe_shaft.shaft import mirrored
 from rotorsim.base.units import show
 from rotorsim.machine.part import Part, quantity
 

@@ -15,6 +15,7 @@ from typing import Annotated, Any, ClassVar, Self, Union, cast, get_args, get_or
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator, model_validator
 
 from rotorsim.base.display import closest, did_you_mean, quote
+from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import Quantity, quantity_of
 from rotorsim.base.units import quoted
 
@@ -45,7 +46,18 @@ def count(doc: str, default: int, *, low: int, high: int, multiple: int = 1) -> 
     return _field(default, Quantity("1", doc, low=low, high=high, multiple=multiple, example=default))
 
 
-class Part(BaseModel):
+class Construction(type(BaseModel)):  # type: ignore[misc]
+    """Metaclass of the parts: a part that is built in Python with values that do not fit is a MachineFileError."""
+
+    def __call__(cls, *values: Any, **named: Any) -> Any:
+        try:
+            return super().__call__(*values, **named)
+        except ValidationError as error:
+            lines = [f"{cls.__name__}.{line}" for line in sentences(error, cast(type[BaseModel], cls))]
+        raise MachineFileError("\n".join(lines), argument=lines[0].partition(":")[0])
+
+
+class Part(BaseModel, metaclass=Construction):
     """A part of a machine: frozen, known fields only, SI values."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -55,6 +67,15 @@ class Part(BaseModel):
     def problems(self) -> Iterator[tuple[str, str]]:
         """Conflicts between its values: paths below it and sentences."""
         return iter(())
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name in type(self).model_fields:
+            raise MachineFileError(
+                f"{type(self).__name__}.{name}: does not change; make another machine with replace or with_",
+                argument=name,
+                value=value,
+            )
+        super().__setattr__(name, value)
 
     @model_validator(mode="after")
     def _fits(self) -> Self:

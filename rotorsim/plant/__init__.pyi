@@ -1,6 +1,5 @@
 from .controller import Controller as Controller
-from .equilibrium import Equilibrium as Equilibrium
 from .linearise import LinearPlant as LinearPlant
 from .plant import Plant as Plant, compile_kernels as compile_kernels
-from .simulation import Simulation as Simulation
+from .simulation import Equilibrium as Equilibrium, Simulation as Simulation
 from .validity import Exceeded as Exceeded, range_of_validity as range_of_validity

@@ -129,18 +129,12 @@ class Assembly:
         return self.machine.sampling_time
 
     def compile_note(self, *kernels: str) -> str:
-        """Sentence on what is compiled before kernels ('settle', 'run') first run and how long; empty if nothing is."""
-        parts, seconds = [], 0.0
-        if not is_compiled(self.module, kernels):
-            parts, seconds = ["rotor"], 3.0 if self.film_model is None else 7.0
-        if self.film_model is not None and not is_compiled(self.module, film_entries(len(self.films))):
-            parts, seconds = ["film", *parts], seconds + 4.0
+        """Sentence on what is compiled before kernels ('settle', 'run') first run; empty if nothing is."""
+        film = self.film_model is not None and not is_compiled(self.module, film_entries(len(self.films)))
+        rotor = not is_compiled(self.module, kernels)
         effects = {record for record, kernel in kernels_alone(self.calls) if not is_kept(kernel)}
-        if effects:
-            parts, seconds = [*parts, f"{len(effects)} effects"], seconds + 0.1 * len(effects)
-        if not parts:
-            return ""
-        return f"compiling {self.machine.name} ({', '.join(parts)}): about {seconds:.0f} s, once"
+        parts = ["film"] * film + ["rotor"] * rotor + [f"{len(effects)} effects"] * bool(effects)
+        return f"compiling {self.machine.name} ({', '.join(parts)}); later runs find it in the cache" if parts else ""
 
 
 def assemble(machine: Machine) -> Assembly:

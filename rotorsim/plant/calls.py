@@ -4,25 +4,30 @@ The step of a machine is machine code that knows no effect. For each function of
 through rows of the parameter record, one for each effect of the port, and calls the effect by its address (see
 `reynolds.addressed_calls`). So a machine with one more effect has one more row. Every effect's kernel is compiled once,
 alone, in a module of its own, whose name hashes the sources that go into it.
+
+Generated modules are written once to the user's cache folder, whole, and imported from there.
 """
 
 from __future__ import annotations
 
+import importlib.util
 import inspect
-from collections.abc import Iterable, Iterator, Sequence
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from numbers import Number
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from reynolds.addressed_calls import ADDRESS, RECORD, SHAPE, WIDTH
 from reynolds.jit import address_of, cache_digest
-from rotorsim.base.cache import key_of, source_files
+from rotorsim.base.cache import in_cache, key_of, source_files
 from rotorsim.base.errors import DataError
+from rotorsim.base.files import WriteError, sweep, write_text
 from rotorsim.effects import Effect
-from rotorsim.plant.generated import load_module
 from rotorsim.plant.kernels.effect_calls import FUNCTIONS, KERNELS, NUMBERS, PortFunction
 from rotorsim.plant.kernels.layout import RigLayout, RotorLayout
 from rotorsim.plant.kernels.modal_rotor import SLOT
@@ -134,3 +139,43 @@ def _sources(kernel: Any, seen: set[int], constants: set[str]) -> set[Path]:
         elif isinstance(called, (Number, tuple)):
             constants.add(f"{name} = {called!r}")
     return files
+
+
+CHECK = "# hash of the lines above: "
+
+
+def _written(folder: Path, name: str, text: Callable[[], str]) -> Path:
+    """The file of a generated module in a cache folder; raises WriteError."""
+    path = folder / f"{name}.py"
+    if not _is_whole(path):
+        sweep(folder)
+        body = text()
+        write_text(path, f"{body}{CHECK}{key_of(body)}\n")
+    return path
+
+
+def _is_whole(path: Path) -> bool:
+    """Whether a generated file is as it was written."""
+    if not path.exists():
+        return False
+    body, mark, check = path.read_text(encoding="utf-8", errors="replace").rpartition(CHECK)
+    return bool(mark) and check == f"{key_of(body)}\n"
+
+
+def load_module(name: str, text: Callable[[], str]) -> ModuleType:
+    """A generated module, written once to the user's cache folder, where numba keeps its machine code next to it.
+
+    `name` holds a hash of all that `text` is made of.
+    """
+    if name in sys.modules:
+        return sys.modules[name]
+    try:
+        path = _written(in_cache("plants"), name, text)
+    except WriteError:  # the cache is full
+        path = _written(in_cache("plants", temporary=True), name, text)
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module

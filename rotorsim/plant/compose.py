@@ -34,8 +34,7 @@ from reynolds import differences, film, injector, lanes, newton, residual, ring,
 from reynolds.grid import Layout
 from reynolds.jit import cache_digest, cache_folder, calls_addresses
 from rotorsim.base.cache import key_of, source_files
-from rotorsim.plant.calls import Call, sources_of_effects
-from rotorsim.plant.generated import load_module
+from rotorsim.plant.calls import Call, load_module, sources_of_effects
 from rotorsim.plant.kernels import entry, equilibrium_kernel, films, injectors, modal_rotor, sample, step
 from rotorsim.plant.kernels.effect_calls import FUNCTIONS, KERNELS, write_film_constants
 from rotorsim.plant.kernels.layout import LIVE, OF_EFFECTS, RigLayout, RotorLayout
@@ -172,7 +171,7 @@ def is_kept(kernel: Any) -> bool:
 
 def _sources_hash() -> str:
     """Hash of the templates and of what writes them."""
-    places = ("kernels", "compose.py", "generated.py", "calls.py")
+    places = ("kernels", "compose.py", "calls.py")
     return cache_digest(source_files("reynolds", *(f"rotorsim/plant/{place}" for place in places)))
 
 

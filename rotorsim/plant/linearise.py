@@ -43,10 +43,10 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import first_of_largest, repeated, whirl_sense
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.equilibrium import damping, rows, stiffness
+from rotorsim.plant.simulation import damping, rows, stiffness
 
 if TYPE_CHECKING:
-    from fe_shaft.modes.pencil import Modes, Region
+    from fe_shaft.pencil import Modes, Region
 
 INPUTS = ("reference_x", "reference_y", "disc_force_x", "disc_force_y", "supply_pressure")
 OUTPUTS = ("disc_x", "disc_y")
@@ -67,7 +67,7 @@ def region_up_to(hints: np.ndarray, highest: float) -> Region:
 
     All in rad/s.
     """
-    from fe_shaft.modes.pencil import Region
+    from fe_shaft.pencil import Region
 
     reach = ABOVE * max(highest, 1.1 * float(np.sort(hints)[: 2 * FIRST].max()))
     return Region(reach, BELOW * reach, DAMPED)
@@ -270,7 +270,7 @@ class LinearPlant(Shown):
     @cached_property
     def modes(self) -> Modes:
         """All modes of the region and those that grow without oscillation; among others that the search met."""
-        from fe_shaft.modes.spectrum import modes_in  # a matrix alone needs none
+        from fe_shaft.spectrum import modes_in  # a matrix alone needs none
 
         with one_thread():
             return modes_in(self, self.region, np.unique(np.round(self.hints, 3)).tolist())

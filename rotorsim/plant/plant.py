@@ -32,7 +32,6 @@ from rotorsim.plant.controller import (
     prepare,
     provenance,
 )
-from rotorsim.plant.equilibrium import Equilibrium, describe, settle
 from rotorsim.plant.kernels.layout import (
     ANGLE_READ,
     COLUMNS,
@@ -46,7 +45,7 @@ from rotorsim.plant.kernels.layout import (
     SUPPLY,
 )
 from rotorsim.plant.locations import probe_coordinates
-from rotorsim.plant.simulation import Simulation, split_columns
+from rotorsim.plant.simulation import Equilibrium, Simulation, describe, settle, split_columns
 
 if TYPE_CHECKING:
     import xarray as xr

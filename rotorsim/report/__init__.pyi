@@ -1,8 +1,8 @@
-from .balance import write_balance as write_balance
 from .comparison import (
     compare_results as compare_results,
     overlay as overlay,
     result_rows as result_rows,
+    write_balance as write_balance,
     write_result_comparison as write_result_comparison,
     write_run_comparison as write_run_comparison,
 )

@@ -17,7 +17,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import TO_MPA, TO_RPM, TO_UM, show, split
 from rotorsim.experiments.experiment import EXPERIMENTS, parameters
-from rotorsim.experiments.limits import BEYOND, sentences
+from rotorsim.experiments.running import BEYOND, sentences
 from rotorsim.report import film, orbit, orders, responses, time_history
 from rotorsim.report.film import feed_word
 from rotorsim.report.page import Block, Page, check_wanted, machine_entry, page_of, write_page
@@ -246,7 +246,7 @@ def quantities(attrs: Mapping[Any, Any]) -> dict[str, Quantity]:
     """Quantity of every attribute that is a parameter of the experiment, its excitations, harmonics or built-in law."""
     found = _of(EXPERIMENTS.get(str(attrs.get("experiment"))))
     if attrs.get("controller") == "ProportionalLaw":
-        from rotorsim.experiments.proportional_law import ProportionalLaw
+        from rotorsim.experiments.laws import ProportionalLaw
 
         found |= _of(ProportionalLaw) | dict.fromkeys(("centre_x", "centre_y"), CENTRE)
     for key in map(str, attrs):

@@ -19,9 +19,10 @@ from rotorsim.base.foreign_systems import is_linear
 from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control.law import LIMIT, Law
 from rotorsim.experiments.experiment import reference_range
-from rotorsim.experiments.limits import choked, passed
+from rotorsim.experiments.running import choked, passed
 from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly
+from rotorsim.plant.calls import load_module
 from rotorsim.plant.controller import (
     Controller,
     as_controller,
@@ -31,7 +32,6 @@ from rotorsim.plant.controller import (
     check_any_controller,
     name_of,
 )
-from rotorsim.plant.generated import load_module
 from rotorsim.plant.kernels.layout import COLUMNS, READ
 from rotorsim.plant.simulation import Simulation
 

@@ -30,7 +30,7 @@ from rotorsim.base.errors import LimitError
 from rotorsim.base.units import KRPM, MPA, RIG_SAMPLE, TO_HZ, TO_RPM, TO_UM
 from rotorsim.control.law import Law
 from rotorsim.experiments.catalogue.impact import Impact
-from rotorsim.experiments.limits import choked
+from rotorsim.experiments.running import choked
 from rotorsim.machine.limits import limits_of
 from rotorsim.plant import Plant
 from rotorsim.plant.simulation import Simulation

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from identification import load_model
-from identification.lpv.model import LpvModel
+from identification.lpv_model import LpvModel
 from rotorsim.base.units import KRPM
 from rotorsim.control import Law
 from rotorsim.control.designs import h2_scheduled, lpv

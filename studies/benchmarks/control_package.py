@@ -34,7 +34,7 @@ FREQUENCIES = np.geomspace(1.0, 2000.0, 200)
 
 
 @dataclass(frozen=True)
-class Comparison:
+class TimedTask:
     """A task done both ways: times [ms], largest deviation relative to the largest value, what is used and why."""
 
     task: str
@@ -178,7 +178,7 @@ USED = {
 """Package that rotorsim uses for each task, and the reason."""
 
 
-def compared() -> list[Comparison]:
+def compared() -> list[TimedTask]:
     """Every task both ways, those for slycot only where it is installed."""
     tasks, rows = Tasks(), []
     for name, used in USED.items():
@@ -188,7 +188,7 @@ def compared() -> list[Comparison]:
         (mine, first), (other, second) = _timed(own), _timed(library)
         mine, other = np.asarray(mine), np.asarray(other)
         deviation = float(np.abs(mine - other).max() / np.abs(other).max())
-        rows.append(Comparison(name, first, second, deviation, used))
+        rows.append(TimedTask(name, first, second, deviation, used))
     return rows
 
 
@@ -200,7 +200,7 @@ def against_control() -> Iterator[Figure]:
         yield Figure(f"{row.task}: deviation", row.deviation, "1", BOUNDS.get(row.task, 1e-8))
 
 
-def markdown(rows: list[Comparison]) -> str:
+def markdown(rows: list[TimedTask]) -> str:
     """The rows as the table of the documentation."""
     lines = ["| task | own ms | `control` ms | deviation | used |", "|---|---|---|---|---|"]
     lines += [

@@ -29,7 +29,7 @@ from rotorsim.machine import Machine, load_machine
 from studies.benchmarks.detectable import Detectable
 from studies.benchmarks.hidden_case import KINDS, hidden_case
 from studies.benchmarks.odds_score import scored
-from studies.benchmarks.verdicts import VERDICTS, Case, apart, calibrated, judged
+from studies.benchmarks.verdicts import VERDICTS, CaseVerdict, apart, calibrated, judged
 
 REPORTING = 100_000
 """First seed of the reported figures; tuning uses those below."""
@@ -39,7 +39,7 @@ STEP = 2e-4 / 3
 
 def run_case(
     number: int, machine: Machine, truth_plant: Twin, models: CompiledModels, seen: Detectable, threads: int = 1
-) -> Case:
+) -> CaseVerdict:
     """Hide and diagnose."""
     kind = KINDS[number % len(KINDS)]
     picked, truth, records = hidden_case(number, kind, machine, truth_plant)
@@ -55,21 +55,21 @@ def run_case(
         d = diagnose(machine, records, effects=effects, models=models, threads=threads)
     except RotorsimError as error:
         outcome = f"error: {error}"
-        return Case(number, kind, tuple(picked), steps, times, outcome, (), "missed", 0.0, np.nan, np.nan, 0.0)
+        return CaseVerdict(number, kind, tuple(picked), steps, times, outcome, (), "missed", 0.0, np.nan, np.nan, 0.0)
     seconds, cpu = time.perf_counter() - begin, time.process_time() - used
     named = tuple(f.form for f in d.effects)
     hidden = tuple(f.key for f in truth.forms)
     verdict = judged(kind, hidden, d, {f.key for f in candidates(models.twin)})
     away = apart(d, truth, models.twin)
     inside = float(np.mean(np.array(away) < 2)) if away else np.nan
-    return Case(
+    return CaseVerdict(
         number, kind, hidden, steps, times, d.status, named, verdict, seconds, reduction(d.gap), inside, cpu,
         len(d.ties), scored(d.explanations, kind, hidden, {f.key for f in candidates(models.twin)}), away,
         calibrated(d, truth) if verdict in ("right", "class") else (),
     )  # fmt: skip
 
 
-def cases(count: int, seed: int, path: Path | None = None, machine: str = "dtu_gas_bearing") -> Iterator[Case]:
+def cases(count: int, seed: int, path: Path | None = None, machine: str = "dtu_gas_bearing") -> Iterator[CaseVerdict]:
     """Cases from seed on; those in the file `path` already are not run again, new ones are added to it.
 
     Raises
@@ -90,22 +90,22 @@ def cases(count: int, seed: int, path: Path | None = None, machine: str = "dtu_g
         yield done[number]
 
 
-def reported_cases() -> list[Case]:
+def reported_cases() -> list[CaseVerdict]:
     """Cases for reporting that are stored here, of the commit that the docs state."""
     return list(kept_cases(Path(__file__).parent / "odds.jsonl").values())
 
 
-def keep(found: Iterable[Case], path: Path | None) -> None:
+def keep(found: Iterable[CaseVerdict], path: Path | None) -> None:
     """Write cases, a line each, all in one step; raises WriteError."""
     if path is not None:
         write_text(path, "".join(json.dumps(asdict(case)) + "\n" for case in found))
 
 
-def kept_cases(path: Path | None) -> dict[int, Case]:
+def kept_cases(path: Path | None) -> dict[int, CaseVerdict]:
     """Cases by number that are in a file already."""
     if path is None or not path.exists():
         return {}
-    done: dict[int, Case] = {}
+    done: dict[int, CaseVerdict] = {}
     for number, line in enumerate(path.read_text(encoding="utf-8-sig", errors="replace").splitlines(), 1):
         try:
             row: dict[str, Any] = json.loads(line)
@@ -114,7 +114,7 @@ def kept_cases(path: Path | None) -> dict[int, Case]:
             row |= {name: tuple(row.get(name, ())) for name in ("apart", "calibrated")}
             if row["verdict"] not in VERDICTS:
                 raise ValueError(row["verdict"])
-            done[row["number"]] = Case(**row)
+            done[row["number"]] = CaseVerdict(**row)
         except (ValueError, KeyError, TypeError) as error:
             raise DataError(f"{path}: line {number} is not a case of the part diagnose; name another file") from error
     return done

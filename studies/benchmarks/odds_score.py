@@ -32,7 +32,7 @@ Odds = tuple[tuple[str, float, bool], ...]
 """Name, probability and whether it is the hidden one, of each explanation."""
 
 
-class Case(Protocol):
+class ScoredCase(Protocol):
     """Numbers of a case of the benchmark that are scored."""
 
     @property
@@ -78,7 +78,7 @@ def scored(odds: Iterable[Explanation], kind: str, hidden: tuple[str, ...], know
     return tuple([*out, (BEYOND_ALL, beyond, True)] if beyond else out)
 
 
-def from_verdict(case: Case) -> Odds:
+def from_verdict(case: ScoredCase) -> Odds:
     """A verdict read as probabilities: certain where it is a name or nothing, even among the names of a tie."""
     right = case.verdict in ("right", "class")
     if case.status == "tie" and case.ties:
@@ -96,7 +96,7 @@ def brier(rows: Iterable[Odds]) -> float:
     return float(np.mean(scores)) if scores else float("nan")
 
 
-def reliability(found: Iterable[Case]) -> tuple[Bin, ...]:
+def reliability(found: Iterable[ScoredCase]) -> tuple[Bin, ...]:
     """Bins of the most probable explanations, the empty ones left out."""
     tops = [max(case.odds, key=lambda one: one[1]) for case in found if case.odds]
     p = np.array([one[1] for one in tops])
@@ -115,19 +115,19 @@ def calibration_error(bins: Iterable[Bin]) -> float:
     return sum(b.cases * abs(b.right - b.stated) for b in rows) / total if total else float("nan")
 
 
-def coverage(found: Iterable[Case], share: float, of: str = "apart") -> float:
+def coverage(found: Iterable[ScoredCase], share: float, of: str = "apart") -> float:
     """Share of hidden sizes ('apart') or 'calibrated' parameters within the interval of a probability `share`."""
     apart = np.array([z for case in found for z in getattr(case, of)])
     return float(np.mean(apart < np.sqrt(2) * erfinv(share))) if apart.size else float("nan")
 
 
-def sure_and_wrong(found: Iterable[Case], kinds: tuple[str, ...], least: float = 0.95) -> int:
+def sure_and_wrong(found: Iterable[ScoredCase], kinds: tuple[str, ...], least: float = 0.95) -> int:
     """Cases of some kinds in which a wrong explanation that names an effect has more than a probability."""
     own = [one for case in found if case.kind in kinds for one in case.odds if one[1] > least and not one[2]]
     return sum(not name.startswith(("nothing", "something")) for name, _, _ in own)
 
 
-def beyond_left_out(found: Iterable[Case]) -> Iterator[float]:
+def beyond_left_out(found: Iterable[ScoredCase]) -> Iterator[float]:
     """Probability of something beyond the catalogue, in cases whose effect was taken out of it.
 
     Without those that a candidate is indistinguishable from, in which nothing is beyond it.

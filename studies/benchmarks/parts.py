@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Part:
+class BenchmarkPart:
     """Functions as "module.function" of this folder; `cold` start with an empty cache, `full` take many minutes."""
 
     usual: tuple[str, ...]
@@ -36,8 +36,8 @@ class Part:
         return [_function(name) for name in names]
 
 
-PARTS: dict[str, Part] = {
-    "speed": Part(
+PARTS: dict[str, BenchmarkPart] = {
+    "speed": BenchmarkPart(
         (
             "speed.imports",
             "speed.whole_run",
@@ -48,9 +48,9 @@ PARTS: dict[str, Part] = {
         ),
         cold=("speed.first_compilation",),
     ),
-    "accuracy": Part(("accuracy.rig", "accuracy.grids", "accuracy.decay", "accuracy.mass")),
-    "linear": Part(("linear.points", "linear.maps", "linear.onsets", "linear.crossings", "linear.films")),
-    "identification": Part(
+    "accuracy": BenchmarkPart(("accuracy.rig", "accuracy.grids", "accuracy.decay", "accuracy.mass")),
+    "linear": BenchmarkPart(("linear.points", "linear.maps", "linear.onsets", "linear.crossings", "linear.films")),
+    "identification": BenchmarkPart(
         ("identified_models.one_record", "identified_models.sensitivities", "structures.structures"),
         full=(
             "identified_models.starts",
@@ -61,12 +61,12 @@ PARTS: dict[str, Part] = {
             "closed_loops.closed_loops",
         ),
     ),
-    "campaign": Part(("campaign.efficiency", "campaign.overhead"), full=("campaign.thesis", "campaign.many")),
-    "fmu": Part(("unit.unit",), cold=("unit.export_cold",), needs="fmpy"),
-    "control": Part(("control_laws.runtime", "control_laws.designs"), full=("control_laws.synthesis",)),
-    "sensor-faults": Part((), full=("sensor_faults.sensor_faults",)),
-    "control-package": Part(("control_package.against_control",), needs="control"),
-    "rig": Part(()),
+    "campaign": BenchmarkPart(("campaign.efficiency", "campaign.overhead"), full=("campaign.thesis", "campaign.many")),
+    "fmu": BenchmarkPart(("unit.unit",), cold=("unit.export_cold",), needs="fmpy"),
+    "control": BenchmarkPart(("control_laws.runtime", "control_laws.designs"), full=("control_laws.synthesis",)),
+    "sensor-faults": BenchmarkPart((), full=("sensor_faults.sensor_faults",)),
+    "control-package": BenchmarkPart(("control_package.against_control",), needs="control"),
+    "rig": BenchmarkPart(()),
 }
 """Benchmarks by part, as `measure` takes its name."""
 

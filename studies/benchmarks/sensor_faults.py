@@ -36,7 +36,7 @@ KINDS = (
 
 
 @dataclass(frozen=True)
-class Fault:
+class SensorFault:
     """A fault of a kind from sample `first` to `last`, of axis 0 or 1 where it is of one."""
 
     kind: str
@@ -46,11 +46,11 @@ class Fault:
 
 
 @dataclass
-class Faulty:
+class FaultyLaw:
     """A law behind sensors with faults, and what it has given."""
 
     law: Law
-    faults: tuple[Fault, ...]
+    faults: tuple[SensorFault, ...]
     rng: np.random.Generator
     outputs: list[np.ndarray] = field(default_factory=list)
     alarms: list[int] = field(default_factory=list)
@@ -77,7 +77,7 @@ class Faulty:
 
 
 def shown(
-    fault: Fault, measured: np.ndarray, speed: float, pressure: float, held: np.ndarray, rng: np.random.Generator
+    fault: SensorFault, measured: np.ndarray, speed: float, pressure: float, held: np.ndarray, rng: np.random.Generator
 ) -> tuple[np.ndarray, float, float]:
     """Displacement (2,) [m], speed and pressure as the sensors show them."""
     at, kind = fault.axis, fault.kind
@@ -101,7 +101,7 @@ def shown(
 
 
 @dataclass(frozen=True)
-class Outcome:
+class FaultRun:
     """A sequence: samples with contact, outputs that are not finite, largest departure of the disc [m] before the first
     alarm of a wrong connection, largest at all; largest step of the output [V] in a return and on the way out, each
     less the largest of the law itself (`excess`); alarm at the end, samples until a wrong connection of 80 ms or more
@@ -117,13 +117,13 @@ class Outcome:
     found_after: tuple[int | None, ...]
 
 
-def drawn(rng: np.random.Generator) -> tuple[tuple[Fault, ...], np.ndarray]:
+def drawn(rng: np.random.Generator) -> tuple[tuple[SensorFault, ...], np.ndarray]:
     """Faults and forces on the disc (n, 2) [N]."""
     faults, at = [], FIRST
     for _ in range(int(rng.integers(1, 4))):
         first = at + int(rng.integers(100, 1500))
         last = first + int(np.exp(rng.uniform(np.log(5), np.log(1500))))
-        faults.append(Fault(str(rng.choice(KINDS)), first, last, int(rng.integers(2))))
+        faults.append(SensorFault(str(rng.choice(KINDS)), first, last, int(rng.integers(2))))
         at = last + 500
         if at > LAST - 2000:
             break
@@ -140,13 +140,13 @@ def ramp(rng: np.random.Generator, low: float, high: float) -> np.ndarray:
     return np.linspace(float(first), float(last), SAMPLES)
 
 
-def sequence(plant: Plant, laws: dict[str, Law], seed: int) -> Outcome:
+def sequence(plant: Plant, laws: dict[str, Law], seed: int) -> FaultRun:
     """Run one random sequence."""
     rng = np.random.default_rng(seed)
     law = laws[str(rng.choice(sorted(laws)))]
     speed, pressure = (ramp(rng, *limits) for limits in RANGES)
     faults, forces = drawn(rng)
-    faulty = Faulty(law.with_(), faults, rng)
+    faulty = FaultyLaw(law.with_(), faults, rng)
     record = plant.simulate(SAMPLES * RIG_SAMPLE, speed, pressure, controller=faulty, disc_force=forces, seed=seed)
     disc = record["disc"].to_numpy()
     away = np.abs(disc - disc[1200:FIRST].mean(axis=0)).max(axis=1)
@@ -155,7 +155,7 @@ def sequence(plant: Plant, laws: dict[str, Law], seed: int) -> Outcome:
     wrong = [away[one.first : one.first + n + 1].max() for one in faults if one.kind in WRONG
              for n in [latency(alarms, one)] if n is not None]  # fmt: skip
     returning, leaving = excess(outputs, alarms, np.array(faulty.bad))
-    return Outcome(int(record["contact"].sum()), int(np.sum(~np.isfinite(outputs))), max(wrong, default=0.0),
+    return FaultRun(int(record["contact"].sum()), int(np.sum(~np.isfinite(outputs))), max(wrong, default=0.0),
                    float(away.max()), returning, leaving, int(alarms[-1]), found)  # fmt: skip
 
 
@@ -172,7 +172,7 @@ def excess(outputs: np.ndarray, alarms: np.ndarray, bad: np.ndarray) -> tuple[fl
     return returning - own, leaving - own
 
 
-def latency(alarms: np.ndarray, fault: Fault) -> int | None:
+def latency(alarms: np.ndarray, fault: SensorFault) -> int | None:
     """Samples from a fault to the first alarm while it lasts."""
     during = np.flatnonzero(alarms[fault.first : fault.last])
     return int(during[0]) if len(during) else None

@@ -25,7 +25,7 @@ ABOVE = 2.2
 
 
 @dataclass(frozen=True)
-class Case:
+class CaseVerdict:
     """One case's outcome."""
 
     number: int
@@ -123,7 +123,7 @@ def _apart(difference: float, parameter: str, hidden: dict[str, float], key: str
     return abs((difference + turn / 2) % turn - turn / 2)
 
 
-def confusion(found: list[Case]) -> str:
+def confusion(found: list[CaseVerdict]) -> str:
     """Verdicts by kind as a table."""
     rows = ["| kind | cases | " + " | ".join(VERDICTS) + " |", "|---|---|" + "---|" * len(VERDICTS)]
     for kind in dict.fromkeys(KINDS):
@@ -139,7 +139,7 @@ def _places(keys: tuple[str, ...]) -> set[str]:
     return {key.partition(INJECTOR)[2] for key in keys if INJECTOR in key}
 
 
-def figures(found: list[Case]) -> Iterator[Figure]:
+def figures(found: list[CaseVerdict]) -> Iterator[Figure]:
     """Rates with the bounds they should meet; a bound on what must be small, none on what must be large."""
 
     def share(kinds: tuple[str, ...], verdicts: tuple[str, ...], least: float = 0.0) -> float:
@@ -179,7 +179,7 @@ def figures(found: list[Case]) -> Iterator[Figure]:
         yield Figure("one diagnosis, longest", float(max(seconds)), "s", 900.0)
 
 
-def _of_odds(found: list[Case]) -> Iterator[Figure]:
+def _of_odds(found: list[CaseVerdict]) -> Iterator[Figure]:
     """Trust in the stated probabilities and intervals."""
     stated = [c for c in found if c.odds]
     if not stated:

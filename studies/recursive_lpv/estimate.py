@@ -26,7 +26,7 @@ import numpy as np
 
 from identification.local.models import LinearModel
 from identification.local.simulation import sampled
-from identification.lpv.model import SAME, Basis, LpvModel, fit_surfaces, make_basis
+from identification.lpv_model import SAME, Basis, LpvModel, fit_surfaces, make_basis
 from identification.records.checks import WAY_OUT, controller_of
 from identification.records.sampling import sampling_time
 from identification.records.schema import measured, require

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from identification import load_model
-from identification.lpv.model import LpvModel
+from identification.lpv_model import LpvModel
 from rotorsim.base.cache import key_of
 from rotorsim.base.display import line
 from rotorsim.base.errors import DataError

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.lpv.model import LpvModel
+from identification.lpv_model import LpvModel
 from rotorsim.base.units import KRPM, TO_MPA
 from rotorsim.control import Law, load_law
 from rotorsim.control.designs import h2_scheduled
@@ -143,7 +143,7 @@ def control_study(
     """
     found = ControlStudy(left_out=tuple(name for name in DESIGNS if quick and name.startswith("lpv")))
     folder.mkdir(parents=True, exist_ok=True)
-    files = _Files(plant, model, folder)
+    files = _KeptFiles(plant, model, folder)
     names = [name for name in DESIGNS if name not in found.left_out]
     cases = [*map(files.design, names), *_runs(files, {OPEN: ""})]
     first = run_cases(folder, cases if quick else [files.machine_code(), *cases], workers, progress)
@@ -170,7 +170,7 @@ def ringing_study(
     """
     found = ControlStudy()
     folder.mkdir(parents=True, exist_ok=True)
-    files = _Files(plant, model, folder)
+    files = _KeptFiles(plant, model, folder)
     still = files.alone("static_map", points("static_map")[0])
     first = run_cases(folder, [*map(files.design, RINGING), still, *_hit_runs(files, {OPEN: ""})], workers, progress)
     for name in RINGING:
@@ -181,7 +181,7 @@ def ringing_study(
     return found
 
 
-class _Files:
+class _KeptFiles:
     """Names and keys of what is kept."""
 
     def __init__(self, plant: Plant, model: LpvModel, folder: Path) -> None:
@@ -229,7 +229,7 @@ class _Files:
         return self.run("verification", name, str(self.law(name)), found.impacts[OPEN], found.impacts[name])
 
 
-def _runs(files: _Files, laws: dict[str, str]) -> list[CachedCase]:
+def _runs(files: _KeptFiles, laws: dict[str, str]) -> list[CachedCase]:
     """Cases of the plant for laws by name; the slowest kind first."""
     alone = OPEN in laws
     some = {"impacts": list(points("impacts")), "held_out": list(points("held_out"))}
@@ -254,7 +254,7 @@ def _runs(files: _Files, laws: dict[str, str]) -> list[CachedCase]:
     return [*cases, whirl] if alone else cases
 
 
-def _hit_runs(files: _Files, laws: dict[str, str]) -> list[CachedCase]:
+def _hit_runs(files: _KeptFiles, laws: dict[str, str]) -> list[CachedCase]:
     """Cases of the plant whose hits show the damping under laws by name."""
     cases = [files.run("ring_downs", name, law, _ringing(name)) for name, law in laws.items() if _ringing(name)]
     return cases + [files.run("fits", name, law, _ringing(name, FITTED))
@@ -267,7 +267,7 @@ def _ringing(name: str, at: dict[str, str] = RINGING) -> list[tuple[float, float
     return [q for one in named for q in points(one)]
 
 
-def _take_design(found: ControlStudy, files: _Files, name: str, result: dict[str, Any]) -> None:
+def _take_design(found: ControlStudy, files: _KeptFiles, name: str, result: dict[str, Any]) -> None:
     if "refused" in result:
         found.refused[name] = result["refused"]
         return
@@ -275,7 +275,7 @@ def _take_design(found: ControlStudy, files: _Files, name: str, result: dict[str
     found.overview[name] = result["overview"]
 
 
-def _take_printed(found: ControlStudy, files: _Files) -> None:
+def _take_printed(found: ControlStudy, files: _KeptFiles) -> None:
     """Take the law that the thesis prints."""
     found.laws["printed"] = law_a()
     found.laws["printed"].save(files.law("printed"))

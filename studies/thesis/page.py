@@ -13,7 +13,7 @@ from rotorsim.machine import load_machine
 from rotorsim.report.page import Block
 from studies.thesis.claims.judge import MET, NOT_MET
 from studies.thesis.claims.rules import as_run_values, as_run_why
-from studies.thesis.claims.targets import Target
+from studies.thesis.claims.targets import FigureTarget
 from studies.thesis.control_study import ControlStudy
 from studies.thesis.figures import ratios_figure, reach_figure, sizes_figure, waterfalls_figure
 
@@ -37,7 +37,7 @@ def _values() -> list[tuple[str, str]]:
     return rows
 
 
-def aims_block(reached: Sequence[Target]) -> Block:
+def aims_block(reached: Sequence[FigureTarget]) -> Block:
     """Section of the aims of identification."""
     aims = [
         (t.figure, f"{t.value:.3g} {t.unit}", f"{t.bound:g} {t.unit}", MET if t.met else NOT_MET, t.remark)

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fe_shaft.modes.pencil import Region
-from fe_shaft.modes.subspace import everything
-from rotorsim.analysis.load_capacity import EXACT, lowest
+from fe_shaft.pencil import Region
+from fe_shaft.spectrum import everything
 from rotorsim.analysis.safe_region import safe_region
+from rotorsim.analysis.supply import EXACT, lowest
 from rotorsim.analysis.whirl_onset import LeastDamped, first_loss
 from rotorsim.base.errors import NoLiftOffError
 from rotorsim.plant.linearise import LinearPlant, LinearRotor

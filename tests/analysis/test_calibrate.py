@@ -5,8 +5,15 @@ import pytest
 import tomlkit
 
 from refusals import refused
-from rotorsim.analysis.calibrate import CalibrationRow, calibrate, calibration_numbers, figures, judge
-from rotorsim.analysis.identified import pin_figures, read_delays
+from rotorsim.analysis.calibrate import (
+    CalibrationRow,
+    calibrate,
+    calibration_numbers,
+    figures,
+    judge,
+    pin_figures,
+    read_delays,
+)
 from rotorsim.analysis.targets import Target, read_targets, shipped
 from rotorsim.base.errors import DataError
 from rotorsim.machine import load_machine, machine_text

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from rotorsim.analysis import campbell, map_machine, mode_shapes, unbalance_response
+from rotorsim.analysis.campbell import default_speeds, highest_speed, top_speed
 from rotorsim.analysis.unbalance_response import largest_response, peak_of, unbalances_of
-from rotorsim.analysis.whirl_onset import stability_limit
+from rotorsim.analysis.whirl_onset import onset_beyond, stability_limit
 from rotorsim.cli import main
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
@@ -153,3 +154,33 @@ def test_a_rotor_that_a_bearing_pushes_away_is_neither_stable_nor_safe(coupling,
               str(tmp_path / "out")])  # fmt: skip
     assert ended.value.code == 0
     assert "without oscillation" in json.loads(capsys.readouterr().out)["warnings"][0]
+
+
+SLOW = pytest.mark.slow
+SHIPPED = {"bently_rk4": 4900, "dtu_gas_bearing": 20e3, "dtu_first_assembly": 20e3, "plain_rotor": 8000,
+           "pump_on_tables": 5000, "rigid_rotor_self_acting": 25e3, "foil_turbo_rotor": 30e3,
+           "aerostatic_spindle": 75e3, "grooved_turbo_rotor": 200e3}  # fmt: skip
+"""Highest default speed [rpm]: stated by the drive, the last of the tables, or three times the first frequency."""
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_the_default_speeds_reach_the_speed_that_a_machine_is_made_for(name):
+    plant = Plant(name)
+    speeds = default_speeds(plant, 10)
+    assert speeds[0] == 0 and len(speeds) == 11 and speeds[-1] == pytest.approx(SHIPPED[name] * RPM, rel=1e-9)
+    assert highest_speed(plant) >= (plant.machine.drive.highest_speed or 0)
+
+
+@pytest.mark.parametrize("name", [*list(SHIPPED)[:6], *(pytest.param(name, marks=SLOW) for name in list(SHIPPED)[6:])])
+def test_the_default_speeds_reach_the_onset_and_a_sentence_points_to_it_from_below(name):
+    """The other side is the search of the onset from rest."""
+    plant = Plant(name)
+    pressure = 0.5e6 if plant.machine.fed else 0.0
+    onset = stability_limit(plant, pressure, highest_speed(plant))[0]
+    assert np.isnan(onset) or onset < top_speed(plant)
+    said = onset_beyond(plant, 0.6 * np.nan_to_num(onset, nan=top_speed(plant)), [pressure])
+    if np.isfinite(onset):
+        assert float(said.split(" rpm")[0].split()[-1]) == pytest.approx(onset / RPM, rel=2e-4)
+    else:
+        assert said == ""
+    assert onset_beyond(plant, top_speed(plant), [pressure]) == ""

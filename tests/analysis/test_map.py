@@ -128,9 +128,9 @@ def test_two_fields_make_two_axes(rig):
 
 
 def test_two_processes_compute_what_one_does(plant, monkeypatch):
-    speeds, pressures = np.array([0.0, 3000.0, 6000.0]) * RPM, [0.3e6, 0.7e6]
+    speeds, pressures = np.array([0.0, 6000.0]) * RPM, [0.3e6, 0.7e6]
     assert useful(2, 120) == 2 and useful(2, 6) == 1
-    monkeypatch.setitem(useful.__globals__, "WORTH", 3)
+    monkeypatch.setitem(useful.__globals__, "WORTH", 2)
     one, two = (operating_map(plant, speeds, pressures, workers=n) for n in (1, 2))
     xr.testing.assert_identical(one, two)
 

@@ -133,7 +133,7 @@ def test_a_limit_of_python_ends_a_command_in_one_sentence(error, monkeypatch, ca
     def too_much(*arguments, **options):
         raise error
 
-    monkeypatch.setattr("rotorsim.commands.app.app", too_much)
+    monkeypatch.setattr("rotorsim.commands.registry.app", too_much)
     with pytest.raises(SystemExit) as ended:
         cli.command(["map"])
     assert ended.value.code == 2 and capsys.readouterr().err.count("\n") == 1

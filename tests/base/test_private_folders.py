@@ -23,12 +23,12 @@ two_users = pytest.mark.skipif(
 US, OTHER = 61001, 61002
 IN_CACHE = "from rotorsim.base.cache import in_cache; print(in_cache('plants'))"
 MODULE = """
-from rotorsim.plant.generated import load_module
+from rotorsim.plant.calls import load_module
 made = load_module("planted", lambda: "value = 'ours'\\n")
 print(made.value, made.__file__)
 """
 KERNEL = """
-from rotorsim.plant.generated import load_module
+from rotorsim.plant.calls import load_module
 text = "from reynolds.jit import kernel\\n@kernel\\ndef twice(x):\\n    return 2.0 * x\\n"
 import rotorsim.control.law_kernel
 print(load_module("kernel_of_us", lambda: text).twice(3.0))
@@ -64,7 +64,7 @@ def planted(shared):
     folder = shared / f"rotorsim-{US}"
     (folder / "plants").mkdir(parents=True)
     body = "value = 'theirs'\n"
-    from rotorsim.plant.generated import CHECK
+    from rotorsim.plant.calls import CHECK
 
     (folder / "plants" / "planted.py").write_text(f"{body}{CHECK}{cache.key_of(body)}\n")
     for path in (folder, folder / "plants", folder / "plants" / "planted.py"):

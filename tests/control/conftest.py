@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import identification as idn
-from identification.lpv.model import LpvModel
+from identification.lpv_model import LpvModel
 
 
 @pytest.fixture(scope="session")

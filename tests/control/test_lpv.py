@@ -88,10 +88,11 @@ def test_on_one_point_gamma_is_that_of_h_infinity(rig):
     assert 1 - 1e-4 <= found.gamma / solve(P) <= 1.01
 
 
-def test_gamma_is_at_least_every_local_one_and_within_five_percent_of_their_largest(rig, made):
-    local = max(solve(P) for _, P in plants_of(rig, made, 5))
+@pytest.mark.parametrize("n", [9, pytest.param(17, marks=pytest.mark.slow)])
+def test_gamma_is_at_least_every_local_one_and_within_five_percent_of_their_largest(rig, made, n):
+    local = max(solve(P) for _, P in plants_of(rig, made, 3 if n < 17 else 5))
     assert made.optimal >= local * (1 - 1e-4)
-    assert lpv.validated(rig, SPEC, made, (17, 17)) <= 1.05 * local
+    assert lpv.validated(rig, SPEC, made, (n, n)) <= 1.05 * local
 
 
 def test_the_frozen_norm_stays_below_gamma_also_between_the_design_points(rig, made):

@@ -12,7 +12,7 @@ import identification as idn
 from rotorsim.base.errors import OtherMachine
 from rotorsim.control import Law, LawError, RunoutTable, check_runout, load_law, runout_table
 from rotorsim.experiments import Steady
-from rotorsim.experiments.orbit import WithHarmonics
+from rotorsim.experiments.laws import WithHarmonics
 from rotorsim.experiments.running import record as run_record, run
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant

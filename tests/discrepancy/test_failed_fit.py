@@ -13,7 +13,7 @@ GAIN, SIZE = FitParameter("gain", 0.1), FitParameter("size", 0.1)
 FORM = Form("runout", "runout.roughness", (SIZE,))
 
 
-class Response:
+class ShiftedResponse:
     """Measured ones; a size of the candidate moves every number away from them, in either direction."""
 
     def __init__(self, worst=0.0):
@@ -38,7 +38,7 @@ def search(comparison, monkeypatch):
 
 
 def test_a_fit_that_only_gets_worse_is_a_failed_fit_of_size_zero(monkeypatch):
-    h = search(Response(1e4), monkeypatch).hypothesis((FORM,), np.array([30.0]))
+    h = search(ShiftedResponse(1e4), monkeypatch).hypothesis((FORM,), np.array([30.0]))
     assert h.failed and h.gone == 0.0 and h.fit.cost == 16.0
     assert SIZE not in h.fit.point.values
 
@@ -48,7 +48,7 @@ def test_a_fit_whose_linear_algebra_has_no_answer_is_a_failed_fit(monkeypatch):
         raise NoAnswerError("linear algebra: singular")
 
     monkeypatch.setattr(EffectSearch, "_fitted", refuse)
-    assert search(Response(), monkeypatch).hypothesis((FORM,), np.array([1.0])).failed
+    assert search(ShiftedResponse(), monkeypatch).hypothesis((FORM,), np.array([1.0])).failed
 
 
 @pytest.mark.parametrize(("left", "before", "gone"), [(1.0, 4.0, 0.75), (0.0, 0.0, 1.0), (8.0, 0.0, 0.0)])

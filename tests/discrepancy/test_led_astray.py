@@ -17,7 +17,7 @@ FORM = Form("runout", "runout.roughness", (SIZE,))
 ONES = np.ones(4)
 
 
-class Response:
+class FlatResponse:
     """The size of the candidate shows at a gain of about 0 only, and the gain itself takes a little of the misfit."""
 
     def residual(self, point):
@@ -37,7 +37,7 @@ def search(gain, monkeypatch):
     for name, stub in (("table", lambda comparison, residual: residual), ("excess", lambda r: float(r @ r))):
         monkeypatch.setattr(f"rotorsim.discrepancy.hypotheses.{name}", stub)
     monkeypatch.setattr("rotorsim.discrepancy.hypotheses.within_form_error", lambda c, before, after: False)
-    comparison, point = Response(), ParameterPoint({GAIN: gain})
+    comparison, point = FlatResponse(), ParameterPoint({GAIN: gain})
     r = comparison.residual(point)
     base = ParameterFit((GAIN,), point, r, comparison.jacobian(point, (GAIN,)), float(r @ r))
     columns = {FORM.label: comparison.jacobian(point, (SIZE,))}

@@ -12,8 +12,7 @@ from rotorsim.discrepancy.trial import trial_of
 from rotorsim.discrepancy.twin import Twin, in_motion
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
-from rotorsim.plant.equilibrium import settle
-from rotorsim.plant.simulation import Simulation
+from rotorsim.plant.simulation import Simulation, settle
 
 pytestmark = pytest.mark.numerical
 EFFECTS = ("coupling", "runout", "shaft_bow")

@@ -28,8 +28,8 @@ from rotorsim.discrepancy.ranking import ExperimentPlan, Proposal
 from rotorsim.discrepancy.records import check_ring, make_trial, make_trials
 from rotorsim.discrepancy.run_ups import empty_sweep
 from rotorsim.discrepancy.twin import Twin
-from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise
+from rotorsim.plant.simulation import settle
 
 STATED = json.dumps({"sensor_ring": {"angle": math.radians(30)}})
 TURN = np.array([[math.cos(math.pi / 6), 0.5], [-0.5, math.cos(math.pi / 6)]])

@@ -10,8 +10,8 @@ from rotorsim.discrepancy.gap import equivalent_force, rms, spectra_of
 from rotorsim.discrepancy.run_ups import make_sweeps
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.machine import load_machine
-from rotorsim.plant.equilibrium import settle
 from rotorsim.plant.linearise import linearise
+from rotorsim.plant.simulation import settle
 from rotorsim.report.diagnosis import bode
 
 SPEEDS = 2 * np.pi * np.arange(8.0, 38.0, 1.0)

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from code_blocks import Block, blocks, command_lines
+from code_blocks import CodeBlock, blocks, command_lines
 
 ROOT = Path(__file__).parents[2]
 NOT_RUN = (
@@ -234,7 +234,7 @@ def commands(lines, folder):
 
 
 @pytest.mark.parametrize("block", [b for b in blocks() if b.language == "toml"], ids=lambda b: f"{b.page}-{b.line}")
-def test_a_block_of_toml_is_read(block: Block):
+def test_a_block_of_toml_is_read(block: CodeBlock):
     assert tomllib.loads(block.text)
 
 

@@ -44,9 +44,9 @@ def examples():
 
 
 EXAMPLES = examples()
-SLOW = ("rs.report.whirl_orbits", "rs.report.draw_modes", "rs.report.film_on_journal", "rs.report.mode_turntable",
-        "rs.experiments.without_orbit")  # fmt: skip
-"""Pictures of full size, which load VTK, and a search that repeats a run."""
+SLOW = ("rs.closed_loop", "rs.fmu.system", "rs.report.whirl_orbits", "rs.report.draw_modes",
+        "rs.report.film_on_journal", "rs.report.mode_turntable", "rs.experiments.without_orbit")  # fmt: skip
+"""A law on the whole operating range, a unit of a plant, pictures of full size and a search that repeats a run."""
 
 
 def conditions():

@@ -10,8 +10,6 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
-import pytest
-
 import rotorsim as rs
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs"))
@@ -109,39 +107,35 @@ def test_the_packages_have_some_three_hundred_public_names():
     assert len(CALLED) > 120 and len(CLASSES) > 100 and len(VALUES) > 5
 
 
-@pytest.mark.parametrize("name", [*CALLED, *CLASSES])
-def test_a_public_name_has_a_docstring_of_its_own(name):
-    one = NAMES[name]
+def own_docstring(one):
+    """Whether a name has a docstring that is not generated from its signature."""
     text = (vars(one).get("__doc__") if inspect.isclass(one) else one.__doc__) or ""
-    assert len(text.split()) > 2 and not text.startswith(f"{one.__name__}("), "a generated signature is no docstring"
+    return len(text.split()) > 2 and not text.startswith(f"{one.__name__}(")
 
 
-@pytest.mark.parametrize("name", CALLED)
-def test_a_public_function_has_types_throughout(name):
-    assert untyped(NAMES[name]) == []
+def test_a_public_name_has_a_docstring_of_its_own():
+    assert [name for name, one in (CALLED | CLASSES).items() if not own_docstring(one)] == []
 
 
-@pytest.mark.parametrize("name", CLASSES)
-def test_methods_of_a_public_class_have_types_and_docstrings(name):
-    methods = dict(own_methods(NAMES[name]))
+def test_a_public_function_has_types_throughout():
+    assert {name: untyped(one) for name, one in CALLED.items() if untyped(one)} == {}
+
+
+def test_methods_of_a_public_class_have_types_and_docstrings():
+    methods = {f"{name}: {key}": one for name, kind in CLASSES.items() for key, one in own_methods(kind)}
     assert {key: untyped(one) for key, one in methods.items() if untyped(one)} == {}
     assert [key for key, one in methods.items() if not one.__doc__ and not key.endswith(".__init__")] == []
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_a_public_name_is_on_a_page_of_the_reference(name):
-    assert on_page(name)
+def test_a_public_name_is_on_a_page_of_the_reference():
+    assert [name for name in NAMES if not on_page(name)] == []
 
 
-@pytest.mark.parametrize("name", CALLED)
-def test_a_public_function_has_an_example(name):
-    assert has_example(NAMES[name])
+def test_a_public_function_has_an_example():
+    assert [name for name, one in CALLED.items() if not has_example(one)] == []
 
 
-@pytest.mark.parametrize("name", CLASSES)
-def test_a_public_class_has_an_example_or_is_returned_in_one(name):
-    kind = NAMES[name]
-    if issubclass(kind, BaseException):
-        assert re.search(r"\braised\b", kind.__doc__, re.IGNORECASE), "state when it is raised"
-    else:
-        assert has_example(kind) or name in SHOWN
+def test_a_public_class_has_an_example_or_is_returned_in_one_and_an_error_states_when_it_is_raised():
+    errors = {name: kind for name, kind in CLASSES.items() if issubclass(kind, BaseException)}
+    assert [name for name, kind in errors.items() if not re.search(r"\braised\b", kind.__doc__, re.IGNORECASE)] == []
+    assert [name for name in CLASSES.keys() - errors if not has_example(CLASSES[name]) and name not in SHOWN] == []

@@ -36,6 +36,21 @@ def test_a_value_beyond_a_limit_gets_the_limit_and_an_unknown_name_the_known_one
 
 
 @pytest.mark.parametrize("name", SHIPPED)
+def test_an_effect_built_in_python_has_the_fields_and_units_of_its_table(name):
+    with pytest.raises(MachineFileError) as caught:
+        REGISTRY[name](nonsense=1)
+    assert caught.value.argument == f"effects.{name}.nonsense" and caught.value.value == 1
+    for parameter, quantity in quantities(REGISTRY[name]).items():
+        for wrong in ("12 nonsense", float("nan"), [1.0]):
+            with pytest.raises(MachineFileError) as caught:
+                REGISTRY[name](**{parameter: wrong})
+            assert caught.value.argument == f"effects.{name}.{parameter}"
+        size = max(quantity.bounds[0], 1.0) if quantity.multiple else 0.5 * sum(quantity.bounds)
+        text = REGISTRY[name](**{parameter: show(size, quantity.unit)})
+        assert getattr(text, parameter) == pytest.approx(size)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
 def test_an_effect_that_a_machine_has_once_is_refused_twice(name):
     found = [p for p in problems({name: [{}, {}]}) if "a machine has one" in p]
     assert found == (

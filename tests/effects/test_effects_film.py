@@ -9,7 +9,7 @@ import pytest
 from reynolds import GasBearing, Injector
 from rotorsim.base.errors import NoLiftOffError
 from rotorsim.machine.gas_film import GASES
-from rotorsim.plant.equilibrium import coupled_effects
+from rotorsim.plant.simulation import coupled_effects
 
 SAMPLE = 2e-4
 HZ = 2 * np.pi

@@ -43,6 +43,6 @@ def test_all_effects_at_their_neutral_values_leave_every_bit_as_it_is_without_th
 
 
 def test_neutral_effects_add_no_mode_to_the_linear_plant():
-    bare, full = (Plant(machine, n_theta=16, n_z=8, dt=2e-4).linearise(300.0, 5e5) for machine in machines())
+    bare, full = (Plant(machine, n_theta=32, n_z=8, dt=2e-4).linearise(300.0, 5e5) for machine in machines())
     assert len(bare.S) == len(full.S)
     assert full.wn == pytest.approx(bare.wn, rel=1e-9) and full.zeta == pytest.approx(bare.zeta, rel=1e-6)

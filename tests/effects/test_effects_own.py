@@ -15,7 +15,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.effects import REGISTRY, Effect, register
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
-from rotorsim.plant.generated import load_module
+from rotorsim.plant.calls import load_module
 
 SOURCE = '''
 from dataclasses import dataclass

@@ -12,7 +12,7 @@ from refusals import refused
 from rotorsim import experiments as ex
 from rotorsim.base.errors import LimitError, OtherMachine
 from rotorsim.control import LawError
-from rotorsim.experiments.limits import BEYOND, sentences
+from rotorsim.experiments.running import BEYOND, sentences
 from rotorsim.experiments.summary import summarise, summarise_experiment
 from rotorsim.machine import Limits
 from rotorsim.signals.orders import track_orders

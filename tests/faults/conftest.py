@@ -9,8 +9,8 @@ import typer
 
 from fault_injection.commands import leaves
 from fault_injection.inputs import make_failed, make_hidden, make_inputs, make_store
-from fault_injection.trials import Reference, Trial
-from rotorsim.commands.app import app
+from fault_injection.trials import CommandTrial, Undisturbed
+from rotorsim.commands.registry import app
 
 NEEDS = {"campaign collect": make_store, "campaign retry": make_failed, "diagnose": make_hidden}
 """Inputs that take long, by the words of the command."""
@@ -40,7 +40,7 @@ def trials(inputs, tmp_path_factory):
 
         force = any(p.name == "force" for p in known[command.words].params)
         work = tmp_path_factory.mktemp("work")
-        return Trial(command, inputs, work, force, prepare, environment or {}).begin()
+        return CommandTrial(command, inputs, work, force, prepare, environment or {}).begin()
 
     return make
 
@@ -53,7 +53,7 @@ def reference(trials, inputs):
     def get(command):
         kept = inputs / "references" / command.name.replace(" ", "-")
         if command not in made and (kept / "seconds").exists():
-            made[command] = Reference(kept / "results", float((kept / "seconds").read_text()))
+            made[command] = Undisturbed(kept / "results", float((kept / "seconds").read_text()))
         if command not in made:
             for _ in range(1 + command.compiles):
                 trial = trials(command)
@@ -62,7 +62,7 @@ def reference(trials, inputs):
                 assert all(any(trial.out.glob(name)) for name in command.files), ended.stdout
             shutil.copytree(trial.out, kept / "results")
             (kept / "seconds").write_text(str(ended.seconds))
-            made[command] = Reference(kept / "results", ended.seconds)
+            made[command] = Undisturbed(kept / "results", ended.seconds)
         return made[command]
 
     return get

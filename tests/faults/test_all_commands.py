@@ -3,7 +3,7 @@
 import typer
 
 from fault_injection.commands import COMMANDS, ELSEWHERE, LIKE, SILENT, leaves, writes
-from rotorsim.commands.app import app
+from rotorsim.commands.registry import app
 
 FOUND = dict(leaves(typer.main.get_command(app)))
 TABLE = {one.words for one in COMMANDS} | set(ELSEWHERE)

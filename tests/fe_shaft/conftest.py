@@ -10,7 +10,7 @@ from fe_shaft import BearingElement, DiskElement, Material, Rotor, ShaftElement,
 
 
 @dataclass(frozen=True)
-class Rig:
+class RigRotor:
     """The rig's rotor, and the nodes of the gas bearing and of the disc."""
 
     rotor: Rotor
@@ -18,7 +18,7 @@ class Rig:
     disc: int
 
 
-def build_rig(disc_at: float = 0.3787, gas_stiffness: float | None = None, element: float = 0.0125) -> Rig:
+def build_rig(disc_at: float = 0.3787, gas_stiffness: float | None = None, element: float = 0.0125) -> RigRotor:
     """Shaft 23.6 x 500 mm with a 40 x 50 mm journal at .625 of the way from ball bearing to disc."""
     material = Material("rig steel", rho=7850.0, E=210e9, Poisson=0.3)
     journal = 0.625 * disc_at
@@ -39,11 +39,11 @@ def build_rig(disc_at: float = 0.3787, gas_stiffness: float | None = None, eleme
     bearings = [BearingElement(ball, 5e7, 0.0)]
     if gas_stiffness is not None:
         bearings.append(BearingElement(gas, gas_stiffness, 0.0))
-    return Rig(Rotor(shaft, [DiskElement(disc, 1.5, 0.001858625, 0.003675)], bearings), gas, disc)
+    return RigRotor(Rotor(shaft, [DiskElement(disc, 1.5, 0.001858625, 0.003675)], bearings), gas, disc)
 
 
 @pytest.fixture
-def rig() -> Callable[..., Rig]:
+def rig() -> Callable[..., RigRotor]:
     """Return the builder of the rig."""
     return build_rig
 

@@ -8,12 +8,10 @@ import pytest
 from direct_search import crossings as searched
 from fe_shaft import BearingElement, DiskElement, Rotor, ShaftElement, steel
 from fe_shaft.critical import _forward_plane
-from fe_shaft.modes.crossings import crossings
-from fe_shaft.modes.follower import follow
-from fe_shaft.modes.onset import ModesAt, first_loss
-from fe_shaft.modes.pencil import Quotient, Region, SecondOrder, nothing
-from fe_shaft.modes.spectrum import missing_in, modes_in
-from fe_shaft.modes.subspace import joined
+from fe_shaft.crossings import ModesAt, crossings, first_loss
+from fe_shaft.follower import follow
+from fe_shaft.pencil import Quotient, Region, SecondOrder, nothing
+from fe_shaft.spectrum import joined, missing_in, modes_in
 
 pytestmark = pytest.mark.numerical
 

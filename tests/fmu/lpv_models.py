@@ -3,7 +3,7 @@
 import numpy as np
 
 from identification.local.greybox import STRUCTURES
-from identification.lpv.model import LpvModel, fit_surfaces, make_basis
+from identification.lpv_model import LpvModel, fit_surfaces, make_basis
 
 POINTS = np.array([(w, p) for w in np.linspace(0, 600, 5) for p in np.linspace(3e5, 7e5, 4)])
 PIEZO = (4e6, 2000.0, 20.0, 4e6, 2100.0, 20.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from law_models import scheduled_law
 
-from fmu.law_unit import ALARM, ANGLE, INPUTS, OUTPUTS, LawUnit, answered
+from fmu.linear_units import ALARM, ANGLE, INPUTS, OUTPUTS, LawUnit, answered
 from identification.local.greybox import STRUCTURES
 from identification.local.models import LinearModel
 from rotorsim.base.errors import DataError

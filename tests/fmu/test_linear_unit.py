@@ -5,7 +5,7 @@ import pytest
 from lpv_models import make_lpv
 
 from fmu.check import derivative_error, jacobian, model_exchange, moving_inputs, names, simulated
-from fmu.linear_model import find_terms
+from fmu.linear_units import find_terms
 from rotorsim.base.errors import DataError
 
 
@@ -41,7 +41,7 @@ def both(exported, request):
 
 @pytest.mark.parametrize("kind", ["1", "2", "3", "3-delay", "blackbox"])
 def test_terms_make_the_matrices_for_any_parameters(kind):
-    from fmu.linear_model import LinearUnit
+    from fmu.linear_units import LinearUnit
 
     unit = LinearUnit(make_lpv(kind), "bearing", 300.0, 5e5)
     theta = np.random.default_rng(0).normal(size=len(unit.lpv.coefficients))

@@ -5,8 +5,7 @@ from pathlib import Path
 import pytest
 
 import rotorsim as rs
-from fmu.law_unit import LawUnit
-from fmu.linear_model import LinearUnit
+from fmu.linear_units import LawUnit, LinearUnit
 from fmu.model import PlantUnit
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.fmu import unit_of

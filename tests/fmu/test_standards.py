@@ -16,7 +16,7 @@ KINDS = ("1", "2", "3", "blackbox")
 def all_files(files, model, tmp_path_factory):
     """Return every kind of unit and system by name, of FMI 2.0 and 3.0."""
     from fmu.export import choose, export, linear_unit
-    from fmu.law_unit import LawUnit
+    from fmu.linear_units import LawUnit
     from fmu.ssp import write_system
 
     folder, host = tmp_path_factory.mktemp("kinds"), choose("host")

@@ -9,8 +9,7 @@ import pytest
 
 import rotorsim as rs
 from fmu.contents import block, law_page, linear_page, page, prose
-from fmu.law_unit import LawUnit
-from fmu.linear_model import LinearUnit
+from fmu.linear_units import LawUnit, LinearUnit
 from fmu.model import PlantUnit
 from rotorsim import effects
 from rotorsim.control import design

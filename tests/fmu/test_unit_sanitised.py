@@ -35,8 +35,7 @@ def has_sanitisers(gcc, folder):
 )
 def unit_model(request, model):
     """Return a plant, identified models of continuous and of sampled time, and a law."""
-    from fmu.law_unit import LawUnit
-    from fmu.linear_model import LinearUnit
+    from fmu.linear_units import LawUnit, LinearUnit
 
     if request.param == "plant":
         return model

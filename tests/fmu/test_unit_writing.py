@@ -92,7 +92,7 @@ def files_of_plant(files):
 @pytest.mark.parametrize("command", ["export", "system"])
 def test_a_read_only_disk_is_refused_before_anything_is_compiled(command, tmp_path, capsys, monkeypatch):
     """Compiling would end in another sentence."""
-    for home in ("fmu.kernel_object._compile", "rotorsim.plant.equilibrium.settle"):
+    for home in ("fmu.kernel_object._compile", "rotorsim.plant.simulation.settle"):
         monkeypatch.setattr(home, lambda *_: pytest.fail("compiled"))
     scheduled_law().save(tmp_path / "law.json")
     words = ["export", "--grid", "20x8"] if command == "export" else ["system", str(tmp_path / "law.json")]

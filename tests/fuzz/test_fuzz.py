@@ -15,8 +15,7 @@ from fuzzing.outcome import check_run, checked, command, files, folder
 from fuzzing.whole import whole_machines
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.units import show
-from rotorsim.commands.closed_loop import ClosedLoopSetup
-from rotorsim.commands.experiment import read
+from rotorsim.commands.experiment import ClosedLoopSetup, read
 from rotorsim.experiments import EXPERIMENTS
 from rotorsim.machine import load_machine
 from rotorsim.machine.schema import Machine

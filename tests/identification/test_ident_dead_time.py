@@ -1,5 +1,7 @@
 """Dead time of Model 3: found, given or none; what models with one are good for; what is refused."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -17,6 +19,11 @@ def late_record(seed=0, seconds=4.0, **more):
     return record(seed, seconds=seconds, theta=DELAYED, kind=KIND, **more)
 
 
+@cache
+def late_model(seed=0):
+    return idn.identify(late_record(seed))
+
+
 def shifted_record(samples, seed=0, seconds=4.0):
     """Model 3 whose reference acts whole samples later."""
     rng = np.random.default_rng(seed)
@@ -26,9 +33,9 @@ def shifted_record(samples, seed=0, seconds=4.0):
     return idn.from_arrays(np.arange(len(u)) * TS, u, y, speed=0.0, pressure=3e5)
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_dead_times_of_both_axes_are_found(seed):
-    found = idn.identify(late_record(seed))
+    found = late_model(seed)
     assert (found.kind, found.model.order) == (KIND, 8)
     z = np.array([(v - t) / sd for (v, sd), t in zip(found.parameters.values(), DELAYED, strict=True)])
     assert np.abs(z).max() < 4
@@ -62,14 +69,14 @@ def test_a_given_dead_time_is_kept_and_has_no_uncertainty():
     np.testing.assert_allclose(found.dead_time, 6e-4)
     assert found.parameters["r_x"] == (2 / 6e-4, 0.0)
     assert found.parameters["p_x"][1] > 0
-    free = idn.identify(late_record())
+    free = late_model()
     assert np.all(free.fit > found.fit)
 
 
 @pytest.mark.slow
 def test_a_start_far_off_leads_to_the_same_dead_times():
     start = TRUTH * np.repeat([1.3**2, 1.3 * 3, 1.3**2 * 2, 1.0], [4, 4, 4, 2])
-    near = idn.identify(late_record())
+    near = late_model()
     for begin in (start, np.r_[start, 1e4, 1e4]):
         np.testing.assert_allclose(idn.identify(late_record(), start=begin).dead_time, near.dead_time, rtol=1e-3)
 
@@ -111,9 +118,9 @@ def test_a_record_too_short_for_a_given_dead_time_is_refused():
 
 
 def test_a_dead_time_long_for_the_modes_is_remarked():
-    found = idn.identify(late_record(), dead_time=2e-3)
+    found = idn.identify(late_record(seconds=2.0), dead_time=2e-3)
     assert any("too much for one Pade approximation" in text for text in found.warnings)
-    assert not idn.identify(late_record()).warnings
+    assert not late_model().warnings
 
 
 def lpv_of(theta_at, kind=KIND):

@@ -13,8 +13,11 @@ pytestmark = pytest.mark.numerical
 N, NOISE = 10000, 0.5e-6
 
 
-@pytest.mark.parametrize("gain", [5e3, 2e4, 1e5])
-@pytest.mark.parametrize("corner", [200.0, 1000.0])
+@pytest.mark.parametrize(
+    ("gain", "corner"),
+    [(5e3, 1000.0), (1e5, 200.0)]
+    + [pytest.param(*more, marks=pytest.mark.slow) for more in ((5e3, 200.0), (2e4, 200.0), (2e4, 1e3), (1e5, 1e3))],
+)
 def test_a_foreign_record_of_a_closed_loop_gives_a_warning(gain, corner):
     u, _, y = looped(1, gain, corner)
     assert np.abs(u).max() < 5 and fed_back(u, y) > 3 * FEED
@@ -43,7 +46,7 @@ def excitations(rng):
     }
 
 
-@pytest.mark.parametrize("seeds", [4, pytest.param(20, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seeds", [2, pytest.param(20, marks=pytest.mark.slow)])
 def test_no_open_loop_excitation_is_taken_for_feedback(seeds):
     """Ten kinds, with noise, imbalance and a drift: the largest share of 200 records is .004, of .05."""
     t, found = np.arange(N) * TS, {}

@@ -86,7 +86,9 @@ def test_files_keep_every_bit(found, tmp_path, name):
         np.testing.assert_array_equal(one, other)
 
 
-@pytest.mark.parametrize("design", ["p", "lqr", "hinf", "lead", "placement"])
+@pytest.mark.parametrize(
+    "design", ["lqr", "hinf", *(pytest.param(name, marks=pytest.mark.slow) for name in ("p", "lead", "placement"))]
+)
 def test_laws_are_designed_on_it_and_on_surfaces_of_it(found, grid, design):
     made = getattr(rs.control, design)
     for model in (found.model, idn.fit_lpv(grid[0], order=1)):

@@ -78,7 +78,7 @@ def test_a_response_without_noise_gives_back_its_parameters(Ts):
 @pytest.mark.parametrize("Ts", [pytest.param(0.0, marks=pytest.mark.slow), TS])
 def test_stated_intervals_of_a_noisy_response_hold_the_parameters(Ts):
     z = []
-    for seed in range(25):
+    for seed in range(12):
         found = idn.fit_frequency_response(noisy(seed, Ts), 3)
         assert found.converged and np.all(np.abs(found.misfit - 1) < 0.15) and not found.warnings
         z.append((found.theta - TRUTH) / np.sqrt(np.diag(found.covariance)))

@@ -9,7 +9,7 @@ from hypothesis import given, settings, strategies as st
 
 from identification.local.confidence import simulated
 from identification.local.fits import schur
-from identification.lpv.model import fit_surfaces, make_basis
+from identification.lpv_model import fit_surfaces, make_basis
 from model3 import TS, model, prbs
 from rotorsim.base.errors import UnfitError
 

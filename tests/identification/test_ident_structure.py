@@ -131,7 +131,10 @@ def test_model_3_written_by_hand_gives_what_model_3_of_the_package_gives():
     np.testing.assert_allclose(found.covariance, built_in.covariance, rtol=1e-3, atol=1e-3 * built_in.covariance.max())
 
 
-@pytest.mark.parametrize(("frequency", "damping"), [(0.7, 1 / 3), (1.3, 3.0), (1.5, 1.0)])
+@pytest.mark.parametrize(
+    ("frequency", "damping"),
+    [(0.7, 1 / 3), *(pytest.param(*far, marks=pytest.mark.slow) for far in ((1.3, 3.0), (1.5, 1.0)))],
+)
 def test_a_start_far_off_leads_to_the_same_parameters(data, frequency, damping):
     scale = np.array([frequency**2, frequency**2, frequency * damping, frequency * damping, frequency**2, 1.0])
     found = idn.identify(data, ISOTROPIC, start=VALUES * scale)

@@ -8,8 +8,7 @@ import typer
 
 from fault_injection.commands import leaves
 from rotorsim.cli import main
-from rotorsim.commands.app import PANELS, app
-from rotorsim.commands.registry import COMMANDS, GROUPS
+from rotorsim.commands.registry import COMMANDS, GROUPS, PANELS, app
 from rotorsim.machine import machine_text
 
 HEAVY = ("numba", "scipy", "xarray", "plotly", "pandas", "dask", "control", "pyvista", "nicegui", "fmpy")
@@ -84,7 +83,7 @@ def test_help_of_a_command_loads_its_own_chapter_and_no_arrays():
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     loaded = {name.removeprefix("rotorsim.commands.") for name in done.stdout.splitlines()[-1].split()[1:]}
-    assert loaded == {"app", "registry", "linear", "options", "completion", "results"}
+    assert loaded == {"registry", "linear", "options", "results"}
 
 
 def test_a_machine_file_is_refused_before_anything_that_computes_is_loaded(tmp_path):
@@ -102,7 +101,7 @@ def test_a_machine_file_is_refused_before_anything_that_computes_is_loaded(tmp_p
 
 def test_completion_lists_the_commands_without_what_computes():
     program = "import os, sys; os.environ.update(COMP_WORDS='rotorsim m', COMP_CWORD='1', _ROTORSIM_COMPLETE="
-    program += "'complete_bash')\nfrom rotorsim.commands.app import app\n"
+    program += "'complete_bash')\nfrom rotorsim.commands.registry import app\n"
     program += "try: app([], prog_name='rotorsim')\nexcept SystemExit: pass\n"
     program += f"print(*sorted(set({HEAVY!r}) & set(sys.modules)))"
     ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)

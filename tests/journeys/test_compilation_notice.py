@@ -11,7 +11,7 @@ from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 from rotorsim.plant.compose import FILM_ENTRIES
 
-LINE = "compiling plain_rotor (rotor, 2 effects): about 3 s, once\n"
+LINE = "compiling plain_rotor (rotor, 2 effects); later runs find it in the cache\n"
 PLAN = 'name = "p"\nmachine = "plain_rotor"\n[experiments.steady]\nkind = "steady"\nduration = "2 ms"\n'
 COMMANDS = [
     ["experiment", "steady", "plain_rotor", "--duration", "2 ms", "--no-report"],

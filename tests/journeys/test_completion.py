@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from rotorsim.commands import completion
+from rotorsim.commands import options
 from rotorsim.control import DESIGNS
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import shipped_machines
@@ -38,9 +38,9 @@ def test_the_shell_offers_the_names_that_begin_so(words, offered, tmp_path):
 
 def test_every_shipped_machine_effect_and_design_is_offered(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert completion.machines("") == sorted(shipped_machines())
-    assert completion.effects("") == sorted(REGISTRY)
-    assert completion.designs("") == sorted(DESIGNS)
+    assert options.machines("") == sorted(shipped_machines())
+    assert options.effects("") == sorted(REGISTRY)
+    assert options.designs("") == sorted(DESIGNS)
 
 
 def test_machine_files_and_folders_are_offered_and_others_not(tmp_path, monkeypatch):
@@ -48,11 +48,11 @@ def test_machine_files_and_folders_are_offered_and_others_not(tmp_path, monkeypa
     for name in ("mine.toml", "more.txt"):
         (tmp_path / name).write_text("")
     (tmp_path / "many").mkdir()
-    assert completion.machines("m") == ["many/", "mine.toml"]
-    assert completion.machines("nowhere/x") == []
+    assert options.machines("m") == ["many/", "mine.toml"]
+    assert options.machines("nowhere/x") == []
 
 
 def test_parameters_of_an_effect_follow_its_dot():
-    assert completion.parameters("runout.amplitude_2") == ["runout.amplitude_2x"]
-    assert completion.parameters("runou") == ["runout"]
-    assert completion.parameters("no_effect.x") == []
+    assert options.parameters("runout.amplitude_2") == ["runout.amplitude_2x"]
+    assert options.parameters("runou") == ["runout"]
+    assert options.parameters("no_effect.x") == []

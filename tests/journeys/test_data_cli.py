@@ -8,6 +8,10 @@ import pytest
 
 import identification as idn
 import rotorsim
+from rotorsim.base.errors import DataError
+from rotorsim.discrepancy.records import make_trials
+from rotorsim.discrepancy.run_ups import is_table, make_sweeps, with_tables
+from rotorsim.machine import load_machine
 
 MAPPING = """
 [time]
@@ -235,3 +239,36 @@ def test_a_virtual_record_is_checked_and_converted_like_a_measured_one(run, tmp_
 def test_every_help_page_has_an_example(run, command):
     code, out, _ = run(command, "--help")
     assert code == 0 and f"Example: rotorsim data {command}" in out
+
+
+RECORDS = {
+    "whole": ({}, ""), "sampled at 4 kHz": ({"rate": 4000.0}, "4000 Hz"), "short": ({"n": 300}, "0.7 s"),
+    "run-up": ({"rise": 50.0, "driven": False}, ""), "run-up with a reference": ({"rise": 50.0}, "constant speed"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", RECORDS)
+def test_the_check_says_of_a_diagnosis_what_a_diagnosis_says(run, tmp_path, name):
+    """The other side is the diagnosis' own reading of the record."""
+    change, why = RECORDS[name]
+    idn.save(turning(**change), tmp_path / "one.nc")
+    code, out, _ = run("check", tmp_path / "one.nc")
+    (line,) = [line for line in out.splitlines() if line.startswith("diagnosis: ")]
+    assert code == 0 and why in line
+    try:
+        ((_, taken),) = with_tables([("one", idn.read(tmp_path / "one.nc"))])
+        read = make_sweeps(taken, "one", True) if is_table(taken) else make_trials(
+            load_machine("dtu_gas_bearing"), [("one", taken)], None)  # fmt: skip
+    except DataError as error:
+        assert line == f"diagnosis: refused: {str(error).removeprefix('one: ')}"
+    else:
+        assert line == "diagnosis: fit" and read
+
+
+def turning(rate=5000.0, n=10_000, rise=0.0, driven=True):
+    """A round orbit of 1 um at 600 rad/s, with an acceleration [rad/s^2] and a random reference."""
+    rng, t = np.random.default_rng(0), np.arange(n) / rate
+    angle = 600.0 * t + 0.5 * rise * t**2
+    orbit = 1e-6 * np.column_stack([np.cos(angle), np.sin(angle)]) + 1e-8 * rng.normal(size=(n, 2))
+    values = {"disc_measured": orbit, "angle": angle, "speed": 600.0 + rise * t, "pressure": np.full(n, 5e5)}
+    return idn.make_record(t, values | ({"reference": rng.choice([-1.0, 1.0], (n, 2))} if driven else {}))

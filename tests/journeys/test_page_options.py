@@ -12,7 +12,7 @@ import rotorsim as rs
 from fault_injection.commands import COMMANDS, leaves
 from rotorsim import commands
 from rotorsim.base.errors import DataError
-from rotorsim.commands.app import app
+from rotorsim.commands.registry import app
 
 STEADY = ("experiment", "steady", "plain_rotor", "--duration", "1 s", "--out", "run")
 FOUND = dict(leaves(typer.main.get_command(app)))

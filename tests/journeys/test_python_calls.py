@@ -10,8 +10,8 @@ import typer
 
 import rotorsim as rs
 from fault_injection.commands import leaves
-from rotorsim.commands.app import app
-from rotorsim.commands.closed_loop import ClosedLoopSetup
+from rotorsim.commands.experiment import ClosedLoopSetup
+from rotorsim.commands.registry import app
 
 PAGE = (Path(__file__).parents[2] / "docs" / "python.md").read_text(encoding="utf-8")
 CALLS = {" ".join(words): command.python for words, command in leaves(typer.main.get_command(app))}

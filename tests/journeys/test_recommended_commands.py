@@ -32,7 +32,7 @@ OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
 @cache
 def root():
     """Return the command line."""
-    from rotorsim.commands.app import app
+    from rotorsim.commands.registry import app
 
     return typer.main.get_command(app)
 
@@ -181,7 +181,7 @@ def test_an_option_that_is_not_there_is_found():
 
 def test_a_model_of_one_point_is_refused_with_the_command_that_writes_an_lpv_model(tmp_path, capsys):
     file = Path(__file__).parents[1] / "control" / "rig_model.json"
-    from identification.lpv.model import load_model
+    from identification.lpv_model import load_model
 
     load_model(file).at(300.0, 5e5).save(tmp_path / "one.json")
     with pytest.raises(SystemExit) as refused:

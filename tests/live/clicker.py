@@ -36,7 +36,7 @@ SAMPLE = 2e-4
 
 
 @dataclass
-class Outcome:
+class ClickCounts:
     """Counts of actions and of readings that were compared, and everything that was wrong."""
 
     actions: Counter[str] = field(default_factory=Counter)
@@ -87,7 +87,7 @@ class Clicker:
     """Turns a page at random; every draw comes from one seed."""
 
     def __init__(self, browser: Any, server: Server, seed: int) -> None:
-        self.rng, self.server, self.outcome = random.Random(seed), server, Outcome()
+        self.rng, self.server, self.outcome = random.Random(seed), server, ClickCounts()
         self.context = browser.new_context(viewport={"width": 1440, "height": 900})
         self.page = self.context.new_page()
         self.page.on("pageerror", lambda error: self.outcome.wrong.append(f"page: {error}"))
@@ -106,7 +106,7 @@ class Clicker:
         self.page.goto(address, timeout=120e3)
         self.page.wait_for_function("window.rotorsimFrames > 6", timeout=120e3)
 
-    def run(self, minutes: float) -> Outcome:
+    def run(self, minutes: float) -> ClickCounts:
         """Click for some minutes."""
         begin, reported = time.monotonic(), 0.0
         while (passed := time.monotonic() - begin) < 60 * minutes:
@@ -339,7 +339,7 @@ def _moved(frame: dict[str, Any]) -> float:
     )
 
 
-def click(minutes: float, seed: int, machine: str = "dtu_gas_bearing", port: int = 8800) -> Outcome:
+def click(minutes: float, seed: int, machine: str = "dtu_gas_bearing", port: int = 8800) -> ClickCounts:
     """Outcome of some minutes on a rig of its own."""
     from playwright.sync_api import sync_playwright
 

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from rotorsim.live import guard
-from rotorsim.live.guard import LONGEST, MOST, Guard
+from rotorsim.live import serving
+from rotorsim.live.serving import LONGEST, MOST_MESSAGES, Guard
 
 PLACE = "127.0.0.1:8750"
 TOKEN = "right"
@@ -107,12 +107,12 @@ def test_a_message_that_is_too_long_ends_its_connection():
 @pytest.fixture
 def one_moment(monkeypatch):
     """A clock that stands, so that a busy machine sends a flood too."""
-    monkeypatch.setattr(guard, "time", SimpleNamespace(monotonic=lambda: 5.0))
+    monkeypatch.setattr(serving, "time", SimpleNamespace(monotonic=lambda: 5.0))
 
 
 def test_a_flood_of_messages_ends_its_connection(one_moment):
-    sent = ask(kind="websocket", path="/ws", origin=f"http://{PLACE}", messages=["a"] * (3 * MOST))
-    assert [m["type"] for m in sent].count("websocket.send") <= MOST
+    sent = ask(kind="websocket", path="/ws", origin=f"http://{PLACE}", messages=["a"] * (3 * MOST_MESSAGES))
+    assert [m["type"] for m in sent].count("websocket.send") <= MOST_MESSAGES
 
 
 def test_long_bodies_and_too_many_of_them_are_refused(one_moment):
@@ -120,5 +120,5 @@ def test_long_bodies_and_too_many_of_them_are_refused(one_moment):
     assert ask(content_length="-1")[0]["status"] == 413
     assert ask(method="POST", body=b"x" * (LONGEST + 1))[0]["status"] == 499
     one = Guard(_inner, TOKEN, "127.0.0.1", 8750)
-    answers = [ask(one, method="POST")[0]["status"] for _ in range(3 * MOST)]
-    assert answers == [200] * MOST + [429] * (2 * MOST)
+    answers = [ask(one, method="POST")[0]["status"] for _ in range(3 * MOST_MESSAGES)]
+    assert answers == [200] * MOST_MESSAGES + [429] * (2 * MOST_MESSAGES)

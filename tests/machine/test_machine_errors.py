@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from rotorsim import machine
 from rotorsim.base.errors import MachineFileError
 from rotorsim.machine import load_machine, machine_text
+from rotorsim.machine.part import Part
 from rotorsim.machine.schema import Machine
 
 RIG = machine_text("dtu_gas_bearing")
@@ -139,3 +141,31 @@ def test_an_unknown_name_lists_the_shipped_machines():
         match=r"'rig' is neither a shipped machine \(aerostatic_spindle, bently_rk4, dtu_first_assembly, .* or a path",
     ):
         load_machine("rig")
+
+
+PARTS = sorted(
+    name for name in dir(machine) if isinstance(kind := getattr(machine, name), type) and issubclass(kind, Part)
+)
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_a_part_built_in_python_names_its_unknown_field(name):
+    assert len(PARTS) > 20
+    with pytest.raises(MachineFileError) as caught:
+        getattr(machine, name)(clearence="25 um")
+    assert any(line.startswith(f"{name}.clearence: ") for line in caught.value.problems)
+    assert not any("pydantic" in line for line in caught.value.problems)
+
+
+def test_a_part_built_in_python_states_its_wrong_value():
+    with pytest.raises(MachineFileError) as caught:
+        machine.Foil(stiffness="-1 GN/m^3")
+    assert caught.value.argument == "Foil.stiffness" and len(caught.value.problems) == 1
+
+
+def test_a_part_does_not_change():
+    rig = load_machine("dtu_gas_bearing")
+    for part, field in ((rig, "name"), (rig.grid, "n_theta"), (rig.discs[0], "mass")):
+        with pytest.raises(MachineFileError) as caught:
+            setattr(part, field, 3)
+        assert caught.value.argument == field

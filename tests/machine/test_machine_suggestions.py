@@ -137,7 +137,7 @@ def test_no_shipped_machine_is_questioned(name, recwarn):
 
 
 def test_every_range_is_of_a_field_an_effect_or_a_parameter_and_holds_its_example():
-    from rotorsim.commands.closed_loop import ClosedLoopSetup
+    from rotorsim.commands.experiment import ClosedLoopSetup
     from rotorsim.experiments import EXPERIMENTS
     from rotorsim.experiments.experiment import parameters
 

@@ -10,8 +10,8 @@ from fuzzing.disk import largest_file
 from rotorsim.base.files import _node
 from rotorsim.effects.sensors import sensor_delay
 from rotorsim.plant import Plant
+from rotorsim.plant.calls import load_module
 from rotorsim.plant.compose import KernelModule
-from rotorsim.plant.generated import load_module
 
 TEXT = "number = 1\n" + "# \n" * 1000
 
@@ -34,9 +34,9 @@ def test_a_module_is_written_whole_and_what_a_killed_process_left_is_removed(fol
 
 def test_a_cache_that_takes_no_more_is_no_error(folders, monkeypatch):
     """It ended a command in "no space left on device"."""
-    from rotorsim.plant import generated
+    from rotorsim.plant import calls
 
-    write = generated.write_text
+    write = calls.write_text
 
     def full(path, text):
         if path.parent == folders[0]:
@@ -44,7 +44,7 @@ def test_a_cache_that_takes_no_more_is_no_error(folders, monkeypatch):
                 write(path, text)
         write(path, text)
 
-    monkeypatch.setattr(generated, "write_text", full)
+    monkeypatch.setattr(calls, "write_text", full)
     module = load_module("made_there", lambda: TEXT)
     assert module.number == 1 and folders[1] in Path(module.__file__).parents
 

@@ -14,9 +14,8 @@ import reynolds
 from reynolds import kernels
 from reynolds.jit import inlined
 from rotorsim.plant import compose
-from rotorsim.plant.calls import CALLS
+from rotorsim.plant.calls import CALLS, load_module
 from rotorsim.plant.compose import ENTRIES
-from rotorsim.plant.generated import load_module
 from rotorsim.plant.kernels.effect_calls import PortFunction, film_shape
 
 Sizes = namedtuple("Sizes", "n first wide")

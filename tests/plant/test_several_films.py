@@ -166,7 +166,9 @@ def closed_form_onset(machine, mode):
     return fsolve(left, (1000.0, 0.47), xtol=1e-12)
 
 
-@pytest.mark.parametrize(("mode", "tilt_inertia"), [("cylindrical", 4e-3), ("conical", 0.25)])
+@pytest.mark.parametrize(
+    ("mode", "tilt_inertia"), [("cylindrical", 4e-3), pytest.param("conical", 0.25, marks=pytest.mark.slow)]
+)
 def test_the_onset_of_whirl_on_two_films_is_that_of_the_closed_form(mode, tilt_inertia):
     """Half a percent in speed and ratio, and 3 % below and above it a motion that dies away and one that grows."""
     machine = held(tilt_inertia)

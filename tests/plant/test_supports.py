@@ -90,7 +90,7 @@ def test_whirl_of_shaft_and_housing_is_that_of_the_finite_elements():
     speed, me = 250.0, 1e-4
     more = PROBES + f'\n[effects.unbalance]\nme = "{me} kg*m"\n[effects.gravity]\nacceleration = "9.81 m/s^2"\n'
     damped = (TABLE + RIGHT + HOUSING).replace("MN", "kN").replace('"10 kN', '"900 kN').replace("20 kN", "2 MN")
-    plant = rs.Plant(machine(damped.replace("8 kN", "3 MN").replace("00 N*s", "000 N*s"), more, modes=20))
+    plant = rs.Plant(machine(damped.replace("8 kN", "3 MN").replace("00 N*s", "000 N*s"), more, modes=40))
     mesh = plant.assembly.mesh
     whirl = run_unbalance_response(mesh.rotor, mesh.node(0.3), me, 0.0, [speed]).response[:, 0]
     housing = whirl[mesh.rotor.layout.place(len(mesh.nodes))]
@@ -167,8 +167,8 @@ def test_a_shaft_that_buckles_is_refused():
 def test_thrust_stiffens_a_ball_bearing_by_its_cube_root_wherever_it_is():
     eight = '\n[[effects.ball_bearing]]\nbearing = "right"\nthrust = "800 N"\nrated_thrust = "100 N"\n'
     stiff = RIGHT.replace("10 MN", "20 MN").replace("200", "200")
-    a = rs.Plant(machine(LEFT + RIGHT, eight, modes=30)).linearise(100.0, 0.0).wn[:4]
-    b = rs.Plant(machine(LEFT + stiff, modes=30)).linearise(100.0, 0.0).wn[:4]
+    a = rs.Plant(machine(LEFT + RIGHT, eight, modes=40)).linearise(100.0, 0.0).wn[:4]
+    b = rs.Plant(machine(LEFT + stiff, modes=40)).linearise(100.0, 0.0).wn[:4]
     assert a == pytest.approx(b, rel=1e-4)
 
 
@@ -177,7 +177,7 @@ def test_clearances_at_both_ends():
     both = "".join(f'\n[[effects.ball_bearing]]\nbearing = "{b}"\nclearance = "20 um"\n' for b in ("left", "right"))
     gravity = '\n[effects.gravity]\nacceleration = "9.81 m/s^2"\n'
     loose, tight = (
-        rs.Plant(machine(LEFT + RIGHT, gravity + more, modes=30)).equilibrium(0.0, 0.0).disc for more in (both, "")
+        rs.Plant(machine(LEFT + RIGHT, gravity + more, modes=40)).equilibrium(0.0, 0.0).disc for more in (both, "")
     )
     assert tight[1] - loose[1] == pytest.approx(20e-6, rel=1e-3)
 

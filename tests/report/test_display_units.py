@@ -14,15 +14,7 @@ from refusals import refused
 from rotorsim.base.errors import DataError
 from rotorsim.report.figure_files import figure_csv, figures_of, imperial_figure
 from rotorsim.report.page import Block, Page, figures, html, plain_page, save_study_page
-from rotorsim.report.units import (
-    IMPERIAL,
-    displacement,
-    label,
-    micrometres,
-    number,
-    quantity,
-    unit_system,
-)
+from rotorsim.report.units import IMPERIAL, displacement, label, micrometres, number, quantity, unit_system
 
 PINT = {
     "mil": "thou", "mil/V": "thou/volt", "mil/lbf": "thou/force_pound", "V/mil": "volt/thou",

@@ -33,7 +33,7 @@ def run(w):
 """
 RUN = f"""
 import numpy as np
-from rotorsim.plant.generated import load_module
+from rotorsim.plant.calls import load_module
 film = load_module("film_of_a_test", lambda: {FILM!r})
 plant = load_module("plant_of_a_test", lambda: {PLANT!r})
 print(plant.run(np.zeros(2)), sum(plant.run.stats.cache_hits.values()), sum(film.flow.stats.cache_hits.values()))
@@ -55,7 +55,7 @@ def test_machine_code_on_disk_finds_what_it_calls(run, tmp_path):
 
 
 def test_an_inlined_function_is_compiled_once_for_all_numbers(tmp_path, monkeypatch):
-    from rotorsim.plant.generated import load_module
+    from rotorsim.plant.calls import load_module
 
     monkeypatch.setenv("ROTORSIM_CACHE_DIR", str(tmp_path))
     film = load_module("film_of_another_test", lambda: FILM)

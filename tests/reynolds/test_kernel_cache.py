@@ -25,7 +25,7 @@ def largest(values):
 @pytest.fixture
 def load(tmp_path, monkeypatch):
     """The kernel as a new process would load it."""
-    from rotorsim.plant.generated import load_module
+    from rotorsim.plant.calls import load_module
 
     monkeypatch.setenv("ROTORSIM_CACHE_DIR", str(tmp_path))
 

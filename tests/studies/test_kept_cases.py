@@ -16,12 +16,12 @@ from rotorsim.effects import REGISTRY
 from studies.benchmarks.command import bench
 from studies.benchmarks.diagnose import keep, kept_cases
 from studies.benchmarks.hidden_case import NOT_DRAWN
-from studies.benchmarks.verdicts import Case
+from studies.benchmarks.verdicts import CaseVerdict
 
 
 def case(number):
     """A case as a benchmark keeps it."""
-    return Case(
+    return CaseVerdict(
         number,
         "one",
         ("runout.amplitude_1x",),
@@ -69,8 +69,8 @@ def test_a_file_that_another_benchmark_writes_is_refused(run, tmp_path):
 def test_a_kill_leaves_whole_cases(tmp_path):
     program = (
         "import sys; from pathlib import Path; from studies.benchmarks.diagnose import keep\n"
-        "from studies.benchmarks.verdicts import Case\n"
-        "one = lambda n: Case(n, 'one', ('a',), 3.0, 5.0, 'named', ('a',), 'right', 1.0, 0.9, 1.0, 2.0)\n"
+        "from studies.benchmarks.verdicts import CaseVerdict\n"
+        "one = lambda n: CaseVerdict(n, 'one', ('a',), 3.0, 5.0, 'named', ('a',), 'right', 1.0, 0.9, 1.0, 2.0)\n"
         "for n in range(10**6): keep(map(one, range(n % 100 + 1)), Path(sys.argv[1])); print(n, flush=True)"
     )
     process = subprocess.Popen([sys.executable, "-c", program, tmp_path / "cases"], stdout=subprocess.PIPE)

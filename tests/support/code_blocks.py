@@ -15,7 +15,7 @@ INDENTED = re.compile(r"(?<=\n\n)((?: {4}[^\n]*\n)+)(?=\n)")
 
 
 @dataclass(frozen=True)
-class Block:
+class CodeBlock:
     """A block of code: page, line on it, language ('' without one, 'indented' for four spaces), text."""
 
     page: str
@@ -30,22 +30,22 @@ def pages() -> list[Path]:
     return [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *site, *sorted((ROOT / "docs" / "rk4").glob("*.md"))]
 
 
-def blocks() -> list[Block]:
+def blocks() -> list[CodeBlock]:
     """Return every block of every page, in order."""
     return [block for page in pages() for block in blocks_of(page)]
 
 
-def blocks_of(path: Path) -> Iterator[Block]:
+def blocks_of(path: Path) -> Iterator[CodeBlock]:
     """Yield the blocks of a page, fenced ones first."""
     text, page = path.read_text(encoding="utf-8"), path.relative_to(ROOT).as_posix()
     for found in FENCE.finditer(text):
-        yield Block(page, text.count("\n", 0, found.start()) + 1, found[1].strip(), found[2])
+        yield CodeBlock(page, text.count("\n", 0, found.start()) + 1, found[1].strip(), found[2])
     rest = FENCE.sub(lambda found: "\n" * found[0].count("\n"), text)
     for found in INDENTED.finditer(rest):
-        yield Block(page, rest.count("\n", 0, found.start()) + 1, "indented", found[1])
+        yield CodeBlock(page, rest.count("\n", 0, found.start()) + 1, "indented", found[1])
 
 
-def command_lines(block: Block) -> list[str]:
+def command_lines(block: CodeBlock) -> list[str]:
     """Return the commands of a block of shell lines, comments removed."""
     lines = [line.strip().removeprefix("$ ") for line in block.text.splitlines()]
     if block.language == "console":

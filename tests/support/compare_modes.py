@@ -13,7 +13,7 @@ import time
 import numpy as np
 
 from direct_search import all_eigenvalues, counted, crossings
-from fe_shaft.modes.pencil import Region
+from fe_shaft.pencil import Region
 from mirror import mirrored
 from random_machines import COUNT, random_machine
 from rotorsim.analysis import campbell

@@ -1,5 +1,7 @@
 """Simulated identification data: Model 3 near the rig's values, PRBS on both axes, white noise."""
 
+from functools import cache
+
 import numpy as np
 from scipy.signal import lfilter
 
@@ -35,6 +37,7 @@ def record(seed=0, seconds=10.0, noise=0.5e-6, theta=TRUTH, speed=0.0, pressure=
     )
 
 
+@cache
 def looped_model3(seed, gain, corner=1000.0, noise=0.5e-6, n=10000, most=np.inf, colour=0.0):
     """Reference, external reference and displacement (n, 2) of Model 3 under a proportional law behind a low-pass."""
     rng = np.random.default_rng(seed)
@@ -45,9 +48,11 @@ def looped_model3(seed, gain, corner=1000.0, noise=0.5e-6, n=10000, most=np.inf,
     x, fed = np.zeros(len(sampled.A)), np.zeros(2)
     u, y = np.zeros((n, 2)), np.zeros((n, 2))
     for k in range(n):
-        u[k], y[k] = np.clip(external[k] + fed, -most, most), sampled.C @ x + e[k]
+        u[k], y[k] = np.minimum(np.maximum(external[k] + fed, -most), most), sampled.C @ x + e[k]
         fed = keep * fed + (1 - keep) * gain * y[k]
         x = sampled.A @ x + sampled.B @ u[k]
+    for array in (u, external, y):  # the next caller is given the same
+        array.setflags(write=False)
     return u, external, y
 
 

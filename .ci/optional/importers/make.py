@@ -19,7 +19,7 @@ from lpv_models import make_lpv
 
 from fmu.check import moving_inputs, simulated
 from fmu.export import choose, export, linear_unit, plant_unit
-from fmu.law_unit import INPUTS, OUTPUTS, LawUnit, answered
+from fmu.linear_units import INPUTS, OUTPUTS, LawUnit, answered
 from fmu.ssp import write_system
 from rotorsim.plant import Plant
 

@@ -96,8 +96,7 @@ def runup(
     >>> rs.experiments.runup(plant, start=50.0, stop=60.0, rate=100.0, pressure=0.5e6).sizes["time"]
     500
     """
-    from rotorsim.experiments.limits import cut
-    from rotorsim.experiments.running import run
+    from rotorsim.experiments.running import cut, run
     from rotorsim.plant.plant import as_plant
 
     if not callable(pressure) and np.ndim(pressure) == 0:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.lpv.model import LpvModel
+from identification.lpv_model import LpvModel
 from rotorsim.base.rounding import decays
 from rotorsim.base.units import KRPM, MPA, TO_HZ
 from rotorsim.control.designs import h2_scheduled, hinf

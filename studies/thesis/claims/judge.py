@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 
-from studies.thesis.claims.rules import Claim, Figure, Interval
+from studies.thesis.claims.rules import Claim, ClaimFigure, Interval
 
 MET, NEAR, NOT_MET, NOT_RUN = "met", "near", "not met", "not run"
 TRIVIAL, NOT_COMPARABLE = "trivial", "not comparable"
@@ -42,7 +42,7 @@ def judge(claim: Claim, ours: Mapping[str, float], left_out: Collection[str] = (
     return Judged(claim, values, verdicts, judge_claim(verdicts))
 
 
-def judge_figure(figure: Figure, value: float | None, none: str = NOT_MET) -> str:
+def judge_figure(figure: ClaimFigure, value: float | None, none: str = NOT_MET) -> str:
     """The verdict on a number; `none` where it is None."""
     if figure.kind == NOT_COMPARABLE:
         return NOT_COMPARABLE

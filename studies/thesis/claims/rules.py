@@ -17,7 +17,7 @@ FIRST, AMENDED = "rules.toml", "amended.toml"
 
 
 @dataclass(frozen=True)
-class Figure:
+class ClaimFigure:
     """A figure of a claim: the thesis' number and the closed intervals, in `unit`, that ours is met and near in.
 
     one_sided: why the intervals need not surround the thesis' number, empty where they do; kind: '', 'trivial' or 'not
@@ -60,7 +60,7 @@ class Claim:
     points: str
     source: str
     why: str
-    figures: tuple[Figure, ...]
+    figures: tuple[ClaimFigure, ...]
     remark: str = ""
     amendment: Amendment | None = None
     added: bool = False
@@ -161,7 +161,9 @@ def _added(number: str, table: dict[str, Any]) -> Claim:
 
 def _claim(number: str, table: dict[str, Any]) -> Claim:
     shared = {key: table.pop(key) for key in ("kind", "because") if key in table}
-    return Claim(number, **table | {"figures": tuple(Figure(**_intervals(shared | one)) for one in table["figures"])})
+    return Claim(
+        number, **table | {"figures": tuple(ClaimFigure(**_intervals(shared | one)) for one in table["figures"])}
+    )
 
 
 def _intervals(table: dict[str, Any]) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from rotorsim.study.identification_vs_physics import Study, errors
 
 
 @dataclass(frozen=True)
-class Target:
+class FigureTarget:
     """A figure, its value here, its bound, whether it is met, and a remark."""
 
     figure: str
@@ -22,16 +22,16 @@ class Target:
     remark: str = ""
 
 
-def targets(study: Study) -> list[Target]:
+def targets(study: Study) -> list[FigureTarget]:
     """All figures that the study's records yield."""
     return [*_fits(study), *_knee(study), *_runout(study), *_physics(study), *_surfaces(study)]
 
 
-def _at_most(figure: str, value: float, bound: float, unit: str, remark: str = "") -> Target:
-    return Target(figure, float(value), bound, unit, bool(value <= bound), remark)
+def _at_most(figure: str, value: float, bound: float, unit: str, remark: str = "") -> FigureTarget:
+    return FigureTarget(figure, float(value), bound, unit, bool(value <= bound), remark)
 
 
-def _fits(study: Study) -> list[Target]:
+def _fits(study: Study) -> list[FigureTarget]:
     known, rows = [p for p in study.points if p.validation], []
     for kind in ("2", "3") if known else ():
         gap = 100 * np.array([p.ceiling - p.validation[kind] for p in known])
@@ -45,16 +45,16 @@ def _fits(study: Study) -> list[Target]:
     return rows
 
 
-def _knee(study: Study) -> list[Target]:
+def _knee(study: Study) -> list[FigureTarget]:
     mean = [{name: 100 * float(np.mean(f)) for name, f in fits.items()} for _, fits in study.sweep]
     rise, after = min(m["order 6"] - m["order 5"] for m in mean), max(m["order 8"] - m["order 6"] for m in mean)
     return [
-        Target("knee: gain of fit from order 5 to 6, smallest", rise, 1.0, "points", rise >= 1.0, "at least"),
+        FigureTarget("knee: gain of fit from order 5 to 6, smallest", rise, 1.0, "points", rise >= 1.0, "at least"),
         _at_most("knee: gain of fit from order 6 to 8, largest", after, 1.0, "points"),
     ]
 
 
-def _runout(study: Study) -> list[Target]:
+def _runout(study: Study) -> list[FigureTarget]:
     rows = []
     for rpm in (5000.0, 6000.0):
         at = [p for p in study.points if p.runout and abs(p.source.speed * TO_RPM - rpm) < 1]
@@ -66,7 +66,7 @@ def _runout(study: Study) -> list[Target]:
     return rows
 
 
-def _physics(study: Study) -> list[Target]:
+def _physics(study: Study) -> list[FigureTarget]:
     rows = []
     for kind in ("2", "3"):
         found = errors(study, kind)
@@ -78,7 +78,7 @@ def _physics(study: Study) -> list[Target]:
     return rows
 
 
-def _surfaces(study: Study) -> list[Target]:
+def _surfaces(study: Study) -> list[FigureTarget]:
     ratio = study.lpv.rms_hold_out / study.lpv.rms_identification
     worst = study.lpv.parameters[int(np.argmax(ratio))]
     rows = [_at_most("RMS of surfaces at points between the grid's over RMS at the grid's, largest of the parameters",

@@ -15,7 +15,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from studies.thesis.claims.judge import MET, NEAR, NOT_MET, Judged, Numbers, count, judge, judge_figure
-from studies.thesis.claims.rules import Amendment, Claim, Figure, Interval, claims, first_claims, marked
+from studies.thesis.claims.rules import Amendment, Claim, ClaimFigure, Interval, claims, first_claims, marked
 from studies.thesis.printed import printed_numbers
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ def plain(found: Sequence[Judged]) -> dict[str, dict[str, Any]]:
     }  # fmt: skip
 
 
-def _plain_figure(one: Judged, f: Figure, value: float | None) -> dict[str, Any]:
+def _plain_figure(one: Judged, f: ClaimFigure, value: float | None) -> dict[str, Any]:
     return {"name": f.name, "words": f.words, "unit": f.unit, "thesis": f.thesis, "thesis_model": _own(one.claim, f),
             "ours": value, MET: _plain(f.met), NEAR: _plain(f.near)}  # fmt: skip
 
@@ -189,7 +189,7 @@ def number(value: float | None) -> str:
     return f"{value:.0f}" if 1e4 <= abs(value) < 1e9 else f"{value:.4g}"
 
 
-def _figures(one: Judged) -> list[tuple[Figure, float | None, str]]:
+def _figures(one: Judged) -> list[tuple[ClaimFigure, float | None, str]]:
     return list(zip(one.claim.figures, one.values, one.verdicts, strict=True))
 
 
@@ -207,18 +207,18 @@ def _printed() -> dict[str, dict[str, float]]:
     return printed_numbers()
 
 
-def _own(claim: Claim, figure: Figure) -> float | None:
+def _own(claim: Claim, figure: ClaimFigure) -> float | None:
     """Figure of the thesis' printed model; None where it gives none."""
     return _printed().get(claim.number, {}).get(figure.old or figure.name)
 
 
-def _own_words(claim: Claim, figure: Figure) -> str:
+def _own_words(claim: Claim, figure: ClaimFigure) -> str:
     """The same with its verdict by the rule, empty without."""
     value = _own(claim, figure)
     return "" if value is None else f"{number(value)} ({judge_figure(figure, value)})"
 
 
-def _first_rule(one: Judged, figure: Figure) -> str:
+def _first_rule(one: Judged, figure: ClaimFigure) -> str:
     """Our number, intervals and verdict by the first rule where figure or machine were amended; empty where not."""
     if one.first is None or not (figure.old or one.claim.machine):
         return ""

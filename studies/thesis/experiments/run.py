@@ -13,8 +13,8 @@ from rotorsim.base.errors import DataError
 from rotorsim.machine import Machine
 from studies.thesis.cached_cases import CachedCase, Progress, run_cases
 from studies.thesis.claims.judge import MET, judge_figure
-from studies.thesis.claims.rules import Figure
-from studies.thesis.experiments.table import Experiment, changed, figure_of
+from studies.thesis.claims.rules import ClaimFigure
+from studies.thesis.experiments.table import FactorStudy, changed, figure_of
 from studies.thesis.stage_key import key_of
 
 HOME = "studies.thesis.experiments.measures"
@@ -25,7 +25,7 @@ class Found:
     """An experiment with its numbers by factor (`failed` by factor: why there are none) and, by the factor that the
     most figures are met at, the rows of Table E.2 that the machine then leaves."""
 
-    experiment: Experiment
+    experiment: FactorStudy
     numbers: dict[float, dict[str, float]]
     failed: dict[float, str]
     broken: list[str] = field(default_factory=list)
@@ -52,7 +52,7 @@ class Found:
         return reached(figure_of(key), [(f, v) for f in sorted(self.numbers) if (v := self.value(key, f)) is not None])
 
 
-def reached(figure: Figure, points: Sequence[tuple[float, float]]) -> float | None:
+def reached(figure: ClaimFigure, points: Sequence[tuple[float, float]]) -> float | None:
     """Factor, nearest to 1, at which straight lines through (factor, value), ascending, pass the thesis' number.
 
     Of a one-sided figure the number passed is an end of the interval that it is met in. None where no line does.
@@ -76,7 +76,7 @@ def _crossings(points: Sequence[tuple[float, float]], value: float) -> Iterator[
 
 
 def run_experiments(
-    machine: Machine, chosen: Sequence[Experiment], folder: Path, progress: Progress, workers: int = 1
+    machine: Machine, chosen: Sequence[FactorStudy], folder: Path, progress: Progress, workers: int = 1
 ) -> list[Found]:
     """The experiments on a machine; what is in `folder` already is read.
 
@@ -96,13 +96,13 @@ def run_experiments(
     return [Found(one.experiment, one.numbers, one.failed, rows.get(one.experiment.name, [])) for one in found]
 
 
-def _case(machine: Machine, one: Experiment, factor: float, text: str) -> CachedCase:
+def _case(machine: Machine, one: FactorStudy, factor: float, text: str) -> CachedCase:
     arguments = (text, machine.text, one.measure)
     key = key_of(*arguments, kind="experiments")
     return CachedCase("experiment", f"{one.name} x {factor:g}", key, f"{HOME}:figures", arguments)
 
 
-def _found(experiment: Experiment, results: dict[float, dict[str, Any]]) -> Found:
+def _found(experiment: FactorStudy, results: dict[float, dict[str, Any]]) -> Found:
     failed = {f: one["failed"] for f, one in results.items() if "failed" in one}
     return Found(experiment, {f: one for f, one in results.items() if f not in failed}, failed)
 

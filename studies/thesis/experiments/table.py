@@ -14,22 +14,22 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.input_files import parse_toml
 from rotorsim.machine import Machine
 from rotorsim.machine.file_text import expanded
-from studies.thesis.claims.rules import Figure, first_claims
+from studies.thesis.claims.rules import ClaimFigure, first_claims
 
 KEYS = {"words", "fields", "factors", "measure", "figures", "why"}
 EXTRA = {
-    "C2.least": Figure(
+    "C2.least": ClaimFigure(
         "least", "level of Fig. B.4's S below which no controller keeps", "", 1.0, (0.0, 1.0), (0.0, 1.1),
         one_sided="at most one is needed",
     ),
-    "C4.radius": Figure(
+    "C4.radius": ClaimFigure(
         "radius", "hardening: largest pole radius of the loop", "", 1.0, (0.0, 0.999999), (0.0, 1.001),
         one_sided="stable below one",
     ),
-    "C10.unstable": Figure(
+    "C10.unstable": ClaimFigure(
         "unstable", "points of 600 that surfaces of second order leave unstable", "", 0.0, (0.0, 0.0), (0.0, 1.0)
     ),
-    "C10.excess": Figure(
+    "C10.excess": ClaimFigure(
         "excess", "excess of their imbalance response at held-out points", "", 0.0, (0.0, 0.1), (0.0, 0.2)
     ),
 }  # fmt: skip
@@ -39,7 +39,7 @@ POWER = "^"
 
 
 @dataclass(frozen=True)
-class Experiment:
+class FactorStudy:
     """One number of the machine times each of `factors`, ascending in the file's order.
 
     fields: dotted paths, each multiplied with the factor, or with a power of it ('injectors.2.pd_zero^-1')
@@ -63,13 +63,13 @@ class Experiment:
 
 
 @lru_cache
-def experiments() -> tuple[Experiment, ...]:
+def experiments() -> tuple[FactorStudy, ...]:
     """All experiments, in the order of the file."""
     text = (files("studies.thesis.experiments") / "experiments.toml").read_text(encoding="utf-8")
     return read(text)
 
 
-def read(text: str) -> tuple[Experiment, ...]:
+def read(text: str) -> tuple[FactorStudy, ...]:
     """Experiments of a file's text; raises DataError with one sentence.
 
     Examples
@@ -91,7 +91,7 @@ def read(text: str) -> tuple[Experiment, ...]:
     return tuple(_experiment(name, table) for name, table in tables.items())
 
 
-def _experiment(name: str, table: Any) -> Experiment:
+def _experiment(name: str, table: Any) -> FactorStudy:
     if not isinstance(table, dict) or set(table) != KEYS:
         raise DataError(f"experiments: {name} needs the keys {', '.join(sorted(KEYS))} and no others")
     factors = tuple(float(v) for v in table["factors"])
@@ -100,12 +100,12 @@ def _experiment(name: str, table: Any) -> Experiment:
     for figure in table["figures"]:
         figure_of(figure)
     values = {key: tuple(table[key]) for key in ("fields", "figures")}
-    return Experiment(
+    return FactorStudy(
         name, table["words"], values["fields"], factors, table["measure"], values["figures"], table["why"]
     )
 
 
-def figure_of(key: str) -> Figure:
+def figure_of(key: str) -> ClaimFigure:
     """The rule of a figure 'I4.before'; raises DataError where there is none."""
     known = known_figures()
     if key not in known:
@@ -114,12 +114,12 @@ def figure_of(key: str) -> Figure:
 
 
 @lru_cache
-def known_figures() -> dict[str, Figure]:
+def known_figures() -> dict[str, ClaimFigure]:
     """All figures of the first rules by claim and name, and those that only experiments have."""
     return {f"{claim.number}.{figure.name}": figure for claim in first_claims() for figure in claim.figures} | EXTRA
 
 
-def chosen_experiments(names: Iterable[str]) -> tuple[Experiment, ...]:
+def chosen_experiments(names: Iterable[str]) -> tuple[FactorStudy, ...]:
     """The experiments of these names or claims, all where none is given; raises DataError for an unknown name."""
     wanted, found = list(names), experiments()
     known = [one.name for one in found] + sorted({claim for one in found for claim in one.claims})
@@ -133,14 +133,14 @@ def chosen_experiments(names: Iterable[str]) -> tuple[Experiment, ...]:
     return tuple(one for one in found if not wanted or one.name in wanted or set(one.claims) & set(wanted))
 
 
-def changed(machine: Machine, experiment: Experiment, factor: float) -> Machine:
+def changed(machine: Machine, experiment: FactorStudy, factor: float) -> Machine:
     """The machine with every field times the factor; raises MachineFileError where it would not be valid."""
     if factor == 1:
         return machine
     return machine.with_({path: factor**power * value for path, (value, power) in values(machine, experiment).items()})
 
 
-def values(machine: Machine, experiment: Experiment) -> Mapping[str, tuple[float, float]]:
+def values(machine: Machine, experiment: FactorStudy) -> Mapping[str, tuple[float, float]]:
     """Values [SI] of the fields and powers of the factor, stars of lists written out.
 
     Raises

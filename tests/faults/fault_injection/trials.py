@@ -31,7 +31,7 @@ TABLE = "ROTORSIM_FAULT_TABLE"
 
 
 @dataclass(frozen=True)
-class Reference:
+class Undisturbed:
     """What a command leaves undisturbed, and its time [s]."""
 
     folder: Path
@@ -49,7 +49,7 @@ class Reference:
 
 
 @dataclass
-class Trial:
+class CommandTrial:
     """A folder in which a command is tried."""
 
     command: Command
@@ -64,7 +64,7 @@ class Trial:
         """Where the results are."""
         return self.work / OUT
 
-    def begin(self) -> Trial:
+    def begin(self) -> CommandTrial:
         """Make the folders."""
         self.out.mkdir(parents=True, exist_ok=True)
         if self.prepare is not None:
@@ -76,12 +76,12 @@ class Trial:
         line = self.command.line(str(self.inputs)) + ["--force"] * (force and self.force)
         return run(line, self.work, self.environment, disturb, largest=largest)
 
-    def found(self, ended: Ended, codes: set[int], reference: Reference) -> list[Fault]:
+    def found(self, ended: Ended, codes: set[int], reference: Undisturbed) -> list[Fault]:
         """Faults of a try: messages, files and the length of a record that was cut."""
         cut = reported_length(ended, self.out / self.command.record) if self.command.record else []
         return messages(ended, codes) + files(self.out, reference.folder) + cut
 
-    def again(self, reference: Reference) -> list[Fault]:
+    def again(self, reference: Undisturbed) -> list[Fault]:
         """Faults of the same command, run to its end afterwards; with --force where it asks for that."""
         self.out.mkdir(exist_ok=True)
         ended = self.run()
@@ -125,10 +125,10 @@ def moments(command: Command, number: int, count: int, length: float) -> list[fl
     return [float(t) for t in rng.permutation(parts * length)]
 
 
-Make = Callable[[], Trial]
+Make = Callable[[], CommandTrial]
 
 
-def signalled(make: Make, reference: Reference, number: int, when: list[float]) -> list[Fault]:
+def signalled(make: Make, reference: Undisturbed, number: int, when: list[float]) -> list[Fault]:
     """A signal at each of these moments [s]; after every few tries a run to the end."""
     found: list[Fault] = []
     trial, owed = make(), 0
@@ -150,12 +150,12 @@ def signalled(make: Make, reference: Reference, number: int, when: list[float]) 
     return found
 
 
-def complete(trial: Trial, ended: Ended, codes: set[int]) -> set[int]:
+def complete(trial: CommandTrial, ended: Ended, codes: set[int]) -> set[int]:
     """Codes that are allowed: also that of a command that found its results there and never replaces them."""
     return codes | {2} if trial.command.kept and "there already" in ended.stderr else codes
 
 
-def growing(trial: Trial, reference: Reference) -> int:
+def growing(trial: CommandTrial, reference: Undisturbed) -> int:
     """Samples that a killed run must have committed, by the size of its file; 0 for a file that is known."""
     if not trial.command.record:
         return 0

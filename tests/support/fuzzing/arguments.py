@@ -8,7 +8,7 @@ from fuzzing.machines import free, texts
 from fuzzing.values import NONSENSE, beyond, broken, legal, text_of
 from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import RIG_SAMPLE, show
-from rotorsim.commands.closed_loop import ClosedLoopSetup
+from rotorsim.commands.experiment import ClosedLoopSetup
 from rotorsim.experiments import EXPERIMENTS
 from rotorsim.experiments.experiment import parameters
 

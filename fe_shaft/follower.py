@@ -21,9 +21,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from fe_shaft.modes.pencil import Modes, Pencil, Region, nothing
-from fe_shaft.modes.spectrum import counted, modes_in
-from fe_shaft.modes.subspace import joined, refined
+from fe_shaft.pencil import Modes, Pencil, Region, nothing
+from fe_shaft.spectrum import counted, joined, modes_in, refined
 
 CERTAIN = 0.7
 """Overlap of modes at neighbouring values above which they are one."""

@@ -37,7 +37,7 @@ from identification.local.models import LinearModel
 from identification.local.response_fit import response_with_derivatives
 from identification.local.result import Identification
 from identification.local.structures import Structure
-from identification.lpv.model import ORDERS, SAME, LpvModel, fit_surfaces, make_basis, rms
+from identification.lpv_model import ORDERS, SAME, LpvModel, fit_surfaces, make_basis, rms
 from identification.records.prefilter import Signals
 from identification.records.schema import common
 from rotorsim.base.errors import UnfitError

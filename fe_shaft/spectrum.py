@@ -1,0 +1,359 @@
+r"""All modes of a pencil in a region, each once, a double one twice, and their number proven.
+
+Eigenpairs come from Krylov spaces and are refined as invariant subspaces. Inverse iteration runs from both sides, with
+a Rayleigh-Ritz step for eigenvalues near one another: they are one subspace, whatever the distance. A mode that was met
+twice lies in the span of the vectors that are known already.
+
+Source: Saad (2011), chapters 4 to 7 (subspace iteration, two-sided projection, block Krylov spaces).
+
+A small pencil's modes are all computed, others' are counted. What is missing among the known eigenvalues is counted by
+the argument principle. With the known ones divided out of the determinant,
+
+.. math:: N = \frac{1}{2\pi i} \int_\Gamma \frac{g'}{g}\,ds, \qquad g(s) = \frac{\det(J - s S)}{\prod_k (s - \lambda_k)}
+
+is 0 where none is missing, and g is so smooth that few points on the border tell its turns. It turns by what lies
+outside; a neighbouring pencil, of which none is missing, has nearly the same outside: over the neighbour's g there is
+hardly a turn left, and still fewer points tell it.
+
+Source: Delves and Lyness (1967).
+
+Cites: saad_2011, delves_lyness_1967.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy.linalg import eig
+
+from fe_shaft.pencil import OSCILLATES, Modes, Pencil, Quotient, Region, Vector, nothing
+
+SETTLED = 1e-11
+"""Relative change of an eigenvalue after which its refinement ends."""
+NEAR = 1e-3
+"""Relative distance of eigenvalues that are refined as one subspace."""
+ALIKE = 1e-3
+"""Part of a vector outside the span of the vectors nearby below which it adds no mode."""
+LOOSE = 1e10
+"""Condition of left against right vectors above which they span no common subspace."""
+SMALL = 130
+"""Size up to which all eigenvalues are computed at once."""
+DEPTH, WIDTH = 14, 2
+"""Steps of a block Krylov space and vectors of its block."""
+
+
+def everything(pencil: Pencil) -> Modes:
+    """All modes of a small pencil that are not below the real axis: none is missing."""
+    eye = np.eye(pencil.size)
+    S, J = pencil.times_S(eye), pencil.times_J(eye)
+    values, left, right = eig(np.linalg.solve(S, J), left=True, check_finite=False)
+    keep = values.imag >= 0
+    left = np.linalg.solve(S.T, left[:, keep])
+    return Modes(values[keep], right[:, keep], _paired_nearby(pencil, values[keep], right[:, keep], left), 0.0)
+
+
+def around(pencil: Pencil, shift: complex) -> Modes:
+    """Modes nearest to a shift [rad/s] in a block Krylov space of (J - shift S)^-1 S, with random left vectors."""
+    factor, rng = pencil.factor(shift), np.random.default_rng(0)
+
+    def inverse(block: Any) -> Any:
+        return np.column_stack([factor.solve(b) for b in pencil.times_S(block).T])
+
+    basis = np.linalg.qr(inverse(rng.standard_normal((pencil.size, WIDTH)) + 0j))[0]
+    k = DEPTH * WIDTH
+    H = np.zeros((k + WIDTH, k), complex)
+    for j in range(0, k, WIDTH):
+        new = inverse(basis[:, j:])
+        for _ in range(2):  # twice is enough
+            part = basis.conj().T @ new
+            new = new - basis @ part
+            H[: len(part), j : j + WIDTH] += part
+        q, H[j + WIDTH : j + 2 * WIDTH, j : j + WIDTH] = np.linalg.qr(new)
+        basis = np.hstack([basis, q])
+    theta, y = np.linalg.eig(H[:k])
+    values, open_ends = shift + 1 / theta, np.linalg.norm(H[k:] @ y, axis=0) / np.abs(theta)
+    good = (open_ends < 1e-5) & (values.imag > -1e-9 * np.abs(values))
+    right = basis[:, :k] @ y[:, good]
+    left = rng.standard_normal(right.shape) + 1j * rng.standard_normal(right.shape)
+    return Modes(values[good], right, left)
+
+
+def unknown(known: Modes, new: Modes, region: Region) -> Modes:
+    """The new modes in the region or near it that are not among the known ones."""
+    grows = (np.abs(new.values.imag) <= OSCILLATES * np.abs(new.values)) & (new.values.real > 0)
+    inside = np.flatnonzero(region.wider.holds(new.values) | grows)
+    vectors = list(known.right.T)
+    return new.take([k for k in inside if not _met(known.values, vectors, complex(new.values[k]), new.right[:, k])])
+
+
+def _met(values: Any, vectors: Sequence[Vector], value: complex, vector: Vector) -> bool:
+    """Whether a vector lies in the span of those with nearly the same eigenvalue."""
+    near = [k for k, other in enumerate(values) if abs(value - other) < NEAR * abs(value)]
+    if not near:
+        return False
+    span = np.column_stack([vectors[k] / np.linalg.norm(vectors[k]) for k in near])
+    rest = vector - span @ np.linalg.lstsq(span, vector, rcond=None)[0]
+    return bool(np.linalg.norm(rest) < ALIKE * np.linalg.norm(vector))
+
+
+def predicted(pencil: Pencil, modes: Modes) -> Modes:
+    """Two-sided Ritz values and vectors of a pencil in the subspaces of a neighbour's modes."""
+    if not len(modes.values):
+        return modes
+    J, S = modes.left.conj().T @ pencil.times_J(modes.right), modes.left.conj().T @ pencil.times_S(modes.right)
+    values, turn = np.linalg.eig(np.linalg.solve(S, J))
+    return Modes(values, modes.right @ turn, modes.left @ np.linalg.inv(S @ turn).conj().T)
+
+
+def refined(pencil: Pencil, seed: Modes) -> Modes:
+    """Modes of a pencil that grow out of those of a neighbour."""
+    return settled(pencil, predicted(pencil, seed))
+
+
+def settled(pencil: Pencil, guess: Modes) -> Modes:
+    """Eigenpairs by inverse iteration from guesses, near ones together; what does not settle is left out.
+
+    Where the iteration ends below the real axis, the partner above is the mode.
+    """
+    known, left_over = nothing(pencil.size), list(range(len(guess.values)))
+    while left_over:
+        first = guess.values[left_over[0]]
+        group = [k for k in left_over if abs(guess.values[k] - first) < NEAR * abs(first)]
+        left_over = [k for k in left_over if k not in group]
+        found = iterated(pencil, guess.take(group))
+        alone = [group] if found is not None or len(group) == 1 else [[k] for k in group]
+        for one in alone if found is None else []:
+            single = iterated(pencil, guess.take(one))
+            known = known if single is None else joined(pencil, known, single.above)
+        known = known if found is None else joined(pencil, known, found.above)
+    return known
+
+
+def iterated(pencil: Pencil, guess: Modes) -> Modes | None:
+    """Eigenpairs of an invariant subspace by inverse iteration with a Ritz step from both sides; None if it stays open.
+
+    The shift is moved onto the mean of the eigenvalues where that is slow.
+    """
+    values = guess.values
+    right, left = np.linalg.qr(guess.right)[0], np.linalg.qr(guess.left)[0]
+    for _ in range(6):
+        shift = complex(values.mean()) * (1 + 1e-9)
+        factor, before = pencil.factor(shift), values
+        for turn in range(6):
+            pushed = pencil.times_S(right)
+            new = np.column_stack([factor.solve(b) for b in pushed.T])
+            left = np.column_stack([factor.adjoint(b) for b in pencil.times_S(left, True).T])
+            left = np.linalg.qr(left)[0]
+            apart = np.linalg.norm(new - right @ (right.conj().T @ new)) / np.linalg.norm(new)
+            inner = left.conj().T @ pushed
+            if not np.isfinite(apart) or np.linalg.cond(inner) > LOOSE:
+                return None
+            theta, mix = np.linalg.eig(np.linalg.solve(inner, left.conj().T @ pencil.times_S(new)))
+            order = np.argsort(-np.abs(theta), kind="stable")
+            values, vectors = shift + 1 / theta[order], new @ mix[:, order]
+            right = np.linalg.qr(vectors)[0]
+            change = np.abs(np.sort_complex(values) - np.sort_complex(before)).max()
+            if turn and change < SETTLED * np.abs(values).min() and apart < 1e-6:
+                return _paired(pencil, values, vectors / np.linalg.norm(vectors, axis=0), left)
+            if turn and apart > 0.03:
+                break
+            before = values
+    return None
+
+
+def _paired(pencil: Pencil, values: Vector, right: Vector, left: Vector) -> Modes | None:
+    """The modes with left vectors out of a left subspace that make left^H S right = I."""
+    overlap = left.conj().T @ pencil.times_S(right)
+    if np.linalg.cond(overlap) > LOOSE:
+        return None
+    return Modes(values, right, left @ np.linalg.inv(overlap).conj().T)
+
+
+def joined(pencil: Pencil, known: Modes, new: Modes) -> Modes:
+    """Known modes, then new ones that are not among them; left and right vectors of near eigenvalues are paired."""
+    values, right, left = list(known.values), list(known.right.T), list(known.left.T)
+    for value, x, y in zip(new.values, new.right.T, new.left.T, strict=True):
+        if _met(values, right, value, x):
+            continue
+        values.append(value)
+        right.append(x)
+        left.append(y)
+    if not values:
+        return known
+    V, Y, s = np.column_stack(right), np.column_stack(left), np.array(values)
+    return Modes(s, V, _paired_nearby(pencil, s, V, Y))
+
+
+def _paired_nearby(pencil: Pencil, s: Vector, right: Vector, left: Vector) -> Vector:
+    """Left vectors with left^H S right = I among near eigenvalues; those of distant ones are orthogonal as they are."""
+    pushed = pencil.times_S(right)
+    close = np.abs(s[:, None] - s) < NEAR * np.abs(s[:, None])
+    if close.sum() == len(s):
+        return left / np.sum(left.conj() * pushed, axis=0).conj()
+    return left @ np.linalg.pinv(np.where(close, left.conj().T @ pushed, 0.0)).conj().T
+
+
+FARTHEST = 1e4
+"""Multiple of the region's reach up to which growth without oscillation is searched in a large pencil."""
+NEARLY = 1.01
+"""Ratio of the ends of an interval that holds a real root, from which its vector is computed."""
+ANGLES = (112.0, 80.0, 119.0, 100.0, 60.0)
+"""Angles [deg] in the complex plane of shifts about a modulus at which a mode is missing."""
+CLOSELY = 1.2
+"""Ratio of the ends of an interval that holds the modulus of a missing mode, within which shifts find it."""
+SMALL_STEP = 1e-6
+"""Relative step of the derivative of the determinant."""
+SURE = 0.3
+"""Difference of the logarithm's change from what its derivatives state below which a step is certain."""
+BENT = 4.0
+"""Change of its derivative times a step below which the step is certain: a root within the step makes it 4 or more."""
+SPLITS = 400
+"""Steps after which the count along one side of the region is given up."""
+
+
+def modes_in(pencil: Pencil, region: Region, hints: Sequence[float] = (), seed: Modes | None = None) -> Modes:
+    """All modes of a pencil in the region, their number proven.
+
+    Parameters
+    ----------
+    pencil : Pencil
+    region : Region
+    hints : sequence of float
+        Frequencies [rad/s] around which modes are expected.
+    seed : Modes, optional
+        Those of a neighbouring pencil, from which these are refined before others are looked for.
+
+    Returns
+    -------
+    Modes
+        Those of the region and some around it that were met; `missing` is 0 where the count proves it complete.
+    """
+    known = everything(pencil) if pencil.size <= SMALL else _found(pencil, region, hints, seed)
+    return known.take(np.argsort(np.abs(known.values), kind="stable"))
+
+
+def _found(pencil: Pencil, region: Region, hints: Sequence[float], seed: Modes | None) -> Modes:
+    """Modes grown out of the seed, then modes around shifts until the count proves that none is missing.
+
+    The shifts lie where modes are expected, then where the count puts the lowest that is missing.
+    """
+    like, known, shifts = None, nothing(pencil.size), _expected(region, hints)
+    if seed is not None:
+        like, shifts = seed.quotient if seed.proven else None, []
+        known = counted(pencil, refined(pencil, seed), region, like)
+    while not known.proven:
+        before, counts = len(known.values), not shifts
+        for shift in shifts or _about_missing(known, region, like):
+            known = joined(pencil, known, settled(pencil, unknown(known, around(pencil, shift), region)))
+        if counts and len(known.values) == before:
+            break
+        known, shifts = counted(pencil, known, region, like), []
+    return _with_growth(pencil, region, known)
+
+
+def counted(pencil: Pencil, known: Modes, region: Region, like: Quotient | None = None) -> Modes:
+    """The modes with the number of those of the region that are missing among them; `like` is a neighbour's count."""
+    g = Quotient(pencil, known.values)
+    return replace(known, missing=missing_in(region, g, like), quotient=g)
+
+
+def _with_growth(pencil: Pencil, region: Region, known: Modes) -> Modes:
+    """The modes with a motion beyond the region that grows without oscillation, where the determinant's sign shows one.
+
+    On the positive real axis the determinant over the known roots is real; between the reach and `FARTHEST` of it an
+    odd number of real roots changes its sign.
+    """
+    g = known.quotient or Quotient(pencil, known.values)
+
+    def positive(s: float) -> bool:
+        return bool(np.cos(g.log(complex(s)).imag) > 0)
+
+    low, high = region.reach, FARTHEST * region.reach
+    if positive(low) == positive(high):
+        return known
+    while high > NEARLY * low:
+        middle = float(np.sqrt(low * high))
+        low, high = (middle, high) if positive(middle) == positive(low) else (low, middle)
+    more = settled(pencil, unknown(known, around(pencil, complex(np.sqrt(low * high))), region))
+    found = joined(pencil, known, more)
+    return replace(found, missing=known.missing, quotient=Quotient(pencil, found.values))
+
+
+def _expected(region: Region, hints: Sequence[float]) -> list[complex]:
+    """Shifts [rad/s] around the hints and evenly over the reach."""
+    near = [h for h in hints if region.floor < h < region.reach]
+    even = [region.reach * (k + 0.5) / 3 for k in range(3)]
+    return [1j * f for f in [*near, *(f for f in even if all(abs(f - h) > 0.1 * region.reach for h in near))]]
+
+
+def _about_missing(known: Modes, region: Region, like: Quotient | None) -> list[complex]:
+    """Shifts [rad/s] of the lowest modulus about which a mode is missing, by counts in parts of the region."""
+    low, high = region.floor, region.reach
+    assert known.quotient is not None
+    while high > CLOSELY * low:
+        middle = float(np.sqrt(low * high))
+        if missing_in(replace(region, floor=low, reach=middle), known.quotient, like) == 0:
+            low = middle
+        else:
+            high = middle
+    return [np.sqrt(low * high) * np.exp(1j * np.deg2rad(angle)) for angle in ANGLES]
+
+
+def missing_in(region: Region, g: Quotient, like: Quotient | None = None) -> float:
+    """Number of eigenvalues of the region that are not among the known ones, NaN where it stays open.
+
+    Half of the border, from the real axis to the real axis: the other half is its mirror image. A region of every
+    damping ratio is the whole disc. `like` is a neighbour's, to which none is missing.
+    """
+    end = np.pi - np.arccos(region.zeta)
+    tilt, depth = np.exp(1j * end), np.log(region.reach / region.floor)
+    sides = [
+        (lambda t: region.reach * np.exp(1j * end * t), 1j * end, 2),
+        (lambda t: region.reach * np.exp(-depth * t) * tilt, -depth, int(np.ceil(depth / 5))),
+        (lambda t: region.floor * np.exp(1j * end * (1 - t)), -1j * end, 1),
+    ]
+    if region.zeta >= 1:
+        sides = sides[:1]
+
+    def log(s: complex) -> complex:
+        return g.log(s) if like is None else g.log(s) - like.log(s)
+
+    number = sum(_turned(log, *side) for side in sides) / np.pi
+    return abs(float(np.round(number))) if abs(number - np.round(number)) < 0.05 else float("nan")
+
+
+def _wrapped(change: complex) -> complex:
+    """A change of a logarithm with its imaginary part between -pi and pi."""
+    return complex(change.real, (change.imag + np.pi) % (2 * np.pi) - np.pi)
+
+
+def _turned(log: Callable[[complex], complex], path: Callable[[float], complex], rate: complex, count: int) -> float:
+    """Change of the phase of a logarithm along a path over 0 <= t <= 1 with ds/dt = rate s; NaN where it stays open.
+
+    Steps are halved until modulus and phase change as the derivatives at both ends state: a root close to the path
+    bends them.
+    """
+
+    def at(t: float) -> tuple[complex, complex]:
+        s = path(t)
+        here = log(s)
+        return here, rate * _wrapped(log(s * (1 + SMALL_STEP)) - here) / SMALL_STEP
+
+    total, steps = 0.0, 0
+    left_over = [(k / count, (k + 1) / count) for k in range(count)]
+    while left_over:
+        a, b = left_over.pop()
+        steps += 1
+        (first, out), (last, into) = at(a), at(b)
+        mean = 0.5 * (b - a) * (out + into)
+        off = _wrapped(last - first - mean)
+        if abs(off) < SURE and (b - a) * abs(into - out) < BENT:
+            total += (mean + off).imag
+        elif steps > SPLITS or not np.isfinite(off):
+            return float("nan")
+        else:
+            left_over += [(a, 0.5 * (a + b)), (0.5 * (a + b), b)]
+    return total

@@ -1,1 +1,0 @@
-"""Linear parameter-varying models: surfaces over speed and pressure, their fit and refinement."""
