@@ -202,7 +202,7 @@ def open_solve(w, L, columns, count):
     Several are the spikes, zero but for the lines next to their cut, where the chains from the other cut begin with
     zeros, and the borders. A line is solved for all of them before the next one: they do not wait for each other.
     """
-    n, half, middle = L.n_rows, L.n_theta // 2, L.n_theta // 4
+    half, middle = L.n_theta // 2, L.n_theta // 4
     for step in range(1, middle):
         for cut in range(2):
             i, j = cut * half + step, cut * half + half - step
@@ -222,7 +222,7 @@ def open_solve(w, L, columns, count):
 
 @inlined
 def columns_from(L, columns, count, cut, group):
-    """Offset and number of the right-hand sides that a chain from a cut begins with: its spikes, or (group 1) borders."""
+    """Offset and number of the columns that a chain from a cut begins with: its spikes, or (group 1) the borders."""
     n = L.n_rows
     if count == 1:
         return columns, 1

@@ -160,10 +160,10 @@ def guess_journals(w):
 @inlined
 def in_contact(w):
     """Whether a journal is in contact, as its equation is linearised."""
+    touching = False
     for f in range(ROTOR.n_films):
-        if w[ROTOR.contact + f] != 0.0:
-            return True
-    return False
+        touching = touching or w[ROTOR.contact + f] != 0.0
+    return touching
 
 
 @inlined
