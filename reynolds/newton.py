@@ -29,7 +29,7 @@ from reynolds.ring import close_ring, close_spike, factor, open_solve, spike_rhs
 
 RATE, AGE, FACTORISATIONS, ITERATIONS = 0, 1, 2, 3
 """Places in w[convergence]: estimated rate, stages since it was measured, and two counters."""
-SURPRISE, RENEW = 6, 7
+SURPRISE, FRESH = 6, 7
 """Places in w[convergence]: largest first correction of the stage, and whether the next solve factorises."""
 FAR = 0.03
 """First correction above which starting values are linear in time and every stage has factors of its own."""

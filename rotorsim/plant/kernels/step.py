@@ -13,7 +13,7 @@ from reynolds.film import force
 from reynolds.grid import PLACE
 from reynolds.jit import inlined, kernel
 from reynolds.lanes import wide_vectors
-from reynolds.newton import FAR, NOT_CONVERGED, RENEW, STALE_FACTORS, SURPRISE, newton, refresh
+from reynolds.newton import FAR, NOT_CONVERGED, FRESH, STALE_FACTORS, SURPRISE, newton, refresh
 from reynolds.transient import GAMMA, STAGE, TO_END, end_stage, predict, stage_rhs, take_back
 from rotorsim.plant.kernels.effect_calls import (
     FILM,
@@ -220,9 +220,9 @@ def solve_stage(w, ix, P, speed, adt):
     journal_equation(w, P, speed, adt)
     if RIG.n_contact > 0:
         settle_contacts(w, P, speed, adt)
-    if w[FILM.convergence + RENEW] > 0.0:
+    if w[FILM.convergence + FRESH] > 0.0:
         factorise(w, ix, P, speed, 1.0 / adt)
-        w[FILM.convergence + RENEW] = 0.0
+        w[FILM.convergence + FRESH] = 0.0
     for _ in range(30):
         for f in range(ROTOR.n_films):
             v, s = film_part(w, f), ROTOR.journal_before + 2 * f
@@ -307,7 +307,7 @@ def start_stage(w, P, t, angle, speed, stage, order, adt):
     # what the starting values of the last stage missed: far from it, polynomials through more steps miss by more
     far = w[FILM.convergence + SURPRISE] > FAR
     w[FILM.convergence + SURPRISE] = 0.0
-    w[FILM.convergence + RENEW] = 1.0 if far else 0.0
+    w[FILM.convergence + FRESH] = 1.0 if far else 0.0
     for f in range(ROTOR.n_films):
         v = film_part(w, f)
         predict(v, FILM, stage, min(order, 1) if far else order)
