@@ -158,9 +158,9 @@ def _at_place(
     view, chosen, best = screen(base, forms, columns), tuple[int, ...](), None
     nothing = excess(table(fit.comparison, fit.residual))
     for _ in range(most):
-        taken = {options[k].term.name for k in chosen}
+        taken = {name for k in chosen for name in (options[k].term.name, *dict(options[k].shape))}
         drops = {i: view.drop(*chosen, i)[0] - PRICE * columns[i].shape[1] for i, one in enumerate(options)
-                 if one.term.name not in taken}  # fmt: skip
+                 if not taken & {one.term.name, *dict(one.shape)}}  # fmt: skip
         chosen = (*chosen, max(drops, key=lambda i: (drops[i], -i)))
         terms = _shaped(fit, base, place, [*(best.terms if best else ()), options[chosen[-1]]])
         proposal = solved(fit, held, base, place, terms)
@@ -243,20 +243,24 @@ def written(proposal: ProposedLaw, position: float, name: str, sd: dict[str, flo
             pairs = zip(own, one.term.parts, strict=True)
             parts += [f"p.{parameter} * ({along(part, axis)})" for parameter, part in pairs]
         equations.append(f"-({' + '.join(parts)})")
-    values = zip((p for one in proposal.terms for p in one.parameters), proposal.coefficients, strict=True)
-    sizes = "\n".join(f"    {key} = {value:.5g}" + (f" +- {sd[key]:.2g}" if sd else "") + f" {unit_of(proposal, key)}"
-                      for key, value in values)  # fmt: skip
+    values = dict(zip((p for one in proposal.terms for p in one.parameters), proposal.coefficients, strict=True))
+    values |= {key: value for one in proposal.terms for key, value in one.shape}
+    spread = {key: f"  # +- {own:.2g}" for key, own in (sd or {}).items() if own}
+    rows = [f'    position = "{position!r} m"']
+    rows += [
+        f'    {key} = "{value:.6g} {unit_of(proposal, key)}"{spread.get(key, "")}' for key, value in values.items()
+    ]
+    table = "\n".join([f"    [[effects.{name}]]", *rows])
     steady = not any(one.term.turns for one in proposal.terms)
     return f'''"""Law discovered from records: a force at {proposal.place}, {1e3 * position:.6g} mm along the shaft.
 
     F_x = {equations[0].replace("p.", "")} [N]
     F_y = {equations[1].replace("p.", "")} [N]
 
-of displacement x, y [m] and velocity vx, vy [m/s] there, speed [rad/s] and angle [rad] of the shaft, with
+of displacement x, y [m] and velocity vx, vy [m/s] there, speed [rad/s] and angle [rad] of the shaft. The machine file
+takes its table, and is loaded after this module was imported:
 
-{sizes}
-
-Import this module before a machine file with [[effects.{name}]] is loaded.
+{table}
 """
 
 import math
@@ -289,8 +293,9 @@ def along(part: str, axis: int) -> str:
 
 
 def unit_of(proposal: ProposedLaw, parameter: str) -> str:
-    """Unit of a coefficient."""
-    return next(one.term.unit for one in proposal.terms if parameter in one.parameters)
+    """Unit of a coefficient or of a number of a shape."""
+    units = {key: one.term.unit for one in proposal.terms for key in one.parameters}
+    return (units | {key: unit for one in proposal.terms for key, unit, _ in one.term.shape})[parameter]
 
 
 @dataclass(frozen=True, eq=False)
@@ -332,7 +337,10 @@ class DiscoveredLaw:
     def sentence(self) -> str:
         """Law and place with all numbers in one sentence."""
         found = self.terms.items()
-        sizes = ", ".join(f"{key} = {value:.4g} +- {sd:.2g} {self.units[key]}" for key, (value, sd) in found)
+        sizes = ", ".join(
+            f"{key} = {value:.4g}" + (f" +- {sd:.2g}" if sd else "") + f" {self.units[key]}".replace(" 1", "")
+            for key, (value, sd) in found
+        )
         return f"{' with '.join(self.kinds)} at {self.place}, {sizes}"
 
     @property

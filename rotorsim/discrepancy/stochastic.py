@@ -37,6 +37,8 @@ SAME_PLACE = 6.0
 """Twice the difference in log-likelihood within which places are not told apart."""
 LOUD = 5.0
 """Power of a line over that of its neighbours, in the mean of the records, from which on it is one."""
+NOISE_OFF = 0.2
+"""Relative change of the noise's variance that is allowed next to a line."""
 OF_LINE = 0.05
 """The same of a line, as a share of its gain."""
 ORDERS = np.arange(0.2, 0.95, 0.01)
@@ -147,6 +149,8 @@ def random_force(seen: ObservedPlaces) -> StochasticForce | None:
     quiet, every = own.noise(), [np.ones(len(k), bool) for k in own.lines]
     H = {name: [m[i].H[k] for i, k in zip(own.numbers, own.lines, strict=True)] for name, m in seen.motions.items()}
 
+    order = _line_order(own, quiet)
+
     def fitted(place: str, chosen: Sequence[np.ndarray]) -> tuple[float, np.ndarray, np.ndarray]:
         """Twice the gain by a force at a place on chosen lines, log S (2,) and its standard deviations."""
         outer = [np.einsum("kia,kja->aijk", h, h.conj()) * c for h, c in zip(H[place], chosen, strict=True)]
@@ -157,8 +161,10 @@ def random_force(seen: ObservedPlaces) -> StochasticForce | None:
             spectra = [S[0] * o[0] + S[1] * o[1] for o in outer]
             return own.loss(spectra, quiet * np.exp(x[2:]), chosen)
 
-        none = minimize(lambda x: loss(np.concatenate([[-60.0, -60.0], x])), np.zeros(2), method="Nelder-Mead").fun
-        tried = [minimize(loss, np.array([s, s, 0.0, 0.0]), method="L-BFGS-B", bounds=[(-20, 20)] * 2 + [(-5, 5)] * 2)
+        # the noise is that of all lines: next to a line alone it would explain it
+        noise = [(-NOISE_OFF, NOISE_OFF)] * 2 if order else [(-5.0, 5.0)] * 2
+        silent = minimize(lambda x: loss(np.array([-60.0, -60.0, *x])), np.zeros(2), method="L-BFGS-B", bounds=noise)
+        tried = [minimize(loss, np.array([s, s, 0.0, 0.0]), method="L-BFGS-B", bounds=[(-20, 20)] * 2 + noise)
                  for s in (-3.0, 1.0)]  # fmt: skip
         best = min(tried, key=lambda one: one.fun)
         h, bend = 0.05, np.zeros(2)
@@ -166,9 +172,8 @@ def random_force(seen: ObservedPlaces) -> StochasticForce | None:
             step = np.zeros(4)
             step[i] = h
             bend[i] = (loss(best.x + step) - 2 * best.fun + loss(best.x - step)) / h**2 / 2
-        return none - float(best.fun), np.log(scale) + best.x[:2], 1 / np.sqrt(np.maximum(bend, 1e-6))
+        return float(silent.fun - best.fun), np.log(scale) + best.x[:2], 1 / np.sqrt(np.maximum(bend, 1e-6))
 
-    order = _line_order(own, quiet)
     kind, chosen, width = "broadband force", every, 1.0
     if order:
         kind, width = "line", 2 * NEAR_LINE * own.trials[0].frequencies[1]

@@ -23,6 +23,7 @@ from rotorsim.discrepancy.fit import recalibrate, relinearised
 from rotorsim.discrepancy.law_terms import LIBRARY, ObservedPlaces, PlaceMotion
 from rotorsim.discrepancy.stochastic import random_force
 from rotorsim.effects import REGISTRY
+from rotorsim.machine import Machine
 from studies.benchmarks.foreign_laws import LAWS, drawn, machine_of_laws, records
 
 TERMS = {term.name: term for term in LIBRARY}
@@ -63,6 +64,11 @@ def test_the_kernel_of_a_law_is_the_term_that_was_fitted(name):
     try:
         load(text)
         kernel = REGISTRY["law_of_test"].kernel.py_func
+        lines = [line.strip() for line in text.splitlines()]
+        table = lines[lines.index("[[effects.law_of_test]]") :]
+        own = Machine.from_text(machine_of_laws().text + "\n" + "\n".join(table[: table.index('"""')]))
+        [effect] = own.effects["law_of_test"]
+        assert [getattr(effect, key) for key in one.parameters] == pytest.approx(list(sizes), rel=1e-5)
     finally:
         REGISTRY.pop("law_of_test", None)
     p = SimpleNamespace(**dict(zip(one.parameters, sizes, strict=True)), **shape)
