@@ -248,7 +248,7 @@ def written(proposal: ProposedLaw, position: float, name: str, sd: dict[str, flo
     spread = {key: f"  # +- {own:.2g}" for key, own in (sd or {}).items() if own}
     rows = [f'    position = "{position!r} m"']
     rows += [
-        f'    {key} = "{value:.6g} {unit_of(proposal, key)}"{spread.get(key, "")}' for key, value in values.items()
+        f'    {key} = "{value:.6g} {units_of(proposal)[key]}"{spread.get(key, "")}' for key, value in values.items()
     ]
     table = "\n".join([f"    [[effects.{name}]]", *rows])
     steady = not any(one.term.turns for one in proposal.terms)
@@ -292,10 +292,10 @@ def along(part: str, axis: int) -> str:
     return re.sub(r"\b(u|w|du|dw|s)\b", lambda found: known[found[0]], part)
 
 
-def unit_of(proposal: ProposedLaw, parameter: str) -> str:
-    """Unit of a coefficient or of a number of a shape."""
-    units = {key: one.term.unit for one in proposal.terms for key in one.parameters}
-    return (units | {key: unit for one in proposal.terms for key, unit, _ in one.term.shape})[parameter]
+def units_of(law: ProposedLaw) -> dict[str, str]:
+    """Units of the coefficients and of the numbers of the shapes."""
+    units = {key: one.term.unit for one in law.terms for key in one.parameters}
+    return units | {key: unit for one in law.terms for key, unit, _ in one.term.shape}
 
 
 @dataclass(frozen=True, eq=False)
@@ -330,6 +330,8 @@ class DiscoveredLaw:
     """Laws at other places that these records do not exclude."""
     growth: float = 0.0
     """Force at twice the motion over that at the motion of the records; 0 where it is not known."""
+    power: float = 0.0
+    """Mean power [W] that it feeds into the largest motion of the records; negative where it takes it."""
     curve: dict[str, np.ndarray] = field(default_factory=dict)
     """Moments of the records: displacement and velocity (n, 2) there, force (n, 2) measured and of the law."""
 
@@ -345,8 +347,9 @@ class DiscoveredLaw:
 
     @property
     def refuted_by(self) -> str:
-        """Sentence on what refutes the law."""
-        grows = f"its force is {self.growth:.2g} times as large at twice the motion, and " if self.growth else ""
+        """Sentence on the energy of the law, where it feeds any, its growth, and what refutes it."""
+        feeds = f"it feeds {self.power:.2g} W into the motion; " if self.power > 0 else ""
+        grows = f"{feeds}its force is {self.growth:.2g} times as large at twice the motion, and " if self.growth else ""
         return f"{grows}the law is refuted where it leaves more than the floor."
 
     def as_dict(self) -> dict[str, Any]:
@@ -354,7 +357,7 @@ class DiscoveredLaw:
         sizes = {key: {"value": value, "sd": sd, "unit": self.units[key]} for key, (value, sd) in self.terms.items()}
         return {
             "place": self.place, "position": self.position, "kinds": list(self.kinds), "law": self.law,
-            "terms": sizes, "refuted_by": self.refuted_by, "probability": self.probability,
+            "terms": sizes, "power": self.power, "refuted_by": self.refuted_by, "probability": self.probability,
             "not_excluded": list(self.near),
         }  # fmt: skip
 
@@ -399,8 +402,6 @@ def discovered(
     sizes = np.array([terms[key][0] for one in proposal.terms for key in one.parameters])
     fitted = replace(proposal, coefficients=sizes, terms=tuple(
         replace(one, shape=tuple((key, terms[key][0]) for key, _ in one.shape)) for one in proposal.terms))  # fmt: skip
-    units = {key: one.term.unit for one in proposal.terms for key in one.parameters}
-    units |= {key: unit for one in proposal.terms for key, unit, _ in one.term.shape}
     z, name = float(found.parameters["position"]), "discovered_law"
     text = written(fitted, z, name, {key: sd for key, (_, sd) in terms.items()})
     path = in_cache("laws") / f"{name}.py"
@@ -408,10 +409,11 @@ def discovered(
     law, kinds = text.split('"""')[1], tuple(one.term.name for one in proposal.terms)
     largest = max(seen.motions[proposal.place], key=lambda m: float(np.abs(m.displacement).max()))
     twice = replace(largest, displacement=2 * largest.displacement, velocity=2 * largest.velocity)
+    power = float(np.mean(np.sum(force_of(fitted, largest) * largest.velocity, axis=0)))
     growth = float(np.linalg.norm(force_of(fitted, twice)) / np.linalg.norm(force_of(fitted, largest)))
     return DiscoveredLaw(
-        name, proposal.place, z, law, terms, units, kinds, text, str(path), probability, tuple(near), growth,
-        curve_of(seen, fitted, left),
+        name, proposal.place, z, law, terms, units_of(proposal), kinds, text, str(path), probability, tuple(near),
+        growth, power, curve_of(seen, fitted, left),
     )  # fmt: skip
 
 
@@ -433,9 +435,8 @@ def remembered(
         gone[role] = untouched_gone(seen.comparison, seen.residual, left[role])
         if any(f.rms > MANY * f.floor for f in beyond_floor(seen.comparison, left[role])):
             return None
-    clear = base.cost - law.cost > CLEAR and law.left <= (1 - ENOUGH) * excess(
-        table(parts["fit"].comparison, base.residual)
-    )
+    before = excess(table(parts["fit"].comparison, base.residual))
+    clear = base.cost - law.cost > CLEAR and law.left <= (1 - ENOUGH) * before
     held_up = all(share is None or share >= LEAST_GONE["named"] for share in gone.values())
     return left if clear and held_up else None
 
@@ -450,24 +451,11 @@ def of_remembered(laws: Sequence[ProposedLaw], base: ParameterFit, position: flo
     keys = [key for one in law.terms for key in one.parameters]
     terms = {key: (float(c), float(sd)) for key, c, sd in zip(keys, law.coefficients, law.sd, strict=True)}
     terms |= {key: (value, 0.0) for one in law.terms for key, value in one.shape}
-    units = {key: one.term.unit for one in law.terms for key in one.parameters}
-    units |= {key: unit for one in law.terms for key, unit, _ in one.term.shape}
     gain = (base.cost - law.cost - PRICE * len(keys)) / (2 * TEMPERATURE) - math.log(law.tried)
     kinds = tuple(one.term.name for one in law.terms)
     text = f"{' with '.join(kinds)} at {law.place}; it has a memory, which no effect of the plant has: not compiled"
-    return DiscoveredLaw(
-        "",
-        law.place,
-        position,
-        text,
-        terms,
-        units,
-        kinds,
-        "",
-        "",
-        1 / (1 + math.exp(-min(gain, 500.0))),
-        near,
-    )
+    p = 1 / (1 + math.exp(-min(gain, 500.0)))
+    return DiscoveredLaw("", law.place, position, text, terms, units_of(law), kinds, "", "", p, near)
 
 
 def cannot_tell(trials: Sequence[Trial]) -> str:
