@@ -158,9 +158,9 @@ def _at_place(
     view, chosen, best = screen(base, forms, columns), tuple[int, ...](), None
     nothing = excess(table(fit.comparison, fit.residual))
     for _ in range(most):
-        taken = {options[k].term.name for k in chosen}
+        taken = {name for k in chosen for name in (options[k].term.name, *dict(options[k].shape))}
         drops = {i: view.drop(*chosen, i)[0] - PRICE * columns[i].shape[1] for i, one in enumerate(options)
-                 if one.term.name not in taken}  # fmt: skip
+                 if not taken & {one.term.name, *dict(one.shape)}}  # fmt: skip
         chosen = (*chosen, max(drops, key=lambda i: (drops[i], -i)))
         terms = _shaped(fit, base, place, [*(best.terms if best else ()), options[chosen[-1]]])
         proposal = solved(fit, held, base, place, terms)
@@ -243,20 +243,24 @@ def written(proposal: ProposedLaw, position: float, name: str, sd: dict[str, flo
             pairs = zip(own, one.term.parts, strict=True)
             parts += [f"p.{parameter} * ({along(part, axis)})" for parameter, part in pairs]
         equations.append(f"-({' + '.join(parts)})")
-    values = zip((p for one in proposal.terms for p in one.parameters), proposal.coefficients, strict=True)
-    sizes = "\n".join(f"    {key} = {value:.5g}" + (f" +- {sd[key]:.2g}" if sd else "") + f" {unit_of(proposal, key)}"
-                      for key, value in values)  # fmt: skip
+    values = dict(zip((p for one in proposal.terms for p in one.parameters), proposal.coefficients, strict=True))
+    values |= {key: value for one in proposal.terms for key, value in one.shape}
+    spread = {key: f"  # +- {own:.2g}" for key, own in (sd or {}).items() if own}
+    rows = [f'    position = "{position!r} m"']
+    rows += [
+        f'    {key} = "{value:.6g} {units_of(proposal)[key]}"{spread.get(key, "")}' for key, value in values.items()
+    ]
+    table = "\n".join([f"    [[effects.{name}]]", *rows])
     steady = not any(one.term.turns for one in proposal.terms)
     return f'''"""Law discovered from records: a force at {proposal.place}, {1e3 * position:.6g} mm along the shaft.
 
     F_x = {equations[0].replace("p.", "")} [N]
     F_y = {equations[1].replace("p.", "")} [N]
 
-of displacement x, y [m] and velocity vx, vy [m/s] there, speed [rad/s] and angle [rad] of the shaft, with
+of displacement x, y [m] and velocity vx, vy [m/s] there, speed [rad/s] and angle [rad] of the shaft. The machine file
+takes its table, and is loaded after this module was imported:
 
-{sizes}
-
-Import this module before a machine file with [[effects.{name}]] is loaded.
+{table}
 """
 
 import math
@@ -288,9 +292,10 @@ def along(part: str, axis: int) -> str:
     return re.sub(r"\b(u|w|du|dw|s)\b", lambda found: known[found[0]], part)
 
 
-def unit_of(proposal: ProposedLaw, parameter: str) -> str:
-    """Unit of a coefficient."""
-    return next(one.term.unit for one in proposal.terms if parameter in one.parameters)
+def units_of(law: ProposedLaw) -> dict[str, str]:
+    """Units of the coefficients and of the numbers of the shapes."""
+    units = {key: one.term.unit for one in law.terms for key in one.parameters}
+    return units | {key: unit for one in law.terms for key, unit, _ in one.term.shape}
 
 
 @dataclass(frozen=True, eq=False)
@@ -325,6 +330,8 @@ class DiscoveredLaw:
     """Laws at other places that these records do not exclude."""
     growth: float = 0.0
     """Force at twice the motion over that at the motion of the records; 0 where it is not known."""
+    power: float = 0.0
+    """Mean power [W] that it feeds into the largest motion of the records; negative where it takes it."""
     curve: dict[str, np.ndarray] = field(default_factory=dict)
     """Moments of the records: displacement and velocity (n, 2) there, force (n, 2) measured and of the law."""
 
@@ -332,13 +339,17 @@ class DiscoveredLaw:
     def sentence(self) -> str:
         """Law and place with all numbers in one sentence."""
         found = self.terms.items()
-        sizes = ", ".join(f"{key} = {value:.4g} +- {sd:.2g} {self.units[key]}" for key, (value, sd) in found)
+        sizes = ", ".join(
+            f"{key} = {value:.4g}" + (f" +- {sd:.2g}" if sd else "") + f" {self.units[key]}".replace(" 1", "")
+            for key, (value, sd) in found
+        )
         return f"{' with '.join(self.kinds)} at {self.place}, {sizes}"
 
     @property
     def refuted_by(self) -> str:
-        """Sentence on what refutes the law."""
-        grows = f"its force is {self.growth:.2g} times as large at twice the motion, and " if self.growth else ""
+        """Sentence on the energy of the law, where it feeds any, its growth, and what refutes it."""
+        feeds = f"it feeds {self.power:.2g} W into the motion; " if self.power > 0 else ""
+        grows = f"{feeds}its force is {self.growth:.2g} times as large at twice the motion, and " if self.growth else ""
         return f"{grows}the law is refuted where it leaves more than the floor."
 
     def as_dict(self) -> dict[str, Any]:
@@ -346,7 +357,7 @@ class DiscoveredLaw:
         sizes = {key: {"value": value, "sd": sd, "unit": self.units[key]} for key, (value, sd) in self.terms.items()}
         return {
             "place": self.place, "position": self.position, "kinds": list(self.kinds), "law": self.law,
-            "terms": sizes, "refuted_by": self.refuted_by, "probability": self.probability,
+            "terms": sizes, "power": self.power, "refuted_by": self.refuted_by, "probability": self.probability,
             "not_excluded": list(self.near),
         }  # fmt: skip
 
@@ -391,8 +402,6 @@ def discovered(
     sizes = np.array([terms[key][0] for one in proposal.terms for key in one.parameters])
     fitted = replace(proposal, coefficients=sizes, terms=tuple(
         replace(one, shape=tuple((key, terms[key][0]) for key, _ in one.shape)) for one in proposal.terms))  # fmt: skip
-    units = {key: one.term.unit for one in proposal.terms for key in one.parameters}
-    units |= {key: unit for one in proposal.terms for key, unit, _ in one.term.shape}
     z, name = float(found.parameters["position"]), "discovered_law"
     text = written(fitted, z, name, {key: sd for key, (_, sd) in terms.items()})
     path = in_cache("laws") / f"{name}.py"
@@ -400,10 +409,11 @@ def discovered(
     law, kinds = text.split('"""')[1], tuple(one.term.name for one in proposal.terms)
     largest = max(seen.motions[proposal.place], key=lambda m: float(np.abs(m.displacement).max()))
     twice = replace(largest, displacement=2 * largest.displacement, velocity=2 * largest.velocity)
+    power = float(np.mean(np.sum(force_of(fitted, largest) * largest.velocity, axis=0)))
     growth = float(np.linalg.norm(force_of(fitted, twice)) / np.linalg.norm(force_of(fitted, largest)))
     return DiscoveredLaw(
-        name, proposal.place, z, law, terms, units, kinds, text, str(path), probability, tuple(near), growth,
-        curve_of(seen, fitted, left),
+        name, proposal.place, z, law, terms, units_of(proposal), kinds, text, str(path), probability, tuple(near),
+        growth, power, curve_of(seen, fitted, left),
     )  # fmt: skip
 
 
@@ -425,9 +435,8 @@ def remembered(
         gone[role] = untouched_gone(seen.comparison, seen.residual, left[role])
         if any(f.rms > MANY * f.floor for f in beyond_floor(seen.comparison, left[role])):
             return None
-    clear = base.cost - law.cost > CLEAR and law.left <= (1 - ENOUGH) * excess(
-        table(parts["fit"].comparison, base.residual)
-    )
+    before = excess(table(parts["fit"].comparison, base.residual))
+    clear = base.cost - law.cost > CLEAR and law.left <= (1 - ENOUGH) * before
     held_up = all(share is None or share >= LEAST_GONE["named"] for share in gone.values())
     return left if clear and held_up else None
 
@@ -442,24 +451,11 @@ def of_remembered(laws: Sequence[ProposedLaw], base: ParameterFit, position: flo
     keys = [key for one in law.terms for key in one.parameters]
     terms = {key: (float(c), float(sd)) for key, c, sd in zip(keys, law.coefficients, law.sd, strict=True)}
     terms |= {key: (value, 0.0) for one in law.terms for key, value in one.shape}
-    units = {key: one.term.unit for one in law.terms for key in one.parameters}
-    units |= {key: unit for one in law.terms for key, unit, _ in one.term.shape}
     gain = (base.cost - law.cost - PRICE * len(keys)) / (2 * TEMPERATURE) - math.log(law.tried)
     kinds = tuple(one.term.name for one in law.terms)
     text = f"{' with '.join(kinds)} at {law.place}; it has a memory, which no effect of the plant has: not compiled"
-    return DiscoveredLaw(
-        "",
-        law.place,
-        position,
-        text,
-        terms,
-        units,
-        kinds,
-        "",
-        "",
-        1 / (1 + math.exp(-min(gain, 500.0))),
-        near,
-    )
+    p = 1 / (1 + math.exp(-min(gain, 500.0)))
+    return DiscoveredLaw("", law.place, position, text, terms, units_of(law), kinds, "", "", p, near)
 
 
 def cannot_tell(trials: Sequence[Trial]) -> str:

@@ -35,6 +35,12 @@ CLEAR_GAIN = 100.0
 """Twice the gain in log-likelihood from which on a random force is stated."""
 SAME_PLACE = 6.0
 """Twice the difference in log-likelihood within which places are not told apart."""
+LOUD = 5.0
+"""Power of a line over that of its neighbours, in the mean of the records, from which on it is one."""
+NOISE_OFF = 0.2
+"""Relative change of the noise's variance that is allowed next to a line."""
+OF_LINE = 0.05
+"""The same of a line, as a share of its gain."""
 ORDERS = np.arange(0.2, 0.95, 0.01)
 """Shares of the speed at which a line is looked for."""
 NEAR_LINE = 1.6
@@ -143,6 +149,8 @@ def random_force(seen: ObservedPlaces) -> StochasticForce | None:
     quiet, every = own.noise(), [np.ones(len(k), bool) for k in own.lines]
     H = {name: [m[i].H[k] for i, k in zip(own.numbers, own.lines, strict=True)] for name, m in seen.motions.items()}
 
+    order = _line_order(own, quiet)
+
     def fitted(place: str, chosen: Sequence[np.ndarray]) -> tuple[float, np.ndarray, np.ndarray]:
         """Twice the gain by a force at a place on chosen lines, log S (2,) and its standard deviations."""
         outer = [np.einsum("kia,kja->aijk", h, h.conj()) * c for h, c in zip(H[place], chosen, strict=True)]
@@ -153,8 +161,10 @@ def random_force(seen: ObservedPlaces) -> StochasticForce | None:
             spectra = [S[0] * o[0] + S[1] * o[1] for o in outer]
             return own.loss(spectra, quiet * np.exp(x[2:]), chosen)
 
-        none = minimize(lambda x: loss(np.concatenate([[-60.0, -60.0], x])), np.zeros(2), method="Nelder-Mead").fun
-        tried = [minimize(loss, np.array([s, s, 0.0, 0.0]), method="L-BFGS-B", bounds=[(-20, 20)] * 2 + [(-5, 5)] * 2)
+        # the noise is that of all lines: next to a line alone it would explain it
+        noise = [(-NOISE_OFF, NOISE_OFF)] * 2 if order else [(-5.0, 5.0)] * 2
+        silent = minimize(lambda x: loss(np.array([-60.0, -60.0, *x])), np.zeros(2), method="L-BFGS-B", bounds=noise)
+        tried = [minimize(loss, np.array([s, s, 0.0, 0.0]), method="L-BFGS-B", bounds=[(-20, 20)] * 2 + noise)
                  for s in (-3.0, 1.0)]  # fmt: skip
         best = min(tried, key=lambda one: one.fun)
         h, bend = 0.05, np.zeros(2)
@@ -162,29 +172,25 @@ def random_force(seen: ObservedPlaces) -> StochasticForce | None:
             step = np.zeros(4)
             step[i] = h
             bend[i] = (loss(best.x + step) - 2 * best.fun + loss(best.x - step)) / h**2 / 2
-        return none - float(best.fun), np.log(scale) + best.x[:2], 1 / np.sqrt(np.maximum(bend, 1e-6))
+        return float(silent.fun - best.fun), np.log(scale) + best.x[:2], 1 / np.sqrt(np.maximum(bend, 1e-6))
 
-    order = _line_order(own, quiet)
-    kinds = {"broadband force": (0.0, every)}
+    kind, chosen, width = "broadband force", every, 1.0
     if order:
-        near = [np.abs(t.frequencies[k] - order * abs(t.speed) / (2 * np.pi)) < NEAR_LINE * t.frequencies[1]
-                for t, k in zip(own.trials, own.lines, strict=True)]  # fmt: skip
-        kinds["line"] = (order, near)
-    found = []
-    for kind, (at, chosen) in kinds.items():
-        fits = {place: fitted(place, chosen) for place in H}
-        place = max(fits, key=lambda name: fits[name][0])
-        gain, log_s, sd = fits[place]
-        others = tuple(name for name in fits if name != place and fits[name][0] > gain - SAME_PLACE)
-        resolution = own.trials[0].frequencies[1]
-        lines = 1 / resolution if kind == "broadband force" else 2 * NEAR_LINE
-        size = np.sqrt(np.exp(log_s) / 2 * lines)
-        unit = "N/sqrt(Hz)" if kind == "broadband force" else "N rms"
-        of_size = size * sd / 2
-        found.append(StochasticForce(kind, place, others, (float(size[0]), float(size[1])),
-                                     (float(of_size[0]), float(of_size[1])), unit, gain, at))  # fmt: skip
-    best = max(found, key=lambda one: one.gain)
-    return best if best.gain > CLEAR_GAIN else None
+        kind, width = "line", 2 * NEAR_LINE * own.trials[0].frequencies[1]
+        chosen = [np.abs(t.frequencies[k] - order * abs(t.speed) / (2 * np.pi)) < NEAR_LINE * t.frequencies[1]
+                  for t, k in zip(own.trials, own.lines, strict=True)]  # fmt: skip
+    fits = {place: fitted(place, chosen) for place in H}
+    place = max(fits, key=lambda name: fits[name][0])
+    gain, log_s, sd = fits[place]
+    if gain < CLEAR_GAIN:
+        return None
+    # a line leaks into its neighbours, which is not modelled
+    near = max(SAME_PLACE, OF_LINE * gain) if order else SAME_PLACE
+    others = tuple(name for name in fits if name != place and fits[name][0] > gain - near)
+    size = np.sqrt(np.exp(log_s) / 2 / own.trials[0].frequencies[1] * width)
+    of_size, unit = size * sd / 2, "N rms" if order else "N/sqrt(Hz)"
+    return StochasticForce(kind, place, others, (float(size[0]), float(size[1])),
+                           (float(of_size[0]), float(of_size[1])), unit, gain, order)  # fmt: skip
 
 
 def _line_order(own: BlockDeviations, quiet: float) -> float:
@@ -195,12 +201,13 @@ def _line_order(own: BlockDeviations, quiet: float) -> float:
     for t, k, W, n in zip(own.trials, own.lines, own.W, own.freedom, strict=True):
         f, power = t.frequencies[k], np.einsum("iik->k", W).real / (2 * n * quiet)
         for i, order in enumerate(ORDERS):
-            near = np.abs(f - order * abs(t.speed) / (2 * np.pi)) < NEAR_LINE * t.frequencies[1]
-            around = np.abs(f - order * abs(t.speed) / (2 * np.pi)) < 5 * NEAR_LINE * t.frequencies[1]
-            if near.any() and (around & ~near).any():
-                scores[i] += np.log(max(float(power[near].max() / np.median(power[around & ~near])), 1.0))
+            away = np.abs(f - order * abs(t.speed) / (2 * np.pi)) / t.frequencies[1]
+            around = (away > NEAR_LINE) & (away < 5 * NEAR_LINE)
+            if away.min() < 1.0 and around.any():
+                there = float(power @ np.maximum(1.0 - away, 0.0))
+                scores[i] += np.log(max(there / float(np.median(power[around])), 1.0))
     best = int(np.argmax(scores))
-    return float(ORDERS[best]) if scores[best] > np.log(10.0) * len(own.trials) else 0.0
+    return float(ORDERS[best]) if scores[best] > np.log(LOUD) * len(own.trials) else 0.0
 
 
 def drift(comparison: TwinComparison, fit: ParameterFit) -> StochasticForce | None:

@@ -23,6 +23,7 @@ from rotorsim.discrepancy.fit import recalibrate, relinearised
 from rotorsim.discrepancy.law_terms import LIBRARY, ObservedPlaces, PlaceMotion
 from rotorsim.discrepancy.stochastic import random_force
 from rotorsim.effects import REGISTRY
+from rotorsim.machine import Machine
 from studies.benchmarks.foreign_laws import LAWS, drawn, machine_of_laws, records
 
 TERMS = {term.name: term for term in LIBRARY}
@@ -63,6 +64,11 @@ def test_the_kernel_of_a_law_is_the_term_that_was_fitted(name):
     try:
         load(text)
         kernel = REGISTRY["law_of_test"].kernel.py_func
+        lines = [line.strip() for line in text.splitlines()]
+        table = lines[lines.index("[[effects.law_of_test]]") :]
+        own = Machine.from_text(machine_of_laws().text + "\n" + "\n".join(table[: table.index('"""')]))
+        [effect] = own.effects["law_of_test"]
+        assert [getattr(effect, key) for key in one.parameters] == pytest.approx(list(sizes), rel=1e-5)
     finally:
         REGISTRY.pop("law_of_test", None)
     p = SimpleNamespace(**dict(zip(one.parameters, sizes, strict=True)), **shape)
@@ -88,14 +94,18 @@ def test_records_that_cannot_tell_a_law_state_what_to_record(speeds, amplitudes,
     assert cannot_tell(trials) == sentence
 
 
-def scattered(size: float, place: str) -> SimpleNamespace:
-    """Records of white noise with a random force of a size at a place, one of two with resonances of their own."""
+def scattered(size: float, place: str, order: float = 0.0) -> SimpleNamespace:
+    """Records of white noise with a random force of a size at a place, one of two with resonances of their own.
+
+    With an order it lies at that share of the speed alone.
+    """
     rng, f = np.random.default_rng(3), np.arange(0.0, 150.0, 2.0)
     H = {name: (1e-6 / (1 - (f / f0) ** 2 + 0.05j * f / f0))[:, None, None] * np.eye(2)
          for name, f0 in (("a", 40.0), ("b", 90.0))}  # fmt: skip
     trials, motions = [], {name: [] for name in H}
     for speed in (100.0, 150.0, 210.0):
         f_random = size * (rng.normal(size=(4, 2, len(f))) + 1j * rng.normal(size=(4, 2, len(f)))) / np.sqrt(2)
+        f_random *= np.abs(f - order * speed / (2 * np.pi)) < 1.1 if order else 1.0
         noise = 1e-8 * (rng.normal(size=(4, 2, len(f))) + 1j * rng.normal(size=(4, 2, len(f))))
         spectra = noise + np.einsum("kij,bjk->bik", H[place], f_random)
         trials.append(SimpleNamespace(spectra=spectra, frequencies=f, speed=speed, blocks=4, periodic=True, orders=(),
@@ -110,6 +120,11 @@ def test_a_random_force_is_found_at_its_place_by_the_resonances_that_it_excites(
     found = random_force(scattered(0.05, place))
     assert (found.kind, found.place, found.others) == ("broadband force", place, ())
     assert found.size == pytest.approx((0.05 / np.sqrt(2 * 2.0),) * 2, rel=0.15)
+
+
+def test_a_random_line_is_found_at_its_share_of_the_speed():
+    found = random_force(scattered(0.05, "a", 0.62))
+    assert found.kind == "line" and found.order == pytest.approx(0.62, abs=0.03) and "a" in (found.place, *found.others)
 
 
 def test_white_noise_of_the_probes_is_no_random_force():
