@@ -34,7 +34,7 @@ from rotorsim.discrepancy.twin import Twin
 CLEAR_GAIN = 100.0
 """Twice the gain in log-likelihood from which on a random force is stated."""
 SAME_PLACE = 6.0
-"""Twice the difference in log-likelihood within which places are not told apart."""
+"""Twice the difference in log-likelihood within which places are not distinguished."""
 LOUD = 5.0
 """Power of a line over that of its neighbours, in the mean of the records, from which on it is one."""
 NOISE_OFF = 0.2
@@ -60,7 +60,7 @@ class StochasticForce:
     """A force or a change that does not repeat, with its place.
 
     kind : 'broadband force', 'line' or 'drift'
-    place : disc, bearing or part; `others` are not told apart from it
+    place : disc, bearing or part; `others` cannot be distinguished from it
     size, sd : of a broadband force [N/sqrt(Hz)] and of a line [N rms] along x and y; of a drift the mean change of
         `what` and its scatter
     order : share of the speed of a line, 0 without one
