@@ -171,7 +171,7 @@ def diagnose(
     It is written into a new machine file; the report shows the gap before and after.
 
     Exit code: 0 no disagreement, 10 an effect is named, 11 a tie or a partial explanation, 12 unknown, 13 numbers of
-    the file are far off, 2 bad input.
+    the file are far off, 14 a law is discovered, 15 what is left does not repeat, 2 bad input.
     Records of one folder may state in their attribute `role` what they are for: fit, held_out or untouched. What was
     computed is kept, so that an interrupted diagnosis resumes where it was.
     """
@@ -320,6 +320,7 @@ STAGES = {
     "prove": "proving the solver",
     "screen": "screening candidates",
     "name": "re-fitting candidates",
+    "discover": "looking for a law",
     "show": "showing the gap",
     "plan": "planning the next experiment",
     "experiment": "waiting for the record of the experiment",

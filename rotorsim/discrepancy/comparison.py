@@ -122,7 +122,7 @@ class TwinComparison:
     def _simulated(
         self, point: ParameterPoint, twin: Twin, whole: bool, near: ParameterPoint | None
     ) -> list[np.ndarray]:  # fmt: skip
-        """Spectra as `spectra` returns them, run by the plant."""
+        """Spectra by blocks as the plant makes them."""
         seen: dict[tuple[str, float], int] = {}
         first = [seen.setdefault((t.inputs, round(t.angle, 9)), i) for i, t in enumerate(self.trials)]
         first = first if near is None else self.repeated
@@ -142,6 +142,12 @@ class TwinComparison:
             return [simulate(twin, trial, point, whole, near) for trial, point in jobs]
         with ThreadPoolExecutor(self.threads) as pool:
             return list(pool.map(lambda job: simulate(twin, job[0], job[1], whole, near), jobs))
+
+    def with_twin(self, twin: Twin) -> TwinComparison:
+        """The same comparison, floor included, with another twin of the machine."""
+        other = copy(self)
+        other.twin, other.known = twin, {}
+        return other
 
     def predict(self, point: ParameterPoint, twin: Twin | None = None, whole: bool = False) -> np.ndarray:
         """Simulated data vector (n,) [m] without the correction of the solver's error."""

@@ -26,6 +26,16 @@ from rotorsim.discrepancy.comparison import (
 )
 from rotorsim.discrepancy.data_vector import TOLERANCE, own_scatter, unknown_sources, without_hum, without_probe_drift
 from rotorsim.discrepancy.decision import check_allowed
+from rotorsim.discrepancy.discovery import (
+    ProposedLaw,
+    after_choice,
+    candidate_laws,
+    cannot_tell,
+    discovered,
+    laws_of,
+    of_remembered,
+    remembered,
+)
 from rotorsim.discrepancy.fit import (
     MOST_REPEATS,
     ParameterFit,
@@ -39,7 +49,15 @@ from rotorsim.discrepancy.fit import (
     relinearised,
     strained,
 )
-from rotorsim.discrepancy.gap import equivalent_force, gap_dataset, gap_of, missed_bands, spectra_of, virtual_readings
+from rotorsim.discrepancy.gap import (
+    equivalent_force,
+    gap_dataset,
+    gap_of,
+    missed_bands,
+    rms,
+    spectra_of,
+    virtual_readings,
+)
 from rotorsim.discrepancy.hypotheses import CLEAR, EffectSearch, beyond_form_error
 from rotorsim.discrepancy.judge import (
     AllEvidence,
@@ -52,6 +70,7 @@ from rotorsim.discrepancy.judge import (
     untouched_gone,
     worse_than,
 )
+from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places
 from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect, far_off
 from rotorsim.discrepancy.mistakes import check_alternatives, check_before
 from rotorsim.discrepancy.records import (
@@ -67,6 +86,7 @@ from rotorsim.discrepancy.records import (
     unexplained,
 )
 from rotorsim.discrepancy.result import (
+    EXCLUDED,
     Diagnosis,
     Planner,
     calibration_of,
@@ -76,6 +96,7 @@ from rotorsim.discrepancy.result import (
     related_of,
 )
 from rotorsim.discrepancy.run_ups import RunupTrial, is_table, make_sweeps, rate_notes, with_tables
+from rotorsim.discrepancy.stochastic import drift, random_force
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import (
@@ -85,6 +106,7 @@ from rotorsim.discrepancy.verdict import (
     explanation_odds,
     joined_classes,
     judge,
+    probability_of,
 )
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
@@ -122,6 +144,10 @@ ONE_OF = "one of these places, which the records do not distinguish: {}"
 """Finding of a calibration that has several places."""
 NAMED_PROBES = "x and y of the sensors are the probes {0} and {1}, in their own directions"
 """Note on records whose channels are their probes."""
+FAINT_LAW = 2 * CLEAR
+"""Fall of the sum of squares by a law from which on it is fitted where nothing is beyond the floor."""
+NO_LAW = "a law was looked for at all places; the best one, {}, is not borne out by the plant and by other records"
+"""Note on records that show no law either."""
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
 """Note on a search without finite numbers."""
 
@@ -293,6 +319,8 @@ class DiagnosisRun:
     """Sentence where the records fit better with late probes."""
     seen_from: dict[str, str] = field(default_factory=dict, init=False)
     """Sizes from which the records would have shown candidates."""
+    laws: tuple[ProposedLaw, ...] | None = None
+    """Laws that the candidates are, where they come from the records and not from the catalogue."""
 
     @property
     def fitted(self) -> TwinComparison:
@@ -354,7 +382,90 @@ class DiagnosisRun:
             notes.append(SEEN_FROM.format("; ".join(f"{key} {size}" for key, size in self.seen_from.items())))
         if judgement.verdict.best is not None and not flags:
             notes.append(FAINT.format(base.cost - judgement.verdict.best.fit.cost))
-        return self._result(base, flags, judgement, search, notes)
+        found = None if self.laws is not None else self._beyond_catalogue(base, flags, apart, judgement, notes)
+        return self._result(base, flags, judgement, search, notes) if found is None else found
+
+    def _beyond_catalogue(
+        self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], judgement: Judgement, notes: list[str]
+    ) -> Diagnosis | None:  # fmt: skip
+        """Diagnosis with a law that no effect of the catalogue is, or with what does not repeat; None for neither.
+
+        A law has to explain the records clearly better than the best effect of the catalogue.
+        """
+        if self.machine.film is not None:
+            return None
+        lacking, status = cannot_tell(self.fitted.trials), judgement.verdict.status
+        unanswered = status in ("unknown", "partial")
+        if lacking:
+            notes += [lacking] if unanswered else []
+            return None
+        self.progress("discover")
+        best = judgement.verdict.best
+        known = base.cost if best is None else min(base.cost, best.fit.cost)
+        try:
+            seen = {role: self._seen(part, base) for role, part in self.parts.items() if role != "untouched"}
+            base = replace(base, J=seen["fit"].J)
+            found = self._discovered(base, flags, apart, seen, notes, known)
+            if found is not None or not (unanswered or status == "no_disagreement"):
+                return found
+            force = drift(self.fitted, base) or random_force(seen["fit"])
+        except NoAnswerError:
+            return None
+        if force is None:
+            return None
+        nothing = Judgement(SearchVerdict("unknown"), judgement.odds, judgement.notes, judgement.left, judgement.worse)
+        return replace(self._result(base, flags, nothing, None, notes), status="stochastic", stochastic=force)
+
+    def _seen(self, part: TwinComparison, base: ParameterFit) -> ObservedPlaces:
+        """Observed places of the records of a role, about the calibration."""
+        return ObservedPlaces.of(part, base, part.residual(base.point), part.jacobian(base.point, base.parameters))
+
+    def _discovered(
+        self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], seen: dict[str, ObservedPlaces],
+        notes: list[str], known: float,
+    ) -> Diagnosis | None:  # fmt: skip
+        """Diagnosis with a law that is fitted and judged as any candidate; None where it is not borne out.
+
+        Its sum of squares has to be clearly below the `known` one.
+        """
+        laws, clear = laws_of(seen["fit"], seen.get("held_out"), base), CLEAR if flags else FAINT_LAW
+        if known - laws[0].cost < clear:
+            return None
+        notes_of_none = [*notes, NO_LAW.format(laws[0].names)]
+        if laws[0].remembers:
+            parts = {role: seen.get(role) or self._seen(part, base) for role, part in self.parts.items()}
+            left = remembered(parts, base, laws[0])
+            if left is None:
+                notes[:] = notes_of_none
+                return None
+            found = self._result(base, flags, Judgement(SearchVerdict("unknown"), ()), None, notes)
+            gap = found.gap.copy(deep=True)
+            gap["gap"].values[:, :, 2] = np.concatenate(
+                [rms(part, left[role] * part.sigma) for role, part in self.parts.items()]
+            )
+            law = of_remembered(laws, base, law_places(self.machine)[laws[0].place])
+            return replace(found, status="discovered", unknown={}, gap=gap, planner=None, discovered=law)
+        with candidate_laws(laws, self.models.twin) as forms:
+            models = CompiledModels.of(self.machine, {form.effect for form in forms})
+            own = replace(self, models=models, forms=forms, laws=tuple(laws), allow=None,
+                          progress=lambda stage: self.progress("discover"),
+                          parts={role: part.with_twin(models.twin) for role, part in self.parts.items()})  # fmt: skip
+            own.large, own.late = self.large, self.late
+            verdict, search = own._name(base, flags, apart)
+            judgement = own._judged(base, flags, verdict, search, 0.0)
+            best, odds = judgement.verdict.best, after_choice(judgement.odds, [f.key for f in forms], laws[0].tried)
+            rivals = [] if best is None else [e.name for e in odds if e.effects and not e.beyond
+                                              and e.effects != best.keys and e.probability > EXCLUDED]  # fmt: skip
+            p = 0.0 if best is None else probability_of(best.keys, odds)
+            sure = p + sum(probability_of((name,), odds) for name in rivals) >= SURE
+            borne_out = best is not None and judgement.verdict.status != "partial" and len(best.forms) == 1
+            if best is None or not (borne_out and sure and known - best.fit.cost > clear):
+                notes[:] = notes_of_none
+                return None
+            found = own._result(base, flags, replace(judgement, odds=odds), search, [*notes, *judgement.notes])
+            [proposal] = [one for one in laws if one.names == best.keys[0]]
+            law = discovered(proposal, found.effects[0], p, rivals, seen["fit"], best.fit.residual)
+        return replace(found, status="discovered", effects=(), ties=(), planner=None, discovered=law)
 
     def _judged(
         self, base: ParameterFit, flags: list[Misfit], verdict: SearchVerdict, search: EffectSearch | None, share: float
@@ -383,7 +494,9 @@ class DiagnosisRun:
                 calibrated = after if best is None else part.residual(base.point)
                 gone = None if best is None else untouched_gone(part, calibrated, after)
                 worse, alone = (worse_than(part, given, there) for there in (after, calibrated))
-        scatter, names = self.fitted.scatter_known, {k.name for k in base.parameters}
+        scatter = self.fitted.scatter_known
+        # a law is fitted next to losses that it resembles: those of the shaft may end at their limits
+        names = {k.name for k in base.parameters if self.laws is None or k.key.startswith("bearing.")}
         astray = () if best is None else tuple(name for name in strained(best.fit) if name in names)
         return judged(
             AllEvidence(

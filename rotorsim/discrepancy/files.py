@@ -34,6 +34,7 @@ RESULTS = {
     "gap": "gap.nc",
     "machine": "machine.toml",
     "difference": "machine.diff",
+    "law": "discovered_law.py",
     "plan": "next.toml",
     "believed": "believed.toml",
     "report": "report.html",
@@ -220,7 +221,9 @@ def save_diagnosis(diagnosis: Diagnosis, folder: str | Path, report: bool = True
     out.mkdir(parents=True, exist_ok=True)
     with replacing_all(out, tuple(RESULTS.values())) as part:
         write_netcdf(part / RESULTS["gap"], diagnosis.gap)
-        if diagnosis.status != "unknown":
+        if diagnosis.discovered is not None and diagnosis.discovered.source:
+            write_text(part / RESULTS["law"], diagnosis.discovered.source)
+        if diagnosis.status not in ("unknown", "stochastic"):
             after = diagnosis.apply()
             after.save(part / RESULTS["machine"])
             write_text(part / RESULTS["difference"], difference(diagnosis.machine, after) + "\n")

@@ -97,6 +97,22 @@ VERDICTS = {
         "Do not use the effect as found. Inspect {places}, record more operating points at two excitation "
         "amplitudes, and diagnose again.",
     ),
+    "discovered": VerdictText(
+        14,
+        "Discovered: {law}.",
+        "No effect of the catalogue explains the disagreement, but a force law at one place does, on untouched records "
+        "too. It is an effect of your own, written as a file.",
+        "Find what makes this force at {places}. Record a speed between the others with another excitation, and "
+        "diagnose again with that record untouched: {refuted}",
+    ),
+    "stochastic": VerdictText(
+        15,
+        "Stochastic: {force}.",
+        "What the records show does not repeat: no law of the motion makes it, and no effect of the catalogue. Its "
+        "place and size follow from the scatter between blocks, or between records that repeat each other.",
+        "Look at the place for what is random there, or wanders. Record one operating point five times to see how it "
+        "changes with time.",
+    ),
     "unknown": VerdictText(
         12,
         "Unknown: no effect of the catalogue explains the disagreement; see the equivalent force.",

@@ -54,8 +54,8 @@ SURE_TURN, CLEAR_TURN = 5.0, 3.0
 """Rate of a clock over its standard deviation from which it is clear, of all records and of one."""
 LEAST_TURN = 1e-3
 """Least scatter [rad] of that turn."""
-LAGS = np.linspace(-0.02, 0.02, 801)
-"""Time shifts [s] that are tried."""
+LAGS, FAINT_LINE = np.linspace(-0.02, 0.02, 801), 0.01
+"""Time shifts [s] that are tried, and share of the largest line from which on a line has a phase."""
 SHAPE = 0.05
 """Largest misfit of a shape for an alternative to be named."""
 CLEARER = 0.25
@@ -186,7 +186,11 @@ def check_clocks(comparison: TwinComparison, simulated: np.ndarray) -> None:
             y, s = (comparison.lines_of(i, v)[c][at] for v in (comparison.measured, simulated))
             match = np.abs((np.conj(s * turned) @ y).real)
             best = int(np.argmax(match))
-            if match[best] > 0.85 * np.linalg.norm(y) * np.linalg.norm(s) and match[400] < 0.6 * match[best]:
+            # a resonance that is off turns the loudest lines alone, a clock all of them
+            clear = np.minimum(np.abs(y), np.abs(s)) > FAINT_LINE * min(np.abs(y).max(), np.abs(s).max())
+            alike = abs(np.mean(np.exp(1j * np.angle(np.conj(s * turned[best]) * y))[clear].real)) if clear.any() else 0
+            loud = match[best] > 0.85 * np.linalg.norm(y) * np.linalg.norm(s)
+            if loud and alike > ALIKE and match[400] < 0.6 * match[best]:
                 lags.append(float(LAGS[best]))
         if len(lags) == len(trial.channels) and abs(lags[0] - lags[-1]) < 3e-4:
             raise DataError(

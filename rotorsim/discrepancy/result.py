@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,17 +17,19 @@ from rotorsim.discrepancy.candidates import Form
 from rotorsim.discrepancy.changes import MAIN
 from rotorsim.discrepancy.comparison import Misfit
 from rotorsim.discrepancy.decision import DecisionSteps, check_allowed
+from rotorsim.discrepancy.discovery import DiscoveredLaw
 from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.hypotheses import EffectSearch, Hypothesis
 from rotorsim.discrepancy.judge import LEAST_NOTHING, LEFT, LIKELY, NO_ACCURACY, VERDICTS, VerdictText, text_of
 from rotorsim.discrepancy.machine_file import Findings, IdentifiedEffect, extended
+from rotorsim.discrepancy.stochastic import StochasticForce
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, entropy, shown_share
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.effects.base import WHERE
 from rotorsim.machine import Machine
-from rotorsim.plant.locations import Place, acting_places, bearing_place, force_plane, probes_at
+from rotorsim.plant.locations import Place, acting_places, bearing_place, force_plane, place_at, probes_at
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -158,6 +160,15 @@ class Diagnosis(Shown, Findings, Reported):
     """Sentences on calibrated numbers that are far from the machine file."""
     left: int = 0
     """Number of groups of lines beyond the floor at points that were not fitted."""
+    discovered: DiscoveredLaw | None = None
+    """The law that the records show and no effect of the catalogue is."""
+    stochastic: StochasticForce | None = None
+    """The force or change that does not repeat, where the records show one."""
+
+    @property
+    def explained(self) -> bool:
+        """Whether an effect or a law takes part of the gap."""
+        return bool(self.effects) or self.discovered is not None
 
     @property
     def odds(self) -> dict[str, float]:
@@ -176,7 +187,7 @@ class Diagnosis(Shown, Findings, Reported):
     @property
     def unplanned(self) -> bool:
         """Whether the odds are not settled and no experiment was planned that may settle them."""
-        settled = self.status in ("no_disagreement", "recalibrated", "named")
+        settled = self.status in ("no_disagreement", "recalibrated", "named", "discovered")
         if settled or self.planned is not None or self.steps is not None:
             return False
         return bool(self.explanations) and (self.status == "tie" or max(self.odds.values()) < SURE)
@@ -214,6 +225,7 @@ class Diagnosis(Shown, Findings, Reported):
             (found.form, ", ".join(f"{name} = {value}{f' +- {sd}' if sd else ''}" for name, value, sd in found.sizes()))
             for found in self.effects
         ]
+        rows += [] if self.discovered is None else [("law", self.discovered.sentence)]
         rows += [("indistinguishable", "; ".join(" with ".join(tie) for tie in self.ties))] if self.ties else []
         rows += [("probability", f"{shown_share(e.probability)} {e.name}") for e in self.explanations[:3]]
         if self.planned is not None:
@@ -223,7 +235,7 @@ class Diagnosis(Shown, Findings, Reported):
 
     @property
     def exit_code(self) -> int:
-        """Exit code: 0 no disagreement, 10 named, 11 tie or partial, 12 unknown, 13 re-calibrated far off."""
+        """Exit code of the verdict, from 0 for no disagreement to 15 for what does not repeat."""
         return VERDICTS[self.status].exit_code
 
     @property
@@ -253,7 +265,11 @@ class Diagnosis(Shown, Findings, Reported):
             least = 100 * (SURE if self.localisation else LEAST_NOTHING)
             if 100 * nothing < least:
                 return UNDECIDED.format(count=len(self.localisation), share=shown_share(nothing), sure=least)
-        return self.texts.sentence.format(effects=effects, rivals="; ".join(rivals), changes="; ".join(self.large))
+        law = "" if self.discovered is None else self.discovered.sentence
+        force = "" if self.stochastic is None else self.stochastic.sentence
+        return self.texts.sentence.format(
+            effects=effects, rivals="; ".join(rivals), changes="; ".join(self.large), law=law, force=force
+        )
 
     @property
     def _open(self) -> str:
@@ -268,7 +284,8 @@ class Diagnosis(Shown, Findings, Reported):
         if self.status == "unknown" and NO_ACCURACY in self.notes and not self.localisation:
             return f"{NO_ACCURACY[:1].upper()}{NO_ACCURACY[1:]}."
         names = dict.fromkeys(place.name for one in located(self) if one.label != FORCE for place in one.places)
-        step = self.texts.next.format(places=" and ".join(names) or "the machine")
+        refuted = "" if self.discovered is None else self.discovered.refuted_by
+        step = self.texts.next.format(places=" and ".join(names) or "the machine", refuted=refuted)
         if self.status == "no_disagreement" and self._open:
             step = RECORD_MORE
         if self.planned is not None:
@@ -323,6 +340,8 @@ class Diagnosis(Shown, Findings, Reported):
             ],
             "prior_sizes": dict(self.priors),
             "seen_from": dict(self.seen_from),
+            **({} if self.discovered is None else {"discovered": self.discovered.as_dict()}),
+            **({} if self.stochastic is None else {"stochastic": asdict(self.stochastic)}),
             **({} if self.planned is None else {"plan": self.planned.as_dict()}),
             **({} if self.steps is None else {"steps": self.steps.as_dict()}),
             "tried": list(self.tried),
@@ -361,6 +380,8 @@ def located(diagnosis: Diagnosis) -> tuple[LocatedEffect, ...]:
         about = " ".join(diagnosis.large)
         far = [i for i, name in enumerate(machine.bearing_names) if re.search(rf"bearing {re.escape(name)}\b", about)]
         out += [LocatedEffect(RECALIBRATED, "found", (bearing_place(machine, i),)) for i in far]
+    if (law := diagnosis.discovered) is not None:
+        out.append(LocatedEffect(" with ".join(law.kinds), "found", (place_at(machine, law.position),)))
     if diagnosis.unknown.get("lines"):
         out.append(LocatedEffect(FORCE, "force", (force_plane(machine),)))
     return tuple(one for one in out if one.places)

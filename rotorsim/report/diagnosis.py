@@ -13,6 +13,7 @@ from plotly.subplots import make_subplots
 from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.discrepancy import Diagnosis
 from rotorsim.discrepancy.decision import DecisionSteps
+from rotorsim.discrepancy.discovery import DiscoveredLaw
 from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.machine_file import difference
 from rotorsim.discrepancy.result import NOTHING_BEYOND, located
@@ -57,7 +58,7 @@ def _key_numbers(d: Diagnosis) -> list[tuple[str, str]]:
     cards += [(shown_share(e.probability), _short_name(e)) for e in d.explanations[:1]]
     cards += [(f"{len(d.localisation)}", "groups of lines beyond the floor")]
     share = reduction(d.gap)
-    if d.effects and np.isfinite(share):
+    if d.explained and np.isfinite(share):
         cards.append((f"{100 * share:.0f} %", "gap gone on untouched records"))
     return cards
 
@@ -106,6 +107,8 @@ def _blocks(d: Diagnosis) -> Iterator[Block]:
         yield _plan(d.planned.as_dict())
     if d.effects:
         yield _effects(d)
+    if d.discovered is not None:
+        yield _law(d.discovered)
     yield Block(
         "The gap, record by record",
         "Rms of measured less simulated, both channels. Grey: the file as given; orange: re-calibrated; blue: with the "
@@ -191,6 +194,39 @@ def _effects(d: Diagnosis) -> Block:
     return Block("What is missing", "", ("effect", "parameter", "value", "standard deviation"), rows, texts=texts)
 
 
+def _law(law: DiscoveredLaw) -> Block:
+    """The law that was discovered, with its numbers, and force against motion where it has a curve."""
+    rows = [(key, f"{value:.4g} {law.units[key]}", f"{sd:.2g} {law.units[key]}" if sd else "held")
+            for key, (value, sd) in law.terms.items()]  # fmt: skip
+    texts = [f"Its probability is {shown_share(law.probability)}; {law.refuted_by}"]
+    texts += [f"These records do not exclude {', '.join(law.near)}."] if law.near else []
+    figure = force_of_law(law) if law.curve else None
+    heads = ("number", "value", "standard deviation")
+    return Block("The law that was discovered", "Force at the place over its motion: dots are the records, the line is "
+                 "the law.", heads, rows, texts=texts, figure=figure, code=law.law)  # fmt: skip
+
+
+def force_of_law(law: DiscoveredLaw) -> go.Figure:
+    """Force (y) [N] over displacement [um], or velocity [mm/s] where the law is of that, measured and of the law."""
+    of_velocity = any(word in " ".join(law.kinds) for word in ("dry", "drag", "damping"))
+    motion, unit = (law.curve["velocity"] * 1e3, "velocity [mm/s]") if of_velocity else (
+        law.curve["displacement"] * TO_UM, "displacement [um]")  # fmt: skip
+    figure = make_subplots(1, 2, subplot_titles=("x", "y"))
+    for i, axis in enumerate("xy"):
+        order = np.argsort(motion[:, i])
+        dots = {"x": motion[:, i], "y": law.curve["measured"][:, i], "name": "measured"}
+        line = {"x": motion[order, i], "y": law.curve["law"][order, i], "name": "law"}
+        shown = {"row": 1, "col": i + 1}
+        figure.add_trace(go.Scatter(**dots, mode="markers", marker={"size": 4, "color": NEUTRAL}, showlegend=not i),
+                         **shown)  # fmt: skip
+        figure.add_trace(
+            go.Scatter(**line, mode="lines", line={"color": AXIS_COLOURS[axis]}, showlegend=not i), **shown
+        )
+        figure.update_xaxes(title_text=unit, **shown)
+    figure.update_yaxes(title_text="force [N]", row=1, col=1)
+    return style(figure, 340)
+
+
 def _gap_table(d: Diagnosis) -> Block:
     rows = []
     channels = {shown["record"]: shown["channels"] for part in d.spectra.values() for shown in part}
@@ -199,7 +235,7 @@ def _gap_table(d: Diagnosis) -> Block:
             g = d.gap["gap"].values[i, a] * TO_UM
             rows.append(
                 (str(d.gap["role"].values[i]).replace("_", " "), str(record), str(d.gap["point"].values[i]), axis,
-                 f"{g[0]:.3f}", f"{g[1]:.3f}", f"{g[2]:.3f}" if d.effects else "", f"{g[3]:.3f}")
+                 f"{g[0]:.3f}", f"{g[1]:.3f}", f"{g[2]:.3f}" if d.explained else "", f"{g[3]:.3f}")
             )  # fmt: skip
     sizes = (f"{name} [um rms]" for name in ("nominal", "re-calibrated", "with effect", "scatter"))
     heads = ("role", "record", "point", "channel", *sizes)
@@ -216,7 +252,7 @@ def _bode(d: Diagnosis) -> Iterator[Block]:
             yield Block(
                 f"{name[:1].upper()}{name[1:]}: {order}X over the speed",
                 "Points: measured, all roles. Grey: the file as given; orange: re-calibrated; blue: with the effect.",
-                figure=bode(parts, number, bool(d.effects)),
+                figure=bode(parts, number, d.explained),
             )
 
 
@@ -224,7 +260,7 @@ def _spectra(d: Diagnosis) -> Iterator[Block]:
     shown = [s for part in d.spectra.values() for s in part]
     if any(s["orders"] for s in shown):
         return
-    named = bool(d.effects)
+    named = d.explained
     worst = [("Spectrum where it disagrees most", s) for s in shown if s["record"] == d.localisation[0].record]
     untouched = [("Spectrum of an untouched record", s) for s in d.spectra.get("untouched", [])[:1]]
     for title, one in worst + untouched:
@@ -300,7 +336,7 @@ def gap_bars(diagnosis: Diagnosis) -> go.Figure:
         names.append(f"{name}, again" + ("" if again == 1 else f" ({again})") if again else name)
     figure = go.Figure()
     for s, (stage, colour) in enumerate(COLOURS.items()):
-        if stage == "with effect" and not diagnosis.effects:
+        if stage == "with effect" and not diagnosis.explained:
             continue
         figure.add_bar(y=names, x=compact(total[order, s]), name=stage, marker_color=colour, orientation="h")
     figure.add_scatter(
@@ -438,7 +474,7 @@ def _name(one: Explanation) -> str:
 
 def stages_of(diagnosis: Diagnosis) -> dict[str, str]:
     """Stages of the gap that a diagnosis has, with their colours."""
-    return {name: colour for name, colour in COLOURS.items() if name != "with effect" or diagnosis.effects}
+    return {name: colour for name, colour in COLOURS.items() if name != "with effect" or diagnosis.explained}
 
 
 def gap_by_role(diagnosis: Diagnosis) -> go.Figure:

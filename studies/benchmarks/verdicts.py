@@ -18,7 +18,9 @@ from studies.benchmarks.result import Figure
 
 INJECTOR = " of injector "
 VERDICTS = ("right", "class", "partial", "missed", "wrong")
-STATUSES = frozenset({"no_disagreement", "recalibrated", "named", "tie", "partial", "unknown"})
+STATUSES = frozenset(
+    {"no_disagreement", "recalibrated", "named", "tie", "partial", "discovered", "stochastic", "unknown"}
+)
 """Statuses of a diagnosis that a case can be judged by."""
 ABOVE = 2.2
 """Times its detectable size above which a single effect should nearly always be named."""
@@ -63,6 +65,8 @@ def judged(kind: str, hidden: tuple[str, ...], d: Diagnosis, known: set[str]) ->
         raise ValueError(f"status {d.status!r} of a diagnosis is not one of {', '.join(sorted(STATUSES))}")
     if d.status in ("no_disagreement", "unknown"):
         return "right" if not hidden and (d.status == "no_disagreement" or kind == "foreign") else "missed"
+    if d.status in ("discovered", "stochastic"):
+        return "right" if kind in ("foreign", "noise") else "missed" if hidden else "wrong"
     if d.status == "recalibrated":
         return "wrong" if hidden or kind == "foreign" else "right"
     if d.status == "partial":

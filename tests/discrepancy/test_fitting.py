@@ -149,6 +149,7 @@ def test_every_effect_of_the_catalogue_gets_recipes_from_its_own_parameters():
 
 def test_exit_codes_are_those_of_the_interface():
     codes = {"no_disagreement": 0, "named": 10, "tie": 11, "partial": 11, "unknown": 12, "recalibrated": 13}
+    codes |= {"discovered": 14, "stochastic": 15}
     assert {status: text.exit_code for status, text in VERDICTS.items()} == codes
 
 

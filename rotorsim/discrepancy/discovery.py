@@ -1,0 +1,511 @@
+r"""Laws discovered from data: a force at a place that no effect of the catalogue has, proposed from the residual.
+
+Terms g_k of the motion at a place (`law_terms`), each with a coefficient along x and one along y, are chosen one by
+one, together with the calibration's own columns J,
+
+.. math:: r \approx J\,\delta\theta - \sum_k c_k\,H_{sp}\,\mathcal F\{g_k(q_p, \dot q_p, \Omega, \varphi)\}
+
+until a twentieth of what was beyond the floor stays. Records that are held out choose the place. The law becomes an
+effect, a file of its own, which is compiled into the plant, fitted as a candidate, and judged as any other.
+
+Cites: brunton_2016.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import re
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from importlib.util import module_from_spec, spec_from_file_location
+from itertools import product
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+
+from rotorsim.base.cache import in_cache
+from rotorsim.base.files import write_text
+from rotorsim.base.rounding import answer
+from rotorsim.discrepancy.calibration import FitParameter
+from rotorsim.discrepancy.candidates import Form, screen
+from rotorsim.discrepancy.comparison import excess, table
+from rotorsim.discrepancy.fit import ParameterFit, prior_rows
+from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH
+from rotorsim.discrepancy.judge import LEAST_GONE, MANY, beyond_floor, untouched_gone
+from rotorsim.discrepancy.law_terms import (
+    LIBRARY,
+    LibraryTerm,
+    ObservedPlaces,
+    PlaceMotion,
+    complex_lines,
+    law_places,
+    lines_of_series,
+    series_of_lines,
+)
+from rotorsim.discrepancy.machine_file import IdentifiedEffect
+from rotorsim.discrepancy.trial import Trial
+from rotorsim.discrepancy.twin import Twin
+from rotorsim.discrepancy.verdict import TEMPERATURE, TIE_LEAST, Explanation
+from rotorsim.effects import REGISTRY
+
+MOST_TERMS = 3
+"""Most terms of a law."""
+SHARE = 0.1
+"""Step of a coefficient in finite differences, as a share of it."""
+NEAR, MOST_LAWS = 100.0, 3
+"""Difference of scores within which laws at other places are fitted to the plant too, and most laws."""
+TWICE = 1.3
+"""Ratio of the largest and the smallest excitation from which on there are two amplitudes."""
+NOT_PERIODIC = (
+    "a law is not looked for: the records do not repeat with a period; record a periodic excitation, with whole turns "
+    "of the shaft in its period"
+)
+ONE_SPEED = "a law is not looked for: all records have one speed; record two more speeds"
+ONE_AMPLITUDE = (
+    "a law is not looked for: all records have one amplitude, at which a force that grows out of proportion is as one "
+    "that does not; record the same points with half the excitation, or with a trial weight"
+)
+"""Notes on records of which no law can be identified."""
+MOMENTS = 500
+"""Moments of a record that show a law."""
+EQUAL = 6.0
+"""Credit of equal coefficients along x and y: by chance they agree as closely in one of twenty places."""
+SIMPLEX = 0.05
+"""First relative change of a number of a shape."""
+PRICE = 9.0
+"""Fall of the sum of squares that a coefficient has to bring, the logarithm of some ten thousand numbers."""
+
+
+@dataclass(frozen=True)
+class LawTerm:
+    """A term with the numbers of its shape; `one` where its coefficients along x and y are one number."""
+
+    term: LibraryTerm
+    shape: tuple[tuple[str, float], ...] = ()
+    one: bool = False
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of its coefficients, those along x first."""
+        numbers = [f"_{k}" for k in range(1, len(self.term.parts) + 1)] if len(self.term.parts) > 1 else [""]
+        axes = ("",) if self.one else ("_x", "_y")
+        return tuple(f"{self.term.key}{number}{axis}" for axis in axes for number in numbers)
+
+    def columns(self, seen: ObservedPlaces, place: str) -> np.ndarray:
+        """Whitened responses (n, k) to its coefficients at a place."""
+        found = seen.columns(place, self.term, dict(self.shape))
+        return found.reshape(len(found), 2, -1).sum(axis=1) if self.one else found
+
+
+@dataclass(frozen=True, eq=False)
+class ProposedLaw:
+    """A law at a place: its terms, coefficients of their parts, and the misfit that it leaves.
+
+    cost : sum of squares with priors; held : that of held-out records; left : excess of groups beyond their floor
+    moved : change of the calibration that goes with it; sd : standard deviations of the coefficients
+    tried : terms and places among which it was chosen
+    """
+
+    place: str
+    terms: tuple[LawTerm, ...]
+    coefficients: np.ndarray
+    cost: float
+    held: float
+    left: float
+    moved: np.ndarray
+    sd: np.ndarray
+    tried: int = 1
+
+    @property
+    def score(self) -> float:
+        """Sum of squares over records to fit and held-out ones, and the price of each coefficient."""
+        return self.cost + self.held + PRICE * len(self.coefficients) - EQUAL * sum(one.one for one in self.terms)
+
+    @property
+    def remembers(self) -> bool:
+        """Whether a term has a memory."""
+        return any(one.term.memory is not None for one in self.terms)
+
+    @property
+    def names(self) -> str:
+        """Terms and place as text."""
+        return f"{' with '.join(one.term.name for one in self.terms)} of {self.place}"
+
+
+def propose(
+    fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit, most: int = MOST_TERMS
+) -> list[ProposedLaw]:
+    """The best law at each place, by falling score."""
+    found = [_at_place(fit, held, base, place, most) for place in fit.motions]
+    tried = sum(count for _, count in found)
+    return sorted((replace(one, tried=tried) for one, _ in found), key=lambda p: p.score)
+
+
+def _at_place(
+    fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit, place: str, most: int
+) -> tuple[ProposedLaw, int]:  # fmt: skip
+    """The best law at a place, and the number of terms that were tried."""
+    options = [LawTerm(term, tuple(shape.items())) for term in LIBRARY for shape in term.options(fit.largest(place))]
+    columns = [one.columns(fit, place) for one in options]
+    forms = [
+        Form("law", f"{i}", tuple(FitParameter(f"law.{i}.{k}", 1 / max(size, 1e-300)) for k in range(c.shape[1])))
+        for i, c in enumerate(columns) for size in (float(np.linalg.norm(c, axis=0).max()),)
+    ]  # fmt: skip
+    view, chosen, best = screen(base, forms, columns), tuple[int, ...](), None
+    nothing = excess(table(fit.comparison, fit.residual))
+    for _ in range(most):
+        taken = {name for k in chosen for name in (options[k].term.name, *dict(options[k].shape))}
+        drops = {i: view.drop(*chosen, i)[0] - PRICE * columns[i].shape[1] for i, one in enumerate(options)
+                 if not taken & {one.term.name, *dict(one.shape)}}  # fmt: skip
+        chosen = (*chosen, max(drops, key=lambda i: (drops[i], -i)))
+        terms = _shaped(fit, base, place, [*(best.terms if best else ()), options[chosen[-1]]])
+        proposal = solved(fit, held, base, place, terms)
+        if best is not None and proposal.score > best.score - CLEAR:
+            break
+        best = proposal
+        if best.left <= (1 - ENOUGH) * nothing:
+            break
+    assert best is not None
+    for i, one in enumerate(best.terms):
+        merged = [*best.terms[:i], replace(one, one=True), *best.terms[i + 1 :]]
+        alike = solved(fit, held, base, place, merged)
+        best = alike if alike.score < best.score else best
+    return best, len(options)
+
+
+def _shaped(fit: ObservedPlaces, base: ParameterFit, place: str, terms: Sequence[LawTerm]) -> Sequence[LawTerm]:
+    """Terms with the numbers of their shapes between those that were tried."""
+    start = [value for one in terms for _, value in one.shape]
+    if not start:
+        return terms
+    p = prior_rows(base.parameters)
+    size = np.sqrt(np.sum(fit.J**2, axis=0) + p**2)
+    size[size == 0] = 1.0
+    J, g0 = fit.J / size, (fit.J.T @ fit.residual - p**2 * base.vector) / size
+    H = J.T @ J + np.diag((p / size) ** 2)
+
+    def at(x: np.ndarray) -> list[LawTerm]:
+        values = iter(np.exp(x) * start)
+        return [replace(one, shape=tuple((key, float(next(values))) for key, _ in one.shape)) for one in terms]
+
+    def rise(x: np.ndarray) -> float:
+        S = np.column_stack([one.columns(fit, place) for one in at(x)])
+        S = S / np.maximum(np.linalg.norm(S, axis=0), 1e-300)
+        cross, g = J.T @ S, np.concatenate([g0, S.T @ fit.residual])
+        return -float(g @ answer(np.linalg.lstsq, np.block([[H, cross], [cross.T, S.T @ S]]), g, rcond=1e-12)[0])
+
+    found = minimize(rise, np.zeros(len(start)), method="Nelder-Mead",
+                     options={"maxfev": 30 * len(start), "xatol": 1e-3, "fatol": 0.5,
+                              "initial_simplex": SIMPLEX * np.eye(len(start) + 1)[:, 1:]})  # fmt: skip
+    return at(found.x)
+
+
+def solved(
+    fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit, place: str, terms: Sequence[LawTerm]
+) -> ProposedLaw:  # fmt: skip
+    """Coefficients of terms together with the calibration's change, by least squares."""
+    p, S = prior_rows(base.parameters), np.column_stack([one.columns(fit, place) for one in terms])
+    A = np.block([[fit.J, S], [np.diag(p), np.zeros((len(p), S.shape[1]))]])
+    b = np.concatenate([fit.residual, -p * base.vector])
+    size = np.linalg.norm(A, axis=0)
+    size[size == 0] = 1.0
+    x = answer(np.linalg.lstsq, A / size, b, rcond=1e-9)[0] / size
+    after = fit.residual - fit.J @ x[: len(p)] - S @ x[len(p) :]
+    misfit = 0.0
+    if held is not None:
+        there = np.column_stack([one.columns(held, place) for one in terms])
+        left = held.residual - held.J @ x[: len(p)] - there @ x[len(p) :]
+        misfit = float(left @ left)
+    sd = np.sqrt(np.diag(answer(np.linalg.pinv, (A / size).T @ (A / size)))) / size
+    cost, k = float(np.sum((b - A @ x) ** 2)), len(p)
+    left_over = excess(table(fit.comparison, after))
+    return ProposedLaw(place, tuple(terms), x[k:], cost, misfit, left_over, x[:k], sd[k:])
+
+
+def written(proposal: ProposedLaw, position: float, name: str, sd: dict[str, float] | None = None) -> str:
+    """Module of a law as an effect: its equation, units and, where they are known, standard deviations."""
+    fields, equations = [], []
+    for one in proposal.terms:
+        for parameter in one.parameters:
+            fields.append(f'    {parameter}: float = param("{one.term.unit}", doc="Coefficient of the law.")')
+        for key, value in one.shape:
+            unit = next(unit for known, unit, _ in one.term.shape if known == key)
+            fields.append(f'    {key}: float = param("{unit}", default={value!r}, bounds=(0.0, 1.0), doc="Its {key}.")')
+    for axis in (0, 1):
+        parts = []
+        for one in proposal.terms:
+            n = len(one.term.parts)
+            own = one.parameters if one.one else one.parameters[axis * n : (axis + 1) * n]
+            pairs = zip(own, one.term.parts, strict=True)
+            parts += [f"p.{parameter} * ({along(part, axis)})" for parameter, part in pairs]
+        equations.append(f"-({' + '.join(parts)})")
+    values = dict(zip((p for one in proposal.terms for p in one.parameters), proposal.coefficients, strict=True))
+    values |= {key: value for one in proposal.terms for key, value in one.shape}
+    spread = {key: f"  # +- {own:.2g}" for key, own in (sd or {}).items() if own}
+    rows = [f'    position = "{position!r} m"']
+    rows += [
+        f'    {key} = "{value:.6g} {units_of(proposal)[key]}"{spread.get(key, "")}' for key, value in values.items()
+    ]
+    table = "\n".join([f"    [[effects.{name}]]", *rows])
+    steady = not any(one.term.turns for one in proposal.terms)
+    return f'''"""Law discovered from records: a force at {proposal.place}, {1e3 * position:.6g} mm along the shaft.
+
+    F_x = {equations[0].replace("p.", "")} [N]
+    F_y = {equations[1].replace("p.", "")} [N]
+
+of displacement x, y [m] and velocity vx, vy [m/s] there, speed [rad/s] and angle [rad] of the shaft. The machine file
+takes its table, and is loaded after this module was imported:
+
+{table}
+"""
+
+import math
+
+from reynolds.jit import inlined
+from rotorsim.effects import Effect, param, register
+
+
+@inlined
+def {name}(t, angle, speed, x, y, vx, vy, p):
+    """The law: [N]."""
+    return {equations[0]}, {equations[1]}
+
+
+@register
+class {"".join(word.title() for word in name.split("_"))}(Effect):
+    """Law discovered from records."""
+
+    port, kernel, steady = "motion", {name}, {steady}
+{chr(10).join(fields)}
+    position: float | None = param("m", default=None, doc="Where it acts along the shaft.")
+'''
+
+
+def along(part: str, axis: int) -> str:
+    """An expression of LIBRARY for one axis in the names of a kernel."""
+    names = ("x", "y", "vx", "vy", "1.0") if axis == 0 else ("y", "x", "vy", "vx", "-1.0")
+    known = dict(zip(("u", "w", "du", "dw", "s"), names, strict=True))
+    return re.sub(r"\b(u|w|du|dw|s)\b", lambda found: known[found[0]], part)
+
+
+def units_of(law: ProposedLaw) -> dict[str, str]:
+    """Units of the coefficients and of the numbers of the shapes."""
+    units = {key: one.term.unit for one in law.terms for key in one.parameters}
+    return units | {key: unit for one in law.terms for key, unit, _ in one.term.shape}
+
+
+@dataclass(frozen=True, eq=False)
+class DiscoveredLaw:
+    """A law that the records show at a place: its equations, coefficients with standard deviations, and evidence.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.diagnose("two_discs.toml", "records").discovered  # doctest: +SKIP
+    >>> found.place, found.law, found.terms["cubic"]  # doctest: +SKIP
+    ('the bearing right', 'F_x = -(cubic * (x * x * x)) ...', (5.8e13, 2e12))
+    """
+
+    name: str
+    place: str
+    position: float
+    """Coordinate along the shaft [m] at which it acts."""
+    law: str
+    """Equations of the force along x and y [N], with units and intervals of all numbers."""
+    terms: dict[str, tuple[float, float]]
+    """Coefficients and numbers of their shapes with standard deviations [SI]."""
+    units: dict[str, str]
+    kinds: tuple[str, ...]
+    """Names of its terms in the library."""
+    source: str
+    """Module of the effect, which `register` makes known."""
+    file: str
+    """Path of the module."""
+    probability: float
+    near: tuple[str, ...] = ()
+    """Laws at other places that these records do not exclude."""
+    growth: float = 0.0
+    """Force at twice the motion over that at the motion of the records; 0 where it is not known."""
+    power: float = 0.0
+    """Mean power [W] that it feeds into the largest motion of the records; negative where it takes it."""
+    curve: dict[str, np.ndarray] = field(default_factory=dict)
+    """Moments of the records: displacement and velocity (n, 2) there, force (n, 2) measured and of the law."""
+
+    @property
+    def sentence(self) -> str:
+        """Law and place with all numbers in one sentence."""
+        found = self.terms.items()
+        sizes = ", ".join(
+            f"{key} = {value:.4g}" + (f" +- {sd:.2g}" if sd else "") + f" {self.units[key]}".replace(" 1", "")
+            for key, (value, sd) in found
+        )
+        return f"{' with '.join(self.kinds)} at {self.place}, {sizes}"
+
+    @property
+    def refuted_by(self) -> str:
+        """Sentence on the energy of the law, where it feeds any, its growth, and what refutes it."""
+        feeds = f"it feeds {self.power:.2g} W into the motion; " if self.power > 0 else ""
+        grows = f"{feeds}its force is {self.growth:.2g} times as large at twice the motion, and " if self.growth else ""
+        return f"{grows}the law is refuted where it leaves more than the floor."
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers and text, for JSON."""
+        sizes = {key: {"value": value, "sd": sd, "unit": self.units[key]} for key, (value, sd) in self.terms.items()}
+        return {
+            "place": self.place, "position": self.position, "kinds": list(self.kinds), "law": self.law,
+            "terms": sizes, "power": self.power, "refuted_by": self.refuted_by, "probability": self.probability,
+            "not_excluded": list(self.near),
+        }  # fmt: skip
+
+
+def force_of(law: ProposedLaw, m: PlaceMotion) -> np.ndarray:
+    """Force (2, n) [N] of a law without a memory along a motion."""
+    force, coefficients = np.zeros(m.displacement.shape), iter(law.coefficients)
+    for one in law.terms:
+        sizes = [next(coefficients) for _ in one.parameters]
+        for k, (axis, part) in enumerate(product((0, 1), one.term.parts)):
+            force[axis] += sizes[k % len(sizes)] * m.force(part, axis, dict(one.shape))
+    return force
+
+
+def curve_of(seen: ObservedPlaces, law: ProposedLaw, residual: np.ndarray) -> dict[str, np.ndarray]:
+    """Moments of the record with the largest motion: displacement, velocity (n, 2), force (n, 2) measured and of a law.
+
+    The measured force is that of the law and the one that makes what is left, `residual` (n,), on the lines on which
+    the law shows.
+    """
+    motions = seen.motions[law.place]
+    i = int(np.argmax([np.abs(m.displacement).max() for m in motions]))
+    m, n = motions[i], motions[i].displacement.shape[1]
+    force = force_of(law, m)
+    lines = np.array([lines_of_series(one, len(m.H)) for one in force])
+    comparison = seen.comparison
+    shows = np.abs(np.einsum("lij,jl->il", m.H, lines)) > complex_lines(comparison, i, comparison.sigma).real
+    left = np.where(shows.any(axis=0), complex_lines(comparison, i, residual * comparison.sigma), 0.0)
+    rest = np.array([answer(np.linalg.pinv, h, rcond=0.05) @ line for h, line in zip(m.H, left.T, strict=True)]).T
+    chosen = slice(None, None, max(n // MOMENTS, 1))
+    return {"displacement": m.displacement.T[chosen], "velocity": m.velocity.T[chosen],
+            "measured": (force + series_of_lines(rest, n)).T[chosen], "law": force.T[chosen]}  # fmt: skip
+
+
+def discovered(
+    proposal: ProposedLaw, found: IdentifiedEffect, probability: float, near: Sequence[str], seen: ObservedPlaces,
+    left: np.ndarray,
+) -> DiscoveredLaw:  # fmt: skip
+    """The law of a proposal as the plant's fit has it, which leaves whitened residuals `left` (n,)."""
+    terms = {key: (found.parameters[key], found.sd.get(key, 0.0)) for one in proposal.terms
+             for key in (*one.parameters, *(name for name, _ in one.shape))}  # fmt: skip
+    sizes = np.array([terms[key][0] for one in proposal.terms for key in one.parameters])
+    fitted = replace(proposal, coefficients=sizes, terms=tuple(
+        replace(one, shape=tuple((key, terms[key][0]) for key, _ in one.shape)) for one in proposal.terms))  # fmt: skip
+    z, name = float(found.parameters["position"]), "discovered_law"
+    text = written(fitted, z, name, {key: sd for key, (_, sd) in terms.items()})
+    path = in_cache("laws") / f"{name}.py"
+    write_text(path, text)
+    law, kinds = text.split('"""')[1], tuple(one.term.name for one in proposal.terms)
+    largest = max(seen.motions[proposal.place], key=lambda m: float(np.abs(m.displacement).max()))
+    twice = replace(largest, displacement=2 * largest.displacement, velocity=2 * largest.velocity)
+    power = float(np.mean(np.sum(force_of(fitted, largest) * largest.velocity, axis=0)))
+    growth = float(np.linalg.norm(force_of(fitted, twice)) / np.linalg.norm(force_of(fitted, largest)))
+    return DiscoveredLaw(
+        name, proposal.place, z, law, terms, units_of(proposal), kinds, text, str(path), probability, tuple(near),
+        growth, power, curve_of(seen, fitted, left),
+    )  # fmt: skip
+
+
+def laws_of(seen: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit) -> list[ProposedLaw]:
+    """The best laws at the places that the records do not tell apart by the linear model, the best one first."""
+    found = propose(seen, held, base)
+    near = [one for one in found if one.score < found[0].score + NEAR and one.remembers == found[0].remembers]
+    return near[:MOST_LAWS]
+
+
+def remembered(
+    parts: Mapping[str, ObservedPlaces], base: ParameterFit, law: ProposedLaw
+) -> dict[str, np.ndarray] | None:
+    """Whitened residuals by role that a law with a memory leaves, by the linear model; None where they refute it."""
+    left, gone = {}, dict[str, float | None]()
+    for role, seen in parts.items():
+        S = np.column_stack([one.columns(seen, law.place) for one in law.terms])
+        left[role] = seen.residual - seen.J @ law.moved - S @ law.coefficients
+        gone[role] = untouched_gone(seen.comparison, seen.residual, left[role])
+        if any(f.rms > MANY * f.floor for f in beyond_floor(seen.comparison, left[role])):
+            return None
+    before = excess(table(parts["fit"].comparison, base.residual))
+    clear = base.cost - law.cost > CLEAR and law.left <= (1 - ENOUGH) * before
+    held_up = all(share is None or share >= LEAST_GONE["named"] for share in gone.values())
+    return left if clear and held_up else None
+
+
+def of_remembered(laws: Sequence[ProposedLaw], base: ParameterFit, position: float) -> DiscoveredLaw:
+    """The first law, which has a memory: no effect of the plant has one, so that it is stated and not written as one.
+
+    The others are at places that these records do not exclude where their likelihood is near.
+    """
+    law = laws[0]
+    near = tuple(one.names for one in laws[1:] if one.score < law.score + TIE_LEAST)
+    keys = [key for one in law.terms for key in one.parameters]
+    terms = {key: (float(c), float(sd)) for key, c, sd in zip(keys, law.coefficients, law.sd, strict=True)}
+    terms |= {key: (value, 0.0) for one in law.terms for key, value in one.shape}
+    gain = (base.cost - law.cost - PRICE * len(keys)) / (2 * TEMPERATURE) - math.log(law.tried)
+    kinds = tuple(one.term.name for one in law.terms)
+    text = f"{' with '.join(kinds)} at {law.place}; it has a memory, which no effect of the plant has: not compiled"
+    p = 1 / (1 + math.exp(-min(gain, 500.0)))
+    return DiscoveredLaw("", law.place, position, text, terms, units_of(law), kinds, "", "", p, near)
+
+
+def cannot_tell(trials: Sequence[Trial]) -> str:
+    """Sentence on what records lack of which a law could be identified; empty where nothing is missing."""
+    if any(t.orders or not (t.periodic or t.turning) for t in trials):
+        return NOT_PERIODIC
+    if len({round(t.speed) for t in trials}) < 2:
+        return ONE_SPEED
+    sizes, weights = [t.amplitude for t in trials], {tuple(sorted(t.stated_changes.items())) for t in trials}
+    return ONE_AMPLITUDE if max(sizes) <= TWICE * min(sizes) and len(weights) < 2 else ""
+
+
+def after_choice(odds: Sequence[Explanation], keys: Sequence[str], tried: int) -> tuple[Explanation, ...]:
+    """Odds after the price of having chosen laws among so many terms and places."""
+    priced = [e.probability / (tried if set(e.effects) & set(keys) else 1) for e in odds]
+    whole = sum(priced)
+    return tuple(replace(e, probability=p / whole) for e, p in zip(odds, priced, strict=True))
+
+
+@contextmanager
+def candidate_laws(proposals: Sequence[ProposedLaw], twin: Twin) -> Iterator[tuple[Form, ...]]:
+    """Forms of laws as candidates; their effects are known within the context alone."""
+    places, names, forms = law_places(twin.machine), list[str](), list[Form]()
+    try:
+        for number, proposal in enumerate(proposals, 1):
+            name, z = f"law_{number}", places[proposal.place]
+            load(written(proposal, z, name))
+            names.append(name)
+            forms.append(form_of(proposal, z, name))
+        yield tuple(forms)
+    finally:
+        for name in names:
+            REGISTRY.pop(name, None)
+
+
+def load(text: str) -> None:
+    """Import a module of an effect from its text, which is kept in the cache under its hash."""
+    name = f"law_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    path = in_cache("laws") / f"{name}.py"
+    write_text(path, text)
+    spec = spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None
+    sys.modules[name] = module_from_spec(spec)
+    spec.loader.exec_module(sys.modules[name])
+
+
+def form_of(proposal: ProposedLaw, position: float, name: str) -> Form:
+    """A law as a candidate: all coefficients are fitted from the first on, the numbers of its shapes after them."""
+    sizes = zip((p for one in proposal.terms for p in one.parameters), proposal.coefficients, strict=True)
+    parameters = tuple(FitParameter(f"{name}.0.{key}", SHARE * abs(value), usual=abs(value)) for key, value in sizes)
+    shapes = tuple(FitParameter(f"{name}.0.{key}", SHARE * value, low=-0.9 * value, high=value)
+                   for one in proposal.terms for key, value in one.shape)  # fmt: skip
+    return Form(name, proposal.names, parameters, {f"{name}.0.position": position}, shapes)

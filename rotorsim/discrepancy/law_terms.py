@@ -1,0 +1,271 @@
+r"""Terms of a law and the motion that they are of: what records show of a place where no probe is.
+
+What the re-calibrated plant leaves at the probes, r, is taken for the response to a force at one place. The linear
+model of the plant about its equilibrium gives the receptances H; with them the force, and the motion at the place,
+
+.. math:: f = H_{sp}^{-1} r, \qquad q_p = q_p^{twin} + H_{pp} f
+
+where lines stand clear of the floor. A term g of that motion with a coefficient of one adds to the data
+
+.. math:: -H_{sp}\,\mathcal F\{g(q_p, \dot q_p, \Omega, \varphi)\}
+
+Assumes: blocks are whole periods of the motion; the motion at the place is that of the twin to first order in the law.
+Sources: Platz & Markert (2001) for the force; Brunton, Proctor & Kutz (2016) for the library of terms.
+
+Cites: platz_2001, brunton_2016.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import product
+from types import SimpleNamespace
+
+import numpy as np
+
+from rotorsim.base.rounding import answer
+from rotorsim.base.units import RIG_SAMPLE
+from rotorsim.discrepancy.calibration import ParameterPoint
+from rotorsim.discrepancy.changes import PLANE, RING, RING_KEY, ring_axes
+from rotorsim.discrepancy.comparison import TwinComparison, simulate
+from rotorsim.discrepancy.fit import ParameterFit
+from rotorsim.discrepancy.trial import Trial
+from rotorsim.machine import Machine
+from rotorsim.plant.linearise import linearise
+from rotorsim.plant.mesh import Mesh
+from rotorsim.plant.simulation import settle
+
+SLOW = 1e-4
+"""Velocity [m/s] below which dry friction gives way."""
+CLEAR_LINE = 3.0
+"""Residual of a line, in floors, from which on the force that makes it moves the place."""
+OVER = 4
+"""Moments of a block over its lines: products of three lines do not fold back."""
+
+
+@dataclass(frozen=True)
+class LibraryTerm:
+    """A typed term of a force: its parts for one axis, with u, du along it, w, dw across; s is 1 along x, -1 along y.
+
+    unit : that of its coefficients
+    parts : expressions of u, w, du, dw, s, speed, angle and the numbers of `shape` (p.name)
+    shape : names of numbers that are searched, their units, and tried values: of a length as shares of the largest |u|
+    memory : factor on the displacement by omega (k,) and the numbers of the shape, of a term that remembers
+    """
+
+    name: str
+    unit: str
+    parts: tuple[str, ...]
+    shape: tuple[tuple[str, str, tuple[float, ...]], ...] = ()
+    memory: Callable[..., np.ndarray] | None = None
+
+    @property
+    def key(self) -> str:
+        """Name as that of a parameter."""
+        return self.name.replace(" ", "_")
+
+    @property
+    def turns(self) -> bool:
+        """Whether it changes with the angle of the shaft."""
+        return any("angle" in part for part in self.parts)
+
+    def options(self, largest: float) -> Iterator[dict[str, float]]:
+        """Numbers of the shape to try, where the largest displacement is this [m]."""
+        tried = [[value * (largest if unit == "m" else 1.0) for value in values] for _, unit, values in self.shape]
+        for values in product(*tried):
+            yield dict(zip((name for name, _, _ in self.shape), values, strict=True))
+
+
+def _parametric(n: int) -> tuple[LibraryTerm, LibraryTerm]:
+    turn = f"{n} * angle" if n > 1 else "angle"
+    waves = f"math.cos({turn})", f"math.sin({turn})"
+    return (LibraryTerm(f"stiffness at {n}X", "N/m", tuple(f"{wave} * u" for wave in waves)),
+            LibraryTerm(f"cross stiffness at {n}X", "N/m", tuple(f"{wave} * w" for wave in waves)))  # fmt: skip
+
+
+def _late(omega: np.ndarray, delay: float) -> np.ndarray:
+    return np.asarray(np.exp(-1j * omega * delay))
+
+
+def _of_hidden_mass(omega: np.ndarray, resonance: float, damping_ratio: float) -> np.ndarray:
+    spring = resonance**2 + 2j * damping_ratio * resonance * omega
+    return np.asarray(-(omega**2) * spring / (spring - omega**2))
+
+
+GAPS = (("gap", "m", (0.15, 0.3, 0.45, 0.6, 0.75)),)
+LIBRARY = (
+    LibraryTerm("stiffness", "N/m", ("u",)),
+    LibraryTerm("cross stiffness", "N/m", ("w",)),
+    LibraryTerm("swirl", "N/m", ("s * w",)),
+    LibraryTerm("damping", "N*s/m", ("du",)),
+    LibraryTerm("gyroscopic", "N*s/m", ("s * dw",)),
+    LibraryTerm("quadratic", "N/m^2", ("u * u",)),
+    LibraryTerm("quadratic modulus", "N/m^2", ("math.fabs(u) * u",)),
+    LibraryTerm("cubic", "N/m^3", ("u * u * u",)),
+    LibraryTerm("radial cubic", "N/m^3", ("(u * u + w * w) * u",)),
+    LibraryTerm("dry", "N", (f"math.tanh(du / {SLOW})",)),
+    LibraryTerm("radial dry", "N", (f"du / math.hypot(math.hypot(du, dw), {SLOW})",)),
+    LibraryTerm("drag", "N*s^2/m^2", ("math.fabs(du) * du",)),
+    LibraryTerm("radial drag", "N*s^2/m^2", ("math.hypot(du, dw) * du",)),
+    LibraryTerm("cubic damping", "N*s^3/m^3", ("du * du * du",)),
+    LibraryTerm("damping with displacement", "N*s/m^3", ("u * u * du",)),
+    LibraryTerm("dead band", "N/m", ("math.copysign(max(math.fabs(u) - p.gap, 0.0), u)",), GAPS),
+    LibraryTerm("stop", "N/m", ("max(u - p.gap, 0.0)",), GAPS),
+    LibraryTerm("stop below", "N/m", ("min(u + p.gap, 0.0)",), GAPS),
+    LibraryTerm("stiffness with speed", "N*s/m", ("speed * u",)),
+    LibraryTerm("stiffness with speed squared", "N*s^2/m", ("speed * speed * u",)),
+    LibraryTerm("swirl with speed", "N*s/m", ("s * speed * w",)),
+    LibraryTerm("swirl with speed squared", "N*s^2/m", ("s * speed * speed * w",)),
+    LibraryTerm("damping with speed", "N*s^2/m", ("speed * du",)),
+    *_parametric(1),
+    *_parametric(2),
+    LibraryTerm("delayed stiffness", "N/m", ("u",), (("delay", "s", (5e-4, 1e-3, 2e-3, 4e-3)),), _late),
+    LibraryTerm("hidden mass", "kg", ("u",), (("resonance", "rad/s", tuple(np.geomspace(60.0, 1600.0, 40))),
+                                      ("damping_ratio", "1", (0.01, 0.03, 0.1))), _of_hidden_mass),
+)  # fmt: skip
+"""Terms that a law may have."""
+NUMPY = {"math": SimpleNamespace(cos=np.cos, sin=np.sin, fabs=np.fabs, tanh=np.tanh, hypot=np.hypot,
+                                 copysign=np.copysign), "max": np.maximum, "min": np.minimum}  # fmt: skip
+"""Functions of an expression, moment by moment."""
+
+
+def law_places(machine: Machine) -> dict[str, float]:
+    """Places [m] where a law may act, by name: discs, bearings, and a plane of probes of its own."""
+    found = {f"disc {i}": d.position for i, d in enumerate(machine.discs, 1)}
+    found |= {f"the bearing {n}": b.position for n, b in zip(machine.bearing_names, machine.bearings, strict=True)}
+    z = Mesh(machine).probe
+    near = all(abs(z - own) > 1e-6 for own in found.values())
+    return found | ({"the plane of the probes": z} if near else {})
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceMotion:
+    """Motion at a place in a record: displacement, velocity (2, n) [m, m/s], shaft angle (n,) [rad], speed [rad/s].
+
+    H (lines, 2, 2) [m/N] is the receptance from a force there to the channels.
+    """
+
+    displacement: np.ndarray
+    velocity: np.ndarray
+    angle: np.ndarray
+    speed: float
+    H: np.ndarray
+    frequencies: np.ndarray
+
+    def force(self, part: str, axis: int, shape: dict[str, float]) -> np.ndarray:
+        """Minus a part of a term (n,) along an axis, with a coefficient of one."""
+        i = axis
+        names = {"u": self.displacement[i], "w": self.displacement[1 - i], "du": self.velocity[i],
+                 "dw": self.velocity[1 - i], "s": 1.0 - 2.0 * i, "speed": self.speed, "angle": self.angle}  # fmt: skip
+        return np.asarray(-eval(part, NUMPY | names | {"p": SimpleNamespace(**shape)}))  # an expression of LIBRARY
+
+    def response(self, term: LibraryTerm, part: str, axis: int, shape: dict[str, float]) -> np.ndarray:
+        """Lines (2, lines) [m] of the response to minus a part of a term along an axis, with a coefficient of one."""
+        if term.memory is None:
+            lines = lines_of_series(self.force(part, axis, shape), len(self.H))
+        else:
+            lines = -term.memory(2 * np.pi * self.frequencies, **shape) * lines_of_series(
+                self.displacement[axis], len(self.H)
+            )
+        return np.asarray(self.H[:, :, axis] * lines[:, None]).T
+
+
+@dataclass(frozen=True, eq=False)
+class ObservedPlaces:
+    """Observed places of a comparison: whitened residual, calibration's columns, motions by place."""
+
+    comparison: TwinComparison
+    residual: np.ndarray
+    J: np.ndarray
+    motions: dict[str, list[PlaceMotion]]
+
+    @classmethod
+    def of(cls, comparison: TwinComparison, base: ParameterFit, residual: np.ndarray, J: np.ndarray) -> ObservedPlaces:
+        """Motions at all places of the comparison's machine, at the calibration of a fit."""
+        places = law_places(comparison.twin.machine)
+        motions: dict[str, list[PlaceMotion]] = {name: [] for name in places}
+        known: dict[str, dict[str, PlaceMotion]] = {}
+        for trial in comparison.trials:
+            if trial.inputs not in known:
+                same = [k for k, t in enumerate(comparison.trials) if t.inputs == trial.inputs]
+                r = np.mean([complex_lines(comparison, k, residual * comparison.sigma) for k in same], axis=0)
+                clear = np.mean([np.abs(complex_lines(comparison, k, residual)) for k in same], axis=0) > CLEAR_LINE
+                known[trial.inputs] = _motions(comparison, base.point, trial, np.where(clear, r, 0.0), places)
+            for name in places:
+                motions[name].append(known[trial.inputs][name])
+        return cls(comparison, residual, J, motions)
+
+    def columns(self, place: str, term: LibraryTerm, shape: dict[str, float]) -> np.ndarray:
+        """Whitened responses (n, 2 parts) to a term at a place: its parts along x, then along y."""
+        found = []
+        for axis, part in product((0, 1), term.parts):
+            known: dict[int, np.ndarray] = {}  # records that repeat each other share a motion
+            for t, m in zip(self.comparison.trials, self.motions[place], strict=True):
+                if id(m) not in known:
+                    known[id(m)] = t.vector(m.response(term, part, axis, shape)[None])
+            found.append(np.concatenate([known[id(m)] for m in self.motions[place]]) / self.comparison.sigma)
+        return np.column_stack(found)
+
+    def largest(self, place: str) -> float:
+        """Largest displacement [m] at a place."""
+        return max(float(np.abs(m.displacement).max()) for m in self.motions[place])
+
+
+def complex_lines(comparison: TwinComparison, i: int, vector: np.ndarray) -> np.ndarray:
+    """Lines (2, lines) of trial i in a data vector, with the mean."""
+    layout, lines = comparison.layout, comparison.lines_of(i, vector)
+    means = [vector[np.flatnonzero((layout.record == i) & (layout.channel == c))[0]] for c in (0, 1)]
+    return np.column_stack([means, lines])
+
+
+def _motions(
+    comparison: TwinComparison, point: ParameterPoint, trial: Trial, r: np.ndarray, places: dict[str, float]
+) -> dict[str, PlaceMotion]:
+    """Motions at places in a trial whose clear residual lines (2, lines) [m] come from a force there."""
+    twin = comparison.twin
+    values = point.setting(twin, trial.speed, trial.pressure, trial.changes)
+    a = twin.set(values)
+    plant = linearise(a, settle(a, trial.speed, twin.regulator(values, trial.speed, trial.pressure)), trial.speed)
+    m = len(plant.rotor.stiffness)
+    omega = 2 * np.pi * trial.frequencies
+    Z = [answer(np.linalg.inv, plant.dynamic_stiffness(1j * w)) for w in omega]
+    probe = trial.changes.get(PLANE, a.mesh.probe)
+    ring = ring_axes(values.get(RING_KEY, getattr(twin.effect(RING, 0), "angle", 0.0)))
+    seen = np.zeros((2, m))
+    seen[: len(trial.channels)] = trial.directions @ ring @ a.mesh.shape_between(probe)
+    n = 2 ** math.ceil(math.log2(2 * OVER * len(omega)))
+    t = np.arange(n) / n * trial.length * RIG_SAMPLE
+    found = {}
+    for name, z in places.items():
+        own = replace(trial, changes={**trial.changes, PLANE: z}, probe_angle=None, names=())
+        q = simulate(twin, own, point).mean(axis=0)
+        shape = a.mesh.shape_between(z)
+        H, here = (np.array([rows @ inverse @ shape.T for inverse in Z]) for rows in (seen, shape))
+        force = np.array([answer(np.linalg.pinv, h, rcond=0.05) @ line for h, line in zip(H, r.T, strict=True)])
+        q = q + np.einsum("lij,lj->il", here, force)
+        found[name] = PlaceMotion(
+            series_of_lines(q, n),
+            series_of_lines(1j * omega * q, n),
+            trial.angle_of_window + trial.speed * t,
+            trial.speed,
+            H,
+            trial.frequencies,
+        )
+    return found
+
+
+def lines_of_series(series: np.ndarray, count: int) -> np.ndarray:
+    """Lines (count,) of a series (n,)."""
+    found = np.fft.rfft(series)[:count] * (2 / len(series))
+    found[0] /= 2
+    return np.asarray(found)
+
+
+def series_of_lines(lines: np.ndarray, n: int) -> np.ndarray:
+    """Series (2, n) of lines (2, k)."""
+    whole = np.zeros((2, n // 2 + 1), complex)
+    whole[:, : lines.shape[1]] = lines * (n / 2)
+    whole[:, 0] *= 2
+    return np.asarray(np.fft.irfft(whole, n, axis=1))

@@ -1,0 +1,283 @@
+r"""Forces and changes that do not repeat: a random force at a place, a line between orders, drifts between records.
+
+A force that repeats with no period leaves the blocks of a record apart. Their deviations d from their mean have
+
+.. math:: E[d\,d'] = \sigma^2 I + H(\omega)\,\mathrm{diag}(S_x, S_y)\,H(\omega)'
+
+with the white noise of the probes, the receptance H from a place and the spectrum S of the force there, flat or that of
+one line at a share of the speed. S, sigma and the place follow from Whittle's likelihood over all records and lines
+away from the orders. Between records that repeat each other a number of the machine may have changed: their difference
+is a step along the sensitivities of one part of it.
+
+Assumes: a force whose x and y are not related. Source: Whittle (1953).
+
+Cites: whittle_1953.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from scipy.optimize import minimize
+
+from rotorsim.base.rounding import answer
+from rotorsim.discrepancy.comparison import TwinComparison
+from rotorsim.discrepancy.data_vector import repeats
+from rotorsim.discrepancy.fit import ParameterFit
+from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places
+from rotorsim.discrepancy.trial import Trial
+from rotorsim.discrepancy.twin import Twin
+
+CLEAR_GAIN = 100.0
+"""Twice the gain in log-likelihood from which on a random force is stated."""
+SAME_PLACE = 6.0
+"""Twice the difference in log-likelihood within which places are not distinguished."""
+LOUD = 5.0
+"""Power of a line over that of its neighbours, in the mean of the records, from which on it is one."""
+NOISE_OFF = 0.2
+"""Relative change of the noise's variance that is allowed next to a line."""
+OF_LINE = 0.05
+"""The same of a line, as a share of its gain."""
+ORDERS = np.arange(0.2, 0.95, 0.01)
+"""Shares of the speed at which a line is looked for."""
+NEAR_LINE = 1.6
+"""Distance to a line, in lines of a block, within which its force is taken to lie."""
+CHANGED = 1.5
+"""Mean square of the difference of records that repeat each other, in that of their blocks, from which on it counts."""
+CHANGES = {".me~": "the unbalance [kg m]", ".k": "the relative compliance", ".c": "the relative loss"}
+"""Words for numbers of the calibration, by a part of their keys."""
+ONE_PLACE = 1e-6
+"""Distance [m] within which two places are one."""
+PARTS = ("bearing", "unbalance", "shaft_stiffness", "shaft_damping")
+"""Beginnings of the calibration's keys whose numbers may drift."""
+
+
+@dataclass(frozen=True)
+class StochasticForce:
+    """A force or a change that does not repeat, with its place.
+
+    kind : 'broadband force', 'line' or 'drift'
+    place : disc, bearing or part; `others` cannot be distinguished from it
+    size, sd : of a broadband force [N/sqrt(Hz)] and of a line [N rms] along x and y; of a drift the mean change of
+        `what` and its scatter
+    order : share of the speed of a line, 0 without one
+    gain : twice the gain in log-likelihood against none
+    """
+
+    kind: str
+    place: str
+    others: tuple[str, ...]
+    size: tuple[float, float]
+    sd: tuple[float, float]
+    unit: str
+    gain: float
+    order: float = 0.0
+    what: str = ""
+    """Number of the machine that drifts."""
+
+    @property
+    def sentence(self) -> str:
+        """Kind, place and size in one sentence."""
+        if self.kind == "drift":
+            others = f" (or {', '.join(self.others)})" if self.others else ""
+            return (
+                f"drift at {self.place}{others}, {self.what} changes by {self.size[0]:.3g} between records that repeat "
+                f"each other, with a scatter of {self.sd[0]:.2g}"
+            )
+        sizes = " and ".join(f"{value:.3g} +- {sd:.2g}" for value, sd in zip(self.size, self.sd, strict=True))
+        at = f" at {self.order:.2f} of the speed" if self.order else ""
+        others = f" (or {', '.join(self.others)})" if self.others else ""
+        return f"{self.kind}{at}, {self.place}{others}, {sizes} {self.unit} along x and y"
+
+
+@dataclass(frozen=True, eq=False)
+class BlockDeviations:
+    """Outer products W (2, 2, k) of the blocks' deviations [m^2] and their number by record, on quiet lines (k,).
+
+    `numbers` are those of the records in their comparison.
+    """
+
+    numbers: list[int]
+    trials: list[Trial]
+    W: list[np.ndarray]
+    freedom: list[int]
+    lines: list[np.ndarray]
+
+    @classmethod
+    def of(cls, trials: Sequence[Trial]) -> BlockDeviations:
+        """BlockDeviations of all records with at least two blocks that repeat, by their own mean."""
+        numbers = [i for i, t in enumerate(trials) if t.periodic and t.blocks > 1 and t.probe_angle is None]
+        own = [trials[i] for i in numbers]
+        kept = [np.flatnonzero(_between_orders(t)) for t in own]
+        apart = [(t.spectra - t.spectra.mean(axis=0))[:, :, k] for t, k in zip(own, kept, strict=True)]
+        return cls(
+            numbers, own, [np.einsum("bik,bjk->ijk", d, d.conj()) for d in apart], [len(d) - 1 for d in apart], kept
+        )
+
+    def noise(self) -> float:
+        """Variance [m^2] of a line by the quiet half of all lines."""
+        each = np.concatenate(
+            [np.einsum("iik->k", w).real / (2 * n) for w, n in zip(self.W, self.freedom, strict=True)]
+        )
+        return float(np.median(each))
+
+    def loss(self, spectra: Sequence[np.ndarray], noise: np.ndarray, chosen: Sequence[np.ndarray]) -> float:
+        """Minus twice the log-likelihood with `noise` (2,) [m^2] and response spectra (2, 2, k) by record [m^2]."""
+        total = 0.0
+        for W, n, P, own in zip(self.W, self.freedom, spectra, chosen, strict=True):
+            a, d = P[0, 0].real + noise[0], P[1, 1].real + noise[1]
+            det = a * d - np.abs(P[0, 1]) ** 2
+            trace = (d * W[0, 0].real + a * W[1, 1].real - 2 * (P[0, 1] * W[1, 0]).real) / det
+            total += 2 * float(np.sum((n * np.log(det) + trace)[own]))
+        return total
+
+
+def _between_orders(trial: Trial) -> np.ndarray:
+    f, turns = trial.frequencies, abs(trial.speed) / (2 * np.pi)
+    away = np.abs(f - np.round(f / turns) * turns) > 0.51 * f[1] if turns > 0.5 else np.ones(len(f), bool)
+    return np.asarray(away & (f > 0))
+
+
+def random_force(seen: ObservedPlaces) -> StochasticForce | None:
+    """The random force that the scatter between blocks shows; None where white noise of the probes is all of it."""
+    own = BlockDeviations.of(seen.comparison.trials)
+    if not own.trials:
+        return None
+    quiet, every = own.noise(), [np.ones(len(k), bool) for k in own.lines]
+    H = {name: [m[i].H[k] for i, k in zip(own.numbers, own.lines, strict=True)] for name, m in seen.motions.items()}
+
+    order = _line_order(own, quiet)
+
+    def fitted(place: str, chosen: Sequence[np.ndarray]) -> tuple[float, np.ndarray, np.ndarray]:
+        """Twice the gain by a force at a place on chosen lines, log S (2,) and its standard deviations."""
+        outer = [np.einsum("kia,kja->aijk", h, h.conj()) * c for h, c in zip(H[place], chosen, strict=True)]
+        scale = quiet / max(float(np.mean(np.concatenate([np.abs(o).max(axis=(0, 1, 2)) for o in outer]))), 1e-300)
+
+        def loss(x: np.ndarray) -> float:
+            S = scale * np.exp(x[:2])
+            spectra = [S[0] * o[0] + S[1] * o[1] for o in outer]
+            return own.loss(spectra, quiet * np.exp(x[2:]), chosen)
+
+        # the noise is that of all lines: next to a line alone it would explain it
+        noise = [(-NOISE_OFF, NOISE_OFF)] * 2 if order else [(-5.0, 5.0)] * 2
+        silent = minimize(lambda x: loss(np.array([-60.0, -60.0, *x])), np.zeros(2), method="L-BFGS-B", bounds=noise)
+        tried = [minimize(loss, np.array([s, s, 0.0, 0.0]), method="L-BFGS-B", bounds=[(-20, 20)] * 2 + noise)
+                 for s in (-3.0, 1.0)]  # fmt: skip
+        best = min(tried, key=lambda one: one.fun)
+        h, bend = 0.05, np.zeros(2)
+        for i in (0, 1):
+            step = np.zeros(4)
+            step[i] = h
+            bend[i] = (loss(best.x + step) - 2 * best.fun + loss(best.x - step)) / h**2 / 2
+        return float(silent.fun - best.fun), np.log(scale) + best.x[:2], 1 / np.sqrt(np.maximum(bend, 1e-6))
+
+    kind, chosen, width = "broadband force", every, 1.0
+    if order:
+        kind, width = "line", 2 * NEAR_LINE * own.trials[0].frequencies[1]
+        chosen = [np.abs(t.frequencies[k] - order * abs(t.speed) / (2 * np.pi)) < NEAR_LINE * t.frequencies[1]
+                  for t, k in zip(own.trials, own.lines, strict=True)]  # fmt: skip
+    fits = {place: fitted(place, chosen) for place in H}
+    place = max(fits, key=lambda name: fits[name][0])
+    gain, log_s, sd = fits[place]
+    if gain < CLEAR_GAIN:
+        return None
+    # a line leaks into its neighbours, which is not modelled
+    near = max(SAME_PLACE, OF_LINE * gain) if order else SAME_PLACE
+    others = tuple(name for name in fits if name != place and fits[name][0] > gain - near)
+    size = np.sqrt(np.exp(log_s) / 2 / own.trials[0].frequencies[1] * width)
+    of_size, unit = size * sd / 2, "N rms" if order else "N/sqrt(Hz)"
+    return StochasticForce(kind, place, others, (float(size[0]), float(size[1])),
+                           (float(of_size[0]), float(of_size[1])), unit, gain, order)  # fmt: skip
+
+
+def _line_order(own: BlockDeviations, quiet: float) -> float:
+    """Share of the speed at which most records show a line that does not repeat; 0 where none does."""
+    if len({round(t.speed) for t in own.trials}) < 2:
+        return 0.0
+    scores = np.zeros(len(ORDERS))
+    for t, k, W, n in zip(own.trials, own.lines, own.W, own.freedom, strict=True):
+        f, power = t.frequencies[k], np.einsum("iik->k", W).real / (2 * n * quiet)
+        for i, order in enumerate(ORDERS):
+            away = np.abs(f - order * abs(t.speed) / (2 * np.pi)) / t.frequencies[1]
+            around = (away > NEAR_LINE) & (away < 5 * NEAR_LINE)
+            if away.min() < 1.0 and around.any():
+                there = float(power @ np.maximum(1.0 - away, 0.0))
+                scores[i] += np.log(max(there / float(np.median(power[around])), 1.0))
+    best = int(np.argmax(scores))
+    return float(ORDERS[best]) if scores[best] > np.log(LOUD) * len(own.trials) else 0.0
+
+
+def drift(comparison: TwinComparison, fit: ParameterFit) -> StochasticForce | None:
+    """The part of the machine whose numbers have changed between records that repeat each other; None for none."""
+    trials, own = comparison.trials, BlockDeviations.of(comparison.trials)
+    pairs = [(i, j) for i, j in combinations(range(len(trials)), 2) if repeats(trials[i], trials[j])]
+    if not pairs or not own.trials:
+        return None
+    variance = own.noise()
+    rows, steps, columns = [], [], []
+    layout = comparison.layout
+    for i, j in pairs:
+        at, other = (np.flatnonzero((layout.record == n) & (layout.frequency > 0)) for n in (i, j))
+        if len(at) != len(other):
+            continue
+        sigma = np.sqrt(variance * (1 / trials[i].blocks + 1 / trials[j].blocks) / 2)
+        steps.append((comparison.measured[other] - comparison.measured[at]) / sigma)
+        columns.append(fit.J[at] * (comparison.sigma[at] / sigma)[:, None])
+        rows.append(at)
+    whole = sum(float(d @ d) for d in steps)
+    count = sum(len(d) for d in steps)
+    if whole < CHANGED * count and whole - count < CLEAR_GAIN + 6 * np.sqrt(2 * count):
+        return None
+    found: dict[str, tuple[float, np.ndarray]] = {}
+    parts = _parts(fit)
+    for part, own_columns in parts.items():
+        gain, values = 0.0, list[np.ndarray]()
+        for d, J in zip(steps, columns, strict=True):
+            A = J[:, own_columns]
+            x = answer(np.linalg.lstsq, A, d, rcond=1e-9)[0]
+            gain += float(d @ d - np.sum((d - A @ x) ** 2)) - 2.0 * len(x)
+            values.append(x)
+        found[part] = gain, np.array(values)
+    if not found:
+        return None
+    part = max(found, key=lambda name: found[name][0])
+    gain, changed = found[part]
+    if gain < CLEAR_GAIN or gain < 0.5 * (whole - count):
+        return None
+    near = (name for name in found if name != part and found[name][0] > gain - SAME_PLACE)
+    others = tuple(part_name(comparison.twin, name) for name in near)
+    columns_of = parts[part]
+    shown = np.abs(changed).mean(axis=0) * np.linalg.norm(fit.J[:, columns_of], axis=0)
+    most, key = int(np.argmax(shown)), fit.parameters[columns_of[int(np.argmax(shown))]].key
+    mean, sd = float(changed[:, most].mean()), float(changed[:, most].std())
+    what = next((word for end, word in CHANGES.items() if end in key), key)
+    return StochasticForce(
+        "drift", part_name(comparison.twin, part), others, (mean, mean), (sd, sd), "", gain, what=what
+    )
+
+
+def part_name(twin: Twin, part: str) -> str:
+    """Part of the machine, by the beginning of its keys, as a law's place is named."""
+    name, _, number = part.partition(".")
+    if name == "bearing":
+        return f"the bearing {twin.machine.bearing_names[int(number)]}"
+    if not number:
+        return "the shaft"
+    z = getattr(twin.effect(name, int(number)), "position", None)
+    return next(
+        (place for place, own in law_places(twin.machine).items() if z is None or abs(own - z) < ONE_PLACE), part
+    )
+
+
+def _parts(fit: ParameterFit) -> dict[str, list[int]]:
+    """Columns of the calibration by part of the machine."""
+    out: dict[str, list[int]] = {}
+    for i, k in enumerate(fit.parameters):
+        if k.trend or not k.key.startswith(PARTS):
+            continue
+        name = ".".join(k.key.split(".")[:2]) if "." in k.key else k.key
+        out.setdefault(name, []).append(i)
+    return out

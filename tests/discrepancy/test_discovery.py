@@ -1,0 +1,148 @@
+"""Laws discovered from data: terms and their kernels, records that cannot tell a law, what does not repeat."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from rotorsim.discrepancy.calibration import CompiledModels
+from rotorsim.discrepancy.comparison import TwinComparison
+from rotorsim.discrepancy.diagnosis import trials_of
+from rotorsim.discrepancy.discovery import (
+    NOT_PERIODIC,
+    ONE_AMPLITUDE,
+    ONE_SPEED,
+    LawTerm,
+    ProposedLaw,
+    cannot_tell,
+    load,
+    propose,
+    written,
+)
+from rotorsim.discrepancy.fit import recalibrate, relinearised
+from rotorsim.discrepancy.law_terms import LIBRARY, ObservedPlaces, PlaceMotion
+from rotorsim.discrepancy.stochastic import random_force
+from rotorsim.effects import REGISTRY
+from rotorsim.machine import Machine
+from studies.benchmarks.foreign_laws import LAWS, drawn, machine_of_laws, records
+
+TERMS = {term.name: term for term in LIBRARY}
+
+
+def motion(displacement: np.ndarray, speed: float = 100.0, H: np.ndarray | None = None) -> PlaceMotion:
+    """Motion of a period of one second with a receptance of one."""
+    n = displacement.shape[1]
+    lines = n // 4
+    omega = 2j * np.pi * np.arange(n // 2 + 1)
+    velocity = np.fft.irfft(omega * np.fft.rfft(displacement), n)
+    H = np.tile(np.eye(2, dtype=complex), (lines, 1, 1)) if H is None else H
+    return PlaceMotion(displacement, velocity, speed * np.arange(n) / n, speed, H, np.arange(lines, dtype=float))
+
+
+def test_a_cubic_force_of_a_cosine_has_three_quarters_at_its_line_and_one_at_three_times_it():
+    u = 2.0 * np.cos(2 * np.pi * 5 * np.arange(256) / 256)
+    found = motion(np.array([u, 0 * u])).response(TERMS["cubic"], "u * u * u", 0, {})
+    assert found[0][[5, 15]] == pytest.approx([-8 * 3 / 4, -8 / 4]) and np.abs(found[1]).max() == 0.0
+
+
+def test_a_hidden_mass_far_above_its_resonance_is_at_rest_and_far_below_moves_with_its_foot():
+    own = TERMS["hidden mass"].memory
+    assert own is not None
+    low, high = (own(np.array([w]), 100.0, 1e-5)[0] for w in (1.0, 1e4))
+    assert low == pytest.approx(-1.0, rel=1e-3) and high == pytest.approx(100.0**2, rel=0.05)
+
+
+@pytest.mark.parametrize("name", [term.name for term in LIBRARY if term.memory is None])
+def test_the_kernel_of_a_law_is_the_term_that_was_fitted(name):
+    """The force of the written module, moment by moment, is that of the library on both axes."""
+    rng, term = np.random.default_rng(1), TERMS[name]
+    shape = next(term.options(1e-5))
+    m = motion(1e-5 * rng.normal(size=(2, 64)))
+    one = LawTerm(term, tuple(shape.items()))
+    sizes = rng.normal(size=2 * len(term.parts))
+    text = written(ProposedLaw("disc 1", (one,), sizes, 0, 0, 0, np.zeros(0), sizes), 0.2, "law_of_test")
+    try:
+        load(text)
+        kernel = REGISTRY["law_of_test"].kernel.py_func
+        lines = [line.strip() for line in text.splitlines()]
+        table = lines[lines.index("[[effects.law_of_test]]") :]
+        own = Machine.from_text(machine_of_laws().text + "\n" + "\n".join(table[: table.index('"""')]))
+        [effect] = own.effects["law_of_test"]
+        assert [getattr(effect, key) for key in one.parameters] == pytest.approx(list(sizes), rel=1e-5)
+    finally:
+        REGISTRY.pop("law_of_test", None)
+    p = SimpleNamespace(**dict(zip(one.parameters, sizes, strict=True)), **shape)
+    for k in range(0, 64, 7):
+        arguments = (0.0, m.angle[k], m.speed, *m.displacement[:, k], *m.velocity[:, k], p)
+        wanted = [sum(c * m.force(part, axis, shape)[k] for c, part in zip(own, term.parts, strict=True))
+                  for axis, own in enumerate(np.split(sizes, 2))]  # fmt: skip
+        assert kernel(*arguments) == pytest.approx(wanted, rel=1e-12)
+
+
+def test_a_law_is_known_only_as_long_as_it_is_a_candidate():
+    assert not [name for name in REGISTRY if name.startswith("law_")]
+
+
+@pytest.mark.parametrize(
+    ("speeds", "amplitudes", "periodic", "sentence"),
+    [((100, 200), (1, 2), True, ""), ((100, 100), (1, 2), True, ONE_SPEED), ((100, 200), (1, 1), True, ONE_AMPLITUDE),
+     ((100, 200), (1, 2), False, NOT_PERIODIC)],
+)  # fmt: skip
+def test_records_that_cannot_tell_a_law_state_what_to_record(speeds, amplitudes, periodic, sentence):
+    trials = [SimpleNamespace(orders=(), periodic=periodic, turning=False, speed=s, amplitude=a, stated_changes={})
+              for s, a in zip(speeds, amplitudes, strict=True)]  # fmt: skip
+    assert cannot_tell(trials) == sentence
+
+
+def scattered(size: float, place: str, order: float = 0.0) -> SimpleNamespace:
+    """Records of white noise with a random force of a size at a place, one of two with resonances of their own.
+
+    With an order it lies at that share of the speed alone.
+    """
+    rng, f = np.random.default_rng(3), np.arange(0.0, 150.0, 2.0)
+    H = {name: (1e-6 / (1 - (f / f0) ** 2 + 0.05j * f / f0))[:, None, None] * np.eye(2)
+         for name, f0 in (("a", 40.0), ("b", 90.0))}  # fmt: skip
+    trials, motions = [], {name: [] for name in H}
+    for speed in (100.0, 150.0, 210.0):
+        f_random = size * (rng.normal(size=(4, 2, len(f))) + 1j * rng.normal(size=(4, 2, len(f)))) / np.sqrt(2)
+        f_random *= np.abs(f - order * speed / (2 * np.pi)) < 1.1 if order else 1.0
+        noise = 1e-8 * (rng.normal(size=(4, 2, len(f))) + 1j * rng.normal(size=(4, 2, len(f))))
+        spectra = noise + np.einsum("kij,bjk->bik", H[place], f_random)
+        trials.append(SimpleNamespace(spectra=spectra, frequencies=f, speed=speed, blocks=4, periodic=True, orders=(),
+                                      probe_angle=None))  # fmt: skip
+        for name, h in H.items():
+            motions[name].append(SimpleNamespace(H=h))
+    return SimpleNamespace(comparison=SimpleNamespace(trials=trials), motions=motions)
+
+
+@pytest.mark.parametrize("place", ["a", "b"])
+def test_a_random_force_is_found_at_its_place_by_the_resonances_that_it_excites(place):
+    found = random_force(scattered(0.05, place))
+    assert (found.kind, found.place, found.others) == ("broadband force", place, ())
+    assert found.size == pytest.approx((0.05 / np.sqrt(2 * 2.0),) * 2, rel=0.15)
+
+
+def test_a_random_line_is_found_at_its_share_of_the_speed():
+    found = random_force(scattered(0.05, "a", 0.62))
+    assert found.kind == "line" and found.order == pytest.approx(0.62, abs=0.03) and "a" in (found.place, *found.others)
+
+
+def test_white_noise_of_the_probes_is_no_random_force():
+    assert random_force(scattered(0.0, "a")) is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "size"), [("cubic", 1.0), ("dry", 1.0)])
+def test_a_law_of_an_independent_rotor_is_found_with_its_place_and_size(name, size):
+    """Records of another program, supports 10 to 20 % off; the linear model alone is within 10 % of the size."""
+    case, machine = drawn(next(law for law in LAWS if law.name == name), 1, size), machine_of_laws()
+    models = CompiledModels.of(machine, ())
+    trials = trials_of(machine, [(one.attrs["record"], one) for one in records(case)], None)
+    parts = {role: TwinComparison(models.twin, [t for t in trials if t.role == role]) for role in ("fit", "held_out")}
+    base = relinearised(parts["fit"], recalibrate(parts["fit"], models.fine))
+    parts["held_out"].set_floor(base.point, models.fine, 0.004)
+    seen = [ObservedPlaces.of(part, base, part.residual(base.point), part.jacobian(base.point, base.parameters))
+            for part in parts.values()]  # fmt: skip
+    best = propose(*seen, base)[0]
+    assert [one.term.name for one in best.terms] == [name] and best.place == f"the bearing {case.place.split()[0]}"
+    assert best.coefficients == pytest.approx(case.size, rel=0.1)
