@@ -72,7 +72,7 @@ from rotorsim.discrepancy.judge import (
 )
 from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places
 from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect, far_off
-from rotorsim.discrepancy.mistakes import check_alternatives, check_before
+from rotorsim.discrepancy.mistakes import SAMPLED, check_alternatives, check_before, force_is_sampled, held
 from rotorsim.discrepancy.records import (
     check_after,
     check_plane,
@@ -346,6 +346,11 @@ class DiagnosisRun:
             last, base = base.cost, relinearised(self.fitted, base, lambda: self.progress("calibrate"))
             if base.cost > enough * last:
                 break
+        if flagged(table(self.fitted, base.residual)) and force_is_sampled(self.fitted, base):
+            parts = {role: TwinComparison(part.twin, [held(t) for t in part.trials], part.threads, cache=part.cache)
+                     for role, part in self.parts.items()}  # fmt: skip
+            found = replace(self, parts=parts, trials=[t for part in parts.values() for t in part.trials]).run()
+            return replace(found, notes=(SAMPLED, *found.notes))
         far = far_places(self.fitted, base, lambda: self.progress("calibrate"))
         base = far[0] if far else base
         self.large = self._large(far or [base])
