@@ -10,8 +10,8 @@ from plotly.subplots import make_subplots
 
 import rotorsim as rs
 from rotorsim.report.orders import add_order_lines, colour_axis, order_traces, spectrum_trace
+from rotorsim.report.page import style
 from rotorsim.report.run import analyse
-from rotorsim.report.theme import style
 
 ORDER_COLOURS = {1: "#0072B2", 2: "#D55E00", 3: "#009E73"}
 

@@ -129,7 +129,7 @@ def _lowest(rotor: AssembledRotor, speeds: NDArray[np.float64], count: int | Non
     for speed in speeds.tolist():
         pencil = SecondOrder(*modal.free_matrices(rotor, speed))
         if known is not None:
-            known = counted(pencil, refined(pencil, known), region, known.quotient)
+            known = counted(pencil, refined(pencil, known), region)
         if known is None or not known.proven or region.holds(known.values).sum() < count:
             known, region = _from_whole(pencil, count)
         order = np.argsort(np.abs(known.values), kind="stable")

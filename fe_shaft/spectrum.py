@@ -11,9 +11,9 @@ the argument principle. With the known ones divided out of the determinant,
 
 .. math:: N = \frac{1}{2\pi i} \int_\Gamma \frac{g'}{g}\,ds, \qquad g(s) = \frac{\det(J - s S)}{\prod_k (s - \lambda_k)}
 
-is 0 where none is missing, and g is so smooth that few points on the border tell its turns. It turns by what lies
-outside; a neighbouring pencil, of which none is missing, has nearly the same outside: over the neighbour's g there is
-hardly a turn left, and still fewer points tell it.
+is 0 where none is missing. g turns by what lies outside, in steps that see every root close to the border. A
+neighbouring pencil's g must not be divided out: a root that came in over the border would stand next to its own former
+place outside, and the two hide each other.
 
 Source: Delves and Lyness (1967).
 
@@ -240,24 +240,23 @@ def _found(pencil: Pencil, region: Region, hints: Sequence[float], seed: Modes |
 
     The shifts lie where modes are expected, then where the count puts the lowest that is missing.
     """
-    like, known, shifts = None, nothing(pencil.size), _expected(region, hints)
+    known, shifts = nothing(pencil.size), _expected(region, hints)
     if seed is not None:
-        like, shifts = seed.quotient if seed.proven else None, []
-        known = counted(pencil, refined(pencil, seed), region, like)
+        known, shifts = counted(pencil, refined(pencil, seed), region), []
     while not known.proven:
         before, counts = len(known.values), not shifts
-        for shift in shifts or _about_missing(known, region, like):
+        for shift in shifts or _about_missing(known, region):
             known = joined(pencil, known, settled(pencil, unknown(known, around(pencil, shift), region)))
         if counts and len(known.values) == before:
             break
-        known, shifts = counted(pencil, known, region, like), []
+        known, shifts = counted(pencil, known, region), []
     return _with_growth(pencil, region, known)
 
 
-def counted(pencil: Pencil, known: Modes, region: Region, like: Quotient | None = None) -> Modes:
-    """The modes with the number of those of the region that are missing among them; `like` is a neighbour's count."""
+def counted(pencil: Pencil, known: Modes, region: Region) -> Modes:
+    """The modes with the number of those of the region that are missing among them."""
     g = Quotient(pencil, known.values)
-    return replace(known, missing=missing_in(region, g, like), quotient=g)
+    return replace(known, missing=missing_in(region, g), quotient=g)
 
 
 def _with_growth(pencil: Pencil, region: Region, known: Modes) -> Modes:
@@ -289,24 +288,24 @@ def _expected(region: Region, hints: Sequence[float]) -> list[complex]:
     return [1j * f for f in [*near, *(f for f in even if all(abs(f - h) > 0.1 * region.reach for h in near))]]
 
 
-def _about_missing(known: Modes, region: Region, like: Quotient | None) -> list[complex]:
+def _about_missing(known: Modes, region: Region) -> list[complex]:
     """Shifts [rad/s] of the lowest modulus about which a mode is missing, by counts in parts of the region."""
     low, high = region.floor, region.reach
     assert known.quotient is not None
     while high > CLOSELY * low:
         middle = float(np.sqrt(low * high))
-        if missing_in(replace(region, floor=low, reach=middle), known.quotient, like) == 0:
+        if missing_in(replace(region, floor=low, reach=middle), known.quotient) == 0:
             low = middle
         else:
             high = middle
     return [np.sqrt(low * high) * np.exp(1j * np.deg2rad(angle)) for angle in ANGLES]
 
 
-def missing_in(region: Region, g: Quotient, like: Quotient | None = None) -> float:
+def missing_in(region: Region, g: Quotient) -> float:
     """Number of eigenvalues of the region that are not among the known ones, NaN where it stays open.
 
     Half of the border, from the real axis to the real axis: the other half is its mirror image. A region of every
-    damping ratio is the whole disc. `like` is a neighbour's, to which none is missing.
+    damping ratio is the whole disc.
     """
     end = np.pi - np.arccos(region.zeta)
     tilt, depth = np.exp(1j * end), np.log(region.reach / region.floor)
@@ -318,10 +317,7 @@ def missing_in(region: Region, g: Quotient, like: Quotient | None = None) -> flo
     if region.zeta >= 1:
         sides = sides[:1]
 
-    def log(s: complex) -> complex:
-        return g.log(s) if like is None else g.log(s) - like.log(s)
-
-    number = sum(_turned(log, *side) for side in sides) / np.pi
+    number = sum(_turned(g.log, *side) for side in sides) / np.pi
     return abs(float(np.round(number))) if abs(number - np.round(number)) < 0.05 else float("nan")
 
 

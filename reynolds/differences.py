@@ -11,17 +11,23 @@ from __future__ import annotations
 import math
 
 from reynolds.film import wrap
-from reynolds.jit import inlined, kernel
+from reynolds.jit import inlined, shared
 from reynolds.residual import cell_residual
 
 STEP = 1e-5
 """Relative step of p^2, and step of a gap as a share of the clearance."""
 
 
-@kernel
+@shared
 def cells_only(w, F, L, U, iadt):
     """`residual.cell_residual` as a call."""
     cell_residual(w, F, L, U, iadt)
+
+
+@inlined
+def cells_there(w, F, L, U, iadt):
+    """`cells_only` where it is: its callers have no further copy of its machine code."""
+    cells_only(w, F, L, U, iadt)
 
 
 @inlined
@@ -67,7 +73,7 @@ def keep_push(w, L, i, j, inverse):
     w[L.push_x_by + k], w[L.push_y_by + k] = x * inverse, y * inverse
 
 
-@kernel
+@shared
 def differences(w, F, L, U, iadt, array, squared):
     """Derivatives after the nodes of an array: after q = p^2 for p (`squared`), else after the values themselves.
 
@@ -83,14 +89,14 @@ def differences(w, F, L, U, iadt, array, squared):
     for line in range(4):
         for row in range(3):
             shift(w, L, array, kept, line, row, math.sqrt(1.0 + STEP) if squared else 1.0, addend)
-            cells_only(w, F, L, U, iadt)
+            cells_there(w, F, L, U, iadt)
             for k in range(L.length):
                 w[L.dh + k] = w[L.r + k]
             if L.textured == 1:
                 for k in range(L.length):
                     w[L.shifted_x + k], w[L.shifted_y + k] = w[L.push_x + k], w[L.push_y + k]
             shift(w, L, array, kept, line, row, math.sqrt(1.0 - STEP) if squared else 1.0, -addend)
-            cells_only(w, F, L, U, iadt)
+            cells_there(w, F, L, U, iadt)
             for i in range(line, L.n_theta, 4):
                 for j in range(row, L.n_rows, 3):
                     p = w[kept + L.first + i * L.stride + j]
@@ -100,7 +106,7 @@ def differences(w, F, L, U, iadt, array, squared):
                         keep_push(w, L, i, j, inverse)
     for k in range(L.length):
         w[array + k] = w[kept + k]
-    cells_only(w, F, L, U, iadt)
+    cells_there(w, F, L, U, iadt)
 
 
 @inlined
@@ -115,27 +121,27 @@ def gap_jacobian(w, F, L, U, iadt):
     differences(w, F, L, U, iadt, L.clearance, False)
 
 
-@kernel
+@shared
 def gap_derivative(w, F, L, U, iadt, axis, out):
     """Derivative of the cells' residual after the journal's displacement along an axis, into the array at `out`, and
     that of the push between the lines, into w[push + 2 + 2 axis]."""
     begin, step = w[L.journal + axis], STEP * F.clearance
     w[L.journal + axis] = begin + step
-    cells_only(w, F, L, U, iadt)
+    cells_there(w, F, L, U, iadt)
     for k in range(L.length):
         w[L.two_p + k] = w[L.r + k]
     slope = L.push + 2 + 2 * axis
     if L.textured == 1:
         w[slope], w[slope + 1] = w[L.push], w[L.push + 1]
     w[L.journal + axis] = begin - step
-    cells_only(w, F, L, U, iadt)
+    cells_there(w, F, L, U, iadt)
     for k in range(L.length):
         w[L.two_p + k] = (w[L.two_p + k] - w[L.r + k]) * (0.5 / step)
     if L.textured == 1:
         for e in range(2):
             w[slope + e] = (w[slope + e] - w[L.push + e]) * (0.5 / step)
     w[L.journal + axis] = begin
-    cells_only(w, F, L, U, iadt)
+    cells_there(w, F, L, U, iadt)
     # `out` may be where the residual was
     for k in range(L.length):
         w[out + k] = w[L.two_p + k]

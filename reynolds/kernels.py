@@ -4,27 +4,27 @@ from __future__ import annotations
 
 from reynolds.film import HALVINGS, closest_places, force, smallest_gap
 from reynolds.grid import PLACE
-from reynolds.jit import kernel
+from reynolds.jit import inlined, kernel, shared
 from reynolds.newton import NOT_CONVERGED, STALE_FACTORS, newton, refresh
 from reynolds.texture import friction_torque as torque
 from reynolds.transient import STAGE, begin_pseudo_step, end_stage, predict, stage_rhs, start
 
 
-@kernel
+@shared
 def factorise(w, ix, F, L, U, iadt):
     """`newton.refresh` as a call."""
     refresh(w, ix, F, L, U, iadt)
 
 
-@kernel
+@shared
 def iterate(w, ix, F, L, U, iadt, tolerance, patient, careful):
     """`newton.newton` as a call."""
     return newton(w, ix, F, L, U, iadt, tolerance, patient, careful)
 
 
-@kernel
-def stage_solve(w, ix, F, L, U, iadt, tolerance, fresh):
-    """One implicit stage for given m_rhs, plenum_rhs and journal equation; `fresh` factorises first."""
+@inlined
+def solved(w, ix, F, L, U, iadt, tolerance, fresh):
+    """One implicit stage, whose callers have no further copy of the machine code of its two kernels."""
     if fresh:
         factorise(w, ix, F, L, U, iadt)
     for attempt in range(6):
@@ -36,10 +36,16 @@ def stage_solve(w, ix, F, L, U, iadt, tolerance, fresh):
 
 
 @kernel
+def stage_solve(w, ix, F, L, U, iadt, tolerance, fresh):
+    """One implicit stage for given m_rhs, plenum_rhs and journal equation; `fresh` factorises first."""
+    return solved(w, ix, F, L, U, iadt, tolerance, fresh)
+
+
+@kernel
 def pseudo_step(w, ix, F, L, U, iadt, tolerance, damping):
     """One step of `transient.settle_film`; the force is left in w[force]."""
     begin_pseudo_step(w, F, L, iadt, damping)
-    status = stage_solve(w, ix, F, L, U, iadt, tolerance, True)
+    status = solved(w, ix, F, L, U, iadt, tolerance, True)
     force(w, L)
     return status
 
@@ -96,7 +102,7 @@ def march_film(w, ix, F, L, speed, dt, tolerance, path, forces, flows):
             row = 2 * i + 1 + stage
             w[L.journal_rhs], w[L.journal_rhs + 1] = path[row, 0], path[row, 1]
             w[L.journal], w[L.journal + 1] = path[row, 0], path[row, 1]
-            if stage_solve(w, ix, F, L, U, 1.0 / adt, tolerance, i + stage == 0) < 0:
+            if solved(w, ix, F, L, U, 1.0 / adt, tolerance, i + stage == 0) < 0:
                 return NOT_CONVERGED
             end_stage(w, L, stage, adt)
             book(w, L, L.m_mid if stage == 0 else L.m_old, flows, 2 * i + stage)
@@ -105,7 +111,7 @@ def march_film(w, ix, F, L, speed, dt, tolerance, path, forces, flows):
     return n
 
 
-@kernel
+@inlined
 def book(w, L, kept, flows, row):
     """Injected flow [kg/s], escaping flow and mass in the array `kept` (both times R_g T / (dy dz)) into a row."""
     injected = 0.0

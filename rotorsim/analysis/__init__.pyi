@@ -6,7 +6,12 @@ from .calibrate import (
     judge as judge,
     save_calibrated as save_calibrated,
 )
-from .campbell import campbell as campbell, critical_speed_map as critical_speed_map, critical_speeds as critical_speeds
+from .campbell import (
+    campbell as campbell,
+    critical_speed_map as critical_speed_map,
+    critical_speeds as critical_speeds,
+    safe_region as safe_region,
+)
 from .citations import cite as cite
 from .operating_map import (
     OperatingPoint as OperatingPoint,
@@ -14,10 +19,12 @@ from .operating_map import (
     operating_map as operating_map,
     operating_point as operating_point,
 )
-from .safe_region import safe_region as safe_region
-from .shaft_motion import mode_shapes as mode_shapes, shaft_motion as shaft_motion
+from .shaft_motion import (
+    mode_shapes as mode_shapes,
+    shaft_motion as shaft_motion,
+    unbalance_response as unbalance_response,
+)
 from .supply import lift_off as lift_off, load_capacity as load_capacity
 from .sweep import SweepResult as SweepResult, sweep as sweep
 from .targets import read_targets as read_targets
-from .unbalance_response import unbalance_response as unbalance_response
 from .whirl_onset import whirl_onset as whirl_onset

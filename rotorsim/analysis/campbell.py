@@ -1,14 +1,23 @@
-"""Campbell diagram and critical speeds of the coupled machine, from its modes followed over the speed.
+"""Campbell diagram, critical speeds and safe region of the coupled machine, from its modes followed over the speed.
 
 All modes of film and rotor below a frequency and with a damping ratio below one half are followed, their number proven
 at every speed; which of them are shown is a choice afterwards. A critical speed is a crossing of a natural frequency
 with an order line, in either direction, solved with the linear model at that speed.
+
+A point is safe where the shaft is lifted, every mode damped and the next critical speed at least 15 % away (thesis).
+A crossing of a natural frequency with the speed counts as one where it amplifies, 1 / (2 zeta) of 2.5 or more;
+API 684 calls one below that critically damped and asks for no margin. Crossings count whichever way the natural
+frequency crosses and the mode whirls, since bearings and supports that are not isotropic answer to both. They are
+looked for around each speed as far as they matter to it, beyond the ends of the map too. Where the film carries only on
+a part of that, or the number of modes is not proven, a point that is not found unsafe is not known: NaN.
+
+Cites: api_684, thesis.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,13 +25,14 @@ import numpy as np
 from fe_shaft import BearingElement, Rotor
 from fe_shaft.crossings import Crossing
 from rotorsim.analysis.axes import checked
-from rotorsim.analysis.modes_over_speed import ORDERS, ModesOverSpeed, modes_over_speed, roundness
+from rotorsim.analysis.modes_over_speed import MARGIN, ORDERS, ModesOverSpeed, modes_over_speed, roundness
 from rotorsim.analysis.supply import felt
-from rotorsim.base.errors import DataError
-from rotorsim.base.rounding import whirl_sense
+from rotorsim.base.errors import ConvergenceError, DataError, NoLiftOffError
+from rotorsim.base.rounding import DAMPED, whirl_sense
 from rotorsim.base.units import RPM, TO_HZ, TO_RPM
 from rotorsim.machine.limits import speed_limit
 from rotorsim.plant import Plant
+from rotorsim.plant.linearise import LinearPlant
 from rotorsim.plant.validity import linear_warnings
 
 if TYPE_CHECKING:
@@ -343,3 +353,95 @@ def critical_speed_map(
     rotor = Rotor(mesh.constant.shaft_elements, mesh.constant.disk_elements, held)
     found = rotor.run_ucs(stiffness, points, modes).dataset()
     return found.assign_attrs(plant.provenance() | {"kind": "critical_speed_map"})
+
+
+AMPLIFIED = 2.5
+"""Amplification factor 1 / (2 zeta) from which a crossing is a critical speed."""
+SHOWN = 6
+"""Branches that are kept for a Campbell diagram."""
+FIRST = 4
+"""Modes that are looked at at every speed, however low it is: the first two pairs."""
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """Modes at and critical speeds around the speeds (n,) of a row of a map.
+
+    `looked` (n,) is 1 where all modes there and all critical speeds within the margin were looked for, `zeta_least`
+    (n,) the least damping ratio, `critical` (k, 4) by crossing: speed [rad/s], damping ratio, 1 where the natural
+    frequency rises above the speed and -1 where it falls below, roundness of the orbit. `branches` (b, n, 3) are
+    natural frequency [rad/s], damping ratio and roundness of the lowest modes, followed. `models` are the linear models
+    by speed.
+    """
+
+    looked: np.ndarray
+    zeta_least: np.ndarray
+    critical: np.ndarray
+    branches: np.ndarray
+    models: dict[float, LinearPlant]
+
+
+def surroundings(plant: Plant, speeds: np.ndarray, pressure: float) -> Surroundings:
+    """Modes at and critical speeds around the speeds (n,) [rad/s] at a gauge pressure [Pa].
+
+    Nothing is known where no film carries, or where the eigenvalues do not converge; other errors are raised.
+    """
+    none = np.full(len(speeds), np.nan)
+    try:
+        found = modes_over_speed(plant, speeds, pressure, FIRST, (1,))
+        critical = crossing_numbers(found.crossings)[:, [0, 1, 2, 4]]
+    except (NoLiftOffError, ConvergenceError, np.linalg.LinAlgError):
+        return Surroundings(np.zeros(len(speeds)), none, np.zeros((0, 4)), np.zeros((0, len(speeds), 3)), {})
+    nodes = {node.at: node for node in found.followed.nodes}
+    least = [found.least(speed) for speed in speeds.tolist()]
+    models = {at: node.pencil for at, node in nodes.items() if isinstance(node.pencil, LinearPlant)}
+    s, senses, _ = along_speeds(found, speeds, SHOWN)
+    branches = np.stack([np.abs(s), -s.real / np.abs(s), senses], axis=-1)
+    looked = np.array([float(_looked(found, speed)) for speed in speeds.tolist()])
+    return Surroundings(looked, np.array(least), critical, branches, models)
+
+
+def _looked(found: ModesOverSpeed, speed: float) -> bool:
+    """Whether every mode and every critical speed within the margin of a speed was looked for."""
+    low, high = sorted((speed / (1 + MARGIN), speed / (1 - MARGIN)))
+    first, last = found.searched
+    if low < first - 1e-9 * abs(first) or high > last + 1e-9 * abs(last):
+        return False
+    unknown = [*found.refused, *found.uncertain, *((v, v) for v in found.unproven)]
+    return not any(a <= high and b >= low for a, b in unknown)
+
+
+def safe_region(found: xr.Dataset, margin: float = MARGIN) -> xr.Dataset:
+    """`safe` (..., speed) added to a map: 1 safe, 0 not safe, NaN not known.
+
+    Parameters
+    ----------
+    found : Dataset
+        An operating map.
+    margin : float
+        Least distance from a critical speed, over the critical speed; at most the 15 % up to which a map looks.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.safe_region(rs.analysis.operating_map(plant, [300.0], [0.5e6], workers=1))
+    >>> found["safe"].shape
+    (1, 1)
+    """
+    order = [d for d in found["lifted"].dims if d != "speed"]
+    text = f"1: lifted, damped and not within {100 * margin:g} % of a critical speed; 0: not; NaN: not known"
+    label = {"units": "1", "long_name": text}
+    lifted = found["lifted"].transpose(*order, "speed").values
+    if "wn" not in found:
+        return found.assign(safe=((*order, "speed"), np.where(lifted == 0, 0.0, np.nan), label))
+    critical = found["critical_speed"].transpose(*order, "critical").values[..., None, :]
+    counts = found["critical_zeta"].transpose(*order, "critical").values[..., None, :] <= 1 / (2 * AMPLIFIED)
+    speeds = found["speed"].values[:, None]
+    with np.errstate(invalid="ignore"):
+        near = ((np.abs(speeds / critical - 1) < margin) & counts).any(axis=-1)
+        grows = found["zeta_least"].transpose(*order, "speed").values <= DAMPED
+    looked = found["looked"].transpose(*order, "speed").values == 1
+    safe = np.where((lifted == 0) | grows | near, 0.0, np.where(looked & (lifted == 1), 1.0, np.nan))
+    return found.assign(safe=((*order, "speed"), safe, label)).assign_attrs(
+        safe_margin=margin, least_amplification=AMPLIFIED
+    )

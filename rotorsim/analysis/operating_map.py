@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rotorsim.analysis.axes import MOST, Field, checked, labelled, over_fields, with_fields
-from rotorsim.analysis.campbell import critical_speeds
-from rotorsim.analysis.safe_region import safe_region, surroundings
+from rotorsim.analysis.campbell import critical_speeds, safe_region, surroundings
 from rotorsim.analysis.supply import felt, lift_off
 from rotorsim.analysis.whirl_onset import whirl_onset
 from rotorsim.base.display import Card, Shown, several

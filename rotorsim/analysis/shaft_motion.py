@@ -1,18 +1,42 @@
-"""Motion of the whole shaft: mode shapes, complex at every node, and some revolutions of the nonlinear plant."""
+r"""Motion of the whole shaft: steady whirl under unbalance about the equilibrium of each speed, and mode shapes.
+
+With the modal dynamic stiffness D(s) of rotor and films, linear about the equilibrium at \Omega, and an unbalance me at
+the angle \beta of the plane b,
+
+.. math:: \hat q = D(i\Omega)^{-1} B_b^T\, me\,\Omega^2 e^{i\beta} (1, -i)^T, \qquad
+          x = \mathrm{Re}(B \hat q e^{i\Omega t})
+
+Source: Friswell et al. (2010), chapter 6, with the film's dynamic stiffness at the frequency of the whirl.
+Assumes: small orbits, as the films are linear.  Lifted by: experiments.runup.
+
+Mode shapes are complex at every node; some revolutions of the nonlinear plant can be shown too.
+
+Cites: friswell_2010.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fe_shaft.modal import half_axes
+from rotorsim.analysis.axes import checked
 from rotorsim.analysis.campbell import highest_speed
 from rotorsim.analysis.supply import felt
 from rotorsim.analysis.whirl_onset import LeastDamped
-from rotorsim.base.errors import DataError
-from rotorsim.base.units import RIG_SAMPLE
+from rotorsim.base.errors import DataError, NoLiftOffError
+from rotorsim.base.processes import one_thread
+from rotorsim.base.rounding import DAMPED
+from rotorsim.base.units import RIG_SAMPLE, TO_RPM, TO_UM
+from rotorsim.effects.rotor.unbalance import RotorUnbalance
+from rotorsim.machine.rotor import ShaftProbe
+from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
+from rotorsim.plant.linearise import LinearPlant
+from rotorsim.plant.validity import linear_warnings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -154,3 +178,200 @@ def shaft_motion(
         coords |= {"theta": ("theta", grid.theta, {"units": "rad"}), "film_z": ("film_z", grid.z, {"units": "m"})}
         attrs |= {"film_radius": grid.radius, "film_position": film.position}
     return xr.Dataset(values, coords, attrs)
+
+
+GRADE = 2.5e-3
+"""Permissible speed of the mass centre [m/s] of balance quality grade G 2.5 (ISO 21940-11)."""
+ENDS = {
+    "start": "at the start of the speeds",
+    "end": "at the end of the speeds",
+    "first steady": "at the first speed at which the machine runs steadily",
+    "last steady": "at the last speed at which the machine runs steadily",
+    "first carried": "at the first speed that the film carries",
+    "last carried": "at the last speed that the film carries",
+}
+"""Places of a largest response beyond which it may be larger, in words."""
+
+
+def unbalance_response(
+    plant: Plant,
+    speeds: Sequence[float] | np.ndarray,
+    pressure: float = 0.0,
+    unbalances: Sequence[RotorUnbalance] | None = None,
+) -> xr.Dataset:
+    """Amplitude and phase over the speeds (n,) [rad/s] at a gauge supply pressure [Pa], about the static equilibrium.
+
+    Parameters
+    ----------
+    plant : Plant
+    speeds : array (n,)
+        Shaft speeds [rad/s], ascending.
+    pressure : float
+        Supply pressure [Pa, gauge].
+    unbalances : sequence of RotorUnbalance, optional
+        By default those of the machine, or one of grade G 2.5 at the highest speed where it has none.
+
+    Returns
+    -------
+    Dataset
+        response_re, response_im (speed, place, axis) [m, 0-pk], major (speed, place) [m], the larger half axis of the
+        orbit, zeta_least (speed); NaN where the film does not carry, zeta_least also where no mode grows but one may be
+        missing. Places are the measuring plane, discs, bearings
+        and shaft probes, with their positions z [m]. The attribute `warnings`, where there is one, holds a sentence a
+        line about speeds beyond the tables of bearings or the checked range, at which a mode grows, and that the film
+        does not carry. The attribute `pressure` is 0 for a machine without feed.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.unbalance_response(plant, [200.0, 400.0], 0.5e6)
+    >>> found["major"].dims
+    ('speed', 'place')
+    """
+    import xarray as xr
+
+    speeds = checked("response: speeds [rad/s]", speeds)
+    pressure = float(felt([plant.machine], [pressure])[0])
+    unbalances = (
+        tuple(unbalances) if unbalances is not None else unbalances_of(plant.machine, float(np.abs(speeds).max()))
+    )
+    places = measuring_places(plant)
+    response = np.full((len(speeds), len(places), 2), np.nan, complex)
+    zeta = np.full(len(speeds), np.nan)
+    carried = np.zeros(len(speeds), bool)
+    least = LeastDamped.up_to(plant, pressure, float(np.abs(speeds).max()))
+    for k, speed in enumerate(speeds.tolist()):
+        try:
+            model = plant.linearise(speed, pressure)
+        except NoLiftOffError:
+            continue
+        carried[k] = True
+        response[k] = whirl(plant, model, speed, unbalances, tuple(places.values()))
+        zeta[k] = least.certain(model)
+    major, _ = half_axes(response[..., 0], response[..., 1])
+    over = ("speed", "place", "axis")
+    metres = {"units": "m", "long_name": "response, 0-pk"}
+    return xr.Dataset(
+        {
+            "response_re": (over, response.real, metres | {"long_name": "response, real part, 0-pk"}),
+            "response_im": (over, response.imag, metres | {"long_name": "response, imaginary part, 0-pk"}),
+            "major": (over[:2], major, metres | {"long_name": "major half axis of the orbit"}),
+            "zeta_least": ("speed", zeta, {"units": "1", "long_name": "least damping ratio"}),
+        },
+        {
+            "speed": ("speed", speeds, {"units": "rad/s", "long_name": "speed of the shaft"}),
+            "place": list(places),
+            "axis": ["x", "y"],
+            "z": ("place", list(places.values()), {"units": "m", "long_name": "position along the shaft"}),
+        },
+        plant.provenance() | linear_warnings(plant, speeds, zeta, pressure, carried) | {
+            "kind": "response", "pressure": pressure, "unbalance": describe(plant.machine, unbalances),
+        },
+    )  # fmt: skip
+
+
+def whirl(
+    plant: Plant, model: LinearPlant, speed: float, unbalances: Sequence[RotorUnbalance], places: Sequence[float]
+) -> np.ndarray:
+    """Complex displacements (places, 2) [m, 0-pk] at a speed [rad/s]; the motion is Re(x exp(i speed t))."""
+    mesh, m = plant.assembly.mesh, len(model.rotor.stiffness)
+
+    def rows(z: float) -> np.ndarray:
+        shape = mesh.shape_between(z)
+        return np.hstack([shape, np.zeros((2, m - shape.shape[1]))])
+
+    force = np.zeros(m, complex)
+    for one in unbalances:
+        force += one.me * speed**2 * np.exp(1j * one.phase) * (rows(plane(plant, one)).T @ np.array([1, -1j]))
+    with one_thread():
+        q = np.linalg.solve(model.dynamic_stiffness(1j * speed), force)
+    return np.array([rows(z) @ q for z in places])
+
+
+def plane(plant: Plant, unbalance: RotorUnbalance) -> float:
+    """Position [m] of an unbalance along the shaft."""
+    return plant.assembly.mesh.place(unbalance)
+
+
+def measuring_places(plant: Plant) -> dict[str, float]:
+    """Positions [m] at which the response is read, by name."""
+    machine = plant.machine
+    found = {"measuring plane": plant.assembly.mesh.probe}
+    found |= {f"disc {k}": disc.position for k, disc in enumerate(machine.discs)}
+    found |= {f"bearing {b.name or k}": b.position for k, b in enumerate(machine.bearings)}
+    return found | {p.name: p.position for p in machine.probes if isinstance(p, ShaftProbe)}
+
+
+def peak_of(found: xr.Dataset, place: str) -> dict[str, Any] | None:
+    """Largest response of a result at a place where no mode grows; None where there is none.
+
+    um [0-pk], rpm, and `at_end`, a key of `ENDS` where it may be larger beyond, else "": it lies at an end of the
+    speeds, or next to a speed at which a mode grows or that the film does not carry.
+    """
+    grows = found["zeta_least"].values < -DAMPED
+    sizes = np.where(grows, np.nan, found["major"].sel(place=place).values)
+    if not np.isfinite(sizes).any():
+        return None
+    k, speeds = int(np.nanargmax(sizes)), found["speed"].values
+    return {"um": float(sizes[k]) * TO_UM, "rpm": float(speeds[k]) * TO_RPM, "at_end": _end(speeds, sizes, grows, k)}
+
+
+def _end(speeds: np.ndarray, sizes: np.ndarray, grows: np.ndarray, k: int) -> str:
+    """Key of `ENDS` for the place k of a largest response; "" where responses are known on both sides of it."""
+    for near in (k - 1, k + 1):
+        if 0 <= near < len(speeds) and np.isnan(sizes[near]):
+            limit = "last" if abs(speeds[near]) > abs(speeds[k]) else "first"
+            return f"{limit} {'steady' if grows[near] else 'carried'}"
+    if len(speeds) == 1:
+        return ""
+    return "start" if k == 0 else "end" if k == len(speeds) - 1 else ""
+
+
+def unbalances_of(machine: Machine, highest: float) -> tuple[RotorUnbalance, ...]:
+    """The machine's own unbalances, or one of grade G 2.5 at the `highest` speed [rad/s] where it has none."""
+    own = tuple(e for e in machine.effects.get("unbalance", ()) if isinstance(e, RotorUnbalance) and e.me > 0)
+    if own:
+        return own
+    if not highest:
+        raise DataError("response: a shaft at rest has no residual unbalance; give one or a highest speed above 0")
+    return (RotorUnbalance(me=GRADE * machine.mass / abs(highest)),)
+
+
+def describe(machine: Machine, unbalances: Sequence[RotorUnbalance]) -> str:
+    """The unbalances in words."""
+    own = machine.effects.get("unbalance", ())
+    source = "of the machine file" if set(unbalances) <= set(own) else "given, or of grade G 2.5 (ISO 21940-11)"
+    return f"{', '.join(f'{one.me * 1e6:.4g} g mm' for one in unbalances)}, {source}"
+
+
+def largest_response(
+    plant: Plant, pressure: float, highest: float, unbalances: Sequence[RotorUnbalance], count: int = 24
+) -> tuple[float, float]:
+    """Largest major half axis [m, 0-pk] at the measuring plane up to the `highest` speed, and that speed [rad/s].
+
+    Speeds at which a mode grows are left out: there is no steady response. The largest of `count` equal steps is
+    narrowed by three divisions. NaN where no speed carries or is stable.
+    """
+    z, least = (plant.assembly.mesh.probe,), LeastDamped.up_to(plant, pressure, highest)
+
+    def size(speed: float) -> float:
+        try:
+            model = plant.linearise(speed, pressure)
+        except NoLiftOffError:
+            return float("nan")
+        if least.among(model)[0] < -DAMPED:
+            return float("nan")
+        return float(half_axes(*whirl(plant, model, speed, unbalances, z)[0])[0])
+
+    speeds = np.linspace(highest / count, highest, count)
+    sizes = np.array([size(v) for v in speeds.tolist()])
+    step = highest / count
+    for _ in range(3):
+        if not np.isfinite(sizes).any():
+            return float("nan"), float("nan")
+        best, step = float(speeds[np.nanargmax(sizes)]), step / 3
+        near = np.array([v for v in (best - step, best + step) if 0 < v <= highest])
+        speeds = np.concatenate([speeds, near])
+        sizes = np.concatenate([sizes, [size(v) for v in near.tolist()]])
+    k = int(np.nanargmax(sizes))
+    return float(sizes[k]), float(speeds[k])

@@ -22,9 +22,9 @@ import numpy as np
 
 from rotorsim.analysis.axes import Field, checked, read_axis, read_field, split_range, with_fields
 from rotorsim.analysis.campbell import highest_speed
+from rotorsim.analysis.shaft_motion import largest_response, unbalances_of
 from rotorsim.analysis.supply import HIGHEST, lift_off, load_capacity
 from rotorsim.analysis.targets import split, value_at
-from rotorsim.analysis.unbalance_response import largest_response, unbalances_of
 from rotorsim.analysis.whirl_onset import LeastDamped, stability_limit
 from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import ConvergenceError, DataError, NoLiftOffError, RotorsimError

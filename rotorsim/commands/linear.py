@@ -83,7 +83,7 @@ def response(
     plant, grid, supply = _operating_line(machine, settings, speeds, pressure, "response")
     import numpy as np
 
-    from rotorsim.analysis.unbalance_response import peak_of, unbalance_response
+    from rotorsim.analysis.shaft_motion import peak_of, unbalance_response
     from rotorsim.analysis.whirl_onset import onset_beyond
 
     given = _unbalance(plant.machine, unbalance, disc)
@@ -259,7 +259,7 @@ def _mode_rows(found: xr.Dataset) -> list[tuple[object, ...]]:
 def _text(peak: dict[str, Any] | None) -> str:
     if peak is None:
         return "none"
-    from rotorsim.analysis.unbalance_response import ENDS
+    from rotorsim.analysis.shaft_motion import ENDS
 
     end = f", {ENDS[peak['at_end']]}" if peak["at_end"] else ""
     return f"{peak['um']:.3g} um 0-pk at {peak['rpm']:.0f} rpm{end}"

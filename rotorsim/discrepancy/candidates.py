@@ -306,8 +306,26 @@ def prior_sizes(forms: Iterable[Form]) -> dict[str, str]:
     found = {}
     for form in forms:
         first = form.parameters[0]
-        unit = quantities(REGISTRY[form.effect])[first.key.split(".")[2].partition("~")[0]].unit
-        found[form.key.partition(" of ")[0]] = show(float(f"{first.prior_size:.3g}"), unit)
+        found[form.key.partition(" of ")[0]] = show(float(f"{first.prior_size:.3g}"), unit_of(form))
+    return found
+
+
+def unit_of(form: Form) -> str:
+    """SI unit of a form's size."""
+    return quantities(REGISTRY[form.effect])[form.parameters[0].key.split(".")[2].partition("~")[0]].unit
+
+
+def acting_at(forms: Iterable[Form]) -> dict[str, float]:
+    """Coordinates z [m] by key, of the forces that act there or of the probes that are read there; not of other forms.
+
+    Probes of the machine file's own plane are no others.
+    """
+    found = {}
+    for form in forms:
+        own = form.parameters[0]
+        z = form.fixed.get(f"{form.effect}.{own.key.split('.')[1]}.position", own.plane)
+        if z is not None and np.isfinite(z):
+            found[form.key] = z
     return found
 
 
@@ -358,6 +376,25 @@ class Screening:
     def size(self, i: int) -> float:
         """Norm of a form's projected signature for one step of its parameters."""
         return float(np.sqrt(np.trace(self.gram[self.where[i], self.where[i]])))
+
+    def seen_from(self, fall: float) -> dict[str, float]:
+        """Sizes [SI] from which forms make the sum of squares fall by `fall`, by key without place.
+
+        In the phase that shows least, at the place that shows least, with the option that shows most; infinite where
+        re-calibration imitates the form to a thousandth.
+        """
+        best: dict[str, float] = {}
+        for i, form in enumerate(self.forms):
+            G, raw = self.gram[self.where[i], self.where[i]], self.raw[self.where[i]]
+            least = float(answer(np.linalg.eigvalsh, G)[0])
+            shown = least > 1e-6 * float(raw.max())
+            size = form.parameters[0].step * np.sqrt(fall / least) if shown else np.inf
+            best[form.key] = min(best.get(form.key, np.inf), float(size))
+        found: dict[str, float] = {}
+        for key, size in best.items():
+            short = key.partition(" of ")[0]
+            found[short] = max(found.get(short, 0.0), size)
+        return found
 
 
 def screen(base: ParameterFit, forms: Sequence[Form], columns: Sequence[np.ndarray]) -> Screening:

@@ -55,8 +55,8 @@ QUARTER, FEWEST_RECORDS = 0.02, 3
 later; least records for which that is tried on one."""
 SAME_ANGLE = 0.01
 """Angle [rad] within which records that repeat each other begin, so that their derivatives are alike."""
-MOST_KNOWN = 128
-"""Responses that are kept."""
+MOST_KNOWN, MOST_SPECTRA = 128, 12
+"""Responses that are kept, and spectra by blocks."""
 SIGMAS, LEAST_EXCESS = 6.0, 20.0
 """Standard deviations, and least excess, by which a group's sum of squares is beyond its number where it is flagged;
 of two numbers, as an order has, one in 60 000 is by chance."""
@@ -86,6 +86,8 @@ class TwinComparison:
     """Responses on disk, so that an interrupted diagnosis resumes where it was."""
     known: dict[str, np.ndarray] = field(default_factory=dict)
     """The last responses, by key."""
+    blocks: dict[str, list[np.ndarray]] = field(default_factory=dict)
+    """The last spectra by blocks, by key."""
     directions: dict[str, np.ndarray] = field(default_factory=dict)
     """Data vectors [m] of the parameters that need no simulation: sensor zeros, mesh, injector law."""
 
@@ -104,9 +106,23 @@ class TwinComparison:
     ) -> list[np.ndarray]:  # fmt: skip
         """Simulated blocks' DFTs of the trials [m]; from the motion at a `near` point on (`simulate`).
 
-        Records with the same inputs are simulated once; near another point those that repeat each other are.
+        Records with the same inputs are simulated once; near another point those that repeat each other are. Steps of
+        finite differences are needed once, others are kept for a while.
         """
         twin = twin or self.twin
+        key = "" if near is not None else self.key(point, twin, whole)
+        if (found := self.blocks.pop(key, None)) is None:
+            found = self._simulated(point, twin, whole, near)
+        if key:
+            for old in list(self.blocks)[: 1 - MOST_SPECTRA]:
+                del self.blocks[old]
+            self.blocks[key] = found
+        return found
+
+    def _simulated(
+        self, point: ParameterPoint, twin: Twin, whole: bool, near: ParameterPoint | None
+    ) -> list[np.ndarray]:  # fmt: skip
+        """Spectra as `spectra` returns them, run by the plant."""
         seen: dict[tuple[str, float], int] = {}
         first = [seen.setdefault((t.inputs, round(t.angle, 9)), i) for i, t in enumerate(self.trials)]
         first = first if near is None else self.repeated
@@ -283,6 +299,11 @@ class TwinComparison:
                 own, first = self.layout.record == i, self.layout.record == k
                 y[own] = here[own] + (y[first] - here[first])
         return y
+
+    @cached_property
+    def stored(self) -> SensitivityColumns:
+        """Sensitivities that are kept on disk."""
+        return SensitivityColumns(self)
 
     def jacobian(
         self, point: ParameterPoint, parameters: Sequence[FitParameter], here: np.ndarray | None = None,

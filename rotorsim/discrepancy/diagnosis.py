@@ -12,13 +12,12 @@ import numpy as np
 from rotorsim.base.cache import Cache
 from rotorsim.base.errors import DataError, NoAnswerError
 from rotorsim.discrepancy.calibration import GRID, STEP, CompiledModels, ParameterPoint, Progress
-from rotorsim.discrepancy.candidates import Form, candidates, prior_sizes
+from rotorsim.discrepancy.candidates import Form, acting_at, candidates, prior_sizes
 from rotorsim.discrepancy.changes import MAIN, PLANE, known_changes, notes_on_changes
 from rotorsim.discrepancy.comparison import (
     THREADS,
     UNSTEADY,
     Misfit,
-    SensitivityColumns,
     TwinComparison,
     excess,
     flagged,
@@ -59,7 +58,7 @@ from rotorsim.discrepancy.gap import (
     spectra_of,
     virtual_readings,
 )
-from rotorsim.discrepancy.hypotheses import CLEAR, EffectSearch
+from rotorsim.discrepancy.hypotheses import CLEAR, EffectSearch, beyond_form_error
 from rotorsim.discrepancy.judge import (
     AllEvidence,
     Judgement,
@@ -67,6 +66,7 @@ from rotorsim.discrepancy.judge import (
     beyond_floor,
     by_odds,
     judged,
+    seen_together,
     untouched_gone,
     worse_than,
 )
@@ -124,6 +124,11 @@ SWEEP_REPEATS = 10
 """Most repeats of the re-calibration to a run-up's vectors."""
 FAINT = "no group of lines is beyond the floor by itself; the effect shows in all together (chi-square falls by {:.0f})"
 """Note on an effect that no single group shows."""
+SEEN_FROM = (
+    "these records would have shown an effect, wherever it acts, from about these sizes on; smaller ones may be there, "
+    "and 'never' is what the calibration takes up: {}"
+)
+"""Note on what the records could show."""
 NOT_SETTLED = (
     "with {} at work a finer grid and step and a longer run move the response by {:.0f} floors more than without: the "
     "solver does not settle the motion, and what is left may be that and not another effect"
@@ -314,6 +319,8 @@ class DiagnosisRun:
     """Sentence where the records fit better with late probes."""
     laws: tuple[ProposedLaw, ...] | None = None
     """Laws that the candidates are, where they come from the records and not from the catalogue."""
+    seen_from: dict[str, str] = field(default_factory=dict, init=False)
+    """Sizes from which the records would have shown candidates."""
 
     @property
     def fitted(self) -> TwinComparison:
@@ -352,12 +359,12 @@ class DiagnosisRun:
             found = replace(self, parts=parts, trials=[t for part in parts.values() for t in part.trials]).run()
             return replace(found, notes=(SAMPLED, *found.notes))
         far = far_places(self.fitted, base, lambda: self.progress("calibrate"))
-        base = far[0] if far else base
-        self.large = self._large(far or [base])
+        base = far[0][1] if far else base
+        self.large = self._large(far or [("", base)])
         beyond = strained(base)
         notes += [STRAINED.format(", ".join(beyond))] if beyond else []
         if flagged(table(self.fitted, base.residual)) or self.large:
-            nominal = SensitivityColumns(self.fitted).columns(ParameterPoint(), base.parameters)
+            nominal = self.fitted.stored.columns(ParameterPoint(), base.parameters)
             self.late = check_alternatives(self.fitted, base, nominal)
         assert self.fitted.scatter is not None
         blocks, groups = self.fitted.apart(base.point), table(self.fitted, base.residual)
@@ -376,6 +383,8 @@ class DiagnosisRun:
         accuracy, scatter = max(t.accuracy for t in self.fitted.trials), own_scatter(self.fitted.trials, blocks)
         answered = judgement.verdict.status not in ("unknown", "partial")
         notes += [*judgement.notes, *accuracy_notes(accuracy, scatter, [*groups, *apart], answered)]
+        if judgement.verdict.status in ("no_disagreement", "recalibrated") and self.seen_from:
+            notes.append(SEEN_FROM.format("; ".join(f"{key} {size}" for key, size in self.seen_from.items())))
         if judgement.verdict.best is not None and not flags:
             notes.append(FAINT.format(base.cost - judgement.verdict.best.fit.cost))
         found = None if self.laws is not None else self._beyond_catalogue(base, flags, apart, judgement, notes)
@@ -425,12 +434,12 @@ class DiagnosisRun:
         Its sum of squares has to be clearly below the `known` one.
         """
         laws, clear = laws_of(seen["fit"], seen.get("held_out"), base), CLEAR if flags else FAINT_LAW
-        if known - laws[0].cost < clear:
+        if known - laws[0].cost < clear or (laws[0].remembers and not flags):
             return None
         notes_of_none = [*notes, NO_LAW.format(laws[0].names)]
         if laws[0].remembers:
             parts = {role: seen.get(role) or self._seen(part, base) for role, part in self.parts.items()}
-            left = remembered(parts, base, laws[0])
+            left = remembered(parts, base, laws)
             if left is None:
                 notes[:] = notes_of_none
                 return None
@@ -461,7 +470,8 @@ class DiagnosisRun:
             found = own._result(base, flags, replace(judgement, odds=odds), search, [*notes, *judgement.notes])
             [proposal] = [one for one in laws if one.names == best.keys[0]]
             law = discovered(proposal, found.effects[0], p, rivals, seen["fit"], best.fit.residual)
-        return replace(found, status="discovered", effects=(), ties=(), planner=None, discovered=law)
+        own = {"seen_from": self.seen_from, "discovered": law}
+        return replace(found, status="discovered", effects=(), ties=(), planner=None, **own)
 
     def _judged(
         self, base: ParameterFit, flags: list[Misfit], verdict: SearchVerdict, search: EffectSearch | None, share: float
@@ -472,11 +482,19 @@ class DiagnosisRun:
             odds, known = joined_classes(odds, verdict), frozenset(f.key for f in search.forms)
         best = by_odds(verdict, odds, known).best
         point = base.point if best is None else best.fit.point
-        gone, left, worse, alone = None, list[Misfit](), tuple[str, ...](), tuple[str, ...]()
+        gone, left, of_form = None, list[Misfit](), list[Misfit]()
+        worse, alone = tuple[str, ...](), tuple[str, ...]()
         others = {role: part for role, part in self.parts.items() if role != "fit"}
+        groups = list[Misfit]()
+        if not flags:
+            groups = table(self.fitted, base.residual)
+            groups += [f for part in others.values() for f in table(part, part.residual(base.point))]
         for role, part in others.items():
             after = part.residual(point)
-            left += beyond_floor(part, after)
+            left += (here := beyond_floor(part, after))
+            if best is not None and here:
+                against = beyond_form_error(part, part.residual(base.point), after)
+                of_form += [f for f in here if f not in against]
             if role == "untouched":
                 given = part.residual(ParameterPoint())
                 calibrated = after if best is None else part.residual(base.point)
@@ -488,20 +506,36 @@ class DiagnosisRun:
         astray = () if best is None else tuple(name for name in strained(best.fit) if name in names)
         return judged(
             AllEvidence(
-                verdict, odds, known, tuple(left), gone, worse, alone, self.large, share, scatter, self.late, astray
+                verdict,
+                odds,
+                known,
+                tuple(left),
+                tuple(of_form),
+                gone,
+                worse,
+                alone,
+                self.large,
+                share,
+                scatter,
+                self.late,
+                seen_together(groups),
+                astray,
             )
         )
 
-    def _large(self, fits: Sequence[ParameterFit]) -> tuple[str, ...]:
-        """Sentences on calibrated numbers that are far from the machine file; of several fits all places in one.
+    def _large(self, fits: Sequence[tuple[str, ParameterFit]]) -> tuple[str, ...]:
+        """Sentences on calibrated numbers that are far from the machine file; of several far bearings all in one.
 
-        Every fit with a far bearing has a sentence: none would pass for a machine that agrees with its file.
+        Every fit with a far bearing has a sentence: none would pass for a machine that agrees with its file. Numbers
+        within two standard deviations of the file are left out where others are not.
         """
         found = []
-        for fit in fits:
+        for number, fit in fits:
             V = covariance(fit, self.fitted.layout.record)
             own = calibration_of(fit, V, fit.parameters)
-            found.append(far_off(self.machine, own, related_of(fit, V), [*strained(fit), *far_off_file(fit)]))
+            far = far_off_file(fit, number)
+            far = [name for name in far if abs(own[name][0]) > 2 * own[name][1]] or far
+            found.append(far_off(self.machine, own, related_of(fit, V), [*strained(fit), *far]))
         if len(found) < 2:
             return found[0]
         return (ONE_OF.format(" or ".join(", ".join(own) for own in found)),)
@@ -520,7 +554,7 @@ class DiagnosisRun:
     def _search(self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit]) -> EffectSearch:
         raw: dict[str, np.ndarray] = {}
         usable: list[Form] = []
-        origin, store = ParameterPoint(), SensitivityColumns(self.fitted)
+        origin, store = ParameterPoint(), self.fitted.stored
         for form in self.forms:
             self.progress("screen")
             own = store.columns(origin.holding(form.fixed), form.parameters, lambda: self.progress("screen"))
@@ -533,7 +567,8 @@ class DiagnosisRun:
         found = EffectSearch(self.fitted, held, base, tuple(usable), raw, sum(f.excess for f in flags),
                        held_excess, lambda: self.progress("name"), nominal=nominal,
                        unsteady=sum(f.excess for f in apart))  # fmt: skip
-        if strained(base):
+        self.seen_from = found.seen_from()
+        if strained(base, natural=0.0):  # no damping at all is believed, but may be the work of a seal
             residual = self.fitted.residual(origin)
             start = replace(nominal, point=origin, residual=residual, cost=float(residual @ residual))
             # its sensitivities are of that point already
@@ -584,6 +619,8 @@ class DiagnosisRun:
             evidence=evidence_of(base, best, search),
             explanations=odds,
             priors=prior_sizes(self.forms),
+            seen_from=self.seen_from,
+            at=acting_at(self.forms),
             planned=None if self.allow is None else planner(self.allow, np.inf, SURE),
             planner=planner,
             data_hash=data_hash(self.trials),

@@ -28,7 +28,7 @@ Cites: nocedal_2006, huber_1967, liang_1986.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -45,7 +45,7 @@ from rotorsim.discrepancy.calibration import (
     calibration,
     within,
 )
-from rotorsim.discrepancy.comparison import SensitivityColumns, TwinComparison, flagged, table
+from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
 from rotorsim.discrepancy.data_vector import TOLERANCE
 from rotorsim.discrepancy.twin import Twin
 
@@ -66,6 +66,8 @@ MOST_REPEATS = 2
 """Most continued fits from a rough one."""
 IMPLAUSIBLE = 3.0
 """Standard deviations of its prior beyond which a calibration parameter is not believed."""
+NATURAL = 2.0
+"""Standard deviations of its prior within which a limit is a natural end: a bearing or a shaft may have no damping."""
 FAR = {"k": 1.0, "c": 5.0}
 """Prior standard deviations of the relative changes of compliance (k) and loss (c) of a bearing that is far off."""
 NEAR, SHAFT = 0.2, 0.01
@@ -77,6 +79,8 @@ ONE_FAR = 8.0
 priors, 5 to 6. Of machines with supports within 20 % it is 3 at most."""
 AS_FAR = 6.0
 """Difference of these sums below which records do not distinguish two places: 19 to 1."""
+MOST_MOVED = 5.0
+"""Most changes of all compliances and losses by their whole size that a group of lines may need."""
 ROUGH = 0.02
 """Tolerance of the first fit, before the solver is proven."""
 
@@ -267,7 +271,7 @@ def recalibrate(
     parameters: tuple[FitParameter, ...] = calibration(comparison.twin, points)
     start = nearest(comparison, parameters, progress)
     comparison.set_floor(start, None, max(tolerance, ROUGH))
-    raw = SensitivityColumns(comparison).columns(start, parameters, progress)
+    raw = comparison.stored.columns(start, parameters, progress)
     rough = fit_parameters(comparison, start, parameters, raw / comparison.sigma[:, None], steps=3, progress=progress)
     rough = closer(comparison, rough, progress)
     first = comparison.sigma.copy()
@@ -300,16 +304,16 @@ def closer(comparison: TwinComparison, rough: ParameterFit, progress: Callable[[
     return rough
 
 
-def strained(base: ParameterFit) -> list[str]:
+def strained(base: ParameterFit, natural: float = NATURAL) -> list[str]:
     """Names of the machine's calibration parameters that a fit has moved to their limits or beyond their priors.
 
-    Not those that shift the data alone, nor trends.
+    Not those that shift the data alone, nor trends, nor what stands at an end within `natural` deviations of its prior.
     """
     found = []
     for parameter, value in zip(base.parameters, base.vector, strict=True):
         if parameter.trend or parameter.key in DIRECTIONS:
             continue
-        at_limit = value <= parameter.low or value >= parameter.high
+        at_limit = (value <= parameter.low or value >= parameter.high) and abs(value) > natural * parameter.sd
         if at_limit or abs(value) > IMPLAUSIBLE * parameter.sd:
             found.append(parameter.name)
     return found
@@ -325,43 +329,81 @@ def relinearised(
 
 def far_places(
     comparison: TwinComparison, base: ParameterFit, progress: Callable[[], None] = lambda: None
-) -> list[ParameterFit]:
+) -> list[tuple[str, ParameterFit]]:
     """Fits with one bearing far from the machine file that the records do not distinguish, the best first.
 
-    None where no bearing leaves its prior, where bearings near the file fit as well, or where lines stay flagged.
+    Each comes with the bearing's number, as text. None where no bearing leaves its prior, where bearings near the file
+    fit as well, or where lines stay flagged. Nothing is fitted where no bearing moves such lines, nor where none is
+    flagged and the tangent does not promise half of the fall that it takes.
     """
-    keys = [k.key.split(".") for k in base.parameters if k.key.startswith("bearing.")]
-    numbers = list(dict.fromkeys(number for _, number, _ in keys))
-    away = any(
-        k.key.startswith("bearing.") and abs(v) > k.sd for k, v in zip(base.parameters, base.vector, strict=True)
-    )
-    if len(numbers) < 2 or not (away or flagged(table(comparison, base.residual))):
+    own = [k.key.startswith("bearing.") for k in base.parameters]
+    numbers = list(dict.fromkeys(k.key.split(".")[1] for k, mine in zip(base.parameters, own, strict=True) if mine))
+    away = any(mine and abs(v) > k.sd for mine, k, v in zip(own, base.parameters, base.vector, strict=True))
+    flags = flagged(table(comparison, base.residual))
+    if len(numbers) < 2 or not (away or flags):
         return []
-    near, *found = (_with_far(comparison, base, number, progress) for number in ("", *numbers))
-    found.sort(key=lambda fit: fit.cost)
-    if found[0].cost > near.cost - ONE_FAR or flagged(table(comparison, found[0].residual)):
+    moved = {(f.number, f.channel, f.group): f.chi2 for f in table(comparison, np.linalg.norm(base.J[:, own], axis=1))}
+    if any(f.excess > MOST_MOVED**2 * moved[f.number, f.channel, f.group] for f in flags):
         return []
-    return [fit for fit in found if fit.cost < found[0].cost + AS_FAR]
+    foreseen_near, *ahead = (foreseen(base, _with_prior(base.parameters, number))(0.0) for number in ("", *numbers))
+    if not flags and min(ahead) > foreseen_near - ONE_FAR / 2:
+        return []
+    near, *fits = (_with_far(comparison, base, number, progress) for number in ("", *numbers))
+    found = sorted(zip(numbers, fits, strict=True), key=lambda one: one[1].cost)
+    best = found[0][1]
+    if best.cost > near.cost - ONE_FAR or flagged(table(comparison, best.residual)):
+        return []
+    return [(number, fit) for number, fit in found if fit.cost < best.cost + AS_FAR]
 
 
-def far_off_file(fit: ParameterFit) -> list[str]:
-    """Names of the numbers of its far bearing that a fit of `far_places` has off the file; none for another fit.
+def far_off_file(fit: ParameterFit, far: str) -> list[str]:
+    """Names of the numbers of its `far` bearing, by its number as text, that a fit of `far_places` has off the file.
 
     A loss counts where the damping, (1 + loss) / (1 - compliance)^2 of that of the file, differs as well. The number
-    that is furthest off is always named.
+    that is furthest off is always named; without a far bearing none is.
     """
     values = {k.key: v for k, v in zip(fit.parameters, fit.vector, strict=True)}
     off = dict[str, float]()
     for k in fit.parameters:
-        what = k.key.split(".")[2] if k.key.startswith("bearing.") else ""
-        if what and k.sd == FAR[what[0]]:
-            change = values[k.key]
-            if what[0] == "c":
-                damping = (1 + change) / (1 - values[k.key.replace(".c", ".k")]) ** 2
-                change = min(abs(change), abs(damping - 1))
-            off[k.name] = abs(change) / (NEAR if what[0] == "k" else LOSS_SD)
+        if not (far and k.key.startswith(f"bearing.{far}.")):
+            continue
+        change, what = values[k.key], k.key.split(".")[2]
+        if what[0] == "c":
+            damping = (1 + change) / (1 - values[k.key.replace(".c", ".k")]) ** 2
+            change = min(abs(change), abs(damping - 1))
+        off[k.name] = abs(change) / (NEAR if what[0] == "k" else LOSS_SD)
     least = min(1.0, max(off.values(), default=0.0))
     return [name for name, share in off.items() if share >= least]
+
+
+def _with_prior(parameters: Iterable[FitParameter], far: str) -> tuple[FitParameter, ...]:
+    """Parameters with the priors of a machine whose bearing `far`, by its number as text, may be far from the file."""
+
+    def own(k: FitParameter) -> FitParameter:
+        _, number, what = k.key.split(".") if k.key.startswith("bearing.") else ("", "", k.key)
+        if number and number == far:
+            return replace(k, sd=FAR[what[0]])
+        return replace(k, sd=NEAR if number and what[0] == "k" else SHAFT if what == KEY else k.sd)
+
+    return tuple(map(own, parameters))
+
+
+def foreseen(fit: ParameterFit, parameters: Sequence[FitParameter]) -> Callable[[np.ndarray | float], float]:
+    """Sum of squares with the priors of `parameters` that a fit reaches by its tangent, of a shift of its residual.
+
+    A shift is 0, or (n,) in floors, as of other readings.
+    """
+    p = prior_rows(parameters)
+    A = np.vstack([fit.J, np.diag(p)])
+    size = np.linalg.norm(A, axis=0)
+    U, s, _ = answer(np.linalg.svd, A / np.where(size > 0, size, 1.0), full_matrices=False)
+    U = U[:, s > 1e-12 * s[0]]
+
+    def cost(shift: np.ndarray | float) -> float:
+        wanted = np.append(fit.residual + shift, -p * fit.vector)
+        return float(np.sum((wanted - U @ (U.T @ wanted)) ** 2))
+
+    return cost
 
 
 def _with_far(comparison: TwinComparison, base: ParameterFit, far: str, progress: Callable[[], None]) -> ParameterFit:
@@ -371,13 +413,7 @@ def _with_far(comparison: TwinComparison, base: ParameterFit, far: str, progress
     the file, the far one at the multiple of its stiffness that leaves least.
     """
 
-    def prior(k: FitParameter) -> FitParameter:
-        _, number, what = k.key.split(".") if k.key.startswith("bearing.") else ("", "", k.key)
-        if number and number == far:
-            return replace(k, sd=FAR[what[0]])
-        return replace(k, sd=NEAR if number and what[0] == "k" else SHAFT if what == KEY else k.sd)
-
-    parameters = tuple(map(prior, base.parameters))
+    parameters = _with_prior(base.parameters, far)
     point = replace(base.point, values=dict(zip(parameters, map(float, base.vector), strict=True)))
     first = fit_parameters(comparison, point, parameters, base.J, base.residual, progress=progress)
     from_calibration = relinearised(comparison, first, progress)

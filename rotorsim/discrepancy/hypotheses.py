@@ -11,21 +11,24 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from math import log
+from math import isfinite, log
 from typing import Any
 
 import numpy as np
 
 from rotorsim.base.errors import NoAnswerError
 from rotorsim.base.rounding import answer
+from rotorsim.base.units import show
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, within
-from rotorsim.discrepancy.candidates import Form, Screening, apart, distinct, screen
-from rotorsim.discrepancy.comparison import TwinComparison, excess, flagged, table
+from rotorsim.discrepancy.candidates import Form, Screening, apart, distinct, screen, unit_of
+from rotorsim.discrepancy.comparison import Misfit, TwinComparison, excess, flagged, table
 from rotorsim.discrepancy.fit import ParameterFit, cost_of, covariance, fit_parameters, prior_rows
 
 CLEAR = 100.0
 """Least fall of the sum of squares by a name, besides k ln N: twice that of a detectable effect. Where nothing is
 missing the best effect lowers it by some ten, with another law of the injectors by up to thirty."""
+NEVER = "never"
+"""Size from which an effect would be seen that a calibration takes up."""
 TIE = 0.06
 """Difference of two rivals' sums of squares below which they are tied, as a share of the fall by the best one."""
 CANCEL = 0.5
@@ -62,20 +65,26 @@ def cancel(responses: Sequence[np.ndarray]) -> bool:
     return float(np.linalg.norm(np.sum(responses, axis=0))) < CANCEL * largest
 
 
-def within_form_error(comparison: TwinComparison, before: np.ndarray, after: np.ndarray) -> bool:
-    """Whether what an effect leaves is small against its own response in every group that is beyond its floor.
+def beyond_form_error(comparison: TwinComparison, before: np.ndarray, after: np.ndarray) -> list[Misfit]:
+    """Groups beyond their floor in which what an effect leaves is not small against its own response there.
 
     Where the group itself has little of that response, the largest one in the same channel of the record counts.
     `before` and `after` are whitened residuals (n,) without the effect and with it.
     """
-    left = flagged(table(comparison, after))
     own = {(f.number, f.channel, f.group): f.rms for f in table(comparison, before - after)}
     largest: dict[tuple[int, str], float] = {}
     for (number, channel, _), size in own.items():
         largest[number, channel] = max(largest.get((number, channel), 0.0), size)
-    return all(
-        f.rms < max(FORM * own[f.number, f.channel, f.group], OTHERS * largest[f.number, f.channel]) for f in left
-    )
+    return [
+        f
+        for f in flagged(table(comparison, after))
+        if f.rms >= max(FORM * own[f.number, f.channel, f.group], OTHERS * largest[f.number, f.channel])
+    ]
+
+
+def within_form_error(comparison: TwinComparison, before: np.ndarray, after: np.ndarray) -> bool:
+    """Whether what an effect leaves is small against its own response in every group that is beyond its floor."""
+    return not beyond_form_error(comparison, before, after)
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,6 +146,20 @@ class EffectSearch:
             return 0.0
         view = self.screened(self.nominal)
         return max((view.drop(i)[0] for i in range(len(self.forms))), default=0.0)
+
+    def seen_from(self) -> dict[str, str]:
+        """Sizes from which the records would have shown an effect wherever it acts, with units, by key without place.
+
+        By the sensitivities that the search begins with, and the fall of the sum of squares that a name needs.
+        """
+        if not self.forms:
+            return {}
+        units = {form.key.partition(" of ")[0]: unit_of(form) for form in self.forms}
+        sizes = self.screened(self.nominal).seen_from(CLEAR)
+        return {
+            key: show(float(f"{size:.2g}"), units[key]) if isfinite(size) else NEVER
+            for key, size in sorted(sizes.items())
+        }
 
     def update_columns(self, forms: Iterable[Form]) -> None:
         """Take sensitivities of these forms at the re-fitted point."""
@@ -375,7 +398,10 @@ class EffectSearch:
         pool = list(of) if of is not None else self._pool(view, 40 if size == 2 else 14)
         combos = [c for c in combinations(pool, size) if apart([self.forms[i] for i in c])]
         drops = sorted(((view.drop(*c)[0], c) for c in combos), key=lambda d: -d[0])
-        top = distinct([tuple(self.forms[i] for i in c) for d, c in drops[:200] if d > 0], REFITS)
+        alone = {i: view.drop(i)[0] for i in pool}
+        # a set is named where it is better by `CLEAR` than what it holds
+        more = [c for d, c in drops[:200] if d > max(alone[i] for i in c) + CLEAR / 2]
+        top = distinct([tuple(self.forms[i] for i in c) for c in more], REFITS)
         found = []
         for forms in top:
             drop, start = view.drop(*(self.forms.index(f) for f in forms))

@@ -27,6 +27,7 @@ from dataclasses import dataclass, replace
 from math import inf, sqrt
 
 import numpy as np
+from scipy.special import chdtrc
 
 from rotorsim.base.units import TO_UM
 from rotorsim.discrepancy.candidates import class_of
@@ -45,6 +46,10 @@ LEAST_NOTHING = 0.8
 """Probability that nothing is missing below which nothing is "no disagreement": above that of any known wrong one."""
 MANY = 5.0
 """Residual of a group of lines, in floors, that refutes a calibration at a point that was not fitted."""
+
+
+TURNED, CHANCE = ("1X", "2X", "3X"), 1e-4
+"""Orders whose lines of all records are looked at together, and the chance below which their sum of squares counts."""
 
 
 @dataclass(frozen=True)
@@ -157,6 +162,11 @@ NOT_HELD = (
     "{channel}, {group}: {left:.3g} um over a floor of {floor:.2g} um"
 )
 """Note on what stays at points that were not fitted."""
+TOGETHER = (
+    "no group of lines is beyond its floor by itself, but {order} of all records together is: a sum of squares of "
+    "{chi2:.0f} from {count} numbers has a chance of {chance:.1g} where nothing is missing"
+)
+"""Note on what no record shows alone."""
 CONTRADICTED = 8.0
 """Factor between a stated accuracy and what the records show from which the two contradict each other."""
 TOO_FINE = (
@@ -195,6 +205,7 @@ class AllEvidence:
     odds : explanations with their probabilities
     known : keys of all candidates
     left : groups of lines beyond their floor in held-out and untouched records, with the search's best explanation
+    of_form : those of them that are small against the response of its effects, as its own form error may leave
     gone : share of the gap on untouched records that its effects take; None where nothing is beyond the floor
     worse : untouched records in which the search's best explanation is worse than the file as given, by the floor
     worse_alone : the same of the calibration without an effect
@@ -202,6 +213,8 @@ class AllEvidence:
     unexplained : share of the response that stays unexplained
     scatter_known : whether the scatter of the records is measured or stated
     late : sentence where the records fit better with late probes
+    together : sentence on what all records show together and none alone, after calibration alone; as where groups are
+        flagged, nothing missing needs `SURE` then
     astray : calibration parameters that stand where they are not believed with the effects of the search's best too
     """
 
@@ -209,6 +222,7 @@ class AllEvidence:
     odds: tuple[Explanation, ...]
     known: frozenset[str] = frozenset()
     left: tuple[Misfit, ...] = ()
+    of_form: tuple[Misfit, ...] = ()
     gone: float | None = None
     worse: tuple[str, ...] = ()
     worse_alone: tuple[str, ...] = ()
@@ -216,12 +230,13 @@ class AllEvidence:
     unexplained: float = 0.0
     scatter_known: bool = True
     late: str = ""
+    together: str = ""
     astray: tuple[str, ...] = ()
 
     @property
     def refuted(self) -> bool:
-        """Whether a group is left with more than `MANY` floors at a point that was not fitted."""
-        return any(f.rms > MANY * f.floor for f in self.left)
+        """Whether a group is left with more than `MANY` floors, and not by form, at a point that was not fitted."""
+        return any(f.rms > MANY * f.floor for f in self.left if f not in self.of_form)
 
     @property
     def not_held(self) -> str:
@@ -267,7 +282,8 @@ def judged(evidence: AllEvidence) -> Judgement:
         notes.append(ASTRAY.format(" with ".join(verdict.best.keys), ", ".join(evidence.astray)))
     if worse and not any(WORSE.format(records=", ".join(names)) in notes for names in (evidence.worse, worse)):
         notes.append(WORSE.format(records=", ".join(worse)))
-    odds = consistent(verdict.status, evidence.odds, evidence.refuted or foreign or bool(evidence.worse))
+    refuted = evidence.refuted or foreign or bool(evidence.worse) or evidence.together in against
+    odds = consistent(verdict.status, evidence.odds, refuted)
     return Judgement(verdict, odds, tuple(dict.fromkeys(note for note in notes if note)), len(evidence.left), worse)
 
 
@@ -287,7 +303,7 @@ def objections(evidence: AllEvidence, verdict: SearchVerdict) -> list[str]:
         if evidence.odds and nothing < LEAST_NOTHING:
             found.append(NOT_LIKELY.format(share=f"{100 * nothing:.0f} %", least=f"{100 * LEAST_NOTHING:.0f} %"))
         found += [] if evidence.scatter_known else [NO_ACCURACY]
-        found.append(evidence.late)
+        found += [evidence.late, evidence.together if nothing < SURE else ""]
     return [one for one in found if one]
 
 
@@ -334,6 +350,18 @@ def consistent(status: str, odds: Sequence[Explanation], nothing_refuted: bool =
 def beyond_floor(comparison: TwinComparison, residual: np.ndarray) -> list[Misfit]:
     """Groups of lines of vibration beyond their floor: zeros of sensors and drifts are none."""
     return [f for f in flagged(table(comparison, residual)) if f.group != "slow"]
+
+
+def seen_together(groups: Iterable[Misfit]) -> str:
+    """Sentence on the orders of the shaft that all records show together; empty for none. Rows of vectors are left out,
+    whose floor is that of their neighbours."""
+    sums = {order: [f for f in groups if f.group == order and not f.speed] for order in TURNED}
+    found = []
+    for order, own in sums.items():
+        count, chi2 = sum(f.numbers for f in own), sum(f.chi2 for f in own)
+        if own and (chance := float(chdtrc(count, chi2))) < CHANCE:
+            found.append(TOGETHER.format(order=order, chi2=chi2, count=count, chance=chance))
+    return "; ".join(found)
 
 
 def worse_than(comparison: TwinComparison, before: np.ndarray, after: np.ndarray) -> tuple[str, ...]:

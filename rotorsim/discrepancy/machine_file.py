@@ -109,6 +109,13 @@ class RecalibratedValue:
         return abs(log(self.value / self.before)) - 2 * self.sd / self.value > log(least)
 
     @property
+    def open(self) -> bool:
+        """Whether a bearing's stiffness may have changed by that factor, within two standard deviations."""
+        if not (self.key.startswith("bearing.") and self.key.rpartition(".")[2][:1] == "k"):
+            return False
+        return abs(log(self.value / self.before)) + 2 * self.sd / self.value > log(LARGE["k"])
+
+    @property
     def sentence(self) -> str:
         """Sentence on the place, the size with its standard deviation, and the change."""
         size = f"{_rough(self.value, self.unit, 3)} +- {_rough(self.sd, self.unit, like=float(f'{self.value:.3g}'))}"
@@ -246,6 +253,11 @@ class Findings:
     def recalibration(self) -> tuple[RecalibratedValue, ...]:
         """Calibrated numbers of the machine file: path, value, standard deviation and value before."""
         return recalibrated_values(self.machine, self.calibration, self.related)
+
+    @property
+    def left_open(self) -> tuple[str, ...]:
+        """Sentences on stiffnesses of bearings that may be far from the machine file, as these records have them."""
+        return tuple(row.sentence.partition(": ")[0] for row in self.recalibration if row.open)
 
     def changes(self) -> Iterator[tuple[str, str, str]]:
         """Calibrated parameter, its change and standard deviation in display units; relative where there is no unit."""

@@ -37,7 +37,7 @@ from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
 from rotorsim.discrepancy.changes import MAIN, PLANE
 from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
-from rotorsim.discrepancy.fit import ParameterFit, fit_parameters, prior_rows
+from rotorsim.discrepancy.fit import ParameterFit, fit_parameters, foreseen
 from rotorsim.discrepancy.trial import Trial, delayed, turns_of
 from rotorsim.discrepancy.twin import of_axis
 
@@ -79,8 +79,9 @@ TOO_LATE = "the displacement is shifted by {:+.1f} ms against the shaft's angle"
 """Alternative of a delay."""
 TOO_LATE_TOO = "the records fit better when {}, or with an effect that acts like a delay: check the clocks first"
 """Note on it."""
-NEARLY_LINEAR = 4.0
-"""Most sum of squares by the tangent, over that of the records as they are, of an alternative that is calibrated."""
+MOST_FORESEEN = 0.5
+"""Most sum of squares of an alternative over that of the records as they are, both by the tangent, where groups of
+lines are beyond their floor and would have to go."""
 MOST_CALIBRATED = 2
 """Most alternatives that are calibrated with the plant."""
 COMPLIANCES = (0.5, -1.0)
@@ -296,6 +297,7 @@ def check_alternatives(comparison: TwinComparison, base: ParameterFit, J: np.nda
     origin = ParameterPoint()
     start = replace(base, point=origin, residual=comparison.residual(origin), J=J / comparison.sigma[:, None])
     cost, others = _foreseen(comparison, start), list[tuple[float, str, TwinComparison]]()
+    most = cost(comparison) * (MOST_FORESEEN if flagged(table(comparison, base.residual)) else 1.0)
     for mistake in (one for one in _mistakes(comparison.trials) if not one.backward):
         other = _with_trials(comparison, _with_mistake(comparison.trials, mistake))
         others.append((cost(other), mistake.sentence, other))
@@ -304,7 +306,7 @@ def check_alternatives(comparison: TwinComparison, base: ParameterFit, J: np.nda
         others.append((cost(_late(comparison, lag)), TOO_LATE, _late(comparison, lag)))
     found = []
     for least, sentence, other in sorted(others, key=lambda one: one[0])[:MOST_CALIBRATED]:
-        if least > NEARLY_LINEAR * base.cost:
+        if least >= most:
             break
         fit = fit_parameters(other, origin, base.parameters, start.J)
         if sentence == TOO_LATE:
@@ -321,15 +323,8 @@ def check_alternatives(comparison: TwinComparison, base: ParameterFit, J: np.nda
 
 def _foreseen(comparison: TwinComparison, fit: ParameterFit) -> Callable[[TwinComparison], float]:
     """Sum of squares with priors that a fit of other readings reaches, by the tangent at a fit of these."""
-    p = prior_rows(fit.parameters)
-    U, s, _ = answer(np.linalg.svd, np.vstack([fit.J, np.diag(p)]), full_matrices=False)
-    U = U[:, s > 1e-12 * s[0]]
-
-    def cost(other: TwinComparison) -> float:
-        wanted = np.append(fit.residual + (other.measured - comparison.measured) / comparison.sigma, -p * fit.vector)
-        return float(np.sum((wanted - U @ (U.T @ wanted)) ** 2))
-
-    return cost
+    cost = foreseen(fit, fit.parameters)
+    return lambda other: cost((other.measured - comparison.measured) / comparison.sigma)
 
 
 def _refined(comparison: TwinComparison, lag: float, cost: Callable[[TwinComparison], float]) -> float:

@@ -29,7 +29,7 @@ from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING,
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.effects.base import WHERE
 from rotorsim.machine import Machine
-from rotorsim.plant.locations import Place, acting_places, force_plane, place_at
+from rotorsim.plant.locations import Place, acting_places, bearing_place, force_plane, place_at, probes_at
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,6 +40,11 @@ NOT_SURE = "Tie: the records show {effects}, but do not exclude: {others}."
 WITHIN_FORM = (
     "No disagreement: that nothing is missing has {share}; {count} groups of lines are beyond the floor, but within "
     "the error of the model's form."
+)
+LEFT_OPEN = "These records leave open whether a bearing is far from its file: {}."
+RECORD_MORE = (
+    "Use the re-calibrated machine file for what these records show; to know those bearings better, record speeds at "
+    "which they move more, nearer to a critical speed."
 )
 EXCLUDED = 0.01
 """Probability below which an explanation counts as excluded."""
@@ -56,6 +61,8 @@ UNDECIDED = (
     "Unknown: {count} groups of lines are beyond the floor; that nothing is missing has {share}, less than the "
     "{sure:.0f} % that it takes."
 )
+RECALIBRATED = "re-calibrated"
+"""Label of a bearing far from the machine file."""
 FORCE = "equivalent force"
 """Label of the force that would make the residual which no effect explains."""
 
@@ -139,6 +146,10 @@ class Diagnosis(Shown, Findings, Reported):
     """Explanations with their probabilities and evidence, the most probable first."""
     priors: Mapping[str, str] = field(default_factory=dict, repr=False)
     """Prior standard deviation of the size of every candidate, with its unit."""
+    seen_from: Mapping[str, str] = field(default_factory=dict, repr=False)
+    """Size with its unit from which the records would have shown a candidate, wherever it acts."""
+    at: Mapping[str, float] = field(default_factory=dict, repr=False)
+    """Coordinates z [m] of candidates' forces and of the probes of other planes, by key."""
     planned: ExperimentPlan | None = None
     """The next experiments, where they were asked for."""
     planner: Planner | None = field(default=None, repr=False)
@@ -246,7 +257,9 @@ class Diagnosis(Shown, Findings, Reported):
         if self.status == "no_disagreement" and self.localisation and self.explanations:
             share = shown_share(self.odds.get(NOTHING, 0.0))
             more = f" {LEFT.format(count=self.left)}" if self.left else ""
-            return WITHIN_FORM.format(share=share, count=len(self.localisation)) + more
+            return WITHIN_FORM.format(share=share, count=len(self.localisation)) + more + self._open
+        if self.status == "no_disagreement":
+            return self.texts.sentence + self._open
         nothing = self.odds.get(NOTHING, 0.0)
         if self.status == "unknown" and nothing > LIKELY and not self.left:
             least = 100 * (SURE if self.localisation else LEAST_NOTHING)
@@ -259,6 +272,11 @@ class Diagnosis(Shown, Findings, Reported):
         )
 
     @property
+    def _open(self) -> str:
+        """Sentence on bearings whose stiffness these records leave open; empty for none."""
+        return f" {LEFT_OPEN.format('; '.join(self.left_open))}" if self.left_open else ""
+
+    @property
     def next_step(self) -> str:
         """The plan's sentence, else the step that follows from the verdict, with how to get a plan."""
         if self.planned is not None and self.planned.as_dict().get("proposals"):
@@ -268,6 +286,8 @@ class Diagnosis(Shown, Findings, Reported):
         names = dict.fromkeys(place.name for one in located(self) if one.label != FORCE for place in one.places)
         refuted = "" if self.discovered is None else self.discovered.refuted_by
         step = self.texts.next.format(places=" and ".join(names) or "the machine", refuted=refuted)
+        if self.status == "no_disagreement" and self._open:
+            step = RECORD_MORE
         if self.planned is not None:
             return f"{self.planned.sentence} {step}"
         return f"{step} {PLAN_NEXT}" if self.unplanned else step
@@ -321,6 +341,7 @@ class Diagnosis(Shown, Findings, Reported):
             "prior_sizes": dict(self.priors),
             **({} if self.discovered is None else {"discovered": self.discovered.as_dict()}),
             **({} if self.stochastic is None else {"stochastic": asdict(self.stochastic)}),
+            "seen_from": dict(self.seen_from),
             **({} if self.planned is None else {"plan": self.planned.as_dict()}),
             **({} if self.steps is None else {"steps": self.steps.as_dict()}),
             "tried": list(self.tried),
@@ -347,18 +368,30 @@ class LocatedEffect:
 
 
 def located(diagnosis: Diagnosis) -> tuple[LocatedEffect, ...]:
-    """Places of the identified effects, of their rivals, and of the equivalent force of an unexplained residual."""
+    """Places of the identified effects, of their rivals, of bearings far from the machine file, and of the equivalent
+    force of an unexplained residual."""
     machine, effects = diagnosis.machine, diagnosis.effects
-    out = [LocatedEffect(f.form, "found", acting_places(machine, effect_of(f))) for f in effects]
+    out = [LocatedEffect(f.form, "found", _places(diagnosis, f.form, effect_of(f))) for f in effects]
     keys = [key for found in effects for key in found.tie_class] + [key for tie in diagnosis.ties for key in tie]
     others = [key for key in dict.fromkeys(keys) if key not in {found.form for found in effects}]
-    rivals = [(key, effect) for key in others if (effect := effect_of_key(machine, key)) is not None]
-    out += [LocatedEffect(key, "rival", acting_places(machine, effect)) for key, effect in rivals]
+    rivals = [(key, effect) for key in others if (effect := effect_of_key(machine, key, diagnosis.at)) is not None]
+    out += [LocatedEffect(key, "rival", _places(diagnosis, key, effect)) for key, effect in rivals]
+    if diagnosis.status == "recalibrated":
+        about = " ".join(diagnosis.large)
+        far = [i for i, name in enumerate(machine.bearing_names) if re.search(rf"bearing {re.escape(name)}\b", about)]
+        out += [LocatedEffect(RECALIBRATED, "found", (bearing_place(machine, i),)) for i in far]
     if (law := diagnosis.discovered) is not None:
         out.append(LocatedEffect(" with ".join(law.kinds), "found", (place_at(machine, law.position),)))
     if diagnosis.unknown.get("lines"):
         out.append(LocatedEffect(FORCE, "force", (force_plane(machine),)))
     return tuple(one for one in out if one.places)
+
+
+def _places(diagnosis: Diagnosis, key: str, effect: Effect) -> tuple[Place, ...]:
+    """Places where a candidate acts: of an effect of the sensors the plane of the probes that it is about."""
+    if effect.port == "sensor" and key in diagnosis.at:
+        return (probes_at(diagnosis.at[key]),)
+    return acting_places(diagnosis.machine, effect)
 
 
 def effect_of(found: IdentifiedEffect) -> Effect:
@@ -367,8 +400,10 @@ def effect_of(found: IdentifiedEffect) -> Effect:
     return kind(**{f.name: found.parameters[f.name] for f in fields(kind) if f.name in found.parameters})
 
 
-def effect_of_key(machine: Machine, key: str) -> Effect | None:
+def effect_of_key(machine: Machine, key: str, at: Mapping[str, float]) -> Effect | None:
     """A neutral effect at the place that a candidate's key names; None for an effect that is not known.
+
+    `at` has the coordinates [m] of those that act elsewhere than usual.
 
     A key is 'weak_injector.blocked of injector 3 of front', see `rotorsim.discrepancy.candidates`.
     """
@@ -379,6 +414,8 @@ def effect_of_key(machine: Machine, key: str) -> Effect | None:
     if "injector" in known and (number := re.search(r" of injector (\d+)", key)):
         values["injector"] = float(number[1])
     named = [i for i, name in enumerate(machine.bearing_names) if key.endswith(f" of {name}")]
+    if "position" in known and key in at:
+        values["position"] = at[key]
     if "bearing" in known and named:
         values["bearing"] = float(named[0])
     return replace(kind.neutral(machine, 0), **values)

@@ -263,7 +263,7 @@ class Trial:
         moved = on_lines(seen, (0, self.length, self.blocks), self.speed, angle, self.broken)
         return block_lines(moved, 0, self.length, self.blocks, count)
 
-    @property
+    @cached_property
     def turning(self) -> bool:
         """Whether nothing but the turning excites the rotor, so that every turn may be like the last one."""
         turns = turns_of(self.speed, len(self.used))

@@ -3,7 +3,7 @@
 Both take blocks of samples from the same iterator, so a record of hours needs the memory of one block. A feedback loop
 acts one sample later, and its total reference is limited to the actuators' range.
 
-A run ends at a limit of its machine; its record says which checked range of the film model it exceeds.
+A run ends at a limit of its machine; its record states which checked range of the film model it exceeds.
 """
 
 from __future__ import annotations

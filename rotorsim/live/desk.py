@@ -15,7 +15,7 @@ import numpy as np
 
 from fe_shaft.modal import half_axes
 from rotorsim.analysis.modes_over_speed import least_damped, modes_over_speed
-from rotorsim.analysis.unbalance_response import unbalances_of, whirl
+from rotorsim.analysis.shaft_motion import unbalances_of, whirl
 from rotorsim.analysis.whirl_onset import LeastDamped, stability_limit
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.files import make_folder, write_json

@@ -19,8 +19,8 @@ from rotorsim.live.rig import LENGTH, Rig
 from rotorsim.live.settings import OFF
 from rotorsim.machine import Machine
 from rotorsim.machine.rotor import reading_unit
-from rotorsim.plant.journal_room import journal_room
 from rotorsim.plant.kernels.layout import AT, COLUMNS, DISC, DISC_READ, FILM_COLUMNS, READ, REFERENCE, inputs_of
+from rotorsim.plant.simulation import journal_room
 from rotorsim.signals.record_blocks import shown_reading
 
 ORBIT = 1000

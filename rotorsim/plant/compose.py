@@ -175,7 +175,7 @@ def _sources_hash() -> str:
     return cache_digest(source_files("reynolds", *(f"rotorsim/plant/{place}" for place in places)))
 
 
-DECORATORS = ("inlined", "kernel", "view")
+DECORATORS = ("inlined", "kernel", "shared", "view")
 OPERATIONS: Mapping[type[ast.AST], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,

@@ -17,7 +17,7 @@ With A(s) = J + s S of `reynolds.perturbation` and L(s) = A^-T F_y' (two adjoint
 .. math:: Z(s) = L'(J_X + s S_X), \qquad \delta F = -Z X - L' J_u u, \qquad
           K + i\omega C = Z(i\omega), \qquad C(0) = L'(S_X - S A^{-1} J_X)
 
-Modes come from one search, that of `fe_shaft.modes`: all of a stated region, their number proven by the argument
+Modes come from one search, that of `fe_shaft.spectrum`: all of a stated region, their number proven by the argument
 principle.
 
 Cites: hamrock_2004.

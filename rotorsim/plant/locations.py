@@ -74,7 +74,11 @@ def acting_places(machine: Machine, effect: Effect) -> tuple[Place, ...]:
 
 def probe_plane(machine: Machine) -> Place:
     """Plane of the displacement probes."""
-    z = Mesh(machine).probe
+    return probes_at(Mesh(machine).probe)
+
+
+def probes_at(z: float) -> Place:
+    """A plane of displacement probes at a coordinate [m]."""
     return Place("probes", f"the probes at {_mm(z)}", z, z)
 
 

@@ -15,23 +15,25 @@ import xarray as xr
 from plotly.subplots import make_subplots
 
 from rotorsim.analysis.campbell import critical_rows
-from rotorsim.analysis.unbalance_response import peak_of
+from rotorsim.analysis.shaft_motion import peak_of
 from rotorsim.balance import Assessment, Conditions, Correction, LeftOut
 from rotorsim.balance.unbalance import estimate_table, result_rows as balance_rows
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import TO_HZ, TO_MPA, TO_RPM, TO_UM
-from rotorsim.report.page import Block, Page, write_page
-from rotorsim.report.theme import (
+from rotorsim.report.page import (
     FAINTEST,
     INK,
     NEUTRAL,
     PIN_COLOURS,
+    Block,
+    Page,
     compact,
     curve,
     next_to,
     phase_axes,
     phase_lag,
     style,
+    write_page,
 )
 from rotorsim.report.units import quantity
 from rotorsim.signals.orders import RunComparison

@@ -27,8 +27,20 @@ from rotorsim.control.sampled_loop import (
     sweep,
 )
 from rotorsim.control.systems import largest
-from rotorsim.report.page import Block, Page, page_of, write_page
-from rotorsim.report.theme import AXIS_COLOURS, INK, NEUTRAL, PIN_COLOURS, SPECTRUM_SCALE, compact, curve, style
+from rotorsim.report.page import (
+    AXIS_COLOURS,
+    INK,
+    NEUTRAL,
+    PIN_COLOURS,
+    SPECTRUM_SCALE,
+    Block,
+    Page,
+    compact,
+    curve,
+    page_of,
+    style,
+    write_page,
+)
 from rotorsim.report.units import quantity
 from rotorsim.verify import Verification
 from rotorsim.verify.runs import Run

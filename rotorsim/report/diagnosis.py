@@ -19,8 +19,18 @@ from rotorsim.discrepancy.machine_file import difference
 from rotorsim.discrepancy.result import NOTHING_BEYOND, located
 from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOTHING, Explanation, shown_share
 from rotorsim.report.machine_sketch import MARKS, machine_sketch
-from rotorsim.report.page import Block, Page, page_of
-from rotorsim.report.theme import AXIS_COLOURS, INK, NEUTRAL, SPECTRUM_SCALE, compact, phase_axes, style
+from rotorsim.report.page import (
+    AXIS_COLOURS,
+    INK,
+    NEUTRAL,
+    SPECTRUM_SCALE,
+    Block,
+    Page,
+    compact,
+    page_of,
+    phase_axes,
+    style,
+)
 from rotorsim.report.units import quantity
 
 METHOD = (
@@ -124,9 +134,10 @@ def _blocks(d: Diagnosis) -> Iterator[Block]:
     if d.tried:
         yield _tried(d)
     if d.priors:
-        heads = ("size of an effect", "prior standard deviation")
+        heads = ("size of an effect", "prior standard deviation", "shown by these records from")
+        rows = [(key, sd, d.seen_from.get(key, "")) for key, sd in sorted(d.priors.items())]
         yield Block(
-            "Sizes that were likely before the records", heads=heads, rows=sorted(d.priors.items()), folded=True
+            "Sizes that were likely before the records, and that they show", heads=heads, rows=rows, folded=True
         )
     text = "A number without a unit is a change relative to the machine file; mesh and law are weights."
     yield Block("Re-calibration", heads=("fit parameter", "change", "standard deviation"), rows=list(d.changes()),

@@ -11,8 +11,8 @@ from plotly.subplots import make_subplots
 
 from rotorsim.base.units import TO_MPA, TO_RPM
 from rotorsim.machine import GasFilm, Machine
+from rotorsim.report.page import INK, PRESSURE_SCALE, compact, style
 from rotorsim.report.run import AnalysedRun, record_section
-from rotorsim.report.theme import INK, PRESSURE_SCALE, compact, style
 from rotorsim.report.units import number, quantity
 from rotorsim.signals.record_blocks import need
 

@@ -11,11 +11,22 @@ import xarray as xr
 from plotly.subplots import make_subplots
 
 from rotorsim.analysis.campbell import critical_rows, modes_line, searched_line
-from rotorsim.analysis.unbalance_response import ENDS, peak_of
+from rotorsim.analysis.shaft_motion import ENDS, peak_of
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import TO_HZ, TO_MPA, TO_RPM, TO_UM
-from rotorsim.report.page import Block, Page, machine_entry, write_page
-from rotorsim.report.theme import INK, PIN_COLOURS, compact, curve, phase_axes, phase_lag, style
+from rotorsim.report.page import (
+    INK,
+    PIN_COLOURS,
+    Block,
+    Page,
+    compact,
+    curve,
+    machine_entry,
+    phase_axes,
+    phase_lag,
+    style,
+    write_page,
+)
 from rotorsim.report.units import quantity
 
 SYMBOLS = {"forward": "triangle-up", "backward": "triangle-down", "mixed": "circle", "": "circle"}

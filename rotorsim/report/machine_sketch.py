@@ -15,7 +15,7 @@ import plotly.graph_objects as go
 from rotorsim.machine import Machine
 from rotorsim.machine.rotor import Disc
 from rotorsim.plant.locations import Nozzle, Place, nozzles, probe_plane
-from rotorsim.report.theme import INK, faint, style
+from rotorsim.report.page import INK, faint, style
 
 Box = tuple[float, float, float, float]
 """Left, right [mm], lower and upper [share of the drawing's height] edge."""

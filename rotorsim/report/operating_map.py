@@ -11,8 +11,7 @@ from plotly.subplots import make_subplots
 
 from rotorsim.base.rounding import whirl_sense
 from rotorsim.base.units import TO_HZ, TO_MPA, TO_RPM, TO_UM
-from rotorsim.report.page import Block, Page, machine_entry, write_page
-from rotorsim.report.theme import INK, PIN_COLOURS, compact, curve, faint, style
+from rotorsim.report.page import INK, PIN_COLOURS, Block, Page, compact, curve, faint, machine_entry, style, write_page
 from rotorsim.report.units import quantity
 
 UNSAFE, UNKNOWN = "#7a3b3b", "#5f6b73"

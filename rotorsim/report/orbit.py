@@ -16,7 +16,8 @@ from plotly.subplots import make_subplots
 from identification.records.schema import notes_of
 from identification.records.sensors import probe_outputs
 from rotorsim.base.units import TO_RPM, TO_UM
-from rotorsim.plant.journal_room import journal_room
+from rotorsim.plant.simulation import journal_room
+from rotorsim.report.page import AXIS_COLOURS, GRID, INK, NEUTRAL, compact, faint, style
 from rotorsim.report.run import (
     AnalysedRun,
     VectorRun,
@@ -28,7 +29,6 @@ from rotorsim.report.run import (
     record_section,
     slow_roll_text,
 )
-from rotorsim.report.theme import AXIS_COLOURS, GRID, INK, NEUTRAL, compact, faint, style
 from rotorsim.report.units import displacement, quantity
 from rotorsim.signals.record_blocks import displacement_name, envelopes, need, probe_planes
 

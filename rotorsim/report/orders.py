@@ -10,18 +10,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.units import TO_RPM, TO_UM
-from rotorsim.report.run import (
-    AnalysedRun,
-    end_of_run,
-    need_motion,
-    need_orders,
-    need_plane,
-    need_time,
-    record_section,
-    sensed,
-    slow_roll_text,
-)
-from rotorsim.report.theme import (
+from rotorsim.report.page import (
     AXIS_COLOURS,
     FAINTEST,
     INK,
@@ -32,6 +21,17 @@ from rotorsim.report.theme import (
     phase_axes,
     phase_lag,
     style,
+)
+from rotorsim.report.run import (
+    AnalysedRun,
+    end_of_run,
+    need_motion,
+    need_orders,
+    need_plane,
+    need_time,
+    record_section,
+    sensed,
+    slow_roll_text,
 )
 from rotorsim.report.units import displacement, number, quantity
 from rotorsim.signals.record_blocks import RunoutProfile, need, runout_of, sampling_time

@@ -8,8 +8,8 @@ import xarray as xr
 from plotly.subplots import make_subplots
 
 from rotorsim.base.units import TO_UM
+from rotorsim.report.page import AXIS_COLOURS, INK, PIN_COLOURS, compact, curve, faint, style
 from rotorsim.report.run import AnalysedRun, analyse, record_section, sensed
-from rotorsim.report.theme import AXIS_COLOURS, INK, PIN_COLOURS, compact, curve, faint, style
 from rotorsim.report.units import displacement, quantity
 from rotorsim.signals import impact
 from rotorsim.signals.impact import ModePair, RingDown

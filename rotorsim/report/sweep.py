@@ -14,8 +14,7 @@ from rotorsim.analysis.sweep_definition import SweepQuantity
 from rotorsim.base.input_files import parse_toml
 from rotorsim.base.units import TO_MPA, TO_RPM
 from rotorsim.report.operating_map import MAP_SCALE
-from rotorsim.report.page import Block, Page, machine_entry, write_page
-from rotorsim.report.theme import INK, PIN_COLOURS, compact, curve, style
+from rotorsim.report.page import INK, PIN_COLOURS, Block, Page, compact, curve, machine_entry, style, write_page
 from rotorsim.report.units import quantity
 
 MOST_AXES = 3

@@ -12,8 +12,8 @@ from plotly.subplots import make_subplots
 from identification.records.schema import PINS
 from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.report.film import feed_word
+from rotorsim.report.page import AXIS_COLOURS, NEUTRAL, PIN_COLOURS, compact, curve, faint, style
 from rotorsim.report.run import AnalysedRun, end_of_run, need_time, record_section
-from rotorsim.report.theme import AXIS_COLOURS, NEUTRAL, PIN_COLOURS, compact, curve, faint, style
 from rotorsim.report.units import quantity
 from rotorsim.signals.orders import Deceleration, deceleration_of
 from rotorsim.signals.record_blocks import (

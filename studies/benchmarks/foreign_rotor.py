@@ -22,7 +22,8 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from scipy.optimize import root
+from scipy.linalg import eigvals
+from scipy.optimize import least_squares, root
 
 RATE, SECONDS = 12800, 1.5
 """Sampling rate [Hz] and length [s] of a record."""
@@ -39,6 +40,9 @@ UNBALANCE = (20e-6, 12e-6)
 """Unbalance of the discs in the machine file [kg m], at 0 deg."""
 SPEEDS = {"fit": (16, 22, 28, 34, 43), "held_out": (19, 37), "untouched": (24, 40)}
 """Shaft speeds [Hz] by role; the first bending mode lies above."""
+HERTZ = tuple(hertz for own in SPEEDS.values() for hertz in own)
+WITHIN = 0.2
+"""Share by which supports of a sound machine are off those of the file at most."""
 ACCURACY, NOISE, HUM, RANGE = 5e-8, 2e-7, 1e-7, 250e-6
 """Stated accuracy of a line, noise, hum, and range of 16 bits [m]."""
 HARMONICS = 5
@@ -130,6 +134,17 @@ def rotor(rig: TwoDiscRig, speed: float, omega: float) -> tuple[np.ndarray, np.n
     return M, C + rig.sense * speed * G, K
 
 
+def least_damping(rig: TwoDiscRig, speed: float) -> float:
+    """Damping ratio of the least damped mode on a rigid pedestal at a speed [rad/s]; negative for an unstable rotor."""
+    M, C, K = rotor(replace(rig, pedestal=(0.0, 0.0)), speed, 0.0)
+    for (node, *_), own in zip(BEARINGS, rig.bearings, strict=True):
+        for axis in (0, 1):
+            C[4 * node + axis, 4 * node + axis] += own[2 + axis]
+    below = -np.linalg.solve(M, np.hstack([K.real, C]))
+    poles = eigvals(np.vstack([np.hstack([np.zeros_like(M), np.eye(len(M))]), below]))
+    return float(np.min(-poles.real / np.abs(poles)))
+
+
 def response(rig: TwoDiscRig, speed: float) -> tuple[np.ndarray, dict[int, np.ndarray]]:
     """Static sag (n,) [m] and amplitudes by order (n,) [m] of exp(i n angle), at a speed [rad/s]."""
     free, mass = beam()[2], beam()[0]
@@ -151,7 +166,7 @@ def response(rig: TwoDiscRig, speed: float) -> tuple[np.ndarray, dict[int, np.nd
     weight = np.zeros(len(free))
     weight[1::4] = -9.81 * mass[1::4, 1::4].sum(axis=1)
     sag = answer(weight, 0.0).real
-    found = {n: answer(force[n], n * speed) for n in range(HARMONICS + 1)}
+    found = {n: answer(f, n * speed) if np.any(f) else np.zeros(len(f), complex) for n, f in enumerate(force)}
     if rig.stop[0]:
         found |= stopped(rig, found, answer, speed)
     orders = {n: q for n, q in found.items() if n and np.any(q)}
@@ -210,6 +225,43 @@ def table(rig: TwoDiscRig, hertz: float, rng: np.random.Generator) -> np.ndarray
     bits = np.round(probes / RANGE * 32767) / 32767 * RANGE
     key = np.where(np.mod(angle, 2 * np.pi) < 0.15, -10.0, -2.0)
     return np.column_stack([t, key, *(8e-3 * 1e6 * bits)])
+
+
+def lines(rig: TwoDiscRig) -> np.ndarray:
+    """Amplitudes (speeds, probes, orders) [m] of the orders in the readings of all records, as columns show them."""
+    found = np.zeros((len(HERTZ), len(PROBES), HARMONICS), complex)
+    for k, hertz in enumerate(HERTZ):
+        speed = 2 * np.pi * hertz
+        for n, q in response(rig, speed)[1].items():
+            late = np.exp(-1j * n * speed * rig.clock[0])
+            for column, probe in enumerate(rig.order):
+                a, at = np.deg2rad(ANGLES[probe % 2]) + rig.turned[probe // 2], 4 * PLANES[probe // 2]
+                found[k, column, n - 1] = rig.gains[column] * late * (q[at] * np.cos(a) + q[at + 1] * np.sin(a))
+    return found
+
+
+def left_by_sound(rig: TwoDiscRig) -> np.ndarray:
+    """Rms (probes,) [m] of the vibration that no sound machine makes, over all records.
+
+    A sound one has supports within `WITHIN` of the file's, any unbalance and no fault; of these the nearest one counts.
+    """
+    wanted, filed = lines(rig), np.array(BEARINGS)[:, 1:]
+
+    def left(v: np.ndarray) -> np.ndarray:
+        sizes = v[8::2] + 1j * v[9::2]
+        unbalance = tuple((float(abs(z)) * 1e-6, float(np.angle(z))) for z in sizes)
+        bearings = tuple(tuple(map(float, own)) for own in filed * v[:8].reshape(2, 4))
+        apart = (lines(TwoDiscRig(bearings, unbalance)) - wanted).ravel() / ACCURACY
+        return np.concatenate([apart.real, apart.imag])
+
+    true = np.clip(np.array(rig.bearings) / filed, 1 - 0.99 * WITHIN, 1 + 0.99 * WITHIN).ravel()
+    z = np.array([1e6 * me * np.exp(1j * phase) for me, phase in rig.unbalance])
+    ends = [np.concatenate([np.full(8, 1 + side * WITHIN), np.full(4, side * 300.0)]) for side in (-1, 1)]
+    near = [true, *([] if np.allclose(true, (np.array(rig.bearings) / filed).ravel()) else [np.ones(8)])]
+    starts = [np.concatenate([own, np.column_stack([z.real, z.imag]).ravel()]) for own in near]
+    best = min((least_squares(left, v, bounds=ends, ftol=1e-3) for v in starts), key=lambda one: one.cost)
+    apart = (best.fun * ACCURACY).reshape(2, *wanted.shape)
+    return np.asarray(np.sqrt(np.mean(np.sum(apart**2, axis=(0, 3)) / 2, axis=0)))
 
 
 MAPPING = """

@@ -11,7 +11,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from rotorsim.base.units import MPA, TO_RPM
-from rotorsim.report.theme import AXIS_COLOURS, GRID, INK, NEUTRAL, PIN_COLOURS, SPECTRUM_SCALE, compact, style
+from rotorsim.report.page import AXIS_COLOURS, GRID, INK, NEUTRAL, PIN_COLOURS, SPECTRUM_SCALE, compact, style
 from rotorsim.report.units import quantity
 
 Points = Sequence[tuple[float, float | None]]

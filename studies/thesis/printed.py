@@ -31,8 +31,9 @@ from rotorsim.control.designs import lead
 from rotorsim.control.designs.p import ProportionalSpec, low_pass
 from rotorsim.control.law_from_system import constant_law
 from rotorsim.control.plants import MICRO, MILLI, scaled_model
-from rotorsim.control.sampled_loop import law_system, model_loop, oscillating
+from rotorsim.control.sampled_loop import law_system, model_loop
 from rotorsim.control.systems import System, feedback, gain, held, largest, observer_law, response, series, side_by_side
+from studies.thesis.control_cases import RING_TIME, decrement
 
 VOLT = 4.5e-6
 """Metres of pin for a volt of its transducer (thesis, eq. C.1)."""
@@ -186,12 +187,15 @@ def printed_numbers() -> dict[str, dict[str, float]]:
 
 
 def _claim_c1() -> dict[str, float]:
-    """The law of Table A.2 on the model of Table A.3 at 4.1 krpm, sampled, without a sample of delay."""
+    """The law of Table A.2 on the model of Table A.3 at 4.1 krpm, sampled, without a sample of delay, after a hit along
+    y: the damping ratio by the logarithmic decrement, as it is read of the plant."""
     model, law = model_a(printed()["A4"]["speed"] * KRPM), law_a(pins=True)
     plant = held(System(model.A / MILLI, model.B * MICRO / MILLI, model.C, model.D), law.Ts * MILLI)
-    z = np.linalg.eigvals(feedback(plant, law_system(law, model.speed, model.pressure)).A)
-    pairs = oscillating(z, law.Ts)
-    closed = float((-pairs.real / np.abs(pairs)).min())
+    loop = feedback(plant, law_system(law, model.speed, model.pressure)).A
+    states = [np.eye(len(loop))[3]]  # speed of y
+    while len(states) < RING_TIME / law.Ts:
+        states.append(loop @ states[-1])
+    closed = decrement(law.Ts * np.arange(len(states)), np.array(states)[:, :2])
     return {"open": float(model.zeta[1]), "closed": closed, "lift": closed / float(model.zeta[1])}
 
 

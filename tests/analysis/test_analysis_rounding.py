@@ -9,7 +9,7 @@ import xarray as xr
 
 from fe_shaft.pencil import Region
 from fe_shaft.spectrum import everything
-from rotorsim.analysis.safe_region import safe_region
+from rotorsim.analysis.campbell import safe_region
 from rotorsim.analysis.supply import EXACT, lowest
 from rotorsim.analysis.whirl_onset import LeastDamped, first_loss
 from rotorsim.base.errors import NoLiftOffError

@@ -114,7 +114,8 @@ def test_targets_of_pins_are_those_of_table_c2_and_no_closed_loop_is_in_a_fit():
     assert pins == {"pole_slow_x": 3078, "pole_fast_x": 8143, "pin_gain_x": 1.863, "pin_fit_x": 0.9834,
                     "pole_slow_y": 2452, "pole_fast_y": 6494, "pin_gain_y": 1.865, "pin_fit_y": 0.9942}  # fmt: skip
     first = read_targets("dtu_first_assembly").targets
-    assert {t.source for t in first if t.role == "fit"} == {"section D.3.2", "section A.4.2", "Table A.3"}
+    assert {t.source for t in first if t.role == "fit"} == {"section D.3.2", "section D.4.1"}
+    assert {t.at for t in first if t.role == "fit"} == {(0.0, 0.6e6)}  # Papers C and D
 
 
 def simulated(**changes):

@@ -7,7 +7,7 @@ import pytest
 
 from rotorsim.analysis import campbell, map_machine, mode_shapes, unbalance_response
 from rotorsim.analysis.campbell import default_speeds, highest_speed, top_speed
-from rotorsim.analysis.unbalance_response import largest_response, peak_of, unbalances_of
+from rotorsim.analysis.shaft_motion import largest_response, peak_of, unbalances_of
 from rotorsim.analysis.whirl_onset import onset_beyond, stability_limit
 from rotorsim.cli import main
 from rotorsim.machine import load_machine

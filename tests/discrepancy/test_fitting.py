@@ -86,6 +86,18 @@ def test_a_form_that_the_calibration_imitates_explains_nothing(rng):
     assert view.survives(0) < 1e-6 < view.survives(1)
 
 
+def test_the_size_that_records_show_is_that_whose_signature_makes_the_sum_of_squares(rng):
+    """Of two phases the one that shows less, of two places too, of options the one that shows most."""
+    e, J = np.eye(60), np.eye(60)[:, 50:52]
+    base = ParameterFit((A, B), ParameterPoint(), np.zeros(60), J, 0.0)
+    phases = tuple(FitParameter(f"f.0.x~p.{part}", 0.5) for part in "cs")
+    forms = [Form("f", "f.x", phases), *(Form("g", f"g.x of disc {i}", (FitParameter("g.0.x", 2.0),)) for i in (1, 2)),
+             *(Form("h", f"h.x @ o {i}", (FitParameter("h.0.x", 2.0),)) for i in (1, 2)), form("k")]  # fmt: skip
+    columns = [e[:, :2] * [4.0, 0.5], 5 * e[:, 3:4], 20 * e[:, 4:5], 5 * e[:, 5:6], 20 * e[:, 6:7], J[:, :1]]
+    found = screen(base, forms, columns).seen_from(100.0)
+    assert found == pytest.approx({"f.x": 20.0, "g.x": 2.0, "h.x": 0.5, "k.x": np.inf})
+
+
 def test_forms_with_the_same_signature_are_alike(rng):
     J, s = rng.normal(size=(60, 2)), rng.normal(size=(60, 2))
     base = ParameterFit((A, B), ParameterPoint(), rng.normal(size=60), J, 0.0)

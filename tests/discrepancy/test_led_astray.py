@@ -92,6 +92,14 @@ def test_a_calibration_beyond_three_standard_deviations_or_at_its_limit_is_not_b
     assert strained(ParameterFit((GAIN,), ParameterPoint({GAIN: value}), ONES, np.ones((4, 1)), 4.0)) == names
 
 
+@pytest.mark.parametrize(("low", "sd", "natural", "named"), [(-0.9, 0.5, 2.0, False), (-0.9, 0.3, 2.0, True),
+                                                             (-0.9, 0.5, 0.0, True)])  # fmt: skip
+def test_no_damping_at_all_is_believed_where_its_prior_allows_it(low, sd, natural, named):
+    damping = FitParameter("shaft_damping", 0.1, sd, low, 5.0)
+    fit = ParameterFit((damping,), ParameterPoint({damping: low}), ONES, np.ones((4, 1)), 4.0)
+    assert strained(fit, natural) == ([damping.name] if named else [])
+
+
 def test_what_shifts_the_data_alone_says_nothing_of_the_machine():
     mesh, trend = FitParameter("mesh", 1.0, 0.5), FitParameter("gain", 0.1, 1.0, trend="speed")
     assert (

@@ -62,6 +62,19 @@ def test_an_effect_is_sure_by_its_size_at_the_shape_found(rng, size, slope, sure
     assert search.is_sure(SimpleNamespace(fit=fit), [form]) == sure
 
 
+@pytest.mark.parametrize(("sizes", "fitted"), [((9.0, 5.0), False), ((9.0, 11.0), True)])
+def test_a_pair_that_cannot_be_better_than_what_it_holds_is_not_fitted(sizes, fitted, monkeypatch):
+    """It is named where the sum of squares falls by 100 more; by 81 and 25 nothing can come of it."""
+    forms = tuple(Form(name, f"{name}.x", (FitParameter(f"{name}.0.x", 1.0),)) for name in "ab")
+    e = np.eye(9)
+    base = ParameterFit((FitParameter("c", 1.0),), ParameterPoint(), e[:, :2] @ sizes, e[:, 8:], float(sum(sizes)))
+    columns, seen = {f.label: e[:, i : i + 1] for i, f in enumerate(forms)}, list[tuple[str, ...]]()
+    one = SimpleNamespace(fit=SimpleNamespace(cost=0.0))
+    monkeypatch.setattr(EffectSearch, "hypothesis", lambda self, own, start: seen.append(own) or one)
+    EffectSearch(None, None, base, forms, columns, 100.0, 0.0, updated=set(columns)).sets(2)
+    assert bool(seen) == fitted
+
+
 KNOWN = {"coupling.force_2x", "coupling.force_3x", "crack.loss", "asymmetric_shaft.difference", "rub.stiffness"}
 FORWARD = ("asymmetric_shaft.difference", "coupling.force_2x", "crack.loss")
 

@@ -1,5 +1,6 @@
 """Verdicts as thresholds on the odds: made-up odds of hypotheses that a search has accepted."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +10,16 @@ from rotorsim.discrepancy.calibration import COMPLIANCE_LIMITS, LOSS_LIMITS, LOS
 from rotorsim.discrepancy.comparison import UNSTEADY, Misfit
 from rotorsim.discrepancy.diagnosis import DiagnosisRun
 from rotorsim.discrepancy.fit import FAR, NEAR, ParameterFit, far_off_file
-from rotorsim.discrepancy.judge import VERDICTS, AllEvidence, accuracy_notes, by_odds, judged, text_of, worse_than
+from rotorsim.discrepancy.judge import (
+    VERDICTS,
+    AllEvidence,
+    accuracy_notes,
+    by_odds,
+    judged,
+    seen_together,
+    text_of,
+    worse_than,
+)
 from rotorsim.discrepancy.machine_file import far_off, recalibrated_values
 from rotorsim.discrepancy.verdict import Explanation, SearchVerdict, joined_classes
 from rotorsim.machine import load_machine
@@ -183,6 +193,27 @@ def test_a_name_has_to_hold_at_points_that_were_not_fitted(times, status):
     assert (COUPLING in certain(found)) == (status == "named")
 
 
+def test_a_name_holds_where_it_leaves_less_than_its_own_form_error():
+    """40 floors of a line of 800 that the effect makes are its form; those of another line refute it."""
+    given = odds((COUPLING, 0.99), nothing=0.01)
+    left = (group(40.0), group(30.0, "held_out_2"))
+    for of_form, status in ((left, "named"), (left[:1], "partial"), ((), "partial")):
+        evidence = AllEvidence(search("named", fitted(COUPLING)), given, frozenset(KNOWN), left, of_form, gone=0.9)
+        assert (judged(evidence).verdict.status, judged(evidence).left) == (status, 2)
+
+
+@pytest.mark.parametrize(("times", "records", "shown"), [(1.37, 36, True), (1.37, 9, False), (1.0, 36, False)])
+def test_what_all_records_show_together_is_no_peace(times, records, shown):
+    """A stop of .07 um: nowhere a group beyond its floor, and a chance of one in 80 000 at 1X of all records."""
+    groups = [group(times) for _ in range(records)]
+    found = seen_together([*groups, replace(group(9.0), speed=150.0)])
+    assert bool(found) == shown and (not shown or "1X of all records" in found)
+    assert judged(AllEvidence(QUIET, GOOD, together=found)).verdict.status == "no_disagreement"  # 97 %
+    verdict = judged(AllEvidence(QUIET, odds(nothing=0.94, beyond=0.06), together=found))
+    assert verdict.verdict.status == ("unknown" if shown else "no_disagreement")
+    assert (found in verdict.notes) == shown and (certain(verdict) == {}) == shown
+
+
 @pytest.mark.parametrize("status", ["unknown", "partial", "named"])
 def test_a_calibration_that_makes_untouched_records_worse_is_noted_whatever_the_verdict(status):
     one = fitted(COUPLING)
@@ -323,17 +354,17 @@ SOFT = far_fit(0, kx=-2.0, ky=-2.0, cx=8.0, cy=8.0)
 
 
 @pytest.mark.parametrize(
-    ("fit", "names"),
+    ("fit", "far", "names"),
     [
-        (SOFT, ["bearing.0.kx", "bearing.0.ky"]),
-        (far_fit(1, kx=0.19, cx=2.0), ["bearing.1.cx"]),
-        (far_fit(1, kx=0.25, cx=2.0), ["bearing.1.kx", "bearing.1.cx"]),
-        (far_fit(1, kx=0.19, cx=0.3), ["bearing.1.kx"]),
-        (far_fit(-1), []),
+        (SOFT, "0", ["bearing.0.kx", "bearing.0.ky"]),
+        (far_fit(1, kx=0.19, cx=2.0), "1", ["bearing.1.cx"]),
+        (far_fit(1, kx=0.25, cx=2.0), "1", ["bearing.1.kx", "bearing.1.cx"]),
+        (far_fit(1, kx=0.19, cx=0.3), "1", ["bearing.1.kx"]),
+        (far_fit(-1), "", []),
     ],
 )
-def test_a_far_bearing_always_has_a_number_that_is_off_the_file(fit, names):
-    assert far_off_file(fit) == names
+def test_a_far_bearing_always_has_a_number_that_is_off_the_file(fit, far, names):
+    assert far_off_file(fit, far) == names
 
 
 def test_places_that_records_do_not_distinguish_are_all_findings():
@@ -343,6 +374,8 @@ def test_places_that_records_do_not_distinguish_are_all_findings():
     parts = {"fit": SimpleNamespace(layout=layout)}
     run = DiagnosisRun(load_machine("plain_rotor"), None, parts, (), (), 0.01, lambda _: None)
     left, right = run.machine.bearing_names
-    (both,), one = run._large([SOFT, loss]), run._large([loss])
+    (both,), one = run._large([("0", SOFT), ("1", loss)]), run._large([("1", loss)])
     assert left in both and right in both and len(one) == 1 and right in one[0] and "+200 %" in one[0]
-    assert judged(AllEvidence(QUIET, GOOD, large=run._large([loss]))).verdict.status == "recalibrated"
+    (softer,) = run._large([("1", far_fit(1, kx=-2.0, cx=0.6))])
+    assert "stiffness" in softer and "loss" not in softer
+    assert judged(AllEvidence(QUIET, GOOD, large=run._large([("1", loss)]))).verdict.status == "recalibrated"

@@ -5,7 +5,7 @@ import pytest
 
 import rotorsim as rs
 from rotorsim.analysis import operating_map
-from rotorsim.analysis.unbalance_response import measuring_places
+from rotorsim.analysis.shaft_motion import measuring_places
 from rotorsim.campaign.simulate_case import MemoryRecording
 from rotorsim.experiments.running import begin, stream
 from rotorsim.machine import load_machine, summary

@@ -52,6 +52,21 @@ def test_a_count_over_other_known_modes_asks_hardly_a_point_again(monkeypatch):
     assert first > 10 and len(asked) < 1.2 * first
 
 
+@pytest.mark.parametrize("step", [0.002, 0.01, 0.03])
+def test_a_mode_that_comes_in_over_the_border_of_damping_is_not_hidden_by_its_former_place(step):
+    """One of 80 oscillators; the seed holds those inside, its own place just outside was never met."""
+    rng = np.random.default_rng(3)
+    wn, zeta = rng.uniform(1, 150, 80), np.where(np.arange(80) < 6, 0.1, 0.9)
+    wn[:7], zeta[6] = [3.0, 8.0, 20.0, 33.0, 51.0, 72.0, 18.0], 0.5 + step
+    before = modes_in(oscillators(wn, zeta), REGION, wn[:6].tolist())
+    before = before.take(REGION.holds(before.values))
+    pencil = oscillators(wn, np.where(np.arange(80) == 6, 0.5 - step, zeta))
+    before = replace(before, missing=0.0, quotient=Quotient(oscillators(wn, zeta), before.values))
+    assert len(before.values) == 6
+    found = modes_in(pencil, REGION, (), before)
+    assert found.proven and REGION.holds(found.values).sum() == 7
+
+
 def test_a_double_mode_is_two_modes_and_a_mode_that_is_met_twice_is_one():
     pencil = oscillators([10.0, 10.0, 30.0], [0.1, 0.1, 0.2], np.random.default_rng(1).standard_normal((3, 3)))
     found = modes_in(pencil, REGION)

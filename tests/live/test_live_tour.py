@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from coarse_rig import RPM, coarse, make_rig, ran, shown
-from rotorsim.analysis.unbalance_response import unbalance_response, unbalances_of
+from rotorsim.analysis.shaft_motion import unbalance_response, unbalances_of
 from rotorsim.analysis.whirl_onset import whirl_onset
 from rotorsim.base.errors import DataError
 from rotorsim.live.desk import Desk, stops

@@ -8,7 +8,7 @@ from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
 
 HASHES = {
-    "dtu_first_assembly": "42d9edd8bc34fdea",
+    "dtu_first_assembly": "26c7d478af53fcfe",
     "dtu_gas_bearing": "bf1d56fde8b33469",
     "dtu_gas_bearing_b": "c1c9d47854884c4b",
     "dtu_gas_bearing_c": "e5ffa3696a02f674",

@@ -6,7 +6,7 @@ import pytest
 from reynolds import kernels
 from rotorsim.machine import load_machine
 from rotorsim.plant.assemble import make_films
-from rotorsim.plant.journal_room import journal_room
+from rotorsim.plant.simulation import journal_room
 
 DIRECTIONS = np.linspace(0, 2 * np.pi, 13)
 FORMS = {

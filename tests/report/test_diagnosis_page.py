@@ -19,6 +19,18 @@ from rotorsim.report.page import html
 from small_diagnosis import blocked, runout, small_diagnosis
 
 
+def test_bearings_that_records_leave_open_stand_in_the_verdict():
+    """2.9 +- .65 MN/m may be 1.5 times the 2.2 of the file."""
+    key = "bearing.0.kx"
+    narrow, wide = (
+        small_diagnosis(status="no_disagreement", effects=[], localisation=(), calibration={key: (0.1, sd)})
+        for sd in (0.02, 0.2)
+    )
+    assert narrow.left_open == () and "leave open" not in narrow.sentence and "Nothing needs" in narrow.next_step
+    (one,) = wide.left_open
+    assert one in wide.sentence and "+-" in one and "the file has" in one and "Nothing needs" not in wide.next_step
+
+
 def page(found):
     return html(diagnosis_page(found))
 
@@ -78,6 +90,21 @@ def test_a_tie_marks_the_rivals_and_a_partial_explanation_the_equivalent_force()
     partly = small_diagnosis(status="partial", unknown=UNKNOWN)
     assert [one.role for one in located(partly)] == ["found", "force"]
     assert located(partly)[1].places[0].part == "disc"
+
+
+def test_a_bearing_far_from_its_file_is_marked():
+    name = load_machine("plain_rotor").bearing_names[1]
+    large = (f"stiffness kxx of the bearing {name} is 1 MN/m +- 0.1 MN/m, the file has 2 MN/m: 2 times softer",)
+    (one,) = located(small_diagnosis(status="recalibrated", effects=[], large=large))
+    assert (one.role, one.places[0].part, one.places[0].begin) == ("found", "bearing", pytest.approx(0.6))
+
+
+def test_forces_and_probes_elsewhere_are_marked_where_they_are():
+    """A probe of another plane is not at the disc's probes, a rival at a bearing not at the disc."""
+    gain, seal = "sensor_gain.y of NDEy", "labyrinth_seal.damping of the bearing right"
+    found = IdentifiedEffect("sensor_gain", gain, {"y": 0.1}, {}, (gain,), False)
+    made = small_diagnosis(status="tie", effects=[found], ties=((seal,),), at={gain: 0.45, seal: 0.6})
+    assert [(one.role, one.places[0].begin) for one in located(made)] == [("found", 0.45), ("rival", 0.6)]
 
 
 def test_a_rival_of_another_injector_is_marked_at_that_injector():

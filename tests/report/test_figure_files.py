@@ -14,8 +14,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.report import save_figures, save_png
 from rotorsim.report.browser import chrome
 from rotorsim.report.figure_files import HEADS, figure_csv, figures_of
-from rotorsim.report.page import Block, save_study_page
-from rotorsim.report.theme import compact, style
+from rotorsim.report.page import Block, compact, save_study_page, style
 
 NEEDS_CHROME = pytest.mark.skipif(chrome() is None, reason="no Chromium here; install Debian's package chromium")
 X, Z = np.array([1.0, 2.0, np.nan]), np.array([[-1.0, 0.0, 1.0], [2.0, np.nan, 0.5]])

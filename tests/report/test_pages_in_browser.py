@@ -6,8 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from rotorsim.report.page import Block, save_study_page
-from rotorsim.report.theme import style
+from rotorsim.report.page import Block, save_study_page, style
 from small_diagnosis import blocked, small_diagnosis
 from waiting import window as window_of
 

@@ -21,10 +21,9 @@ from rotorsim.base.files import WriteError
 from rotorsim.machine import machine_text
 from rotorsim.report.figure_files import figures_of, save_png
 from rotorsim.report.orbit import instants
-from rotorsim.report.page import write
+from rotorsim.report.page import compact, phase_lag, write
 from rotorsim.report.record import write_report
 from rotorsim.report.run import analyse
-from rotorsim.report.theme import compact, phase_lag
 from rotorsim.signals.record_blocks import envelopes
 
 EVIL = 'name = "<script>alert(1)</script>"\ndescription = "a & b </pre><img src=x onerror=alert(2)>"\n'

@@ -17,7 +17,7 @@ from studies.thesis.experiments import limit, measures
 from studies.thesis.experiments.pages import HEADS, markdown, plain, rows
 from studies.thesis.experiments.run import Found, reached
 from studies.thesis.experiments.table import (
-    Experiment,
+    FactorStudy,
     changed,
     chosen_experiments,
     experiments,
@@ -47,7 +47,7 @@ def machine():
 def one(**changes):
     table = dict(name="one", words="unbalance", fields=("effects.unbalance.me",), factors=(1.0, 2.0), measure="runout",
                  figures=("I4.before",), why="assumed") | changes  # fmt: skip
-    return Experiment(**table)
+    return FactorStudy(**table)
 
 
 def test_every_claim_that_is_not_met_has_its_experiment():

