@@ -37,7 +37,7 @@ from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
 from rotorsim.discrepancy.changes import MAIN, PLANE
 from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
-from rotorsim.discrepancy.fit import ParameterFit, fit_parameters, foreseen
+from rotorsim.discrepancy.fit import ParameterFit, fit_parameters, foreseen, prior_rows
 from rotorsim.discrepancy.trial import Trial, delayed, turns_of
 from rotorsim.discrepancy.twin import of_axis
 
