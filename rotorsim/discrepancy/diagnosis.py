@@ -387,8 +387,8 @@ class DiagnosisRun:
             notes.append(SEEN_FROM.format("; ".join(f"{key} {size}" for key, size in self.seen_from.items())))
         if judgement.verdict.best is not None and not flags:
             notes.append(FAINT.format(base.cost - judgement.verdict.best.fit.cost))
-        found = None if self.laws is not None else self._beyond_catalogue(base, flags, apart, judgement, notes)
-        return self._result(base, flags, judgement, search, notes) if found is None else found
+        other = None if self.laws is not None else self._beyond_catalogue(base, flags, apart, judgement, notes)
+        return self._result(base, flags, judgement, search, notes) if other is None else other
 
     def _beyond_catalogue(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], judgement: Judgement, notes: list[str]
@@ -470,8 +470,9 @@ class DiagnosisRun:
             found = own._result(base, flags, replace(judgement, odds=odds), search, [*notes, *judgement.notes])
             [proposal] = [one for one in laws if one.names == best.keys[0]]
             law = discovered(proposal, found.effects[0], p, rivals, seen["fit"], best.fit.residual)
-        own = {"seen_from": self.seen_from, "discovered": law}
-        return replace(found, status="discovered", effects=(), ties=(), planner=None, **own)
+        return replace(
+            found, status="discovered", effects=(), ties=(), planner=None, seen_from=self.seen_from, discovered=law
+        )
 
     def _judged(
         self, base: ParameterFit, flags: list[Misfit], verdict: SearchVerdict, search: EffectSearch | None, share: float
