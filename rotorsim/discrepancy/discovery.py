@@ -25,7 +25,7 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import fmin
 
 from rotorsim.base.cache import in_cache
 from rotorsim.base.files import write_text
@@ -203,10 +203,10 @@ def _shaped(fit: ObservedPlaces, base: ParameterFit, place: str, terms: Sequence
         cross, g = J.T @ S, np.concatenate([g0, S.T @ fit.residual])
         return -float(g @ answer(np.linalg.lstsq, np.block([[H, cross], [cross.T, S.T @ S]]), g, rcond=1e-12)[0])
 
-    found = minimize(rise, np.zeros(len(start)), method="Nelder-Mead",
-                     options={"maxfev": 30 * len(start), "xatol": 1e-3, "fatol": 0.5,
-                              "initial_simplex": SIMPLEX * np.eye(len(start) + 1)[:, 1:]})  # fmt: skip
-    return at(found.x)
+    simplex = SIMPLEX * np.eye(len(start) + 1)[:, 1:]
+    found = fmin(rise, np.zeros(len(start)), xtol=1e-3, ftol=0.5, maxfun=30 * len(start), disp=False,
+                 initial_simplex=simplex)  # fmt: skip
+    return at(np.asarray(found))
 
 
 def solved(
