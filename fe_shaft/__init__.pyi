@@ -1,3 +1,4 @@
+from .assembly import ReducedRotor as ReducedRotor, modal_reduction as modal_reduction
 from .campbell import CampbellResult as CampbellResult
 from .critical import (
     CriticalSpeedResult as CriticalSpeedResult,
@@ -5,7 +6,6 @@ from .critical import (
     UcsResult as UcsResult,
 )
 from .modal import ModalResult as ModalResult
-from .reduction import ReducedRotor as ReducedRotor, modal_reduction as modal_reduction
 from .response import ForcedResult as ForcedResult, Receptance as Receptance, StaticResult as StaticResult
 from .rotor import Rotor as Rotor
 from .shaft import (

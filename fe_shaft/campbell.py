@@ -10,7 +10,7 @@ takes to be certain which mode becomes which.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +21,7 @@ from fe_shaft import modal
 from fe_shaft.assembly import AssembledRotor, loose_motions
 from fe_shaft.follower import through
 from fe_shaft.modal import dataset
-from fe_shaft.pencil import OSCILLATES, Modes, Quotient, Region, SecondOrder
+from fe_shaft.pencil import OSCILLATES, Modes, Region, SecondOrder
 from fe_shaft.shaft import ShaftError, grid
 from fe_shaft.spectrum import SMALL, counted, everything, refined
 
@@ -146,7 +146,7 @@ def _from_whole(pencil: SecondOrder, count: int) -> tuple[Modes, Region]:
     size = np.abs(known.values)
     highest = float(np.sort(size[known.values.imag > OSCILLATES * size])[:count].max(initial=0.0))
     known = known.take(size < _AROUND * highest)
-    return replace(known, quotient=Quotient(pencil, known.values)), Region(_REACH * highest, _ONE * highest, 1.0)
+    return known, Region(_REACH * highest, _ONE * highest, 1.0)
 
 
 def follow(rotor: AssembledRotor, runs: list[modal.ModalResult]) -> list[NDArray[np.intp]]:

@@ -318,7 +318,7 @@ def make_layout(
         "journal": 2, "journal_a": 4, "journal_b": 4, "journal_rhs": 2, "static_a": 4, "static_rhs": 2, "force": 2,
         "inverse": blocks, "spike": 2 * rows * length, "border": borders * length, "closure": 4 * rows * rows,
         "border_force": 2 * borders, "border_reader": max(n_inj, 1) * borders, "small": 2 * borders,
-        "small_matrix": borders * borders, "lanes": 8 * _round(rows), "convergence": 8,
+        "small_matrix": borders * borders, "lanes": (2 * rows + max(borders, 6)) * _round(rows), "convergence": 8,
         "mu": 1, "slip": 1,
         "outline": grid.n_theta + 3, "places": PLACE * grid.n_theta,
         "stretches": STRETCH * (grid.n_theta + edges), "added": foil * textured * (grid.n_theta + edges),

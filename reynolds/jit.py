@@ -164,7 +164,8 @@ def kernel(
     import numba
     from numba.core import config
 
-    from reynolds.compiler import KernelCache, KernelCompiler, compiling
+    from reynolds.compiler import KernelCompiler, compiling
+    from reynolds.kernel_cache import KernelCache
 
     if config.DISABLE_JIT:
         return function

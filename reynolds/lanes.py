@@ -133,6 +133,167 @@ def _block_product(lanes: int, columns: int) -> Any:
 _rows_of_8, _rows_of_4 = _block_product(8, 2), _block_product(4, 2)
 
 
+def _column_products(lanes: int) -> Any:
+    """Intrinsic: products of a block of `lanes` rows and columns, kept in registers, with several vectors.
+
+    Each y is B x, or y - B x with `keep`, added as `_block_product` adds it.
+    """
+
+    @intrinsic
+    def products(typing, w, block, x, far_x, y, far_y, count, keep):
+        def generate(context, builder, signature, args):
+            data = _data(context, builder, signature.args[0], args[0])
+            block, x, far_x, y, far_y, count, keep = args[1:]
+            places = [ir.Constant(block.type, m) for m in range(lanes)]
+            lead = ir.Constant(block.type, lanes)
+            starts = [builder.add(block, builder.mul(m, lead)) for m in places]
+            columns = [builder.load(_vector_at(builder, data, start, lanes), align=8) for start in starts]
+            with cgutils.for_range(builder, count, intp=count.type) as loop:
+                begin = builder.add(x, builder.mul(loop.index, far_x))
+                sums = [_zero(lanes), _zero(lanes)]
+                for m, column in enumerate(columns):
+                    value = builder.load(builder.gep(data, [builder.add(begin, places[m])]))
+                    sums[m % 2] = builder.fadd(sums[m % 2], builder.fmul(column, _splat(builder, value, lanes)))
+                total = builder.fadd(*sums)
+                target = _vector_at(builder, data, builder.add(y, builder.mul(loop.index, far_y)), lanes)
+                difference = builder.fsub(builder.load(target, align=8), total)
+                builder.store(builder.select(keep, difference, total), target, align=8)
+            return context.get_dummy_value()
+
+        integer = types.intp
+        return types.none(w, *[integer] * 6, types.boolean), generate
+
+    def plain(w: Any, block: int, x: int, far_x: int, y: int, far_y: int, count: int, keep: bool) -> None:
+        for c in range(count):
+            _rows_plain(lanes)(w, block, lanes, x + c * far_x, y + c * far_y, lanes, keep)
+
+    return plain if config.DISABLE_JIT else products
+
+
+_columns_of_8, _columns_of_4 = _column_products(8), _column_products(4)
+
+
+def _tridiagonal(lanes: int) -> Any:
+    """Intrinsic: block of `lanes` rows and columns with a diagonal and those below and above it, by the row."""
+
+    @intrinsic
+    def tridiagonal(typing, w, block, below, diagonal, above):
+        def generate(context, builder, signature, args):
+            data = _data(context, builder, signature.args[0], args[0])
+            parts = [builder.load(_vector_at(builder, data, at, lanes), align=8) for at in args[2:]]
+            bits = ir.VectorType(ir.IntType(1), lanes)
+            for c in range(lanes):
+                column = _zero(lanes)
+                for row, part in zip((c + 1, c, c - 1), parts, strict=True):
+                    column = builder.select(ir.Constant(bits, [int(k == row) for k in range(lanes)]), part, column)
+                at = builder.add(args[1], ir.Constant(args[1].type, c * lanes))
+                builder.store(column, _vector_at(builder, data, at, lanes), align=8)
+            return context.get_dummy_value()
+
+        return types.none(w, *[types.intp] * 4), generate
+
+    def plain(w: Any, block: int, below: int, diagonal: int, above: int) -> None:
+        part = w[block : block + lanes * lanes].reshape(lanes, lanes)
+        part[:] = 0.0
+        for c in range(lanes):
+            for row, at in ((c + 1, below), (c, diagonal), (c - 1, above)):
+                if 0 <= row < lanes:
+                    part[c, row] = w[at + row]
+
+    return plain if config.DISABLE_JIT else tridiagonal
+
+
+_tridiagonal_8, _tridiagonal_4 = _tridiagonal(8), _tridiagonal(4)
+
+
+def _less_scaled(lanes: int) -> Any:
+    """Intrinsic B = B - T A F for blocks of `lanes` rows and columns, with T and F diagonal."""
+
+    @intrinsic
+    def less(typing, w, block, t, a, f):
+        def generate(context, builder, signature, args):
+            data = _data(context, builder, signature.args[0], args[0])
+            block, t, a, f = args[1:]
+            rows = builder.load(_vector_at(builder, data, t, lanes), align=8)
+            for c in range(lanes):
+                column = ir.Constant(block.type, c * lanes)
+                target = _vector_at(builder, data, builder.add(block, column), lanes)
+                part = builder.load(_vector_at(builder, data, builder.add(a, column), lanes), align=8)
+                factor = builder.load(builder.gep(data, [builder.add(f, ir.Constant(f.type, c))]))
+                product = builder.fmul(builder.fmul(rows, part), _splat(builder, factor, lanes))
+                builder.store(builder.fsub(builder.load(target, align=8), product), target, align=8)
+            return context.get_dummy_value()
+
+        return types.none(w, *[types.intp] * 4), generate
+
+    def plain(w: Any, block: int, t: int, a: int, f: int) -> None:
+        part, other = (w[o : o + lanes * lanes].reshape(lanes, lanes) for o in (block, a))
+        part -= w[t : t + lanes] * other * w[f : f + lanes, None]
+
+    return plain if config.DISABLE_JIT else less
+
+
+_less_scaled_8, _less_scaled_4 = _less_scaled(8), _less_scaled(4)
+
+
+def _inverses(lanes: int) -> Any:
+    """Intrinsic: inverses, in place and side by side, of two blocks of `lanes` rows, which stay in registers."""
+
+    def generate(context, builder, signature, args):
+        data = _data(context, builder, signature.args[0], args[0])
+        places = [
+            [
+                _vector_at(builder, data, builder.add(block, ir.Constant(block.type, c * lanes)), lanes)
+                for c in range(lanes)
+            ]
+            for block in args[1:]
+        ]
+        blocks = [[builder.load(place, align=8) for place in one] for one in places]
+        integers = ir.VectorType(ir.IntType(32), lanes)
+        for c in range(lanes):
+            lane = ir.Constant(integers, [c] * lanes)
+            own_lane = ir.Constant(ir.VectorType(ir.IntType(1), lanes), [int(k == c) for k in range(lanes)])
+            for block in blocks:
+                own = block[c]
+                pivot = builder.fdiv(
+                    ir.Constant(_DOUBLE, 1.0), builder.extract_element(own, ir.Constant(ir.IntType(32), c))
+                )
+                pivots = _splat(builder, pivot, lanes)
+                for b in range(lanes):
+                    if b != c:
+                        spread = builder.shuffle_vector(block[b], ir.Constant(own.type, ir.Undefined), lane)
+                        factor = builder.fmul(spread, pivots)
+                        block[b] = builder.select(own_lane, factor, builder.fsub(block[b], builder.fmul(own, factor)))
+                block[c] = builder.select(own_lane, pivots, builder.fmul(own, builder.fneg(pivots)))
+        for one, block in zip(places, blocks, strict=True):
+            for place, column in zip(one, block, strict=True):
+                builder.store(column, place, align=8)
+        return context.get_dummy_value()
+
+    @intrinsic
+    def inverses(typing, w, a, b):
+        return types.none(w, types.intp, types.intp), generate
+
+    def plain(w: Any, *blocks: int) -> None:
+        for block in blocks:
+            columns = w[block : block + lanes * lanes].reshape(lanes, lanes)
+            for c in range(lanes):
+                pivot = 1.0 / columns[c, c]
+                own = columns[c].copy()
+                for b in range(lanes):
+                    if b != c:
+                        factor = columns[b, c] * pivot
+                        columns[b] -= own * factor
+                        columns[b, c] = factor
+                columns[c] = own * -pivot
+                columns[c, c] = pivot
+
+    return plain if config.DISABLE_JIT else inverses
+
+
+_invert_8, _invert_4 = _inverses(8), _inverses(4)
+
+
 def _any_above(lanes: int) -> Any:
     """Intrinsic: whether the size of one of `lanes` values from x is above a limit."""
 
@@ -288,6 +449,75 @@ def multiply(w, block, x, y, n, keep):
         for m in range(n):
             a += w[block + m * n + r] * w[x + m]
         w[y + r] = w[y + r] - a if keep else a
+
+
+@inlined
+def multiply_columns(w, block, x, far_x, y, far_y, n, count, keep):
+    """`multiply` for `count` vectors, at distances far_x and far_y."""
+    if count > 1 and n == 8:
+        _columns_of_8(w, block, x, far_x, y, far_y, count, keep)
+    elif count > 1 and n == 4:
+        _columns_of_4(w, block, x, far_x, y, far_y, count, keep)
+    else:
+        for c in range(count):
+            multiply(w, block, x + c * far_x, y + c * far_y, n, keep)
+
+
+@inlined
+def tridiagonal(w, block, below, diagonal, above, n):
+    """Fill the n x n block with a diagonal and those below and above it, by the row."""
+    if n == 8:
+        _tridiagonal_8(w, block, below, diagonal, above)
+    elif n == 4:
+        _tridiagonal_4(w, block, below, diagonal, above)
+    else:
+        for e in range(n * n):
+            w[block + e] = 0.0
+        for a in range(n):
+            w[block + a * n + a] = w[diagonal + a]
+            if a > 0:
+                w[block + (a - 1) * n + a] = w[below + a]
+            if a < n - 1:
+                w[block + (a + 1) * n + a] = w[above + a]
+
+
+@inlined
+def less_scaled(w, block, t, a, f, n):
+    """B = B - T A F for the n x n blocks at offsets block and a, with the diagonal T and F at t and f."""
+    if n == 8:
+        _less_scaled_8(w, block, t, a, f)
+    elif n == 4:
+        _less_scaled_4(w, block, t, a, f)
+    else:
+        for c in range(n):
+            for r in range(n):
+                w[block + c * n + r] -= w[t + r] * w[a + c * n + r] * w[f + c]
+
+
+@inlined
+def invert_two(w, a, b, n):
+    """Invert the n x n blocks at offsets a and b in place, by Gauss-Jordan without pivoting, side by side."""
+    if n == 8:
+        _invert_8(w, a, b)
+    elif n == 4:
+        _invert_4(w, a, b)
+    else:
+        for c in range(n):
+            clear_column(w, a, n, c)
+            clear_column(w, b, n, c)
+
+
+@inlined
+def clear_column(w, block, n, c):
+    """Column c of Gauss-Jordan's inversion; a column is written whole, since it is read whole in the next turn."""
+    own = block + c * n
+    pivot = 1.0 / w[own + c]
+    for b in range(n):
+        if b != c:
+            column = block + b * n
+            factor = w[column + c] * pivot
+            clear(w, column, own, factor, factor, c, n, True)
+    clear(w, own, own, -pivot, pivot, c, n, False)
 
 
 @inlined

@@ -29,6 +29,10 @@ from reynolds.ring import close_ring, close_spike, factor, open_solve, spike_rhs
 
 RATE, AGE, FACTORISATIONS, ITERATIONS = 0, 1, 2, 3
 """Places in w[convergence]: estimated rate, stages since it was measured, and two counters."""
+SURPRISE, FRESH = 6, 7
+"""Places in w[convergence]: largest first correction of the stage, and whether the next solve factorises."""
+FAR = 0.03
+"""First correction above which starting values are linear in time and every stage has factors of its own."""
 MAX_AGE = 48
 NEAR = 0.1
 """Correction above which factors of the present state would not last to the answer."""
@@ -82,11 +86,11 @@ def refresh(w, ix, F, L, U, iadt):
     for border in range(L.n_border):
         border_column(w, ix, F, L, U, iadt, border, L.border + border * L.length)
     open_solve(w, L, L.spike, 2 * L.n_rows + L.n_border)
-    for c in range(2 * L.n_rows + L.n_border):
-        if c < 2 * L.n_rows:
-            close_spike(w, L, c)
-        else:
-            keep_border(w, ix, L, c - 2 * L.n_rows)
+    for c in range(2 * L.n_rows):
+        close_spike(w, L, c)
+    close_ring(w, L, L.border, L.n_border)
+    for border in range(L.n_border):
+        keep_border(w, ix, L, border)
     w[L.convergence + FACTORISATIONS] += 1.0
     w[L.convergence + AGE] = MAX_AGE
 
@@ -131,9 +135,8 @@ def gap_terms(w, F, L, U):
 
 @inlined
 def keep_border(w, ix, L, border):
-    """Close the ring for a border column, and store what injectors and journal read of it."""
+    """Store what injectors and journal read of a border's solution."""
     column = L.border + border * L.length
-    close_ring(w, L, column)
     fx, fy = read_force(w, L, column)
     if L.textured == 1 and border >= L.n_inj:
         slope = L.push + 2 + 2 * (border - L.n_inj)
@@ -321,7 +324,7 @@ def solve_ring(w, L):
     """Solution of the ring alone, without borders, for the residual in r."""
     scale_rows(w, L)
     open_solve(w, L, L.r, 1)
-    close_ring(w, L, L.r)
+    close_ring(w, L, L.r, 1)
 
 
 @inlined
@@ -334,7 +337,9 @@ def judge_correction(w, c, n, size, before, tolerance, patient):
         return NOT_CONVERGED
     rate = w[c + RATE]
     known = w[c + AGE] < MAX_AGE
-    if n > 1:
+    if n == 1:
+        w[c + SURPRISE] = max(w[c + SURPRISE], size)
+    else:
         rate = size / before
         w[c + RATE] = max(rate, 0.02)
         w[c + AGE] = 0.0

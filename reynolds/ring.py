@@ -18,7 +18,19 @@ Cites: golub_2013.
 from __future__ import annotations
 
 from reynolds.jit import inlined
-from reynolds.lanes import add_columns, clear, copy, exceed, less_product, multiply, times
+from reynolds.lanes import (
+    add_columns,
+    clear_column,
+    copy,
+    exceed,
+    invert_two,
+    less_product,
+    less_scaled,
+    multiply,
+    multiply_columns,
+    times,
+    tridiagonal,
+)
 
 REACH = 5
 """Place in w[convergence] of the number of lines to either side of a cut at which its spike is not faded."""
@@ -33,31 +45,10 @@ def invert_block(w, block, n):
 
 
 @inlined
-def clear_column(w, block, n, c):
-    """Column c of `invert_block`; a column is written whole, since it is read whole in the next turn."""
-    own = block + c * n
-    pivot = 1.0 / w[own + c]
-    for b in range(n):
-        if b != c:
-            column = block + b * n
-            factor = w[column + c] * pivot
-            clear(w, column, own, factor, factor, c, n, True)
-    clear(w, own, own, -pivot, pivot, c, n, False)
-
-
-@inlined
 def load_block(w, L, i, k):
     """Write the tridiagonal block of the line starting at cell k into inverse block i."""
     n = L.n_rows
-    block = L.inverse + i * n * n
-    for e in range(n * n):
-        w[block + e] = 0.0
-    for a in range(n):
-        w[block + a * n + a] = w[L.diag + k + a]
-        if a > 0:
-            w[block + (a - 1) * n + a] = w[L.down + k + a]
-        if a < n - 1:
-            w[block + (a + 1) * n + a] = w[L.up + k + a]
+    tridiagonal(w, L.inverse + i * n * n, L.down + k, L.diag + k, L.up + k, n)
 
 
 @inlined
@@ -66,11 +57,11 @@ def eliminate(w, L, i, other, to_other, from_other):
     n = L.n_rows
     k, ko = L.first + i * L.stride, L.first + other * L.stride
     block, inverse = L.inverse + i * n * n, L.inverse + other * n * n
-    for b in range(n):
-        for a in range(n):
-            if L.textured == 0:
-                w[block + b * n + a] -= w[to_other + k + a] * w[inverse + b * n + a] * w[from_other + ko + b]
-            else:
+    if L.textured == 0:
+        less_scaled(w, block, to_other + k, inverse, from_other + ko, n)
+    else:
+        for b in range(n):
+            for a in range(n):
                 for p in range(max(a - 1, 0), min(a + 2, n)):
                     for q in range(max(b - 1, 0), min(b + 2, n)):
                         left, right = corner(L, to_other, p - a) + k + a, corner(L, from_other, b - q) + ko + q
@@ -127,15 +118,11 @@ def factor(w, L):
         for cut in range(0, L.n_theta, half):
             load_line(w, L, cut + step, step > 1, False)
             load_line(w, L, cut + half - step, False, step > 1)
-        for c in range(n):
-            for cut in range(0, L.n_theta, half):
-                clear_column(w, L.inverse + (cut + step) * n * n, n, c)
-                clear_column(w, L.inverse + (cut + half - step) * n * n, n, c)
+        for cut in range(0, L.n_theta, half):
+            invert_two(w, L.inverse + (cut + step) * n * n, L.inverse + (cut + half - step) * n * n, n)
     for cut in range(0, L.n_theta, half):
         load_line(w, L, cut + middle, True, True)
-    for c in range(n):
-        for cut in range(0, L.n_theta, half):
-            clear_column(w, L.inverse + (cut + middle) * n * n, n, c)
+    invert_two(w, L.inverse + middle * n * n, L.inverse + (half + middle) * n * n, n)
 
 
 @inlined
@@ -208,10 +195,6 @@ def strong_beyond(w, L, c, reach):
     return False
 
 
-BOTH = 2
-"""In place of one of the two cuts 0 and 1."""
-
-
 @inlined
 def open_solve(w, L, columns, count):
     """Solve the four open chains in place for `count` right-hand sides from offset `columns`; the cut lines stay.
@@ -219,55 +202,89 @@ def open_solve(w, L, columns, count):
     Several are the spikes, zero but for the lines next to their cut, where the chains from the other cut begin with
     zeros, and the borders. A line is solved for all of them before the next one: they do not wait for each other.
     """
-    n, s, half, middle = L.n_rows, L.stride, L.n_theta // 2, L.n_theta // 4
-    lead = (n + 7) // 8 * 8
+    half, middle = L.n_theta // 2, L.n_theta // 4
     for step in range(1, middle):
         for cut in range(2):
-            x = L.lanes + 2 * cut * lead
             i, j = cut * half + step, cut * half + half - step
-            a, b = L.first + i * s, L.first + j * s
-            for c in range(count):
-                r = columns + c * L.length
-                next_to = BOTH if count == 1 else min(c // n, BOTH)
-                if next_to != 1 - cut:
-                    if step == 1:
-                        copy(w, x, r + a, n)
-                    else:
-                        less_line(w, L, x, r + a, L.west, a, r + a - s)
-                    multiply(w, L.inverse + i * n * n, x, r + a, n, False)
-                if next_to != cut:
-                    if step == 1:
-                        copy(w, x + lead, r + b, n)
-                    else:
-                        less_line(w, L, x + lead, r + b, L.east, b, r + b + s)
-                    multiply(w, L.inverse + j * n * n, x + lead, r + b, n, False)
+            for group in range(1 if count == 1 else 2):
+                first, number = columns_from(L, columns, count, cut, group)
+                solve_line(w, L, i, first, number, 2 * cut, step > 1, False, False)
+                first, number = columns_from(L, columns, count, 1 - cut, group)
+                solve_line(w, L, j, first, number, 2 * cut + 1, False, step > 1, False)
     for cut in range(2):
-        x = L.lanes + 2 * cut * lead
-        i = cut * half + middle
-        a = L.first + i * s
-        for c in range(count):
-            r = columns + c * L.length
-            less_line(w, L, x, r + a, L.west, a, r + a - s)
-            less_line(w, L, x, x, L.east, a, r + a + s)
-            multiply(w, L.inverse + i * n * n, x, r + a, n, False)
+        solve_line(w, L, cut * half + middle, columns, count, 2 * cut, True, True, False)
     for back in range(1, middle):
         for cut in range(2):
-            x = L.lanes + 2 * cut * lead
             i, j = cut * half + middle - back, cut * half + middle + back
-            a, b = L.first + i * s, L.first + j * s
-            for c in range(count):
-                r = columns + c * L.length
-                times_line(w, L, x, L.east, a, r + a + s)
-                times_line(w, L, x + lead, L.west, b, r + b - s)
-                multiply(w, L.inverse + i * n * n, x, r + a, n, True)
-                multiply(w, L.inverse + j * n * n, x + lead, r + b, n, True)
+            solve_line(w, L, i, columns, count, 2 * cut, False, True, True)
+            solve_line(w, L, j, columns, count, 2 * cut + 1, True, False, True)
 
 
 @inlined
-def close_ring(w, L, r):
-    """Turn the open chains' solution at offset r into the ring's; edge values become 0."""
+def columns_from(L, columns, count, cut, group):
+    """Offset and number of the columns that a chain from a cut begins with: its spikes, or (group 1) the borders."""
+    n = L.n_rows
+    if count == 1:
+        return columns, 1
+    return (columns + cut * n * L.length, n) if group == 0 else (columns + 2 * n * L.length, count - 2 * n)
+
+
+@inlined
+def solve_line(w, L, i, columns, count, lane, after_west, after_east, back):
+    """Solve line i for `count` right-hand sides less what the lines to its sides add; `back` takes it from the line."""
+    n, lead = L.n_rows, (L.n_rows + 7) // 8 * 8
+    a = L.first + i * L.stride
+    x = L.lanes + (lane * lead if count == 1 else 0)
+    for c in range(count):
+        r, y = columns + c * L.length + a, x + c * lead
+        if back:
+            times_line(w, L, y, L.west if after_west else L.east, a, r - L.stride if after_west else r + L.stride)
+        elif after_west:
+            less_line(w, L, y, r, L.west, a, r - L.stride)
+            if after_east:
+                less_line(w, L, y, y, L.east, a, r + L.stride)
+        elif after_east:
+            less_line(w, L, y, r, L.east, a, r + L.stride)
+        else:
+            copy(w, y, r, n)
+    multiply_columns(w, L.inverse + i * n * n, x, lead, columns + a, L.length, n, count, back)
+
+
+@inlined
+def close_ring(w, L, columns, count):
+    """Turn the open chains' solutions, `count` from offset `columns`, into the ring's; edge values become 0.
+
+    Each part of the spikes is added to all of them before the next part is read.
+    """
     n, s, half = L.n_rows, L.stride, L.n_theta // 2
-    known, cuts = L.lanes, L.lanes + (2 * n + 7) // 8 * 8
+    room = (2 * n + 7) // 8 * 8
+    cuts = L.lanes + room
+    for c in range(count):
+        solve_cuts(w, L, columns + c * L.length, L.lanes, cuts + c * room)
+    lines = lines_at_once(L)
+    for near in range(0, half, lines):
+        if near < w[L.convergence + REACH]:
+            far = near + lines
+            second = L.spike + n * L.length
+            # from the edge before a line, which is 0, to the last one's row: full lines of the cache
+            after = L.first + (near + 1) * s - 1
+            for c in range(count):
+                r, one, two = columns + c * L.length, cuts + c * room, cuts + c * room + n
+                add_columns(w, r, L.spike, L.length, one, n, after, lines * s)
+                add_columns(w, r, L.spike, L.length, one, n, L.first + (L.n_theta - far) * s, lines * s)
+                add_columns(w, r, second, L.length, two, n, after + half * s, lines * s)
+                add_columns(w, r, second, L.length, two, n, L.first + (half - far) * s, lines * s)
+    for c in range(count):
+        r = columns + c * L.length
+        for a in range(n):
+            w[r + L.first + a] = -w[cuts + c * room + a]
+            w[r + L.first + half * s + a] = -w[cuts + c * room + n + a]
+
+
+@inlined
+def solve_cuts(w, L, r, known, cuts):
+    """Negative values at the cut lines, to offset `cuts`, for the open chains' solution at offset r."""
+    n, s, half = L.n_rows, L.stride, L.n_theta // 2
     for i in range(L.n_theta):
         for e in range(n, s):
             w[r + L.first + i * s + e] = 0.0
@@ -279,20 +296,6 @@ def close_ring(w, L, r):
     for a in range(2 * n):
         w[cuts + a] = 0.0
     multiply(w, L.closure, known, cuts, 2 * n, True)
-    lines = lines_at_once(L)
-    for near in range(0, half, lines):
-        if near < w[L.convergence + REACH]:
-            far = near + lines
-            second = L.spike + n * L.length
-            # from the edge before a line, which is 0, to the last one's row: full lines of the cache
-            after = L.first + (near + 1) * s - 1
-            add_columns(w, r, L.spike, L.length, cuts, n, after, lines * s)
-            add_columns(w, r, L.spike, L.length, cuts, n, L.first + (L.n_theta - far) * s, lines * s)
-            add_columns(w, r, second, L.length, cuts + n, n, after + half * s, lines * s)
-            add_columns(w, r, second, L.length, cuts + n, n, L.first + (half - far) * s, lines * s)
-    for a in range(n):
-        w[r + L.first + a] = -w[cuts + a]
-        w[r + L.first + half * s + a] = -w[cuts + n + a]
 
 
 @inlined

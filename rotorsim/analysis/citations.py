@@ -21,7 +21,7 @@ from rotorsim.machine import Machine, load_machine
 RESULTS = (".json", ".mat")
 KINDS = ("law", "linear", "lpv")
 """Endings of files of models and laws, and what they call themselves."""
-SHAFT = ("elements", "rotor", "modal", "reduction")
+SHAFT = ("elements", "rotor", "modal", "assembly")
 """Modules of `fe_shaft` from which a plant takes its rotor."""
 FILM = ("film", "residual", "transient", "newton", "ring")
 """Modules of `reynolds` with which a plant solves its film."""

@@ -174,8 +174,11 @@ def cores() -> int:
 
 
 def spread(function: Callable[..., Any], calls: Sequence[tuple], workers: int) -> Iterator[tuple[int, Any]]:
-    """(number, result) of calls of a module's function, in the order of completion; in this process for one worker."""
-    if workers <= 1:
+    """(number, result) of calls of a module's function, in the order of completion; in this process for one worker.
+
+    Where the system allows no more threads and processes, it is one.
+    """
+    if workers <= 1 or not _more_allowed():
         with one_thread():  # the matrices are small: more threads only wait for each other
             for number, arguments in enumerate(calls):
                 yield number, function(*arguments)
@@ -188,12 +191,21 @@ def spread(function: Callable[..., Any], calls: Sequence[tuple], workers: int) -
 
 @contextmanager
 def processes(workers: int) -> Iterator[Each]:
-    """A `map` over some processes of one thread each; in this process for one worker."""
-    if workers <= 1:
+    """A `map` over some processes of one thread each; in this process for one worker, and as in `spread`."""
+    if workers <= 1 or not _more_allowed():
         yield map
         return
     with Processes(workers) as pool:
         yield pool.map
+
+
+def _more_allowed() -> bool:
+    """Whether the system lets this process start another thread."""
+    try:
+        threading.Thread(target=int).start()
+    except RuntimeError:
+        return False
+    return True
 
 
 def _main_program() -> dict[str, Any]:

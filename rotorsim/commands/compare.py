@@ -83,7 +83,7 @@ def compare(
         return
     for peak in peaks:
         change = peak.get("um_change")
-        end = "" if peak["local_maximum"] else " at the end of the run"
+        end = "" if peak["local_maximum"] else " at an end of the tracked speeds"
         more = "" if change is None else f", {100 * change:+.1f} % against the first"
         typer.echo(f"{peak['run']}, {peak['axis']}: {peak['um']:.3g} um 0-pk at {peak['rpm']:.0f} rpm{end}{more}")
     print_files(folder.files)

@@ -281,9 +281,9 @@ def _asked(found: Examination, record: xr.Dataset, name: str) -> Examination:
     from rotorsim.discrepancy.run_ups import refusal as undiagnosed
 
     asked = [use for use in FITS if found.fit(use)]
-    said = dict.fromkeys(asked, refusal(record) if asked else "")
-    said["diagnosis"] = undiagnosed(record, name) if found.fit("diagnosis") else ""
-    return replace(found, refused={**found.refused, **{use: why for use, why in said.items() if why}})
+    stated = dict.fromkeys(asked, refusal(record) if asked else "")
+    stated["diagnosis"] = undiagnosed(record, name) if found.fit("diagnosis") else ""
+    return replace(found, refused={**found.refused, **{use: why for use, why in stated.items() if why}})
 
 
 def _summary(found: Examination) -> str:

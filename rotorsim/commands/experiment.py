@@ -259,7 +259,7 @@ def run_experiment(
         outcome = record(plant, experiment, path, number, progress=not result.as_json)
         leave_if_empty(outcome, path)
         with reporting_kept_samples(path):
-            _report(path, folder, experiment, outcome)
+            _report(path, folder, plant, experiment, outcome)
     leave_if_cut(outcome, path)
 
 
@@ -277,12 +277,13 @@ def read_seed(text: str) -> int:
     return int(text)
 
 
-def _report(path: Path, folder: ResultFolder, experiment: Experiment, outcome: Outcome) -> None:
+def _report(path: Path, folder: ResultFolder, plant: Plant, experiment: Experiment, outcome: Outcome) -> None:
     """Write the page of a record and print its results as a table or as JSON."""
+    from rotorsim.analysis.shaft_motion import passed_too_fast
     from rotorsim.experiments.summary import summarise_experiment
     from rotorsim.report.page import write_page
     from rotorsim.report.record import results as swept_rows, run_page
-    from rotorsim.report.run import analyse
+    from rotorsim.report.run import FAST, analyse
     from rotorsim.report.units import unit_system
     from rotorsim.signals.record_blocks import open_record
 
@@ -290,6 +291,9 @@ def _report(path: Path, folder: ResultFolder, experiment: Experiment, outcome: O
         summary = summarise_experiment(data)
         rows = result_rows(summary) + experiment.table(summary)
         rows += [("Beyond the checked range", text) for text in summary.get("beyond_checked_range", ())]
+        if experiment.swept and (text := passed_too_fast(plant, data, experiment.initial()[1])):
+            data = data.assign_attrs({FAST: text})
+            summary, rows = summary | {FAST: text}, [*rows, ("Passed too fast", text)]
         run = analyse(data) if experiment.swept or folder.options.report else None
         if run is not None and experiment.swept:
             summary |= run.summary

@@ -234,8 +234,9 @@ def identification_vs_physics(
     refuse_campaign(out)
     plant, layout = options.plant_of(machine), _layout(quick, speed, pressure)
     from rotorsim.report.page import save_study_page
-    from rotorsim.study.identification_vs_physics import HEADS, identification_blocks, rows, study, summary
+    from rotorsim.study.identification_vs_physics import HEADS, rows, study, summary
     from rotorsim.study.identify_records import COUNTED, run, sources_of
+    from rotorsim.study.pages import identification_blocks
 
     records = [str(folder.absolute()) for folder in campaign or []]
     inputs = {"kind": "identification", "machine": plant.machine.hash, "records": records, "surfaces": surfaces}

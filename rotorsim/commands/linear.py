@@ -162,7 +162,8 @@ def _operating_line(
     """
     from rotorsim.analysis.axes import read_axis
 
-    given, supply = speeds and read_axis("speeds", speeds, "rad/s"), quantity("pressure", pressure or SUPPLY, "Pa")
+    given = None if speeds is None else read_axis("speeds", speeds, "rad/s")
+    supply = quantity("pressure", pressure or SUPPLY, "Pa")
     plant = settings.plant(machine)
     from rotorsim.analysis.campbell import default_speeds
 

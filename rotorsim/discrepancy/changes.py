@@ -108,7 +108,7 @@ def ring_axes(angle: float) -> np.ndarray:
 
 def with_ring(machine: Machine, angle: float) -> Machine:
     """The machine with the sensor ring at an angle [rad]."""
-    return machine.with_({"effects": {**machine.effects, RING: (REGISTRY[RING](angle=angle),)}})  # type: ignore[call-arg]
+    return machine.with_({"effects": {**machine.effects, RING: (REGISTRY[RING](angle=angle),)}})
 
 
 def _of_paths(machine: Machine, table: Mapping[str, Any], name: str) -> dict[str, float]:

@@ -40,7 +40,7 @@ from rotorsim.discrepancy.data_vector import (
     repeats,
 )
 from rotorsim.discrepancy.trial import TURNING, Trial, clock_offset, delayed
-from rotorsim.discrepancy.twin import NO_SOLUTION, Twin
+from rotorsim.discrepancy.twin import NO_SOLUTION, Setting, Twin, turned_in
 
 SOURCES = (*RUNS, "rotorsim/analysis", "rotorsim/discrepancy")
 """Source folders and files whose change makes cached responses stale."""
@@ -122,7 +122,7 @@ class TwinComparison:
     def _simulated(
         self, point: ParameterPoint, twin: Twin, whole: bool, near: ParameterPoint | None
     ) -> list[np.ndarray]:  # fmt: skip
-        """Spectra as `spectra` returns them, run by the plant."""
+        """Spectra by blocks as the plant makes them."""
         seen: dict[tuple[str, float], int] = {}
         first = [seen.setdefault((t.inputs, round(t.angle, 9)), i) for i, t in enumerate(self.trials)]
         first = first if near is None else self.repeated
@@ -136,7 +136,8 @@ class TwinComparison:
         near: ParameterPoint | None = None,
     ) -> list[np.ndarray]:  # fmt: skip
         """Simulated blocks' DFTs [m] of trials at points, on parallel threads: kernels let go of Python's lock."""
-        twin.assembly  # noqa: B018  (built once, before threads)
+        for trial, point in jobs:
+            plant_of(twin, trial, point, near)[0].assembly  # noqa: B018  (built once, before threads)
         if self.threads < 2 or len(jobs) < 2:
             return [simulate(twin, trial, point, whole, near) for trial, point in jobs]
         with ThreadPoolExecutor(self.threads) as pool:
@@ -416,7 +417,7 @@ def simulate(
     that a record shows in its motion from the first sample on is in that of all its inputs, and one that only turns is
     run over a turn.
     """
-    values = point.setting(twin, trial.speed, trial.pressure, trial.changes)
+    twin, values, begin = plant_of(twin, trial, point, near)
     if trial.settled and twin.machine.film is None:
         ahead, rows, angle = trial.from_motion
         period = trial.length if len(ahead) else 0
@@ -433,7 +434,6 @@ def simulate(
                 return lines
     short = trial.lead > 0 and not whole and not twin.lingers(values, trial.balanced)
     if short and twin.machine.film is not None:
-        begin = None if near is None else near.setting(twin, trial.speed, trial.pressure, trial.changes)
         begin = None if begin is None or twin.lingers(begin, trial.balanced) else begin
         table = twin.over_period(values, *trial.short, trial.pressure, trial.length, begin)[:, :2]
     else:
@@ -442,6 +442,22 @@ def simulate(
     if not np.abs(table).max() < BEYOND:  # nor a number
         return np.full(trial.spectra.shape, NO_SOLUTION, complex)
     return trial.short_lines(table[-trial.length :]) if short else trial.lines(table)
+
+
+def plant_of(
+    twin: Twin, trial: Trial, point: ParameterPoint, near: ParameterPoint | None
+) -> tuple[Twin, Setting, Setting | None]:  # fmt: skip
+    """The twin that runs a trial at a point, its setting there, and that of a `near` point.
+
+    Candidates that are off cost time, so that it has those alone which are turned. With a film all candidates that
+    begin in the motion at one near point share it, in the whole twin.
+    """
+    values, begin = (
+        None if p is None else p.setting(twin, trial.speed, trial.pressure, trial.changes) for p in (point, near)
+    )
+    assert values is not None
+    shared = begin is not None and twin.machine.film is not None and turned_in(begin) != turned_in(values)
+    return (twin if shared else twin.lean(values)), values, begin
 
 
 def rounded(trial: Trial) -> Trial:

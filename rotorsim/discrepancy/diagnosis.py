@@ -317,10 +317,10 @@ class DiagnosisRun:
     """Sentences on calibrated numbers that are far from the machine file."""
     late: str = field(default="", init=False)
     """Sentence where the records fit better with late probes."""
-    laws: tuple[ProposedLaw, ...] | None = None
-    """Laws that the candidates are, where they come from the records and not from the catalogue."""
     seen_from: dict[str, str] = field(default_factory=dict, init=False)
     """Sizes from which the records would have shown candidates."""
+    laws: tuple[ProposedLaw, ...] | None = None
+    """Laws that the candidates are, where they come from the records and not from the catalogue."""
 
     @property
     def fitted(self) -> TwinComparison:

@@ -69,7 +69,7 @@ ONE_AMPLITUDE = (
     "a law is not looked for: all records have one amplitude, at which a force that grows out of proportion is as one "
     "that does not; record the same points with half the excitation, or with a trial weight"
 )
-"""Notes on records that cannot show a law."""
+"""Notes on records of which no law can be identified."""
 MOMENTS = 500
 """Moments of a record that show a law."""
 EQUAL = 6.0
@@ -470,7 +470,7 @@ def of_remembered(laws: Sequence[ProposedLaw], base: ParameterFit, position: flo
 
 
 def cannot_tell(trials: Sequence[Trial]) -> str:
-    """Sentence on what records lack to show a law; empty where nothing is missing."""
+    """Sentence on what records lack of which a law could be identified; empty where nothing is missing."""
     if any(t.orders or not (t.periodic or t.turning) for t in trials):
         return NOT_PERIODIC
     if len({round(t.speed) for t in trials}) < 2:

@@ -339,9 +339,9 @@ class Diagnosis(Shown, Findings, Reported):
                 for e in self.explanations if e.probability >= LEAST_SHOWN
             ],
             "prior_sizes": dict(self.priors),
+            "seen_from": dict(self.seen_from),
             **({} if self.discovered is None else {"discovered": self.discovered.as_dict()}),
             **({} if self.stochastic is None else {"stochastic": asdict(self.stochastic)}),
-            "seen_from": dict(self.seen_from),
             **({} if self.planned is None else {"plan": self.planned.as_dict()}),
             **({} if self.steps is None else {"steps": self.steps.as_dict()}),
             "tried": list(self.tried),

@@ -60,7 +60,7 @@ class StochasticForce:
     """A force or a change that does not repeat, with its place.
 
     kind : 'broadband force', 'line' or 'drift'
-    place : disc, bearing or part; `others` are not distinguished from it
+    place : disc, bearing or part; `others` cannot be distinguished from it
     size, sd : of a broadband force [N/sqrt(Hz)] and of a line [N rms] along x and y; of a drift the mean change of
         `what` and its scatter
     order : share of the speed of a line, 0 without one

@@ -303,6 +303,14 @@ class Twin:
         return self.equipped[1]
 
     @cached_property
+    def _lean(self) -> dict[tuple[str, ...], Twin]:
+        return {}
+
+    def lean(self, setting: Setting) -> Twin:
+        """The twin with the candidates alone that a setting turns: its runs have the same bits and cost less."""
+        return self._lean.setdefault(names := turned_in(setting), replace(self, only=names))
+
+    @cached_property
     def assembly(self) -> Assembly:
         """Kernels and workspace of the neutral setting."""
         return assemble(self.equipped[0])
@@ -483,6 +491,11 @@ class Twin:
 
         filed = {k: v for k, v in setting.items() if getattr(REGISTRY.get(k.split(".")[0]), "port", "") != "supply"}
         return regulator_pressure(self.set(filed), speed, pressure)
+
+
+def turned_in(setting: Setting) -> tuple[str, ...]:
+    """Effects that a setting turns."""
+    return tuple(sorted({k.split(".")[0] for k in setting if "." in k and not k.startswith("bearing.")}))
 
 
 def _settles_slowly(key: str) -> bool:

@@ -141,11 +141,14 @@ READ_IN = {"m": "um", "s": "ms", "Pa": "kPa", "N*m": "N*m", "N/m": "MN/m"}
 def equip(machine: Machine) -> Machine:
     """Machine with every effect that can act on it; those missing in the file are neutral."""
     missing = [n for n in sorted(REGISTRY) if n not in machine.effects]
-    for name in sorted(missing, key=lambda n: REGISTRY[n].ends_chain):
-        if _acts(REGISTRY[name], machine):
+    acting = [n for n in sorted(missing, key=lambda n: REGISTRY[n].ends_chain) if _acts(REGISTRY[n], machine)]
+    try:
+        machine = machine.with_({f"effects.{name}": {} for name in acting})
+    except MachineFileError:  # some have no place on this machine
+        for name in acting:
             with suppress(MachineFileError):
-                machine = machine.replace(f"effects.{name}", {})
-    return machine.replace("grid.symmetry", "none") if machine.film is not None else machine
+                machine = machine.with_({f"effects.{name}": {}})
+    return machine.with_({"grid.symmetry": "none"}) if machine.film is not None else machine
 
 
 def _acts(effect: type[Effect], machine: Machine) -> bool:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import MISSING, fields
 from types import NoneType, UnionType, new_class
-from typing import Annotated, Any, ClassVar, Self, Union, cast, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, Union, cast, get_args, get_origin, get_type_hints
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator, model_validator
 
@@ -18,6 +18,11 @@ from rotorsim.base.display import closest, did_you_mean, quote
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import Quantity, quantity_of
 from rotorsim.base.units import quoted
+
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass
+else:
+    ModelMetaclass = type(BaseModel)
 
 SI = {"values": "SI"}
 """Context of a validation whose values are SI floats already, not text with units."""
@@ -46,14 +51,14 @@ def count(doc: str, default: int, *, low: int, high: int, multiple: int = 1) -> 
     return _field(default, Quantity("1", doc, low=low, high=high, multiple=multiple, example=default))
 
 
-class Construction(type(BaseModel)):  # type: ignore[misc]
+class Construction(ModelMetaclass):
     """Metaclass of the parts: a part that is built in Python with values that do not fit is a MachineFileError."""
 
-    def __call__(cls, *values: Any, **named: Any) -> Any:
+    def __call__(self, *values: Any, **named: Any) -> Any:
         try:
             return super().__call__(*values, **named)
         except ValidationError as error:
-            lines = [f"{cls.__name__}.{line}" for line in sentences(error, cast(type[BaseModel], cls))]
+            lines = [f"{self.__name__}.{line}" for line in sentences(error, cast(type[BaseModel], self))]
         raise MachineFileError("\n".join(lines), argument=lines[0].partition(":")[0])
 
 

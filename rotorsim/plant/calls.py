@@ -101,7 +101,8 @@ def alone(function: PortFunction, effect: type[Effect]) -> Any:
     """An effect's kernel, in a module of its own, as a function of `effect_calls` calls it."""
     kernel = getattr(effect, function.kernel)
     text, (files, numbers) = function.write_alone(kernel), sources_of(kernel)
-    files |= set(source_files("reynolds/jit.py", "reynolds/compiler.py", "reynolds/addressed_calls.py"))
+    own = ("jit", "compiler", "kernel_expressions", "kernel_writer", "addressed_calls")
+    files |= set(source_files(*(f"reynolds/{name}.py" for name in own)))
     return load_module(f"rotorsim_effect_{key_of(text, cache_digest(files), numbers)[:16]}", lambda: text).effect
 
 

@@ -17,9 +17,8 @@ from fe_shaft import (
     ShaftElement,
     modal_reduction,
 )
-from fe_shaft.assembly import AssembledRotor, loose_motions
+from fe_shaft.assembly import AssembledRotor, add_springs, loose_motions
 from fe_shaft.elements import deflection
-from fe_shaft.reduction import add_springs
 from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import Effect
 from rotorsim.machine.bearings import BearingPart, Support, TableBearing

@@ -263,7 +263,7 @@ def overlay(found: RunComparison) -> go.Figure:
 def peak_rows(found: RunComparison) -> list[tuple[str, ...]]:
     """Peaks as text, as `HEADS` names the columns."""
     return [
-        (p["run"], p["axis"] + ("" if p["local_maximum"] else ", at the end of the run"), f"{p['rpm']:.0f}",
+        (p["run"], p["axis"] + ("" if p["local_maximum"] else ", at an end of the tracked speeds"), f"{p['rpm']:.0f}",
          f"{p['um']:.3g}", f"{p['phase_lag_deg']:.0f}", *(_percent(p, key) for key in ("rpm_change", "um_change")))
         for p in found.peaks()
     ]  # fmt: skip

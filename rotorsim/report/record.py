@@ -21,7 +21,7 @@ from rotorsim.experiments.running import BEYOND, sentences
 from rotorsim.report import film, orbit, orders, responses, time_history
 from rotorsim.report.film import feed_word
 from rotorsim.report.page import Block, Page, check_wanted, machine_entry, page_of, write_page
-from rotorsim.report.run import RUNS, SECTIONS, AnalysedRun, RecordSection, VectorRun, analyse, end_of_run
+from rotorsim.report.run import FAST, RUNS, SECTIONS, AnalysedRun, RecordSection, VectorRun, analyse, end_of_run
 from rotorsim.report.units import number, quantity
 from rotorsim.signals.orders import mean_order
 from rotorsim.signals.record_blocks import SHOWN, MissingError, open_record
@@ -154,6 +154,7 @@ def _warnings(run: AnalysedRun) -> list[str]:
             f"Probe {run.lone} alone is analysed; {listing(run.others)} are left out: x and y need the angle of each "
             "probe. State angle under [probes] of the mapping."
         )
+    lines += [f"Passed too fast: {text}." for text in [str(run.record.attrs.get(FAST, ""))] if text]
     return lines + [f"Beyond the range in which the model was checked: {text}." for text in sentences(run.record.attrs)]
 
 

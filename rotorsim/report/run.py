@@ -34,6 +34,8 @@ from rotorsim.signals.static_gain import Holds, rest
 
 RUNS = ("runup", "coastdown")
 """Experiments in which the speed is swept."""
+FAST = "passed_too_fast"
+"""Attribute of a record whose run passes a critical speed too fast for the steady response."""
 STEADILY = 0.02
 """Permitted deviation of a speed from its trend, or in all if it counts as constant, over the highest."""
 
@@ -350,8 +352,12 @@ def need_orders(run: AnalysedRun) -> None:
 
 
 def end_of_run(extreme: dict[str, Any]) -> str:
-    """Rest of a sentence about an extreme that lies at an end of its run, where it may be larger beyond; else empty."""
-    return f", at the {extreme['at_end']} of the run" if extreme["at_end"] else ""
+    """Rest of a sentence about an extreme that lies at an end, where it may be larger beyond; else empty.
+
+    The end is that of the run, or for an order that of the windows in which it was tracked.
+    """
+    whole = "tracked speeds" if "order" in extreme else "run"
+    return f", at the {extreme['at_end']} of the {whole}" if extreme["at_end"] else ""
 
 
 def sensed(run: AnalysedRun) -> str:

@@ -247,7 +247,7 @@ def find_resonances(tracked: xr.Dataset, order: int, axis: str) -> list[dict[str
     """Peaks of one order and axis where it is resolved, the largest first; before them a larger value that is none.
 
     `local_maximum` distinguishes peaks from such a value; `at_end` is "start" or "end" for one in the first or last of
-    several windows, else "". An order that is resolved nowhere has none.
+    several windows in which the order is resolved, else "". An order that is resolved nowhere has none.
 
     Examples
     --------
@@ -260,26 +260,25 @@ def find_resonances(tracked: xr.Dataset, order: int, axis: str) -> list[dict[str
         size = np.where(tracked["resolved"].sel(order=order, axis=axis).values, size, 0.0)
     if not size.any():
         return []
+    seen = np.flatnonzero(size)
     swept = np.ptp(np.abs(speed)) > 0.02 * np.abs(speed).max()
-    found = find_peaks(size, prominence=PROMINENCE * size.max())[0] if swept else np.array([], int)
+    found = seen[find_peaks(size[seen], prominence=PROMINENCE * size.max())[0]] if swept else seen[:0]
     top: list[int] = []
     for i in sorted(found, key=lambda i: -size[i]):
         apart = all(abs(speed[i] - speed[j]) > APART * np.abs(speed).max() for j in top)
         if apart and size[i] > FAINT * np.abs(tracked["amplitude"].values).max():
             top.append(int(i))
-    end = int(size.argmax())
-    if not top or (size.max() > size[top[0]] and end in (0, size.size - 1)):
-        return [_peak(tracked, order, axis, i, i != end) for i in [end, *top]]
-    return [_peak(tracked, order, axis, i, True) for i in top]
+    end, ends = int(size.argmax()), {int(seen[0]): "start", int(seen[-1]): "end"} if seen.size > 1 else {}
+    if not top or (size.max() > size[top[0]] and end in ends):
+        return [_peak(tracked, order, axis, i, "" if i != end else ends.get(i, ""), i != end) for i in [end, *top]]
+    return [_peak(tracked, order, axis, i, "", True) for i in top]
 
 
-def _peak(tracked: xr.Dataset, order: int, axis: str, i: int, local: bool) -> dict[str, Any]:
-    last = tracked.sizes["window"] - 1
+def _peak(tracked: xr.Dataset, order: int, axis: str, i: int, at_end: str, local: bool) -> dict[str, Any]:
     a = complex(tracked["amplitude"].sel(order=order, axis=axis).values[i])
     return {"order": order, "axis": axis, "rpm": float(tracked["speed"][i] * TO_RPM), "um": abs(a) * TO_UM,
             "time_s": float(tracked["time"][i]), "phase_lag_deg": float((90 - np.angle(a, deg=True)) % 360 - 90),
-            "local_maximum": local,
-            "at_end": "" if local or not last or i not in (0, last) else "start" if i == 0 else "end"}  # fmt: skip
+            "local_maximum": local, "at_end": at_end}  # fmt: skip
 
 
 NEAR = 0.2

@@ -274,7 +274,8 @@ def drawn(law: HiddenLaw, seed: int, factor: float = 1.0) -> LawCase:
     unbalance = tuple((float(me * rng.uniform(0.7, 1.4)), float(rng.uniform(-1, 1))) for me in UNBALANCE)
     places = ("left bearing", "right bearing") if law.name == "drift" else law.places
     case = LawCase(law, str(rng.choice(places)), 0.0, TwoDiscRig(bearings, unbalance, hum=0.0), seed)
-    wanted, known = FLOOR * factor * float(np.exp(rng.uniform(np.log(3), np.log(10)))), {}
+    known: dict[Any, Any] = {}
+    wanted = FLOOR * factor * float(np.exp(rng.uniform(np.log(3), np.log(10))))
 
     def missed(log_size: float) -> float:
         try:

@@ -17,8 +17,9 @@ from rotorsim.base.files import write_text
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 from rotorsim.report.page import Block, save_study_page
-from rotorsim.study.identification_vs_physics import identification_blocks, study
+from rotorsim.study.identification_vs_physics import study
 from rotorsim.study.identify_records import COUNTED, QUICK, StudyGrid, run, sources_of
+from rotorsim.study.pages import identification_blocks
 from studies.thesis.cached_cases import CachedCase, Progress, run_cases
 from studies.thesis.claims.control_numbers import control_left_out, control_numbers, numbers_of
 from studies.thesis.claims.edited import edited, edited_block, edited_markdown

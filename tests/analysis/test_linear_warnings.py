@@ -4,10 +4,12 @@ import json
 
 import numpy as np
 import pytest
+import xarray as xr
+from scipy.special import wofz
 
 from rotorsim.analysis import campbell, map_machine, mode_shapes, unbalance_response
 from rotorsim.analysis.campbell import default_speeds, highest_speed, top_speed
-from rotorsim.analysis.shaft_motion import largest_response, peak_of, unbalances_of
+from rotorsim.analysis.shaft_motion import TOO_FAST, largest_response, passed_too_fast, peak_of, unbalances_of
 from rotorsim.analysis.whirl_onset import onset_beyond, stability_limit
 from rotorsim.cli import main
 from rotorsim.machine import load_machine
@@ -178,9 +180,29 @@ def test_the_default_speeds_reach_the_onset_and_a_sentence_points_to_it_from_bel
     pressure = 0.5e6 if plant.machine.fed else 0.0
     onset = stability_limit(plant, pressure, highest_speed(plant))[0]
     assert np.isnan(onset) or onset < top_speed(plant)
-    said = onset_beyond(plant, 0.6 * np.nan_to_num(onset, nan=top_speed(plant)), [pressure])
+    stated = onset_beyond(plant, 0.6 * np.nan_to_num(onset, nan=top_speed(plant)), [pressure])
     if np.isfinite(onset):
-        assert float(said.split(" rpm")[0].split()[-1]) == pytest.approx(onset / RPM, rel=2e-4)
+        assert float(stated.split(" rpm")[0].split()[-1]) == pytest.approx(onset / RPM, rel=2e-4)
     else:
-        assert said == ""
+        assert stated == ""
     assert onset_beyond(plant, top_speed(plant), [pressure]) == ""
+
+
+def passage(beta):
+    """Largest amplitude of a mode over its steady one, swept with an acceleration beta (zeta omega)^2; Lewis (1932)."""
+    late, root = np.linspace(-2 / beta - 3, 3 / beta + 20, 100_001), np.sqrt(-0.5j * beta)
+    return np.abs(np.sqrt(np.pi) / (2 * root) * wofz(1j * (1 + 1j * beta * late) / (2 * root))).max()
+
+
+def test_a_ramp_is_too_fast_where_the_closed_form_falls_five_per_cent_short():
+    assert passage(0.01) == pytest.approx(1.0, abs=1e-4) and passage(TOO_FAST) == pytest.approx(0.95, abs=0.005)
+    plant = Plant("plain_rotor")
+    found = campbell(plant, np.linspace(0.0, 400.0, 5))
+    first = found["critical_order"].values == 1
+    limits = TOO_FAST * (found["critical_zeta"].values[first] * found["critical_speed"].values[first]) ** 2
+    for rate, fast in ((0.99 * limits.min(), False), (1.01 * limits.min(), True)):
+        time = np.linspace(0.0, 300.0 / rate, 20_001)
+        stated = passed_too_fast(plant, xr.Dataset({"speed": ("time", 50.0 + rate * time)}, {"time": time}), 0.0)
+        assert bool(stated) == fast and (not fast or f"{limits.min() / RPM:.3g} rpm/s" in stated)
+        below = xr.Dataset({"speed": ("time", 0.3 * (50.0 + rate * time))}, {"time": time})
+        assert passed_too_fast(plant, below, 0.0) == ""

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from concurrent.futures import BrokenExecutor, CancelledError
 
@@ -12,7 +13,7 @@ import pytest
 import typer
 
 from rotorsim.base.errors import MachineFileError
-from rotorsim.base.processes import Child, ProcessDiedError, Processes, spread
+from rotorsim.base.processes import Child, ProcessDiedError, Processes, processes, spread
 from rotorsim.commands.options import resumable
 from rotorsim.machine import Machine
 from waiting import PATIENCE
@@ -114,3 +115,13 @@ def test_an_interrupted_command_states_that_it_continues(capsys):
     with pytest.raises(typer.Exit) as ended:
         command()
     assert ended.value.exit_code == 130 and "the same command continues" in capsys.readouterr().err
+
+
+def test_calls_are_made_here_where_the_system_allows_no_more(monkeypatch):
+    def refuse(_):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(threading.Thread, "start", refuse)
+    assert list(spread(abs, [(-1,), (2,)], 2)) == [(0, 1), (1, 2)]
+    with processes(2) as each:
+        assert list(each(abs, [-1])) == [1]

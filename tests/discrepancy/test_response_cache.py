@@ -72,6 +72,17 @@ def test_the_sine_of_a_phase_follows_from_its_cosine_and_one_run(models):
     assert abs(found[:, 0] @ direct) < 0.1 * np.linalg.norm(direct) ** 2  # not the same response
 
 
+@pytest.mark.parametrize("key", ["shaft_damping", "coupling.0.force_2x", "runout.0.amplitude_2x"])
+def test_candidates_that_are_off_take_no_part_in_a_run_and_change_no_bit(models, key):
+    made, _ = turning(models)
+    values = {key: 1e-6 if "runout" in key else 0.2}
+    lean = models.twin.lean(values)
+    assert set(lean.slots) < set(models.twin.slots) and lean is models.twin.lean(dict(values))
+    rows = made.trials[0].rows[:600]
+    for one in (values, {}):
+        np.testing.assert_array_equal(models.twin.run(one, rows, 0.0), models.twin.lean(one).run(one, rows, 0.0))
+
+
 @pytest.mark.slow
 def test_a_step_of_a_difference_that_goes_on_from_the_motion_nearby_gives_the_same_derivative():
     """A film has forgotten a small change within 0.12 s to half a percent, at two thirds of the samples."""

@@ -136,5 +136,5 @@ def test_a_page_states_a_sentence_once_and_ends_with_its_last_line():
     texts = {page.stem: page.read_text(encoding="utf-8") for page in pages}
     assert len(texts) > 30 and [name for name, text in texts.items() if not text.endswith("\n")] == []
     for name, text in texts.items():
-        said = [" ".join(one.split()) for part in paragraphs(text) for one in re.split(r"(?<=[.!?])\s+", part)]
-        assert [one for one in said if said.count(one) > 1 and len(one.split()) > 5] == [], name
+        stated = [" ".join(one.split()) for part in paragraphs(text) for one in re.split(r"(?<=[.!?])\s+", part)]
+        assert [one for one in stated if stated.count(one) > 1 and len(one.split()) > 5] == [], name

@@ -12,7 +12,7 @@ import xarray as xr
 from identification import make_record
 from rotorsim.base.errors import DataError
 from rotorsim.experiments.summary import summarise
-from rotorsim.signals.orders import track_orders
+from rotorsim.signals.orders import find_resonances, track_orders
 from rotorsim.signals.record_blocks import BLOCK, blocks, open_record
 from rotorsim.signals.spectra import largest_sub_synchronous, waterfall
 
@@ -307,6 +307,19 @@ def test_an_order_above_the_half_of_the_sampling_rate_is_not_resolved() -> None:
     third = tracked["resolved"].sel(order=3, axis="x").values
     assert 0 < slow.sum() < slow.size
     assert third[slow].all() and not third[~slow].any()
+
+
+def test_an_order_that_grows_until_it_is_tracked_no_more_passes_no_resonance() -> None:
+    """The last window that resolves it is an end of what was tracked, and no peak: beyond, nothing is known."""
+    time, speed, angle = ramp(4.0, 600.0, 1000.0)
+    size = 1e-6 * speed / speed[-1]
+    record = record_of(time, speed, angle, size[:, None] * np.column_stack((np.cos(3 * angle), np.cos(angle))))
+    tracked = track_orders(record)
+    resolved = np.flatnonzero(tracked["resolved"].sel(order=3, axis="x").values)
+    (found,) = find_resonances(tracked, 3, "x")
+    assert resolved[-1] < tracked.sizes["window"] - 1
+    assert (found["local_maximum"], found["at_end"]) == (False, "end")
+    assert found["rpm"] * np.pi / 30 == pytest.approx(tracked["speed"].values[resolved[-1]])
 
 
 @pytest.mark.parametrize(("rise", "end"), [(1.0, "end"), (-1.0, "start")])

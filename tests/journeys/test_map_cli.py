@@ -132,6 +132,7 @@ def test_modes_are_printed_and_kept(run, tmp_path):
     assert (tmp_path / "modes" / "modes.nc").exists()
 
 
+@pytest.mark.slow
 def test_a_picture_of_each_mode_is_drawn(run, tmp_path):
     if missing := lacking():
         pytest.skip(missing)

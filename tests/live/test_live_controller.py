@@ -78,7 +78,9 @@ def test_a_law_that_cannot_hold_the_point_is_refused_with_the_reason():
     assert np.abs(rig.advance(500)[:, -4:-2]).max() == 0.0
 
 
-@pytest.mark.parametrize(("speed", "pressure"), [(0.0, 0.3e6), (3000 * RPM, 0.5e6), (6000 * RPM, 0.3e6)])
+@pytest.mark.parametrize(
+    ("speed", "pressure"), [(0.0, 0.3e6), pytest.param(3000 * RPM, 0.5e6, marks=pytest.mark.slow), (6000 * RPM, 0.3e6)]
+)
 def test_a_law_moves_the_orbit_as_announced(speed, pressure):
     rig = make_rig(speed=speed, pressure=pressure)
     rig.advance(5000)
@@ -91,7 +93,9 @@ def test_a_law_moves_the_orbit_as_announced(speed, pressure):
     assert np.abs(rig.history.last(2000)[:, -4:-2]).max() < max(1.1 * verdict.volts, 1.0) < rig.limit
 
 
-@pytest.mark.parametrize(("speed", "pressure"), [(3000 * RPM, 0.5e6), (6000 * RPM, 0.3e6)])
+@pytest.mark.parametrize(
+    ("speed", "pressure"), [pytest.param(3000 * RPM, 0.5e6, marks=pytest.mark.slow), (6000 * RPM, 0.3e6)]
+)
 def test_a_law_that_is_on_is_checked_without_its_own_part_in_the_motion(speed, pressure):
     """The check of the law that is on gives the orbit that it has; it gave 5.0 um for 5.8 at 6 krpm."""
     rig = make_rig(speed=speed, pressure=pressure)

@@ -31,12 +31,17 @@ def fresh(changes=()):
         ("unbalance.me", 12e-6, "12 g*mm"),
         ("clearance_growth.growth", -2e-6, "-2 um"),
         ("plenum_volume.change", 1.5, 1.5),
-        ("pedestal.mass_ratio", 0.3, 0.3),
-        ("gas_heating.rise", 20.0, "20 K"),
-        ("journal_tilt.x", 1e-4, "1e-4 rad"),
         ("noise.sigma", 1e-6, "1 um"),
-        ("broadband_force.density", 0.01, "0.01 N^2/Hz"),
-        ("speed_wander.sd", 0.01, 0.01),
+        *(
+            pytest.param(*more, marks=pytest.mark.slow)
+            for more in (
+                ("pedestal.mass_ratio", 0.3, 0.3),
+                ("gas_heating.rise", 20.0, "20 K"),
+                ("journal_tilt.x", 1e-4, "1e-4 rad"),
+                ("broadband_force.density", 0.01, "0.01 N^2/Hz"),
+                ("speed_wander.sd", 0.01, 0.01),
+            )
+        ),
     ],
 )
 def test_a_slider_does_what_the_machine_file_would_do_bit_for_bit(key, value, text):

@@ -1,6 +1,7 @@
 """Disk cache of kernels: one file per signature, concurrent processes, damaged files, full disks."""
 
 import os
+import threading
 
 import numpy as np
 import pytest
@@ -99,3 +100,11 @@ def test_a_line_that_moves_to_another_file_gives_another_cache(tmp_path):
         found.add(cache_digest([first, second]))
     third = second.rename(tmp_path / "third.py")
     assert len(found | {cache_digest([first, third])}) == 4
+
+
+def test_a_kernel_is_compiled_where_the_system_allows_no_thread(load, monkeypatch):
+    def refuse(_):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(threading.Thread, "start", refuse)
+    assert load()(FLOATS) == 2.5

@@ -149,7 +149,7 @@ def test_a_peak_at_the_end_of_a_run_is_stated(tmp_path, capsys):
         save(turned(0.0), tmp_path / f"{name}.nc")
     with pytest.raises(SystemExit):
         main(["compare", str(tmp_path / "a.nc"), str(tmp_path / "b.nc"), "--no-report", "--out", str(tmp_path / "c")])
-    assert "rpm at the end of the run, +0.0 % against the first" in capsys.readouterr().out
+    assert "rpm at an end of the tracked speeds, +0.0 % against the first" in capsys.readouterr().out
 
 
 def command(*words):

@@ -23,9 +23,8 @@ IN_TIME = {("base_vibration", "phase")}
 
 def mirrored(machine: Machine) -> Machine:
     """The mirror image of a machine; tables over the speed are those of either sense and stay."""
-    for path, value, unit in (*_bearings(machine), *_injectors(machine), *_effects(machine)):
-        machine = machine.replace(path, f"{value!r} {unit}" if unit != "1" else value)
-    return machine
+    values = (*_bearings(machine), *_injectors(machine), *_effects(machine))
+    return machine.with_({path: f"{value!r} {unit}" if unit != "1" else value for path, value, unit in values})
 
 
 def _bearings(machine: Machine) -> Iterator[tuple[str, float, str]]:

@@ -1,6 +1,6 @@
 r"""Modal rotor in an implicit step, condensed exactly to the compliance of its journals, 2 x 2 for one film.
 
-In modal coordinates (mass matrix I, 2n modes; see fe_shaft.reduction)  q' = v,  v' = f + Phi_b' F - (C + Omega G) v -
+In modal coordinates (mass matrix I, 2n modes; see fe_shaft.assembly)  q' = v,  v' = f + Phi_b' F - (C + Omega G) v -
 K q. A stage of TR-BDF2 is  q = q_r + a dt v,  v = v_r + a dt v'  with right-hand sides q_r, v_r, hence with T = (I +
 a dt (C + Omega G) + (a dt)^2 K)^-1
 

@@ -13,7 +13,7 @@ from reynolds.film import force
 from reynolds.grid import PLACE
 from reynolds.jit import inlined, kernel
 from reynolds.lanes import wide_vectors
-from reynolds.newton import NOT_CONVERGED, STALE_FACTORS, newton, refresh
+from reynolds.newton import FAR, FRESH, NOT_CONVERGED, STALE_FACTORS, SURPRISE, newton, refresh
 from reynolds.transient import GAMMA, STAGE, TO_END, end_stage, predict, stage_rhs, take_back
 from rotorsim.plant.kernels.effect_calls import (
     FILM,
@@ -46,6 +46,8 @@ from rotorsim.plant.kernels.modal_rotor import (
 
 PARTS = 1024
 """The smallest part of a step that is tried."""
+SETTLINGS = 4
+"""Corrections of journals in contact, each as cheap as a reading of the gap, before the films are solved."""
 
 
 @kernel
@@ -156,6 +158,45 @@ def guess_journals(w):
 
 
 @inlined
+def in_contact(w):
+    """Whether a journal is in contact, as its equation is linearised."""
+    touching = False
+    for f in range(ROTOR.n_films):
+        touching = touching or w[ROTOR.contact + f] != 0.0
+    return touching
+
+
+@inlined
+def settle_contacts(w, P, speed, adt):
+    """Move journals in contact to where it balances the forces that the films have now; their equation goes along."""
+    for _ in range(SETTLINGS if in_contact(w) else 0):
+        for f in range(ROTOR.n_films):
+            if w[ROTOR.contact + f] != 0.0:
+                settle_journal(w, f)
+        journal_equation(w, P, speed, adt)
+
+
+@inlined
+def settle_journal(w, f):
+    """Solve the equation of journal f, as it is linearised, with all film forces and other journals as they are."""
+    n, x = 2 * ROTOR.n_films, 2 * f
+    a, b = ROTOR.journal_a + n * x, ROTOR.journal_a + n * (x + 1)
+    c, d = ROTOR.compliance + n * x, ROTOR.compliance + n * (x + 1)
+    p, q = w[ROTOR.journal_rhs + x], w[ROTOR.journal_rhs + x + 1]
+    for g in range(ROTOR.n_films):
+        v, y = film_part(w, g), 2 * g
+        p += w[c + y] * v[FILM.force] + w[c + y + 1] * v[FILM.force + 1]
+        q += w[d + y] * v[FILM.force] + w[d + y + 1] * v[FILM.force + 1]
+        if g != f:
+            p -= w[a + y] * v[FILM.journal] + w[a + y + 1] * v[FILM.journal + 1]
+            q -= w[b + y] * v[FILM.journal] + w[b + y + 1] * v[FILM.journal + 1]
+    u = film_part(w, f)
+    inverse = 1.0 / (w[a + x] * w[b + x + 1] - w[a + x + 1] * w[b + x])
+    u[FILM.journal] = (w[b + x + 1] * p - w[a + x + 1] * q) * inverse
+    u[FILM.journal + 1] = (w[a + x] * q - w[b + x] * p) * inverse
+
+
+@inlined
 def contacts_agree(w, P, speed, adt):
     """Whether every contact is as it was linearised: it moved less than the tolerance, or is open still."""
     for f in range(ROTOR.n_films):
@@ -176,15 +217,21 @@ def solve_stage(w, ix, P, speed, adt):
     """Films, plena, journals and contacts of a stage: the contacts' linearisation is repeated until it holds."""
     free_journals(w, adt)
     guess_journals(w)
+    journal_equation(w, P, speed, adt)
+    if RIG.n_contact > 0:
+        settle_contacts(w, P, speed, adt)
+    if w[FILM.convergence + FRESH] > 0.0:
+        factorise(w, ix, P, speed, 1.0 / adt)
+        w[FILM.convergence + FRESH] = 0.0
     for _ in range(30):
         for f in range(ROTOR.n_films):
             v, s = film_part(w, f), ROTOR.journal_before + 2 * f
             w[s], w[s + 1] = v[FILM.journal], v[FILM.journal + 1]
-        journal_equation(w, P, speed, adt)
         if solve_film(w, ix, P, speed, 1.0 / adt, P.tolerance, False) < 0:
             return NOT_CONVERGED
         if RIG.n_contact == 0 or contacts_agree(w, P, speed, adt):
             return 1
+        journal_equation(w, P, speed, adt)
     return NOT_CONVERGED
 
 
@@ -257,9 +304,13 @@ def start_stage(w, P, t, angle, speed, stage, order, adt):
         if RIG.n_film > 0:
             shape_gap(w, P, f, t, angle, speed)
     feed_stage(w, P, t)
+    # what the starting values of the last stage missed: far from it, polynomials through more steps miss by more
+    far = w[FILM.convergence + SURPRISE] > FAR
+    w[FILM.convergence + SURPRISE] = 0.0
+    w[FILM.convergence + FRESH] = 1.0 if far else 0.0
     for f in range(ROTOR.n_films):
         v = film_part(w, f)
-        predict(v, FILM, stage, order)
+        predict(v, FILM, stage, min(order, 1) if far else order)
         stage_rhs(v, FILM, stage, adt)
 
 

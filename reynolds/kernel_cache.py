@@ -1,0 +1,84 @@
+"""Disk cache of kernels: numba's, safe against killed and concurrent processes.
+
+Numba numbers its data files in an index that it writes first. Killed between the two, or with a second process at work,
+its index can name the machine code of another signature. Here a file is named by the hash of what it was compiled for
+and written before the index names it. An unreadable or unwritable file is not an error: the kernel is compiled again.
+"""
+
+from __future__ import annotations
+
+import sys
+from contextlib import suppress
+from hashlib import sha256
+from typing import Any, ClassVar
+
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
+
+from reynolds.compiler import SHARED, LinkedLibrary
+
+_places: dict[str, tuple[str, str, Any]] = {}
+"""Module, function and types of each symbol of shared code that this process has."""
+
+
+def _noted(result: Any) -> Any:
+    """A compile result whose symbol is kept if its code is shared."""
+    if result.library.name == SHARED:
+        f = result.fndesc
+        _places[f.mangled_name] = f.modname, f.qualname, f.argtypes
+    return result
+
+
+class _Results(CompileResultCacheImpl):
+    """Cached form of a kernel: its code, and which shared code that calls."""
+
+    _locator_classes: ClassVar = [c for c in CompileResultCacheImpl._locator_classes if "UserProvided" in c.__name__]
+    """The folder that was given, and no other: numba's further ones are not looked at for who can write there."""
+
+    def reduce(self, result: Any) -> Any:
+        """Places of the shared code, and numba's own form of the result."""
+        functions = _noted(result).library._final_module.functions
+        return [_places[f.name] for f in functions if f.is_declaration and f.name in _places], super().reduce(result)
+
+    def rebuild(self, context: Any, kept: Any) -> Any:
+        """The result, after the shared code that it calls."""
+        places, result = kept
+        for module, name, arguments in places:
+            getattr(sys.modules[module], name).compile(arguments)
+        return _noted(super().rebuild(context, result))
+
+
+class _Files(IndexDataCacheFile):
+    """Index and data files of one kernel."""
+
+    def save(self, key: Any, data: Any) -> None:
+        """Keep the machine code of a key: types, processor, bytecode."""
+        name = f"{self._index_name.removesuffix('.nbi')}.{sha256(repr(key).encode()).hexdigest()[:16]}.nbc"
+        self._save_data(name, data)
+        self._save_index(self._load_index() | {key: name})
+
+    def load(self, key: Any) -> Any:
+        """Machine code of a key; None if there is none that can be read."""
+        with suppress(Exception):  # whatever unpickling a damaged file raises
+            return super().load(key)
+
+    def _load_index(self) -> dict[Any, str]:
+        with suppress(Exception):
+            return super()._load_index()
+        return {}
+
+
+class KernelCache(FunctionCache):
+    """Cache of one kernel."""
+
+    _impl_class = _Results
+
+    def __init__(self, function: Any) -> None:
+        super().__init__(function)
+        stamp = self._impl.locator.get_source_stamp()
+        self._cache_file = _Files(self._cache_path, self._impl.filename_base, stamp)
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep machine code, if there is any, where the disk takes it."""
+        with suppress(OSError):
+            if not isinstance(data.library, LinkedLibrary):
+                super().save_overload(sig, data)
