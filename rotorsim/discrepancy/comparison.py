@@ -146,7 +146,8 @@ class TwinComparison:
     def with_twin(self, twin: Twin) -> TwinComparison:
         """The same comparison, floor included, with another twin of the machine."""
         other = copy(self)
-        other.twin, other.known = twin, {}
+        other.twin, other.known, other.blocks = twin, {}, {}
+        vars(other).pop("stored", None)  # sensitivities of this one's twin
         return other
 
     def predict(self, point: ParameterPoint, twin: Twin | None = None, whole: bool = False) -> np.ndarray:

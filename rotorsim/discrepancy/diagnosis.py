@@ -72,7 +72,7 @@ from rotorsim.discrepancy.judge import (
 )
 from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places
 from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect, far_off
-from rotorsim.discrepancy.mistakes import check_alternatives, check_before
+from rotorsim.discrepancy.mistakes import SAMPLED, check_alternatives, check_before, force_is_sampled, held
 from rotorsim.discrepancy.records import (
     check_after,
     check_plane,
@@ -353,6 +353,11 @@ class DiagnosisRun:
             last, base = base.cost, relinearised(self.fitted, base, lambda: self.progress("calibrate"))
             if base.cost > enough * last:
                 break
+        if flagged(table(self.fitted, base.residual)) and force_is_sampled(self.fitted, base):
+            parts = {role: TwinComparison(part.twin, [held(t) for t in part.trials], part.threads, cache=part.cache)
+                     for role, part in self.parts.items()}  # fmt: skip
+            found = replace(self, parts=parts, trials=[t for part in parts.values() for t in part.trials]).run()
+            return replace(found, notes=(SAMPLED, *found.notes))
         far = far_places(self.fitted, base, lambda: self.progress("calibrate"))
         base = far[0][1] if far else base
         self.large = self._large(far or [("", base)])
@@ -382,8 +387,8 @@ class DiagnosisRun:
             notes.append(SEEN_FROM.format("; ".join(f"{key} {size}" for key, size in self.seen_from.items())))
         if judgement.verdict.best is not None and not flags:
             notes.append(FAINT.format(base.cost - judgement.verdict.best.fit.cost))
-        found = None if self.laws is not None else self._beyond_catalogue(base, flags, apart, judgement, notes)
-        return self._result(base, flags, judgement, search, notes) if found is None else found
+        other = None if self.laws is not None else self._beyond_catalogue(base, flags, apart, judgement, notes)
+        return self._result(base, flags, judgement, search, notes) if other is None else other
 
     def _beyond_catalogue(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], judgement: Judgement, notes: list[str]
@@ -429,12 +434,12 @@ class DiagnosisRun:
         Its sum of squares has to be clearly below the `known` one.
         """
         laws, clear = laws_of(seen["fit"], seen.get("held_out"), base), CLEAR if flags else FAINT_LAW
-        if known - laws[0].cost < clear:
+        if known - laws[0].cost < clear or (laws[0].remembers and not flags):
             return None
         notes_of_none = [*notes, NO_LAW.format(laws[0].names)]
         if laws[0].remembers:
             parts = {role: seen.get(role) or self._seen(part, base) for role, part in self.parts.items()}
-            left = remembered(parts, base, laws[0])
+            left = remembered(parts, base, laws)
             if left is None:
                 notes[:] = notes_of_none
                 return None
@@ -465,7 +470,9 @@ class DiagnosisRun:
             found = own._result(base, flags, replace(judgement, odds=odds), search, [*notes, *judgement.notes])
             [proposal] = [one for one in laws if one.names == best.keys[0]]
             law = discovered(proposal, found.effects[0], p, rivals, seen["fit"], best.fit.residual)
-        return replace(found, status="discovered", effects=(), ties=(), planner=None, discovered=law)
+        return replace(
+            found, status="discovered", effects=(), ties=(), planner=None, seen_from=self.seen_from, discovered=law
+        )
 
     def _judged(
         self, base: ParameterFit, flags: list[Misfit], verdict: SearchVerdict, search: EffectSearch | None, share: float

@@ -25,7 +25,7 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import fmin
 
 from rotorsim.base.cache import in_cache
 from rotorsim.base.files import write_text
@@ -131,9 +131,14 @@ class ProposedLaw:
         return any(one.term.memory is not None for one in self.terms)
 
     @property
+    def forms(self) -> tuple[str, ...]:
+        """Names of the terms."""
+        return tuple(one.term.name for one in self.terms)
+
+    @property
     def names(self) -> str:
         """Terms and place as text."""
-        return f"{' with '.join(one.term.name for one in self.terms)} of {self.place}"
+        return f"{' with '.join(self.forms)} of {self.place}"
 
 
 def propose(
@@ -198,10 +203,10 @@ def _shaped(fit: ObservedPlaces, base: ParameterFit, place: str, terms: Sequence
         cross, g = J.T @ S, np.concatenate([g0, S.T @ fit.residual])
         return -float(g @ answer(np.linalg.lstsq, np.block([[H, cross], [cross.T, S.T @ S]]), g, rcond=1e-12)[0])
 
-    found = minimize(rise, np.zeros(len(start)), method="Nelder-Mead",
-                     options={"maxfev": 30 * len(start), "xatol": 1e-3, "fatol": 0.5,
-                              "initial_simplex": SIMPLEX * np.eye(len(start) + 1)[:, 1:]})  # fmt: skip
-    return at(found.x)
+    simplex = SIMPLEX * np.eye(len(start) + 1)[:, 1:]
+    found = fmin(rise, np.zeros(len(start)), xtol=1e-3, ftol=0.5, maxfun=30 * len(start), disp=False,
+                 initial_simplex=simplex)  # fmt: skip
+    return at(np.asarray(found))
 
 
 def solved(
@@ -406,7 +411,7 @@ def discovered(
     text = written(fitted, z, name, {key: sd for key, (_, sd) in terms.items()})
     path = in_cache("laws") / f"{name}.py"
     write_text(path, text)
-    law, kinds = text.split('"""')[1], tuple(one.term.name for one in proposal.terms)
+    law, kinds = text.split('"""')[1], proposal.forms
     largest = max(seen.motions[proposal.place], key=lambda m: float(np.abs(m.displacement).max()))
     twice = replace(largest, displacement=2 * largest.displacement, velocity=2 * largest.velocity)
     power = float(np.mean(np.sum(force_of(fitted, largest) * largest.velocity, axis=0)))
@@ -425,9 +430,15 @@ def laws_of(seen: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFi
 
 
 def remembered(
-    parts: Mapping[str, ObservedPlaces], base: ParameterFit, law: ProposedLaw
+    parts: Mapping[str, ObservedPlaces], base: ParameterFit, laws: Sequence[ProposedLaw]
 ) -> dict[str, np.ndarray] | None:
-    """Whitened residuals by role that a law with a memory leaves, by the linear model; None where they refute it."""
+    """Whitened residuals by role that the first law, with a memory, leaves, by the linear model.
+
+    None where they refute it, and where another form explains the records as well.
+    """
+    law = laws[0]
+    if any(one.score < law.score + TIE_LEAST and one.forms != law.forms for one in laws):
+        return None
     left, gone = {}, dict[str, float | None]()
     for role, seen in parts.items():
         S = np.column_stack([one.columns(seen, law.place) for one in law.terms])
@@ -452,7 +463,7 @@ def of_remembered(laws: Sequence[ProposedLaw], base: ParameterFit, position: flo
     terms = {key: (float(c), float(sd)) for key, c, sd in zip(keys, law.coefficients, law.sd, strict=True)}
     terms |= {key: (value, 0.0) for one in law.terms for key, value in one.shape}
     gain = (base.cost - law.cost - PRICE * len(keys)) / (2 * TEMPERATURE) - math.log(law.tried)
-    kinds = tuple(one.term.name for one in law.terms)
+    kinds = law.forms
     text = f"{' with '.join(kinds)} at {law.place}; it has a memory, which no effect of the plant has: not compiled"
     p = 1 / (1 + math.exp(-min(gain, 500.0)))
     return DiscoveredLaw("", law.place, position, text, terms, units_of(law), kinds, "", "", p, near)

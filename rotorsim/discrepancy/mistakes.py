@@ -37,7 +37,7 @@ from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
 from rotorsim.discrepancy.changes import MAIN, PLANE
 from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
-from rotorsim.discrepancy.fit import ParameterFit, fit_parameters, foreseen
+from rotorsim.discrepancy.fit import ParameterFit, fit_parameters, foreseen, prior_rows
 from rotorsim.discrepancy.trial import Trial, delayed, turns_of
 from rotorsim.discrepancy.twin import of_axis
 
@@ -54,6 +54,13 @@ SURE_TURN, CLEAR_TURN = 5.0, 3.0
 """Rate of a clock over its standard deviation from which it is clear, of all records and of one."""
 LEAST_TURN = 1e-3
 """Least scatter [rad] of that turn."""
+EARLY, HALF = (-0.8, -0.25), 0.5
+"""Samples by which a response is early where the force was sampled, and the least share of the misfit that goes."""
+SAMPLED = (
+    "the force is taken as sampled while it moves on, and not as held from sample to sample: most of the misfit goes "
+    "with it, on all lines that the force excites"
+)
+"""Note on such a force."""
 LAGS, FAINT_LINE = np.linspace(-0.02, 0.02, 801), 0.01
 """Time shifts [s] that are tried, and share of the largest line from which on a line has a phase."""
 SHAPE = 0.05
@@ -452,3 +459,37 @@ def _turn(angle: float) -> np.ndarray:
     """Rotation (2, 2) of readings by an angle [rad]."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s], [s, c]])
+
+
+def force_is_sampled(comparison: TwinComparison, base: ParameterFit) -> bool:
+    """Whether the force was sampled while it moved on, and not held from sample to sample as the plant takes it.
+
+    The response then comes half a sample earlier than that of the plant, on all lines that the force excites; most of
+    what the calibration leaves has to go with it.
+    """
+    y, h = comparison.predict(base.point), np.zeros(len(base.residual))
+    for i, trial in enumerate(comparison.trials):
+        if trial.orders or not (trial.settled and trial.rows[:, 4:6].any()):
+            return False
+        late = np.where(trial.excited, -2j * np.pi * trial.frequencies * RIG_SAMPLE, 0.0)[1:]
+        for own, lines in zip(comparison.numbers_of(i), late * comparison.lines_of(i, y), strict=True):
+            h[own] = np.concatenate([lines.real, lines.imag])
+    A = np.vstack([np.column_stack([base.J, h / comparison.sigma]), np.diag([*prior_rows(base.parameters), 0.0])])
+    b = np.concatenate([base.residual, -prior_rows(base.parameters) * base.vector, [0.0]])
+    size = np.linalg.norm(A, axis=0)
+    size[size == 0] = 1.0
+    x = answer(np.linalg.lstsq, A / size, b, rcond=1e-9)[0]
+    left = float(np.sum((b - A / size @ x) ** 2))
+    beyond = base.cost - len(base.residual)
+    return bool(beyond > 0 and base.cost - left > HALF * beyond and EARLY[0] < x[-1] / size[-1] < EARLY[1])
+
+
+def held(trial: Trial) -> Trial:
+    """Trial whose force, held from sample to sample, makes the response to the sampled one, which repeats."""
+    at = (np.arange(len(trial.rows)) - trial.start) % trial.length
+    period = trial.rows[trial.start : trial.start + trial.length, 4:6]
+    f = np.fft.rfftfreq(trial.length)
+    lines = np.fft.rfft(period, axis=0) / (np.sinc(f) * np.exp(-1j * np.pi * f))[:, None]
+    rows = trial.rows.copy()
+    rows[:, 4:6] = np.fft.irfft(lines, trial.length, axis=0)[at]
+    return replace(trial, rows=rows)

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import fmin_l_bfgs_b
 
 from rotorsim.base.rounding import answer
 from rotorsim.discrepancy.comparison import TwinComparison
@@ -163,16 +163,20 @@ def random_force(seen: ObservedPlaces) -> StochasticForce | None:
 
         # the noise is that of all lines: next to a line alone it would explain it
         noise = [(-NOISE_OFF, NOISE_OFF)] * 2 if order else [(-5.0, 5.0)] * 2
-        silent = minimize(lambda x: loss(np.array([-60.0, -60.0, *x])), np.zeros(2), method="L-BFGS-B", bounds=noise)
-        tried = [minimize(loss, np.array([s, s, 0.0, 0.0]), method="L-BFGS-B", bounds=[(-20, 20)] * 2 + noise)
+
+        def silent(x: np.ndarray) -> float:
+            return loss(np.array([-60.0, -60.0, *x]))
+
+        least = fmin_l_bfgs_b(silent, np.zeros(2), approx_grad=True, bounds=noise)[1]
+        tried = [fmin_l_bfgs_b(loss, np.array([s, s, 0.0, 0.0]), approx_grad=True, bounds=[(-20.0, 20.0)] * 2 + noise)
                  for s in (-3.0, 1.0)]  # fmt: skip
-        best = min(tried, key=lambda one: one.fun)
+        x, best, _ = min(tried, key=lambda one: float(one[1]))
         h, bend = 0.05, np.zeros(2)
         for i in (0, 1):
             step = np.zeros(4)
             step[i] = h
-            bend[i] = (loss(best.x + step) - 2 * best.fun + loss(best.x - step)) / h**2 / 2
-        return float(silent.fun - best.fun), np.log(scale) + best.x[:2], 1 / np.sqrt(np.maximum(bend, 1e-6))
+            bend[i] = (loss(x + step) - 2 * best + loss(x - step)) / h**2 / 2
+        return float(least - best), np.log(scale) + x[:2], 1 / np.sqrt(np.maximum(bend, 1e-6))
 
     kind, chosen, width = "broadband force", every, 1.0
     if order:

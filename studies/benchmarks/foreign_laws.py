@@ -47,6 +47,8 @@ FORCE = 0.6
 """Force of a line [N]."""
 NOISE, FLOOR = 2e-7, 2e-7
 """Noise of a sample, and unit of the change that a law makes [m]."""
+HELD = True
+"""Whether the force of a sample holds until the next one."""
 POINTS, HIGHEST = 8192, 800.0
 """Moments in a period, and highest line [Hz] of the response."""
 PLACES = {"left bearing": 0, "disc 1": 4, "disc 2": 9, "right bearing": 12}
@@ -164,7 +166,7 @@ def repeated(case: LawCase, hertz: float, amplitude: float, size: float, known: 
     if hertz not in known:
         known[hertz] = receptance(case.rig, hertz, lines, (DISC_NODES[0], node), (*DISC_NODES, node))
     H, f = known[hertz], excitation(case.rig, hertz, amplitude, lines)
-    held = np.isin(lines, FORCE_LINES)  # the force of a sample holds until the next one
+    held = np.isin(lines, FORCE_LINES) & HELD
     f[held, :2] *= (np.sinc(lines / RATE) * np.exp(-1j * np.pi * lines / RATE))[held, None]
     q = np.einsum("lij,lj->li", H[:, :, :4], f)
     probes, there = q[:, :2], q[:, 2:]

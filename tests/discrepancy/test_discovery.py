@@ -5,8 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rotorsim.discrepancy.calibration import CompiledModels
+from rotorsim.discrepancy.calibration import CompiledModels, ParameterPoint
 from rotorsim.discrepancy.comparison import TwinComparison
+from rotorsim.discrepancy.data_vector import TOLERANCE
 from rotorsim.discrepancy.diagnosis import trials_of
 from rotorsim.discrepancy.discovery import (
     NOT_PERIODIC,
@@ -21,10 +22,11 @@ from rotorsim.discrepancy.discovery import (
 )
 from rotorsim.discrepancy.fit import recalibrate, relinearised
 from rotorsim.discrepancy.law_terms import LIBRARY, ObservedPlaces, PlaceMotion
+from rotorsim.discrepancy.mistakes import check_before, force_is_sampled, held
 from rotorsim.discrepancy.stochastic import random_force
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine
-from studies.benchmarks.foreign_laws import LAWS, drawn, machine_of_laws, records
+from studies.benchmarks.foreign_laws import LAWS, LawCase, drawn, machine_of_laws, records
 
 TERMS = {term.name: term for term in LIBRARY}
 
@@ -131,18 +133,41 @@ def test_white_noise_of_the_probes_is_no_random_force():
     assert random_force(scattered(0.0, "a")) is None
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("name", "size"), [("cubic", 1.0), ("dry", 1.0)])
-def test_a_law_of_an_independent_rotor_is_found_with_its_place_and_size(name, size):
-    """Records of another program, supports 10 to 20 % off; the linear model alone is within 10 % of the size."""
-    case, machine = drawn(next(law for law in LAWS if law.name == name), 1, size), machine_of_laws()
-    models = CompiledModels.of(machine, ())
-    trials = trials_of(machine, [(one.attrs["record"], one) for one in records(case)], None)
+def calibrated(case):
+    """Comparisons of a case by role with their calibration, as a diagnosis makes them."""
+    models = CompiledModels.of(machine_of_laws(), ())
+    trials = trials_of(machine_of_laws(), [(one.attrs["record"], one) for one in records(case)], None)
     parts = {role: TwinComparison(models.twin, [t for t in trials if t.role == role]) for role in ("fit", "held_out")}
+    check_before(parts["fit"], parts["fit"].predict(ParameterPoint()))
     base = relinearised(parts["fit"], recalibrate(parts["fit"], models.fine))
-    parts["held_out"].set_floor(base.point, models.fine, 0.004)
+    parts["held_out"].set_floor(base.point, models.fine, TOLERANCE)
+    return parts, base, models
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["cubic", "dry"])
+def test_a_law_of_an_independent_rotor_is_found_with_its_place_and_size(name):
+    """Records of another program, supports 10 to 20 % off; the linear model alone is within 10 % of the size.
+
+    Resonances that are off by as much are no clock that is shifted.
+    """
+    case = drawn(next(law for law in LAWS if law.name == name), 1)
+    parts, base, _ = calibrated(case)
+    assert not force_is_sampled(parts["fit"], base)
     seen = [ObservedPlaces.of(part, base, part.residual(base.point), part.jacobian(base.point, base.parameters))
             for part in parts.values()]  # fmt: skip
     best = propose(*seen, base)[0]
     assert [one.term.name for one in best.terms] == [name] and best.place == f"the bearing {case.place.split()[0]}"
     assert best.coefficients == pytest.approx(case.size, rel=0.1)
+
+
+@pytest.mark.slow
+def test_a_force_that_was_sampled_while_it_moves_on_is_told_from_one_that_is_held(monkeypatch):
+    """Half a sample, 0.1 ms, is a misfit of ten times the floor; what is held makes the same response."""
+    monkeypatch.setattr("studies.benchmarks.foreign_laws.HELD", False)
+    case = LawCase(LAWS[0], "left bearing", 0.0, drawn(LAWS[-1], 1).rig, 1)
+    parts, base, models = calibrated(case)
+    assert force_is_sampled(parts["fit"], base)
+    own = TwinComparison(models.twin, [held(t) for t in parts["fit"].trials])
+    again = recalibrate(own, models.fine)
+    assert again.cost < 0.2 * base.cost and not force_is_sampled(own, again)
