@@ -72,7 +72,15 @@ from rotorsim.discrepancy.judge import (
 )
 from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places
 from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect, far_off
-from rotorsim.discrepancy.mistakes import SAMPLED, check_alternatives, check_before, force_is_sampled, held
+from rotorsim.discrepancy.mistakes import (
+    SAMPLED,
+    LateProbes,
+    check_alternatives,
+    check_before,
+    check_late,
+    force_is_sampled,
+    held,
+)
 from rotorsim.discrepancy.records import (
     check_after,
     check_plane,
@@ -125,8 +133,9 @@ SWEEP_REPEATS = 10
 FAINT = "no group of lines is beyond the floor by itself; the effect shows in all together (chi-square falls by {:.0f})"
 """Note on an effect that no single group shows."""
 SEEN_FROM = (
-    "these records would have shown an effect, wherever it acts, from about these sizes on; smaller ones may be there, "
-    "and 'never' is what the calibration takes up: {}"
+    "these records would have shown each of these forms, alone in the machine and wherever it acts, from about these "
+    "sizes on; smaller ones may be there, larger ones too of another form (a stop on one side is no rub all round) or "
+    "two together, and 'never' is what the calibration takes up: {}"
 )
 """Note on what the records could show."""
 NOT_SETTLED = (
@@ -315,8 +324,10 @@ class DiagnosisRun:
     allow: tuple[str, ...] | None = None
     large: tuple[str, ...] = field(default=(), init=False)
     """Sentences on calibrated numbers that are far from the machine file."""
-    late: str = field(default="", init=False)
-    """Sentence where the records fit better with late probes."""
+    far_bearings: tuple[int, ...] = field(default=(), init=False)
+    """Numbers of the bearings that those sentences are about."""
+    late: LateProbes | None = field(default=None, init=False)
+    """Late probes with which the records fit better."""
     seen_from: dict[str, str] = field(default_factory=dict, init=False)
     """Sizes from which the records would have shown candidates."""
     laws: tuple[ProposedLaw, ...] | None = None
@@ -360,7 +371,7 @@ class DiagnosisRun:
             return replace(found, notes=(SAMPLED, *found.notes))
         far = far_places(self.fitted, base, lambda: self.progress("calibrate"))
         base = far[0][1] if far else base
-        self.large = self._large(far or [("", base)])
+        self.large, self.far_bearings = self._large(far or [("", base)])
         beyond = strained(base)
         notes += [STRAINED.format(", ".join(beyond))] if beyond else []
         if flagged(table(self.fitted, base.residual)) or self.large:
@@ -380,6 +391,8 @@ class DiagnosisRun:
             verdict, search = SearchVerdict("unknown"), None
             notes.append(NO_ANSWER)
         judgement = self._judged(base, flags, verdict, search, unexplained(self.fitted, fitted))
+        if self.late is not None and judgement.verdict.status in ("unknown", "partial"):
+            check_late(self.parts.values(), self.late)
         accuracy, scatter = max(t.accuracy for t in self.fitted.trials), own_scatter(self.fitted.trials, blocks)
         answered = judgement.verdict.status not in ("unknown", "partial")
         notes += [*judgement.notes, *accuracy_notes(accuracy, scatter, [*groups, *apart], answered)]
@@ -455,7 +468,7 @@ class DiagnosisRun:
             own = replace(self, models=models, forms=forms, laws=tuple(laws), allow=None,
                           progress=lambda stage: self.progress("discover"),
                           parts={role: part.with_twin(models.twin) for role, part in self.parts.items()})  # fmt: skip
-            own.large, own.late = self.large, self.late
+            own.large, own.far_bearings, own.late = self.large, self.far_bearings, self.late
             verdict, search = own._name(base, flags, apart)
             judgement = own._judged(base, flags, verdict, search, 0.0)
             best, odds = judgement.verdict.best, after_choice(judgement.odds, [f.key for f in forms], laws[0].tried)
@@ -518,14 +531,16 @@ class DiagnosisRun:
                 self.large,
                 share,
                 scatter,
-                self.late,
+                "" if self.late is None else self.late.sentence,
                 seen_together(groups),
                 astray,
             )
         )
 
-    def _large(self, fits: Sequence[tuple[str, ParameterFit]]) -> tuple[str, ...]:
-        """Sentences on calibrated numbers that are far from the machine file; of several far bearings all in one.
+    def _large(self, fits: Sequence[tuple[str, ParameterFit]]) -> tuple[tuple[str, ...], tuple[int, ...]]:
+        """Sentences on calibrated numbers that are far from the machine file, and the numbers of the bearings in them.
+
+        Several far bearings are all in one sentence.
 
         Every fit with a far bearing has a sentence: none would pass for a machine that agrees with its file. Numbers
         within two standard deviations of the file are left out where others are not.
@@ -537,9 +552,10 @@ class DiagnosisRun:
             far = far_off_file(fit, number)
             far = [name for name in far if abs(own[name][0]) > 2 * own[name][1]] or far
             found.append(far_off(self.machine, own, related_of(fit, V), [*strained(fit), *far]))
+        bearings = {int(key.split(".")[1]) for own in found for key in own if key.startswith("bearing.")}
         if len(found) < 2:
-            return found[0]
-        return (ONE_OF.format(" or ".join(", ".join(own) for own in found)),)
+            return tuple(found[0].values()), tuple(sorted(bearings))
+        return (ONE_OF.format(" or ".join(", ".join(own.values()) for own in found)),), tuple(sorted(bearings))
 
     def _name(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit]
@@ -628,6 +644,7 @@ class DiagnosisRun:
             spectra=shown,
             tried=tuple(h.as_dict() for h in verdict.tried),
             large=self.large,
+            far_bearings=self.far_bearings,
             left=judgement.left,
             worse=judgement.worse,
         )

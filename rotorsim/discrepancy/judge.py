@@ -167,8 +167,9 @@ TOGETHER = (
     "{chi2:.0f} from {count} numbers has a chance of {chance:.1g} where nothing is missing"
 )
 """Note on what no record shows alone."""
-CONTRADICTED = 8.0
-"""Factor between a stated accuracy and what the records show from which the two contradict each other."""
+CONTRADICTED, BELOW = 8.0, 2.0
+"""Factors between a stated accuracy and what the records show from which the two contradict each other: of the misfit,
+and of a scatter above it, which the blocks of all records measure well."""
 TOO_FINE = (
     "the stated accuracy of {accuracy:.2g} um contradicts the scatter of the records, {scatter:.2g} um, which counts"
 )
@@ -318,7 +319,7 @@ def accuracy_notes(accuracy: float, scatter: float, groups: Sequence[Misfit], an
         return []
     sizes = {"accuracy": accuracy * TO_UM, "scatter": scatter * TO_UM, "left": max(loud) * TO_UM}
     beyond = [f for f in flagged(list(groups)) if f.group != "slow"]
-    if scatter > CONTRADICTED * accuracy:
+    if scatter > BELOW * accuracy:
         return [TOO_FINE.format(**sizes)]
     if not answered and beyond and max(f.rms for f in beyond) < 2 * CONTRADICTED * accuracy:
         coarser = [replace(f, chi2=f.numbers * (f.rms / max(f.floor, *loud)) ** 2) for f in beyond]

@@ -157,15 +157,15 @@ def recalibrated_values(
 
 def far_off(
     machine: Machine, calibration: Mapping[str, tuple[float, float]], related: Mapping[str, float], far: Iterable[str]
-) -> tuple[str, ...]:
-    """Sentences on numbers far from the machine file: large changes of bearings, and strained keys (`far`)."""
+) -> dict[str, str]:
+    """Sentences on numbers far from the machine file, by key: large changes of bearings, and strained keys (`far`)."""
     strained = dict.fromkeys(key[:-2] if "~" in key else key for key in far)
     rows = recalibrated_values(machine, calibration, related)
     # of a table the number at the highest speed speaks for all: they change alike
     named = ((row.key if row.key.startswith("bearing.") else row.path, row) for row in rows)
     shown = {name: row.sentence for name, row in named if row.large or row.key in strained}
     without = [key for key in strained if key not in {row.key for row in rows}]
-    return (*shown.values(), *(_without_row(machine, calibration, key) for key in without))
+    return shown | {key: _without_row(machine, calibration, key) for key in without}
 
 
 def _without_row(machine: Machine, calibration: Mapping[str, tuple[float, float]], key: str) -> str:

@@ -17,14 +17,15 @@ Shapes that are nearly alike, as of two planes within one half wave, hide an exc
 by supports far from the file. So alternatives are calibrated too where the records as they are ask for a finding: first
 all by the tangent at the machine file's own numbers, then the best ones with the plant. A delay is one alternative: the
 tangent of its own calibration refines it. One is named where it leaves no group beyond the floor and a sum of squares
-with priors that is lower by `CLEARLY` at least.
+with priors that is lower by `CLEARLY` at least. A delay, which a seal or a damping may imitate, is named where no
+effect explains the records and it explains all of them, those that were not fitted too.
 
 Cites: allemang_1982.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 
@@ -36,8 +37,9 @@ from rotorsim.base.rounding import answer
 from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
 from rotorsim.discrepancy.changes import MAIN, PLANE
-from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
+from rotorsim.discrepancy.comparison import Misfit, TwinComparison, flagged, table
 from rotorsim.discrepancy.fit import ParameterFit, fit_parameters, foreseen, prior_rows
+from rotorsim.discrepancy.judge import seen_together
 from rotorsim.discrepancy.trial import Trial, delayed, turns_of
 from rotorsim.discrepancy.twin import of_axis
 
@@ -79,6 +81,11 @@ TOO_LATE = "the displacement is shifted by {:+.1f} ms against the shaft's angle"
 """Alternative of a delay."""
 TOO_LATE_TOO = "the records fit better when {}, or with an effect that acts like a delay: check the clocks first"
 """Note on it."""
+ALL_LATE = (
+    "records: no effect of the catalogue explains them, and all of them fit when {}; state clock in [conditions], how "
+    "far it may be off, or record all channels on one clock; nothing was assumed"
+)
+"""Refusal of records that a delay explains."""
 MOST_FORESEEN = 0.5
 """Most sum of squares of an alternative over that of the records as they are, both by the tangent, where groups of
 lines are beyond their floor and would have to go."""
@@ -286,10 +293,38 @@ def check_probes(comparison: TwinComparison, simulated: np.ndarray) -> None:
     _refuse([sentence for size, sentence in sorted(better) if size <= 2 * least + 0.1 * SHAPE])
 
 
-def check_alternatives(comparison: TwinComparison, base: ParameterFit, J: np.ndarray) -> str:
+@dataclass(frozen=True, eq=False)
+class LateProbes:
+    """Delay [s] of all probes with which the records fit better, and the calibration with it."""
+
+    lag: float
+    fit: ParameterFit
+
+    @property
+    def words(self) -> str:
+        """The alternative in words."""
+        return TOO_LATE.format(1e3 * self.lag)
+
+    @property
+    def sentence(self) -> str:
+        """Sentence on it, where an effect may be what imitates it."""
+        return TOO_LATE_TOO.format(self.words)
+
+
+def check_late(parts: Iterable[TwinComparison], late: LateProbes) -> None:
+    """Raise DataError for late probes that explain the records of all roles, each and together."""
+    groups = list[Misfit]()
+    for part in parts:
+        own = _late(part, late.lag)
+        groups += table(own, own.residual(late.fit.point))
+    if all(f.group == "slow" for f in flagged(groups)) and not seen_together(groups):
+        raise DataError(ALL_LATE.format(late.words), argument="clock", value=late.lag)
+
+
+def check_alternatives(comparison: TwinComparison, base: ParameterFit, J: np.ndarray) -> LateProbes | None:
     """Raise DataError for probes that are exchanged, reversed or turned, by calibrations of the alternatives.
 
-    Returns a sentence where the records fit as well with late probes, which a seal or a damping may imitate; else ''.
+    Returns late probes where the records fit as well with them, which a seal or a damping may imitate; else None.
 
     `base` is the calibration of the records as they are, J (n, k) [m] has the sensitivities of its parameters at the
     machine file's own numbers.
@@ -304,21 +339,21 @@ def check_alternatives(comparison: TwinComparison, base: ParameterFit, J: np.nda
     lag = min(LATE, key=lambda t: cost(_late(comparison, t)))
     if lag:
         others.append((cost(_late(comparison, lag)), TOO_LATE, _late(comparison, lag)))
-    found = []
+    found, late = [], None
     for least, sentence, other in sorted(others, key=lambda one: one[0])[:MOST_CALIBRATED]:
         if least >= most:
             break
         fit = fit_parameters(other, origin, base.parameters, start.J)
         if sentence == TOO_LATE:
             lag = _refined(comparison, lag, _foreseen(other, fit))
-            other, sentence = _late(comparison, lag), TOO_LATE.format(1e3 * lag)
+            other = _late(comparison, lag)
             fit = fit_parameters(other, fit.point, base.parameters, fit.J)
+            late = LateProbes(lag, fit)
         if fit.cost < base.cost - CLEARLY and not flagged(table(other, fit.residual)):
             found.append((fit.cost, sentence))
     shown = [sentence for size, sentence in sorted(found) if size < min(found)[0] + CLEARLY]
-    late = TOO_LATE.format(1e3 * lag)
-    _refuse([sentence for sentence in shown if sentence != late])
-    return TOO_LATE_TOO.format(late) if late in shown else ""
+    _refuse([sentence for sentence in shown if sentence != TOO_LATE])
+    return late if TOO_LATE in shown else None
 
 
 def _foreseen(comparison: TwinComparison, fit: ParameterFit) -> Callable[[TwinComparison], float]:

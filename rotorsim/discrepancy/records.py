@@ -54,8 +54,9 @@ FEWEST_LINES = 12
 """Excited lines of a record from which its frequencies and gains are laid over the twin's."""
 SCALES = np.exp(np.linspace(np.log(0.5), np.log(2.0), 281))
 """Factors on the frequency that are tried."""
-RINGING, FEWEST_PARTS, MOST_ORDERS = 0.05, 8, 6
-"""Length [s] of the parts of a record in which ringing is looked for, fewest of them, and orders that are none."""
+RINGING, FEWEST_PARTS, MOST_ORDERS, RESOLVED = 0.05, 5, 6, 3
+"""Least length [s] of the parts of a record in which ringing is looked for, fewest of them, orders that are none, and
+turns of a part at least: in a shorter one they are whatever lies between them too."""
 HIT, LEAST_HIT = 10.0, 0.1
 """Motion of a part beyond the orders, over that of the last but one and over the whole, from which it was hit."""
 AT_REST = 1e-3
@@ -335,7 +336,8 @@ def data_hash(trials: Iterable[Trial]) -> str:
 def check_hits(record: xr.Dataset, displacement: np.ndarray, speed: float, name: str) -> None:
     """Raise DataError for a shaft that rings down, as after hits of a hammer, where no force is recorded."""
     excited = any(c in record and np.any(record[c].values) for c in ("reference", "disc_force"))
-    part = round(RINGING / RIG_SAMPLE)
+    turns = RESOLVED * 2 * np.pi / abs(speed) if abs(speed) > TURNING else 0.0
+    part = round(max(RINGING, turns) / RIG_SAMPLE)
     count = len(displacement) // part
     if excited or count < FEWEST_PARTS:
         return
@@ -349,7 +351,8 @@ def check_hits(record: xr.Dataset, displacement: np.ndarray, speed: float, name:
     hits = np.flatnonzero((rise > HIT) & (size[2:] > LEAST_HIT * moves))
     if len(hits):
         first = hits[0]
-        at, rest = float(first + 1) * RINGING, size[first] < AT_REST * moves
+        loudest = np.argmax(np.abs(left[first + 1 : first + 3]).max(axis=2))
+        at, rest = float((first + 1) * part + loudest) * RIG_SAMPLE, size[first] < AT_REST * moves
         before = "was at rest before" if rest else f"{rise[first]:.0f} times what it did before"
         raise DataError(
             f"{name}: rings down from {at:.3g} s on, {before}, and no force is recorded; map the hammer's force, or "

@@ -158,6 +158,8 @@ class Diagnosis(Shown, Findings, Reported):
     """Odds after each step of a loop of diagnoses and experiments."""
     large: tuple[str, ...] = ()
     """Sentences on calibrated numbers that are far from the machine file."""
+    far_bearings: tuple[int, ...] = ()
+    """Numbers of the bearings that those sentences are about."""
     left: int = 0
     """Number of groups of lines beyond the floor at points that were not fitted."""
     discovered: DiscoveredLaw | None = None
@@ -377,9 +379,7 @@ def located(diagnosis: Diagnosis) -> tuple[LocatedEffect, ...]:
     rivals = [(key, effect) for key in others if (effect := effect_of_key(machine, key, diagnosis.at)) is not None]
     out += [LocatedEffect(key, "rival", _places(diagnosis, key, effect)) for key, effect in rivals]
     if diagnosis.status == "recalibrated":
-        about = " ".join(diagnosis.large)
-        far = [i for i, name in enumerate(machine.bearing_names) if re.search(rf"bearing {re.escape(name)}\b", about)]
-        out += [LocatedEffect(RECALIBRATED, "found", (bearing_place(machine, i),)) for i in far]
+        out += [LocatedEffect(RECALIBRATED, "found", (bearing_place(machine, i),)) for i in diagnosis.far_bearings]
     if (law := diagnosis.discovered) is not None:
         out.append(LocatedEffect(" with ".join(law.kinds), "found", (place_at(machine, law.position),)))
     if diagnosis.unknown.get("lines"):

@@ -308,14 +308,14 @@ class Twin:
     def _lean(self) -> dict[tuple[str, ...], Twin]:
         return {}
 
-    def lean(self, setting: Setting, beside: Setting | None = None) -> Twin:
+    def lean(self, setting: Setting, near: Setting | None = None) -> Twin:
         """The twin with the candidates alone that a setting turns: its runs have the same bits and cost less.
 
-        With a film a run may begin in the motion `beside` it. Candidates of one of `PARTS` of the catalogue share the
+        With a film a run may begin in the motion `near` it. Candidates of one of `PARTS` of the catalogue share the
         twin then, and so that motion.
         """
         names = turned_in(setting)
-        if beside is not None and self.machine.film is not None and (new := {*names} - {*turned_in(beside)}):
+        if near is not None and self.machine.film is not None and (new := {*names} - {*turned_in(near)}):
             parts = np.array_split(np.array(sorted(self.slots)), PARTS)
             names = tuple(sorted({*names}.union(*(part.tolist() for part in parts if new & {*part.tolist()}))))
         return self._lean.setdefault(names, replace(self, only=names))

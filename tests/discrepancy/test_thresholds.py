@@ -6,8 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from identification import make_record
 from rotorsim.discrepancy.calibration import COMPLIANCE_LIMITS, LOSS_LIMITS, LOSS_SD, FitParameter, ParameterPoint
 from rotorsim.discrepancy.comparison import UNSTEADY, Misfit
+from rotorsim.discrepancy.data_vector import own_scatter
 from rotorsim.discrepancy.diagnosis import DiagnosisRun
 from rotorsim.discrepancy.fit import FAR, NEAR, ParameterFit, far_off_file
 from rotorsim.discrepancy.judge import (
@@ -21,6 +23,7 @@ from rotorsim.discrepancy.judge import (
     worse_than,
 )
 from rotorsim.discrepancy.machine_file import far_off, recalibrated_values
+from rotorsim.discrepancy.records import make_trial
 from rotorsim.discrepancy.verdict import Explanation, SearchVerdict, joined_classes
 from rotorsim.machine import load_machine
 
@@ -101,7 +104,7 @@ def group(times, record="held_out_1"):
 @pytest.mark.parametrize(
     ("accuracy", "scatter", "times", "shown"),
     [
-        (5e-8, 5e-9, 1.0, ""), (5e-9, 5e-8, 1.0, "scatter of the records, 0.05 um"),
+        (5e-8, 5e-9, 1.0, ""), (5e-8, 7e-8, 1.0, ""), (1e-8, 5e-8, 1.0, "scatter of the records, 0.05 um"),
         (5e-7, 5e-9, 1.0, "0.5 um is coarser"), (5e-9, 4e-9, 8.0, "at most 0.4 um"), (0.0, 5e-8, 1.0, ""),
     ],
 )  # fmt: skip
@@ -110,6 +113,22 @@ def test_a_stated_accuracy_that_contradicts_the_records_is_named(accuracy, scatt
     accuracy = 5e-8 if times > 1 else accuracy
     found = accuracy_notes(accuracy, scatter, [group(times)])
     assert bool(found) == bool(shown) and all(shown in note for note in found)
+
+
+def test_an_accuracy_below_the_scatter_of_a_record_is_named():
+    """White noise of s makes the amplitudes of n samples scatter by s sqrt(2 / n); stated is a fifth of that."""
+    t = np.arange(10000) * 2e-4
+    angle, noise = 2 * np.pi * 40 * t, 1e-6
+    motion = 5e-6 * np.column_stack([np.cos(angle), np.sin(angle)])
+    motion += noise * np.random.default_rng(1).standard_normal(motion.shape)
+    given = {"disc_measured": motion, "angle_measured": angle, "speed_measured": np.full(t.size, 2 * np.pi * 40)}
+    trial = make_trial(make_record(t, given))
+    scatter = noise * np.sqrt(2 / (trial.blocks * trial.length))
+    found = own_scatter([trial], [trial.spectra])
+    assert found == pytest.approx(scatter, rel=0.1)
+    (note,) = accuracy_notes(scatter / 5, found, [group(1.0)])
+    assert f"{1e6 * found:.2g} um, which counts" in note
+    assert not accuracy_notes(scatter, found, [group(1.0)])
 
 
 @pytest.mark.parametrize(
@@ -317,7 +336,9 @@ def test_strained_numbers_are_shown_in_words_and_not_by_their_keys():
     sentences = far_off(machine, found, {}, tuple(found))
     (own,) = machine.effects["unbalance"]
     me = abs(own.me * np.exp(1j * own.phase) + 2e-4 + 1e-4j)
-    assert len(sentences) == 4 and sentences[0].startswith(f"me of unbalance 1 is {1e6 * me:.3g} g*mm +- 1 g*mm")
+    assert [key.partition(".")[0] for key in sentences] == ["effects", "effects", "bearing", "actuator_x"]
+    sentences = list(sentences.values())
+    assert sentences[0].startswith(f"me of unbalance 1 is {1e6 * me:.3g} g*mm +- 1 g*mm")
     assert sentences[1].startswith("phase of unbalance 1 is ") and "times" not in sentences[1]
     assert (
         sentences[2]
@@ -331,8 +352,8 @@ def test_strained_numbers_are_shown_in_words_and_not_by_their_keys():
 def test_a_strained_wave_that_the_machine_file_lacks_has_its_size():
     machine = load_machine("plain_rotor")
     bare = machine.with_({"effects": {k: list(v) for k, v in machine.effects.items() if k != "unbalance"}})
-    (sentence,) = far_off(bare, {"unbalance.0.me~phase.c": (3e-4, 1e-6), "unbalance.0.me~phase.s": (4e-4, 1e-6)}, {},
-                          ("unbalance.0.me~phase.c", "unbalance.0.me~phase.s"))  # fmt: skip
+    wave = {"unbalance.0.me~phase.c": (3e-4, 1e-6), "unbalance.0.me~phase.s": (4e-4, 1e-6)}
+    (sentence,) = far_off(bare, wave, {}, tuple(wave)).values()
     assert sentence == "me of unbalance is 500 g*mm +- 1 g*mm, the file has none"
 
 
@@ -374,8 +395,9 @@ def test_places_that_records_do_not_distinguish_are_all_findings():
     parts = {"fit": SimpleNamespace(layout=layout)}
     run = DiagnosisRun(load_machine("plain_rotor"), None, parts, (), (), 0.01, lambda _: None)
     left, right = run.machine.bearing_names
-    (both,), one = run._large([("0", SOFT), ("1", loss)]), run._large([("1", loss)])
+    ((both,), bearings), (one, number) = run._large([("0", SOFT), ("1", loss)]), run._large([("1", loss)])
     assert left in both and right in both and len(one) == 1 and right in one[0] and "+200 %" in one[0]
-    (softer,) = run._large([("1", far_fit(1, kx=-2.0, cx=0.6))])
+    assert (bearings, number) == ((0, 1), (1,))
+    (softer,), _ = run._large([("1", far_fit(1, kx=-2.0, cx=0.6))])
     assert "stiffness" in softer and "loss" not in softer
-    assert judged(AllEvidence(QUIET, GOOD, large=run._large([("1", loss)]))).verdict.status == "recalibrated"
+    assert judged(AllEvidence(QUIET, GOOD, large=one)).verdict.status == "recalibrated"
