@@ -314,9 +314,9 @@ def strained(base: ParameterFit, natural: float = NATURAL) -> list[str]:
     for parameter, value in zip(base.parameters, base.vector, strict=True):
         if parameter.trend or parameter.key in DIRECTIONS:
             continue
-        at_limit = value <= parameter.low or value >= parameter.high
-        lost = at_limit and parameter.key.startswith("bearing.")
-        if lost or (at_limit and abs(value) > natural * parameter.sd) or abs(value) > IMPLAUSIBLE * parameter.sd:
+        at_limit = (value <= parameter.low or value >= parameter.high) and abs(value) > natural * parameter.sd
+        undamped = value <= parameter.low and parameter.key.startswith("bearing.") and ".c" in parameter.key
+        if at_limit or undamped or abs(value) > IMPLAUSIBLE * parameter.sd:
             found.append(parameter.name)
     return found
 
