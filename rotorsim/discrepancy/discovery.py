@@ -248,7 +248,8 @@ def written(proposal: ProposedLaw, position: float, name: str, sd: dict[str, flo
             fields.append(f'    {parameter}: float = param("{one.term.unit}", doc="Coefficient of the law.")')
         for key, value in one.shape:
             unit = next(unit for known, unit, _ in one.term.shape if known == key)
-            fields.append(f'    {key}: float = param("{unit}", default={float(value)!r}, bounds=(0.0, 1.0), doc="Its {key}.")')
+            given = f'"{unit}", default={float(value)!r}, bounds=(0.0, 1.0), doc="Its {key}."'
+            fields.append(f"    {key}: float = param({given})")
     for axis in (0, 1):
         parts = []
         for one in proposal.terms:
@@ -338,7 +339,7 @@ class DiscoveredLaw:
     source: str
     """Module of the effect, which `register` makes known."""
     file: str
-    """Path of the module."""
+    """Path of the module, which no other result has."""
     probability: float
     near: tuple[str, ...] = ()
     """Laws at other places that these records do not exclude."""

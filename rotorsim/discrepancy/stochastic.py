@@ -6,8 +6,9 @@ A force that repeats with no period leaves the blocks of a record apart. Their d
 
 with the noise sigma of each channel, the receptance H from a place and the spectrum S of the force there, flat or that
 of one line at a share of the speed. The noise is a smooth function of the frequency, with a size of its own in each
-record. S, sigma and the place follow from Whittle's likelihood over all records and lines away from the orders. Between records that repeat each other a number of the machine may have changed: their difference
-is a step along the sensitivities of one part of it.
+record. S, sigma and the place follow from Whittle's likelihood over all records and lines away from the orders. Between
+records that repeat each other a number of the machine may have changed: their difference is a step along the
+sensitivities of one part of it.
 
 Assumes: a force whose x and y are not related; noise that changes little within an octave. Source: Whittle (1953).
 
@@ -114,10 +115,9 @@ class BlockDeviations:
     def of(cls, trials: Sequence[Trial]) -> BlockDeviations:
         """BlockDeviations of all records with at least two blocks that repeat, by their own mean."""
         numbers = [i for i, t in enumerate(trials) if t.periodic and t.blocks > 1 and t.probe_angle is None]
+        numbers = [i for i in numbers if between_orders(trials[i]).any()]
         own = [trials[i] for i in numbers]
-        quiet = [np.flatnonzero(between_orders(t)) for t in own]
-        numbers, own = ([one for one, k in zip(every, quiet, strict=True) if len(k)] for every in (numbers, own))
-        kept = [k for k in quiet if len(k)]
+        kept = [np.flatnonzero(between_orders(t)) for t in own]
         apart = [(t.spectra - t.spectra.mean(axis=0))[:, :, k] for t, k in zip(own, kept, strict=True)]
         return cls(
             numbers, own, [np.einsum("bik,bjk->ijk", d, d.conj()) for d in apart], [len(d) - 1 for d in apart], kept
@@ -176,7 +176,10 @@ class NoiseModel:
         self, own: BlockDeviations, forces: Sequence[np.ndarray], chosen: Sequence[np.ndarray], start: np.ndarray,
         scale: float = 0.0,
     ) -> tuple[np.ndarray, float, Callable[[np.ndarray], tuple[float, np.ndarray]]]:  # fmt: skip
-        """Least loss of log (S / scale) (2,) and the noise's numbers, where it is, and the loss; a scale of 0: S = 0."""
+        """Point of the least loss, log (S / scale) (2,) and the noise's numbers; its value there; the loss itself.
+
+        Without a scale there is no force.
+        """
 
         def loss(x: np.ndarray) -> tuple[float, np.ndarray]:
             value, by_force, by_noise = own.loss(self.at(x[2:]), forces, scale * np.exp(x[:2]), chosen)

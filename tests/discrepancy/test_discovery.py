@@ -1,6 +1,7 @@
 """Laws discovered from data: terms and their kernels, records that cannot tell a law, what does not repeat."""
 
 import json
+from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from rotorsim.discrepancy.calibration import CompiledModels, ParameterPoint
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.data_vector import TOLERANCE
-from rotorsim.discrepancy.diagnosis import trials_of
+from rotorsim.discrepancy.diagnosis import DiagnosisRun, trials_of
 from rotorsim.discrepancy.discovery import (
     NOT_PERIODIC,
     ONE_AMPLITUDE,
@@ -24,7 +25,7 @@ from rotorsim.discrepancy.discovery import (
     with_rival,
     written,
 )
-from rotorsim.discrepancy.fit import recalibrate, relinearised
+from rotorsim.discrepancy.fit import ParameterFit, recalibrate, relinearised
 from rotorsim.discrepancy.law_terms import LIBRARY, ObservedPlaces, PlaceMotion, law_places
 from rotorsim.discrepancy.mistakes import check_before, force_is_sampled, held
 from rotorsim.discrepancy.stochastic import BlockDeviations, NoiseModel, random_force, repeating
@@ -223,7 +224,7 @@ def test_the_slopes_of_the_likelihood_are_those_of_its_differences():
 
 
 def repeated_records(second: float) -> tuple[SimpleNamespace, np.ndarray]:
-    """Two records that repeat each other: residuals of thirty floors in the first, and of a share of it in the second."""
+    """Two records that repeat each other: thirty floors in the first, a share of it in the second."""
     layout = SimpleNamespace(record=np.repeat([0, 1], 4))
     return SimpleNamespace(layout=layout, repeated=[0, 0]), 30.0 * np.repeat([1.0, second], 4)
 
@@ -234,6 +235,43 @@ def test_a_gap_repeats_where_it_stays_in_the_mean_of_records_that_repeat_each_ot
     monkeypatch.setattr("rotorsim.discrepancy.stochastic.table", lambda comparison, mean: mean)
     monkeypatch.setattr("rotorsim.discrepancy.stochastic.flagged", lambda mean: list(mean[np.abs(mean) > 5]))
     assert bool(repeating(comparison, residual)) == repeats
+
+
+FORCE = SimpleNamespace(sentence="a random force")
+
+
+@pytest.mark.parametrize(
+    ("status", "flags", "repeats", "searched", "found"),
+    [("named", [1], [1], False, None), ("tie", [1], [1], False, None), ("recalibrated", [1], [1], False, None),
+     ("no_disagreement", [], [], False, "note"), ("no_disagreement", [1], [], True, "note"),
+     ("partial", [1], [], True, "note"), ("unknown", [1], [1], True, "note"), ("unknown", [1], [], True, "stochastic")],
+)  # fmt: skip
+def test_what_does_not_repeat_is_a_verdict_only_where_nothing_else_is_open(
+    status, flags, repeats, searched, found, monkeypatch
+):
+    """A law is looked for only where no name, tie or calibration is given, and where something is beyond the floor."""
+    room, tried, notes = "rotorsim.discrepancy.diagnosis", list[str](), list[str]()
+    for name, value in (("cannot_tell", ""), ("drift", None), ("random_force", FORCE), ("repeating", repeats)):
+        monkeypatch.setattr(f"{room}.{name}", lambda *given, value=value: value)
+    base = ParameterFit((), ParameterPoint(), np.zeros(1), np.zeros((1, 0)), 0.0)
+    verdict = SimpleNamespace(status=status, fitted=(), best=None)
+    run = DiagnosisRun(SimpleNamespace(film=None), None, {"fit": SimpleNamespace(trials=[])}, (), [], 0.0,
+                       lambda stage: None)  # fmt: skip
+    monkeypatch.setattr(run, "_seen", lambda part, base: SimpleNamespace(J=base.J))
+    monkeypatch.setattr(run, "_discovered", lambda *given: tried.append("law"))
+    monkeypatch.setattr(run, "_result", lambda *given: Stated())
+    judgement = SimpleNamespace(verdict=verdict, odds=(), notes=(), left=0, worse=())
+    given = run._beyond_catalogue(base, flags, [], judgement, notes)
+    assert (given.status if given else None) == (found if found == "stochastic" else None)
+    assert bool(tried) == searched and any(FORCE.sentence in note for note in notes) == (found == "note")
+
+
+@dataclass(frozen=True)
+class Stated:
+    """A verdict."""
+
+    status: str = "unknown"
+    stochastic: object = None
 
 
 def calibrated(case):
