@@ -229,11 +229,16 @@ def repeated_records(second: float) -> tuple[SimpleNamespace, np.ndarray]:
     return SimpleNamespace(layout=layout, repeated=[0, 0]), 30.0 * np.repeat([1.0, second], 4)
 
 
-@pytest.mark.parametrize(("second", "repeats"), [(1.0, True), (-1.0, False)])
+@pytest.mark.parametrize(("second", "repeats"), [(1.0, True), (0.9, True), (0.1, False), (-1.0, False)])
 def test_a_gap_repeats_where_it_stays_in_the_mean_of_records_that_repeat_each_other(second, repeats, monkeypatch):
     comparison, residual = repeated_records(second)
-    monkeypatch.setattr("rotorsim.discrepancy.stochastic.table", lambda comparison, mean: mean)
-    monkeypatch.setattr("rotorsim.discrepancy.stochastic.flagged", lambda mean: list(mean[np.abs(mean) > 5]))
+
+    def groups(comparison: SimpleNamespace, r: np.ndarray) -> list[SimpleNamespace]:
+        rms = [float(np.sqrt(np.mean(r[comparison.layout.record == i] ** 2))) for i in (0, 1)]
+        return [SimpleNamespace(number=i, channel="x", group="1X", rms=own, floor=1.0) for i, own in enumerate(rms)]
+
+    monkeypatch.setattr("rotorsim.discrepancy.stochastic.table", groups)
+    monkeypatch.setattr("rotorsim.discrepancy.stochastic.flagged", lambda found: [f for f in found if f.rms > 5])
     assert bool(repeating(comparison, residual)) == repeats
 
 
