@@ -611,7 +611,7 @@ def unsteady(trials: list[Trial], residuals: list[np.ndarray], scatter: np.ndarr
     for i, (trial, residual) in enumerate(zip(trials, residuals, strict=True)):
         if not trial.periodic or trial.blocks < 2:
             continue
-        quiet = _quiet(trial)
+        quiet = between_orders(trial)
         apart = (residual - residual.mean(axis=0))[:, :, quiet]
         for c, channel in enumerate(trial.channels):
             sigma = np.hypot(scatter[i, c, : len(quiet)][quiet] * sqrt(trial.blocks), FAINTEST)
@@ -636,7 +636,7 @@ def tone(trial: Trial, residual: np.ndarray) -> tuple[float, np.ndarray]:
     return k / (len(series) * RIG_SAMPLE), whole[k]
 
 
-def _quiet(trial: Trial) -> np.ndarray:
+def between_orders(trial: Trial) -> np.ndarray:
     """Mask (lines,) of the lines away from the mean and from the orders."""
     f = trial.frequencies
     away = f > f[1] / 2

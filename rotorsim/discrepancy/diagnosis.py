@@ -27,6 +27,7 @@ from rotorsim.discrepancy.comparison import (
 from rotorsim.discrepancy.data_vector import TOLERANCE, own_scatter, unknown_sources, without_hum, without_probe_drift
 from rotorsim.discrepancy.decision import check_allowed
 from rotorsim.discrepancy.discovery import (
+    PRICE,
     ProposedLaw,
     after_choice,
     candidate_laws,
@@ -34,7 +35,9 @@ from rotorsim.discrepancy.discovery import (
     discovered,
     laws_of,
     of_remembered,
+    priced,
     remembered,
+    with_rival,
 )
 from rotorsim.discrepancy.fit import (
     MOST_REPEATS,
@@ -58,7 +61,7 @@ from rotorsim.discrepancy.gap import (
     spectra_of,
     virtual_readings,
 )
-from rotorsim.discrepancy.hypotheses import CLEAR, EffectSearch, beyond_form_error
+from rotorsim.discrepancy.hypotheses import CLEAR, EffectSearch, Hypothesis, beyond_form_error
 from rotorsim.discrepancy.judge import (
     AllEvidence,
     Judgement,
@@ -104,7 +107,7 @@ from rotorsim.discrepancy.result import (
     related_of,
 )
 from rotorsim.discrepancy.run_ups import RunupTrial, is_table, make_sweeps, rate_notes, with_tables
-from rotorsim.discrepancy.stochastic import drift, random_force
+from rotorsim.discrepancy.stochastic import drift, random_force, repeating
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import (
@@ -157,6 +160,8 @@ FAINT_LAW = 2 * CLEAR
 """Fall of the sum of squares by a law from which on it is fitted where nothing is beyond the floor."""
 NO_LAW = "a law was looked for at all places; the best one, {}, is not borne out by the plant and by other records"
 """Note on records that show no law either."""
+NOT_REPEATED = "the records also have what does not repeat, which would be: {}"
+"""Note on what does not repeat where the gap that repeats is not explained, or where nothing disagrees."""
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
 """Note on a search without finite numbers."""
 
@@ -408,28 +413,35 @@ class DiagnosisRun:
     ) -> Diagnosis | None:  # fmt: skip
         """Diagnosis with a law that no effect of the catalogue is, or with what does not repeat; None for neither.
 
-        A law has to explain the records clearly better than the best effect of the catalogue.
+        A law has to explain the records clearly better than the best effects of the catalogue, and is not looked for
+        where a name, a tie or a calibration does. What does not repeat is the verdict only where nothing else is open,
+        and else a note.
         """
         if self.machine.film is not None:
             return None
         lacking, status = cannot_tell(self.fitted.trials), judgement.verdict.status
         unanswered = status in ("unknown", "partial")
+        if not unanswered and status != "no_disagreement":
+            return None
         if lacking:
             notes += [lacking] if unanswered else []
             return None
         self.progress("discover")
-        best = judgement.verdict.best
-        known = base.cost if best is None else min(base.cost, best.fit.cost)
+        rival = min((h for h in judgement.verdict.fitted if not h.failed), key=priced, default=None)
         try:
             seen = {role: self._seen(part, base) for role, part in self.parts.items() if role != "untouched"}
             base = replace(base, J=seen["fit"].J)
-            found = self._discovered(base, flags, apart, seen, notes, known)
-            if found is not None or not (unanswered or status == "no_disagreement"):
-                return found
+            if unanswered or flags:
+                found = self._discovered(base, flags, apart, seen, notes, rival)
+                if found is not None:
+                    return found
             force = drift(self.fitted, base) or random_force(seen["fit"])
         except NoAnswerError:
             return None
         if force is None:
+            return None
+        if status != "unknown" or repeating(self.fitted, base.residual):
+            notes.append(NOT_REPEATED.format(force.sentence))
             return None
         nothing = Judgement(SearchVerdict("unknown"), judgement.odds, judgement.notes, judgement.left, judgement.worse)
         return replace(self._result(base, flags, nothing, None, notes), status="stochastic", stochastic=force)
@@ -440,19 +452,21 @@ class DiagnosisRun:
 
     def _discovered(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], seen: dict[str, ObservedPlaces],
-        notes: list[str], known: float,
+        notes: list[str], rival: Hypothesis | None,
     ) -> Diagnosis | None:  # fmt: skip
         """Diagnosis with a law that is fitted and judged as any candidate; None where it is not borne out.
 
-        Its sum of squares has to be clearly below the `known` one.
+        Its sum of squares, with the price of its coefficients, has to be clearly below that of the calibration and that
+        of the best effects of the catalogue, its `rival`.
         """
+        known = base.cost if rival is None else min(base.cost, priced(rival))
         laws, clear = laws_of(seen["fit"], seen.get("held_out"), base), CLEAR if flags else FAINT_LAW
-        if known - laws[0].cost < clear or (laws[0].remembers and not flags):
+        if known - laws[0].cost - PRICE * len(laws[0].coefficients) < clear or (laws[0].remembers and not flags):
             return None
         notes_of_none = [*notes, NO_LAW.format(laws[0].names)]
         if laws[0].remembers:
             parts = {role: seen.get(role) or self._seen(part, base) for role, part in self.parts.items()}
-            left = remembered(parts, base, laws)
+            left = remembered(parts, base, laws, known)
             if left is None:
                 notes[:] = notes_of_none
                 return None
@@ -461,7 +475,7 @@ class DiagnosisRun:
             gap["gap"].values[:, :, 2] = np.concatenate(
                 [rms(part, left[role] * part.sigma) for role, part in self.parts.items()]
             )
-            law = of_remembered(laws, base, law_places(self.machine)[laws[0].place])
+            law = of_remembered(laws, known, law_places(self.machine)[laws[0].place])
             return replace(found, status="discovered", unknown={}, gap=gap, planner=None, discovered=law)
         with candidate_laws(laws, self.models.twin) as forms:
             models = CompiledModels.of(self.machine, {form.effect for form in forms})
@@ -471,13 +485,15 @@ class DiagnosisRun:
             own.large, own.far_bearings, own.late = self.large, self.far_bearings, self.late
             verdict, search = own._name(base, flags, apart)
             judgement = own._judged(base, flags, verdict, search, 0.0)
-            best, odds = judgement.verdict.best, after_choice(judgement.odds, [f.key for f in forms], laws[0].tried)
+            best, keys = judgement.verdict.best, {f.key for f in forms}
+            odds = with_rival(judgement.odds, judgement.verdict.fitted, rival)
+            odds = after_choice(odds, [*keys], laws[0].tried)
             rivals = [] if best is None else [e.name for e in odds if e.effects and not e.beyond
                                               and e.effects != best.keys and e.probability > EXCLUDED]  # fmt: skip
             p = 0.0 if best is None else probability_of(best.keys, odds)
-            sure = p + sum(probability_of((name,), odds) for name in rivals) >= SURE
+            sure = p + sum(probability_of((name,), odds) for name in rivals if name in keys) >= SURE
             borne_out = best is not None and judgement.verdict.status != "partial" and len(best.forms) == 1
-            if best is None or not (borne_out and sure and known - best.fit.cost > clear):
+            if best is None or not (borne_out and sure and known - priced(best) > clear):
                 notes[:] = notes_of_none
                 return None
             found = own._result(base, flags, replace(judgement, odds=odds), search, [*notes, *judgement.notes])

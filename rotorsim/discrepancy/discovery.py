@@ -34,7 +34,7 @@ from rotorsim.discrepancy.calibration import FitParameter
 from rotorsim.discrepancy.candidates import Form, screen
 from rotorsim.discrepancy.comparison import excess, table
 from rotorsim.discrepancy.fit import ParameterFit, prior_rows
-from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH
+from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH, Hypothesis
 from rotorsim.discrepancy.judge import LEAST_GONE, MANY, beyond_floor, untouched_gone
 from rotorsim.discrepancy.law_terms import (
     LIBRARY,
@@ -47,9 +47,9 @@ from rotorsim.discrepancy.law_terms import (
     series_of_lines,
 )
 from rotorsim.discrepancy.machine_file import IdentifiedEffect
-from rotorsim.discrepancy.trial import Trial
+from rotorsim.discrepancy.trial import Trial, one_speed
 from rotorsim.discrepancy.twin import Twin
-from rotorsim.discrepancy.verdict import TEMPERATURE, TIE_LEAST, Explanation
+from rotorsim.discrepancy.verdict import TEMPERATURE, TIE_LEAST, Explanation, probability_of
 from rotorsim.effects import REGISTRY
 
 MOST_TERMS = 3
@@ -58,7 +58,7 @@ SHARE = 0.1
 """Step of a coefficient in finite differences, as a share of it."""
 NEAR, MOST_LAWS = 100.0, 3
 """Difference of scores within which laws at other places are fitted to the plant too, and most laws."""
-TWICE = 1.3
+TWO_AMPLITUDES = 1.5
 """Ratio of the largest and the smallest excitation from which on there are two amplitudes."""
 NOT_PERIODIC = (
     "a law is not looked for: the records do not repeat with a period; record a periodic excitation, with whole turns "
@@ -231,15 +231,25 @@ def solved(
     return ProposedLaw(place, tuple(terms), x[k:], cost, misfit, left_over, x[:k], sd[k:])
 
 
+def named(proposal: ProposedLaw, position: float, sd: dict[str, float] | None = None) -> tuple[str, str]:
+    """Name of a law as an effect, which no other law has, and its module."""
+    own = hashlib.sha256(written(proposal, position, "law", sd).encode()).hexdigest()[:12]
+    return (name := f"law_{own}"), written(proposal, position, name, sd)
+
+
 def written(proposal: ProposedLaw, position: float, name: str, sd: dict[str, float] | None = None) -> str:
-    """Module of a law as an effect: its equation, units and, where they are known, standard deviations."""
+    """Module of a law as an effect: its equation, units and, where they are known, standard deviations.
+
+    The module is run, so that nothing of a machine file but numbers stands in it: its place is a coordinate.
+    """
     fields, equations = [], []
     for one in proposal.terms:
         for parameter in one.parameters:
             fields.append(f'    {parameter}: float = param("{one.term.unit}", doc="Coefficient of the law.")')
         for key, value in one.shape:
             unit = next(unit for known, unit, _ in one.term.shape if known == key)
-            fields.append(f'    {key}: float = param("{unit}", default={value!r}, bounds=(0.0, 1.0), doc="Its {key}.")')
+            given = f'"{unit}", default={float(value)!r}, bounds=(0.0, 1.0), doc="Its {key}."'
+            fields.append(f"    {key}: float = param({given})")
     for axis in (0, 1):
         parts = []
         for one in proposal.terms:
@@ -251,13 +261,13 @@ def written(proposal: ProposedLaw, position: float, name: str, sd: dict[str, flo
     values = dict(zip((p for one in proposal.terms for p in one.parameters), proposal.coefficients, strict=True))
     values |= {key: value for one in proposal.terms for key, value in one.shape}
     spread = {key: f"  # +- {own:.2g}" for key, own in (sd or {}).items() if own}
-    rows = [f'    position = "{position!r} m"']
+    rows = [f'    position = "{float(position)!r} m"']
     rows += [
         f'    {key} = "{value:.6g} {units_of(proposal)[key]}"{spread.get(key, "")}' for key, value in values.items()
     ]
     table = "\n".join([f"    [[effects.{name}]]", *rows])
     steady = not any(one.term.turns for one in proposal.terms)
-    return f'''"""Law discovered from records: a force at {proposal.place}, {1e3 * position:.6g} mm along the shaft.
+    return f'''"""Law discovered from records: a force {1e3 * position:.6g} mm along the shaft.
 
     F_x = {equations[0].replace("p.", "")} [N]
     F_y = {equations[1].replace("p.", "")} [N]
@@ -329,7 +339,7 @@ class DiscoveredLaw:
     source: str
     """Module of the effect, which `register` makes known."""
     file: str
-    """Path of the module."""
+    """Path of the module, which no other result has."""
     probability: float
     near: tuple[str, ...] = ()
     """Laws at other places that these records do not exclude."""
@@ -407,8 +417,8 @@ def discovered(
     sizes = np.array([terms[key][0] for one in proposal.terms for key in one.parameters])
     fitted = replace(proposal, coefficients=sizes, terms=tuple(
         replace(one, shape=tuple((key, terms[key][0]) for key, _ in one.shape)) for one in proposal.terms))  # fmt: skip
-    z, name = float(found.parameters["position"]), "discovered_law"
-    text = written(fitted, z, name, {key: sd for key, (_, sd) in terms.items()})
+    z = float(found.parameters["position"])
+    name, text = named(fitted, z, {key: sd for key, (_, sd) in terms.items()})
     path = in_cache("laws") / f"{name}.py"
     write_text(path, text)
     law, kinds = text.split('"""')[1], proposal.forms
@@ -430,11 +440,12 @@ def laws_of(seen: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFi
 
 
 def remembered(
-    parts: Mapping[str, ObservedPlaces], base: ParameterFit, laws: Sequence[ProposedLaw]
+    parts: Mapping[str, ObservedPlaces], base: ParameterFit, laws: Sequence[ProposedLaw], known: float
 ) -> dict[str, np.ndarray] | None:
     """Whitened residuals by role that the first law, with a memory, leaves, by the linear model.
 
-    None where they refute it, and where another form explains the records as well.
+    None where they refute it, where another form explains the records as well, and where the sum of squares is not
+    clearly below the `known` one.
     """
     law = laws[0]
     if any(one.score < law.score + TIE_LEAST and one.forms != law.forms for one in laws):
@@ -447,22 +458,23 @@ def remembered(
         if any(f.rms > MANY * f.floor for f in beyond_floor(seen.comparison, left[role])):
             return None
     before = excess(table(parts["fit"].comparison, base.residual))
-    clear = base.cost - law.cost > CLEAR and law.left <= (1 - ENOUGH) * before
+    clear = known - law.cost - PRICE * len(law.coefficients) > CLEAR and law.left <= (1 - ENOUGH) * before
     held_up = all(share is None or share >= LEAST_GONE["named"] for share in gone.values())
     return left if clear and held_up else None
 
 
-def of_remembered(laws: Sequence[ProposedLaw], base: ParameterFit, position: float) -> DiscoveredLaw:
+def of_remembered(laws: Sequence[ProposedLaw], known: float, position: float) -> DiscoveredLaw:
     """The first law, which has a memory: no effect of the plant has one, so that it is stated and not written as one.
 
-    The others are at places that these records do not exclude where their likelihood is near.
+    The others are at places that these records do not exclude where their likelihood is near. Its probability is that
+    against the least sum of squares that is `known` without it.
     """
     law = laws[0]
     near = tuple(one.names for one in laws[1:] if one.score < law.score + TIE_LEAST)
     keys = [key for one in law.terms for key in one.parameters]
     terms = {key: (float(c), float(sd)) for key, c, sd in zip(keys, law.coefficients, law.sd, strict=True)}
     terms |= {key: (value, 0.0) for one in law.terms for key, value in one.shape}
-    gain = (base.cost - law.cost - PRICE * len(keys)) / (2 * TEMPERATURE) - math.log(law.tried)
+    gain = (known - law.cost - PRICE * len(keys)) / (2 * TEMPERATURE) - math.log(law.tried)
     kinds = law.forms
     text = f"{' with '.join(kinds)} at {law.place}; it has a memory, which no effect of the plant has: not compiled"
     p = 1 / (1 + math.exp(-min(gain, 500.0)))
@@ -473,10 +485,32 @@ def cannot_tell(trials: Sequence[Trial]) -> str:
     """Sentence on what records lack of which a law could be identified; empty where nothing is missing."""
     if any(t.orders or not (t.periodic or t.turning) for t in trials):
         return NOT_PERIODIC
-    if len({round(t.speed) for t in trials}) < 2:
+    if one_speed(trials):
         return ONE_SPEED
     sizes, weights = [t.amplitude for t in trials], {tuple(sorted(t.stated_changes.items())) for t in trials}
-    return ONE_AMPLITUDE if max(sizes) <= TWICE * min(sizes) and len(weights) < 2 else ""
+    return ONE_AMPLITUDE if max(sizes) < TWO_AMPLITUDES * min(sizes) and len(weights) < 2 else ""
+
+
+def with_rival(
+    odds: Sequence[Explanation], laws: Sequence[Hypothesis], rival: Hypothesis | None
+) -> tuple[Explanation, ...]:
+    """Odds of laws in which the best effects of the catalogue stand too, by their sum of squares against that of a law.
+
+    Both pay for each coefficient.
+    """
+    known = [law for law in laws if probability_of(law.keys, odds) > 0]
+    if rival is None or not known:
+        return tuple(odds)
+    best = max(known, key=lambda law: probability_of(law.keys, odds))
+    gain = (priced(rival) - priced(best)) / (2 * TEMPERATURE)
+    p = probability_of(best.keys, odds) * math.exp(-min(max(gain, -500.0), 500.0))
+    other = Explanation(rival.keys, False, 0.0, 0.0, True, p)
+    return tuple(replace(e, probability=e.probability / (1 + p)) for e in (*odds, other))
+
+
+def priced(one: Hypothesis) -> float:
+    """Sum of squares of effects as they were fitted, and the price of each of their coefficients."""
+    return one.fit.cost + PRICE * sum(len(form.parameters) for form in one.forms)
 
 
 def after_choice(odds: Sequence[Explanation], keys: Sequence[str], tried: int) -> tuple[Explanation, ...]:
@@ -491,10 +525,11 @@ def candidate_laws(proposals: Sequence[ProposedLaw], twin: Twin) -> Iterator[tup
     """Forms of laws as candidates; their effects are known within the context alone."""
     places, names, forms = law_places(twin.machine), list[str](), list[Form]()
     try:
-        for number, proposal in enumerate(proposals, 1):
-            name, z = f"law_{number}", places[proposal.place]
-            load(written(proposal, z, name))
+        for proposal in proposals:
+            z = places[proposal.place]
+            name, text = named(proposal, z)
             names.append(name)
+            load(text)
             forms.append(form_of(proposal, z, name))
         yield tuple(forms)
     finally:

@@ -67,7 +67,7 @@ MOST_REPEATS = 2
 IMPLAUSIBLE = 3.0
 """Standard deviations of its prior beyond which a calibration parameter is not believed."""
 NATURAL = 2.0
-"""Standard deviations of its prior within which a limit is a natural end: a bearing or a shaft may have no damping."""
+"""Standard deviations of its prior within which a limit is a natural end: a shaft may have no damping."""
 FAR = {"k": 1.0, "c": 5.0}
 """Prior standard deviations of the relative changes of compliance (k) and loss (c) of a bearing that is far off."""
 NEAR, SHAFT = 0.2, 0.01
@@ -307,14 +307,16 @@ def closer(comparison: TwinComparison, rough: ParameterFit, progress: Callable[[
 def strained(base: ParameterFit, natural: float = NATURAL) -> list[str]:
     """Names of the machine's calibration parameters that a fit has moved to their limits or beyond their priors.
 
-    Not those that shift the data alone, nor trends, nor what stands at an end within `natural` deviations of its prior.
+    Not those that shift the data alone, nor trends, nor what stands at an end within `natural` deviations of its prior:
+    a bearing that has lost its damping is no such end.
     """
     found = []
     for parameter, value in zip(base.parameters, base.vector, strict=True):
         if parameter.trend or parameter.key in DIRECTIONS:
             continue
         at_limit = (value <= parameter.low or value >= parameter.high) and abs(value) > natural * parameter.sd
-        if at_limit or abs(value) > IMPLAUSIBLE * parameter.sd:
+        undamped = value <= parameter.low and parameter.key.startswith("bearing.") and ".c" in parameter.key
+        if at_limit or undamped or abs(value) > IMPLAUSIBLE * parameter.sd:
             found.append(parameter.name)
     return found
 

@@ -106,6 +106,8 @@ class RecalibratedValue:
         least = LARGE.get(self.key.rpartition(".")[2][:1]) if self.key.startswith("bearing.") else None
         if least is None or not min(self.value, self.before) > 0:
             return False
+        if self.key.rpartition(".")[2][:1] == "c" and self.value < self.before:  # a loss may be gone: no logarithm
+            return self.value + 2 * self.sd < self.before / least
         return abs(log(self.value / self.before)) - 2 * self.sd / self.value > log(least)
 
     @property

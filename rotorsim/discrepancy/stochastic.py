@@ -4,19 +4,20 @@ A force that repeats with no period leaves the blocks of a record apart. Their d
 
 .. math:: E[d\,d'] = \sigma^2 I + H(\omega)\,\mathrm{diag}(S_x, S_y)\,H(\omega)'
 
-with the white noise of the probes, the receptance H from a place and the spectrum S of the force there, flat or that of
-one line at a share of the speed. S, sigma and the place follow from Whittle's likelihood over all records and lines
-away from the orders. Between records that repeat each other a number of the machine may have changed: their difference
-is a step along the sensitivities of one part of it.
+with the noise sigma of each channel, the receptance H from a place and the spectrum S of the force there, flat or that
+of one line at a share of the speed. The noise is a smooth function of the frequency, with a size of its own in each
+record. S, sigma and the place follow from Whittle's likelihood over all records and lines away from the orders. Between
+records that repeat each other a number of the machine may have changed: their difference is a step along the
+sensitivities of one part of it.
 
-Assumes: a force whose x and y are not related. Source: Whittle (1953).
+Assumes: a force whose x and y are not related; noise that changes little within an octave. Source: Whittle (1953).
 
 Cites: whittle_1953.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -24,11 +25,11 @@ import numpy as np
 from scipy.optimize import fmin_l_bfgs_b
 
 from rotorsim.base.rounding import answer
-from rotorsim.discrepancy.comparison import TwinComparison
+from rotorsim.discrepancy.comparison import Misfit, TwinComparison, between_orders, flagged, table
 from rotorsim.discrepancy.data_vector import repeats
 from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places
-from rotorsim.discrepancy.trial import Trial
+from rotorsim.discrepancy.trial import Trial, one_speed
 from rotorsim.discrepancy.twin import Twin
 
 CLEAR_GAIN = 100.0
@@ -37,6 +38,10 @@ SAME_PLACE = 6.0
 """Twice the difference in log-likelihood within which places are not distinguished."""
 LOUD = 5.0
 """Power of a line over that of its neighbours, in the mean of the records, from which on it is one."""
+KNOTS = 6
+"""Frequencies, evenly apart on a logarithmic axis, between which the logarithm of the noise is taken to be straight."""
+NOISE_FREE = 12.0
+"""Most change of the logarithm of the noise at such a frequency, and in a record."""
 NOISE_OFF = 0.2
 """Relative change of the noise's variance that is allowed next to a line."""
 OF_LINE = 0.05
@@ -110,8 +115,9 @@ class BlockDeviations:
     def of(cls, trials: Sequence[Trial]) -> BlockDeviations:
         """BlockDeviations of all records with at least two blocks that repeat, by their own mean."""
         numbers = [i for i, t in enumerate(trials) if t.periodic and t.blocks > 1 and t.probe_angle is None]
+        numbers = [i for i in numbers if between_orders(trials[i]).any()]
         own = [trials[i] for i in numbers]
-        kept = [np.flatnonzero(_between_orders(t)) for t in own]
+        kept = [np.flatnonzero(between_orders(t)) for t in own]
         apart = [(t.spectra - t.spectra.mean(axis=0))[:, :, k] for t, k in zip(own, kept, strict=True)]
         return cls(
             numbers, own, [np.einsum("bik,bjk->ijk", d, d.conj()) for d in apart], [len(d) - 1 for d in apart], kept
@@ -124,66 +130,104 @@ class BlockDeviations:
         )
         return float(np.median(each))
 
-    def loss(self, spectra: Sequence[np.ndarray], noise: np.ndarray, chosen: Sequence[np.ndarray]) -> float:
-        """Minus twice the log-likelihood with `noise` (2,) [m^2] and response spectra (2, 2, k) by record [m^2]."""
-        total = 0.0
-        for W, n, P, own in zip(self.W, self.freedom, spectra, chosen, strict=True):
-            a, d = P[0, 0].real + noise[0], P[1, 1].real + noise[1]
-            det = a * d - np.abs(P[0, 1]) ** 2
-            trace = (d * W[0, 0].real + a * W[1, 1].real - 2 * (P[0, 1] * W[1, 0]).real) / det
-            total += 2 * float(np.sum((n * np.log(det) + trace)[own]))
-        return total
+    def shapes(self) -> list[np.ndarray]:
+        """Straight pieces over log frequency by record (KNOTS + records, k), and ones for the record's own size."""
+        f = [np.log(t.frequencies[k]) for t, k in zip(self.trials, self.lines, strict=True)]
+        knots = np.linspace(min(map(np.min, f)), max(map(np.max, f)) + 1e-9, KNOTS)
+        hats = [np.array([np.interp(one, knots, row) for row in np.eye(KNOTS)]) for one in f]
+        sizes = np.eye(len(f))
+        return [np.vstack([hat, np.tile(sizes[:, [i]], hat.shape[1])]) for i, hat in enumerate(hats)]
+
+    def loss(
+        self, noise: Sequence[np.ndarray], forces: Sequence[np.ndarray], S: np.ndarray, chosen: Sequence[np.ndarray]
+    ) -> tuple[float, np.ndarray, list[np.ndarray]]:
+        """Minus twice the log-likelihood on chosen lines, and its slopes by log S (2,) and by log noise (2, k).
+
+        `noise` (2, k) [m^2] and `forces`, the responses (2, 2, 2, k) to spectra of one along x and y, are by record.
+        """
+        total, by_force, by_noise = 0.0, np.zeros(2), []
+        for W, n, N, outer, own in zip(self.W, self.freedom, noise, forces, chosen, strict=True):
+            P = S[0] * outer[0] + S[1] * outer[1]
+            a, d, b = P[0, 0].real + N[0], P[1, 1].real + N[1], P[0, 1]
+            det = a * d - np.abs(b) ** 2
+            V = np.array([[d, -b], [-b.conj(), a]]) / det
+            VW = np.einsum("abk,bck->ack", V, W)
+            G = n * V - np.einsum("abk,bck->ack", VW, V)
+            total += 2 * float(np.sum((n * np.log(det) + np.einsum("aak->k", VW).real)[own]))
+            by_force += 2 * S * np.einsum("abk,ibak->ik", G, outer).real[:, own].sum(axis=1)
+            by_noise.append(2 * N * np.array([G[0, 0].real, G[1, 1].real]) * own)
+        return total, by_force, by_noise
 
 
-def _between_orders(trial: Trial) -> np.ndarray:
-    f, turns = trial.frequencies, abs(trial.speed) / (2 * np.pi)
-    away = np.abs(f - np.round(f / turns) * turns) > 0.51 * f[1] if turns > 0.5 else np.ones(len(f), bool)
-    return np.asarray(away & (f > 0))
+@dataclass(frozen=True, eq=False)
+class NoiseModel:
+    """Noise by record (2, k) [m^2]: a first guess times the exponential of shapes (m, k) times numbers (2 m,)."""
+
+    first: list[np.ndarray]
+    shapes: list[np.ndarray]
+    limit: float
+
+    def at(self, x: np.ndarray) -> list[np.ndarray]:
+        """The noise with these numbers."""
+        pairs = zip(self.first, self.shapes, strict=True)
+        return [first * np.exp(x.reshape(2, -1) @ shape) for first, shape in pairs]
+
+    def fitted(
+        self, own: BlockDeviations, forces: Sequence[np.ndarray], chosen: Sequence[np.ndarray], start: np.ndarray,
+        scale: float = 0.0,
+    ) -> tuple[np.ndarray, float, Callable[[np.ndarray], tuple[float, np.ndarray]]]:  # fmt: skip
+        """Point of the least loss, log (S / scale) (2,) and the noise's numbers; its value there; the loss itself.
+
+        Without a scale there is no force.
+        """
+
+        def loss(x: np.ndarray) -> tuple[float, np.ndarray]:
+            value, by_force, by_noise = own.loss(self.at(x[2:]), forces, scale * np.exp(x[:2]), chosen)
+            slopes = sum(one @ shape.T for one, shape in zip(by_noise, self.shapes, strict=True))
+            return value, np.concatenate([by_force, np.ravel(slopes)])
+
+        bounds = [(-20.0, 20.0)] * 2 + [(-self.limit, self.limit)] * (len(start) - 2)
+        x, least, _ = fmin_l_bfgs_b(loss, start, bounds=bounds)
+        return np.asarray(x), float(least), loss
 
 
 def random_force(seen: ObservedPlaces) -> StochasticForce | None:
-    """The random force that the scatter between blocks shows; None where white noise of the probes is all of it."""
+    """The random force that the scatter between blocks shows; None where smooth noise of the probes is all of it."""
     own = BlockDeviations.of(seen.comparison.trials)
     if not own.trials:
         return None
     quiet, every = own.noise(), [np.ones(len(k), bool) for k in own.lines]
     H = {name: [m[i].H[k] for i, k in zip(own.numbers, own.lines, strict=True)] for name, m in seen.motions.items()}
-
-    order = _line_order(own, quiet)
-
-    def fitted(place: str, chosen: Sequence[np.ndarray]) -> tuple[float, np.ndarray, np.ndarray]:
-        """Twice the gain by a force at a place on chosen lines, log S (2,) and its standard deviations."""
-        outer = [np.einsum("kia,kja->aijk", h, h.conj()) * c for h, c in zip(H[place], chosen, strict=True)]
-        scale = quiet / max(float(np.mean(np.concatenate([np.abs(o).max(axis=(0, 1, 2)) for o in outer]))), 1e-300)
-
-        def loss(x: np.ndarray) -> float:
-            S = scale * np.exp(x[:2])
-            spectra = [S[0] * o[0] + S[1] * o[1] for o in outer]
-            return own.loss(spectra, quiet * np.exp(x[2:]), chosen)
-
-        # the noise is that of all lines: next to a line alone it would explain it
-        noise = [(-NOISE_OFF, NOISE_OFF)] * 2 if order else [(-5.0, 5.0)] * 2
-
-        def silent(x: np.ndarray) -> float:
-            return loss(np.array([-60.0, -60.0, *x]))
-
-        least = fmin_l_bfgs_b(silent, np.zeros(2), approx_grad=True, bounds=noise)[1]
-        tried = [fmin_l_bfgs_b(loss, np.array([s, s, 0.0, 0.0]), approx_grad=True, bounds=[(-20.0, 20.0)] * 2 + noise)
-                 for s in (-3.0, 1.0)]  # fmt: skip
-        x, best, _ = min(tried, key=lambda one: float(one[1]))
-        h, bend = 0.05, np.zeros(2)
-        for i in (0, 1):
-            step = np.zeros(4)
-            step[i] = h
-            bend[i] = (loss(x + step) - 2 * best + loss(x - step)) / h**2 / 2
-        return float(least - best), np.log(scale) + x[:2], 1 / np.sqrt(np.maximum(bend, 1e-6))
-
+    nothing = [np.zeros((2, 2, 2, len(k))) for k in own.lines]
+    shapes = own.shapes()
+    smooth = NoiseModel([np.full((2, len(k)), quiet) for k in own.lines], shapes, NOISE_FREE)
+    silent, least, _ = smooth.fitted(own, nothing, every, np.zeros(2 + 2 * len(shapes[0])))
+    order = _line_order(own, smooth.at(silent[2:]))
     kind, chosen, width = "broadband force", every, 1.0
     if order:
         kind, width = "line", 2 * NEAR_LINE * own.trials[0].frequencies[1]
         chosen = [np.abs(t.frequencies[k] - order * abs(t.speed) / (2 * np.pi)) < NEAR_LINE * t.frequencies[1]
                   for t, k in zip(own.trials, own.lines, strict=True)]  # fmt: skip
-    fits = {place: fitted(place, chosen) for place in H}
+    noise = smooth
+    if order:  # the noise is that of the other lines: next to a line alone it would explain it
+        silent, _, _ = smooth.fitted(own, nothing, [~one for one in chosen], silent)
+        noise = NoiseModel(smooth.at(silent[2:]), [np.ones((1, len(k))) for k in own.lines], NOISE_OFF)
+        silent, least, _ = noise.fitted(own, nothing, chosen, np.zeros(4))
+
+    def fitted(place: str) -> tuple[float, np.ndarray, np.ndarray]:
+        """Twice the gain by a force at a place, log S (2,) and its standard deviations."""
+        outer = [np.einsum("kia,kja->aijk", h, h.conj()) * c for h, c in zip(H[place], chosen, strict=True)]
+        scale = quiet / max(float(np.mean(np.concatenate([np.abs(o).max(axis=(0, 1, 2)) for o in outer]))), 1e-300)
+        tried = [noise.fitted(own, outer, chosen, np.array([s, s, *silent[2:]]), scale) for s in (-3.0, 1.0)]
+        x, best, loss = min(tried, key=lambda one: one[1])
+        h, bend = 0.05, np.zeros(2)
+        for i in (0, 1):
+            step = np.zeros(len(x))
+            step[i] = h
+            bend[i] = (loss(x + step)[1][i] - loss(x - step)[1][i]) / h / 4
+        return least - best, np.log(scale) + x[:2], 1 / np.sqrt(np.maximum(bend, 1e-6))
+
+    fits = {place: fitted(place) for place in H}
     place = max(fits, key=lambda name: fits[name][0])
     gain, log_s, sd = fits[place]
     if gain < CLEAR_GAIN:
@@ -197,19 +241,33 @@ def random_force(seen: ObservedPlaces) -> StochasticForce | None:
                            (float(of_size[0]), float(of_size[1])), unit, gain, order)  # fmt: skip
 
 
-def _line_order(own: BlockDeviations, quiet: float) -> float:
-    """Share of the speed at which most records show a line that does not repeat; 0 where none does."""
-    if len({round(t.speed) for t in own.trials}) < 2:
+def repeating(comparison: TwinComparison, residual: np.ndarray) -> list[Misfit]:
+    """Groups of lines beyond the floor in the mean of the records that repeat each other: a gap that repeats."""
+    record, mean = comparison.layout.record, residual.copy()
+    firsts = np.array(comparison.repeated)
+    for first in np.unique(firsts):
+        rows = [np.flatnonzero(record == i) for i in np.flatnonzero(firsts == first)]
+        if len({len(row) for row in rows}) == 1:
+            mean[np.concatenate(rows)] = np.tile(np.mean([residual[row] for row in rows], axis=0), len(rows))
+    return flagged(table(comparison, mean))
+
+
+def _line_order(own: BlockDeviations, noise: Sequence[np.ndarray]) -> float:
+    """Share of the speed at which most records show a line that does not repeat; 0 where none does.
+
+    It stands out of the `noise` (2, k) [m^2] by record, and of its neighbours on both sides.
+    """
+    if one_speed(own.trials):
         return 0.0
     scores = np.zeros(len(ORDERS))
-    for t, k, W, n in zip(own.trials, own.lines, own.W, own.freedom, strict=True):
-        f, power = t.frequencies[k], np.einsum("iik->k", W).real / (2 * n * quiet)
+    for t, k, W, n, N in zip(own.trials, own.lines, own.W, own.freedom, noise, strict=True):
+        f, power = t.frequencies[k], np.mean(np.einsum("iik->ik", W).real / N, axis=0) / n
         for i, order in enumerate(ORDERS):
-            away = np.abs(f - order * abs(t.speed) / (2 * np.pi)) / t.frequencies[1]
-            around = (away > NEAR_LINE) & (away < 5 * NEAR_LINE)
-            if away.min() < 1.0 and around.any():
-                there = float(power @ np.maximum(1.0 - away, 0.0))
-                scores[i] += np.log(max(there / float(np.median(power[around])), 1.0))
+            apart = (f - order * abs(t.speed) / (2 * np.pi)) / t.frequencies[1]
+            sides = [(side * apart > NEAR_LINE) & (side * apart < 5 * NEAR_LINE) for side in (-1, 1)]
+            if np.abs(apart).min() < 1.0 and all(side.any() for side in sides):
+                there = float(power @ np.maximum(1.0 - np.abs(apart), 0.0))
+                scores[i] += np.log(max(there / max(float(np.median(power[side])) for side in sides), 1.0))
     best = int(np.argmax(scores))
     return float(ORDERS[best]) if scores[best] > np.log(LOUD) * len(own.trials) else 0.0
 

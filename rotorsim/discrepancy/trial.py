@@ -28,7 +28,7 @@ Cites: bendat_2010.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from math import nan
@@ -65,6 +65,8 @@ LEAST_ORDERS, SHARE_OF_RATE, LEAST_TURNS = 8, 0.4, 10
 """Least number of its orders, its highest one as a share of the samples of a turn, least turns of a record."""
 ROUNDING = 1e-12
 """Line of an input, as a share of its largest value, below which it is the rounding of a constant."""
+ONE_SPEED = 0.05
+"""Spread of speeds, as a share of the fastest, up to which they are one."""
 SHORTEST_PERIOD = 0.2
 """Shortest period [s] of an excitation, and shortest window."""
 TURNING = 1.0
@@ -590,3 +592,9 @@ def without_drift(blocks: np.ndarray, frequencies: np.ndarray, length: float, dr
     """Blocks (blocks, 2, lines) as a clock without drift would show them, right in the middle of the window."""
     middle = (np.arange(len(blocks)) - 0.5 * (len(blocks) - 1)) * length
     return np.asarray(blocks * np.exp(2j * np.pi * drift * middle[:, None] * frequencies)[:, None, :])
+
+
+def one_speed(trials: Sequence[Trial]) -> bool:
+    """Whether all speeds are one, but for what a drive wavers."""
+    speeds = [t.speed for t in trials]
+    return max(speeds) - min(speeds) <= ONE_SPEED * max(map(abs, speeds))

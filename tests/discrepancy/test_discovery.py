@@ -1,5 +1,7 @@
 """Laws discovered from data: terms and their kernels, records that cannot tell a law, what does not repeat."""
 
+import json
+from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,22 +10,26 @@ import pytest
 from rotorsim.discrepancy.calibration import CompiledModels, ParameterPoint
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.data_vector import TOLERANCE
-from rotorsim.discrepancy.diagnosis import trials_of
+from rotorsim.discrepancy.diagnosis import DiagnosisRun, trials_of
 from rotorsim.discrepancy.discovery import (
     NOT_PERIODIC,
     ONE_AMPLITUDE,
     ONE_SPEED,
     LawTerm,
     ProposedLaw,
+    candidate_laws,
     cannot_tell,
     load,
+    named,
     propose,
+    with_rival,
     written,
 )
-from rotorsim.discrepancy.fit import recalibrate, relinearised
-from rotorsim.discrepancy.law_terms import LIBRARY, ObservedPlaces, PlaceMotion
+from rotorsim.discrepancy.fit import ParameterFit, recalibrate, relinearised
+from rotorsim.discrepancy.law_terms import LIBRARY, ObservedPlaces, PlaceMotion, law_places
 from rotorsim.discrepancy.mistakes import check_before, force_is_sampled, held
-from rotorsim.discrepancy.stochastic import random_force
+from rotorsim.discrepancy.stochastic import BlockDeviations, NoiseModel, random_force, repeating
+from rotorsim.discrepancy.verdict import Explanation
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine
 from studies.benchmarks.foreign_laws import LAWS, LawCase, drawn, machine_of_laws, records
@@ -81,14 +87,58 @@ def test_the_kernel_of_a_law_is_the_term_that_was_fitted(name):
         assert kernel(*arguments) == pytest.approx(wanted, rel=1e-12)
 
 
+def cubic(size: float, place: str = "disc 1") -> ProposedLaw:
+    """A cubic law at a place."""
+    sizes = np.array([size, size])
+    return ProposedLaw(place, (LawTerm(TERMS["cubic"]),), sizes, 0, 0, 0, np.zeros(0), sizes)
+
+
 def test_a_law_is_known_only_as_long_as_it_is_a_candidate():
-    assert not [name for name in REGISTRY if name.startswith("law_")]
+    """The effects of two laws differ from each other and from those of other numbers, and go where a proof fails."""
+    before, twin = set(REGISTRY), SimpleNamespace(machine=machine_of_laws())
+    found = list[set[str]]()
+    for size in (1e12, 2e12):
+        with pytest.raises(ZeroDivisionError), candidate_laws([cubic(size), cubic(size, "disc 2")], twin) as forms:
+            found.append(set(REGISTRY) - before)
+            assert {form.effect for form in forms} == found[-1] and len(forms) == len(found[-1]) == 2
+            raise ZeroDivisionError
+        assert set(REGISTRY) == before
+    assert not found[0] & found[1]
+
+
+def test_a_name_in_a_machine_file_is_never_run(capsys):
+    """The name of a bearing would end the text of the module and begin its code."""
+    name = 'left"""\nprint("INJECTED")\n"""'
+    hostile = Machine.from_text(machine_of_laws().text.replace('name = "left"', f"name = {json.dumps(name)}"))
+    place = next(place for place in law_places(hostile) if "INJECTED" in place)
+    with candidate_laws([cubic(1e12, place)], SimpleNamespace(machine=hostile)) as forms:
+        assert forms[0].effect in REGISTRY
+    assert capsys.readouterr().out == "" and "INJECTED" not in named(cubic(1e12, place), 0.2)[1]
+
+
+def odds_of(**probabilities: float) -> list[Explanation]:
+    """Odds of laws by name."""
+    return [Explanation((name,), False, 0.0, 0.0, True, p) for name, p in probabilities.items()]
+
+
+@pytest.mark.parametrize(("cost", "more", "p"), [(100.0, 0, 0.5), (100.0, 4, 1 / (1 + np.exp(4.5))),
+                                                 (180.0, 0, 1 / (1 + np.exp(10)))])  # fmt: skip
+def test_the_best_effect_of_the_catalogue_stands_in_the_odds_and_a_coefficient_has_its_price(cost, more, p):
+    def one(key: str, cost: float, count: int) -> SimpleNamespace:
+        forms = (SimpleNamespace(parameters=(0,) * count),)
+        return SimpleNamespace(keys=(key,), forms=forms, fit=SimpleNamespace(cost=cost))
+
+    found = with_rival(odds_of(law=1.0), [one("law", 100.0, 2)], one("bow", cost, 2 + more))
+    shares = {e.name: e.probability for e in found}
+    assert shares["bow"] == pytest.approx(p, rel=1e-6) and sum(shares.values()) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(
     ("speeds", "amplitudes", "periodic", "sentence"),
     [((100, 200), (1, 2), True, ""), ((100, 100), (1, 2), True, ONE_SPEED), ((100, 200), (1, 1), True, ONE_AMPLITUDE),
-     ((100, 200), (1, 2), False, NOT_PERIODIC)],
+     ((100, 200), (1, 2), False, NOT_PERIODIC), ((100.4, 100.6), (1, 2), True, ONE_SPEED),
+     ((100, 104), (1, 2), True, ONE_SPEED), ((-100, 100), (1, 2), True, ""), ((0, 0), (1, 2), True, ONE_SPEED),
+     ((100, 200), (1, 1.31), True, ONE_AMPLITUDE), ((100, 200), (1, 1.5), True, "")],
 )  # fmt: skip
 def test_records_that_cannot_tell_a_law_state_what_to_record(speeds, amplitudes, periodic, sentence):
     trials = [SimpleNamespace(orders=(), periodic=periodic, turning=False, speed=s, amplitude=a, stated_changes={})
@@ -96,10 +146,14 @@ def test_records_that_cannot_tell_a_law_state_what_to_record(speeds, amplitudes,
     assert cannot_tell(trials) == sentence
 
 
-def scattered(size: float, place: str, order: float = 0.0) -> SimpleNamespace:
+def scattered(
+    size: float, place: str, order: float = 0.0, colour: float = 0.0, wander: float = 0.0, loud: float = 0.0
+) -> SimpleNamespace:  # fmt: skip
     """Records of white noise with a random force of a size at a place, one of two with resonances of their own.
 
-    With an order it lies at that share of the speed alone.
+    With an order it lies at that share of the speed alone. The noise's amplitude rises with a power, its `colour`, of
+    1/f below 30 Hz, and by a share, `loud`, from record to record; one line beside each order there is that of a speed
+    that wanders, of a size [m].
     """
     rng, f = np.random.default_rng(3), np.arange(0.0, 150.0, 2.0)
     H = {name: (1e-6 / (1 - (f / f0) ** 2 + 0.05j * f / f0))[:, None, None] * np.eye(2)
@@ -109,6 +163,10 @@ def scattered(size: float, place: str, order: float = 0.0) -> SimpleNamespace:
         f_random = size * (rng.normal(size=(4, 2, len(f))) + 1j * rng.normal(size=(4, 2, len(f)))) / np.sqrt(2)
         f_random *= np.abs(f - order * speed / (2 * np.pi)) < 1.1 if order else 1.0
         noise = 1e-8 * (rng.normal(size=(4, 2, len(f))) + 1j * rng.normal(size=(4, 2, len(f))))
+        noise *= np.maximum(30.0 / np.maximum(f, 2.0), 1.0) ** colour * (1 + loud * len(trials))
+        turns = speed / (2 * np.pi)
+        beside = np.abs(f - np.maximum(np.round(f / turns), 1.0) * turns) < 1.49 * f[1]
+        noise += wander * beside * (rng.normal(size=(4, 2, 1)) + 1j * rng.normal(size=(4, 2, 1)))
         spectra = noise + np.einsum("kij,bjk->bik", H[place], f_random)
         trials.append(SimpleNamespace(spectra=spectra, frequencies=f, speed=speed, blocks=4, periodic=True, orders=(),
                                       probe_angle=None))  # fmt: skip
@@ -131,6 +189,89 @@ def test_a_random_line_is_found_at_its_share_of_the_speed():
 
 def test_white_noise_of_the_probes_is_no_random_force():
     assert random_force(scattered(0.0, "a")) is None
+
+
+@pytest.mark.parametrize("colour", [0.5, 1.0, 1.5, 2.0])
+@pytest.mark.parametrize("loud", [0.0, 0.5])
+def test_coloured_noise_of_the_probes_is_no_random_force(colour, loud):
+    assert random_force(scattered(0.0, "a", colour=colour, loud=loud)) is None
+
+
+@pytest.mark.parametrize("colour", [0.0, 1.0])
+def test_a_speed_that_wanders_is_no_random_force(colour):
+    """The lines next to the orders are twenty times as loud as the others."""
+    assert random_force(scattered(0.0, "a", wander=2e-7, colour=colour)) is None
+
+
+def test_a_random_force_is_found_in_coloured_noise():
+    found = random_force(scattered(0.05, "b", colour=1.0, loud=0.3))
+    assert (found.kind, found.place, found.others) == ("broadband force", "b", ())
+    assert found.size == pytest.approx((0.05 / np.sqrt(2 * 2.0),) * 2, rel=0.2)
+
+
+def test_the_slopes_of_the_likelihood_are_those_of_its_differences():
+    seen = scattered(0.05, "a", colour=1.0)
+    own = BlockDeviations.of(seen.comparison.trials)
+    every, shapes = [np.ones(len(k), bool) for k in own.lines], own.shapes()
+    noise = NoiseModel([np.full((2, len(k)), own.noise()) for k in own.lines], shapes, 1.0)
+    outer = [np.einsum("kia,kja->aijk", h, h.conj()) for k in own.lines for h in (seen.motions["a"][0].H[k],)]
+    start = 0.1 * np.random.default_rng(2).normal(size=2 + 2 * len(shapes[0]))
+    loss = noise.fitted(own, outer, every, start, 1e-3)[2]
+    slopes = loss(start)[1]
+    for i, step in enumerate(1e-5 * np.eye(len(start))):
+        difference = (loss(start + step)[0] - loss(start - step)[0]) / 2e-5
+        assert slopes[i] == pytest.approx(difference, rel=1e-4, abs=1e-3)
+
+
+def repeated_records(second: float) -> tuple[SimpleNamespace, np.ndarray]:
+    """Two records that repeat each other: thirty floors in the first, a share of it in the second."""
+    layout = SimpleNamespace(record=np.repeat([0, 1], 4))
+    return SimpleNamespace(layout=layout, repeated=[0, 0]), 30.0 * np.repeat([1.0, second], 4)
+
+
+@pytest.mark.parametrize(("second", "repeats"), [(1.0, True), (-1.0, False)])
+def test_a_gap_repeats_where_it_stays_in_the_mean_of_records_that_repeat_each_other(second, repeats, monkeypatch):
+    comparison, residual = repeated_records(second)
+    monkeypatch.setattr("rotorsim.discrepancy.stochastic.table", lambda comparison, mean: mean)
+    monkeypatch.setattr("rotorsim.discrepancy.stochastic.flagged", lambda mean: list(mean[np.abs(mean) > 5]))
+    assert bool(repeating(comparison, residual)) == repeats
+
+
+FORCE = SimpleNamespace(sentence="a random force")
+
+
+@pytest.mark.parametrize(
+    ("status", "flags", "repeats", "searched", "found"),
+    [("named", [1], [1], False, None), ("tie", [1], [1], False, None), ("recalibrated", [1], [1], False, None),
+     ("no_disagreement", [], [], False, "note"), ("no_disagreement", [1], [], True, "note"),
+     ("partial", [1], [], True, "note"), ("unknown", [1], [1], True, "note"), ("unknown", [1], [], True, "stochastic")],
+)  # fmt: skip
+def test_what_does_not_repeat_is_a_verdict_only_where_nothing_else_is_open(
+    status, flags, repeats, searched, found, monkeypatch
+):
+    """A law is looked for only where no name, tie or calibration is given, and where something is beyond the floor."""
+    room, tried, notes = "rotorsim.discrepancy.diagnosis", list[str](), list[str]()
+    for name, value in (("cannot_tell", ""), ("drift", None), ("random_force", FORCE), ("repeating", repeats)):
+        monkeypatch.setattr(f"{room}.{name}", lambda *given, value=value: value)
+    base = ParameterFit((), ParameterPoint(), np.zeros(1), np.zeros((1, 0)), 0.0)
+    verdict = SimpleNamespace(status=status, fitted=(), best=None)
+    run = DiagnosisRun(SimpleNamespace(film=None), None, {"fit": SimpleNamespace(trials=[])}, (), [], 0.0,
+                       lambda stage: None)  # fmt: skip
+    monkeypatch.setattr(run, "_seen", lambda part, base: SimpleNamespace(J=base.J))
+    monkeypatch.setattr(run, "_discovered", lambda *given: tried.append("law"))
+    monkeypatch.setattr(run, "_result", lambda *given: Stated())
+    judgement = SimpleNamespace(verdict=verdict, odds=(), notes=(), left=0, worse=())
+    given = run._beyond_catalogue(base, flags, [], judgement, notes)
+    assert (given.status if given else None) == (found if found == "stochastic" else None)
+    assert bool(tried) == searched and any(FORCE.sentence in note for note in notes) == (found == "note")
+
+
+@dataclass(frozen=True)
+class Stated:
+    """A verdict."""
+
+    status: str = "unknown"
+    stochastic: object = None
 
 
 def calibrated(case):

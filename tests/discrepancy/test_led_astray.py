@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rotorsim.discrepancy import diagnose, hide, hypotheses
-from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
+from rotorsim.discrepancy.calibration import LOSS_LIMITS, LOSS_SD, FitParameter, ParameterPoint
 from rotorsim.discrepancy.candidates import Form, candidates
 from rotorsim.discrepancy.comparison import Misfit
 from rotorsim.discrepancy.fit import ParameterFit, strained
@@ -98,6 +98,15 @@ def test_no_damping_at_all_is_believed_where_its_prior_allows_it(low, sd, natura
     damping = FitParameter("shaft_damping", 0.1, sd, low, 5.0)
     fit = ParameterFit((damping,), ParameterPoint({damping: low}), ONES, np.ones((4, 1)), 4.0)
     assert strained(fit, natural) == ([damping.name] if named else [])
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+@pytest.mark.parametrize(("value", "named"), [(LOSS_LIMITS[0], True), (-0.9, False)])
+def test_a_bearing_that_has_lost_its_damping_is_far_off_the_file(axis, value, named):
+    """Its limit lies within two standard deviations of its prior, so that no prior tells."""
+    loss = FitParameter(f"bearing.0.c{axis}", 0.1, LOSS_SD, *LOSS_LIMITS)
+    fit = ParameterFit((loss,), ParameterPoint({loss: value}), ONES, np.ones((4, 1)), 4.0)
+    assert strained(fit) == ([loss.name] if named else [])
 
 
 def test_what_shifts_the_data_alone_says_nothing_of_the_machine():

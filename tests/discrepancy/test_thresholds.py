@@ -312,6 +312,20 @@ def test_the_scatter_of_a_damping_is_that_of_stiffness_and_loss_together(togethe
     assert row.sd / row.value == pytest.approx(share, rel=0.03)
 
 
+@pytest.mark.parametrize(("sd", "shown"), [(0.05, True), (0.2, True), (0.3, False)])
+def test_a_lost_damping_is_judged_by_the_interval_of_the_damping_itself(sd, shown):
+    """A hundredth of the damping, +- 5 to 20 % of it: of its logarithm the interval would have no end.
+
+    Where the records do not narrow it, its loss is the finding.
+    """
+    machine = load_machine("plain_rotor")
+    found = {"bearing.1.kx": (0.0, 1e-3), "bearing.1.cx": (-0.99, sd)}
+    rows = recalibrated_values(machine, found)[1:]
+    assert len(rows) == shown and all(row.large for row in rows)
+    assert [row.sd / row.before for row in rows] == pytest.approx([sd] * shown, rel=0.01)
+    assert list(far_off(machine, found, {}, ["bearing.1.cx"])) == ["bearing.1.cx"]
+
+
 def test_a_bearing_of_a_third_of_its_stiffness_can_keep_its_damping():
     lowest = 1 / (1 - COMPLIANCE_LIMITS[0]), 1 / (1 - COMPLIANCE_LIMITS[1])
     for factor in (0.35, *lowest):
