@@ -29,8 +29,10 @@ from rotorsim.base.rounding import DAMPED, falls_below_zero
 
 CLOSE = 1e-12
 """Square of the last step to a crossing over the crossing and the width around it: the next one is below 1e-9."""
-STEPS = 40
+STEPS = 50
 """Steps to a crossing, after which it counts as not certain."""
+JUMP = 1e-11
+"""Relative width of an interval over which a natural frequency that passes the line jumps."""
 HALVINGS = 16
 """Halvings of the distance to a place at which a mode is known, before it counts as not certain."""
 
@@ -283,6 +285,7 @@ class _Line:
 
         The inverse of the gap is interpolated through the places with their derivatives, at the end as close to the
         root as ends of the interval are to each other, squared: there the mode is what its derivative makes of it.
+        Where the pencil jumps, a natural frequency may jump over the line: the side that is nearer to it counts.
         """
 
         def gap(place: _Place) -> float:
@@ -294,8 +297,9 @@ class _Line:
             rates = [_derivative(one, [other for other in places if other is not one]) - turn for one in places]
             x = _zero([gap(one) for one in places], [one.at for one in places], rates)
             here = places[-1]
-            if not low.at < 0.5 * (low.at + high.at) < high.at:  # no number lies between
-                return Crossing(0, order, here.at, upward, here.pencil, here.mode)
+            if high.at - low.at < JUMP * max(abs(low.at), abs(high.at)):
+                side = min(low, high, key=lambda one: abs(gap(one)))
+                return Crossing(0, order, side.at, upward, side.pencil, side.mode)
             if len(places) > 2 and (x - here.at) ** 2 < close:
                 s = here.mode.values + (x - here.at) * here.rate(high if here is low else low)
                 return Crossing(0, order, x, upward, here.pencil, replace(here.mode, values=s))

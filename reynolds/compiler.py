@@ -31,7 +31,7 @@ from numba.core.lowering import Lower
 from numba.core.types.functions import BaseFunction
 
 from reynolds.kernel_expressions import Value
-from reynolds.kernel_writer import ERROR, AgainError, KernelWriter
+from reynolds.kernel_writer import ERROR, KernelWriter, WiderTypeError
 from rotorsim.base.errors import DataError
 
 PASSES = (
@@ -49,7 +49,7 @@ def compiling() -> Iterator[None]:
     """Compile with remembered signatures, no reports and few collections of garbage.
 
     Numba makes a million objects that stay, and reports each call of LLVM to a stopwatch for every function that waits
-    for the one it compiles. Raises DataError for a kernel that `KernelLower` refuses.
+    for the one it compiles. Raises DataError for a kernel that a writer refuses.
     """
     functions, contexts = cast(Any, BaseFunction), cast(Any, BaseContext)
     with global_compiler_lock:
@@ -166,7 +166,7 @@ class PlainLower(Lower):
             try:
                 super().lower()
                 return
-            except AgainError:
+            except WiderTypeError:
                 self.module = self.library.create_ir_module(self.fndesc.unique_name)
 
     def lower_normal_function(self, fndesc: Any) -> None:

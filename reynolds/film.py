@@ -33,7 +33,7 @@ import math
 
 from reynolds.grid import JUMP, KINK, PLACE, STRETCH
 from reynolds.jit import inlined, view
-from reynolds.lanes import two_dots
+from reynolds.vectors import two_dots
 
 STEEPEST = 1e300
 """Second derivative [m] of the gap at the edge of a pocket."""

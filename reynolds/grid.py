@@ -312,13 +312,15 @@ def make_layout(
         "laminate": LAMINATE * form.pieces * textured, "push": 6 * textured,
     }  # fmt: skip
     sizes |= {name: n_inj for name in INJECTOR_ARRAYS}
+    # columns of spikes and borders solved together, then borders at the cuts closed together
+    lanes = max((2 * rows + max(borders, 6)) * _round(rows), (borders + 1) * _round(2 * rows))
     sizes |= {
         "nozzle": NOZZLE_TERMS + 4, "source_weight": sum(source_sizes), "reader_weight": sum(reader_sizes),
         "plain_weight": sum(reader_sizes),
         "journal": 2, "journal_a": 4, "journal_b": 4, "journal_rhs": 2, "static_a": 4, "static_rhs": 2, "force": 2,
         "inverse": blocks, "spike": 2 * rows * length, "border": borders * length, "closure": 4 * rows * rows,
         "border_force": 2 * borders, "border_reader": max(n_inj, 1) * borders, "small": 2 * borders,
-        "small_matrix": borders * borders, "lanes": (2 * rows + max(borders, 6)) * _round(rows), "convergence": 8,
+        "small_matrix": borders * borders, "lanes": lanes, "convergence": 8,
         "mu": 1, "slip": 1,
         "outline": grid.n_theta + 3, "places": PLACE * grid.n_theta,
         "stretches": STRETCH * (grid.n_theta + edges), "added": foil * textured * (grid.n_theta + edges),

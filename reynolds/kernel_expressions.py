@@ -2,9 +2,10 @@
 
 The type of an expression follows from those of its parts, so code is written while the syntax is read. What is not
 plain arithmetic (`min`, `math.exp`, an intrinsic, another kernel) numba resolves and writes, so it means what it means
-to numba. What the writer has no words for raises UnwrittenError.
+to numba. An expression that the writer cannot write raises UnwrittenError.
 
-An index counts from an array's start. One that literals show to be below it is refused.
+An index below zero counts from the array's end, as in Python and in kernels that numba compiles. One that literals show
+to be below zero is refused where no condition stands before it.
 """
 
 from __future__ import annotations
@@ -12,7 +13,8 @@ from __future__ import annotations
 import ast
 import builtins
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from types import ModuleType
 from typing import Any, NamedTuple, NoReturn
 
@@ -53,12 +55,14 @@ COMPARISONS = {operator.lt, operator.le, operator.gt, operator.ge, operator.eq, 
 INTEGER = ir.IntType(64)
 SMALL = 64
 """Largest power that is written as products."""
+ALWAYS = object()
+"""Condition of what runs in every call."""
 NAMELESS = object()
 """Meaning of an expression that is no name of a constant, function or module."""
 
 
 class UnwrittenError(NumbaError):
-    """A kernel that asks for more than the writer has words for; the text is what."""
+    """A kernel has an expression or statement that the writer cannot write; the text names it."""
 
 
 class Value(NamedTuple):
@@ -67,7 +71,15 @@ class Value(NamedTuple):
     kind: Any
     code: Any
     least: int | None = None
-    """The smallest value of an integer, where literals tell it."""
+    """The smallest value of an integer, where literals tell it and no condition may have raised it since."""
+
+
+def operator_of(sign: ast.AST) -> Any:
+    """Function of an operator; raises UnwrittenError for those that numbers do not have."""
+    function = OPERATORS.get(type(sign))
+    if function is None:
+        raise UnwrittenError(f"the operator {type(sign).__name__}")
+    return function
 
 
 class ExpressionWriter:
@@ -86,6 +98,17 @@ class ExpressionWriter:
         self.places: dict[str, Any] = {}
         """Addresses of variables."""
         self.least: dict[str, int | None] = {}
+        self.since: dict[str, object] = {}
+        """Conditions under which variables were assigned."""
+        self.condition: object = ALWAYS
+        """The condition under which the code runs that is written."""
+
+    @contextmanager
+    def under_condition(self, condition: object = None) -> Iterator[None]:
+        """Write code that runs under a condition, by default one of its own."""
+        before, self.condition = self.condition, condition or object()
+        yield
+        self.condition = before
 
     def written(self, node: ast.AST) -> Any:
         """The method that writes a kind of node."""
@@ -110,7 +133,8 @@ class ExpressionWriter:
         if name in self.given:
             return self.given[name]
         if name in self.places:
-            return Value(self.kinds[name], self.b.load(self.places[name]), self.least[name])
+            least = self.least[name] if self.since[name] is self.condition else None
+            return Value(self.kinds[name], self.b.load(self.places[name]), least)
         raise UnwrittenError(f"{self.function.__name__}: {name} is used before it is set")
 
     def value(self, node: ast.expr) -> Value:
@@ -204,25 +228,34 @@ class ExpressionWriter:
         indices = [self.value(n) for n in (node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice])]
         if len(indices) != kind.ndim or any(index.kind != types.int64 for index in indices) or not kind.aligned:
             return None
+        bare = self.condition is not ALWAYS and not any(n.id in self.local for n in _names(node.slice))
         for index in indices:
-            if index.least is not None and index.least < 0:
+            if index.least is not None and index.least < 0 and not bare:
                 self.refuse(
-                    f"takes {ast.unparse(node.value)}[{index.least}]; an index counts from the start of the array and "
-                    "not from its end",
+                    f"takes {ast.unparse(node.value)}[{index.least}], an element from the end of the array; give an "
+                    "index from its start",
                     node.lineno,
                 )
-        codes = [index.code for index in indices]
+        fields = self.context.data_model_manager[kind]
+        shape = self.b.extract_value(owner.code, fields.get_field_position("shape"))
+        codes = [self._from_start(index, self.b.extract_value(shape, k)) for k, index in enumerate(indices)]
         if kind.ndim == 1:
-            data = self.context.data_model_manager[kind].get_field_position("data")
-            return self.b.gep(self.b.extract_value(owner.code, data), codes)
+            return self.b.gep(self.b.extract_value(owner.code, fields.get_field_position("data")), codes)
         array = self.context.make_array(kind)(self.context, self.b, owner.code)
         return cgutils.get_item_pointer(self.context, self.b, kind, array, codes)
+
+    def _from_start(self, index: Value, length: Any) -> Any:
+        """An index counted from the start of an axis of this length, as numba does it."""
+        if index.least is not None and index.least >= 0:
+            return index.code
+        below = self.b.icmp_signed("<", index.code, INTEGER(0))
+        return self.b.select(below, self.b.add(index.code, length), index.code)
 
     def _BinOp(self, node: ast.BinOp) -> Value:
         left, right = self.value(node.left), self.value(node.right)
         if isinstance(node.op, ast.Pow):
             return self._power(left, right)
-        return self.operate(OPERATORS[type(node.op)], left, right)
+        return self.operate(operator_of(node.op), left, right)
 
     def operate(self, function: Any, left: Value, right: Value) -> Value:
         """Value of an operation on two values."""
@@ -262,12 +295,13 @@ class ExpressionWriter:
     def _UnaryOp(self, node: ast.UnaryOp) -> Value:
         if isinstance(node.op, ast.Not):
             return Value(types.boolean, self.b.not_(self.truth(node.operand)))
-        if isinstance(node.op, ast.USub) and isinstance(node.operand, ast.Constant):
-            return self._constant(-node.operand.value)  # type: ignore[operator]
+        literal = node.operand.value if isinstance(node.operand, ast.Constant) else None
+        if isinstance(node.op, ast.USub) and isinstance(literal, (int, float)):
+            return self._constant(-literal)
         value = self.value(node.operand)
         if isinstance(node.op, ast.USub) and value.kind == types.float64:
             return Value(types.float64, self.b.fneg(value.code))
-        return self._call(OPERATORS[type(node.op)], value)
+        return self._call(operator_of(node.op), value)
 
     def _Compare(self, node: ast.Compare) -> Value:
         if len(node.ops) > 1 and any(isinstance(n, ast.Call) for n in ast.walk(node)):
@@ -275,9 +309,7 @@ class ExpressionWriter:
         values = [self.value(n) for n in (node.left, *node.comparators)]
         codes = []
         for sign, left, right in zip(node.ops, values[:-1], values[1:], strict=True):
-            if type(sign) not in OPERATORS:
-                raise UnwrittenError(f"comparison by {type(sign).__name__}")
-            codes.append(self.cast(self.operate(OPERATORS[type(sign)], left, right), types.boolean))
+            codes.append(self.cast(self.operate(operator_of(sign), left, right), types.boolean))
         result = codes[0]
         for code in codes[1:]:
             result = self.b.and_(result, code)
@@ -296,7 +328,8 @@ class ExpressionWriter:
         end, decisive = self.b.append_basic_block(), isinstance(node.op, ast.Or)
         found = []
         for k, term in enumerate(node.values):
-            value = self.value(term)
+            with self.under_condition(None if k else self.condition):
+                value = self.value(term)
             if value.kind != types.boolean:
                 raise UnwrittenError("`and` or `or` of numbers")
             if k == len(node.values) - 1:
@@ -323,7 +356,8 @@ class ExpressionWriter:
         found = []
         for block, part in zip(blocks, (node.body, node.orelse), strict=True):
             self.b.position_at_end(block)
-            found.append((self.value(part), self.b.block))
+            with self.under_condition():
+                found.append((self.value(part), self.b.block))
         kind, end = self.joined(*(value.kind for value, _ in found)), self.b.append_basic_block()
         codes = []
         for value, block in found:
@@ -337,7 +371,7 @@ class ExpressionWriter:
         callee = self.meaning(node.func)
         if node.keywords or callee is NAMELESS:
             raise UnwrittenError(f"a call of {ast.unparse(node.func)}")
-        if callee is len and isinstance(self.meaning(node.args[0]), tuple):
+        if callee is len and len(node.args) == 1 and isinstance(self.meaning(node.args[0]), tuple):
             return self.integer(len(self.meaning(node.args[0])))
         given = [self.value(argument) for argument in node.args]
         if callee in (int, float) and len(given) == 1 and given[0].kind in (types.int64, types.float64):
@@ -360,6 +394,10 @@ class ExpressionWriter:
         if folded:
             codes = [self.context.make_tuple(self.b, signature.args[0], codes)]
         return Value(signature.return_type, self.context.get_function(kind, signature)(self.b, codes))
+
+
+def _names(node: ast.AST) -> list[ast.Name]:
+    return [n for n in ast.walk(node) if isinstance(n, ast.Name)]
 
 
 def _kind_of(typing: Any, callee: Any) -> Any:

@@ -21,14 +21,14 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.types.containers import BaseTuple, UniTuple
 
-from reynolds.kernel_expressions import INTEGER, OPERATORS, ExpressionWriter, UnwrittenError, Value
+from reynolds.kernel_expressions import ALWAYS, INTEGER, ExpressionWriter, UnwrittenError, Value, operator_of
 
 ERROR = "can raise {}, which no caller reads; give a number, and refuse values in `problems`"
 """Why a kernel is refused."""
 
 
-class AgainError(Exception):
-    """A variable or result that turned out to be of a wider type than what is written of it."""
+class WiderTypeError(Exception):
+    """A variable or result has a wider type than the code written so far assumes; the kernel is written again."""
 
 
 @cache
@@ -38,9 +38,15 @@ def _definitions(file: str) -> dict[CodeType, ast.FunctionDef]:
         tree = ast.parse(Path(file).read_text(encoding="utf-8"))
     except (OSError, ValueError, SyntaxError):
         return {}
-    nodes = {n.name: n for n in tree.body if isinstance(n, ast.FunctionDef)}
-    codes = compile(tree, file, "exec", dont_inherit=True).co_consts
-    return {code: nodes[code.co_name] for code in codes if isinstance(code, CodeType) and code.co_name in nodes}
+    nodes = {(n.name, _first_line(n)): n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)}
+    codes = [c for c in compile(tree, file, "exec", dont_inherit=True).co_consts if isinstance(c, CodeType)]
+    places = [(code.co_name, code.co_firstlineno) for code in codes]
+    return {code: nodes[place] for code, place in zip(codes, places, strict=True) if place in nodes}
+
+
+def _first_line(node: ast.FunctionDef) -> int:
+    """Line at which the code of a function begins, that of its first decorator."""
+    return node.decorator_list[0].lineno if node.decorator_list else node.lineno
 
 
 def definition(function: Callable[..., Any]) -> ast.FunctionDef:
@@ -64,31 +70,36 @@ class KernelWriter(ExpressionWriter):
     def __init__(self, function: Callable[..., Any], refuse: Callable[[str, int], NoReturn]) -> None:
         self.node = definition(function)
         stored = [n.id for n in ast.walk(self.node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
-        self.stores = Counter(stored)
+        self.stores = Counter([*stored, *(a.arg for a in self.node.args.args)])
+        self.assigned = set(stored)
         super().__init__(function, {*stored, *(a.arg for a in self.node.args.args)}, refuse)
         plain = any(isinstance(n, ast.Return) and n.value is not None for n in ast.walk(self.node))
         self.result: Any = None
         self.declared = types.float64 if plain else types.none
 
     def write(self, context: Any, builder: Any, arguments: Sequence[Value]) -> None:
-        """Write the body where the builder stands; raises AgainError where `declared` was not the result's type."""
+        """Write the body where the builder stands; raises WiderTypeError where `declared` was not the result's type."""
         self.context, self.typing, self.b = context, context.typing_context, builder
-        self.places, self.least = {}, {}
+        self.places, self.least, self.since, self.condition = {}, {}, {}, ALWAYS
         self.loops: list[tuple[Any, Any]] = []
         names = [a.arg for a in self.node.args.args]
         self.given = dict(zip(names, arguments, strict=True))
         for name in names:
-            if name in self.stores:
+            if name in self.assigned:
                 self._keep(name, self.given.pop(name))
         self._block(self.node.body)
         if not self.b.block.is_terminated:
             self._return(Value(types.none, self.context.get_dummy_value()))
 
     def _block(self, statements: Sequence[ast.stmt]) -> None:
+        before = self.condition
         for statement in statements:
             if self.b.block.is_terminated:
-                return
+                break
             self.written(statement)(statement)
+            if _may_leave(statement):
+                self.condition = object()
+        self.condition = before
 
     def _Expr(self, node: ast.Expr) -> None:
         if not isinstance(node.value, ast.Constant):
@@ -123,10 +134,7 @@ class KernelWriter(ExpressionWriter):
         if isinstance(target, ast.Name):
             self._keep(target.id, value)
         elif isinstance(target, ast.Subscript):
-            owner = self.value(target.value)
-            place = self.place(owner, target)
-            if place is None:
-                raise UnwrittenError(f"an element of {owner.kind}")
+            owner, place = self._element(target)
             self.b.store(self.cast(value, owner.kind.dtype), place)
         elif isinstance(target, ast.Tuple) and isinstance(value.kind, BaseTuple):
             if len(value.kind) != len(target.elts):
@@ -136,8 +144,16 @@ class KernelWriter(ExpressionWriter):
         else:
             raise UnwrittenError(f"assignment to {type(target).__name__}")
 
+    def _element(self, target: ast.Subscript) -> tuple[Value, Any]:
+        """Array and address of an element that may be written."""
+        owner = self.value(target.value)
+        place = self.place(owner, target)
+        if place is None or not owner.kind.mutable:
+            raise UnwrittenError(f"an element of {owner.kind}")
+        return owner, place
+
     def _AugAssign(self, node: ast.AugAssign) -> None:
-        function = OPERATORS[type(node.op)]
+        function = operator_of(node.op)
         if isinstance(node.target, ast.Name):
             before = self.name(node.target.id)
             if isinstance(before.kind, types.Array):
@@ -146,10 +162,7 @@ class KernelWriter(ExpressionWriter):
             return
         if not isinstance(node.target, ast.Subscript):
             raise UnwrittenError("change of an attribute")
-        owner = self.value(node.target.value)
-        place = self.place(owner, node.target)
-        if place is None:
-            raise UnwrittenError(f"an element of {owner.kind}")
+        owner, place = self._element(node.target)
         before = Value(owner.kind.dtype, self.b.load(place))
         after = self.operate(function, before, self.value(node.value))
         self.b.store(self.cast(after, owner.kind.dtype), place)
@@ -160,7 +173,8 @@ class KernelWriter(ExpressionWriter):
         ends = False
         for block, statements in ((then, node.body), (other, node.orelse)):
             self.b.position_at_end(block)
-            self._block(statements)
+            with self.under_condition():
+                self._block(statements)
             if not self.b.block.is_terminated:
                 self.b.branch(end)
                 ends = True
@@ -179,7 +193,8 @@ class KernelWriter(ExpressionWriter):
             self.b.branch(body)
         else:
             self.b.cbranch(self.truth(node.test), body, end)
-        self._loop(node.body, body, head, end)
+        with self.under_condition():
+            self._loop(node.body, body, head, end)
         if for_ever and not any(isinstance(n, ast.Break) for n in ast.walk(node)):
             self.b.unreachable()
 
@@ -198,6 +213,8 @@ class KernelWriter(ExpressionWriter):
         if node.orelse or not isinstance(node.target, ast.Name):
             raise UnwrittenError("else of a loop, or a loop over pairs")
         if isinstance(over, ast.Call) and self.meaning(over.func) is range and not over.keywords:
+            if not 1 <= len(over.args) <= 3:
+                raise UnwrittenError("a range of other arguments")
             bounds = [self.value(bound) for bound in over.args]
             first, last = bounds[:2] if len(bounds) > 1 else (self.integer(0), bounds[0])
             self._count(node, first, last, bounds[2] if len(bounds) > 2 else self.integer(1))
@@ -233,8 +250,9 @@ class KernelWriter(ExpressionWriter):
         self.b.cbranch(goes_on, body, end)
         self.b.position_at_end(body)
         number = Value(types.int64, k, first.least if rises else None)
-        self._keep(node.target.id, element(number) if element else number)  # type: ignore[attr-defined]
-        self._loop(node.body, body, following, end)
+        with self.under_condition(self.condition if _surely_runs(first, last, step) else None):
+            self._keep(node.target.id, element(number) if element else number)  # type: ignore[attr-defined]
+            self._loop(node.body, body, following, end)
         self.b.position_at_end(following)
         self.b.store(self.b.add(k, step.code, flags=["nsw"]), counter)
         self.b.branch(head)
@@ -256,7 +274,7 @@ class KernelWriter(ExpressionWriter):
         self.result = value.kind if self.result is None else self.joined(self.result, value.kind)
         if self.result != self.declared:
             self.declared = self.result
-            raise AgainError
+            raise WiderTypeError
         code = self.context.get_return_value(self.b, self.result, self.cast(value, self.result))
         self.context.call_conv.return_value(self.b, code)
 
@@ -265,9 +283,23 @@ class KernelWriter(ExpressionWriter):
         kind = value.kind if name not in self.kinds else self.joined(self.kinds[name], value.kind)
         if name in self.places and kind != self.kinds[name]:
             self.kinds[name] = kind
-            raise AgainError
+            raise WiderTypeError
         self.kinds[name] = kind
         if name not in self.places:
             self.places[name] = cgutils.alloca_once(self.b, self.context.get_value_type(kind), name=name)
         self.b.store(self.cast(value, kind), self.places[name])
         self.least[name] = value.least if self.stores[name] == 1 else None
+        self.since[name] = self.condition
+
+
+def _may_leave(node: ast.stmt) -> bool:
+    """Whether what follows a statement runs under a condition."""
+    leaves = (ast.Return, ast.Break, ast.Continue)
+    return isinstance(node, ast.While) or any(isinstance(n, leaves) for n in ast.walk(node))
+
+
+def _surely_runs(first: Value, last: Value, step: Value) -> bool:
+    """Whether literals show that a range is not empty."""
+    if not all(isinstance(value.code, ir.Constant) for value in (first, last, step)):
+        return False
+    return step.code.constant != 0 and len(range(first.code.constant, last.code.constant, step.code.constant)) > 0

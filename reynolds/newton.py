@@ -23,9 +23,9 @@ from numpy import float32
 from reynolds.differences import gap_derivative, gap_jacobian, numerical_jacobian
 from reynolds.film import force_of, thickness_slope, wrap
 from reynolds.jit import inlined, kernel
-from reynolds.lanes import add_columns, dot, two_dots, wide_vectors
 from reynolds.residual import CAREFUL, injected_derivative, jacobian, residual, thickness_derivative
 from reynolds.ring import close_ring, close_spike, factor, open_solve, spike_rhs
+from reynolds.vectors import add_columns, dot, two_dots, wide_vectors
 
 RATE, AGE, FACTORISATIONS, ITERATIONS = 0, 1, 2, 3
 """Places in w[convergence]: estimated rate, stages since it was measured, and two counters."""

@@ -18,7 +18,7 @@ Cites: golub_2013.
 from __future__ import annotations
 
 from reynolds.jit import inlined
-from reynolds.lanes import (
+from reynolds.vectors import (
     add_columns,
     clear_column,
     copy,

@@ -12,7 +12,8 @@ polynomials through the last steps.
 
 A steady film, and the equilibrium of a journal, come by pseudo-transient continuation (Kelley & Keyes 1998): implicit
 Euler steps in a pseudo-time that grows as the solution settles lead from ambient pressure to the basin of Newton's
-method, whatever the eccentricity; a last Newton solve without storage sharpens the answer to round-off. The journal
+method, whatever the eccentricity; a last Newton solve without storage sharpens the answer to round-off. Where it
+fails, as close behind a fold where all is almost at rest, the steps go on and are solved as sharply. The journal
 obeys  A X - B F = b  with a damper d X' while it moves (a journal held in place has B = 0).
 
 Cites: bank_1985, hosea_1996, kelley_1998.
@@ -200,16 +201,18 @@ def settle_film(w: np.ndarray, layout: Layout, pseudo_step: Callable[[float, flo
 
     Returns whether the steady equations were solved to `SHARP`. The force is left in w[force].
     """
-    step = FIRST_STEP
+    step, solved = FIRST_STEP, ROUGH
     places = ((layout.p, layout.length), (layout.plenum, layout.n_inj), (layout.journal, 2))
     state = np.concatenate([np.arange(a, a + n) for a, n in places])
     for _ in range(MOST_STEPS):
-        before = w[state]
-        if pseudo_step(1.0 / step, ROUGH) > 0:
+        before, last = w[state], step >= LAST_STEP
+        iadt, tolerance = (0.0, SHARP) if last else (1.0 / step, solved)
+        if pseudo_step(iadt, tolerance) > 0:
+            if last:
+                return True
             step *= GROWTH
         else:
             w[state] = before
             step *= RETREAT
-        if step >= LAST_STEP:
-            return pseudo_step(0.0, SHARP) > 0
+            solved = SHARP if last else solved
     return False

@@ -7,7 +7,7 @@ their number proven at each step; motions that grow without oscillation count to
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -105,26 +105,31 @@ def stability_limit(
 def onset_beyond(plant: Plant, fastest: float, pressures: Iterable[float]) -> str:
     """Sentence on the lowest onset between the fastest speed asked for [rad/s] and `top_speed`; empty without one.
 
-    At gauge pressures [Pa]; a machine that whirls at the fastest speed already has been warned of.
+    At gauge pressures [Pa], in the sense of rotation of the fastest speed. The sentence also states where a mode may be
+    missing. A machine that whirls at the fastest speed already has been warned of.
     """
-    top, found = top_speed(plant), []
-    for pressure in pressures if 0 <= fastest < top else ():
-        search = LeastDamped.up_to(plant, pressure, top)
-        onset, frequency, _ = first_loss(search, search.with_kinks(np.array([fastest, top])), POINTED)
+    top, found, complete = top_speed(plant), [], True
+    sense, fastest = -1.0 if fastest < 0 else 1.0, abs(fastest)
+    for pressure in pressures if fastest < top else ():
+        search = replace(LeastDamped.up_to(plant, pressure, top), sense=sense)
+        onset, frequency, looked = first_loss(search, search.with_kinks(np.array([fastest, top])), POINTED)
+        complete &= bool(looked) or onset == fastest
         if onset > fastest:
             found.append((onset, frequency))
     if not found:
-        return ""
+        why = "the film does not carry the rotor, or a mode may be missing"
+        return "" if complete else f"not looked at above {sense * fastest * TO_RPM:.0f} rpm: {why}"
     onset, frequency = min(found)
     what = f"a mode of {frequency * TO_HZ:.4g} Hz grows" if frequency else "the rotor leaves its place"
-    return f"{what} from {onset * TO_RPM:.0f} rpm on"
+    return f"{what} from {sense * onset * TO_RPM:.0f} rpm on{'' if complete else ', or below: a mode may be missing'}"
 
 
 @dataclass(frozen=True, eq=False)
 class LeastDamped:
     """The least damped mode of a plant at a gauge pressure [Pa] in a region.
 
-    The modes at each speed are found from those at the one before.
+    The modes at each speed are found from those at the one before. Nodes are at sizes of speeds in one `sense` of
+    rotation, -1 for that from y to x.
     """
 
     plant: Plant
@@ -132,6 +137,7 @@ class LeastDamped:
     region: Region
     hints: list[float]
     known: list[Modes] = field(default_factory=list)
+    sense: float = 1.0
 
     @classmethod
     def up_to(cls, plant: Plant, pressure: float, highest: float) -> LeastDamped:
@@ -159,7 +165,7 @@ class LeastDamped:
 
     def node(self, speed: float) -> Node:
         """The modes at a speed [rad/s], none where the film does not carry."""
-        model = at_speed(self.plant, self.pressure)(speed)
+        model = self._model(speed)
         return Node(speed, model, nothing(0) if model is None else self._modes(model))
 
     def place(self, node: Node) -> crossings.ModesAt:
@@ -169,7 +175,7 @@ class LeastDamped:
 
         def slopes(towards: float) -> np.ndarray:
             step = NEARBY * (towards - node.at)
-            pencil = at_speed(self.plant, self.pressure)(node.at + step) if s.size else None
+            pencil = self._model(node.at + step) if s.size else None
             if pencil is None:
                 return np.full(s.size, np.nan)
             return np.asarray(np.imag(crossings.rates(modes, pencil) * s.conj()) * s.imag / (step * np.abs(s) ** 3))
@@ -189,7 +195,11 @@ class LeastDamped:
     def followed(self, speeds: Sequence[float]) -> Followed:
         """The modes followed over ascending speeds (n,) [rad/s]."""
         with one_thread():
-            return follow(at_speed(self.plant, self.pressure), speeds, self.region, self.hints)
+            return follow(self._model, speeds, self.region, self.hints)
+
+    def _model(self, size: float) -> LinearPlant | None:
+        """The linear model at a speed of this size [rad/s]; None where the film does not carry."""
+        return at_speed(self.plant, self.pressure)(self.sense * size)
 
 
 def first_loss(search: LeastDamped, speeds: np.ndarray, accuracy: float = 1e-8) -> tuple[float, float, float]:

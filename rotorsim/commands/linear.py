@@ -90,7 +90,7 @@ def response(
     with result.folder("response", "response.nc", "response.csv") as folder:
         note_compiling(plant.assembly, "settle")
         found = unbalance_response(plant, grid, supply, given)
-        above = onset_beyond(plant, grid[-1], [supply])
+        above = onset_beyond(plant, max(grid, key=abs), [supply])
         _write(found, folder, "response", _response_rows(found))
         if result.report:
             from rotorsim.report.linear import write_response
@@ -141,7 +141,7 @@ def campbell(
 
     with result.folder("campbell", "campbell.nc", "campbell.csv") as folder:
         note_compiling(plant.assembly, "settle")
-        found, above = find_modes(plant, grid, supply, modes), onset_beyond(plant, grid[-1], [supply])
+        found, above = find_modes(plant, grid, supply, modes), onset_beyond(plant, max(grid, key=abs), [supply])
         lines = None if ends is None else critical_speed_map(plant, (float(ends[0]), float(ends[1])))
         kept = found if lines is None else found.assign(undamped_critical_speed=lines["wn"])
         _write(kept, folder, "campbell", _mode_rows(found))

@@ -165,7 +165,7 @@ def map_command(
     numbers, listed = summary(found), {key for key, *_ in LISTED.values()} | {key for _, key in LOOKED.values()}
     rows = [(key.replace("_", " "), _short(value)) for key, value in numbers.items() if key not in listed]
     looked = wanted.with_onset or grid.fields or found.attrs["ended"] != "complete"
-    above = "" if looked else onset_beyond(plant, grid.speeds[-1], found["pressure"].values[[0, -1]])
+    above = "" if looked else onset_beyond(plant, max(grid.speeds, key=abs), found["pressure"].values[[0, -1]])
     rows += [(ABOVE, above)] if above else []
     result.show(numbers | {"above_asked": above}, rows, folder.files)
     _leave_if_incomplete(found, folder.files["map"], fed)

@@ -347,7 +347,7 @@ class Screening:
         # a column that the calibration imitates to a thousandth, or two that cancel, do not explain anything
         weak = np.diag(G) < 1e-5 * self.raw[columns]
         G = G + np.diag(np.where(weak, 1e300, 1e-9 * np.diag(G)))
-        scale = np.sqrt(np.diag(G))
+        scale = np.sqrt(np.maximum(np.diag(G), 1e-300))
         try:
             if len(columns) > 1 and answer(np.linalg.cond, G / scale[:, None] / scale) > 1e4:
                 return 0.0, np.zeros(len(columns))

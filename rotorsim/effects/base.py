@@ -45,9 +45,9 @@ An effect file holds the equation and its source, a dataclass whose fields are m
               displacement per modal coordinate.
 ``rotating``  ``(p) -> time``  ratio [s] of damping to stiffness of the shaft in the frame that turns with it.
 
-`p` is the record of the effect's own parameters in SI units, and of what `derived` adds; an index counts from the start
-of an array, never from its end. At its neutral values an
-effect leaves every bit of a trajectory as it is without it.
+`p` is the record of the effect's own parameters in SI units, and of what `derived` adds; an index below zero
+counts from the end of its axis, as in Python. At its neutral values an effect leaves every bit of a trajectory as it is
+without it.
 
 An effect has its own data for a diagnosis: forms in which it may be missing, parameters that are calibrated, its role.
 Effects of installed packages are loaded by their entry points: whoever installs a package chose to run it. Nothing that

@@ -30,7 +30,7 @@ from typing import Any, Protocol, cast
 
 import numpy as np
 
-from reynolds import differences, film, injector, lanes, newton, residual, ring, texture, transient
+from reynolds import differences, film, injector, newton, residual, ring, texture, transient, vectors
 from reynolds.grid import Layout
 from reynolds.jit import cache_digest, cache_folder, calls_addresses
 from rotorsim.base.cache import key_of, source_files
@@ -75,7 +75,7 @@ class KernelModule(Protocol):
 
 
 FILM_SOURCES = (
-    film, texture, injector, lanes, residual, differences, ring, newton, transient,
+    film, texture, injector, vectors, residual, differences, ring, newton, transient,
 )  # fmt: skip
 LINEAR_ENTRIES = ("linear_terms", "gap_terms")
 """Kernels of a film that are compiled where a linear model is asked for."""

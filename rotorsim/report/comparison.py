@@ -96,7 +96,7 @@ def _responses(results: Results) -> go.Figure:
     for number, (name, found) in enumerate(results.items()):
         one = found.isel(place=0)
         x = one["response_re"].sel(axis="x").values + 1j * one["response_im"].sel(axis="x").values
-        speed, lag = found["speed"].values, phase_lag(np.nan_to_num(x))
+        speed, lag = found["speed"].values, phase_lag(x)
         first = first or (lag, speed)
         rpm, look = speed * TO_RPM, line_look(number, name)
         figure.add_trace(curve(rpm, one["major"].values * TO_UM, **look), 1, 1)

@@ -207,7 +207,8 @@ def response_figure(found: xr.Dataset, places: tuple[str, ...] | None = None) ->
     for k, place in enumerate(chosen):
         one = found.sel(place=place)
         x = one["response_re"].sel(axis="x").values + 1j * one["response_im"].sel(axis="x").values
-        lag = -np.degrees(np.unwrap(np.angle(x)))
+        lag, seen = np.full(x.size, np.nan), np.isfinite(x)
+        lag[seen] = -np.degrees(np.unwrap(np.angle(x[seen])))
         lag -= 360 * np.round(np.nanmin(lag) / 360) if np.isfinite(lag).any() else 0.0
         look: dict[str, Any] = {"colour": PIN_COLOURS[k % len(PIN_COLOURS)], "name": place, "width": 2, "digits": 6}
         figure.add_trace(curve(speed, one["major"].values * TO_UM, legendgroup=place, **look), 1, 1)

@@ -109,7 +109,8 @@ def phase_lag(a: np.ndarray, least: float = 0.0) -> np.ndarray:
     Wrapped to [-90, 270), with gaps where it wraps, if it turns by more than modes of one order do: beats of a free
     vibration with the order would otherwise carry it off.
     """
-    lag, seen = np.full(a.size, np.nan), np.abs(a) > max(FAINTEST * np.abs(a).max(initial=0.0), least)
+    size = np.nan_to_num(np.abs(a))
+    lag, seen = np.full(a.size, np.nan), size > max(FAINTEST * size.max(initial=0.0), least)
     if not seen.any():
         return lag
     lag[seen] = -np.degrees(np.unwrap(np.angle(a[seen])))

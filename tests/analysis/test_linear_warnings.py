@@ -1,12 +1,15 @@
 """Warnings of linear analyses: beyond the tables of bearings, above the onset of whirl, extremes at an end."""
 
 import json
+import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray as xr
 from scipy.special import wofz
 
+from fe_shaft.spectrum import modes_in as everything_in
 from rotorsim.analysis import campbell, map_machine, mode_shapes, unbalance_response
 from rotorsim.analysis.campbell import default_speeds, highest_speed, top_speed
 from rotorsim.analysis.shaft_motion import TOO_FAST, largest_response, passed_too_fast, peak_of, unbalances_of
@@ -186,6 +189,43 @@ def test_the_default_speeds_reach_the_onset_and_a_sentence_points_to_it_from_bel
     else:
         assert stated == ""
     assert onset_beyond(plant, top_speed(plant), [pressure]) == ""
+
+
+def test_a_shaft_that_turns_the_other_way_has_the_onset_of_its_mirror_image():
+    plant = unstable()
+    onset, frequency, _ = stability_limit(plant, 0.0, top_speed(plant), 1e-4)
+    stated = [onset_beyond(plant, sign * 0.6 * onset, [0.0]) for sign in (1, -1)]
+    assert [float(one.split(" rpm")[0].split()[-1]) for one in stated] == pytest.approx(
+        [onset / RPM, -onset / RPM], rel=2e-4
+    )
+    assert [float(one.split(" Hz")[0].split()[-1]) for one in stated] == pytest.approx(
+        [frequency / (2 * np.pi)] * 2, rel=1e-3
+    )
+    assert [onset_beyond(plant, sign * top_speed(plant), [0.0]) for sign in (1, -1)] == ["", ""]
+
+
+@pytest.mark.parametrize("command", ["response", "campbell"])
+def test_speeds_of_both_senses_point_to_the_onset_in_the_sense_of_the_fastest(command, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    given = ["--set", "effects.internal_damping.time=0.2 ms", "--speeds", "-800 rpm:100 rpm:4", "--json", "--no-report"]
+    with pytest.raises(SystemExit) as ended:
+        main([command, "plain_rotor", *given])
+    assert not ended.value.code
+    above = json.loads(capsys.readouterr().out)["above_asked"]
+    assert float(above.split(" rpm")[0].split()[-1]) < -800
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_an_onset_that_is_not_looked_for_is_said(sign, monkeypatch):
+    plant, searched = unstable(), sys.modules["rotorsim.analysis.whirl_onset"]
+    onset = stability_limit(plant, 0.0, top_speed(plant), 1e-4)[0]
+    low, modes_in = 0.5 * onset, everything_in
+    monkeypatch.setattr("fe_shaft.follower.modes_in", lambda *given: replace(modes_in(*given), missing=np.nan))
+    monkeypatch.setattr(searched, "modes_in", lambda *given: replace(modes_in(*given), missing=np.nan))
+    assert "a mode may be missing" in onset_beyond(plant, sign * low, [0.0])
+    monkeypatch.setattr(searched, "top_speed", lambda _: 0.8 * onset)
+    stated = onset_beyond(plant, sign * low, [0.0])
+    assert stated.startswith(f"not looked at above {sign * low / RPM:.0f} rpm")
 
 
 def passage(beta):

@@ -210,6 +210,21 @@ def test_branches_say_where_they_begin_and_end():
     assert not lost and [c.at for c in lines] == pytest.approx([20.0], rel=1e-12) and not lines[0].upward
 
 
+@pytest.mark.parametrize("sense", [1, -1])
+@pytest.mark.parametrize("jump", [0.2, 1e-4])
+def test_where_a_frequency_jumps_over_the_line_it_crosses_at_the_jump_in_either_sense(jump, sense):
+    """An oscillator at 20 that falls by a part at the speed 20 (1 - jump / 3): above the line before, below behind."""
+    at = 20.0 * (1 - jump / 3)
+
+    def family(x):
+        return oscillators([20.0 if abs(x) < at else 20.0 * (1 - jump), 70.0], [0.1, 0.2])
+
+    found = follow(family, sorted((sense * 5.0, sense * 45.0)), REGION)
+    (crossing,), lost = crossings(family, found, (1.0,))
+    assert not lost and not crossing.upward and crossing.at == pytest.approx(sense * at, rel=2e-11)
+    assert abs(crossing.modes.values[0]) == pytest.approx(20.0, rel=1e-12)  # the nearer side
+
+
 def whirling(speeds, k, c, cross):
     """A disc between two bearings with tables of stiffness, damping and cross-coupling."""
     shaft, disc = [ShaftElement(0.25, 0.0, 0.1) for _ in range(2)], DiskElement(1, 50.0, 0.0, 1.0)

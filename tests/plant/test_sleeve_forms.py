@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm, matrix_balance
 
+from random_machines import random_machine
 from rotorsim.base.errors import MachineFileError, NoLiftOffError
 from rotorsim.machine import Machine, machine_text as load_text
 from rotorsim.plant import Plant
@@ -138,3 +139,25 @@ def test_all_faults_of_a_machine_file_are_told_in_one_go():
         "injection: missing, but there are injectors",
     ):
         assert fault in str(caught.value)
+
+
+@pytest.mark.slow
+def test_close_behind_a_fold_the_rotor_is_carried_where_it_comes_to_rest_next():
+    """Two lobes whose load lies between them: a place of rest ceases to exist at a speed, and the next one carries."""
+    plant = Plant(random_machine(52)[0])
+    low, high = 377.0, 398.0
+    behind = plant.equilibrium(high, 0.0)
+    weight = behind.forces.sum(axis=0)
+
+    def journal(speed):
+        return plant.equilibrium(speed, 0.0).journals[1, 0]
+
+    before = journal(low)
+    assert behind.journals[1, 0] - before > 3e-6
+    while high - low > 2e-10 * high:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if journal(middle) > 1.9e-5 else (middle, high)
+    for part in (0.0, 1e-9, 1e-8, 1e-7, 3e-7, 5e-7, 1e-6):
+        found = plant.equilibrium(high * (1 + part), 0.0)
+        assert found.journals[1, 0] == pytest.approx(behind.journals[1, 0], rel=0.05)
+        assert found.forces.sum(axis=0) == pytest.approx(weight, abs=1e-3)

@@ -21,7 +21,7 @@ PRIVATE = {
     "reynolds/kernel_cache.py",
     "reynolds/kernel_expressions.py",
     "reynolds/kernel_writer.py",
-    "reynolds/lanes.py",
+    "reynolds/vectors.py",
 }
 """Files that may use numba.core or llvmlite."""
 MOST_LOCAL_IMPORTS = 150

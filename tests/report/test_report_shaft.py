@@ -7,6 +7,7 @@ import xarray as xr
 import rotorsim.report as report
 from fe_shaft import BearingElement, DiskElement, Rotor, ShaftElement, steel
 from rotorsim.base.errors import DataError
+from rotorsim.report.page import phase_lag
 
 
 @pytest.fixture(scope="module")
@@ -39,6 +40,11 @@ def test_unbalance_response_is_drawn_where_the_shaft_moves_most(rotor):
     figure = report.unbalance_response(found)
     assert figure.data[0].y.max() == pytest.approx(float(found["major"].max()) * 1e6, rel=1e-4)
     assert len(report.unbalance_response(found, (0, 2)).data) == 4
+
+
+def test_speeds_without_an_answer_take_no_phase_from_the_others():
+    a = np.exp(-0.1j * np.arange(12.0))
+    assert phase_lag(np.where(np.arange(12) < 2, np.nan, a))[2:] == pytest.approx(phase_lag(a)[2:])
 
 
 def test_sag_is_drawn_downwards_in_micrometres(rotor):

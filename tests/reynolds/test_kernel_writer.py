@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba.core.errors import NumbaError
 
 from reynolds.kernel_writer import UnwrittenError, definition
 from rotorsim.plant.calls import load_module
@@ -96,6 +97,88 @@ def test_a_file_that_changed_since_its_import_is_not_read(left):
     with pytest.raises(UnwrittenError, match="source"):
         definition(changed.run.py_func)
     assert changed.run(np.ones(1)) == 3.0 and left
+
+
+@pytest.mark.parametrize("more", [
+    "@part(False)\ndef by(x):\n    return x + 1.0\none = by\n@part(False)\ndef by(x):\n    return x + 100.0\n",
+    "if LOW < 0.0:\n    @part(False)\n    def one(x):\n        return x + 1.0\n"
+    "else:\n    @part(False)\n    def one(x):\n        return x + 100.0\n",
+    "if LOW < 0.0:\n    @part(False)\n    def one(x):\n        return x + 1.0\nif LOW > 0.0:\n"
+    "    @part(\n        False\n    )\n    def one(x):\n        return x + 100.0\n",
+], ids=["again", "else", "decorator of three lines"])  # fmt: skip
+def test_a_name_that_is_defined_twice_is_the_function_that_python_has(left, more):
+    run = module("return one(w[0])", more).run
+    assert run(np.ones(1)) == 2.0 and left == []
+
+
+@pytest.mark.parametrize("line", ["w[0] = 9.0", "w[0] += 9.0", "w[0], a = 9.0, 1.0"])
+def test_an_array_that_is_not_writeable_is_not_written(line):
+    run, fixed = module(f"{line}\nreturn w[0]").run, np.ones(2)
+    assert run(np.ones(2)) in (9.0, 10.0)
+    fixed.flags.writeable = False
+    with pytest.raises(NumbaError):
+        run(fixed)
+    assert fixed[0] == 1.0
+
+
+TO_NUMBA = "s = 1.0 if w[0] and w[1] else 0.0\n"
+"""A statement that the writer leaves to numba."""
+
+
+@pytest.mark.parametrize("before", ["", TO_NUMBA], ids=["written", "numba's"])
+@pytest.mark.parametrize("body", [
+    "k = int(w[0])\nreturn w[k]", "k = int(w[0])\nw[k] += 1.0\nreturn w[len(w) + k]",
+    "x = 0.0\nfor k in range(-2, 3):\n    if w[0] < 9.0:\n        x = 2.0 * x + w[k]\nreturn x",
+    "x = 0.0\nfor k in range(2, -3, -1):\n    x = 2.0 * x + w[k]\nreturn x",
+])  # fmt: skip
+def test_an_index_below_zero_counts_from_the_end_whoever_compiles(left, before, body):
+    """Memory around the array has other numbers."""
+    run, around = module(before + body).run, np.full(12, 1e9)
+    one, other = around[4:8], np.array([-1.0, 2.0, 3.0, 5.0])
+    one[:] = other
+    assert run(one) == run.py_func(other) and np.array_equal(one, other)
+    assert bool(left) == bool(before) and set(around[:4]) == set(around[8:]) == {1e9}
+
+
+def test_each_axis_counts_from_its_own_end(left):
+    run = module("k = int(w[0, 0])\nw[k, k - 1] = 9.0\nreturn w[1, k] + w[k - 1, 2]").run
+    one = np.arange(6.0).reshape(2, 3) - 1.0
+    other = one.copy()
+    assert run(one) == run.py_func(other) and np.array_equal(one, other) and left == []
+
+
+GUARDED = {
+    "if": "for k in range(len(w)):\n    if k > 0:\n        x += w[k - 1]",
+    "else": "for k in range(len(w)):\n    if k == 0:\n        x += 1.0\n    else:\n        x += w[k - 1]",
+    "continue": "for k in range(len(w)):\n    if k == 0:\n        continue\n    x += w[k - 1]",
+    "one of two": "for k in range(len(w)):\n    x += w[k - 1] if k > 0 else 0.5",
+    "and": "for k in range(len(w)):\n    if k > 0 and w[k - 1] > 1.0:\n        x += 1.0",
+    "an inner loop": "for k in range(len(w)):\n    for i in range(k):\n        x += w[k - 1] * w[i]",
+    "while": "for k in range(3):\n    i = 0\n    while k > 0 and i < 1:\n        x += w[k - 1]\n        i += 1",
+    "another variable": "for k in range(len(w)):\n    if k > 0:\n        j = k - 1\n        x += w[j]",
+    "a constant": "if SIZES[0] > 3:\n    x += w[SIZES[0] - 4]",
+}
+
+
+@pytest.mark.parametrize("body", GUARDED.values(), ids=GUARDED)
+def test_indices_that_a_condition_keeps_from_below_zero_are_taken(left, body):
+    run = module(f"x = 0.0\n{body}\nreturn x").run
+    w = np.array([0.7, 1.3, 0.2, 3.1])
+    assert run(w) == run.py_func(w.copy()) and left == []
+
+
+def test_an_argument_that_is_set_below_zero_is_not_always_that(left):
+    more = "@part(False)\ndef at(w, k):\n    if k > 2:\n        k = -1\n    return w[k] if k >= 0 else 0.5\n"
+    run = module("return at(w, 1) + at(w, 3)", more).run
+    assert run(np.array([1.0, 2.0, 4.0, 8.0])) == 2.5 and left == []
+
+
+def test_operators_that_numbers_do_not_have_are_left_to_numba(left):
+    run = module("return w @ w").run
+    assert run(np.array([1.0, 2.0])) == 5.0 and {name for name, _ in left} == {"run"}
+    for body in ("w @= w", "a = -'a'", "a = len(w) @ 2"):
+        with pytest.raises(NumbaError):
+            module(f"{body}\nreturn w[0]").run(np.ones(2))
 
 
 @pytest.mark.slow

@@ -10,8 +10,8 @@ import pytest
 from numba.core.errors import TypingError
 
 from reynolds.jit import kernel
-from reynolds.lanes import exceed
 from reynolds.ring import invert_block
+from reynolds.vectors import exceed
 
 SCRIPT = """
 import json

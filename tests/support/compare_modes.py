@@ -27,6 +27,12 @@ SHIPPED = {
 }  # fmt: skip
 """Gauge pressure [Pa] and range [rpm]."""
 
+NARROW = 1e-9
+"""Relative distance from a critical speed at which the sides of a jump are looked at."""
+
+JUMPS = 0.05
+"""Share of the clearance by which a journal jumps at a fold of the equilibrium; an interval of doubt is far shorter."""
+
 
 def criticals(plant, low, high, pressure=0.0, count=20, modes=8, order=1):
     """Rows (speed, damping ratio, direction) between two speeds [rad/s], ascending in speed, and the diagram."""
@@ -60,7 +66,7 @@ def compared(machine, low, top, pressure=0.0, cells=64):
     return {
         "criticals": len(rows), **direct, "shown": max(apart(rows, other) for other in others),
         "mirror": apart(rows, back), "unproven": found.attrs["nodes"] - found.attrs["nodes_proven"],
-        "not_certain": len(found.attrs["not_certain"]) // 2, "seconds": seconds, "search": searched,
+        "not_certain": _not_certain(plant, pressure, found), "seconds": seconds, "search": searched,
     }  # fmt: skip
 
 
@@ -74,8 +80,25 @@ def _from_degrees(plant, pressure, low, top, rows, _cells):
     """Whether the critical speeds are as many as counted, and their largest relative distance from an eigenvalue."""
     if counted(plant, low, top, rows, pressure):
         return {"direct": np.nan, "apart": np.inf}
-    off = [np.abs(np.abs(all_eigenvalues(plant, v, pressure)) / v - 1).min() for v in rows[:, 0]]
+    off = [_off_the_line(plant, pressure, *row[:2]) for row in rows]
     return {"direct": len(rows), "apart": max(off, default=0.0)}
+
+
+def _off_the_line(plant, pressure, speed, zeta):
+    """Relative distance of an eigenvalue from the line, or of the ends between which one jumps over it."""
+    here = speed * (np.sqrt(1 - zeta**2) * 1j - zeta)
+    sides = [(v, all_eigenvalues(plant, v, pressure)) for v in (speed, speed * (1 - NARROW), speed * (1 + NARROW))]
+    gaps = [np.abs(s[np.abs(s - here).argmin()]) / v - 1 for v, s in sides]
+    return min(abs(gaps[0]), NARROW if gaps[1] * gaps[2] < 0 else np.inf)
+
+
+def _not_certain(plant, pressure, found):
+    """Number of the intervals in which a mode is not certain though the equilibrium does not jump."""
+    ends = [
+        [plant.equilibrium(v, pressure).journals for v in pair] for pair in found.attrs["not_certain"].reshape(-1, 2)
+    ]
+    least = min((film.clearance for film in plant.machine.films), default=np.inf)
+    return sum(not np.abs(b - a).max(initial=0.0) > JUMPS * least for a, b in ends)
 
 
 def _miscounted(plant, pressure, found):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -71,7 +72,8 @@ def counted(plant: Plant, low: float, high: float, rows: np.ndarray, pressure: f
     With s = v exp(i phi), at the speed v, the zeros of det(J - s S) over the rectangle of v between two speeds and phi
     from 0 to the border of damping are the crossings, and the phase of the determinant turns once around it for each:
     forward for one that falls below the line, back for one that rises above it. Along phi at one speed the turn is that
-    of all eigenvalues; along v, at the border, the determinant is asked.
+    of all eigenvalues; along v, at the border, the determinant is asked. Where the equilibrium jumps at a speed, the
+    parts below and above are counted.
     """
     edge = np.exp(1j * (np.pi - np.arccos(DAMPED)))
     speeds = np.linspace(_carried(plant, low, high, pressure), high, 9)
@@ -79,14 +81,22 @@ def counted(plant: Plant, low: float, high: float, rows: np.ndarray, pressure: f
         while len(rows) and np.abs(rows[:, 0] / speed - 1).min() < 2e-3:
             speed *= 1.003
         speeds[k] = speed
-    arcs = [_turned_along_phi(eigvals(plant.linearise(v, pressure).A), v, edge) for v in speeds]
+    model = cache(lambda v: plant.linearise(v, pressure))
     wrong = []
-    for k, (a, b) in enumerate(pairwise(speeds)):
-        border = _turned_along(lambda v: _log_det(plant.linearise(v, pressure), v * edge), np.linspace(a, b, 17))
-        turns = (arcs[k + 1] - arcs[k] - border) / (2 * np.pi)
+    for k, (a, b) in enumerate(pairwise(speeds.tolist())):
+        turns = _turns(model, a, b, edge)
         if not abs(turns + rows[(rows[:, 0] > a) & (rows[:, 0] < b), 2].sum()) < 0.05:
             wrong.append(k)
     return wrong
+
+
+def _turns(model: Callable[[float], LinearPlant], a: float, b: float, edge: complex) -> float:
+    """Turns of the phase of the determinant around the rectangle between two speeds."""
+    border, jump = _turned_along(lambda v: _log_det(model(v), v * edge), np.linspace(a, b, 17))
+    if jump is not None:
+        return _turns(model, a, jump[0], edge) + _turns(model, jump[1], b, edge)
+    arcs = [_turned_along_phi(eigvals(model(v).A), v, edge) for v in (a, b)]
+    return (arcs[1] - arcs[0] - border) / (2 * np.pi)
 
 
 def _carried(plant: Plant, low: float, high: float, pressure: float) -> float:
@@ -109,8 +119,11 @@ def _turned_along_phi(roots: np.ndarray, v: float, edge: complex) -> float:
     return float(np.where((np.abs(roots) < v) & (angles < 0), angles + 2 * np.pi, angles).sum())
 
 
-def _turned_along(log: Callable[[float], complex], at: np.ndarray) -> float:
-    """Change of the imaginary part of a logarithm along ascending values, in steps that are halved as it changes."""
+def _turned_along(log: Callable[[float], complex], at: np.ndarray) -> tuple[float, tuple[float, float] | None]:
+    """Change of the imaginary part of a logarithm along ascending values, in steps that are halved as it changes.
+
+    And the first short step met in which it jumps, None without one.
+    """
     known: dict[float, complex] = {}
 
     def change(a: float, b: float) -> complex:
@@ -127,10 +140,10 @@ def _turned_along(log: Callable[[float], complex], at: np.ndarray) -> float:
         if max(map(abs, halves)) < 1:
             total += halves[0].imag + halves[1].imag
         elif b - a < 1e-6 * b:
-            return float("nan")
+            return total, (a, b)
         else:
             left_over += [(a, 0.5 * (a + b)), (0.5 * (a + b), b)]
-    return total
+    return total, None
 
 
 def _log_det(model: LinearPlant, s: complex) -> complex:

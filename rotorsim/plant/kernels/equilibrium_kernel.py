@@ -324,25 +324,26 @@ def rests(w, P, flow, before, warmer):
 
 @kernel
 def march_films(w, ix, P, speed):
-    """March films and journals to rest in growing pseudo-steps; whether the films then carry the rotor."""
-    step, converged = FIRST_STEP, False
+    """March films and journals to rest in growing pseudo-steps, as `settle_film` does; whether the films then carry."""
+    step, solved, last, converged = FIRST_STEP, ROUGH, False, False
     for _ in range(MOST_STEPS):
         last = step >= LAST_STEP
-        iadt, tolerance = (0.0, SHARP) if last else (1.0 / step, ROUGH)
+        iadt, tolerance = (0.0, SHARP) if last else (1.0 / step, solved)
         keep_films(w)
         begin_pseudo_steps(w, P, iadt)
         factorise(w, ix, P, speed, iadt)
         converged = solve_film(w, ix, P, speed, iadt, tolerance, True) > 0
         for f in range(ROTOR.n_films):
             force(film_part(w, f), FILM)
-        if last:
+        if last and converged:
             break
         if converged:
             step *= GROWTH
         else:
             restore_films(w)
             step *= RETREAT
-    return step >= LAST_STEP and converged and stand_apart(w, P)
+            solved = SHARP if last else solved
+    return last and converged and stand_apart(w, P)
 
 
 @kernel

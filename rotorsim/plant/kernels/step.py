@@ -12,9 +12,9 @@ import math
 from reynolds.film import force
 from reynolds.grid import PLACE
 from reynolds.jit import inlined, kernel
-from reynolds.lanes import wide_vectors
 from reynolds.newton import FAR, FRESH, NOT_CONVERGED, STALE_FACTORS, SURPRISE, newton, refresh
 from reynolds.transient import GAMMA, STAGE, TO_END, end_stage, predict, stage_rhs, take_back
+from reynolds.vectors import wide_vectors
 from rotorsim.plant.kernels.effect_calls import (
     FILM,
     RIG,
