@@ -50,6 +50,8 @@ ORDERS = np.arange(0.2, 0.95, 0.01)
 """Shares of the speed at which a line is looked for."""
 NEAR_LINE = 1.6
 """Distance to a line, in lines of a block, within which its force is taken to lie."""
+OFF = 3.0
+"""Mean of records that repeat each other over its standard deviation by their differences, up to which it is chance."""
 CHANGED = 1.5
 """Mean square of the difference of records that repeat each other, in that of their blocks, from which on it counts."""
 CHANGES = {".me~": "the unbalance [kg m]", ".k": "the relative compliance", ".c": "the relative loss"}
@@ -242,14 +244,20 @@ def random_force(seen: ObservedPlaces) -> StochasticForce | None:
 
 
 def repeating(comparison: TwinComparison, residual: np.ndarray) -> list[Misfit]:
-    """Groups of lines beyond the floor in the mean of the records that repeat each other: a gap that repeats."""
-    record, mean = comparison.layout.record, residual.copy()
+    """Groups of lines beyond the floor in the mean of the records that repeat each other: a gap that repeats.
+
+    Not those whose records differ by more than the floor and by as much as their mean is off.
+    """
+    record, mean, spread = comparison.layout.record, residual.copy(), np.zeros(len(residual))
     firsts = np.array(comparison.repeated)
     for first in np.unique(firsts):
         rows = [np.flatnonzero(record == i) for i in np.flatnonzero(firsts == first)]
-        if len({len(row) for row in rows}) == 1:
-            mean[np.concatenate(rows)] = np.tile(np.mean([residual[row] for row in rows], axis=0), len(rows))
-    return flagged(table(comparison, mean))
+        if len(rows) > 1 and len({len(row) for row in rows}) == 1:
+            own = np.array([residual[row] for row in rows])
+            mean[np.concatenate(rows)] = np.tile(own.mean(axis=0), len(rows))
+            spread[np.concatenate(rows)] = np.tile(own.std(axis=0, ddof=1) / np.sqrt(len(rows)), len(rows))
+    apart = {(f.number, f.channel, f.group): f.rms for f in table(comparison, spread) if f.rms > f.floor}
+    return [f for f in flagged(table(comparison, mean)) if f.rms > OFF * apart.get((f.number, f.channel, f.group), 0.0)]
 
 
 def _line_order(own: BlockDeviations, noise: Sequence[np.ndarray]) -> float:
