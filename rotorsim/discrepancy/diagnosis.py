@@ -68,6 +68,7 @@ from rotorsim.discrepancy.judge import (
     accuracy_notes,
     beyond_floor,
     by_odds,
+    growing,
     judged,
     seen_together,
     untouched_gone,
@@ -333,6 +334,8 @@ class DiagnosisRun:
     """Numbers of the bearings that those sentences are about."""
     late: LateProbes | None = field(default=None, init=False)
     """Late probes with which the records fit better."""
+    growing: str = field(default="", init=False)
+    """Sentence on 1X that changes within the records."""
     seen_from: dict[str, str] = field(default_factory=dict, init=False)
     """Sizes from which the records would have shown candidates."""
     laws: tuple[ProposedLaw, ...] | None = None
@@ -384,6 +387,8 @@ class DiagnosisRun:
             self.late = check_alternatives(self.fitted, base, nominal)
         assert self.fitted.scatter is not None
         blocks, groups = self.fitted.apart(base.point), table(self.fitted, base.residual)
+        # a gas film may remember; its candidates do so too
+        self.growing = growing(self.fitted.trials, blocks) if self.machine.film is None else ""
         apart = unsteady(self.fitted.trials, blocks, self.fitted.scatter[0])
         flags = flagged(groups) + apart
         for role in ("held_out", "untouched"):
@@ -482,7 +487,8 @@ class DiagnosisRun:
             own = replace(self, models=models, forms=forms, laws=tuple(laws), allow=None,
                           progress=lambda stage: self.progress("discover"),
                           parts={role: part.with_twin(models.twin) for role, part in self.parts.items()})  # fmt: skip
-            own.large, own.far_bearings, own.late = self.large, self.far_bearings, self.late
+            own.large, own.far_bearings = self.large, self.far_bearings
+            own.late, own.growing = self.late, self.growing
             verdict, search = own._name(base, flags, apart)
             judgement = own._judged(base, flags, verdict, search, 0.0)
             best, keys = judgement.verdict.best, {f.key for f in forms}
@@ -550,6 +556,7 @@ class DiagnosisRun:
                 "" if self.late is None else self.late.sentence,
                 seen_together(groups),
                 astray,
+                self.growing,
             )
         )
 

@@ -34,6 +34,7 @@ from rotorsim.discrepancy.candidates import class_of
 from rotorsim.discrepancy.comparison import UNSTEADY, Misfit, TwinComparison, flagged, table
 from rotorsim.discrepancy.hypotheses import Hypothesis
 from rotorsim.discrepancy.records import UNLIKE
+from rotorsim.discrepancy.trial import TURNING, Trial
 from rotorsim.discrepancy.verdict import A_FIFTH, SURE, Explanation, SearchVerdict, probability_of
 
 LEAST_GONE = {"named": 0.5, "tie": 0.5, "partial": 0.1}
@@ -167,6 +168,14 @@ TOGETHER = (
     "{chi2:.0f} from {count} numbers has a chance of {chance:.1g} where nothing is missing"
 )
 """Note on what no record shows alone."""
+GROWING = (
+    "1X {grows} within the records by {share:.2g} % from the first to the last part of each: the machine was not "
+    "steady, as one that warms up, and the floor of 1X takes that in; record it warm, or state what changes"
+)
+"""Note on a motion that changes within the records."""
+GROWS, LEAST_GROWTH, MOST_ALIKE, FEWEST_GROWING = 5.0, 0.02, 0.8, 4
+"""Mean growth of 1X over its standard error, as a share of it, share of the channels that change that way, and fewest
+channels, from which on the machine was not steady."""
 CONTRADICTED, BELOW = 8.0, 2.0
 """Factors between a stated accuracy and what the records show from which the two contradict each other: of the misfit,
 and of a scatter above it, which the blocks of all records measure well."""
@@ -216,6 +225,7 @@ class AllEvidence:
     late : sentence where the records fit better with late probes
     together : sentence on what all records show together and none alone, after calibration alone; as where groups are
         flagged, nothing missing needs `SURE` then
+    growing : sentence on 1X that changes within the records
     astray : calibration parameters that stand where they are not believed with the effects of the search's best too
     """
 
@@ -233,6 +243,7 @@ class AllEvidence:
     late: str = ""
     together: str = ""
     astray: tuple[str, ...] = ()
+    growing: str = ""
 
     @property
     def refuted(self) -> bool:
@@ -283,7 +294,8 @@ def judged(evidence: AllEvidence) -> Judgement:
         notes.append(ASTRAY.format(" with ".join(verdict.best.keys), ", ".join(evidence.astray)))
     if worse and not any(WORSE.format(records=", ".join(names)) in notes for names in (evidence.worse, worse)):
         notes.append(WORSE.format(records=", ".join(worse)))
-    refuted = evidence.refuted or foreign or bool(evidence.worse) or evidence.together in against
+    refuted = evidence.refuted or foreign or bool(evidence.worse)
+    refuted |= any(one in against for one in (evidence.together, evidence.growing))
     odds = consistent(verdict.status, evidence.odds, refuted)
     return Judgement(verdict, odds, tuple(dict.fromkeys(note for note in notes if note)), len(evidence.left), worse)
 
@@ -304,7 +316,7 @@ def objections(evidence: AllEvidence, verdict: SearchVerdict) -> list[str]:
         if evidence.odds and nothing < LEAST_NOTHING:
             found.append(NOT_LIKELY.format(share=f"{100 * nothing:.0f} %", least=f"{100 * LEAST_NOTHING:.0f} %"))
         found += [] if evidence.scatter_known else [NO_ACCURACY]
-        found += [evidence.late, evidence.together if nothing < SURE else ""]
+        found += [evidence.late, evidence.growing, evidence.together if nothing < SURE else ""]
     return [one for one in found if one]
 
 
@@ -363,6 +375,27 @@ def seen_together(groups: Iterable[Misfit]) -> str:
         if own and (chance := float(chdtrc(count, chi2))) < CHANCE:
             found.append(TOGETHER.format(order=order, chi2=chi2, count=count, chance=chance))
     return "; ".join(found)
+
+
+def growing(trials: Sequence[Trial], residuals: Sequence[np.ndarray]) -> str:
+    """Sentence on 1X that grows, or falls, by one share within nearly all records, as by heat; empty for none.
+
+    `residuals` are measured less simulated lines (blocks, 2, lines) [m]: a motion that dies away is in both.
+    """
+    shares = list[float]()
+    for trial, residual in zip(trials, residuals, strict=True):
+        if trial.orders or trial.clock or trial.blocks < 2 or abs(trial.speed) < TURNING:
+            continue
+        at = int(np.argmin(np.abs(trial.frequencies - abs(trial.speed) / (2 * np.pi))))
+        for c in range(len(trial.channels)):
+            whole, change = trial.spectra[:, c, at].mean(), residual[-1, c, at] - residual[0, c, at]
+            shares += [float((np.conj(whole) * change).real / abs(whole) ** 2)] if whole else []
+    if len(shares) < FEWEST_GROWING:
+        return ""
+    mean, error = float(np.mean(shares)), float(np.std(shares)) / sqrt(len(shares))
+    if abs(mean) < max(LEAST_GROWTH, GROWS * error) or np.mean(np.sign(shares) == np.sign(mean)) < MOST_ALIKE:
+        return ""
+    return GROWING.format(grows="grows" if mean > 0 else "falls", share=100 * abs(mean))
 
 
 def worse_than(comparison: TwinComparison, before: np.ndarray, after: np.ndarray) -> tuple[str, ...]:

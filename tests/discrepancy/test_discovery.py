@@ -152,7 +152,7 @@ def scattered(
     """Records of white noise with a random force of a size at a place, one of two with resonances of their own.
 
     With an order it lies at that share of the speed alone. The noise's amplitude rises with a power, its `colour`, of
-    1/f below 30 Hz, and by a share, `loud`, from record to record; one line next to each order there is that of a speed
+    1/f below 30 Hz, and by a share, `loud`, from record to record; one line next to each order is that of a speed
     that wanders, of a size [m].
     """
     rng, f = np.random.default_rng(3), np.arange(0.0, 150.0, 2.0)
@@ -165,8 +165,8 @@ def scattered(
         noise = 1e-8 * (rng.normal(size=(4, 2, len(f))) + 1j * rng.normal(size=(4, 2, len(f))))
         noise *= np.maximum(30.0 / np.maximum(f, 2.0), 1.0) ** colour * (1 + loud * len(trials))
         turns = speed / (2 * np.pi)
-        near = np.abs(f - np.maximum(np.round(f / turns), 1.0) * turns) < 1.49 * f[1]
-        noise += wander * near * (rng.normal(size=(4, 2, 1)) + 1j * rng.normal(size=(4, 2, 1)))
+        sidebands = np.abs(f - np.maximum(np.round(f / turns), 1.0) * turns) < 1.49 * f[1]
+        noise += wander * sidebands * (rng.normal(size=(4, 2, 1)) + 1j * rng.normal(size=(4, 2, 1)))
         spectra = noise + np.einsum("kij,bjk->bik", H[place], f_random)
         trials.append(SimpleNamespace(spectra=spectra, frequencies=f, speed=speed, blocks=4, periodic=True, orders=(),
                                       probe_angle=None))  # fmt: skip

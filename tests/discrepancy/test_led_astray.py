@@ -103,7 +103,7 @@ def test_no_damping_at_all_is_believed_where_its_prior_allows_it(low, sd, natura
 @pytest.mark.parametrize("axis", ["x", "y"])
 @pytest.mark.parametrize(("value", "named"), [(LOSS_LIMITS[0], True), (-0.9, False)])
 def test_a_bearing_that_has_lost_its_damping_is_far_off_the_file(axis, value, named):
-    """Its limit lies within two standard deviations of its prior, so that no prior speaks against it."""
+    """Its limit lies within two standard deviations of its prior, which alone does not state it."""
     loss = FitParameter(f"bearing.0.c{axis}", 0.1, LOSS_SD, *LOSS_LIMITS)
     fit = ParameterFit((loss,), ParameterPoint({loss: value}), ONES, np.ones((4, 1)), 4.0)
     assert strained(fit) == ([loss.name] if named else [])

@@ -17,6 +17,7 @@ from rotorsim.discrepancy.judge import (
     AllEvidence,
     accuracy_notes,
     by_odds,
+    growing,
     judged,
     seen_together,
     text_of,
@@ -129,6 +130,27 @@ def test_an_accuracy_below_the_scatter_of_a_record_is_named():
     (note,) = accuracy_notes(scatter / 5, found, [group(1.0)])
     assert f"{1e6 * found:.2g} um, which counts" in note
     assert not accuracy_notes(scatter, found, [group(1.0)])
+
+
+@pytest.mark.parametrize(
+    ("growth", "scatter", "word"),
+    [(0.08, 1e-8, "grows within the records by 8"), (-0.08, 1e-8, "falls within the records by 8"), (0.005, 1e-8, ""),
+     (0.08, 1e-6, "")],
+)  # fmt: skip
+def test_a_machine_that_warms_up_is_not_steady(growth, scatter, word):
+    """1X of 5 um that grows by one share in each of two parts of four records; scatter of a fifth of it shows none."""
+    rng, blocks = np.random.default_rng(3), []
+    trials = []
+    for speed in 2 * np.pi * np.array([16.0, 22.0, 28.0, 34.0]):
+        size = 5e-6 * np.array([1 - growth / 2, 1 + growth / 2])[:, None, None] * np.exp(0.7j)
+        lines = np.where(np.arange(60) == round(speed / (2 * np.pi)), size, 0.0)
+        lines = np.repeat(lines, 2, axis=1) + scatter * rng.standard_normal((2, 2, 60))
+        trials.append(SimpleNamespace(orders=(), clock=0.0, blocks=2, speed=speed, channels=("x", "y"), spectra=lines,
+                                      frequencies=np.arange(60.0)))  # fmt: skip
+        blocks.append(lines - lines.mean(axis=0))
+    found = growing(trials, blocks)
+    assert bool(found) == bool(word) and word in found
+    assert judged(AllEvidence(QUIET, GOOD, growing=found)).verdict.status == ("unknown" if word else "no_disagreement")
 
 
 @pytest.mark.parametrize(

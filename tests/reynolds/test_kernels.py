@@ -11,7 +11,7 @@ from numba.core.errors import TypingError
 
 from reynolds.jit import kernel
 from reynolds.ring import invert_block
-from reynolds.vectors import exceed
+from reynolds.vectors import exceed, invert_two
 
 SCRIPT = """
 import json
@@ -70,6 +70,11 @@ def test_the_inverse_of_a_block_is_its_inverse_in_lanes_of_any_width(n):
     assert found == pytest.approx(np.linalg.inv(block), rel=1e-13, abs=1e-15)
     assert np.isnan(w[:8]).all()
     assert np.isnan(w[-8:]).all()
+    two = np.concatenate([w[:8], block.T.ravel(), 2.0 * block.T.ravel(), w[:8]])
+    invert_two(two, 8, 8 + n * n, n)
+    assert two[8 : 8 + n * n].tobytes() == w[8:-8].tobytes()
+    assert two[8 + n * n : -8] == pytest.approx(0.5 * w[8:-8], rel=1e-14)
+    assert np.isnan(two[:8]).all() and np.isnan(two[-8:]).all()
 
 
 def test_one_large_value_is_found_wherever_it_stands_and_no_other():
