@@ -338,6 +338,8 @@ class DiagnosisRun:
     """Sentence on 1X that changes within the records."""
     seen_from: dict[str, str] = field(default_factory=dict, init=False)
     """Sizes from which the records would have shown candidates."""
+    force_held: bool = False
+    """Whether sampled forces have been turned into held ones."""
     laws: tuple[ProposedLaw, ...] | None = None
     """Laws that the candidates are, where they come from the records and not from the catalogue."""
 
@@ -372,11 +374,8 @@ class DiagnosisRun:
             last, base = base.cost, relinearised(self.fitted, base, lambda: self.progress("calibrate"))
             if base.cost > enough * last:
                 break
-        if flagged(table(self.fitted, base.residual)) and force_is_sampled(self.fitted, base):
-            parts = {role: TwinComparison(part.twin, [held(t) for t in part.trials], part.threads, cache=part.cache)
-                     for role, part in self.parts.items()}  # fmt: skip
-            found = replace(self, parts=parts, trials=[t for part in parts.values() for t in part.trials]).run()
-            return replace(found, notes=(SAMPLED, *found.notes))
+        if not self.force_held and flagged(table(self.fitted, base.residual)) and force_is_sampled(self.fitted, base):
+            return self._with_held_force()
         far = far_places(self.fitted, base, lambda: self.progress("calibrate"))
         base = far[0][1] if far else base
         self.large, self.far_bearings = self._large(far or [("", base)])
@@ -412,6 +411,14 @@ class DiagnosisRun:
             notes.append(FAINT.format(base.cost - judgement.verdict.best.fit.cost))
         other = None if self.laws is not None else self._beyond_catalogue(base, flags, apart, judgement, notes)
         return self._result(base, flags, judgement, search, notes) if other is None else other
+
+    def _with_held_force(self) -> Diagnosis:
+        """Diagnosis of the same records with forces that are held from sample to sample; it is turned to once."""
+        parts = {role: TwinComparison(part.twin, [held(t) for t in part.trials], part.threads, cache=part.cache)
+                 for role, part in self.parts.items()}  # fmt: skip
+        trials = [t for part in parts.values() for t in part.trials]
+        found = replace(self, parts=parts, trials=trials, force_held=True).run()
+        return replace(found, notes=(SAMPLED, *found.notes))
 
     def _beyond_catalogue(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], judgement: Judgement, notes: list[str]

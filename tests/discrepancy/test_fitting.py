@@ -87,7 +87,7 @@ def test_a_form_that_the_calibration_imitates_explains_nothing(rng):
 
 
 def test_the_size_that_records_show_is_that_whose_signature_makes_the_sum_of_squares(rng):
-    """Of two phases the one that shows less, of two places too, of options the one that shows most."""
+    """The phase and the place that show least count, and the option that shows most."""
     e, J = np.eye(60), np.eye(60)[:, 50:52]
     base = ParameterFit((A, B), ParameterPoint(), np.zeros(60), J, 0.0)
     phases = tuple(FitParameter(f"f.0.x~p.{part}", 0.5) for part in "cs")

@@ -188,7 +188,7 @@ def unexplained(given):
 
 
 def test_what_no_bearing_moves_and_no_alternative_explains_costs_no_fit(comparison, monkeypatch):
-    """Of a force at 2X neither a far bearing nor an alternative of the probes is fitted with the plant."""
+    """A force at 2X has neither a far bearing nor an alternative of the probes fitted with the plant."""
     base, J = unexplained(TwinComparison(comparison.twin, comparison.trials))
     given = TwinComparison(comparison.twin, comparison.trials)
     given.sigma, given.measured = np.full(len(base.residual), FLOOR), given.predict(base.point) + FLOOR * base.residual

@@ -93,7 +93,7 @@ def test_a_tie_marks_the_rivals_and_a_partial_explanation_the_equivalent_force()
 
 
 def test_a_bearing_far_from_its_file_is_marked():
-    """By its number: names that are a part of one another, or that a sentence does not state, are no matter."""
+    """The number marks the bearing: names that contain one another do not confuse it."""
     (one,) = located(small_diagnosis(status="recalibrated", effects=[], large=("softer",), far_bearings=(1,)))
     assert (one.role, one.places[0].part, one.places[0].begin) == ("found", "bearing", pytest.approx(0.6))
 
