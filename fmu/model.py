@@ -1,4 +1,4 @@
-"""Common interface of exported units with their generated C tables, and the unit of a plant.
+"""Common interface of exported units, the tables written for their C code in `fmu/c`, and the unit of a plant.
 
 `Unit` is the seam: whatever derives from it and has a `core` in C that serves unit.h can be exported, a law too.
 Of every unit two C files are written: sizes and offsets (tables.h), variables and constant data (tables.c).

@@ -1,4 +1,4 @@
-r"""Fits of grey-box and black-box models, of one record or of several stretches: start, fit, covariance, result.
+r"""Fits of grey-box and black-box models, of one record or of several stretches, and the warning of a long dead time.
 
 A black-box model starts from the subspace method and is refined by output error or prediction error.
 

@@ -1,4 +1,4 @@
-"""Identification result: model, parameters with standard deviations, fits, residual tests, remarks."""
+"""Identification result: model, parameters with standard deviations, fits, residual tests, remarks of the fit."""
 
 from __future__ import annotations
 

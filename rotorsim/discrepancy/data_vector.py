@@ -1,4 +1,4 @@
-r"""Data vector of a comparison: the groups of its lines, and the noise floor of each of its numbers.
+r"""Data vector of a comparison: the groups of its lines, their noise floor, and mains hum taken out.
 
 .. math:: \sigma^2(f) = \sigma_\mathrm{repeat}^2 + (t\,|Y(f)|)^2 + (s\,|Y_\mathrm{fine}(f) - Y_\mathrm{coarse}(f)|)^2
 

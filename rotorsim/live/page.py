@@ -1,4 +1,4 @@
-"""Page of the live rig: a column of controls and the views; all windows operate the same rig."""
+"""Page of the live rig: a column of controls and the views that `web/views.js` draws; all windows operate one rig."""
 
 from __future__ import annotations
 

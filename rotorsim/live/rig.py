@@ -1,4 +1,4 @@
-"""Live plant without clock or page: settings in, samples out.
+"""Live plant without clock or page: settings in, samples out; a law that stays at its limit is switched off.
 
 A setting acts from the next sample on. No setting ends the rig: a value beyond its limits is clamped, one that does
 not fit is refused, a step without solution stops the plant until it is reset; `messages` holds the reasons. The drive

@@ -1,4 +1,4 @@
-"""Finite-element rotor of a machine and its modal reduction, with nodes at the machine's parts."""
+"""Finite-element rotor of a machine and its modal reduction; one that buckles or hangs loose is refused."""
 
 from __future__ import annotations
 
