@@ -37,12 +37,14 @@ from identification.local.models import LinearModel
 from identification.local.response_fit import response_with_derivatives
 from identification.local.result import Identification
 from identification.local.structures import Structure
-from identification.lpv_model import ORDERS, SAME, LpvModel, fit_surfaces, make_basis, rms
+from identification.lpv_model import SAME, LpvModel, fit_surfaces, make_basis, rms
 from identification.records.prefilter import Signals
 from identification.records.schema import common
 from rotorsim.base.errors import UnfitError
 from rotorsim.base.processes import one_thread
 
+ORDERS = (1, 2, 3)
+"""Total degrees of the surfaces that a hold-out chooses among."""
 STRIDE = 5
 """Samples between block rows of the observability matrices."""
 

@@ -33,7 +33,6 @@ from rotorsim.base.input_files import instead, parse_json
 from rotorsim.base.rounding import ALIKE
 from rotorsim.base.units import RIG_SAMPLE, TO_MPA, TO_RPM
 
-ORDERS = (1, 2, 3)
 SAME = (0.5, 500.0)
 """Speeds [rad/s] and pressures [Pa] closer than this count as one grid line."""
 
@@ -62,7 +61,7 @@ def make_basis(points: np.ndarray, order: int) -> Basis:
     if not np.all(np.isfinite(points)):
         raise UnfitError("fit_lpv: a result has no speed or no pressure; give both in the record, constant if need be")
     if order not in range(0, 6):
-        raise UnfitError(f"fit_lpv.order: {order}; choose 1, 2, 3 or 'hold-out'")
+        raise UnfitError(f"fit_lpv.order: {order}; choose a total degree of 0 to 5, or 'hold-out'")
     lines = [1 + np.count_nonzero(np.diff(np.sort(points[:, i])) > SAME[i]) for i in range(2)]
     moving = [count > 1 for count in lines]
     exponents = [(i, j) for total in range(order + 1) for i in range(total, -1, -1) if (j := total - i) >= 0]

@@ -1,4 +1,4 @@
-"""Modes of the coupled machine over speed, all of a region, and where order lines cross them.
+"""Modes of the coupled machine over speed, all of a region; where order lines cross them, with what margin is safe.
 
 The region of the complex plane is a sector from a floor to a reach, of damping ratios below one half: beyond it lie
 most motions of the gas, which the film's storage damps. Its reach covers every order line over the speeds that are

@@ -91,8 +91,7 @@ def identify(
 
 def _check(surfaces: str, refine: str, runout: str, median: int) -> None:
     """Refuse what would be refused after minutes of work."""
-    from identification.lpv_fit import REFINEMENTS
-    from identification.lpv_model import ORDERS
+    from identification.lpv_fit import ORDERS, REFINEMENTS
     from identification.records.sensors import KINDS
 
     degrees = (*map(str, ORDERS), "hold-out")

@@ -1,4 +1,4 @@
-r"""Run-ups as trials: tables of vectors (1X, 2X, 3X over the speed), and records over time fitted window by window.
+r"""Run-ups as trials, and tables of vectors (1X, 2X, 3X over the speed) made from records over time window by window.
 
 The twin makes a transient run-up over the same speeds and its orders are tracked the same way: least squares over whole
 revolutions about each speed of the table. The phase of vectors belongs to the shaft angle of their mark.
