@@ -18,7 +18,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq, newton
 
 from rotorsim.analysis.axes import checked
 from rotorsim.base.errors import ConvergenceError, DataError, NoLiftOffError
@@ -49,6 +48,8 @@ def regulator_pressure(a: Assembly, speed: float, pressure: float) -> float:
 
     def missing(regulator: float) -> float:
         return pressure + ambient - float(left(a.w.copy(), a.parameters, AT_REST, regulator + ambient, flow)[1])
+
+    from scipy.optimize import newton  # slow to import
 
     loss = missing(pressure)
     return pressure if loss == 0 else float(newton(missing, pressure, x1=pressure + loss, tol=1e-3))
@@ -176,6 +177,8 @@ def load_capacity(plant: Plant, speed: float = 0.0, pressure: float = 0.0, ratio
 
     def excess(acceleration: float) -> float:
         return _eccentricity(plant.assembly, speed, pressure, acceleration) - ratio
+
+    from scipy.optimize import brentq  # slow to import
 
     low, high = 0.01 * EARTH, EARTH
     if excess(low) >= 0:

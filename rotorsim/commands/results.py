@@ -11,6 +11,7 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from html import unescape
+from itertools import chain
 from os.path import lexists
 from pathlib import Path
 from typing import Any
@@ -216,7 +217,7 @@ def tidy(folder: Path) -> None:
 
 def _fresh(base: Path) -> Path:
     """The first of base, base-2, base-3 ... that can be made: another process may make the same one just now."""
-    for folder in (base.with_name(f"{base.name}{n}") for n in ("", *map("-{}".format, range(2, 10**6)))):
+    for folder in chain((base,), (base.with_name(f"{base.name}-{n}") for n in range(2, 10**6))):
         try:
             folder.mkdir()
             return folder

@@ -24,6 +24,9 @@ from rotorsim.machine.numerics import FEWEST, HOT, Limits, highest_sampled
 from rotorsim.machine.rotor import ShaftMaterial
 from rotorsim.machine.schema import Machine
 
+DEFAULT = Limits()
+"""Limits of a machine whose file gives none."""
+
 
 def spin_stress(material: ShaftMaterial, rim: float) -> float:
     """Stress [Pa] at the centre of a solid disc whose rim moves at `rim` [m/s]."""
@@ -40,7 +43,7 @@ def hottest(machine: Machine) -> float:
 
 def limits_of(machine: Machine) -> Limits:
     """The limits of a machine, the default ones where its file gives none."""
-    return machine.limits or Limits()
+    return machine.limits or DEFAULT
 
 
 def first_passed(machine: Machine, speed: np.ndarray, rises: np.ndarray | None = None) -> tuple[int, str] | None:

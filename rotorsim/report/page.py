@@ -42,6 +42,11 @@ PIN_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 FONT = "Inter, 'Segoe UI', 'Helvetica Neue', Arial, 'DejaVu Sans', sans-serif"
 SPECTRUM_SCALE = [[0, "#ffffff"], [0.2, "#dbe9f4"], [0.45, "#8fbfdf"], [0.7, "#2f79b5"], [1, "#08264d"]]
 """Lightness falls steadily, so the scale also works in grey."""
+AXIS_LOOK = {
+    "showline": True, "linecolor": "#8a949e", "gridcolor": GRID, "zeroline": False, "ticks": "outside",
+    "tickcolor": "#8a949e", "ticklen": 4, "title": {"standoff": 8},
+    "exponentformat": "power", "minexponent": 6,  # no prefixes of SI next to the unit: 20000 rpm, 0.0002 um
+}  # fmt: skip
 TITLE = 34
 """Room [px] between plot and legend for the titles of the columns."""
 PRESSURE_SCALE = [[0, "#fff9ec"], [0.25, "#fdd49e"], [0.5, "#f79a5e"], [0.75, "#d1422f"], [1, "#67000d"]]
@@ -54,29 +59,40 @@ def faint(colour: str, opacity: float = 0.25) -> str:
 
 
 def style(figure: go.Figure, height: int, **layout: object) -> go.Figure:
-    """Give a figure the common look and a height in px; returns it."""
+    """Give a figure the common look and a height in px; returns it.
+
+    The look goes into plotly's plain data at once: updates of single properties take five times as long.
+    """
     titled = any(a.yref in ("paper", "y domain") and (a.y or 0) > 0.99 for a in figure.layout.annotations)
     top, bottom, gap = (30, 55, TITLE) if titled else (14, 55, 6)
-    figure.update_layout(
-        height=height,
-        font={"family": FONT, "size": 13, "color": INK},
-        paper_bgcolor="white",
-        plot_bgcolor="white",
-        margin={"l": 70, "r": 30, "t": top, "b": bottom},
+    axes = [axis.plotly_name for select in (figure.select_xaxes, figure.select_yaxes) for axis in select()]
+    look = {
+        "height": height,
+        "font": {"family": FONT, "size": 13, "color": INK},
+        "paper_bgcolor": "white",
+        "plot_bgcolor": "white",
+        "margin": {"l": 70, "r": 30, "t": top, "b": bottom},
         # in coordinates of the plot: plotly then makes room above it for as many lines as the legend takes
-        legend={"orientation": "h", "x": 0, "xanchor": "left", "y": 1 + gap / (height - top - bottom),
-                "yanchor": "bottom", "yref": "paper"},
-        hoverlabel={"font": {"family": FONT}},
-        **layout,
-    )  # fmt: skip
-    look = {"showline": True, "linecolor": "#8a949e", "gridcolor": GRID, "zeroline": False, "ticks": "outside",
-            "tickcolor": "#8a949e", "ticklen": 4, "title": {"standoff": 8},
-            # no prefixes of SI next to the unit in the title: 20000 rpm, 0.0002 um
-            "exponentformat": "power", "minexponent": 6}  # fmt: skip
-    figure.update_xaxes(**look)
-    figure.update_yaxes(**look)
-    figure.update_annotations(font={"size": 14, "color": INK})
+        "legend": {"orientation": "h", "x": 0, "xanchor": "left", "y": 1 + gap / (height - top - bottom),
+                   "yanchor": "bottom", "yref": "paper"},
+        "hoverlabel": {"font": {"family": FONT}},
+    } | dict.fromkeys(axes, AXIS_LOOK)  # fmt: skip
+    figure.update_layout(layout)
+    plain = figure.layout.to_plotly_json()
+    _merge(plain, look)
+    for note in plain.get("annotations", ()):
+        _merge(note, {"font": {"size": 14, "color": INK}})
+    figure.layout = plain
     return figure
+
+
+def _merge(plain: dict[str, Any], more: Mapping[str, Any]) -> None:
+    """Put values into nested tables."""
+    for key, value in more.items():
+        if isinstance(value, Mapping):
+            _merge(plain.setdefault(key, {}), value)
+        else:
+            plain[key] = value
 
 
 def compact(values: np.ndarray, digits: int = 5) -> np.ndarray:

@@ -25,7 +25,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.signal import butter, find_peaks, sosfiltfilt
 
 from identification.records.frequency_response import CrossSpectra
 from rotorsim.signals.record_blocks import MissingError, Values, blocks, need, sampling_time
@@ -173,6 +172,8 @@ def decay_of(time: np.ndarray, signal: np.ndarray) -> Decay:
     >>> float(round(rs.signals.decay_of(t, np.exp(-10 * t) * np.cos(700 * t)).zeta, 3))
     0.014
     """
+    from scipy.signal import find_peaks  # slow to import
+
     need(len(time) >= 32, "The ring-down is too short.")
     dt = (time[-1] - time[0]) / (len(time) - 1)
     main = dominant_frequency(signal, dt)
@@ -213,6 +214,8 @@ def _smooth(signal: np.ndarray, main: float, dt: float) -> np.ndarray:
     """The signal without frequencies above twice the main one, not shifted in time."""
     if 2 * main >= 0.45 / dt:
         return signal
+    from scipy.signal import butter, sosfiltfilt  # slow to import
+
     return np.asarray(sosfiltfilt(butter(3, 2 * main, fs=1 / dt, output="sos"), signal))
 
 

@@ -15,12 +15,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import xarray as xr
-from xarray.backends import BackendArray
+from xarray.backends import BackendArray, CachingFileManager
 from xarray.core import indexing
 
 from identification import SchemaError
@@ -42,6 +44,8 @@ def need(held: bool, sentence: str) -> None:
 
 BLOCK = 100_000
 """Samples read at a time."""
+DECODED = {"_FillValue", "missing_value", "scale_factor", "add_offset"}
+"""Attributes in a file that say that its numbers are not the values."""
 Values = dict[str, np.ndarray]
 
 
@@ -57,9 +61,49 @@ def open_record(path: str | Path) -> xr.Dataset:
     try:
         if wrong := check_hdf5(Path(path)):
             raise DataError(f"{path}: {wrong}")
-        return named_axes(xr.open_dataset(path, engine="h5netcdf", create_default_indexes=False))
+        return _read_directly(named_axes(xr.open_dataset(path, engine="h5netcdf", create_default_indexes=False)), path)
     except (OSError, ValueError) as error:
         raise DataError(f"{path}: cannot be read as a record ({error}); give a file that a run wrote") from error
+
+
+class StoredArray(BackendArray):
+    """Numbers of a variable in a file, read where they lie.
+
+    Before each piece h5netcdf asks all variables along a growing dimension for their lengths, which takes longer than
+    to read it.
+    """
+
+    def __init__(self, file: CachingFileManager, name: str, shape: tuple[int, ...]) -> None:
+        self.file, self.name, self.shape, self.dtype = file, name, shape, np.dtype(float)
+
+    def __getitem__(self, key: Any) -> Any:
+        level = indexing.IndexingSupport.OUTER_1VECTOR
+        return indexing.explicit_indexing_adapter(key, self.shape, level, self._read)
+
+    def _read(self, key: tuple[Any, ...]) -> Any:
+        with self.file.acquire_context() as file:
+            return file[self.name][key]
+
+
+def _read_directly(record: xr.Dataset, path: str | Path) -> xr.Dataset:
+    """An open record whose numbers over time are read without h5netcdf, where they need no decoding."""
+    manager, found = CachingFileManager(h5py.File, path, mode="r"), {}
+    with manager.acquire_context() as file:
+        for name, variable in record.variables.items():
+            stored = file.get(str(name)) if "time" in variable.dims else None
+            plain = isinstance(stored, h5py.Dataset) and stored.dtype == variable.dtype == float
+            if plain and stored.shape == variable.shape and not DECODED & variable.encoding.keys():
+                data = indexing.LazilyIndexedArray(StoredArray(manager, str(name), variable.shape))
+                found[name] = xr.Variable(variable.dims, data, variable.attrs, variable.encoding)
+    coords = {name: found.pop(name) for name in list(found) if name in record.coords}
+    read = record.assign(found).assign_coords(xr.Coordinates(coords, indexes={}))
+    read.set_close(partial(_close, record, manager))
+    return read
+
+
+def _close(record: xr.Dataset, file: CachingFileManager) -> None:
+    record.close()
+    file.close()
 
 
 def displacement_name(record: xr.Dataset) -> str:
@@ -76,8 +120,9 @@ def blocks(record: xr.Dataset, names: Sequence[str], size: int = BLOCK) -> Itera
     if missing:
         raise DataError(f"record: no variable '{missing[0]}'; it is needed for this analysis")
     for start in range(0, record.sizes["time"], size):
-        part = record.isel(time=slice(start, start + size))
-        yield {name: np.asarray(part[name].values, float) for name in names}
+        piece = {"time": slice(start, start + size)}
+        yield {name: np.asarray(record.variables[name].isel(piece, missing_dims="ignore").values, float)
+               for name in names}  # fmt: skip
 
 
 HALF_SPAN = 0.01

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import pickle
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -205,6 +207,22 @@ def test_what_is_no_record_is_refused_with_its_name(tmp_path: Path) -> None:
     (tmp_path / "no.nc").write_text("not a record")
     with pytest.raises(DataError, match=r"no\.nc"):
         open_record(tmp_path / "no.nc")
+
+
+@pytest.mark.parametrize("encoding", [{}, {"dtype": "i4", "scale_factor": 1e-9, "_FillValue": -(2**31)}])
+def test_an_opened_record_holds_the_values_of_its_file_also_where_they_are_coded_and_when_it_is_pickled(
+    tmp_path: Path, encoding: dict[str, Any]
+) -> None:
+    path = tmp_path / "run.nc"
+    orders_of_a_ramp().to_netcdf(path, engine="h5netcdf", encoding={"disc": encoding}, unlimited_dims=["time"])
+    with xr.open_dataset(path, engine="h5netcdf", create_default_indexes=False) as known, open_record(path) as opened:
+        assert opened.identical(known)
+        assert opened.xindexes.keys() == known.xindexes.keys()
+        assert opened.encoding == known.encoding
+        for piece in (slice(5, 900), slice(None, None, 7), slice(90, 5, -3), [3, 5], -1):
+            assert np.array_equal(opened["disc"].isel(time=piece), known["disc"].isel(time=piece))
+        assert pickle.loads(pickle.dumps(opened)).identical(known)
+    path.unlink()
 
 
 def test_windows_of_a_fast_shaft_are_shorter_than_a_quarter_of_a_second():
