@@ -72,6 +72,7 @@ from rotorsim.discrepancy.judge import (
     judged,
     seen_together,
     untouched_gone,
+    with_vibration,
     worse_than,
 )
 from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places
@@ -335,7 +336,7 @@ class DiagnosisRun:
     late: LateProbes | None = field(default=None, init=False)
     """Late probes with which the records fit better."""
     growing: str = field(default="", init=False)
-    """Sentence on 1X that changes within the records."""
+    """Sentence on 1X that changes within the records, or on a harmonic that comes with the vibration."""
     seen_from: dict[str, str] = field(default_factory=dict, init=False)
     """Sizes from which the records would have shown candidates."""
     force_held: bool = False
@@ -387,7 +388,8 @@ class DiagnosisRun:
         assert self.fitted.scatter is not None
         blocks, groups = self.fitted.apart(base.point), table(self.fitted, base.residual)
         # a gas film may remember; its candidates do so too
-        self.growing = growing(self.fitted.trials, blocks) if self.machine.film is None else ""
+        if self.machine.film is None:
+            self.growing = growing(self.fitted.trials, blocks) or with_vibration(self.fitted.trials, blocks)
         apart = unsteady(self.fitted.trials, blocks, self.fitted.scatter[0])
         flags = flagged(groups) + apart
         for role in ("held_out", "untouched"):
