@@ -460,3 +460,7 @@ def test_places_that_records_do_not_distinguish_are_all_findings():
     (softer,), _ = run._large([("1", far_fit(1, kx=-2.0, cx=0.6))])
     assert "stiffness" in softer and "loss" not in softer
     assert judged(AllEvidence(QUIET, GOOD, large=one)).verdict.status == "recalibrated"
+    # of k / 3, a tenth of the compliance that is three times that of the file is a thirtieth of k
+    k = run.machine.bearings[0].coefficients[0][0, 0] / 1e6
+    finished, _ = run._large([("0", SOFT)], 0.01 * np.eye(len(SOFT.parameters)))
+    assert f"kxx of the bearing {left} is {k / 3:.3g} MN/m +- {k / 90:.2g}" in finished[0]
