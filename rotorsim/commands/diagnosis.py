@@ -400,23 +400,31 @@ def _plan(plan: ExperimentPlan) -> Iterator[str]:
         )
 
 
+QUIET = 30.0
+"""Time [s] after which a stage that goes on has another line in a pipe."""
+
+
 class Stages:
-    """Progress by stage on a terminal; in a pipe a line when a stage begins for the first time."""
+    """Progress by stage on a terminal; in a pipe a line when a stage begins for the first time, or goes on."""
 
     def __init__(self) -> None:
         self.stage, self.steps, self.begin = "", 0, time.monotonic()
         self.seen: set[str] = set()
+        self.printed = self.begin
 
     def show(self, stage: str) -> None:
         """Note one step of a stage."""
         self.steps = self.steps + 1 if stage == self.stage else 1
         new, self.stage = stage != self.stage, stage
+        now = time.monotonic()
+        elapsed = now - self.begin
         if not on_terminal():
-            if stage not in self.seen:
-                print(STAGES[stage], file=sys.stderr, flush=True)
+            if stage not in self.seen or now - self.printed > QUIET:
+                more = f": step {self.steps}, {elapsed:.0f} s" if stage in self.seen else ""
+                print(f"{STAGES[stage]}{more}", file=sys.stderr, flush=True)
+                self.printed = now
             self.seen.add(stage)
             return
-        elapsed = time.monotonic() - self.begin
         if new and elapsed > 0.5:
             end_line()
         number = list(STAGES).index(stage) + 1

@@ -531,7 +531,10 @@ class SensitivityColumns:
 
 @dataclass(frozen=True)
 class Misfit:
-    """Line group with a residual above the floor: record, point, channel, group, sums, sizes [m]."""
+    """Line group with a residual above the floor: record, point, channel, group, sums, sizes [m].
+
+    `rms` over `floor` is the root of `chi2` over `numbers`: in both, lines weigh by their floors.
+    """
 
     record: str
     point: str
@@ -570,7 +573,9 @@ def table(comparison: TwinComparison, residual: np.ndarray) -> list[Misfit]:
                 if not n:
                     continue
                 r, s = residual[own], comparison.sigma[own]
-                rms, low = float(np.sqrt(np.mean((r * s) ** 2))), float(np.sqrt(np.mean(s**2)))
+                # lines weigh by their floors, so that what is beyond the floor is larger than it
+                low = float(np.mean(s**-2.0) ** -0.5)
+                rms = low * float(np.sqrt(np.mean(r**2)))
                 speed, largest = _peak(trial, layout.frequency[own], r * s) if trial.orders else (0.0, 0.0)
                 out.append(
                     Misfit(

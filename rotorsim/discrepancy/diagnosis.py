@@ -72,6 +72,7 @@ from rotorsim.discrepancy.judge import (
     judged,
     seen_together,
     untouched_gone,
+    with_vibration,
     worse_than,
 )
 from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places
@@ -332,10 +333,12 @@ class DiagnosisRun:
     """Sentences on calibrated numbers that are far from the machine file."""
     far_bearings: tuple[int, ...] = field(default=(), init=False)
     """Numbers of the bearings that those sentences are about."""
+    place: str | None = field(default=None, init=False)
+    """Number of the far bearing as text, empty for none; None where the records leave open which it is."""
     late: LateProbes | None = field(default=None, init=False)
     """Late probes with which the records fit better."""
     growing: str = field(default="", init=False)
-    """Sentence on 1X that changes within the records."""
+    """Sentence on 1X that changes within the records, or on a harmonic that comes with the vibration."""
     seen_from: dict[str, str] = field(default_factory=dict, init=False)
     """Sizes from which the records would have shown candidates."""
     force_held: bool = False
@@ -376,9 +379,10 @@ class DiagnosisRun:
                 break
         if not self.force_held and flagged(table(self.fitted, base.residual)) and force_is_sampled(self.fitted, base):
             return self._with_held_force()
-        far = far_places(self.fitted, base, lambda: self.progress("calibrate"))
-        base = far[0][1] if far else base
-        self.large, self.far_bearings = self._large(far or [("", base)])
+        far = far_places(self.fitted, base, lambda: self.progress("calibrate")) or [("", base)]
+        base = far[0][1]
+        self.large, self.far_bearings = self._large(far)
+        self.place = far[0][0] if len(far) == 1 else None
         beyond = strained(base)
         notes += [STRAINED.format(", ".join(beyond))] if beyond else []
         if flagged(table(self.fitted, base.residual)) or self.large:
@@ -387,7 +391,8 @@ class DiagnosisRun:
         assert self.fitted.scatter is not None
         blocks, groups = self.fitted.apart(base.point), table(self.fitted, base.residual)
         # a gas film may remember; its candidates do so too
-        self.growing = growing(self.fitted.trials, blocks) if self.machine.film is None else ""
+        if self.machine.film is None:
+            self.growing = growing(self.fitted.trials, blocks) or with_vibration(self.fitted.trials, blocks)
         apart = unsteady(self.fitted.trials, blocks, self.fitted.scatter[0])
         flags = flagged(groups) + apart
         for role in ("held_out", "untouched"):
@@ -567,21 +572,23 @@ class DiagnosisRun:
             )
         )
 
-    def _large(self, fits: Sequence[tuple[str, ParameterFit]]) -> tuple[tuple[str, ...], tuple[int, ...]]:
+    def _large(
+        self, fits: Sequence[tuple[str, ParameterFit]], V: np.ndarray | None = None
+    ) -> tuple[tuple[str, ...], tuple[int, ...]]:
         """Sentences on calibrated numbers that are far from the machine file, and the numbers of the bearings in them.
 
-        Several far bearings are all in one sentence.
+        Several far bearings are all in one sentence. V (k, k) is the covariance of a fit that is finished.
 
         Every fit with a far bearing has a sentence: none would pass for a machine that agrees with its file. Numbers
         within two standard deviations of the file are left out where others are not.
         """
         found = []
         for number, fit in fits:
-            V = covariance(fit, self.fitted.layout.record)
-            own = calibration_of(fit, V, fit.parameters)
+            spread = covariance(fit, self.fitted.layout.record) if V is None else V
+            own = calibration_of(fit, spread, fit.parameters)
             far = far_off_file(fit, number)
             far = [name for name in far if abs(own[name][0]) > 2 * own[name][1]] or far
-            found.append(far_off(self.machine, own, related_of(fit, V), [*strained(fit), *far]))
+            found.append(far_off(self.machine, own, related_of(fit, spread), [*strained(fit), *far]))
         bearings = {int(key.split(".")[1]) for own in found for key in own if key.startswith("bearing.")}
         if len(found) < 2:
             return tuple(found[0].values()), tuple(sorted(bearings))
@@ -632,6 +639,8 @@ class DiagnosisRun:
         final = base if best is None else best.fit
         comparison, again = self._proven(final) if best is not None else (self.fitted, final)
         proven, V = self._measured(final, comparison, again)
+        if best is None and self.place is not None:  # headline and tables state the same numbers
+            self.large = self._large([(self.place, proven)], V)[0] or self.large
         # what is not written into the machine file must not have turned its calibration either
         written = self._measured(base, self.fitted, base) if verdict.status == "partial" else (proven, V)
         unknown: dict[str, Any] = {}

@@ -32,6 +32,7 @@ from scipy.special import chdtrc
 from rotorsim.base.units import TO_UM
 from rotorsim.discrepancy.candidates import class_of
 from rotorsim.discrepancy.comparison import UNSTEADY, Misfit, TwinComparison, flagged, table
+from rotorsim.discrepancy.data_vector import own_scatter
 from rotorsim.discrepancy.hypotheses import Hypothesis
 from rotorsim.discrepancy.records import UNLIKE
 from rotorsim.discrepancy.trial import TURNING, Trial
@@ -176,6 +177,15 @@ GROWING = (
 GROWS, LEAST_GROWTH, MOST_ALIKE, FEWEST_GROWING = 5.0, 0.02, 0.8, 4
 """Mean growth of 1X over its standard error, as a share of it, share of the channels that change that way, and fewest
 channels, from which on the machine was not steady."""
+WITH_VIBRATION = (
+    "{order}X comes with the vibration: {size:.2g} um at {point}, where 1X is {large:.3g} um, and {less:.2g} um at "
+    "{small:.3g} um of 1X. That is more than the stated accuracy, and {times:.0f} times the scatter of the records: a "
+    "stop, a rub or a loose part that touches by that little, or a probe that is not linear; record that speed again "
+    "with more and with less vibration"
+)
+"""Note on a harmonic of the shaft that small vibration does not have."""
+HARMONICS, CLEARLY, STEEPER = (2, 3), 10.0, 2.0
+"""Orders that are looked at, times their own scatter from which on they are seen, and times the growth of 1X."""
 CONTRADICTED, BELOW = 8.0, 2.0
 """Factors between a stated accuracy and what the records show from which the two contradict each other: of the misfit,
 and of a scatter above it, which the blocks of all records measure well."""
@@ -225,7 +235,7 @@ class AllEvidence:
     late : sentence where the records fit better with late probes
     together : sentence on what all records show together and none alone, after calibration alone; as where groups are
         flagged, nothing missing needs `SURE` then
-    growing : sentence on 1X that changes within the records
+    growing : sentence on 1X that changes within the records, or on a harmonic that comes with the vibration
     astray : calibration parameters that stand where they are not believed with the effects of the search's best too
     """
 
@@ -396,6 +406,40 @@ def growing(trials: Sequence[Trial], residuals: Sequence[np.ndarray]) -> str:
     if abs(mean) < max(LEAST_GROWTH, GROWS * error) or np.mean(np.sign(shares) == np.sign(mean)) < MOST_ALIKE:
         return ""
     return GROWING.format(grows="grows" if mean > 0 else "falls", share=100 * abs(mean))
+
+
+def with_vibration(trials: Sequence[Trial], residuals: Sequence[np.ndarray]) -> str:
+    """Sentence on a harmonic that comes with the vibration and is within what floors of a stated accuracy hide.
+
+    `residuals` are as in `growing`. In the record with the largest one, all probes show it, beyond that accuracy and
+    clearly beyond the scatter; from the half of the records that vibrate least to there it grows by twice what 1X does.
+    """
+    able = [i for i, t in enumerate(trials) if t.accuracy and not (t.orders or t.clock) and abs(t.speed) > TURNING]
+    able = [i for i in able if trials[i].blocks > 1 and not trials[i].excited.any()]
+    if len(able) < FEWEST_GROWING:
+        return ""
+    scatter = own_scatter([trials[i] for i in able], [residuals[i] for i in able])
+
+    def size(lines: np.ndarray, i: int, order: int) -> np.ndarray:
+        at = np.argmin(np.abs(trials[i].frequencies - order * abs(trials[i].speed) / (2 * np.pi)))
+        return np.asarray(np.abs(lines.mean(axis=0)[: len(trials[i].channels), at]))
+
+    turning = {i: float(size(trials[i].spectra, i, 1).min()) for i in able}
+    quiet = sorted(able, key=turning.__getitem__)[: len(able) // 2]
+    for order in HARMONICS:
+        seen = [i for i in able if trials[i].frequencies[-1] > order * abs(trials[i].speed) / (2 * np.pi)]
+        shown = {i: float(size(residuals[i], i, order).min()) for i in seen if not trials[i].hum}
+        most = max(shown, key=shown.__getitem__, default=None)
+        still = [i for i in quiet if i in shown]
+        if most is None or not still or shown[most] < max(sqrt(2) * trials[most].accuracy, CLEARLY * scatter):
+            continue
+        less, small = (float(np.median([own[i] for i in still])) for own in (shown, turning))
+        if shown[most] * small > STEEPER * turning[most] * max(less, scatter):
+            return WITH_VIBRATION.format(
+                order=order, size=shown[most] * TO_UM, point=trials[most].point.partition(",")[0], less=less * TO_UM,
+                large=turning[most] * TO_UM, small=small * TO_UM, times=shown[most] / scatter,
+            )  # fmt: skip
+    return ""
 
 
 def worse_than(comparison: TwinComparison, before: np.ndarray, after: np.ndarray) -> tuple[str, ...]:

@@ -329,11 +329,11 @@ def gap_bars(diagnosis: Diagnosis) -> go.Figure:
     gap = diagnosis.gap
     total = np.sqrt(np.nansum(gap["gap"].values ** 2, axis=1)) * TO_UM
     order = np.argsort([("fit", "held_out", "untouched").index(r) for r in gap["role"].values], kind="stable")
+    points = [f"{r.replace('_', ' ')}: {p}" for r, p in zip(gap["role"].values, gap["point"].values, strict=True)]
     names: list[str] = []
-    for i in order:
-        name = f"{gap['role'].values[i].replace('_', ' ')}: {gap['point'].values[i]}"
-        again = sum(n.startswith(name) for n in names)
-        names.append(f"{name}, again" + ("" if again == 1 else f" ({again})") if again else name)
+    for i in order:  # records that repeat a point, and planes of one record, by the record's name
+        name = points[i] if points.count(points[i]) == 1 else f"{points[i]}, {gap['record'].values[i]}"
+        names.append(f"{name} ({len(names) + 1})" if name in names else name)
     figure = go.Figure()
     for s, (stage, colour) in enumerate(COLOURS.items()):
         if stage == "with effect" and not diagnosis.explained:

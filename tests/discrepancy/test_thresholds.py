@@ -21,6 +21,7 @@ from rotorsim.discrepancy.judge import (
     judged,
     seen_together,
     text_of,
+    with_vibration,
     worse_than,
 )
 from rotorsim.discrepancy.machine_file import far_off, recalibrated_values
@@ -151,6 +152,28 @@ def test_a_machine_that_warms_up_is_not_steady(growth, scatter, word):
     found = growing(trials, blocks)
     assert bool(found) == bool(word) and word in found
     assert judged(AllEvidence(QUIET, GOOD, growing=found)).verdict.status == ("unknown" if word else "no_disagreement")
+
+
+@pytest.mark.parametrize(
+    ("second", "shown"),
+    [(lambda y: 0.02 * y**2, True), (lambda y: 0.03 * y**2 * (y > 1.7), True), (lambda y: 0.1 + 0 * y, False),
+     (lambda y: 0.05 * y, False), (lambda y: 0.001 * y**2, False)],
+)  # fmt: skip
+def test_a_harmonic_that_comes_with_the_vibration_is_no_peace(second, shown):
+    """2X [um] over 1X [um]: square, of a stop that is reached, constant, a share, and below the accuracy of 0.05 um."""
+    rng, trials, blocks, sizes = np.random.default_rng(4), [], [], (0.4, 0.8, 1.6, 3.0, 6.0)
+    for hertz, size in zip((8.0, 11.0, 14.0, 17.0, 20.0), sizes, strict=True):
+        left = 1e-6 * second(size) * np.exp(0.3j) * (np.arange(60) == 2 * hertz)
+        left = left + 3e-9 * rng.standard_normal((2, 2, 60))
+        own = {"orders": (), "clock": 0.0, "blocks": 2, "speed": 2 * np.pi * hertz, "channels": ("x", "y"), "hum": (),
+               "accuracy": 5e-8, "excited": np.zeros(60, bool), "point": f"{60 * hertz:.0f} rpm, 0 V",
+               "frequencies": np.arange(60.0), "spectra": left + 1e-6 * size * (np.arange(60) == hertz)}  # fmt: skip
+        trials.append(SimpleNamespace(**own))
+        blocks.append(left)
+    found = with_vibration(trials, blocks)
+    assert bool(found) == shown and ("1200 rpm" in found) == shown
+    verdict = judged(AllEvidence(QUIET, GOOD, growing=found)).verdict
+    assert verdict.status == ("unknown" if shown else "no_disagreement")
 
 
 @pytest.mark.parametrize(
@@ -437,3 +460,7 @@ def test_places_that_records_do_not_distinguish_are_all_findings():
     (softer,), _ = run._large([("1", far_fit(1, kx=-2.0, cx=0.6))])
     assert "stiffness" in softer and "loss" not in softer
     assert judged(AllEvidence(QUIET, GOOD, large=one)).verdict.status == "recalibrated"
+    # of k / 3, a tenth of the compliance that is three times that of the file is a thirtieth of k
+    k = run.machine.bearings[0].coefficients[0][0, 0] / 1e6
+    finished, _ = run._large([("0", SOFT)], 0.01 * np.eye(len(SOFT.parameters)))
+    assert f"kxx of the bearing {left} is {k / 3:.3g} MN/m +- {k / 90:.2g}" in finished[0]

@@ -1,10 +1,11 @@
 """Notice on stderr while kernels compile, also in a pipe; stdout unchanged."""
 
 import json
+import time
 
 import pytest
 
-from rotorsim.commands.diagnosis import STAGES, Stages
+from rotorsim.commands.diagnosis import QUIET, STAGES, Stages
 from rotorsim.commands.options import note_compiling
 from rotorsim.discrepancy import calibration
 from rotorsim.machine import load_machine
@@ -66,9 +67,15 @@ def test_a_diagnosis_notes_it_before_it_compiles_anything(monkeypatch):
     assert order == ["compile", "equilibrium"]
 
 
-def test_a_diagnosis_notes_in_a_pipe_each_stage_once(capsys):
+def test_a_diagnosis_notes_in_a_pipe_each_stage_once_and_again_where_it_lasts(capsys, monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
     stages = Stages()
     for stage in [*STAGES, *STAGES]:
         stages.show(stage)
         stages.show(stage)
     assert capsys.readouterr() == ("", "".join(f"{text}\n" for text in STAGES.values()))
+    now[0] = QUIET + 1
+    stages.show("experiment")
+    stages.show("experiment")
+    assert capsys.readouterr() == ("", f"{STAGES['experiment']}: step 3, 31 s\n")

@@ -13,7 +13,7 @@ from rotorsim.discrepancy.result import PLAN_NEXT, located
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import load_machine
 from rotorsim.plant.locations import acting_places, nozzles
-from rotorsim.report.diagnosis import diagnosis_page
+from rotorsim.report.diagnosis import diagnosis_page, gap_bars
 from rotorsim.report.machine_sketch import MARKS, machine_sketch
 from rotorsim.report.page import html
 from small_diagnosis import blocked, runout, small_diagnosis
@@ -33,6 +33,15 @@ def test_bearings_that_records_leave_open_stand_in_the_verdict():
 
 def page(found):
     return html(diagnosis_page(found))
+
+
+def test_planes_of_a_record_are_not_labelled_as_repeats():
+    found = small_diagnosis()
+    names = [str(name) for name in found.gap["record"].values]
+    points = ["2400 rpm"] * 2 + [f"{k} rpm" for k in range(len(names) - 2)]
+    same = found.gap.assign_coords(point=("record", points), role=("record", ["fit"] * len(names)))
+    labels = gap_bars(replace(found, gap=same)).data[0].y
+    assert labels[:2] == tuple(f"fit: 2400 rpm, {name}" for name in names[:2]) and "fit: 0 rpm" in labels[2:]
 
 
 LINE = {"point": "2400 rpm, 10 N", "frequency_hz": 62.5, "order": None, "force_n": 2.0, "unsteady": False,
