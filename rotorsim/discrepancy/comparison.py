@@ -26,6 +26,7 @@ from math import sqrt
 from typing import Any
 
 import numpy as np
+from scipy.optimize import fminbound
 
 from rotorsim.base.cache import RUNS, Cache, in_cache, key_of, sources_hash
 from rotorsim.base.units import RIG_SAMPLE, TO_RPM, TO_UM
@@ -48,6 +49,8 @@ THREADS = min(2, os.cpu_count() or 1)
 """Number of runs at a time."""
 BEYOND = 0.01
 """Displacement [m] from which on the twin counts as without solution."""
+CLOSE = 0.01
+"""Error of the tolerance that records show, as a share of the declared one."""
 LOST = NO_SOLUTION / 4
 """Change of a line [m] by a finer mesh or another law from which on one of both has no solution."""
 QUARTER, FEWEST_RECORDS = 0.02, 3
@@ -389,6 +392,25 @@ class TwinComparison:
         self.sigma = floor(self.trials, self.layout, scatter, means, drifts, response, error, tolerance)
         self.floor_known, self.tolerance = True, tolerance
         return error
+
+    def with_tolerance(self, point: ParameterPoint, tolerance: float) -> TwinComparison:
+        """The same comparison with another tolerance of the model in its floor, as a share of the lines at a point."""
+        other, response = copy(self), self._response(point, self.twin, False)
+        assert self.scatter is not None
+        other.sigma = floor(self.trials, self.layout, *self.scatter, response, self.correction, tolerance)
+        other.tolerance = tolerance
+        vars(other).pop("stored", None)
+        return other
+
+    def tolerance_shown(self, point: ParameterPoint, left: np.ndarray) -> float:
+        """Most likely tolerance of the model, up to the declared one, where the floor is the standard deviation of what
+        is left (n,) [m] at a point."""
+
+        def loss(tolerance: float) -> float:
+            sigma = self.with_tolerance(point, tolerance).sigma
+            return float(np.sum(2 * np.log(sigma) + (left / sigma) ** 2))
+
+        return float(fminbound(loss, 0.0, self.tolerance, xtol=CLOSE * self.tolerance))
 
 
 def _in_phase(a: Trial, b: Trial) -> bool:

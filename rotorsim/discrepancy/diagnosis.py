@@ -109,7 +109,7 @@ from rotorsim.discrepancy.result import (
     related_of,
 )
 from rotorsim.discrepancy.run_ups import RunupTrial, is_table, make_sweeps, rate_notes, with_tables
-from rotorsim.discrepancy.stochastic import drift, random_force, repeating
+from rotorsim.discrepancy.stochastic import by_chance, drift, random_force, repeating
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import (
@@ -160,6 +160,13 @@ NAMED_PROBES = "x and y of the sensors are the probes {0} and {1}, in their own 
 """Note on records whose channels are their probes."""
 FAINT_LAW = 2 * CLEAR
 """Fall of the sum of squares by a law from which on it is fitted where nothing is beyond the floor."""
+FINER = 0.1
+"""Share by which the tolerance that records show is below the declared one where a law is fitted with it."""
+EXACT = (
+    "with the law the records agree with the machine to {:.2g} % of a line, better than the declared tolerance of "
+    "{:.2g} %: its numbers are fitted with that"
+)
+"""Note on a law that leaves less than the declared tolerance."""
 NO_LAW = "a law was looked for at all places; the best one, {}, is not borne out by the plant and by other records"
 """Note on records that show no law either."""
 NOT_REPEATED = "the records also have what does not repeat, which would be: {}"
@@ -431,14 +438,15 @@ class DiagnosisRun:
         """Diagnosis with a law that no effect of the catalogue is, or with what does not repeat; None for neither.
 
         A law has to explain the records clearly better than the best effects of the catalogue, and is not looked for
-        where a name, a tie or a calibration does. What does not repeat is the verdict only where nothing else is open,
+        where a name, a tie or a calibration does, but where no group shows the name: with a law clearly better than it
+        that is not borne out, neither is given. What does not repeat is the verdict only where nothing else is open,
         and else a note.
         """
         if self.machine.film is not None:
             return None
         lacking, status = cannot_tell(self.fitted.trials), judgement.verdict.status
-        unanswered = status in ("unknown", "partial")
-        if not unanswered and status != "no_disagreement":
+        unanswered, faint = status in ("unknown", "partial"), status in ("named", "tie") and not flags
+        if not (unanswered or faint or status == "no_disagreement"):
             return None
         if lacking:
             notes += [lacking] if unanswered else []
@@ -448,16 +456,18 @@ class DiagnosisRun:
         try:
             seen = {role: self._seen(part, base) for role, part in self.parts.items() if role != "untouched"}
             base = replace(base, J=seen["fit"].J)
-            if unanswered or flags:
-                found = self._discovered(base, flags, apart, seen, notes, rival)
-                if found is not None:
+            if unanswered or flags or faint:
+                known, found = len(notes), self._discovered(base, flags, apart, seen, notes, rival)
+                if found is None and faint and len(notes) > known:
+                    found = self._result(base, flags, Judgement(SearchVerdict("unknown"), ()), None, notes)
+                if found is not None or faint:
                     return found
             force = drift(self.fitted, base) or random_force(seen["fit"])
         except NoAnswerError:
             return None
         if force is None:
             return None
-        if status != "unknown" or repeating(self.fitted, base.residual):
+        if status != "unknown" or repeating(self.fitted, base.residual, by_chance(force, seen["fit"])):
             notes.append(NOT_REPEATED.format(force.sentence))
             return None
         nothing = Judgement(SearchVerdict("unknown"), judgement.odds, judgement.notes, judgement.left, judgement.worse)
@@ -514,12 +524,34 @@ class DiagnosisRun:
             if best is None or not (borne_out and sure and known - priced(best) > clear):
                 notes[:] = notes_of_none
                 return None
-            found = own._result(base, flags, replace(judgement, odds=odds), search, [*notes, *judgement.notes])
+            best, exact = own._as_exact_as_shown(best)
+            verdict = replace(judgement.verdict, best=best)
+            notes += [*judgement.notes, *exact]
+            found = own._result(base, flags, replace(judgement, verdict=verdict, odds=odds), search, notes)
             [proposal] = [one for one in laws if one.names == best.keys[0]]
-            law = discovered(proposal, found.effects[0], p, rivals, seen["fit"], best.fit.residual)
+            law = discovered(proposal, found.effects[0], p, rivals, seen["fit"], best.fit.residual * own.fitted.sigma)
         return replace(
             found, status="discovered", effects=(), ties=(), planner=None, seen_from=self.seen_from, discovered=law
         )
+
+    def _as_exact_as_shown(self, best: Hypothesis) -> tuple[Hypothesis, list[str]]:
+        """A borne-out hypothesis, fitted with the tolerance that the records show with it; a note where it is finer.
+
+        The floor of all records has that tolerance from then on.
+        """
+        exact, fit = self._with_tolerance(best.fit, 0.0)
+        tolerance = self.fitted.tolerance_shown(fit.point, fit.residual * exact.fitted.sigma)
+        if tolerance > (1 - FINER) * self.tolerance:
+            return best, []
+        exact, fit = self._with_tolerance(fit, tolerance)
+        self.parts = exact.parts
+        return replace(best, fit=fit), [EXACT.format(100 * tolerance, 100 * self.tolerance)]
+
+    def _with_tolerance(self, fit: ParameterFit, tolerance: float) -> tuple[DiagnosisRun, ParameterFit]:
+        """This run with another tolerance of the model, and a fit under its floor."""
+        parts = {role: part.with_tolerance(fit.point, tolerance) for role, part in self.parts.items()}
+        whitened = replace(fit, residual=parts["fit"].residual(fit.point))
+        return replace(self, parts=parts), relinearised(parts["fit"], whitened, lambda: self.progress("show"))
 
     def _judged(
         self, base: ParameterFit, flags: list[Misfit], verdict: SearchVerdict, search: EffectSearch | None, share: float

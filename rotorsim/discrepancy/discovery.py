@@ -348,7 +348,8 @@ class DiscoveredLaw:
     power: float = 0.0
     """Mean power [W] that it feeds into the largest motion of the records; negative where it takes it."""
     curve: dict[str, np.ndarray] = field(default_factory=dict)
-    """Moments of the records: displacement and velocity (n, 2) there, force (n, 2) measured and of the law."""
+    """Moments of the records: displacement and velocity (n, 2) there, force (n, 2) measured and of the law, and the
+    standard deviation of the latter."""
 
     @property
     def sentence(self) -> str:
@@ -387,11 +388,26 @@ def force_of(law: ProposedLaw, m: PlaceMotion) -> np.ndarray:
     return force
 
 
-def curve_of(seen: ObservedPlaces, law: ProposedLaw, residual: np.ndarray) -> dict[str, np.ndarray]:
+def spread_of(law: ProposedLaw, m: PlaceMotion, sd: Mapping[str, float]) -> np.ndarray:
+    """Standard deviation (2, n) [N] of a force without a memory by those of the law's numbers, taken one by one."""
+    keys, c = [key for one in law.terms for key in one.parameters], law.coefficients
+    moved = [replace(law, coefficients=c + sd.get(key, 0.0) * unit)
+             for key, unit in zip(keys, np.eye(len(c)), strict=True)]  # fmt: skip
+    for i, one in enumerate(law.terms):
+        for name, _ in one.shape:
+            shape = tuple((key, value + sd.get(key, 0.0) * (key == name)) for key, value in one.shape)
+            moved.append(replace(law, terms=(*law.terms[:i], replace(one, shape=shape), *law.terms[i + 1 :])))
+    force = force_of(law, m)
+    return np.sqrt(sum((force_of(one, m) - force) ** 2 for one in moved))
+
+
+def curve_of(
+    seen: ObservedPlaces, law: ProposedLaw, left: np.ndarray, sd: Mapping[str, float]
+) -> dict[str, np.ndarray]:
     """Moments of the record with the largest motion: displacement, velocity (n, 2), force (n, 2) measured and of a law.
 
-    The measured force is that of the law and the one that makes what is left, `residual` (n,), on the lines on which
-    the law shows.
+    The measured force is that of the law and the one that makes what is left (n,) [m], on the lines on which the law
+    shows; `spread` is the standard deviation of the law's by those of its numbers.
     """
     motions = seen.motions[law.place]
     i = int(np.argmax([np.abs(m.displacement).max() for m in motions]))
@@ -400,18 +416,19 @@ def curve_of(seen: ObservedPlaces, law: ProposedLaw, residual: np.ndarray) -> di
     lines = np.array([lines_of_series(one, len(m.H)) for one in force])
     comparison = seen.comparison
     shows = np.abs(np.einsum("lij,jl->il", m.H, lines)) > complex_lines(comparison, i, comparison.sigma).real
-    left = np.where(shows.any(axis=0), complex_lines(comparison, i, residual * comparison.sigma), 0.0)
-    rest = np.array([answer(np.linalg.pinv, h, rcond=0.05) @ line for h, line in zip(m.H, left.T, strict=True)]).T
+    rest = np.where(shows.any(axis=0), complex_lines(comparison, i, left), 0.0)
+    more = np.array([answer(np.linalg.pinv, h, rcond=0.05) @ line for h, line in zip(m.H, rest.T, strict=True)]).T
     chosen = slice(None, None, max(n // MOMENTS, 1))
     return {"displacement": m.displacement.T[chosen], "velocity": m.velocity.T[chosen],
-            "measured": (force + series_of_lines(rest, n)).T[chosen], "law": force.T[chosen]}  # fmt: skip
+            "measured": (force + series_of_lines(more, n)).T[chosen], "law": force.T[chosen],
+            "spread": spread_of(law, m, sd).T[chosen]}  # fmt: skip
 
 
 def discovered(
     proposal: ProposedLaw, found: IdentifiedEffect, probability: float, near: Sequence[str], seen: ObservedPlaces,
     left: np.ndarray,
 ) -> DiscoveredLaw:  # fmt: skip
-    """The law of a proposal as the plant's fit has it, which leaves whitened residuals `left` (n,)."""
+    """The law of a proposal as the plant's fit has it, which leaves this of the records to fit (n,) [m]."""
     terms = {key: (found.parameters[key], found.sd.get(key, 0.0)) for one in proposal.terms
              for key in (*one.parameters, *(name for name, _ in one.shape))}  # fmt: skip
     sizes = np.array([terms[key][0] for one in proposal.terms for key in one.parameters])
@@ -428,7 +445,7 @@ def discovered(
     growth = float(np.linalg.norm(force_of(fitted, twice)) / np.linalg.norm(force_of(fitted, largest)))
     return DiscoveredLaw(
         name, proposal.place, z, law, terms, units_of(proposal), kinds, text, str(path), probability, tuple(near),
-        growth, power, curve_of(seen, fitted, left),
+        growth, power, curve_of(seen, fitted, left, {key: sd for key, (_, sd) in terms.items()}),
     )  # fmt: skip
 
 

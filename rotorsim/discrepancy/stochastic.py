@@ -243,11 +243,35 @@ def random_force(seen: ObservedPlaces) -> StochasticForce | None:
                            (float(of_size[0]), float(of_size[1])), unit, gain, order)  # fmt: skip
 
 
-def repeating(comparison: TwinComparison, residual: np.ndarray) -> list[Misfit]:
+def by_chance(force: StochasticForce, seen: ObservedPlaces) -> np.ndarray:
+    """Standard deviations (n,) [m] of the means over blocks in a data vector that a random force makes by chance.
+
+    A line of a block has the variance H S H', of which half is its real part's, and a mean a quarter; blocks are taken
+    to be independent.
+    """
+    comparison = seen.comparison
+    found = np.zeros(len(comparison.measured))
+    for i, m in enumerate(seen.motions.get(force.place, [])):
+        trial, f = comparison.trials[i], m.frequencies
+        S = 2 * f[1] * np.square(force.size) / (2 * NEAR_LINE * f[1] if force.order else 1.0)
+        sd = np.sqrt(np.abs(m.H) ** 2 @ S / (2 * trial.blocks))
+        if force.order:
+            sd[np.abs(f - force.order * abs(trial.speed) / (2 * np.pi)) >= NEAR_LINE * f[1]] = 0.0
+        sd[0] /= np.sqrt(2)
+        found[comparison.layout.record == i] = trial.vector(sd.T[None] * (1 + 1j))
+    drifts = np.flatnonzero(comparison.layout.drift)  # from the first block to the last, each next to its mean
+    blocks = np.array([t.blocks for t in comparison.trials])[comparison.layout.record[drifts]]
+    found[drifts] = found[drifts - 1] * np.sqrt(2 * blocks)
+    return found
+
+
+def repeating(comparison: TwinComparison, residual: np.ndarray, chance: np.ndarray | float = 0.0) -> list[Misfit]:
     """Groups of lines beyond the floor in the mean of the records that repeat each other: a gap that repeats.
 
-    Not those whose records differ by more than the floor and by as much as their mean is off.
+    The floor has the standard deviations `chance` (n,) [m] of a random force too. Not those groups whose records differ
+    by more than the floor and by as much as their mean is off.
     """
+    residual = residual * comparison.sigma / np.hypot(comparison.sigma, chance)
     record, mean, spread = comparison.layout.record, residual.copy(), np.zeros(len(residual))
     firsts = np.array(comparison.repeated)
     for first in np.unique(firsts):

@@ -43,6 +43,8 @@ METHOD = (
 ALSO = {"found": "", "rival": "or ", "force": ""}
 """Words before a place by its role."""
 MOST_PROPOSALS = 8
+SPREAD = 2.0
+"""Half width of the band of a law, in standard deviations."""
 
 
 @page_of(Diagnosis)
@@ -202,8 +204,11 @@ def _law(law: DiscoveredLaw) -> Block:
     texts += [f"These records do not exclude {', '.join(law.near)}."] if law.near else []
     figure = force_of_law(law) if law.curve else None
     heads = ("number", "value", "standard deviation")
-    return Block("The law that was discovered", "Force at the place over its motion: dots are the records, the line is "
-                 "the law.", heads, rows, texts=texts, figure=figure, code=law.law)  # fmt: skip
+    text = (
+        "Force at the place over its motion: dots are the records, the line is the law, its band two standard "
+        "deviations of its numbers, taken one by one."
+    )
+    return Block("The law that was discovered", text, heads, rows, texts=texts, figure=figure, code=law.law)
 
 
 def force_of_law(law: DiscoveredLaw) -> go.Figure:
@@ -219,6 +224,11 @@ def force_of_law(law: DiscoveredLaw) -> go.Figure:
         shown = {"row": 1, "col": i + 1}
         figure.add_trace(go.Scatter(**dots, mode="markers", marker={"size": 4, "color": NEUTRAL}, showlegend=not i),
                          **shown)  # fmt: skip
+        edge = SPREAD * law.curve["spread"][order, i]
+        band = {"x": np.concatenate([line["x"], line["x"][::-1]]), "name": "band",
+                "y": np.concatenate([line["y"] + edge, (line["y"] - edge)[::-1]])}  # fmt: skip
+        figure.add_trace(go.Scatter(**band, mode="lines", fill="toself", opacity=0.3, showlegend=not i,
+                                    line={"width": 0, "color": AXIS_COLOURS[axis]}), **shown)  # fmt: skip
         figure.add_trace(
             go.Scatter(**line, mode="lines", line={"color": AXIS_COLOURS[axis]}, showlegend=not i), **shown
         )

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.calibration import CompiledModels, ParameterPoint
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.data_vector import TOLERANCE
@@ -28,7 +29,15 @@ from rotorsim.discrepancy.discovery import (
 from rotorsim.discrepancy.fit import ParameterFit, recalibrate, relinearised
 from rotorsim.discrepancy.law_terms import LIBRARY, ObservedPlaces, PlaceMotion, law_places
 from rotorsim.discrepancy.mistakes import check_before, force_is_sampled, held
-from rotorsim.discrepancy.stochastic import BlockDeviations, NoiseModel, random_force, repeating
+from rotorsim.discrepancy.stochastic import (
+    BlockDeviations,
+    NoiseModel,
+    StochasticForce,
+    by_chance,
+    random_force,
+    repeating,
+)
+from rotorsim.discrepancy.trial import Trial, block_lines
 from rotorsim.discrepancy.verdict import Explanation
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine
@@ -226,7 +235,7 @@ def test_the_slopes_of_the_likelihood_are_those_of_its_differences():
 def repeated_records(second: float) -> tuple[SimpleNamespace, np.ndarray]:
     """Two records that repeat each other: thirty floors in the first, a share of it in the second."""
     layout = SimpleNamespace(record=np.repeat([0, 1], 4))
-    return SimpleNamespace(layout=layout, repeated=[0, 0]), 30.0 * np.repeat([1.0, second], 4)
+    return SimpleNamespace(layout=layout, repeated=[0, 0], sigma=np.ones(8)), 30.0 * np.repeat([1.0, second], 4)
 
 
 @pytest.mark.parametrize(("second", "repeats"), [(1.0, True), (0.9, True), (0.1, False), (-1.0, False)])
@@ -242,33 +251,90 @@ def test_a_gap_repeats_where_it_stays_in_the_mean_of_records_that_repeat_each_ot
     assert bool(repeating(comparison, residual)) == repeats
 
 
+@pytest.mark.parametrize(("chance", "repeats"), [(1.0, True), (5.0, True), (30.0, False)])
+def test_what_a_random_force_makes_of_means_by_chance_is_no_gap_that_repeats(chance, repeats, monkeypatch):
+    comparison, residual = repeated_records(1.0)
+
+    def groups(comparison: SimpleNamespace, r: np.ndarray) -> list[SimpleNamespace]:
+        return [SimpleNamespace(number=0, channel="x", group="1X", rms=float(np.sqrt(np.mean(r**2))), floor=1.0)]
+
+    monkeypatch.setattr("rotorsim.discrepancy.stochastic.table", groups)
+    monkeypatch.setattr("rotorsim.discrepancy.stochastic.flagged", lambda found: [f for f in found if f.rms > 5])
+    assert bool(repeating(comparison, residual, np.full(8, chance))) == repeats
+
+
+def test_the_scatter_of_means_by_a_random_force_is_that_of_white_noise_in_time():
+    """Means over four blocks of a thousand series of samples with the one-sided spectrum of the force."""
+    rng, sizes, count = np.random.default_rng(1), np.array([0.05, 0.02]), 12
+    of_time = rng.normal(size=(1000, 4000, 2)) * sizes * np.sqrt(1 / RIG_SAMPLE / 2)
+    trial = SimpleNamespace(blocks=4, speed=100.0, has_mean=True, orders=())
+    trial.vector = lambda spectra: Trial.vector(trial, spectra)
+    shown = np.array([trial.vector(1e-6 * block_lines(one, 0, 1000, 4, count)) for one in of_time])
+    layout = SimpleNamespace(record=np.zeros(shown.shape[1], int), drift=np.arange(shown.shape[1]) % (2 * count) == 1)
+    m = SimpleNamespace(H=np.tile(1e-6 * np.eye(2), (count, 1, 1)), frequencies=np.arange(count) / (1000 * RIG_SAMPLE))
+    comparison = SimpleNamespace(trials=[trial], layout=layout, measured=shown[0])
+    force = StochasticForce("broadband force", "a", (), (0.05, 0.02), (0.0, 0.0), "N/sqrt(Hz)", 0.0)
+    found = by_chance(force, SimpleNamespace(comparison=comparison, motions={"a": [m]}))
+    assert found == pytest.approx(shown.std(axis=0), rel=0.1)
+
+
+@pytest.mark.parametrize("tolerance", [0.0005, 0.002])
+def test_the_tolerance_that_records_show_is_the_scatter_of_what_is_left_about_their_lines(tolerance):
+    rng = np.random.default_rng(2)
+    lines, noise = 1e-5 * rng.random(4000), 2e-9
+    floor = SimpleNamespace(tolerance=0.004)
+    floor.with_tolerance = lambda point, t: SimpleNamespace(sigma=np.hypot(noise, t * lines))
+    left = rng.normal(size=4000) * np.hypot(noise, tolerance * lines)
+    assert TwinComparison.tolerance_shown(floor, ParameterPoint(), left) == pytest.approx(tolerance, rel=0.05)
+
+
 FORCE = SimpleNamespace(sentence="a random force")
 
 
-@pytest.mark.parametrize(
-    ("status", "flags", "repeats", "searched", "found"),
-    [("named", [1], [1], False, None), ("tie", [1], [1], False, None), ("recalibrated", [1], [1], False, None),
-     ("no_disagreement", [], [], False, "note"), ("no_disagreement", [1], [], True, "note"),
-     ("partial", [1], [], True, "note"), ("unknown", [1], [1], True, "note"), ("unknown", [1], [], True, "stochastic")],
-)  # fmt: skip
-def test_what_does_not_repeat_is_a_verdict_only_where_nothing_else_is_open(
-    status, flags, repeats, searched, found, monkeypatch
-):
-    """A law is looked for only where no name, tie or calibration is given, and where something is beyond the floor."""
-    room, tried, notes = "rotorsim.discrepancy.diagnosis", list[str](), list[str]()
-    for name, value in (("cannot_tell", ""), ("drift", None), ("random_force", FORCE), ("repeating", repeats)):
+def beyond_the_catalogue(status, flags, repeats, discovered, monkeypatch):
+    """Verdict, if it is another one, and notes, after this status of the catalogue and a search for laws."""
+    room, notes = "rotorsim.discrepancy.diagnosis", list[str]()
+    for name, value in (("cannot_tell", ""), ("drift", None), ("random_force", FORCE), ("repeating", repeats),
+                        ("by_chance", 0.0)):  # fmt: skip
         monkeypatch.setattr(f"{room}.{name}", lambda *given, value=value: value)
     base = ParameterFit((), ParameterPoint(), np.zeros(1), np.zeros((1, 0)), 0.0)
     verdict = SimpleNamespace(status=status, fitted=(), best=None)
     run = DiagnosisRun(SimpleNamespace(film=None), None, {"fit": SimpleNamespace(trials=[])}, (), [], 0.0,
                        lambda stage: None)  # fmt: skip
     monkeypatch.setattr(run, "_seen", lambda part, base: SimpleNamespace(J=base.J))
-    monkeypatch.setattr(run, "_discovered", lambda *given: tried.append("law"))
+    monkeypatch.setattr(run, "_discovered", lambda *given: discovered(notes))
     monkeypatch.setattr(run, "_result", lambda *given: Stated())
     judgement = SimpleNamespace(verdict=verdict, odds=(), notes=(), left=0, worse=())
     given = run._beyond_catalogue(base, flags, [], judgement, notes)
-    assert (given.status if given else None) == (found if found == "stochastic" else None)
+    return given and given.status, notes
+
+
+@pytest.mark.parametrize(
+    ("status", "flags", "repeats", "searched", "found"),
+    [("named", [1], [1], False, None), ("tie", [1], [1], False, None), ("recalibrated", [1], [1], False, None),
+     ("named", [], [], True, None), ("tie", [], [], True, None), ("recalibrated", [], [], False, None),
+     ("no_disagreement", [], [], False, "note"), ("no_disagreement", [1], [], True, "note"),
+     ("partial", [1], [], True, "note"), ("unknown", [1], [1], True, "note"), ("unknown", [1], [], True, "stochastic")],
+)  # fmt: skip
+def test_what_does_not_repeat_is_a_verdict_only_where_nothing_else_is_open(
+    status, flags, repeats, searched, found, monkeypatch
+):
+    """A law is looked for only where no group shows a name or a tie, and where something is beyond the floor."""
+    tried = list[str]()
+    given, notes = beyond_the_catalogue(status, flags, repeats, lambda notes: tried.append("law"), monkeypatch)
+    assert given == (found if found == "stochastic" else None)
     assert bool(tried) == searched and any(FORCE.sentence in note for note in notes) == (found == "note")
+
+
+@pytest.mark.parametrize(("status", "flags", "verdict"), [("named", [], "unknown"), ("tie", [], "unknown"),
+                                                          ("partial", [1], None)])  # fmt: skip
+def test_a_name_that_no_group_shows_goes_where_a_law_is_clearly_better_and_not_borne_out(
+    status, flags, verdict, monkeypatch
+):
+    given, _ = beyond_the_catalogue(
+        status, flags, [1], lambda notes: notes.append("a law is not borne out"), monkeypatch
+    )
+    assert given == verdict
 
 
 @dataclass(frozen=True)
