@@ -410,7 +410,7 @@ class ReducedRotor:
 
 
 def modal_reduction(
-    rotor: AssembledRotor, springs: Mapping[int, float], n_modes: int, damping_ratio: float
+    rotor: AssembledRotor, springs: Mapping[int, float], n_modes: int, damping_ratio: float, loads: Matrix | None = None
 ) -> ReducedRotor:
     """Reduce `rotor` to `n_modes` modes of each plane.
 
@@ -425,6 +425,8 @@ def modal_reduction(
         Modes kept in each plane.
     damping_ratio : float
         Modal damping of the shaft [1].
+    loads : ndarray (ndof, k), optional
+        Loads whose static deflections, k more shapes of each plane, are exact in the reduced rotor.
 
     Raises
     ------
@@ -441,7 +443,7 @@ def modal_reduction(
     _check_reduction(rotor, springs, n_modes)
     M, K, C, G = rotor.M(), rotor.K(), rotor.C(), rotor.G()
     held = add_springs(K, rotor, springs)
-    planes = [_plane_modes(M, held, rotor.layout.axes, dofs, n_modes) for dofs in ((0, 3), (1, 2))]
+    planes = [_plane_modes(M, held, rotor.layout.axes, dofs, n_modes, loads) for dofs in ((0, 3), (1, 2))]
     omega, Phi = (np.concatenate(parts, axis=-1) for parts in zip(*planes, strict=True))
     modal_damping = np.diag(2 * damping_ratio * omega)
     if rotor.layout.pedestals and damping_ratio:
@@ -481,13 +483,19 @@ def add_springs(K: Matrix, rotor: AssembledRotor, springs: Mapping[int, float]) 
 
 
 def _plane_modes(
-    M: Matrix, K: Matrix, axes: NDArray[np.intp], dofs: tuple[int, int], n_modes: int
+    M: Matrix, K: Matrix, axes: NDArray[np.intp], dofs: tuple[int, int], n_modes: int, loads: Matrix | None
 ) -> tuple[Matrix, Matrix]:
-    """Frequencies (n_modes,) [rad/s] and mass-normalised modes (ndof, n_modes) of one plane."""
+    """Frequencies (n,) [rad/s] and mass-normalised modes (ndof, n) of one plane, those of the loads included."""
     plane = np.flatnonzero(np.isin(axes, dofs))
     block = np.ix_(plane, plane)
     squares, vectors = eigh(K[block], M[block], subset_by_index=(0, n_modes - 1))
-    Phi = np.zeros((len(M), n_modes))
+    if loads is not None:
+        deflections = np.linalg.lstsq(K[block], loads[plane], rcond=None)[0]
+        root = np.linalg.cholesky(M[block]).T
+        basis = np.linalg.solve(root, np.linalg.qr(root @ np.hstack([vectors, deflections]))[0])
+        squares, turned = eigh(basis.T @ K[block] @ basis)
+        vectors = basis @ turned
+    Phi = np.zeros((len(M), len(squares)))
     Phi[plane] = vectors
     return np.sqrt(np.clip(squares, 0, None)), Phi * _signs(Phi[axes == dofs[0]])
 

@@ -52,10 +52,6 @@ PRESSURE = np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
 """Mask of the supply pressure in the columns of a run's input rows."""
 USUAL_STEP = 1e-4
 """Step [s] of a machine for which the steps of twins were chosen."""
-MODES = 20
-"""Least modes a plane of a rotor on linear bearings. They are modes on the bearings of the machine file: six of them
-make a bearing of half that stiffness 1 % too stiff, one of a quarter 3 %, and its calibration answers for that.
-"""
 FAILURES = (ConvergenceError, NoLiftOffError, MachineFileError, NoAnswerError)
 """Errors of a plant without solution."""
 
@@ -299,8 +295,6 @@ class Twin:
         step = self.step if finer == 1.0 else RIG_SAMPLE / ceil(RIG_SAMPLE / (finer * self.step) - 1e-9)
         n_theta, n_z = self.grid
         changes = {"grid.n_theta": n_theta, "grid.n_z": n_z, "solver.time_step": step}
-        if self.machine.film is None:
-            changes["solver.modes_per_plane"] = max(MODES, self.machine.solver.modes_per_plane)
         if self.machine.solver.sampling_rate is not None or self.machine.drive.highest_speed is not None:
             changes["solver.sampling_rate"] = 1 / RIG_SAMPLE  # that of the records which are compared
         return machine.with_(changes), slots
@@ -328,8 +322,12 @@ class Twin:
 
     @cached_property
     def assembly(self) -> Assembly:
-        """Kernels and workspace of the neutral setting."""
-        return assemble(self.equipped[0])
+        """Kernels and workspace of the neutral setting.
+
+        Six modes on the bearings of the file would make one of half their stiffness 1 % too stiff, one of a quarter
+        3 %, and a calibration would answer for that.
+        """
+        return assemble(self.equipped[0], other_bearings=self.machine.film is None)
 
     def effect(self, name: str, table: int) -> Effect:
         """Effect with the numbers of the neutral setting."""

@@ -137,9 +137,9 @@ class Assembly:
         return f"compiling {self.machine.name} ({', '.join(parts)}); later runs find it in the cache" if parts else ""
 
 
-def assemble(machine: Machine) -> Assembly:
-    """Lay out and fill everything for a machine, and compose its kernels."""
-    mesh = Mesh(machine)
+def assemble(machine: Machine, other_bearings: bool = False) -> Assembly:
+    """Lay out and fill everything for a machine, and compose its kernels; `other_bearings` is that of `Mesh`."""
+    mesh = Mesh(machine, other_bearings)
     films = make_films(machine)
     film, w, ix = _build(films) if films else _no_film()
     effects = [

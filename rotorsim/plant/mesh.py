@@ -43,6 +43,8 @@ class Mesh:
     """Rotor of a machine: `nodes` are coordinates z [m]."""
 
     machine: Machine
+    other_bearings: bool = False
+    """Whether the reduced shaft bends as it should on bearings of other stiffness than those of the machine too."""
 
     @cached_property
     def nodes(self) -> np.ndarray:
@@ -178,7 +180,10 @@ class Mesh:
         """The modes the time simulation uses."""
         machine = self.machine
         modes = min(machine.solver.modes_per_plane, 2 * len(self.nodes)) + len(machine.supported)
-        reduced = modal_reduction(self.constant, self.springs, modes, machine.shaft.damping_ratio)
+        loads = self._bearing_loads if self.other_bearings else None
+        if loads is not None:
+            modes = min(modes, 2 * len(self.nodes) + len(machine.supported) - loads.shape[1])
+        reduced = modal_reduction(self.constant, self.springs, modes, machine.shaft.damping_ratio, loads)
         if reduced.frequencies.min() < 1e-4 * reduced.frequencies.max():
             pushed = min(section.axial_force or 0.0 for section in machine.shaft.sections)
             if pushed < 0:
@@ -191,6 +196,18 @@ class Mesh:
                 f"bearings: they leave the shaft free to fall or to tilt ({self._loose()}); add a bearing or stiffness"
             )
         return reduced
+
+    @property
+    def _bearing_loads(self) -> np.ndarray:
+        """Loads (ndof, bearings) of 1 N along x and y between the shaft and the housing of each bearing."""
+        loads = np.zeros((self.constant.ndof, len(self.machine.bearings)))
+        for i, bearing in enumerate(self.machine.bearings):
+            first = 4 * self.node(bearing.position)
+            loads[first : first + 2, i] = 1.0
+            if (link := self._pedestals.get(i)) is not None:
+                first = self.constant.layout.place(link)
+                loads[first : first + 2, i] = -1.0
+        return loads
 
     def shape(self, z: float) -> np.ndarray:
         """Modes (2, 2n) at z [m]."""

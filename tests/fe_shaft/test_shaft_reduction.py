@@ -143,3 +143,23 @@ def test_six_modes_a_plane_carry_the_static_load_of_the_gas_bearing(rig):
 def test_participation_of_all_modes_is_the_rotors_mass(full_rotor):
     reduced = modal_reduction(full_rotor, {3: SPRING}, 2 * full_rotor.n_nodes, 0.0)
     assert reduced.body() @ reduced.body().T == pytest.approx(full_rotor.mass * np.eye(2), abs=1e-10)
+
+
+@pytest.mark.parametrize("stiffness", [0.1 * SPRING, 10 * SPRING])
+def test_deflections_of_loads_are_exact_on_another_support(rig, stiffness):
+    """The deflection on another spring is a sum of two that are kept: of the load, and of the force of the spring."""
+    r = rig()
+    at, loads = 4 * r.gas + np.arange(2), np.zeros((r.rotor.ndof, 1))
+    loads[at] = 1.0
+    K = r.rotor.K()
+    K[at, at] += stiffness
+    whole = np.linalg.inv(K)[at, at]
+
+    def found(reduced):
+        assert np.abs(reduced.Phi.T @ r.rotor.M() @ reduced.Phi - np.eye(len(reduced.K))).max() < 1e-9
+        s = reduced.shape(r.gas)
+        return np.diag(s @ np.linalg.solve(reduced.K + stiffness * s.T @ s, s.T))
+
+    np.testing.assert_allclose(found(modal_reduction(r.rotor, {r.gas: SPRING}, 2, 0.0, loads)), whole, rtol=1e-7)
+    without = found(modal_reduction(r.rotor, {r.gas: SPRING}, 3, 0.0))
+    assert np.abs(without / whole - 1).min() > 1e-4
