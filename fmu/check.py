@@ -10,8 +10,6 @@ standard of the stored reference (fmi-ls-ref) is published without a schema, so 
 attributes are checked, by FMI 3.0's own schema of manifests.
 """
 
-from __future__ import annotations
-
 import io
 import time
 from collections.abc import Callable, Iterator, Mapping

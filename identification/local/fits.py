@@ -14,8 +14,6 @@ The approximation is off by less than 0.1 rad while omega tau < 1.1, beyond whic
 Cites: skogestad_2005.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from numbers import Real

@@ -47,8 +47,6 @@ The table [changes] states what was changed on purpose before a record was made.
 It becomes the attribute `changes` of the record, a JSON text with weights and ring in SI; `rotorsim diagnose` reads it.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import re

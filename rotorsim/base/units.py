@@ -7,8 +7,6 @@ double nearest to 25e-6. A gauge pressure is a plain pressure here.
 Code that works in SI takes the factors to and from engineering units (`RPM`, `TO_HZ`) as numbers.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field

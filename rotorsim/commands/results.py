@@ -4,8 +4,6 @@ A command names its files. One that is there already is replaced with --force on
 not even then, and the folder of a campaign belongs to the campaign.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Laws from and for other programs: systems of the package `control`, MATLAB files."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Page of the live rig: a column of controls and the views; all windows operate the same rig."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import count, groupby
 from pathlib import Path

@@ -3,8 +3,6 @@
 The page of a balancing compares unbalance, estimated and known, and vectors before and after the correction weights.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Linear analyses over speed: Campbell diagram, critical speeds, unbalance response, sag; figures and pages."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

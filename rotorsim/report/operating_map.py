@@ -1,7 +1,5 @@
 """Operating map: what is safe, Campbell diagram, whirl onset and lift-off, film coefficients; its page."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

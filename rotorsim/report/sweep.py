@@ -1,7 +1,5 @@
 """Page of a sweep, with lines over one axis, contours over two and small multiples over a third."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A run against time: envelopes of its quantities, excitation and response, readings of probes, deceleration."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

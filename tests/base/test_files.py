@@ -1,7 +1,5 @@
 """Atomic file writes: complete or unchanged on full disks, missing folders, links and devices."""
 
-from __future__ import annotations
-
 import errno
 import os
 import pickle

@@ -1,7 +1,5 @@
 """HDF5 check in a child process: crashes, hangs and oversized files end in one sentence."""
 
-from __future__ import annotations
-
 import json
 import os
 import pickle

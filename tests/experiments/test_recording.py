@@ -1,7 +1,5 @@
 """Records streamed to disk: samples kept after full disks, removed folders and kills."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal

@@ -4,8 +4,6 @@ They are computed by other ways than the page's: from a history of every sample,
 built anew from the machine as it is set.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import threading

@@ -5,8 +5,6 @@
 prints a line a minute and ends with code 1 if anything was raised, logged, or read wrongly.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import random

@@ -7,8 +7,6 @@ process with its own sources, so that differences between processors cannot pass
 differs; 1: some do, and the table names which and by how much.
 """
 
-from __future__ import annotations
-
 import argparse
 import difflib
 import os

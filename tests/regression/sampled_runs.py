@@ -9,8 +9,6 @@ Only names of the public surface are used here, so that one copy of this file ru
     python tests/regression/sampled_runs.py tests/regression/stored_numbers.npz stored
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import json

@@ -1,7 +1,5 @@
 """Reports of every kind of record: figures shown, reasons for missing ones, bounded memory."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

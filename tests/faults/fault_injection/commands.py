@@ -1,7 +1,5 @@
 """Short invocations of all commands that write files, and a list of those that write none."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Runs a command in its own process and disturbs it by signals or disk limits."""
 
-from __future__ import annotations
-
 import os
 import resource
 import signal
