@@ -19,7 +19,7 @@ from rotorsim.experiments.recording import CHUNK, Recording, duration, recover
 
 BLOCKS, SAMPLES = 4, 5000
 PATHS = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "support")]
-"""Where a child process finds this module and what it imports."""
+"""Folders in which a child process finds this module and its imports."""
 
 
 def block(number: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:

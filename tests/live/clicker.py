@@ -50,7 +50,7 @@ class ClickCounts:
             self.wrong.append(f"{what}: {words}")
 
     def plain(self) -> dict[str, Any]:
-        """For JSON."""
+        """Values ready for JSON."""
         return {
             "actions": sum(self.actions.values()), "by kind": dict(self.actions), "compared": dict(self.compared),
             "skipped": dict(self.skipped), "hits without a reading": dict(self.reasons), "wrong": self.wrong,

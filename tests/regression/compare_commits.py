@@ -42,7 +42,7 @@ def sources(commit: str | None) -> Iterator[Path]:
 
 
 def numbers(tree: Path, parts: list[str], records: Path) -> dict[str, np.ndarray]:
-    """What the sources in `tree` compute; `records` is the folder of those that are diagnosed."""
+    """Results that the sources in `tree` compute; `records` is the folder of those that are diagnosed."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "numbers.npz"
         environment = os.environ | {

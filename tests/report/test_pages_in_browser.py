@@ -23,7 +23,7 @@ ABOVE = """() => [...document.querySelectorAll('.plotly-graph-div')].map(plot =>
 COVERED = """() => { const legend = document.querySelector('.legend').getBoundingClientRect();
   return [...document.querySelectorAll('.annotation')].filter(
     one => one.getBoundingClientRect().top < legend.bottom).length; }"""
-"""How many titles of columns the legend covers."""
+"""Number of the columns' titles that the legend covers."""
 
 
 @pytest.fixture(scope="module")

@@ -24,7 +24,7 @@ Disturb = Callable[["Running"], None]
 
 @dataclass(frozen=True)
 class Ended:
-    """How a command ended: exit code (negative: the signal), what it printed, seconds, processes that it left."""
+    """End of a command: exit code (negative: the signal), its output, seconds, processes that it left."""
 
     code: int
     stdout: str
