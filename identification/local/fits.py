@@ -48,15 +48,7 @@ from identification.local.greybox import (
     start_values,
     static_gain,
 )
-from identification.local.least_squares import (
-    FitProblem,
-    GreyBox,
-    Minimum,
-    covariance_of,
-    predicted,
-    scores_of,
-    solve,
-)
+from identification.local.least_squares import FitProblem, GreyBox, Minimum, covariance_of, predicted, scores_of, solve
 from identification.local.models import LinearModel
 from identification.local.result import Identification, noted
 from identification.local.structures import (

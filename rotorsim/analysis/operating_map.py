@@ -228,11 +228,7 @@ def _row(text: str, speeds: np.ndarray, pressure: float, frequencies: Sequence[f
 
 
 def numbers(
-    plant: Plant,
-    speed: float,
-    pressure: float,
-    frequencies: Sequence[float] | None,
-    model: LinearPlant | None,
+    plant: Plant, speed: float, pressure: float, frequencies: Sequence[float] | None, model: LinearPlant | None
 ) -> dict[str, np.ndarray]:
     """Values of a map at one point; without lift-off only `lifted` = 0."""
     try:
@@ -299,11 +295,7 @@ def _padded(rows: list[np.ndarray | None], shape: tuple[int, ...]) -> np.ndarray
 
 
 def coordinates(
-    fields: Sequence[Field],
-    speeds: np.ndarray,
-    pressures: np.ndarray,
-    at: Sequence[str],
-    films: Sequence[str],
+    fields: Sequence[Field], speeds: np.ndarray, pressures: np.ndarray, at: Sequence[str], films: Sequence[str]
 ) -> dict[str, tuple[str, Any, dict[str, str]]]:
     """Coordinates of a map, the names of several films among them."""
     found = {f.name: (f.name, list(f.numbers), labelled(f)) for f in fields}

@@ -30,10 +30,7 @@ Speeds = Annotated[
     str | None, typer.Option("--speeds", help="Speeds: FROM:TO:COUNT, or values with commas.", show_default=options.TOP)
 ]
 SUPPLY = "0.5 MPa"
-Pressure = Annotated[
-    str | None,
-    typer.Option(help="Gauge supply pressure.", show_default=f"{SUPPLY}, {options.FED}"),
-]
+Pressure = Annotated[str | None, typer.Option(help="Gauge supply pressure.", show_default=f"{SUPPLY}, {options.FED}")]
 """Option that is None where it is not given: a pressure given for a machine without feed is noted."""
 MOST = 100
 """Modes of a Campbell diagram."""

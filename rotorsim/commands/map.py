@@ -63,8 +63,7 @@ class MapOptions:
         str | None, typer.Option(help="Speeds: FROM:TO:COUNT, or values with commas.", show_default=options.TOP)
     ] = None
     pressure: Annotated[
-        str | None,
-        typer.Option(help="Gauge supply pressures, likewise.", show_default=f"{PRESSURES}, {options.FED}"),
+        str | None, typer.Option(help="Gauge supply pressures, likewise.", show_default=f"{PRESSURES}, {options.FED}")
     ] = None
     over: Annotated[
         list[str] | None, typer.Option(help="Another axis: PATH=FROM:TO:COUNT of a field of the machine file.")

@@ -14,15 +14,7 @@ import pytest
 import xarray as xr
 
 from fuzzing.disk import largest_file
-from rotorsim.base.files import (
-    WriteError,
-    left_behind,
-    replacing,
-    sweep,
-    temporary,
-    write_json,
-    write_text,
-)
+from rotorsim.base.files import WriteError, left_behind, replacing, sweep, temporary, write_json, write_text
 from rotorsim.base.hdf5 import write_netcdf
 
 

@@ -11,9 +11,7 @@ from small_diagnosis import blocked, small_diagnosis
 from waiting import window as window_of
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-pytestmark = [
-    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here; install Debian's package chromium"),
-]
+pytestmark = [pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here; install Debian's package chromium")]
 ABOVE = """() => [...document.querySelectorAll('.plotly-graph-div')].map(plot => {
   const box = one => one.getBoundingClientRect(), bar = box(plot.querySelector('.modebar'));
   const text = box(plot.closest('section').querySelector('p'));
