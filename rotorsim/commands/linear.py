@@ -73,9 +73,7 @@ def response(
         above = onset_beyond(plant, max(grid, key=abs), [supply])
         _write(found, folder, "response", _response_rows(found))
         if result.report:
-            from rotorsim.report.linear import write_response
-
-            folder.write_page(lambda path: write_response(found, path))
+            folder.write_page_of(found)
     peaks = {place: peak_of(found, place) for place in map(str, found["place"].values)}
     numbers = {"unbalance": found.attrs["unbalance"], "peaks": peaks, "above_asked": above,
                "warnings": options.warn_of(found)}  # fmt: skip
@@ -126,9 +124,7 @@ def campbell(
         kept = found if lines is None else found.assign(undamped_critical_speed=lines["wn"])
         _write(kept, folder, "campbell", _mode_rows(found))
         if result.report:
-            from rotorsim.report.linear import write_campbell
-
-            folder.write_page(lambda path: write_campbell(found, path, lines))
+            folder.write_page_of(kept)
     numbers, rows = _criticals(found)
     result.show(numbers | {"above_asked": above}, [*rows, *([(options.ABOVE, above)] if above else ())], folder.files)
 

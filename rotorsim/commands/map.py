@@ -139,9 +139,7 @@ def map_command(
 
         write_netcdf(folder.add("map", "map.nc"), found)
         if result.report and "wn" in found:
-            from rotorsim.report.operating_map import save_map_page
-
-            folder.write_page(lambda path: save_map_page(found, path))
+            folder.write_page_of(found)
     if not result.as_json:
         for table in tables(found):
             options.Console().print(table)
@@ -332,9 +330,9 @@ def sweep(
         found, outcome = run_sweep(defined, folder / CAMPAIGN, chosen)
         files = found.write(folder) | {"campaign": str(folder / CAMPAIGN)}
         if report:
-            from rotorsim.report.sweep import write_sweep
+            from rotorsim.report.page import write
 
-            files["report"] = str(write_sweep(found, folder / REPORT))
+            files["report"] = str(write(found, folder / REPORT))
             files |= page.finish(files["report"])
     _print(found, outcome, files, run.as_json)
 

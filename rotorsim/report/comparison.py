@@ -4,7 +4,6 @@ The page of a balancing compares unbalance, estimated and known, and vectors bef
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -184,23 +183,7 @@ ROWS: dict[str, Callable[[xr.Dataset], Iterator[Row]]] = {"response": _peak, "ca
 """Key figures of a result of each kind."""
 
 
-def write_result_comparison(
-    results: Results, path: str | Path, units: str = "metric", figures: str | None = None
-) -> Path:
-    """Write the page; raises DataError for results of several kinds, WriteError where it cannot be written.
-
-    `units` and `figures` as for `write_report`.
-
-    Examples
-    --------
-    >>> import rotorsim as rs
-    >>> found = rs.analysis.unbalance_response(plant, [200.0, 300.0, 400.0], 0.5e6)
-    >>> rs.report.write_result_comparison({"before": found, "after": found}, "two.html").name
-    'two.html'
-    """
-    return page.write_page(lambda: result_comparison_page(results), path, units, figures)
-
-
+@page.page_of(dict)
 def result_comparison_page(results: Results) -> page.Page:
     """Page of results of one kind in one figure, with their key figures."""
     kind, rows = common_kind(results), result_rows(results)
@@ -261,23 +244,7 @@ def _percent(peak: dict[str, object], key: str) -> str:
     return f"{100 * value:+.1f} %" if isinstance(value, float) else ""
 
 
-def write_run_comparison(
-    found: RunComparison, path: str | Path, units: str = "metric", figures: str | None = None
-) -> Path:
-    """Write the page; raises WriteError where it cannot be written.
-
-    `units` and `figures` as for `write_report`.
-
-    Examples
-    --------
-    >>> import rotorsim as rs
-    >>> found = rs.signals.compare_runs({"once": runup, "twice": runup})
-    >>> rs.report.write_run_comparison(found, "comparison.html").name
-    'comparison.html'
-    """
-    return page.write_page(lambda: run_comparison_page(found), path, units, figures)
-
-
+@page.page_of(RunComparison)
 def run_comparison_page(found: RunComparison) -> page.Page:
     """Page of an order of several runs, side by side."""
     names = " and ".join(found.tracked)
@@ -293,21 +260,7 @@ G_MM = 1e6
 """g mm in a kg m."""
 
 
-def write_balance(found: Assessment, path: str | Path, units: str = "metric", figures: str | None = None) -> Path:
-    """Write the page of a balancing; raises WriteError where it cannot be written.
-
-    `units` and `figures` as for `write_report`.
-
-    Examples
-    --------
-    >>> import rotorsim as rs
-    >>> found = rs.balance.assess("bently_rk4", conditions)
-    >>> rs.report.write_balance(found, "balance.html").name
-    'balance.html'
-    """
-    return page.write_page(lambda: balance_page(found), path, units, figures)
-
-
+@page.page_of(Assessment)
 def balance_page(found: Assessment) -> page.Page:
     """Page of a balancing."""
     tests, fix = found.tests, found.correction
