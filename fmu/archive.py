@@ -3,8 +3,6 @@
 Descriptions are generated from the table of variables; paths are checked before minutes of compilation.
 """
 
-from __future__ import annotations
-
 import os
 import tempfile
 import zipfile

@@ -10,8 +10,6 @@ standard of the stored reference (fmi-ls-ref) is published without a schema, so 
 attributes are checked, by FMI 3.0's own schema of manifests.
 """
 
-from __future__ import annotations
-
 import io
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -227,9 +225,7 @@ def _pace(unit: importer.ImportedUnit, model: Unit, path: Path) -> Iterator[Chec
     yield Check("load and initialise", f"{ready:.3f} s", None)
     cost = step_cost(instance, model.sample, 2000)
     yield Check(
-        f"doStep of {1e3 * model.sample:g} ms",
-        f"{cost * 1e6:.1f} us, {model.sample / cost:.1f} x real time",
-        None,
+        f"doStep of {1e3 * model.sample:g} ms", f"{cost * 1e6:.1f} us, {model.sample / cost:.1f} x real time", None
     )
     instance.close()
 

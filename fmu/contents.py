@@ -3,8 +3,6 @@
 Equations in the documentation become MathML, which browsers draw without scripts.
 """
 
-from __future__ import annotations
-
 import html
 import json
 import re

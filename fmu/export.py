@@ -4,8 +4,6 @@ Objects and the C wrapper are linked to shared libraries by gcc for this compute
 targets holds the names of each platform in LLVM, zig, FMI 2.0 and FMI 3.0.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import platform

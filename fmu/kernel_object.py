@@ -8,8 +8,6 @@ Calling convention: ``int32 serve_entry(int64 *result, void **error, ARGUMENTS)`
 parent, items, item size, data, shape..., strides...), a record as its address, a number as itself.
 """
 
-from __future__ import annotations
-
 import hashlib
 import importlib
 import json

@@ -13,8 +13,6 @@ is one for model exchange too.
 Cites: astrom_1997.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property

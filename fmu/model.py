@@ -4,8 +4,6 @@
 Of every unit two C files are written: sizes and offsets (tables.h), variables and constant data (tables.c).
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re

@@ -12,8 +12,6 @@ the film's grid, derived numbers) is locked to its value.
 SI units are written as exponents of the base units, display units with their factors.
 """
 
-from __future__ import annotations
-
 import ast
 from collections import Counter
 from collections.abc import Iterable, Iterator

@@ -21,8 +21,6 @@ basis functions at its operating point. One record is in memory at a time.
 Cites: decaigny_2011, ljung_1999, thesis.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any

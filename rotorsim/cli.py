@@ -1,7 +1,5 @@
 """Command line `rotorsim COMMAND`; errors are printed as sentences. The commands are in `rotorsim.commands`."""
 
-from __future__ import annotations
-
 import io
 import os
 import sys

@@ -9,8 +9,6 @@ sample at the earliest.
 Cites: verhaegen_2007.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -12,8 +12,6 @@ be fitted elsewhere; the zero-phase filter L gives the input of the fit the spec
 Cites: van_den_hof_1993, ljung_1999.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

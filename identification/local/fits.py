@@ -14,8 +14,6 @@ The approximation is off by less than 0.1 rad while omega tau < 1.1, beyond whic
 Cites: skogestad_2005.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from numbers import Real
@@ -50,15 +48,7 @@ from identification.local.greybox import (
     start_values,
     static_gain,
 )
-from identification.local.least_squares import (
-    FitProblem,
-    GreyBox,
-    Minimum,
-    covariance_of,
-    predicted,
-    scores_of,
-    solve,
-)
+from identification.local.least_squares import FitProblem, GreyBox, Minimum, covariance_of, predicted, scores_of, solve
 from identification.local.models import LinearModel
 from identification.local.result import Identification, noted
 from identification.local.structures import (

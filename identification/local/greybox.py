@@ -22,8 +22,6 @@ is linear in K, D and B once the actuators' lag h is guessed; a few guesses are 
 Cites: levy_1959, theisen_2016, thesis.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial

@@ -27,14 +27,7 @@ from identification.local.fits import (
 from identification.local.greybox import DELAYED, RATED, STRUCTURES
 from identification.local.result import Identification, noted
 from identification.local.structures import Structure
-from identification.records.checks import (
-    check_loop,
-    check_record,
-    check_saturation,
-    check_signals,
-    controller_of,
-    method_for,
-)
+from identification.records import checks
 from identification.records.frequency_response import FrequencyResponse
 from identification.records.prefilter import Prefilter, Signals, chosen_output, filtered, joined, without_gaps
 from identification.records.sampling import sampling_time
@@ -81,7 +74,7 @@ def ready(
     excited = [one.whole.u if one.external is None else one.external for one in each]
     external = np.vstack(excited) if any(one.external is not None for one in each) else None
     name = "reference" if external is None else "reference_external"
-    check_signals(whole if external is None else replace(whole, u=external), parameters, name)
+    checks.check_signals(whole if external is None else replace(whole, u=external), parameters, name)
     fits = [_staged(one) for one in each]
     fit = whole if all(one is other.whole for one, other in zip(fits, each, strict=True)) else joined(fits)
     remarks = tuple(dict.fromkeys(text for one in each for text in one.remarks))
@@ -91,14 +84,14 @@ def ready(
 def _one(
     record: xr.Dataset, method: str, steady: xr.Dataset | None, settings: Prefilter | None, check: bool
 ) -> FitSignals:
-    method = method_for(record, method)
+    method = checks.method_for(record, method)
     closed = method == "two-stage"
     record, signals = of_stretches(record, None if closed else steady, settings)
     if check:
-        check_record(chosen_output(record, settings), sampling_time(record))
-    remarks = check_loop(record, method, check)
+        checks.check_record(chosen_output(record, settings), sampling_time(record))
+    remarks = checks.check_loop(record, method, check)
     if closed:
-        remarks += check_saturation(record, check)
+        remarks += checks.check_saturation(record, check)
     external = np.asarray(record["reference_external"].values, float) if closed else None
     return FitSignals(signals, signals, external, method, remarks)
 
@@ -244,7 +237,7 @@ def identify(
         found = grey_box(kind, signals, method, start)
     if made.external is not None:
         found = judged(found, actuator_signals(made.whole) if kind == "actuator" else made.whole, made.external)
-    elif any(controller_of(record) for record in records):
+    elif any(checks.controller_of(record) for record in records):
         found = replace(found, bias=None, warnings=(*found.warnings, NO_BIAS))
     if method == "pem":
         _check_found(found)

@@ -17,24 +17,10 @@ from typing import Any
 import numpy as np
 
 from identification.local.simulation import respond, zero_order_hold
+from rotorsim.base import foreign_systems as foreign
 from rotorsim.base.display import Card, Shown, several
 from rotorsim.base.errors import DataError, ModelError
 from rotorsim.base.files import write_json
-from rotorsim.base.foreign_systems import (
-    DISC,
-    REFERENCES,
-    cells,
-    check_rest,
-    in_si,
-    is_mat,
-    matrices,
-    name_rest,
-    number,
-    reorder,
-    state_space,
-    texts,
-    write_mat,
-)
 from rotorsim.base.rounding import decays, unstable_poles
 from rotorsim.base.units import TO_MPA, TO_RPM
 
@@ -155,7 +141,7 @@ class LinearModel(Shown):
         >>> model.to_control().nstates
         2
         """
-        return state_space(self.A, self.B, self.C, self.D, self.Ts, self.inputs, self.outputs)
+        return foreign.state_space(self.A, self.B, self.C, self.D, self.Ts, self.inputs, self.outputs)
 
     @classmethod
     def from_control(cls, system: Any, speed: float = float("nan"), pressure: float = float("nan")) -> LinearModel:
@@ -182,7 +168,7 @@ class LinearModel(Shown):
         2
         """
         try:
-            found = reorder(matrices(system), REFERENCES, DISC)
+            found = foreign.reorder(foreign.matrices(system), foreign.REFERENCES, foreign.DISC)
             if found.Ts is None and len(found.A):
                 raise DataError(f"{type(system).__name__}: its sampling time is not stated; give it dt=0 or dt=Ts")
         except DataError as error:
@@ -208,8 +194,8 @@ class LinearModel(Shown):
         >>> rs.load_model("model.mat").order
         2
         """
-        if is_mat(path):
-            write_mat(path, self._mat())
+        if foreign.is_mat(path):
+            foreign.write_mat(path, self._mat())
         else:
             write_json(path, self.to_dict())
 
@@ -219,20 +205,26 @@ class LinearModel(Shown):
         numbers = {"Ts": self.Ts, "speed": self.speed, "pressure": self.pressure}
         matrices = {name: getattr(self, name) for name in "ABCD"}
         machine = {"machine": self.machine} if self.machine else {}
-        return {"kind": "linear", **matrices, **numbers, **machine, **{key: cells(one) for key, one in names.items()}}
+        return {
+            "kind": "linear",
+            **matrices,
+            **numbers,
+            **machine,
+            **{key: foreign.cells(one) for key, one in names.items()},
+        }
 
     @classmethod
     def from_mat(cls, content: dict[str, Any]) -> LinearModel:
         """The model of a .mat file's variables; A, B, C, D and Ts are enough."""
         A, B, C, D = (np.asarray(content[name], float) for name in "ABCD")
-        check_rest(content, MAT_READ)
+        foreign.check_rest(content, MAT_READ)
         if (A.shape, B.shape, C.shape) != ((len(A), len(A)), (len(A), D.shape[1]), (D.shape[0], len(A))):
             raise ModelError(f"A {A.shape}, B {B.shape}, C {C.shape} and D {D.shape} do not fit together")
-        B, C, D = in_si(content, B, C, D, "V", "m")
-        numbers = [number(content, name, default) for name, default in MAT_NUMBERS.items()]
+        B, C, D = foreign.in_si(content, B, C, D, "V", "m")
+        numbers = [foreign.number(content, name, default) for name, default in MAT_NUMBERS.items()]
         if not (np.isfinite(numbers[0]) and numbers[0] >= 0):
             raise ModelError(f"Ts = {numbers[0]:g} s: give the sampling time, 0 for continuous time")
-        signals = [texts(content, key, _signals(kind, count)) for key, kind, count in
+        signals = [foreign.texts(content, key, _signals(kind, count)) for key, kind, count in
                    (("InputName", "reference", D.shape[1]), ("OutputName", "disc", D.shape[0]))]  # fmt: skip
         machine = content.get("machine", "")
         if not isinstance(machine, str):
@@ -249,7 +241,7 @@ class LinearModel(Shown):
         for name in ("speed", "pressure"):
             values[name] = float("nan") if values.get(name) is None else float(values[name])
         made = cls(**values | {name: tuple(values[name]) for name in ("inputs", "outputs")})
-        name_rest(rest)
+        foreign.name_rest(rest)
         return made
 
 

@@ -16,8 +16,6 @@ with s = j omega of a continuous model, exp(j omega Ts) of a sampled one.
 Cites: ljung_1999, pintelon_2012.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any

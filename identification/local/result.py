@@ -1,7 +1,5 @@
 """Identification result: model, parameters with standard deviations, fits, residual tests, remarks of the fit."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 
 import numpy as np

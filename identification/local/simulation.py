@@ -23,8 +23,6 @@ with all that it calls, as numba's cache supposes.
 Cites: almohy_2009, ljung_1999.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, TypeVar
 

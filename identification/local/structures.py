@@ -12,8 +12,6 @@ Central values give the usual formula of fourth order. The error of a smooth fun
 Cites: fornberg_1988.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from numbers import Real

@@ -10,8 +10,6 @@ that a spreadsheet filled up with empty cells. Its statement of a sampling rate 
 heading: then columns go by their numbers.
 """
 
-from __future__ import annotations
-
 import re
 from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
 from collections import Counter

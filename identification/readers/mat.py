@@ -9,8 +9,6 @@ Own code, because scipy cannot list a file with such objects and crashes on some
 numbers and text is skipped. Version 7.3 is HDF5 with MATLAB's class attributes and transposed matrices.
 """
 
-from __future__ import annotations
-
 import zlib
 from dataclasses import dataclass
 from math import prod

@@ -4,8 +4,6 @@ A column is a channel, named `group/channel` or by the channel alone where that 
 clocks (`wf_increment`, `wf_start_offset`, `wf_start_time`), each its own.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -9,8 +9,6 @@ Own code, because pyuff 2.5 reads a file that was cut off as one with fewer data
 states 7: `test_uff.py` has these cases.
 """
 
-from __future__ import annotations
-
 from codecs import BOM_UTF8
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@ A mapping states what full scale is: `full_scale = "10 V"`. Integer samples are 
 format, floating-point ones are taken as shares already.
 """
 
-from __future__ import annotations
-
 import warnings
 from pathlib import Path
 

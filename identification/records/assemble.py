@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from identification.records import schema
 from identification.records.columns import (
     CLIPPED,
     FACTORS,
@@ -38,16 +39,6 @@ from identification.records.columns import (
 )
 from identification.records.mapping import ColumnEntry, Mapping
 from identification.records.sampling import nominal_rate, problems, unrounded, whole_slices
-from identification.records.schema import (
-    AXES,
-    PINS,
-    PROBE_UNITS,
-    VARIABLES,
-    VECTORS,
-    make_record,
-    make_vectors,
-    with_notes,
-)
 from identification.records.sensors import MEAN, LabProbe, angle_by_stretches, coordinates, disc_plane, in_plane
 from rotorsim.base.display import listing, quote
 from rotorsim.base.errors import ReadError
@@ -378,7 +369,7 @@ def used(mapping: Mapping) -> list[ColumnEntry]:
 def _series(table: DataTable, mapping: Mapping) -> xr.Dataset:
     groups: dict[str, dict[str, np.ndarray]] = {}
     for (name, label), entry in mapping.channels.items():
-        si = _probe_unit(table, entry) if name == "probe_measured" else VARIABLES[name].units
+        si = _probe_unit(table, entry) if name == "probe_measured" else schema.VARIABLES[name].units
         groups.setdefault(name, {})[label] = values(table, entry, si)
     seen = read_probes(table, mapping) if mapping.probes else None
     for name, parts in seen.groups.items() if seen else ():
@@ -394,8 +385,10 @@ def _series(table: DataTable, mapping: Mapping) -> xr.Dataset:
         arrays = _turning(table, mapping, time) | arrays
     arrays |= {name: np.full(time.size, value) for name, value in mapping.constants.items()}
     probes = _probes(table, mapping, list(groups.get("probe_measured", ())), seen.coordinates if seen else {})
-    record = make_record(time, {name: arrays[name] for name in VARIABLES if name in arrays}, probes=probes)
-    record = with_notes(record, [*(seen.notes if seen else ()), *_rounding(table, mapping, time)])
+    record = schema.make_record(
+        time, {name: arrays[name] for name in schema.VARIABLES if name in arrays}, probes=probes
+    )
+    record = schema.with_notes(record, [*(seen.notes if seen else ()), *_rounding(table, mapping, time)])
     if seen and seen.position is not None:
         record.attrs["disc_position"] = seen.position
     if mapping.hammer and mapping.hammer[1].position is not None:
@@ -404,7 +397,7 @@ def _series(table: DataTable, mapping: Mapping) -> xr.Dataset:
         record.attrs |= {"disc_probes": ", ".join(seen.angles), "disc_probe_angles": list(seen.angles.values())}
     if (limits := _clipped(table, mapping)) and table.header is None:
         record.attrs[CLIPPED] = limits
-    numbers = {name: sorted(map(int, groups[name])) for name in PINS if name in groups}
+    numbers = {name: sorted(map(int, groups[name])) for name in schema.PINS if name in groups}
     if len({tuple(found) for found in numbers.values()}) > 1:
         raise ReadError(f"pins: {numbers} are not the same injectors; map each of them in both")
     return record.assign_coords(injector=next(iter(numbers.values()))) if numbers else record
@@ -451,7 +444,7 @@ def _probe_unit(table: DataTable, entry: ColumnEntry) -> str:
         with named(entry.path):
             return measured_by(entry.sensitivity, unit_of(table.find(entry.column), entry)[0])
     unit = full_scale(entry.full_scale)[1] if entry.full_scale else entry.unit or table.find(entry.column).unit or ""
-    found = [si for si in PROBE_UNITS if si in FACTORS and is_unit_of(unit, si)]
+    found = [si for si in schema.PROBE_UNITS if si in FACTORS and is_unit_of(unit, si)]
     if not found:
         raise ReadError(f"{entry.path}: unit {quote(unit)} is none of a probe; write e.g. 'um', 'mm/s', 'm/s^2' or 'V'")
     return found[0]
@@ -481,7 +474,7 @@ def _turning(table: DataTable, mapping: Mapping, time: np.ndarray) -> dict[str, 
 
 def _joined(name: str, parts: dict[str, np.ndarray], n: int) -> np.ndarray:
     """The columns of one variable side by side, (n,) or (n, dim); a single value of a plain one holds throughout."""
-    dims = VARIABLES[name].dims
+    dims = schema.VARIABLES[name].dims
     if not dims and parts[""].size == 1:
         return np.full(n, parts[""][0])
     for label, column in parts.items():
@@ -492,9 +485,9 @@ def _joined(name: str, parts: dict[str, np.ndarray], n: int) -> np.ndarray:
         return parts[""]
     if dims == ("probe",):
         return np.column_stack(list(parts.values()))
-    if name == "disc_force" and set(parts) < set(AXES):  # a hammer along one axis
-        parts = {axis: parts.get(axis, np.zeros(n)) for axis in AXES}
-    labels = list(AXES) if dims == ("axis",) else sorted(parts, key=lambda label: _number(name, label))
+    if name == "disc_force" and set(parts) < set(schema.AXES):  # a hammer along one axis
+        parts = {axis: parts.get(axis, np.zeros(n)) for axis in schema.AXES}
+    labels = list(schema.AXES) if dims == ("axis",) else sorted(parts, key=lambda label: _number(name, label))
     missing = [label for label in labels if label not in parts]
     if missing:
         lone = ", or map a lone probe as [probes.A]" if name == "disc_measured" else ""
@@ -555,8 +548,8 @@ def _vectors(table: DataTable, mapping: Mapping) -> xr.Dataset:
     speed = values(table, mapping.speed, "rad/s")
     orders = sorted({order for _, order, _ in mapping.vectors})
     axes = sorted({axis for _, _, axis in mapping.vectors})
-    arrays = {name: np.empty((speed.size, len(orders), len(axes))) for name in VECTORS}
-    for name, known in VECTORS.items():
+    arrays = {name: np.empty((speed.size, len(orders), len(axes))) for name in schema.VECTORS}
+    for name, known in schema.VECTORS.items():
         for i, order in enumerate(orders):
             for j, axis in enumerate(axes):
                 entry = mapping.vectors.get((name, order, axis))
@@ -567,7 +560,7 @@ def _vectors(table: DataTable, mapping: Mapping) -> xr.Dataset:
                     raise ReadError(f"{entry.path}: {column.size} rows but {speed.size} speeds; take one table")
                 arrays[name][:, i, j] = column
     attrs = {} if mapping.disc is None else {"disc_position": mapping.disc}
-    return make_vectors(speed, arrays["amplitude"], arrays["phase"], orders, attrs, axes)
+    return schema.make_vectors(speed, arrays["amplitude"], arrays["phase"], orders, attrs, axes)
 
 
 def left_out(table: DataTable, mapping: Mapping) -> list[str]:

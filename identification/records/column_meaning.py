@@ -12,8 +12,6 @@ A kind is stated only where the evidence agrees. A unit counts more than a name;
 Temperatures, currents, torques, sound and the like are no channel of a record, whatever else their names hold.
 """
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Callable, Sequence

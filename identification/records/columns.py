@@ -9,8 +9,6 @@ in `SPELLINGS` of `rotorsim.base.units`. Pressures are gauge, here as everywhere
 another quantity. `Hz` of a shaft speed is revolutions per second.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager

@@ -47,8 +47,6 @@ The table [changes] states what was changed on purpose before a record was made.
 It becomes the attribute `changes` of the record, a JSON text with weights and ring in SI; `rotorsim diagnose` reads it.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import re
@@ -58,17 +56,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from identification.records import sensors
 from identification.records.columns import quantity_at
 from identification.records.schema import AXES, VARIABLES, VECTORS
-from identification.records.sensors import (
-    OWN,
-    Keyphasor,
-    LabHammer,
-    LabProbe,
-    SlowRollSource,
-    parse_slow_roll,
-    split_probe,
-)
 from rotorsim.base.display import did_you_mean, quote
 from rotorsim.base.errors import ReadError
 from rotorsim.base.input_files import instead, parse_toml
@@ -123,10 +113,10 @@ class Mapping:
     file: dict[str, str] = field(default_factory=dict)
     conditions: dict[str, Any] = field(default_factory=dict)
     text: str = ""
-    keyphasor: tuple[ColumnEntry, Keyphasor] | None = None
-    probes: dict[str, tuple[ColumnEntry, LabProbe]] = field(default_factory=dict)
-    hammer: tuple[ColumnEntry, LabHammer] | None = None
-    slow_roll: SlowRollSource | None = None
+    keyphasor: tuple[ColumnEntry, sensors.Keyphasor] | None = None
+    probes: dict[str, tuple[ColumnEntry, sensors.LabProbe]] = field(default_factory=dict)
+    hammer: tuple[ColumnEntry, sensors.LabHammer] | None = None
+    slow_roll: sensors.SlowRollSource | None = None
     disc: float | None = None
     """Position [m] of the plane that is the disc's, where probes stand at several."""
 
@@ -183,7 +173,7 @@ def parse(tables: dict[str, Any], text: str = "", folder: Path = Path()) -> Mapp
         conditions=_conditions(tables.get("conditions", {})) | stated_changes(tables.get("changes", {})),
         text=text,
         keyphasor=_keyphasor(dict(tables["keyphasor"])) if "keyphasor" in tables else None,
-        slow_roll=parse_slow_roll(tables["slow_roll"], _order, folder) if "slow_roll" in tables else None,
+        slow_roll=sensors.parse_slow_roll(tables["slow_roll"], _order, folder) if "slow_roll" in tables else None,
         disc=_disc(tables["disc"]) if "disc" in tables else None,
         hammer=_hammer(dict(tables["hammer"])) if "hammer" in tables else None,
         probes={name: _probe(f"probes.{name}", part) for name, part in tables.get("probes", {}).items()},
@@ -247,7 +237,7 @@ def _disc(table: dict[str, Any]) -> float:
     return quantity_at("disc.position", table.get("position"), "m")
 
 
-def _keyphasor(table: dict[str, Any]) -> tuple[ColumnEntry, Keyphasor]:
+def _keyphasor(table: dict[str, Any]) -> tuple[ColumnEntry, sensors.Keyphasor]:
     several = [name for name, part in table.items() if isinstance(part, dict)]
     if several:
         raise ReadError(
@@ -261,21 +251,21 @@ def _keyphasor(table: dict[str, Any]) -> tuple[ColumnEntry, Keyphasor]:
         raise ReadError(f"keyphasor.edge: {quote(edge)}; write falling or rising")
     if isinstance(pulses, bool) or not isinstance(pulses, int) or not 1 <= pulses <= MOST_PULSES:
         raise ReadError(f"keyphasor.pulses: {quote(pulses)}; give the whole number of pulses in a turn")
-    return entry, Keyphasor(edge=edge, pulses=pulses, **volts)
+    return entry, sensors.Keyphasor(edge=edge, pulses=pulses, **volts)
 
 
-def _hammer(table: dict[str, Any]) -> tuple[ColumnEntry, LabHammer]:
+def _hammer(table: dict[str, Any]) -> tuple[ColumnEntry, sensors.LabHammer]:
     if "angle" not in table:
         raise ReadError("hammer.angle: is missing; give the direction of the blow from x towards y, e.g. '90 deg'")
     angle = quantity_at("hammer.angle", table.pop("angle"), "rad")
     position = quantity_at("hammer.position", table.pop("position"), "m") if "position" in table else None
-    return _entry("hammer", table, ("angle", "position")), LabHammer(angle, position)
+    return _entry("hammer", table, ("angle", "position")), sensors.LabHammer(angle, position)
 
 
-def _probe(path: str, table: Any) -> tuple[ColumnEntry, LabProbe]:
+def _probe(path: str, table: Any) -> tuple[ColumnEntry, sensors.LabProbe]:
     _table(path, table)
-    entry, probe = split_probe(path, table)
-    return _entry(path, entry, OWN), probe
+    entry, probe = sensors.split_probe(path, table)
+    return _entry(path, entry, sensors.OWN), probe
 
 
 def _channels(table: dict[str, Any]) -> dict[tuple[str, str], ColumnEntry]:

@@ -6,8 +6,6 @@ values, and marks each guess. It is read before it is used: the text notes where
 are not known stand as comments.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import tomllib

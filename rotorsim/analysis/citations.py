@@ -1,7 +1,5 @@
 """Sources that a machine, a record, a model, a law or a folder of them stands on."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Iterable
 from functools import cache

@@ -228,11 +228,7 @@ def _row(text: str, speeds: np.ndarray, pressure: float, frequencies: Sequence[f
 
 
 def numbers(
-    plant: Plant,
-    speed: float,
-    pressure: float,
-    frequencies: Sequence[float] | None,
-    model: LinearPlant | None,
+    plant: Plant, speed: float, pressure: float, frequencies: Sequence[float] | None, model: LinearPlant | None
 ) -> dict[str, np.ndarray]:
     """Values of a map at one point; without lift-off only `lifted` = 0."""
     try:
@@ -299,11 +295,7 @@ def _padded(rows: list[np.ndarray | None], shape: tuple[int, ...]) -> np.ndarray
 
 
 def coordinates(
-    fields: Sequence[Field],
-    speeds: np.ndarray,
-    pressures: np.ndarray,
-    at: Sequence[str],
-    films: Sequence[str],
+    fields: Sequence[Field], speeds: np.ndarray, pressures: np.ndarray, at: Sequence[str], films: Sequence[str]
 ) -> dict[str, tuple[str, Any, dict[str, str]]]:
     """Coordinates of a map, the names of several films among them."""
     found = {f.name: (f.name, list(f.numbers), labelled(f)) for f in fields}
@@ -362,26 +354,17 @@ def map_machine(
 
     Parameters
     ----------
-    plant : Plant
-    speeds, pressures : arrays
-        Axes [rad/s] and [Pa, gauge]; pressure 0 alone for a machine without feed.
-    fields : sequence of Field
-        Further axes: fields of the machine file, see `read_field`.
-    frequencies : sequence of float, optional
-        Whirl frequencies [rad/s] of the film's K and C; by default 0 and those of the modes.
+    plant, speeds, pressures, fields, frequencies, workers, progress
+        As of `operating_map`; pressure 0 alone for a machine without feed.
     least_film : float, optional
         Film [m] that counts as lift-off, 0 for what the plant runs on; None leaves the lift-off pressure out.
     onset, critical : bool
         Whether to search the onset of whirl, and the critical speeds of the orders 1, 2, 3.
-    workers : int, optional
-        Processes; by default as many as pay.
-    progress : callable, optional
-        Called with the points done and in all.
 
     Returns
     -------
     Dataset
-        Over speed, pressure and the further axes; `attrs["ended"]` is "complete" or "interrupted".
+        That of `operating_map`, with `safe` and what is searched.
 
     Raises
     ------

@@ -176,7 +176,7 @@ def shaft_motion(
         if a.film_model is not None:
             films.append(simulation.film_pressure())
     values: dict[str, Any] = {
-        "displacement": (over, np.array(motions), {"units": "m", "long_name": "displacement of the shaft"}),
+        "displacement": (over, np.array(motions), {"units": "m", "long_name": "displacement of the shaft"})
     } | outline(plant)
     coords: dict[str, Any] = {"time": ("time", at * RIG_SAMPLE, {"units": "s"})} | axes(plant)
     attrs = plant.provenance() | {"kind": "motion", "speed": float(speed), "pressure": float(pressure)}

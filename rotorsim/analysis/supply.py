@@ -10,8 +10,6 @@ pressure at the injectors alone, so it is that of the machine without its line; 
 leaves, behind the line with this flow, the pressure that was read.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial

@@ -8,8 +8,6 @@ An axis is 'PATH=FROM:TO:COUNT', 'PATH=A, B' or, in percent of the machine's val
 computed over those axes alone that change it: a lift-off pressure does not depend on the supply pressure.
 """
 
-from __future__ import annotations
-
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence

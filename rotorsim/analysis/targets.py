@@ -7,8 +7,6 @@ Targets with role = "predict" are reported and not fitted.
 A table `pins` has poles, gain and fit of the pairs of pins by axis, as identification finds them behind their sensors.
 """
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path

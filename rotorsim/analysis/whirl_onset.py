@@ -42,10 +42,7 @@ POINTED = 1e-4
 
 
 def whirl_onset(
-    plant: Plant,
-    pressures: Sequence[float] | np.ndarray,
-    highest: float | None = None,
-    step: float | None = None,
+    plant: Plant, pressures: Sequence[float] | np.ndarray, highest: float | None = None, step: float | None = None
 ) -> xr.Dataset:
     """Onset speed and whirl frequency [rad/s] and their ratio over the pressures [Pa]; NaN where there is none.
 

@@ -23,8 +23,6 @@
     holes = 16
 """
 
-from __future__ import annotations
-
 import csv
 import math
 import re

@@ -6,8 +6,6 @@ What lies in the cache is executed: compiled kernels, generated modules, objects
 this user can write, nor replace a folder on the way there (`private_folder`), or else in a new folder of this process.
 """
 
-from __future__ import annotations
-
 import errno
 import hashlib
 import json

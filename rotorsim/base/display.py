@@ -4,8 +4,6 @@ Foreign text never steers a terminal (`visible`). A card is a short `repr` and, 
 notebooks. Progress appears on a terminal alone, never in a pipe.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 import time

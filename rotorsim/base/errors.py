@@ -1,7 +1,5 @@
 """Exceptions of rotorsim, each with a one-sentence message: thing, value, limit and remedy."""
 
-from __future__ import annotations
-
 from typing import Any
 
 

@@ -7,8 +7,6 @@ property here in silence. The package `control` is loaded when a system is made 
 A MATLAB file (v5) holds A, B, C, D and Ts as `ss(A, B, C, D, Ts)` takes them, and names as cells.
 """
 
-from __future__ import annotations
-
 import struct
 import warnings
 import zlib

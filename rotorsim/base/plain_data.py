@@ -3,8 +3,6 @@
 Nothing of what is read is executed: the classes come from the caller, a file has values only.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import MISSING, fields, is_dataclass
 from types import NoneType, UnionType

@@ -4,8 +4,6 @@ The stub `__init__.pyi` is what type checkers read and what Python imports by, s
 gets the nearest one. A registry has what its modules register, each under the name of its module.
 """
 
-from __future__ import annotations
-
 import ast
 import sys
 from collections.abc import Callable, Container, Iterable, Iterator, MutableMapping

@@ -3,8 +3,6 @@
 A module states its sources by a line of its docstring, ``Cites: friswell_2010, thesis.``; an effect by its `cites`.
 """
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterable

@@ -7,8 +7,6 @@ Source: Higham, Accuracy and Stability of Numerical Algorithms (2002), chapters 
 Cites: higham_2002, trefethen_2005.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

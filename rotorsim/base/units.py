@@ -7,8 +7,6 @@ double nearest to 25e-6. A gauge pressure is a plain pressure here.
 Code that works in SI takes the factors to and from engineering units (`RPM`, `TO_HZ`) as numbers.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -64,10 +62,7 @@ TABLE: dict[str, Dimension] = {
     "kg": Dimension("mass", "1.5 kg", ("g", "kg"), {"kg": "1", "g": "1e-3"}),
     "kg*m": Dimension("mass*length", "10 g*mm", ("g*mm",), {"kg*m": "1", "g*mm": "1e-6", "kg*mm": "1e-3"}),
     "kg*m^2": Dimension(
-        "moment of inertia",
-        "0.0037 kg*m^2",
-        ("kg*m^2",),
-        {"kg*m^2": "1", "kg*mm^2": "1e-6", "g*mm^2": "1e-9"},
+        "moment of inertia", "0.0037 kg*m^2", ("kg*m^2",), {"kg*m^2": "1", "kg*mm^2": "1e-6", "g*mm^2": "1e-9"}
     ),
     "kg/m^3": Dimension("density", "7850 kg/m^3", ("kg/m^3",), {"kg/m^3": "1", "g/cm^3": "1e3"}),
     "s": Dimension(
@@ -79,11 +74,7 @@ TABLE: dict[str, Dimension] = {
     ),
     "K": Dimension("temperature", "293.15 K", ("K",), {"K": "1"}),
     "rad": Dimension(
-        "angle",
-        "90 deg",
-        ("deg",),
-        {"rad": "1", "mrad": "1e-3", "deg": _DEG, "turn": _TURN},
-        {"°": _DEG, "rev": _TURN},
+        "angle", "90 deg", ("deg",), {"rad": "1", "mrad": "1e-3", "deg": _DEG, "turn": _TURN}, {"°": _DEG, "rev": _TURN}
     ),
     "rad/s": Dimension(
         "rotational speed",
@@ -125,10 +116,7 @@ TABLE: dict[str, Dimension] = {
         {"hPa": "1e2", "psi": _PSI, "barg": "1e5", "psig": _PSI},
     ),
     "Pa/s": Dimension(
-        "pressure rate",
-        "2 MPa/s",
-        ("MPa/s",),
-        {"Pa/s": "1", "kPa/s": "1e3", "MPa/s": "1e6", "bar/s": "1e5"},
+        "pressure rate", "2 MPa/s", ("MPa/s",), {"Pa/s": "1", "kPa/s": "1e3", "MPa/s": "1e6", "bar/s": "1e5"}
     ),
     "Pa*s": Dimension("viscosity", "18.5 uPa*s", ("uPa*s",), {"Pa*s": "1", "uPa*s": "1e-6", "mPa*s": "1e-3"}),
     "N*s": Dimension("impulse", "10 mN*s", ("mN*s",), {"N*s": "1", "mN*s": "1e-3"}),

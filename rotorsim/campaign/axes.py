@@ -3,8 +3,6 @@
 Values of an axis are a list, a grid, or a column of a Latin hypercube.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field

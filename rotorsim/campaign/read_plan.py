@@ -1,7 +1,5 @@
 """Plans from names, files and texts: names resolved, units converted, extreme values checked before the run."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from importlib.resources import files
 from pathlib import Path

@@ -8,8 +8,6 @@ Collected records are read when their numbers are asked for, some at a time, so 
 Cases are the first dimension; the axes of the plan are coordinates along it.
 """
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager

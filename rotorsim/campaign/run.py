@@ -3,8 +3,6 @@
 A sweep of a machine runs as a campaign too: a case for each of its cells.
 """
 
-from __future__ import annotations
-
 import json
 import logging
 import signal

@@ -5,8 +5,6 @@ computer are threads, each with a child process for its cases, and nothing liste
 cluster are reached by its scheduler's address.
 """
 
-from __future__ import annotations
-
 import gc
 import json
 import logging

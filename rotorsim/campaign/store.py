@@ -26,7 +26,7 @@ import socket
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -56,10 +56,6 @@ CREATE TABLE cases (
 ) STRICT;
 CREATE INDEX by_status ON cases (status, number);
 """
-COLUMNS = (
-    "number", "key", "experiment", "repeat", "seed", "parameters", "status", "error", "summary", "duration", "cpu",
-    "bytes", "host", "versions", "finished", "attempts",
-)  # fmt: skip
 
 
 class StoreError(RotorsimError):
@@ -291,6 +287,9 @@ class IndexRow:
     versions: str | None
     finished: str | None
     attempts: int
+
+
+COLUMNS = tuple(entry.name for entry in fields(IndexRow))
 
 
 class Index:

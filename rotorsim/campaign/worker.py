@@ -3,8 +3,6 @@
 Orders and rows of results are JSON. The child prepares and solves a case; whatever fails becomes a row.
 """
 
-from __future__ import annotations
-
 import faulthandler
 import json
 import shutil

@@ -75,9 +75,7 @@ def compare(
     with result.folder("compare", "compare.json") as folder:
         write_json(folder.add("peaks", "compare.json"), summary)
         if result.report:
-            from rotorsim.report.comparison import write_run_comparison
-
-            folder.write_page(lambda path: write_run_comparison(found, path))
+            folder.write_page_of(found)
     if result.as_json:
         print_json({**summary, "files": folder.files})
         return
@@ -101,7 +99,7 @@ def _is_analysis(path: Path) -> bool:
 
 def _compare_results(named: dict[str, Path], result: ResultOptions) -> None:
     """Compare results of linear analyses, of one kind."""
-    from rotorsim.report.comparison import result_rows, write_result_comparison
+    from rotorsim.report.comparison import result_rows
     from rotorsim.signals import open_record
 
     opened = {name: open_record(path).load() for name, path in named.items()}
@@ -109,7 +107,7 @@ def _compare_results(named: dict[str, Path], result: ResultOptions) -> None:
     with result.folder("compare", "compare.json") as folder:
         write_json(folder.add("results", "compare.json"), {"results": rows})
         if result.report:
-            folder.write_page(lambda path: write_result_comparison(opened, path))
+            folder.write_page_of(opened)
     if result.as_json:
         print_json({"results": rows, "files": folder.files})
         return
@@ -168,7 +166,5 @@ def balance(
         write_json(folder.add("results", "balance.json"), summary(found))
         write_text(folder.add("unbalance", "unbalance.csv"), unbalance_csv(found))
         if result.report:
-            from rotorsim.report.comparison import write_balance
-
-            folder.write_page(lambda path: write_balance(found, path))
+            folder.write_page_of(found)
     result.show(summary(found), result_rows(found), folder.files)

@@ -20,18 +20,7 @@ import typer
 from rotorsim.base.display import end_line, line, on_terminal
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.units import MINUTE, TO_UM, parse
-from rotorsim.commands.options import (
-    AsJson,
-    GivenMachine,
-    ResultFolder,
-    ResultOptions,
-    a_folder,
-    note_compiling,
-    parameters,
-    print_files,
-    print_json,
-    resumable,
-)
+from rotorsim.commands import options
 from rotorsim.commands.registry import command
 from rotorsim.commands.results import results
 from rotorsim.discrepancy.decision import ALLOWED, check_allowed
@@ -63,7 +52,7 @@ class DataOptions:
         list[str] | None,
         typer.Option(
             help="Only this is a candidate, e.g. runout or runout.amplitude_2x; may be repeated.",
-            autocompletion=parameters,
+            autocompletion=options.parameters,
         ),
     ] = None
     tolerance: Annotated[float, typer.Option(help="Tolerance of the model: share of a line.")] = 0.004
@@ -154,9 +143,9 @@ MONTH = 30 * 86400.0
     "rotorsim diagnose dtu_gas_bearing puzzle/records --out diagnosis",
     "rs.diagnose('dtu_gas_bearing', 'puzzle/records')",
 )
-@resumable
+@options.resumable
 def diagnose(
-    machine: GivenMachine,
+    machine: options.GivenMachine,
     data: DataOptions,
     seed: Annotated[int, typer.Option(help="Kept with the verdict; nothing is drawn.")] = 0,
     self_test: Annotated[
@@ -164,7 +153,7 @@ def diagnose(
     ] = False,
     *,
     experiments: ExperimentOptions,
-    result: ResultOptions,
+    result: options.ResultOptions,
 ) -> None:
     """Find the effect that a machine file lacks against records.
 
@@ -194,7 +183,7 @@ def diagnose(
 
 
 def _diagnosed(
-    machine: str, data: DataOptions, allow: tuple[str, ...] | None, seed: int, result: ResultOptions
+    machine: str, data: DataOptions, allow: tuple[str, ...] | None, seed: int, result: options.ResultOptions
 ) -> tuple[Diagnosis, dict[str, str]]:
     """The diagnosis, with a plan of experiments that change what `allow` names, and its files."""
     from rotorsim.discrepancy import diagnose as diagnose_records
@@ -210,7 +199,7 @@ def _diagnosed(
         return found, _saved(found, folder)
 
 
-def _saved(found: Diagnosis, folder: ResultFolder) -> dict[str, str]:
+def _saved(found: Diagnosis, folder: options.ResultFolder) -> dict[str, str]:
     """Paths of the files of a diagnosis by kind, which are written."""
     from rotorsim.discrepancy import save_diagnosis
 
@@ -228,7 +217,7 @@ def _self_test(machine: str, data: DataOptions, as_json: bool) -> None:
 
 
 def run_loop(
-    machine: str, data: DataOptions, experiments: ExperimentOptions, result: ResultOptions,
+    machine: str, data: DataOptions, experiments: ExperimentOptions, result: options.ResultOptions,
     progress: Callable[[str], None],
 ) -> tuple[Diagnosis, dict[str, str]]:  # fmt: skip
     """The last diagnosis of a loop of experiments, and its files."""
@@ -274,16 +263,18 @@ def unfinished(*asked: Any) -> Iterator[Path]:
     "rs.hide(rs.load_machine('dtu_gas_bearing'), ('coupling.force_2x',), 3, 'puzzle')",
 )
 def hide(
-    machine: GivenMachine,
+    machine: options.GivenMachine,
     effect: Annotated[
         list[str] | None,
         typer.Option(
-            help="What to hide, e.g. runout or runout.amplitude_2x; may be repeated.", autocompletion=parameters
+            help="What to hide, e.g. runout or runout.amplitude_2x; may be repeated.", autocompletion=options.parameters
         ),
     ] = None,
     seed: Annotated[int, typer.Option(help="Draws size, phase, calibration and noise.")] = 0,
-    out: Annotated[Path, typer.Option(callback=a_folder, help="Folder for records and sealed truth.")] = Path("hidden"),
-    as_json: AsJson = False,
+    out: Annotated[Path, typer.Option(callback=options.a_folder, help="Folder for records and sealed truth.")] = Path(
+        "hidden"
+    ),
+    as_json: options.AsJson = False,
 ) -> None:
     """Make records with hidden effects, to try 'diagnose' on.
 
@@ -304,11 +295,11 @@ def hide(
 
     twin = truth_twin(believed)
     with results(out, "hidden", ("records", "sealed"), force=None):
-        note_compiling(twin.assembly, "settle", "run")
+        options.note_compiling(twin.assembly, "settle", "run")
         records = record_hidden(believed, tuple(effect or ()), seed, out, twin=twin, progress=progress)
     files = [str(out / "records" / f"{r.attrs['record']}.nc") for r in records]
     if as_json:
-        print_json({"records": files, "sealed": str(out / "sealed" / "truth.json")})
+        options.print_json({"records": files, "sealed": str(out / "sealed" / "truth.json")})
         return
     typer.echo(f"{len(files)} records: {out / 'records'}; the truth, sealed: {out / 'sealed' / 'truth.json'}")
 
@@ -330,12 +321,12 @@ STAGES = {
 def show(diagnosis: Diagnosis, files: dict[str, str], as_json: bool) -> None:
     """Print the diagnosis and the paths of its files by kind."""
     if as_json:
-        print_json(diagnosis.as_dict() | {"files": files})
+        options.print_json(diagnosis.as_dict() | {"files": files})
         return
     end_line()
     for text in _lines(diagnosis):
         typer.echo(text)
-    print_files(files)
+    options.print_files(files)
 
 
 def _lines(diagnosis: Diagnosis) -> Iterator[str]:

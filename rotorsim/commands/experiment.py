@@ -19,18 +19,7 @@ import typer
 from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import RIG_SAMPLE, parse, show
-from rotorsim.commands.options import (
-    FED,
-    MachineName,
-    PlantOptions,
-    ResultOptions,
-    leave_if_cut,
-    leave_if_empty,
-    note_compiling,
-    note_unfed,
-    quantity,
-    reporting_kept_samples,
-)
+from rotorsim.commands import options
 from rotorsim.commands.registry import CommandGroup, example, group, with_options
 from rotorsim.experiments.catalogue.controlled import Controlled
 from rotorsim.experiments.catalogue.impact import Impact
@@ -135,9 +124,9 @@ class ClosedLoopSetup:
 Rows = list[tuple[str, str]]
 Seed = Annotated[str, typer.Option("--seed", help="Seed of the machine's noise.")]
 COMMON: dict[str, tuple[Any, Any]] = {
-    "settings": (PlantOptions, PlantOptions()),
+    "settings": (options.PlantOptions, options.PlantOptions()),
     "seed": (Seed, "0"),
-    "result": (ResultOptions, ResultOptions()),
+    "result": (options.ResultOptions, options.ResultOptions()),
 }
 """Options of every experiment: annotation and default."""
 IN_ORDER = (
@@ -191,7 +180,7 @@ def experiment_function(name: str, words: str) -> Callable[..., None]:
         given |= {key: values.pop(key) for key in files}
         run_experiment(kind, setup, {key: value for key, value in given.items() if value is not None}, **values)
 
-    table = {"machine": (MachineName, "dtu_gas_bearing")}
+    table = {"machine": (options.MachineName, "dtu_gas_bearing")}
     table |= {entry.name: option(entry, known) for entry, known in entries} | files | COMMON
     command.__doc__ = (kind.__doc__ or "").splitlines()[0]
     line = f"rotorsim {words} dtu_gas_bearing {kind.example}"
@@ -222,7 +211,9 @@ def option(entry: Field[Any], known: Quantity) -> tuple[Any, Any]:
         return Annotated[str | None, typer.Option(name, help=known.doc + hint)], None
     shown = str(default) if known.choices or not isinstance(default, int | float) else show(default, known.unit)
     if entry.name == OF_FILM:  # whether it was given must be seen
-        return Annotated[str | None, typer.Option(name, help=known.doc + hint, show_default=f"{shown}, {FED}")], None
+        return Annotated[
+            str | None, typer.Option(name, help=known.doc + hint, show_default=f"{shown}, {options.FED}")
+        ], None
     return Annotated[str, typer.Option(name, help=known.doc + hint)], shown
 
 
@@ -230,12 +221,12 @@ def read(name: str, text: str | None, known: Quantity) -> Any:
     """Value of an option's text."""
     if text is None or known.choices:
         return text
-    return quantity(name.replace("_", "-"), text, known.unit, known.suggestion)
+    return options.quantity(name.replace("_", "-"), text, known.unit, known.suggestion)
 
 
 def run_experiment(
-    kind: type[Experiment], setup: Any, given: dict[str, Any], machine: str, settings: PlantOptions, seed: str,
-    result: ResultOptions,
+    kind: type[Experiment], setup: Any, given: dict[str, Any], machine: str, settings: options.PlantOptions, seed: str,
+    result: options.ResultOptions,
 ) -> None:  # fmt: skip
     """Run an experiment, write its record and page, and print its table.
 
@@ -246,7 +237,7 @@ def run_experiment(
     plant = settings.plant(machine)
     if not kind.drives_reference:  # those that do are refused as a whole without a film
         _check_film(plant, given.get(OF_FILM), settings.grid)
-        note_unfed(plant.machine, bool(given.get(OF_FILM)))
+        options.note_unfed(plant.machine, bool(given.get(OF_FILM)))
     from rotorsim.experiments.experiment import ask_speeds
     from rotorsim.experiments.running import record
 
@@ -254,13 +245,13 @@ def run_experiment(
     ask_speeds(plant.machine, chosen)
     with result.folder(kind.name, f"{kind.name}.nc", page=kind.page or f"{kind.name}.html") as folder:
         path = folder.add("record", f"{kind.name}.nc")
-        note_compiling(plant.assembly, "settle", "run")
+        options.note_compiling(plant.assembly, "settle", "run")
         experiment = chosen.experiment(plant) if hasattr(chosen, "experiment") else chosen
         outcome = record(plant, experiment, path, number, progress=not result.as_json)
-        leave_if_empty(outcome, path)
-        with reporting_kept_samples(path):
+        options.leave_if_empty(outcome, path)
+        with options.reporting_kept_samples(path):
             _report(path, folder, plant, experiment, outcome)
-    leave_if_cut(outcome, path)
+    options.leave_if_cut(outcome, path)
 
 
 def _check_film(plant: Plant, pressure: float | None, grid: str | None) -> None:

@@ -14,24 +14,7 @@ import typer
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
 from rotorsim.base.units import TO_HZ, TO_RPM, TO_UM
-from rotorsim.commands.options import (
-    ABOVE,
-    FED,
-    TOP,
-    Force,
-    GivenMachine,
-    GridOptions,
-    MachineName,
-    ResultFolder,
-    ResultOptions,
-    a_folder,
-    note_compiling,
-    note_unfed,
-    print_json,
-    print_table,
-    quantity,
-    warn_of,
-)
+from rotorsim.commands import options
 from rotorsim.commands.registry import command
 from rotorsim.commands.results import results
 
@@ -44,13 +27,10 @@ if TYPE_CHECKING:
     from rotorsim.plant import Plant
 
 Speeds = Annotated[
-    str | None, typer.Option("--speeds", help="Speeds: FROM:TO:COUNT, or values with commas.", show_default=TOP)
+    str | None, typer.Option("--speeds", help="Speeds: FROM:TO:COUNT, or values with commas.", show_default=options.TOP)
 ]
 SUPPLY = "0.5 MPa"
-Pressure = Annotated[
-    str | None,
-    typer.Option(help="Gauge supply pressure.", show_default=f"{SUPPLY}, {FED}"),
-]
+Pressure = Annotated[str | None, typer.Option(help="Gauge supply pressure.", show_default=f"{SUPPLY}, {options.FED}")]
 """Option that is None where it is not given: a pressure given for a machine without feed is noted."""
 MOST = 100
 """Modes of a Campbell diagram."""
@@ -64,7 +44,7 @@ STEPS = {"response": 80, "campbell": 40}
     "rs.analysis.unbalance_response(plant, speeds, 0.5e6)",
 )
 def response(
-    machine: GivenMachine,
+    machine: options.GivenMachine,
     speeds: Speeds = None,
     pressure: Pressure = None,
     unbalance: Annotated[
@@ -72,8 +52,8 @@ def response(
     ] = None,
     disc: Annotated[int | None, typer.Option(help="Disc that carries it, counted from 0; default the first.")] = None,
     *,
-    settings: GridOptions,
-    result: ResultOptions,
+    settings: options.GridOptions,
+    result: options.ResultOptions,
 ) -> None:
     """Unbalance response over speed: amplitude and phase.
 
@@ -88,19 +68,17 @@ def response(
 
     given = _unbalance(plant.machine, unbalance, disc)
     with result.folder("response", "response.nc", "response.csv") as folder:
-        note_compiling(plant.assembly, "settle")
+        options.note_compiling(plant.assembly, "settle")
         found = unbalance_response(plant, grid, supply, given)
         above = onset_beyond(plant, max(grid, key=abs), [supply])
         _write(found, folder, "response", _response_rows(found))
         if result.report:
-            from rotorsim.report.linear import write_response
-
-            folder.write_page(lambda path: write_response(found, path))
+            folder.write_page_of(found)
     peaks = {place: peak_of(found, place) for place in map(str, found["place"].values)}
     numbers = {"unbalance": found.attrs["unbalance"], "peaks": peaks, "above_asked": above,
-               "warnings": warn_of(found)}  # fmt: skip
+               "warnings": options.warn_of(found)}  # fmt: skip
     rows = [("unbalance", found.attrs["unbalance"]), *((f"peak at {p}", _text(peak)) for p, peak in peaks.items())]
-    result.show(numbers, [*rows, *([(ABOVE, above)] if above else ())], folder.files)
+    result.show(numbers, [*rows, *([(options.ABOVE, above)] if above else ())], folder.files)
     if not np.isfinite(found["major"].values).any():
         way = "raise the pressure" if plant.machine.fed else "ask for higher speeds"
         print(f"response: the film carries the rotor at no speed; {way}", file=sys.stderr)
@@ -113,7 +91,7 @@ def response(
     "rs.analysis.campbell(plant, speeds, modes=6)",
 )
 def campbell(
-    machine: GivenMachine,
+    machine: options.GivenMachine,
     speeds: Speeds = None,
     pressure: Pressure = None,
     modes: Annotated[int, typer.Option(help="Modes that are shown, the lowest of the region.", min=1, max=MOST)] = 8,
@@ -122,8 +100,8 @@ def campbell(
     ] = False,
     stiffness: Annotated[str, typer.Option(help="Range of that stiffness, FROM:TO.")] = "0.1 MN/m:1000 MN/m",
     *,
-    settings: GridOptions,
-    result: ResultOptions,
+    settings: options.GridOptions,
+    result: options.ResultOptions,
 ) -> None:
     """Campbell diagram with critical speeds of the orders 1, 2, 3.
 
@@ -140,21 +118,19 @@ def campbell(
     from rotorsim.analysis.whirl_onset import onset_beyond
 
     with result.folder("campbell", "campbell.nc", "campbell.csv") as folder:
-        note_compiling(plant.assembly, "settle")
+        options.note_compiling(plant.assembly, "settle")
         found, above = find_modes(plant, grid, supply, modes), onset_beyond(plant, max(grid, key=abs), [supply])
         lines = None if ends is None else critical_speed_map(plant, (float(ends[0]), float(ends[1])))
         kept = found if lines is None else found.assign(undamped_critical_speed=lines["wn"])
         _write(kept, folder, "campbell", _mode_rows(found))
         if result.report:
-            from rotorsim.report.linear import write_campbell
-
-            folder.write_page(lambda path: write_campbell(found, path, lines))
+            folder.write_page_of(kept)
     numbers, rows = _criticals(found)
-    result.show(numbers | {"above_asked": above}, [*rows, *([(ABOVE, above)] if above else ())], folder.files)
+    result.show(numbers | {"above_asked": above}, [*rows, *([(options.ABOVE, above)] if above else ())], folder.files)
 
 
 def _operating_line(
-    machine: str, settings: GridOptions, speeds: str | None, pressure: str | None, analysis: str
+    machine: str, settings: options.GridOptions, speeds: str | None, pressure: str | None, analysis: str
 ) -> tuple[Plant, np.ndarray, float]:
     """Plant, speeds (n,) [rad/s] that its discs stand, and gauge supply pressure [Pa] of an analysis over the speed.
 
@@ -163,12 +139,12 @@ def _operating_line(
     from rotorsim.analysis.axes import read_axis
 
     given = None if speeds is None else read_axis("speeds", speeds, "rad/s")
-    supply = quantity("pressure", pressure or SUPPLY, "Pa")
+    supply = options.quantity("pressure", pressure or SUPPLY, "Pa")
     plant = settings.plant(machine)
     from rotorsim.analysis.campbell import default_speeds
 
     grid = default_speeds(plant, STEPS[analysis])[analysis == "response" :] if given is None else given
-    note_unfed(plant.machine, bool(pressure and supply))
+    options.note_unfed(plant.machine, bool(pressure and supply))
     from rotorsim.machine.limits import ask_rim_speed
 
     ask_rim_speed(plant.machine, max(grid, key=abs), "--speeds")
@@ -182,7 +158,7 @@ def _criticals(found: xr.Dataset) -> tuple[dict[str, Any], list[tuple[str, str]]
     names = ("order", "rpm", "direction", "zeta", "whirl", "mode")
     criticals = [dict(zip(names, row, strict=True)) for row in critical_rows(found)]
     numbers = {"criticals": criticals, "modes": _finite(found["modes"].values),
-               "missing": _finite(found["missing"].values), "warnings": warn_of(found)}  # fmt: skip
+               "missing": _finite(found["missing"].values), "warnings": options.warn_of(found)}  # fmt: skip
     rows = [
         (f"{c['order']}X critical speed",
          f"{c['rpm']:.0f} rpm, {c['direction']}, damping {c['zeta']:.3g}, {c['whirl']}, mode {c['mode']}")
@@ -202,7 +178,7 @@ def _unbalance(machine: Machine, me: str | None, disc: int | None) -> tuple[Roto
         return None
     from rotorsim.effects.rotor.unbalance import RotorUnbalance
 
-    size = quantity("unbalance", me, "kg*m")
+    size = options.quantity("unbalance", me, "kg*m")
     if not 0 < size <= 1e-2:
         raise DataError(f"--unbalance: '{me}' is not above 0 and at most 10 kg*mm; write e.g. '10 g*mm'")
     if disc is None:
@@ -213,7 +189,7 @@ def _unbalance(machine: Machine, me: str | None, disc: int | None) -> tuple[Roto
     return (RotorUnbalance(me=size, position=machine.discs[disc].position),)
 
 
-def _write(found: xr.Dataset, folder: ResultFolder, name: str, rows: list[tuple[object, ...]]) -> None:
+def _write(found: xr.Dataset, folder: options.ResultFolder, name: str, rows: list[tuple[object, ...]]) -> None:
     """Write a result as NetCDF, and its rows as CSV."""
     from rotorsim.base.hdf5 import write_netcdf
 
@@ -272,12 +248,12 @@ def _text(peak: dict[str, Any] | None) -> str:
     "rs.analysis.mode_shapes(plant, 628.3, 0.5e6)",
 )
 def modes(
-    machine: MachineName = "dtu_gas_bearing",
+    machine: options.MachineName = "dtu_gas_bearing",
     speed: Annotated[str, typer.Option(help="Speed of the shaft.")] = "6000 rpm",
     pressure: Pressure = None,
     count: Annotated[int, typer.Option(help="Modes to draw, the lowest first.", min=1)] = 4,
     *,
-    settings: GridOptions,
+    settings: options.GridOptions,
     show: Annotated[bool, typer.Option("--show", help="Open a window to turn the modes in.")] = False,
     pictures: Annotated[
         bool | None, typer.Option("--pictures/--no-pictures", help="Draw each mode as PNG; if pyvista is there.")
@@ -285,14 +261,16 @@ def modes(
     film: Annotated[
         str, typer.Option(help="Film each mode as well: gif, or mp4, which needs the program ffmpeg.")
     ] = "",
-    out: Annotated[Path | None, typer.Option(callback=a_folder, help="Folder; default a new folder 'modes'.")] = None,
-    force: Force = False,
+    out: Annotated[
+        Path | None, typer.Option(callback=options.a_folder, help="Folder; default a new folder 'modes'.")
+    ] = None,
+    force: options.Force = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the modes as JSON.")] = False,
 ) -> None:
     """Draw the modes of rotor and film at one operating point."""
-    at = quantity("speed", speed, "rad/s"), quantity("pressure", pressure or SUPPLY, "Pa")
+    at = options.quantity("speed", speed, "rad/s"), options.quantity("pressure", pressure or SUPPLY, "Pa")
     plant = settings.plant(machine)
-    note_unfed(plant.machine, bool(pressure and at[1]))
+    options.note_unfed(plant.machine, bool(pressure and at[1]))
     from rotorsim.analysis.shaft_motion import mode_shapes
     from rotorsim.base.hdf5 import write_netcdf
     from rotorsim.machine.limits import ask_rim_speed
@@ -307,7 +285,7 @@ def modes(
     endings = ["png"] * (pictures is not False) + [film] * bool(film)
     names = [f"mode_{k + 1}.{ending}" for ending in endings for k in range(count)]
     with results(out, "modes", ["modes.nc", *names], force) as folder:
-        note_compiling(plant.assembly, "settle")
+        options.note_compiling(plant.assembly, "settle")
         found = mode_shapes(plant, *at)
         found = found.isel(mode=slice(count))
         found = found.assign_attrs(_mode_warnings(found, plant, at[0]))
@@ -369,16 +347,16 @@ def _check_film(film: str) -> None:
 
 
 def _print_modes(found: xr.Dataset, files: dict[str, str], as_json: bool) -> None:
-    warnings = warn_of(found)
+    warnings = options.warn_of(found)
     rows = [
         {"mode": k + 1, "frequency_hz": float(found["wn"][k]) / (2 * pi), "damping_ratio": float(found["zeta"][k]),
          "whirl": str(found["whirl"].values[k])}
         for k in range(found.sizes["mode"])
     ]  # fmt: skip
     if as_json:
-        print_json({"modes": rows, "warnings": warnings, "files": files})
+        options.print_json({"modes": rows, "warnings": warnings, "files": files})
         return
-    print_table(
+    options.print_table(
         [(f"mode {r['mode']}", f"{r['frequency_hz']:.2f} Hz, damping {r['damping_ratio']:.4f}, {r['whirl']}")
          for r in rows],
         files,

@@ -14,20 +14,7 @@ from rotorsim.base.display import end_line, line
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.files import write_text
 from rotorsim.base.units import TO_MPA, TO_UM
-from rotorsim.commands.options import (
-    AsJson,
-    Console,
-    GivenMachine,
-    GridOptions,
-    PlantOptions,
-    effects as effect_names,
-    machines,
-    machines as shipped_or_files,
-    plant_of,
-    print_json,
-    print_rows,
-    targets as shipped_targets,
-)
+from rotorsim.commands import options
 from rotorsim.commands.registry import CommandGroup, command, group
 from rotorsim.commands.results import files
 
@@ -48,7 +35,8 @@ class MachineFiles(CommandGroup):
 def new(
     path: Annotated[Path, typer.Argument(help="File to write.")],
     source: Annotated[
-        str, typer.Option("--from", help="Shipped machine or machine file to start from.", autocompletion=machines)
+        str,
+        typer.Option("--from", help="Shipped machine or machine file to start from.", autocompletion=options.machines),
     ] = "dtu_gas_bearing",
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file if it is there.")] = False,
 ) -> None:
@@ -63,7 +51,10 @@ def new(
 @command("machine check", "rotorsim machine check my_rotor.toml", "rs.load_machine('my_rotor.toml')")
 def check(
     path: Annotated[
-        str, typer.Argument(metavar="PATH", help="Machine file, or name of a shipped machine.", autocompletion=machines)
+        str,
+        typer.Argument(
+            metavar="PATH", help="Machine file, or name of a shipped machine.", autocompletion=options.machines
+        ),
     ],
 ) -> None:
     """Check a machine file: one line if it is good, else one sentence per problem and exit code 2."""
@@ -77,7 +68,8 @@ def check(
 )
 def show(
     machine: Annotated[
-        str, typer.Argument(metavar="NAME|PATH", help="Shipped machine or machine file.", autocompletion=machines)
+        str,
+        typer.Argument(metavar="NAME|PATH", help="Shipped machine or machine file.", autocompletion=options.machines),
     ],
     as_json: Annotated[bool, typer.Option("--json", help="SI numbers as JSON.")] = False,
 ) -> None:
@@ -86,7 +78,7 @@ def show(
 
     loaded = load_machine(machine)
     if as_json:
-        print_json(si_numbers(loaded))
+        options.print_json(si_numbers(loaded))
     else:
         _print_machine(loaded)
 
@@ -94,7 +86,7 @@ def show(
 def _print_machine(machine: Machine) -> None:
     from rotorsim.machine import rows, summary
 
-    console = Console()
+    console = options.Console()
     console.print(summary(machine))
     table = Table("field", "value", "meaning", box=None, pad_edge=False)
     group = ""
@@ -112,7 +104,7 @@ def _print_machine(machine: Machine) -> None:
 def effects(
     name: Annotated[
         str | None,
-        typer.Argument(metavar="[NAME]", help="An effect; all are listed without.", autocompletion=effect_names),
+        typer.Argument(metavar="[NAME]", help="An effect; all are listed without.", autocompletion=options.effects),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="As JSON.")] = False,
 ) -> None:
@@ -121,9 +113,9 @@ def effects(
 
     entries = catalogue() if name is None else [_entry(name)]
     if as_json:
-        print_json(entries if name is None else entries[0])
+        options.print_json(entries if name is None else entries[0])
     elif name is None:
-        print_rows(("effect", "port", "what"), [(e["name"], e["port"], e["summary"]) for e in entries])
+        options.print_rows(("effect", "port", "what"), [(e["name"], e["port"], e["summary"]) for e in entries])
     else:
         _print_effect(entries[0])
 
@@ -140,7 +132,7 @@ def _entry(name: str) -> dict[str, Any]:
 
 
 def _print_effect(entry: dict[str, Any]) -> None:
-    console = Console()
+    console = options.Console()
     console.print(Text.assemble((f"[effects.{entry['name']}]", "bold"), f"  {entry['title'] or entry['summary']}\n"))
     source = entry["source"] and f"Source: {entry['source']}"
     for text in filter(None, (entry["equation"], entry["about"], source)):
@@ -151,7 +143,7 @@ def _print_effect(entry: dict[str, Any]) -> None:
     console.print(f"Acts {entry['acts']} (port {entry['port']}); {several}.\n")
     limits = (f"{p['low']} to {p['high']}" if p["low"] or p["high"] else "" for p in entry["parameters"])
     rows = [(p["name"], p["neutral"], ends, p["doc"]) for p, ends in zip(entry["parameters"], limits, strict=True)]
-    print_rows(("parameter", "neutral", "limits", "meaning"), rows)
+    options.print_rows(("parameter", "neutral", "limits", "meaning"), rows)
 
 
 @command(
@@ -160,10 +152,10 @@ def _print_effect(entry: dict[str, Any]) -> None:
     "rs.analysis.calibrate(rs.load_machine('dtu_gas_bearing'), rs.analysis.read_targets('dtu_orifice'))",
 )
 def calibrate_command(
-    machine: GivenMachine,
+    machine: options.GivenMachine,
     targets: Annotated[
         str,
-        typer.Option(help="Targets file, or a shipped one: dtu_orifice, dtu_pins, ...", autocompletion=shipped_targets),
+        typer.Option(help="Targets file, or a shipped one: dtu_orifice, dtu_pins, ...", autocompletion=options.targets),
     ],
     grid: Annotated[str | None, typer.Option(help="Film grid n_theta x n_z, e.g. 32x16.")] = None,
     passes: Annotated[int, typer.Option(help="Most steps of the fit.", min=1)] = 20,
@@ -176,20 +168,20 @@ def calibrate_command(
     Every target is shown before and after; rows with the role 'predict' take no part in the fit. Correlations and
     directions that the targets do not determine are named: numbers along them are not to be believed one by one.
     """
-    loaded = plant_of(machine).machine
+    loaded = options.plant_of(machine).machine
     from rotorsim.analysis import calibrate, calibration_numbers, read_targets, save_calibrated
 
     asked = read_targets(targets)
     path = out or Path(f"{Path(machine).stem}-calibrated.toml")
     with files(path, force=force):
-        coarse = loaded if grid is None else GridOptions(grid).plant(machine).machine
+        coarse = loaded if grid is None else options.GridOptions(grid).plant(machine).machine
         shown = None if as_json else lambda n, cost: line(f"{n} evaluations{f', cost {cost:.4g}' * (n > 0)} ")
         found = calibrate(coarse, asked, passes, shown)
         if not as_json:
             end_line()
         save_calibrated(found, asked.name, path, loaded)
     if as_json:
-        print_json(calibration_numbers(found) | {"file": str(path)})
+        options.print_json(calibration_numbers(found) | {"file": str(path)})
     else:
         _print_calibration(found)
         typer.echo(f"{path}: written")
@@ -207,13 +199,13 @@ def _print_calibration(found: Calibration) -> None:
          _range(*row.before, t.quantity), row.verdicts[0], _range(*row.after, t.quantity), row.verdicts[1])
         for row in found.rows for t in (row.target,)
     ]  # fmt: skip
-    print_rows(("target", "role", "asked", "before", "", "after", ""), rows)
+    options.print_rows(("target", "role", "asked", "before", "", "after", ""), rows)
     values = [
         (p.name, f"{p.start:.5g} {p.unit}", f"{v:.5g} {p.unit}", f"{s:.2g}", "at its bound" if b else "")
         for p, v, s, b in zip(found.parameters, found.values, found.sd, found.at_bound, strict=True)
     ]
-    print_rows(("parameter", "start", "value", "+-", ""), values)
-    console = Console()
+    options.print_rows(("parameter", "start", "value", "+-", ""), values)
+    console = options.Console()
     console.print("correlations above 0.8: " + (", ".join(strong(found)) or "none"))
     for text in found.unidentifiable:
         console.print(f"not identifiable from these targets: {text}")
@@ -257,11 +249,11 @@ def cite(
         typer.Argument(
             metavar="MACHINE|RUN",
             help="Machine, or a record .nc, model or law .json or .mat, or their folder.",
-            autocompletion=machines,
+            autocompletion=options.machines,
         ),
     ],
     as_bibtex: Annotated[bool, typer.Option("--bibtex", help="As BibTeX entries.")] = False,
-    as_json: AsJson = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Print the sources that a machine or a result stands on."""
     from rotorsim.analysis import cite as cited
@@ -270,7 +262,7 @@ def cite(
     parts = cited(what)
     keys = sorted_keys(key for part in parts.values() for key in part)
     if as_json:
-        print_json({"parts": parts, "references": {k: references().get(k, k) for k in keys}})
+        options.print_json({"parts": parts, "references": {k: references().get(k, k) for k in keys}})
     elif as_bibtex:
         typer.echo("\n\n".join(bibtex().get(key, f"% {key}") for key in keys))
     else:
@@ -286,12 +278,12 @@ def warm(
         typer.Argument(
             metavar="[MACHINE]...",
             help="Shipped machines or files; default all shipped.",
-            autocompletion=shipped_or_files,
+            autocompletion=options.machines,
         ),
     ] = None,
     *,
-    settings: PlantOptions,
-    as_json: AsJson = False,
+    settings: options.PlantOptions,
+    as_json: options.AsJson = False,
 ) -> None:
     """Compile machines now, so that their first run starts at once."""
     from rotorsim.machine import shipped_machines
@@ -318,4 +310,4 @@ def warm(
             took[names[number]] = round(seconds, 1)
             typer.echo(f"{names[number]}: compiled in {seconds:.0f} s", err=True)
     if as_json:
-        print_json({"seconds": took})
+        options.print_json({"seconds": took})

@@ -18,24 +18,8 @@ from rich.table import Table
 
 from rotorsim.base.display import bar
 from rotorsim.base.units import TO_RPM, TO_UM, show
+from rotorsim.commands import options
 from rotorsim.commands.campaign import RunOptions
-from rotorsim.commands.options import (
-    ABOVE,
-    FED,
-    TOP,
-    Console,
-    GivenMachine,
-    GridOptions,
-    MachineName,
-    PageOptions,
-    ResultOptions,
-    WithReport,
-    a_folder,
-    note_compiling,
-    note_unfed,
-    print_json,
-    quantity,
-)
 from rotorsim.commands.registry import command
 from rotorsim.commands.results import results
 
@@ -76,11 +60,10 @@ class MapOptions:
     """Options about the grid of operating points and what is searched on it."""
 
     speed: Annotated[
-        str | None, typer.Option(help="Speeds: FROM:TO:COUNT, or values with commas.", show_default=TOP)
+        str | None, typer.Option(help="Speeds: FROM:TO:COUNT, or values with commas.", show_default=options.TOP)
     ] = None
     pressure: Annotated[
-        str | None,
-        typer.Option(help="Gauge supply pressures, likewise.", show_default=f"{PRESSURES}, {FED}"),
+        str | None, typer.Option(help="Gauge supply pressures, likewise.", show_default=f"{PRESSURES}, {options.FED}")
     ] = None
     over: Annotated[
         list[str] | None, typer.Option(help="Another axis: PATH=FROM:TO:COUNT of a field of the machine file.")
@@ -98,13 +81,13 @@ class MapOptions:
         from rotorsim.analysis.axes import read_axis, read_field
         from rotorsim.analysis.campbell import default_speeds
 
-        whirl = [2 * pi * quantity("frequency", text, "Hz") for text in self.frequency or []]
+        whirl = [2 * pi * options.quantity("frequency", text, "Hz") for text in self.frequency or []]
         return MapGrid(
             default_speeds(plant, STEPS) if self.speed is None else read_axis("speed", self.speed, "rad/s"),
             read_axis("pressure", PRESSURES if self.pressure is None else self.pressure, "Pa"),
             [read_field(text) for text in self.over or []],
             whirl or None,
-            quantity("least-film", self.least_film, "m"),
+            options.quantity("least-film", self.least_film, "m"),
         )
 
 
@@ -126,12 +109,12 @@ class MapGrid:
     "rs.analysis.map_machine(plant, speeds, pressures)",
 )
 def map_command(
-    machine: MachineName = "dtu_gas_bearing",
+    machine: options.MachineName = "dtu_gas_bearing",
     *,
     wanted: MapOptions,
-    settings: GridOptions,
+    settings: options.GridOptions,
     jobs: Annotated[int | None, typer.Option(help="Processes; default as many as pay.")] = None,
-    result: ResultOptions,
+    result: options.ResultOptions,
 ) -> None:
     """Map the operating points of a machine and shade what is safe.
 
@@ -145,7 +128,7 @@ def map_command(
     from rotorsim.analysis.whirl_onset import onset_beyond
 
     with result.folder("map", "map.nc") as folder:
-        note_compiling(plant.assembly, "settle")
+        options.note_compiling(plant.assembly, "settle")
         with bar(text="operating points", show=not result.as_json) as update:
             found = map_machine(
                 plant, grid.speeds, grid.pressures, grid.fields, grid.whirl,
@@ -156,17 +139,15 @@ def map_command(
 
         write_netcdf(folder.add("map", "map.nc"), found)
         if result.report and "wn" in found:
-            from rotorsim.report.operating_map import save_map_page
-
-            folder.write_page(lambda path: save_map_page(found, path))
+            folder.write_page_of(found)
     if not result.as_json:
         for table in tables(found):
-            Console().print(table)
+            options.Console().print(table)
     numbers, listed = summary(found), {key for key, *_ in LISTED.values()} | {key for _, key in LOOKED.values()}
     rows = [(key.replace("_", " "), _short(value)) for key, value in numbers.items() if key not in listed]
     looked = wanted.with_onset or grid.fields or found.attrs["ended"] != "complete"
     above = "" if looked else onset_beyond(plant, max(grid.speeds, key=abs), found["pressure"].values[[0, -1]])
-    rows += [(ABOVE, above)] if above else []
+    rows += [(options.ABOVE, above)] if above else []
     result.show(numbers | {"above_asked": above}, rows, folder.files)
     _leave_if_incomplete(found, folder.files["map"], fed)
 
@@ -186,7 +167,7 @@ def _check(plant: Plant, grid: MapGrid, wanted: MapOptions) -> bool:
     for one in machines:
         ask_machine(one)
     if wanted.pressure is not None and not np.array_equal(felt(machines, grid.pressures), grid.pressures):
-        note_unfed(plant.machine, given=True)
+        options.note_unfed(plant.machine, given=True)
     return any(one.fed for one in machines)
 
 
@@ -299,7 +280,7 @@ REPORT, CAMPAIGN, SUPPLY = "report.html", "campaign", "0.5 MPa"
     "rs.analysis.sweep(machine, {'bearings.1.clearance': '20 um:30 um:5'}, ('lift_off', 'onset', 'flow'))",
 )
 def sweep(
-    machine: GivenMachine,
+    machine: options.GivenMachine,
     over: Annotated[
         list[str] | None,
         typer.Option(help="Axis PATH=FROM:TO:COUNT, PATH=A,B or PATH=-10%:+10%:5; PATH may be speed or pressure."),
@@ -310,19 +291,19 @@ def sweep(
     speed: Annotated[str, typer.Option(help="Shaft speed, where it is not an axis.")] = "0 rpm",
     pressure: Annotated[
         str | None,
-        typer.Option(help="Gauge supply pressure, where it is not an axis.", show_default=f"{SUPPLY}, {FED}"),
+        typer.Option(help="Gauge supply pressure, where it is not an axis.", show_default=f"{SUPPLY}, {options.FED}"),
     ] = None,
     highest_speed: Annotated[
         str | None, typer.Option(help="Speed up to which onset and peak are searched; default by the machine.")
     ] = None,
     *,
-    settings: GridOptions,
+    settings: options.GridOptions,
     run: RunOptions,
-    page: PageOptions,
-    out: Annotated[Path, typer.Option(callback=a_folder, help="Folder; the same sweep in it is continued.")] = Path(
-        "sweep"
-    ),
-    report: WithReport = True,
+    page: options.PageOptions,
+    out: Annotated[
+        Path, typer.Option(callback=options.a_folder, help="Folder; the same sweep in it is continued.")
+    ] = Path("sweep"),
+    report: options.WithReport = True,
 ) -> None:
     """Sweep machine, speed or pressure and find the best points.
 
@@ -336,8 +317,8 @@ def sweep(
     from rotorsim.campaign.store import MANIFEST
 
     chosen = run.settings()
-    point = quantity("speed", speed, "rad/s"), quantity("pressure", pressure or SUPPLY, "Pa")
-    top = None if highest_speed is None else quantity("highest-speed", highest_speed, "rad/s")
+    point = options.quantity("speed", speed, "rad/s"), options.quantity("pressure", pressure or SUPPLY, "Pa")
+    top = None if highest_speed is None else options.quantity("highest-speed", highest_speed, "rad/s")
     defined = make_sweep(plant, over or (), what, *point, top)
     plan_of(defined)
     names = (NETCDF, TABLE, REPORT) if report else (NETCDF, TABLE)
@@ -345,13 +326,13 @@ def sweep(
     with results(out, "sweep", names, again) as folder:
         page.begin(folder / REPORT, again or None)
         if chosen.scheduler is None:
-            note_compiling(plant.assembly, "settle")
+            options.note_compiling(plant.assembly, "settle")
         found, outcome = run_sweep(defined, folder / CAMPAIGN, chosen)
         files = found.write(folder) | {"campaign": str(folder / CAMPAIGN)}
         if report:
-            from rotorsim.report.sweep import write_sweep
+            from rotorsim.report.page import write
 
-            files["report"] = str(write_sweep(found, folder / REPORT))
+            files["report"] = str(write(found, folder / REPORT))
             files |= page.finish(files["report"])
     _print(found, outcome, files, run.as_json)
 
@@ -359,11 +340,11 @@ def sweep(
 def _print(found: SweepResult, outcome: CampaignOutcome, files: dict[str, str], as_json: bool) -> None:
     """Print best points, reasons and files; exit with 130 or 143 where it was stopped."""
     if as_json:
-        print_json(found.numbers() | {"seconds": outcome.seconds, "files": files})
+        options.print_json(found.numbers() | {"seconds": outcome.seconds, "files": files})
     else:
         from rotorsim.report.sweep import best_rows, reason_rows
 
-        console = Console()
+        console = options.Console()
         console.print(_table(("quantity", "best is the", "value", "at"), best_rows(found)))
         if found.reasons:
             console.print(_table(("without a result", "reason", "cells"), reason_rows(found)))

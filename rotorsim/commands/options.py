@@ -277,6 +277,12 @@ class ResultFolder:
         write(path)
         self.files.update({"report": str(path)} | self.options.page.finish(path))
 
+    def write_page_of(self, result: Any) -> None:
+        """Have the page of a result written, its figures and its display too."""
+        from rotorsim.report.page import write
+
+        self.write_page(lambda path: write(result, path))
+
 
 def plant_of(machine: str | Machine, *changes: str) -> Plant:
     """Plant of a machine, machine name or path, with changes PATH=VALUE; raises MachineFileError."""

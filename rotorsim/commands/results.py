@@ -4,8 +4,6 @@ A command names its files. One that is there already is replaced with --force on
 not even then, and the folder of a campaign belongs to the campaign.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -16,20 +14,8 @@ from os.path import lexists
 from pathlib import Path
 from typing import Any
 
+from rotorsim.base import files as disk
 from rotorsim.base.errors import DataError
-from rotorsim.base.files import (
-    GROWING,
-    BusyError,
-    Lock,
-    about_us,
-    finish_sets,
-    left_behind,
-    make_folder,
-    sweep,
-    sweep_locks,
-    write_error,
-    write_json,
-)
 from rotorsim.base.input_files import parse_json
 
 CAMPAIGN = "store.json"
@@ -112,7 +98,7 @@ def study(folder: Path, inputs: Mapping[str, Any]) -> Iterator[None]:
         raise DataError(f"--out: {folder} is there already and is not a study; name another folder")
     with _folder(folder, "", False), _held(path, "--out"):
         _same_study(path, inputs)
-        write_json(path, dict(inputs))
+        disk.write_json(path, dict(inputs))
         try:
             yield
         finally:
@@ -166,15 +152,15 @@ def refuse_replacing(paths: Iterable[Path], force: bool | None, another: str = "
 
 @contextmanager
 def _held(path: Path, another: str) -> Iterator[None]:
-    lock = Lock(path.with_name(f".{path.name[:NAME]}.lock"), about_us(), wait=INSTANT, remove=True)
+    lock = disk.Lock(path.with_name(f".{path.name[:NAME]}.lock"), disk.about_us(), wait=INSTANT, remove=True)
     try:
         lock.__enter__()
-    except BusyError as error:
+    except disk.BusyError as error:
         raise DataError(
             f"{path}: {error.strerror} is writing it; wait for its end or choose another {another}"
         ) from error
     except OSError as error:
-        raise write_error(path, error) from error
+        raise disk.write_error(path, error) from error
     try:
         yield
     finally:
@@ -189,7 +175,7 @@ def _folder(out: Path | None, default: str, force: bool | None) -> Iterator[Path
         folder = _fresh(Path(default))
         missing = [folder]
     try:
-        name_recovered(make_folder(folder))
+        name_recovered(disk.make_folder(folder))
         yield folder
     finally:
         with suppress(OSError):  # not empty
@@ -200,7 +186,7 @@ def _folder(out: Path | None, default: str, force: bool | None) -> Iterator[Path
 def name_recovered(folder: Path) -> None:
     """Recover the records of killed runs in this folder and print their names; remove their other files."""
     tidy(folder)
-    if not left_behind(folder, GROWING):
+    if not disk.left_behind(folder, disk.GROWING):
         return
     from rotorsim.experiments.recording import duration, recover  # brings the plant with it
 
@@ -210,9 +196,9 @@ def name_recovered(folder: Path) -> None:
 
 def tidy(folder: Path) -> None:
     """Complete interrupted file moves of killed processes in a folder; remove their temporary files and locks."""
-    finish_sets(folder)
-    sweep(folder)
-    sweep_locks(folder)
+    disk.finish_sets(folder)
+    disk.sweep(folder)
+    disk.sweep_locks(folder)
 
 
 def _fresh(base: Path) -> Path:
@@ -224,5 +210,5 @@ def _fresh(base: Path) -> Path:
         except FileExistsError:
             name_recovered(folder)
         except OSError as error:
-            raise write_error(folder, error) from error
+            raise disk.write_error(folder, error) from error
     raise DataError(f"{base}: a million results are there; choose another --out")

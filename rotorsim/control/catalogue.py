@@ -1,7 +1,5 @@
 """Catalogue of controller designs: names, presets, and specifications changed by text such as ``weights.k_0=0.7``."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import Field, fields, is_dataclass, replace
 from inspect import signature

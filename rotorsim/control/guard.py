@@ -36,8 +36,6 @@ many each time it fails soon.
 Cites: astrom_1997, page_1954.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,30 +1,13 @@
 """Laws from and for other programs: systems of the package `control`, MATLAB files."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from rotorsim.base import foreign_systems as foreign
 from rotorsim.base.errors import DataError, LawError
-from rotorsim.base.foreign_systems import (
-    DISC,
-    REFERENCES,
-    cells,
-    channel_order,
-    check_channels,
-    check_labels,
-    check_period,
-    check_rest,
-    in_si,
-    matrices,
-    number,
-    read_mat,
-    reorder,
-    texts,
-)
 from rotorsim.base.input_files import parse_json
 from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control.plausibility import Plausibility
@@ -48,12 +31,12 @@ def from_control(kind: Any, system: Any, Ts: float | None, name: str | None, set
     label = name or getattr(system, "name", None) or type(system).__name__
     what = f"law {label}"
     try:
-        check_channels(system, what, DISC, REFERENCES)
-        A, B, C, D, own, _, _ = reorder(matrices(system), DISC, REFERENCES)
+        foreign.check_channels(system, what, foreign.DISC, foreign.REFERENCES)
+        A, B, C, D, own, _, _ = foreign.reorder(foreign.matrices(system), foreign.DISC, foreign.REFERENCES)
         if own == 0 and Ts is not None:
             A, B, C, D = tustin(System(A, B, C, D), Ts)
         elif system.dt is not True or Ts is None:
-            check_period(system, what, Ts or RIG_SAMPLE, len(A), argument=True)
+            foreign.check_period(system, what, Ts or RIG_SAMPLE, len(A), argument=True)
     except np.linalg.LinAlgError as error:
         raise LawError(f"{what}: has a pole at 2/Ts, which Tustin's rule cannot sample; choose another Ts") from error
     except DataError as error:
@@ -77,16 +60,16 @@ def mat_content(law: Any) -> dict[str, Any]:
         content |= {"plausibility": json.dumps(law.plausibility.to_dict())}
     if law.runout is not None:
         content |= {"runout": json.dumps(law.runout.to_dict())}
-    return content | {"InputName": cells(DISC), "OutputName": cells(REFERENCES)}
+    return content | {"InputName": foreign.cells(foreign.DISC), "OutputName": foreign.cells(foreign.REFERENCES)}
 
 
 def from_mat(kind: Any, path: Path) -> Any:
     """Law, of the class `kind`, of a .mat file; raises LawError."""
     try:
-        content = read_mat(path)
+        content = foreign.read_mat(path)
         if content.get("kind", "law") != "law":
             raise DataError(f"is a {content['kind']} model; give a control law, or design one on it")
-        Ts = number(content, "Ts", 0.0)
+        Ts = foreign.number(content, "Ts", 0.0)
         if Ts == 0:
             raise DataError(f"is continuous, Ts = 0; sample it in MATLAB: sys = c2d(sys, {RIG_SAMPLE:g}, 'tustin')")
         return _of_content(kind, path.stem, content, Ts)
@@ -99,10 +82,10 @@ def from_mat(kind: Any, path: Path) -> Any:
 def _ordered(content: dict[str, Any], table: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Matrices with the channels in the order x, y where the file names them otherwise; raises DataError."""
     orders = []
-    for key, names in (("InputName", DISC), ("OutputName", REFERENCES)):
-        labels = texts(content, key, names)
-        check_labels(labels, names, key)
-        orders.append(channel_order(labels, names))
+    for key, names in (("InputName", foreign.DISC), ("OutputName", foreign.REFERENCES)):
+        labels = foreign.texts(content, key, names)
+        foreign.check_labels(labels, names, key)
+        orders.append(foreign.channel_order(labels, names))
     into, out = orders
     if orders == [[0, 1], [0, 1]]:
         return table
@@ -114,18 +97,18 @@ def _of_content(kind: Any, name: str, content: dict[str, Any], Ts: float) -> Any
     speeds, pressures = (np.ravel(content.get(key, 0.0)) for key in ("speeds", "pressures"))
     n = len(content["A"])
     table = {"W": np.zeros((n, 2, speeds.size, pressures.size))} | {k: content[k] for k in MATRICES if k in content}
-    check_rest(content, MAT_READ)
+    foreign.check_rest(content, MAT_READ)
     B, C, D = (np.asarray(table[letter], float) for letter in "BCD")
-    table |= dict(zip("BCD", in_si(content, B, C, D, "m", "V"), strict=True))
+    table |= dict(zip("BCD", foreign.in_si(content, B, C, D, "m", "V"), strict=True))
     table = _ordered(content, table)
     stacked = {}
     for letter, M in table.items():
         full = np.asarray(M, float).reshape(M.shape[0], M.shape[1], *M.shape[2:], *(1,) * (4 - M.ndim))
         stacked[letter] = full.transpose(2, 3, 0, 1)
     chosen: dict[str, Any] = dict(DEFAULTS)
-    chosen |= {key: number(content, key, np.nan) for key in MAT_SETTINGS if key in content}
+    chosen |= {key: foreign.number(content, key, np.nan) for key in MAT_SETTINGS if key in content}
     chosen |= {} if "refresh" not in chosen else {"refresh": int(chosen["refresh"])}
-    centre, gamma = np.ravel(content.get("centre", ())), number(content, "gamma", np.nan)
+    centre, gamma = np.ravel(content.get("centre", ())), foreign.number(content, "gamma", np.nan)
     chosen |= {"centre": tuple(map(float, centre)) if centre.size == 2 else None}
     chosen |= {"bias": tuple(map(float, np.ravel(content["bias"])))} if "bias" in content else {}
     chosen |= {"gamma": None if np.isnan(gamma) else gamma, "about": parse_json(content.get("about", "{}"))}

@@ -7,8 +7,6 @@ Variants (thesis section 3.2.5) have zero DC gain, or a constant reference of th
 Cites: thesis.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any

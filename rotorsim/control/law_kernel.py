@@ -10,8 +10,6 @@ not reach the equation, see `rotorsim.control.guard`.
 Cites: astrom_1997.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

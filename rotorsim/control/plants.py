@@ -17,8 +17,6 @@ the modes raises the gain at rest by as much. Laws are checked against the whole
 Cites: skogestad_2005.
 """
 
-from __future__ import annotations
-
 import warnings
 
 import numpy as np

@@ -15,8 +15,6 @@ Bode's integral holds for these loops (Sung and Hara 1988).
 Cites: seiler_2020, sung_1988, thesis.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -218,9 +218,8 @@ def run(
     time = np.concatenate([time for time, _ in blocks])
     if len(time) < FEWEST:
         raise LimitError(f"{experiment.name}: {ended}; too little was simulated to keep")
-    attrs = plant.provenance(seed) | _attrs(plant, experiment) | {"ended": ended} | simulation.counters
-    attrs |= beyond_attrs(plant.assembly, values["speed"], experiment.initial()[1])
-    attrs |= alarms_of(getattr(experiment, "controller", None))
+    attrs = plant.provenance(seed) | _attrs(plant, experiment) | {"ended": ended}
+    attrs |= end_attrs(simulation, experiment, values["speed"])
     return make_record(time, values, attrs, probe_coordinates(plant.machine), plant.machine.film_names)
 
 
@@ -306,9 +305,15 @@ def stream(
         ended = error.reason if isinstance(error, WriteError) else str(error)
     if file.samples:
         _snapshot(file, simulation)
-    notes = simulation.counters | beyond_attrs(simulation.assembly, speeds, experiment.initial()[1])
-    file.note(ended=ended, **notes, **alarms_of(getattr(experiment, "controller", None)))
+    file.note(ended=ended, **end_attrs(simulation, experiment, speeds))
     return Outcome(file.samples, wanted, ended, simulation.counters, Ts=experiment.Ts)
+
+
+def end_attrs(simulation: Simulation, experiment: Experiment, speeds: np.ndarray) -> dict[str, Any]:
+    """Attributes of a record that follow from the run: the solver's, bounds that were passed, a controller's alarms."""
+    found = simulation.counters | beyond_attrs(simulation.assembly, speeds, experiment.initial()[1])
+    controller = getattr(experiment, "controller", None)
+    return found if controller is None else found | alarms_of(controller)
 
 
 def _attrs(plant: Plant, experiment: Experiment) -> dict[str, Any]:
@@ -339,8 +344,8 @@ def begin(plant: Plant, experiment: Experiment, seed: int) -> Simulation:
     if (position := getattr(experiment, "position", None)) is not None:
         simulation.strike_at(position)
     check_begin(simulation)
-    controller: Any = getattr(experiment, "controller", None)
-    call(controller, "check_machine", plant.machine.name)
+    if (controller := getattr(experiment, "controller", None)) is not None:
+        call(controller, "check_machine", plant.machine.name)
     return simulation
 
 

@@ -19,8 +19,6 @@ modes beyond `FAST` are taken to follow at once.
 Cites: astrom_1997.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -15,8 +15,6 @@ The eigenvalues are those of the open loop, at the present operating point and e
 Cites: juang_1985.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

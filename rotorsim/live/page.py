@@ -1,7 +1,5 @@
 """Page of the live rig: a column of controls and the views that `web/views.js` draws; all windows operate one rig."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import count, groupby
 from pathlib import Path

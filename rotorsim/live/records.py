@@ -1,7 +1,5 @@
 """Records of a live rig: recording with film pressures and all settings, and the replay in the views of the rig."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

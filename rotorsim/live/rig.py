@@ -5,8 +5,6 @@ not fit is refused, a step without solution stops the plant until it is reset; `
 holds a speed with limited acceleration; the hammer exerts half-sine forces on the disc with an exact impulse.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

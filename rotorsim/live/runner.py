@@ -5,8 +5,6 @@ length and act between two blocks of samples, at most 10 ms apart. Of each kind 
 is answered.
 """
 
-from __future__ import annotations
-
 import queue
 import threading
 import time

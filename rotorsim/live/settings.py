@@ -3,8 +3,6 @@
 A parameter is changed while the plant runs: it is written into the parameter record with all that follows from it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from contextlib import suppress

@@ -163,12 +163,7 @@ def si_numbers(machine: Machine) -> dict[str, Any]:
     'dtu_gas_bearing'
     """
     effects = {name: [asdict(effect) for effect in effects] for name, effects in machine.effects.items()}
-    return {
-        **machine.model_dump(exclude={"effects"}),
-        "effects": effects,
-        "mass": machine.mass,
-        "hash": machine.hash,
-    }
+    return {**machine.model_dump(exclude={"effects"}), "effects": effects, "mass": machine.mass, "hash": machine.hash}
 
 
 def rows(part: Any, path: str = "") -> Iterator[tuple[str, str, str]]:

@@ -14,20 +14,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rotorsim.base import foreign_systems as foreign
 from rotorsim.base.errors import ControllerError, DataError
-from rotorsim.base.foreign_systems import (
-    DISC,
-    REFERENCES,
-    channel_order,
-    check_channels,
-    check_period,
-    check_runs,
-    control_package,
-    is_control_system,
-    is_linear,
-    matrices,
-    period,
-)
 from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.kernels import layout
@@ -168,9 +156,9 @@ def _short(given: Any) -> str:
     return " ".join(repr(given).split())[:60]
 
 
-MEASURED = DISC
+MEASURED = foreign.DISC
 SCHEDULED = (*MEASURED, "speed", "pressure")
-INPUTS = ("speed", "supply_pressure", *REFERENCES, "disc_force_x", "disc_force_y")
+INPUTS = ("speed", "supply_pressure", *foreign.REFERENCES, "disc_force_x", "disc_force_y")
 """Inputs of the plant as a system: shaft speed at a sample's end [rad/s], gauge pressure [Pa], V, N."""
 
 
@@ -191,18 +179,18 @@ class SystemController:
         self.scheduled = system.ninputs == len(SCHEDULED)
         seen = SCHEDULED if self.scheduled else MEASURED
         try:
-            check_channels(system, what, seen, REFERENCES)
-            check_runs(system, what)
-            self.matrices = matrices(system) if is_linear(system) else None
+            foreign.check_channels(system, what, seen, foreign.REFERENCES)
+            foreign.check_runs(system, what)
+            self.matrices = foreign.matrices(system) if foreign.is_linear(system) else None
             self.order = int(system.nstates or 0) if self.matrices is None else len(self.matrices.A)
-            self.Ts = (period(system) or RIG_SAMPLE) if Ts is None else Ts
-            check_period(system, what, self.Ts, self.order)
+            self.Ts = (foreign.period(system) or RIG_SAMPLE) if Ts is None else Ts
+            foreign.check_period(system, what, self.Ts, self.order)
         except ControllerError:
             raise
         except DataError as error:
             raise ControllerError(str(error)) from error
-        self.inputs = channel_order(system.input_labels, seen)
-        self.outputs = channel_order(system.output_labels, REFERENCES)
+        self.inputs = foreign.channel_order(system.input_labels, seen)
+        self.outputs = foreign.channel_order(system.output_labels, foreign.REFERENCES)
         self.system = system
         self.centre = np.array(centre, float)
         self.reset()
@@ -250,7 +238,7 @@ def as_controller(given: Any, centre: Callable[[], ArrayLike], Ts: float | None 
     `centre` gives the equilibrium (2,) [m] that a system's displacements are counted from, `Ts` [s] the sampling time
     that a system must have; any where it is not given. Raises ControllerError.
     """
-    if is_control_system(given):
+    if foreign.is_control_system(given):
         return SystemController(given, centre(), Ts)
     if is_function(given):
         return FunctionController(given)
@@ -287,7 +275,7 @@ def plant_system(simulation: Simulation) -> Any:
     Its states are the plant's whole flat vector; `initial` has those of now. Raises DataError for states of zero,
     which the package takes where it is given none.
     """
-    control = control_package()
+    control = foreign.control_package()
     start, name = simulation.save(), simulation.assembly.machine.name
     kept: dict[str, Any] = {"x": None}
 

@@ -2,9 +2,6 @@ from .comparison import (
     compare_results as compare_results,
     overlay as overlay,
     result_rows as result_rows,
-    write_balance as write_balance,
-    write_result_comparison as write_result_comparison,
-    write_run_comparison as write_run_comparison,
 )
 from .control import write_design as write_design
 from .figure_files import save_figures as save_figures, save_png as save_png
@@ -15,10 +12,7 @@ from .linear import (
     sag as sag,
     shaft_campbell as shaft_campbell,
     unbalance_response as unbalance_response,
-    write_campbell as write_campbell,
-    write_response as write_response,
 )
-from .operating_map import save_map_page as save_map_page
 from .orbit import (
     centreline as centreline,
     filtered_orbits as filtered_orbits,
@@ -50,7 +44,7 @@ from .scenes import (
     show_modes as show_modes,
     whirl_orbits as whirl_orbits,
 )
-from .sweep import sweep_figure as sweep_figure, write_sweep as write_sweep
+from .sweep import sweep_figure as sweep_figure
 from .time_history import (
     against_time as against_time,
     deceleration_curve as deceleration_curve,

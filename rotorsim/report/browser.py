@@ -1,7 +1,5 @@
 """Browsers of this computer: the user's own shows pages, one of the Chrome family draws PNG and SVG."""
 
-from __future__ import annotations
-
 import base64
 import json
 import os

@@ -3,10 +3,7 @@
 The page of a balancing compares unbalance, estimated and known, and vectors before and after the correction weights.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,21 +17,7 @@ from rotorsim.balance import Assessment, Conditions, Correction, LeftOut
 from rotorsim.balance.unbalance import estimate_table, result_rows as balance_rows
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import TO_HZ, TO_MPA, TO_RPM, TO_UM
-from rotorsim.report.page import (
-    FAINTEST,
-    INK,
-    NEUTRAL,
-    PIN_COLOURS,
-    Block,
-    Page,
-    compact,
-    curve,
-    next_to,
-    phase_axes,
-    phase_lag,
-    style,
-    write_page,
-)
+from rotorsim.report import page
 from rotorsim.report.units import quantity
 from rotorsim.signals.orders import RunComparison
 
@@ -86,8 +69,8 @@ def common_kind(results: Results) -> str:
 
 def line_look(number: int, name: str) -> dict[str, Any]:
     """Look of the curves of a run or result by its number and name."""
-    return {"colour": PIN_COLOURS[number % len(PIN_COLOURS)], "width": 2, "dash": DASHES[number % len(DASHES)],
-            "digits": 6, "name": name, "legendgroup": name}  # fmt: skip
+    colour, dash = page.PIN_COLOURS[number % len(page.PIN_COLOURS)], DASHES[number % len(DASHES)]
+    return {"colour": colour, "width": 2, "dash": dash, "digits": 6, "name": name, "legendgroup": name}
 
 
 def _responses(results: Results) -> go.Figure:
@@ -96,15 +79,15 @@ def _responses(results: Results) -> go.Figure:
     for number, (name, found) in enumerate(results.items()):
         one = found.isel(place=0)
         x = one["response_re"].sel(axis="x").values + 1j * one["response_im"].sel(axis="x").values
-        speed, lag = found["speed"].values, phase_lag(x)
+        speed, lag = found["speed"].values, page.phase_lag(x)
         first = first or (lag, speed)
         rpm, look = speed * TO_RPM, line_look(number, name)
-        figure.add_trace(curve(rpm, one["major"].values * TO_UM, **look), 1, 1)
-        figure.add_trace(curve(rpm, next_to(lag, speed, *first), showlegend=False, **look), 2, 1)
+        figure.add_trace(page.curve(rpm, one["major"].values * TO_UM, **look), 1, 1)
+        figure.add_trace(page.curve(rpm, page.next_to(lag, speed, *first), showlegend=False, **look), 2, 1)
     figure.update_yaxes(title_text="major half axis [µm 0-pk]", rangemode="tozero", row=1, col=1)
-    phase_axes(figure, 2, "phase lag of x")
+    page.phase_axes(figure, 2, "phase lag of x")
     figure.update_xaxes(title_text="speed [rpm]", row=2, col=1)
-    return style(figure, 560)
+    return page.style(figure, 560)
 
 
 def _campbells(results: Results) -> go.Figure:
@@ -113,33 +96,36 @@ def _campbells(results: Results) -> go.Figure:
         speed, look = found["speed"].values * TO_RPM, line_look(number, name)
         for k in range(found.sizes["branch"]):
             one = found.isel(branch=k)
-            figure.add_trace(curve(speed, one["wn"].values * TO_HZ, showlegend=k == 0, **look), 1, 1)
-            figure.add_trace(curve(speed, one["log_dec"].values, showlegend=False, **look), 2, 1)
+            figure.add_trace(page.curve(speed, one["wn"].values * TO_HZ, showlegend=k == 0, **look), 1, 1)
+            figure.add_trace(page.curve(speed, one["log_dec"].values, showlegend=False, **look), 2, 1)
     longest = max(results.values(), key=lambda found: float(found["speed"].max()))["speed"].values
-    figure.add_trace(curve(longest * TO_RPM, longest * TO_HZ, INK, "1X", 1, "dash", 6, hoverinfo="skip"), 1, 1)
+    figure.add_trace(
+        page.curve(longest * TO_RPM, longest * TO_HZ, page.INK, "1X", 1, "dash", 6, hoverinfo="skip"), 1, 1
+    )
     top = max(float(np.nanmax(found["wn"].values)) for found in results.values()) * TO_HZ
     figure.update_yaxes(title_text="natural frequency [Hz]", range=[0, 1.05 * top], row=1, col=1)
     figure.update_yaxes(title_text="log. decrement", row=2, col=1)
     figure.update_xaxes(title_text="speed [rpm]", row=2, col=1)
-    return style(figure, 640)
+    return page.style(figure, 640)
 
 
 def _maps(results: Results) -> go.Figure:
     pressures = sorted({round(float(p), 3) for found in results.values() for p in found["pressure"].values})
     figure = go.Figure()
     for number, (name, found) in enumerate(results.items()):
-        speed = compact(found["speed"].values * TO_RPM, 6)
+        speed = page.compact(found["speed"].values * TO_RPM, 6)
         for one in (found.isel(pressure=k) for k in range(found.sizes["pressure"])):
             at = pressures.index(round(float(one["pressure"]), 3))
             figure.add_scatter(
-                x=speed, y=compact(one["zeta_least"].values), mode="lines+markers", legendgroup=name,
+                x=speed, y=page.compact(one["zeta_least"].values), mode="lines+markers", legendgroup=name,
                 name=f"{name}, {quantity(float(one['pressure']) * TO_MPA, 'MPa')}",
-                line={"color": PIN_COLOURS[number % len(PIN_COLOURS)], "width": 2, "dash": DASHES[at % len(DASHES)]},
+                line={"color": page.PIN_COLOURS[number % len(page.PIN_COLOURS)], "width": 2,
+                      "dash": DASHES[at % len(DASHES)]},
             )  # fmt: skip
-    figure.add_hline(y=0, line={"color": INK, "width": 1})
+    figure.add_hline(y=0, line={"color": page.INK, "width": 1})
     figure.update_xaxes(title_text="speed [rpm]")
     figure.update_yaxes(title_text="least damping ratio")
-    return style(figure, 480)
+    return page.style(figure, 480)
 
 
 FIGURES: dict[str, Callable[[Results], go.Figure]] = {"response": _responses, "campbell": _campbells, "map": _maps}
@@ -197,31 +183,15 @@ ROWS: dict[str, Callable[[xr.Dataset], Iterator[Row]]] = {"response": _peak, "ca
 """Key figures of a result of each kind."""
 
 
-def write_result_comparison(
-    results: Results, path: str | Path, units: str = "metric", figures: str | None = None
-) -> Path:
-    """Write the page; raises DataError for results of several kinds, WriteError where it cannot be written.
-
-    `units` and `figures` as for `write_report`.
-
-    Examples
-    --------
-    >>> import rotorsim as rs
-    >>> found = rs.analysis.unbalance_response(plant, [200.0, 300.0, 400.0], 0.5e6)
-    >>> rs.report.write_result_comparison({"before": found, "after": found}, "two.html").name
-    'two.html'
-    """
-    return write_page(lambda: result_comparison_page(results), path, units, figures)
-
-
-def result_comparison_page(results: Results) -> Page:
+@page.page_of(dict)
+def result_comparison_page(results: Results) -> page.Page:
     """Page of results of one kind in one figure, with their key figures."""
     kind, rows = common_kind(results), result_rows(results)
     heads = tuple(dict.fromkeys(key for row in rows for key in row))
     table = [tuple(_text(row.get(key)) for key in heads) for row in rows]
     names = " and ".join(results)
-    blocks = [Block(ABOUT[kind], "", figure=compare_results(results)), Block("Key figures", "", heads, table)]
-    return Page(f"Comparison: {names}", f"{ABOUT[kind]} of {names}.", blocks)
+    blocks = [page.Block(ABOUT[kind], "", figure=compare_results(results)), page.Block("Key figures", "", heads, table)]
+    return page.Page(f"Comparison: {names}", f"{ABOUT[kind]} of {names}.", blocks)
 
 
 def _text(value: object) -> str:
@@ -249,15 +219,15 @@ def overlay(found: RunComparison) -> go.Figure:
             if axis not in tracked["axis"].values:
                 continue
             a = tracked["amplitude"].sel(order=found.order, axis=axis).values
-            speed, lag = tracked["speed"].values, phase_lag(a, FAINTEST * float(np.abs(a).max(initial=0.0)))
-            lag = next_to(lag, speed, *lags.setdefault(axis, (lag, speed)))
+            speed, lag = tracked["speed"].values, page.phase_lag(a, page.FAINTEST * float(np.abs(a).max(initial=0.0)))
+            lag = page.next_to(lag, speed, *lags.setdefault(axis, (lag, speed)))
             rpm = speed * TO_RPM
-            figure.add_trace(curve(rpm, np.abs(a) * TO_UM, showlegend=column == 1, **look), 1, column)
-            figure.add_trace(curve(rpm, lag, showlegend=False, **look), 2, column)
+            figure.add_trace(page.curve(rpm, np.abs(a) * TO_UM, showlegend=column == 1, **look), 1, column)
+            figure.add_trace(page.curve(rpm, lag, showlegend=False, **look), 2, column)
     figure.update_xaxes(title_text="speed [rpm]", row=2)
     figure.update_yaxes(title_text="amplitude [µm 0-pk]", row=1, col=1)
-    phase_axes(figure, 2)
-    return style(figure, 560)
+    page.phase_axes(figure, 2)
+    return page.style(figure, 560)
 
 
 def peak_rows(found: RunComparison) -> list[tuple[str, ...]]:
@@ -274,72 +244,42 @@ def _percent(peak: dict[str, object], key: str) -> str:
     return f"{100 * value:+.1f} %" if isinstance(value, float) else ""
 
 
-def write_run_comparison(
-    found: RunComparison, path: str | Path, units: str = "metric", figures: str | None = None
-) -> Path:
-    """Write the page; raises WriteError where it cannot be written.
-
-    `units` and `figures` as for `write_report`.
-
-    Examples
-    --------
-    >>> import rotorsim as rs
-    >>> found = rs.signals.compare_runs({"once": runup, "twice": runup})
-    >>> rs.report.write_run_comparison(found, "comparison.html").name
-    'comparison.html'
-    """
-    return write_page(lambda: run_comparison_page(found), path, units, figures)
-
-
-def run_comparison_page(found: RunComparison) -> Page:
+@page.page_of(RunComparison)
+def run_comparison_page(found: RunComparison) -> page.Page:
     """Page of an order of several runs, side by side."""
     names = " and ".join(found.tracked)
     about = "Amplitudes are 0-pk; a phase is a lag." + (f" Note: {found.mixed}." if found.mixed else "")
     blocks = [
-        Block(f"{found.order}X over the speed", about, figure=overlay(found)),
-        Block("Peaks", "Against the nearest peak of the first run.", HEADS, peak_rows(found)),
+        page.Block(f"{found.order}X over the speed", about, figure=overlay(found)),
+        page.Block("Peaks", "Against the nearest peak of the first run.", HEADS, peak_rows(found)),
     ]
-    return Page(f"Comparison of runs: {names}", f"{names}: {found.order}X, side by side.", blocks)
+    return page.Page(f"Comparison of runs: {names}", f"{names}: {found.order}X, side by side.", blocks)
 
 
 G_MM = 1e6
 """g mm in a kg m."""
 
 
-def write_balance(found: Assessment, path: str | Path, units: str = "metric", figures: str | None = None) -> Path:
-    """Write the page of a balancing; raises WriteError where it cannot be written.
-
-    `units` and `figures` as for `write_report`.
-
-    Examples
-    --------
-    >>> import rotorsim as rs
-    >>> found = rs.balance.assess("bently_rk4", conditions)
-    >>> rs.report.write_balance(found, "balance.html").name
-    'balance.html'
-    """
-    return write_page(lambda: balance_page(found), path, units, figures)
-
-
-def balance_page(found: Assessment) -> Page:
+@page.page_of(Assessment)
+def balance_page(found: Assessment) -> page.Page:
     """Page of a balancing."""
     tests, fix = found.tests, found.correction
-    blocks = [Block("Results", "Unbalances are in g mm.", ("quantity", "value"), balance_rows(found))]
+    blocks = [page.Block("Results", "Unbalances are in g mm.", ("quantity", "value"), balance_rows(found))]
     if tests:
         blocks.append(
-            Block("Every label estimated from the others", "Lines lead from the known unbalance to the estimate.",
+            page.Block("Every label estimated from the others", "Lines lead from the known unbalance to the estimate.",
                   figure=left_out_figure(tests, found.conditions))
         )  # fmt: skip
     if fix is not None:
         blocks.append(
-            Block("1X vectors before and after the correction weights", "After: predicted, not measured.",
+            page.Block("1X vectors before and after the correction weights", "After: predicted, not measured.",
                   figure=correction_figure(fix, found.conditions))
         )  # fmt: skip
     if found.estimates:
         heads, rows = estimate_table(found)
         text = f"Estimated by {found.method}; sd is the standard deviation of either component."
-        blocks.append(Block("Unbalance of the records without a label", text, heads, rows))
-    return Page("Balancing", "Unbalance from measured 1X vectors.", blocks)
+        blocks.append(page.Block("Unbalance of the records without a label", text, heads, rows))
+    return page.Page("Balancing", "Unbalance from measured 1X vectors.", blocks)
 
 
 def left_out_figure(tests: Mapping[str, LeftOut], conditions: Conditions) -> go.Figure:
@@ -352,20 +292,21 @@ def left_out_figure(tests: Mapping[str, LeftOut], conditions: Conditions) -> go.
         for k in range(len(names)):
             truth, found = test.truth[:, k] * G_MM, test.estimates[:, k] * G_MM
             lines = np.stack([truth, found, np.full(len(truth), np.nan)], axis=1).ravel()
-            figure.add_trace(curve(lines.real, lines.imag, INK, width=1, hoverinfo="skip", showlegend=False),
+            figure.add_trace(page.curve(lines.real, lines.imag, page.INK, width=1, hoverinfo="skip", showlegend=False),
                              row, k + 1)  # fmt: skip
             for values, name, colour, symbol in (
-                (truth, "known", NEUTRAL, "circle-open"), (found, "estimated", PIN_COLOURS[1], "x-thin-open"),
+                (truth, "known", page.NEUTRAL, "circle-open"), (found, "estimated", page.PIN_COLOURS[1], "x-thin-open"),
             ):  # fmt: skip
-                figure.add_trace(go.Scatter(x=compact(values.real), y=compact(values.imag), mode="markers", name=name,
-                                            text=list(test.labels), legendgroup=name, showlegend=row == 1 and k == 0,
+                figure.add_trace(go.Scatter(x=page.compact(values.real), y=page.compact(values.imag), mode="markers",
+                                            name=name, text=list(test.labels), legendgroup=name,
+                                            showlegend=row == 1 and k == 0,
                                             marker={"color": colour, "symbol": symbol, "size": 8}),
                                  row, k + 1)  # fmt: skip
     figure.update_xaxes(title_text="at 0 deg [g mm]")
     figure.update_yaxes(title_text="at 90 deg [g mm]", col=1)
     for x, y in zip(figure.select_xaxes(), figure.select_yaxes(), strict=True):  # a degree is a degree in every panel
         y.update(scaleanchor=x.plotly_name.replace("axis", ""))
-    return style(figure, 460 * len(tests))
+    return page.style(figure, 460 * len(tests))
 
 
 def correction_figure(fix: Correction, conditions: Conditions) -> go.Figure:
@@ -373,9 +314,9 @@ def correction_figure(fix: Correction, conditions: Conditions) -> go.Figure:
     figure = go.Figure()
     names = [f"{r.name} {s}".strip() for s in conditions.speeds for r in conditions.readings]
     for values, name, colour in (
-        (fix.before, "before", PIN_COLOURS[0]),
-        (fix.after, "after, predicted", PIN_COLOURS[1]),
+        (fix.before, "before", page.PIN_COLOURS[0]),
+        (fix.after, "after, predicted", page.PIN_COLOURS[1]),
     ):
-        figure.add_trace(go.Bar(x=names, y=compact(np.abs(values) * TO_UM), name=name, marker_color=colour))
+        figure.add_trace(go.Bar(x=names, y=page.compact(np.abs(values) * TO_UM), name=name, marker_color=colour))
     figure.update_yaxes(title_text="1X [µm 0-pk]")
-    return style(figure, 380)
+    return page.style(figure, 380)

@@ -1,7 +1,5 @@
 """Figures of identified models, and pages of a control law: its design on such a model, its verification."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, is_dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Page of a diagnosis for readers new to the method; its first screen has verdict, place, next step and gap."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from textwrap import wrap
 from typing import Any

@@ -6,8 +6,6 @@ curves and other texts are made in the units of the page. Figures are converted 
 of its caller or of a file, which nothing can draw again.
 """
 
-from __future__ import annotations
-
 import base64
 import csv
 import io

@@ -1,7 +1,5 @@
 """Pressure of the gas films: where gas enters, unrolled maps of the snapshots, and a surface round the journal."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,8 +1,5 @@
 """Linear analyses over speed: Campbell diagram, critical speeds, unbalance response, sag; figures and pages."""
 
-from __future__ import annotations
-
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,14 +19,16 @@ from rotorsim.report.page import (
     compact,
     curve,
     machine_entry,
+    page_of,
     phase_axes,
     phase_lag,
     style,
-    write_page,
 )
 from rotorsim.report.units import quantity
 
 SYMBOLS = {"forward": "triangle-up", "backward": "triangle-down", "mixed": "circle", "": "circle"}
+UNDAMPED = "undamped_critical_speed"
+"""Variable of undamped critical speeds [rad/s] over the bearings' stiffness, in a result with a critical speed map."""
 ROWS = 60
 """Rows of a table, at most."""
 
@@ -106,28 +105,9 @@ def critical_speed_map(found: xr.Dataset) -> go.Figure:
     return style(figure, 460)
 
 
-def write_campbell(
-    found: xr.Dataset,
-    path: str | Path,
-    stiffness: xr.Dataset | None = None,
-    units: str = "metric",
-    figures: str | None = None,
-) -> Path:
-    """Write the page of a Campbell diagram, with a critical speed map over the bearings' stiffness where it is given.
-
-    `units` and `figures` as for `write_report`.
-
-    Examples
-    --------
-    >>> import rotorsim as rs
-    >>> found = rs.analysis.campbell(rs.Plant("plain_rotor"), [0.0, 100.0, 200.0], modes=4)
-    >>> page = rs.report.write_campbell(found, "campbell.html")
-    """
-    return write_page(lambda: campbell_page(found, stiffness), path, units, figures)
-
-
-def campbell_page(found: xr.Dataset, stiffness: xr.Dataset | None) -> Page:
-    """Page of a Campbell diagram with critical speeds, and a critical speed map where `stiffness` is given."""
+@page_of(xr.Dataset, "campbell")
+def campbell_page(found: xr.Dataset) -> Page:
+    """Page of a Campbell diagram with critical speeds, and the undamped ones over the bearings' stiffness if known."""
     text = (
         "Triangles up whirl forward at the measuring plane, down backward. Rings mark critical speeds. Lines end where "
         "a mode leaves the region that is searched or the film does not carry."
@@ -140,9 +120,10 @@ def campbell_page(found: xr.Dataset, stiffness: xr.Dataset | None) -> Page:
         Block("Critical speeds", sure, orders, criticals(found)),
         Block("Modes at the ends", "", ends, _ends(found)),
     ]
-    if stiffness is not None:
+    if UNDAMPED in found:
         text = "Undamped, of the rotor on bearings of one stiffness each; films are springs here."
-        blocks.append(Block("Critical speeds over the bearings' stiffness", text, figure=critical_speed_map(stiffness)))
+        undamped = critical_speed_map(found[[UNDAMPED]].rename({UNDAMPED: "wn"}))
+        blocks.append(Block("Critical speeds over the bearings' stiffness", text, figure=undamped))
     return Page(
         f"{machine_entry(found.attrs)}: Campbell diagram",
         f"{at(found)} The lowest modes of the region.{warned(found)}",
@@ -227,20 +208,7 @@ def distinct(found: xr.Dataset) -> list[str]:
     return list(names.values())
 
 
-def write_response(found: xr.Dataset, path: str | Path, units: str = "metric", figures: str | None = None) -> Path:
-    """Write the page of an unbalance response; raises WriteError where it cannot be written.
-
-    `units` and `figures` as for `write_report`.
-
-    Examples
-    --------
-    >>> import rotorsim as rs
-    >>> found = rs.analysis.unbalance_response(plant, [200.0, 300.0, 400.0], 0.5e6)
-    >>> page = rs.report.write_response(found, "response.html")
-    """
-    return write_page(lambda: response_page(found), path, units, figures)
-
-
+@page_of(xr.Dataset, "response")
 def response_page(found: xr.Dataset) -> Page:
     """Page of an unbalance response over speed."""
     about = f"Unbalance: {found.attrs['unbalance']}. {at(found)} Linear about the equilibrium of each speed."

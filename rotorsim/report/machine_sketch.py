@@ -4,8 +4,6 @@ Lengths along the shaft are to scale. Radii have a scale of their own; those of 
 the mass and inertia of the machine file.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from math import sin, sqrt

@@ -1,9 +1,5 @@
 """Operating map: what is safe, Campbell diagram, whirl onset and lift-off, film coefficients; its page."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
@@ -11,7 +7,7 @@ from plotly.subplots import make_subplots
 
 from rotorsim.base.rounding import whirl_sense
 from rotorsim.base.units import TO_HZ, TO_MPA, TO_RPM, TO_UM
-from rotorsim.report.page import INK, PIN_COLOURS, Block, Page, compact, curve, faint, machine_entry, style, write_page
+from rotorsim.report.page import INK, PIN_COLOURS, Block, Page, compact, curve, faint, machine_entry, page_of, style
 from rotorsim.report.units import quantity
 
 UNSAFE, UNKNOWN = "#7a3b3b", "#5f6b73"
@@ -44,20 +40,7 @@ CONTOURS: tuple[Panel, ...] = (
 )
 
 
-def save_map_page(found: xr.Dataset, path: str | Path, units: str = "metric", figures: str | None = None) -> None:
-    """Write the page; of further axes the first value is drawn. Raises DataError where it cannot be written.
-
-    `units` and `figures` as for `write_report`.
-
-    Examples
-    --------
-    >>> import rotorsim as rs
-    >>> found = rs.analysis.map_machine(plant, [0.0, 300.0], [0.4e6, 0.5e6], workers=1)
-    >>> rs.report.save_map_page(found, "map.html")
-    """
-    write_page(lambda: map_page(found), path, units, figures)
-
-
+@page_of(xr.Dataset, "map")
 def map_page(found: xr.Dataset) -> Page:
     """Page of an operating map; of further axes the first value is drawn."""
     return Page(f"{machine_entry(found.attrs)}: operating map", _about(found), blocks(plane(found)))

@@ -3,8 +3,6 @@
 Also what an orbit does over the speed: vectors of the orders in a polar diagram, the centreline of the shaft.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

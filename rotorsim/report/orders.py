@@ -1,7 +1,5 @@
 """Orders and spectra: Bode plot, waterfall, full spectrum; at one speed spectra, noise of the sensors and runout."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

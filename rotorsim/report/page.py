@@ -16,7 +16,7 @@ from functools import cache
 from importlib.resources import files
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import plotly.graph_objects as go
@@ -29,12 +29,6 @@ from rotorsim.base.input_files import parse_toml
 from rotorsim.base.public import Registry
 from rotorsim.report.figure_files import BEGIN, END, check_kind, imperial_figure, write_figures
 from rotorsim.report.units import check_units, in_shown_units, is_imperial, label, micrometres, page_system, unit_in
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from rotorsim.discrepancy import Diagnosis
-    from rotorsim.verify import Verification
 
 AXIS_COLOURS = {"x": "#0072B2", "y": "#D55E00"}
 NEUTRAL, INK, GRID = "#009E73", "#24303c", "#e4e8ec"
@@ -224,17 +218,20 @@ class Page:
 
 
 RESULT_PAGES = Registry[tuple[type, Callable[[Any], Page]]](
-    {"Dataset": "rotorsim.report.record", "Diagnosis": "rotorsim.report.diagnosis",
-     "Verification": "rotorsim.report.control"}
+    {name: f"rotorsim.report.{chapter}" for name, chapter in {
+        "Dataset": "record", "Diagnosis": "diagnosis", "Verification": "control", "SweepResult": "sweep",
+        "map": "operating_map", "campbell": "linear", "response": "linear", "dict": "comparison",
+        "RunComparison": "comparison", "Assessment": "comparison",
+    }.items()}
 )  # fmt: skip
-"""Types of results with the makers of their pages, by the name of the type."""
+"""Types of results with the makers of their pages, by the name of the type; datasets by their attribute `kind` too."""
 
 
-def page_of(kind: type) -> Callable[[Maker], Maker]:
+def page_of(kind: type, name: str = "") -> Callable[[Maker], Maker]:
     """Decorator that registers the maker of the page of a type of result, for `rotorsim.report.write`."""
 
     def register(make: Maker) -> Maker:
-        RESULT_PAGES[kind.__name__] = kind, make
+        RESULT_PAGES[name or kind.__name__] = kind, make
         return make
 
     return register
@@ -337,10 +334,11 @@ def write_page(
     return path
 
 
-def write(
-    result: Diagnosis | Verification | xr.Dataset, path: str | Path, units: str = "metric", figures: str | None = None
-) -> Path:
-    """Write the HTML report of a diagnosis, a verification or a record, complete or not at all.
+def write(result: Any, path: str | Path, units: str = "metric", figures: str | None = None) -> Path:
+    """Write the HTML report of a result or a record, complete or not at all.
+
+    A result is a diagnosis, a verification, a sweep, a comparison of runs, a balancing, a dataset of `campbell`,
+    `unbalance_response` or `map_machine`, or a dictionary of such datasets of one kind, which are compared.
 
     `units` are "metric" or "imperial"; with `figures` "png", "svg" or "csv" every figure is a file too. Raises
     DataError for others and for any other type, WriteError for a path that cannot be written.
@@ -351,12 +349,15 @@ def write(
     >>> rs.report.write(record, "page.html").name
     'page.html'
     """
-    made = (RESULT_PAGES[kind.__name__] for kind in type(result).__mro__ if kind.__name__ in RESULT_PAGES)
+    attrs = getattr(result, "attrs", None)
+    names = [str(attrs.get("kind"))] if isinstance(attrs, Mapping) else []
+    names += [kind.__name__ for kind in type(result).__mro__]
+    made = (RESULT_PAGES[name] for name in names if name in RESULT_PAGES)
     make = next((make for kind, make in made if isinstance(result, kind)), None)
     if make is None:
         given = type(result).__name__
         raise DataError(
-            f"report: {given} is not a Diagnosis, a Verification or a record; for a file use write_report",
+            f"report: {given} is not a Diagnosis, another result or a record; for a file use write_report",
             argument="report",
             value=given,
         )

@@ -1,7 +1,5 @@
 """Page of a record: its sections in order, with tables of settings, results and provenance."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import nullcontext

@@ -1,7 +1,5 @@
 """Responses to excitation: frequency responses, ring-down after impacts, static gain, hysteresis of the actuators."""
 
-from __future__ import annotations
-
 import numpy as np
 import plotly.graph_objects as go
 import xarray as xr

@@ -1,7 +1,5 @@
 """Analysed record of a run, computed on demand, and the registry of the sections that a page makes of it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property

@@ -5,8 +5,6 @@ pyvista needs itself; a .mp4 by a program `ffmpeg`, which is not installed with 
 codecs).
 """
 
-from __future__ import annotations
-
 import ctypes
 import os
 import shutil

@@ -1,9 +1,5 @@
 """Page of a sweep, with lines over one axis, contours over two and small multiples over a third."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
@@ -11,10 +7,9 @@ from plotly.subplots import make_subplots
 
 from rotorsim.analysis.sweep import SweepResult, heading, text_of
 from rotorsim.analysis.sweep_definition import SweepQuantity
-from rotorsim.base.input_files import parse_toml
 from rotorsim.base.units import TO_MPA, TO_RPM
 from rotorsim.report.operating_map import MAP_SCALE
-from rotorsim.report.page import INK, PIN_COLOURS, Block, Page, compact, curve, machine_entry, style, write_page
+from rotorsim.report.page import INK, PIN_COLOURS, Block, Page, compact, curve, machine_entry, page_of, style
 from rotorsim.report.units import quantity
 
 MOST_AXES = 3
@@ -33,24 +28,9 @@ DEFINITIONS = {
 }
 
 
-def write_sweep(result: SweepResult, path: str | Path, units: str = "metric", figures: str | None = None) -> Path:
-    """Write the page; raises WriteError where it cannot be written.
-
-    `units` and `figures` as for `write_report`.
-
-    Examples
-    --------
-    >>> import rotorsim as rs
-    >>> found = rs.analysis.sweep("dtu_gas_bearing", ["pressure=0.4 MPa, 0.5 MPa"], "flow")
-    >>> page = rs.report.write_sweep(found, "sweep.html")
-    """
-    return write_page(lambda: sweep_page(result), path, units, figures)
-
-
+@page_of(SweepResult)
 def sweep_page(result: SweepResult) -> Page:
     """Page of a sweep: best points, cells without a result, a chart of each quantity, a table of the cells."""
-    name = str(parse_toml(str(result.data.attrs["machine"])).get("name", "Unnamed machine"))
-    return Page(f"{name}: sweep", _about(result), _blocks(result))
     return Page(f"{machine_entry(result.data.attrs)}: sweep", _about(result), _blocks(result))
 
 

@@ -1,7 +1,5 @@
 """A run against time: envelopes of its quantities, excitation and response, readings of probes, deceleration."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,18 +13,8 @@ from rotorsim.report.film import feed_word
 from rotorsim.report.page import AXIS_COLOURS, NEUTRAL, PIN_COLOURS, compact, curve, faint, style
 from rotorsim.report.run import AnalysedRun, end_of_run, need_time, record_section
 from rotorsim.report.units import quantity
+from rotorsim.signals import record_blocks as blocks
 from rotorsim.signals.orders import Deceleration, deceleration_of
-from rotorsim.signals.record_blocks import (
-    READINGS,
-    SHOWN,
-    Envelope,
-    displacement_name,
-    envelopes,
-    eventful_stretch,
-    need,
-    probe_names,
-    probe_units,
-)
 
 FILM_COLOURS = (NEUTRAL, "#CC79A7", "#E69F00", "#56B4E9")
 CONTACT_COLOUR = "#CC3311"
@@ -55,7 +43,7 @@ BANDS = "Bands span least to largest values."
 
 
 def _band(
-    data: Envelope, column: int, scale: float, colour: str, name: str = "", legend: bool = False
+    data: blocks.Envelope, column: int, scale: float, colour: str, name: str = "", legend: bool = False
 ) -> list[go.Scatter]:
     """The band between least and largest value of a column of an envelope, or of its only one."""
     low, high = (v if v.ndim == 1 else v[:, column] for v in (data.least, data.most))
@@ -105,7 +93,7 @@ def against_time(run: AnalysedRun, _: None) -> go.Figure:
     >>> figure = rs.report.against_time(record)
     """
     names = _overview_names(run)
-    data = envelopes(run.record, names)
+    data = blocks.envelopes(run.record, names)
     figure = make_subplots(len(names), 1, shared_xaxes=True, vertical_spacing=0.03)
     for row, name in enumerate(names, 1):
         label, scale = PANELS[name]
@@ -121,7 +109,7 @@ def against_time(run: AnalysedRun, _: None) -> go.Figure:
 
 def _overview_names(run: AnalysedRun) -> list[str]:
     """Variables with a panel: each of several films stands for all, contact and flow are there if there was any."""
-    skipped = {"disc", "disc_measured"} - {displacement_name(run.record)}
+    skipped = {"disc", "disc_measured"} - {blocks.displacement_name(run.record)}
     skipped |= {total for name, total in BY_BEARING.items() if name in run.record}
     unfed = run.machine is not None and not run.machine.fed
     if unfed and not (run.summary["mass_flow"] or {}).get("max_kg_s"):
@@ -133,7 +121,7 @@ def _overview_names(run: AnalysedRun) -> list[str]:
     return [name for name in OVERVIEW if name in run.record and name not in skipped]
 
 
-def _panel(run: AnalysedRun, name: str, data: Envelope, scale: float) -> list[go.Scatter]:
+def _panel(run: AnalysedRun, name: str, data: blocks.Envelope, scale: float) -> list[go.Scatter]:
     if name == "contact":
         share = compact(np.where(data.mean > 0, data.mean * scale, 0))
         return [go.Scatter(x=compact(data.time), y=share, mode="lines", fill="tozeroy", showlegend=False,
@@ -164,7 +152,7 @@ class PanelLine:
 
 
 def _need_excitation(run: AnalysedRun) -> None:
-    need(bool(run.driven) or run.kind == "controlled", "Neither reference nor force changes.")
+    blocks.need(bool(run.driven) or run.kind == "controlled", "Neither reference nor force changes.")
 
 
 def excitation_caption(run: AnalysedRun, _: None) -> str:
@@ -188,9 +176,9 @@ def excitation(run: AnalysedRun, _: None) -> go.Figure:
     >>> figure = rs.report.excitation(record)
     """
     shown = _excitation_panels(run)
-    stretch = eventful_stretch(run.record, sorted(run.driven), run.fastest)
+    stretch = blocks.eventful_stretch(run.record, sorted(run.driven), run.fastest)
     names = sorted({line.variable for lines in shown.values() for line in lines})
-    data = envelopes(run.record, names)
+    data = blocks.envelopes(run.record, names)
     figure = make_subplots(len(shown), 2, shared_xaxes="columns", column_widths=[0.6, 0.4], vertical_spacing=0.035,
                            horizontal_spacing=0.07,
                            subplot_titles=["whole record", "every sample of a stretch"])  # fmt: skip
@@ -242,7 +230,7 @@ def _samples(run: AnalysedRun, line: PanelLine, scale: float, stretch: slice, le
 
 
 def _need_readings(run: AnalysedRun) -> None:
-    need(READINGS in run.record, "The record holds no readings of probes.")
+    blocks.need(blocks.READINGS in run.record, "The record holds no readings of probes.")
 
 
 def readings_caption(run: AnalysedRun, _: None) -> str:
@@ -266,8 +254,8 @@ def probe_readings(run: AnalysedRun, _: None) -> go.Figure:
     >>> record = rs.experiments.runup("probes.toml", stop=300.0)  # doctest: +SKIP
     >>> figure = rs.report.probe_readings(record)  # doctest: +SKIP
     """
-    known, scales = probe_names(run.record), [SHOWN[unit] for unit in probe_units(run.record)]
-    data = envelopes(run.record, [READINGS])[READINGS]
+    known, scales = blocks.probe_names(run.record), [blocks.SHOWN[unit] for unit in blocks.probe_units(run.record)]
+    data = blocks.envelopes(run.record, [blocks.READINGS])[blocks.READINGS]
     figure = make_subplots(len(known), 1, shared_xaxes=True, vertical_spacing=0.12 / (len(known) + 2))
     for k, (name, (unit, scale)) in enumerate(zip(known, scales, strict=True)):
         for trace in _band(data, k, scale, PIN_COLOURS[k % len(PIN_COLOURS)]):

@@ -6,8 +6,6 @@ of the page that is being made (`unit_system`); columns and axes state their uni
 of somebody else or an acceleration in g stay as they are. Numbers keep their count of significant digits.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext

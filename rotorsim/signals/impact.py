@@ -18,8 +18,6 @@ are damped too much to have extremes.
 Cites: friswell_2010, juang_1985, thesis.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -25,8 +25,6 @@ Assumes: the speed changes little within a window. Records are read in blocks, n
 Cites: bendat_2010.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

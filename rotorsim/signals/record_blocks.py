@@ -11,8 +11,6 @@ the angle, without gaps and of zero mean, from samples in memory.
 Cites: thesis.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial

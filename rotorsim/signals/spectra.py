@@ -11,8 +11,6 @@ inputs that do not follow the output (no feedback).
 Cites: bendat_2010.
 """
 
-from __future__ import annotations
-
 import operator
 from dataclasses import dataclass
 from functools import reduce

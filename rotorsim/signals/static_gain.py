@@ -8,8 +8,6 @@ and figure C.5. Works on any record of the schema, so also on one of a rig.
 Cites: thesis.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

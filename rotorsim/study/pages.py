@@ -1,7 +1,5 @@
 """Figures and report sections of identification against physics, and their JSON form."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

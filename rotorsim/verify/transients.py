@@ -19,8 +19,6 @@ of the machine too, and what it exceeds of the range in which its model was chec
 Cites: thesis.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Accuracy of the plant: reference calibration, grid convergence, free decay, mass balance."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

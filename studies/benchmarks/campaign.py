@@ -1,7 +1,5 @@
 """Cost of campaigns: parallel efficiency, overhead per case, memory with very many cases."""
 
-from __future__ import annotations
-
 import os
 import statistics
 import subprocess

@@ -1,7 +1,5 @@
 """Command of the benchmarks: speed and accuracy of the installed software, measured on this computer."""
 
-from __future__ import annotations
-
 import json
 import sys
 from dataclasses import asdict

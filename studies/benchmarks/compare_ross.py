@@ -7,8 +7,6 @@ compiles). Medians of `REPEATS`, the two codes in turn, on one thread. Times are
 other work on the computer counts little. Ends with 1 where a ratio or an equality is missed.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 

@@ -3,8 +3,6 @@
 Designs are made on Model 2 of the shipped rig, identified from the thesis' campaign: the live rig's own law is its too.
 """
 
-from __future__ import annotations
-
 import resource
 import time
 from collections.abc import Iterator

@@ -4,8 +4,6 @@ Made on Model 2 of the shipped rig at 3000 rpm, 0.5 MPa. Rows that need slycot a
 it is under the GPL, an extra of the tests, and never imported.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ A loop begins with the record of one operating point, so that many explanations 
 are planned on the hidden machine. Seeds from `diagnose.REPORTING` on are for the figures that are reported.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress

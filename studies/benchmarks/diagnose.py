@@ -6,8 +6,6 @@ Records come from the full plant on a finer grid and step. Seeds below `REPORTIN
 the figures that are reported.
 """
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Iterable, Iterator

@@ -8,8 +8,6 @@ is right if it is that of TRUTH; unknown and partial ones count as unknown; any 
 numbers are where something is hidden, and ends the script with 1.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import sys

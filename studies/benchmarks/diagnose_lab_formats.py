@@ -8,8 +8,6 @@ it comes back through a mapping and `identification.resample`. The inputs are st
 rate, as a drive's output shows them. A wrong name ends the script with 1.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import tempfile

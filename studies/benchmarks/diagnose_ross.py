@@ -8,8 +8,6 @@ if it is unknown or partial; and wrong for any other name, also of a second effe
 an effect is hidden. The script ends with 1 on a wrong one.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

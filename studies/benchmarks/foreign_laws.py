@@ -14,8 +14,6 @@ which has no step in time. A law's size is such that the change of the response 
 Cites: friswell_2010.
 """
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 import json

@@ -14,8 +14,6 @@ by harmonic balance. Source of the elements: Friswell et al. (2010).
 Cites: friswell_2010.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache

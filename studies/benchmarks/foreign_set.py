@@ -14,8 +14,6 @@ of all verdicts are compared with the truth, in stated standard deviations. A ca
 hashes of its truth and of the sources is not run again.
 """
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 import json

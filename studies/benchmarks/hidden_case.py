@@ -1,7 +1,5 @@
 """Test cases of the diagnosis benchmark: hidden effects, disturbances and their records."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace

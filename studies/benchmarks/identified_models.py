@@ -3,8 +3,6 @@
 The data come from models inside the class, so that the truth is known; on the rig `rotorsim study` measures.
 """
 
-from __future__ import annotations
-
 import tempfile
 import time
 from collections.abc import Callable, Iterator

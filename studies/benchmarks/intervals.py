@@ -3,8 +3,6 @@
 Six operating points off the grid of the thesis, PRBS of 1 V, noise of the machine file.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

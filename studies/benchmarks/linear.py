@@ -1,7 +1,5 @@
 """Benchmark of linear analyses: time of operating points and maps, agreement with the nonlinear plant."""
 
-from __future__ import annotations
-
 import resource
 import statistics
 import time

@@ -1,7 +1,5 @@
 """Loops of the parts `decide` and `ties`, and seeds that were drawn and rejected, as lines of a file."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass

@@ -1,7 +1,5 @@
 """Measurement of the parts of the benchmarks, a figure at a time."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from warnings import warn
 

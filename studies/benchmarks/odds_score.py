@@ -9,8 +9,6 @@ most probable explanation of every case, in bins b of its probability. Sources: 
 Cites: brier_1950, naeini_2015.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple, Protocol
 

@@ -6,8 +6,6 @@ reference's, measured in turns in one process, depends little on the processor's
 in `history/` quote that ratio: another reference would break the series. It depends on numpy and numba alone.
 """
 
-from __future__ import annotations
-
 import statistics
 import time
 from collections.abc import Callable

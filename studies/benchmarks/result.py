@@ -1,7 +1,5 @@
 """Result of a benchmark: measured figure, unit and bound."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

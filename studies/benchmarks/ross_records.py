@@ -17,8 +17,6 @@ another time integration) about half its first critical speed. Each case is a fo
 - rub: a stator around the disc without friction, of a rotor without weight
 """
 
-from __future__ import annotations
-
 import argparse
 import warnings
 from collections.abc import Callable, Iterator

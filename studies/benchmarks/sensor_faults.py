@@ -4,8 +4,6 @@ Each sequence is 2.5 s at a speed and a pressure that rise or fall, with one to 
 more apart, and up to three hits of 21 N. One of the laws is scheduled over speed and pressure.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any

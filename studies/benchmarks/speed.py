@@ -1,7 +1,5 @@
 """Speed of the plant: time per coupled step, full run-up, equilibrium, import and first compilation."""
 
-from __future__ import annotations
-
 import os
 import statistics
 import subprocess

@@ -8,8 +8,6 @@ more than `SLOWER`, twice in a row. A line holds for each case the processor tim
 ratio to the time of `reference_work`, both medians over `ROUNDS` turns.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import platform

@@ -3,8 +3,6 @@
 Exact responses from pins to disc at four operating points, weighted as the power of a PRBS does; no noise, no stroke.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 

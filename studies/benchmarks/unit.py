@@ -1,7 +1,5 @@
 """Speed of the exported FMU against the Python plant, export time and file size."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

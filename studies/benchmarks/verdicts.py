@@ -1,7 +1,5 @@
 """Verdicts on the cases of the diagnosis benchmark, and their rates with bounds."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Speed of the complete rig: film, plena, rotor, four piezos with PD loops, sensor noise, effects."""
 
-from __future__ import annotations
-
 import resource
 import statistics
 import tempfile

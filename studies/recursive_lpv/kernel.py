@@ -18,8 +18,6 @@ coefficient. Where one would pass a bound it is taken as measured there: the oth
 Cites: young_2011, garnier_2008.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -100,7 +100,7 @@ def test_shipped_targets_hold_the_ranges_of_the_thesis():
 
 @pytest.mark.slow
 def test_calibration_d_meets_the_most_rows_of_table_e2_with_orifices():
-    """Of eleven: both ends within the tolerance, else all of it inside and half as wide; on the rig's own grid."""
+    """Both ends of eleven are within the tolerance, the rest inside and half as wide; on the rig's own grid."""
     targets = read_targets("dtu_orifice")
     counts = {}
     for name in ("dtu_gas_bearing", "dtu_gas_bearing_b", "dtu_gas_bearing_d"):

@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_info
 pytestmark = pytest.mark.numerical
 REPEATS = Path(__file__).parents[2] / ".ci" / "kernels"
 NAMES = {"Prescott": {"Prescott", "Katmai"}, "Haswell": {"Haswell"}}
-"""What OpenBLAS calls its kernels: builds without those of Katmai call Prescott's so."""
+"""Names of OpenBLAS for its kernels: builds without those of Katmai call Prescott's so."""
 SHOW = "import json, numpy, scipy.linalg, threadpoolctl; print(json.dumps(threadpoolctl.threadpool_info()))"
 
 

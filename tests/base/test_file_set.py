@@ -1,7 +1,5 @@
 """Sets of files: replaced completely or not at all after interrupts and kills."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

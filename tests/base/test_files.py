@@ -1,7 +1,5 @@
 """Atomic file writes: complete or unchanged on full disks, missing folders, links and devices."""
 
-from __future__ import annotations
-
 import errno
 import os
 import pickle
@@ -16,15 +14,7 @@ import pytest
 import xarray as xr
 
 from fuzzing.disk import largest_file
-from rotorsim.base.files import (
-    WriteError,
-    left_behind,
-    replacing,
-    sweep,
-    temporary,
-    write_json,
-    write_text,
-)
+from rotorsim.base.files import WriteError, left_behind, replacing, sweep, temporary, write_json, write_text
 from rotorsim.base.hdf5 import write_netcdf
 
 

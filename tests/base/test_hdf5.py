@@ -1,7 +1,5 @@
 """File object for libhdf5: bytes of a plain file, errors of the disk kept from libhdf5, space reserved in advance."""
 
-from __future__ import annotations
-
 import errno
 import random
 from pathlib import Path

@@ -1,7 +1,5 @@
 """HDF5 check in a child process: crashes, hangs and oversized files end in one sentence."""
 
-from __future__ import annotations
-
 import json
 import os
 import pickle
@@ -25,7 +23,7 @@ from rotorsim.signals.record_blocks import open_record
 SEEDS = [0, 1, 2, 3, 12, 36, 137]
 """On the damage of three of these libhdf5 2.0 crashes, and 137 hides the address of an object that crashes it."""
 MORE = range(400)
-"""Of these on 23; on one, 246, it does not end."""
+"""Seeds of damage: libhdf5 crashes on 23, and on one, 246, it does not end."""
 
 
 def undamaged(path: Path, old: bool) -> bytes:

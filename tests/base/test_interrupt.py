@@ -105,7 +105,7 @@ def test_ctrl_c_that_a_destructor_or_a_library_swallowed_ends_the_program(place)
 
 @pytest.mark.parametrize("block", [workspace, lambda: replacing("file"), lambda: replacing_all(".")])
 def test_after_ctrl_c_the_removal_of_what_was_begun_may_exceed_the_time_of_a_command(tmp_path, monkeypatch, block):
-    """Where a computer is slow the folders would stay: the command was ended during their removal."""
+    """Folders would stay on a slow computer: the command was ended during their removal."""
     noted = []
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(interrupt, "finishing", lambda: noted.append(True))

@@ -21,7 +21,7 @@ def show():
 
 
 def on_a_terminal(monkeypatch, show):
-    """What is written to a terminal."""
+    """Text that is written to a terminal."""
     stream = io.StringIO()
     stream.isatty = lambda: True
     with monkeypatch.context() as patch:

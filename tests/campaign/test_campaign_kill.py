@@ -25,9 +25,7 @@ from rotorsim.campaign.store import DONE, FAILED, PENDING, StoreError, make_stor
 from rotorsim.campaign.worker import prepare, solve
 from waiting import PATIENCE, until
 
-pytestmark = [
-    pytest.mark.skipif(sys.platform == "win32", reason="kills by the signals of POSIX"),
-]
+pytestmark = [pytest.mark.skipif(sys.platform == "win32", reason="kills by the signals of POSIX")]
 SLEEPING = "machine = 'plain_rotor'\nrepeats = {}\n[experiment]\nkind = 'steady'\nduration = '{}'\n"
 REAL = "machine = 'plain_rotor'\nrepeats = 6\n[experiment]\nkind = 'steady'\nspeed = '600 rpm'\nduration = '0.5 s'\n"
 RUN = """

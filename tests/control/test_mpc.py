@@ -14,7 +14,7 @@ pytest.importorskip("osqp")
 
 @pytest.fixture(scope="module")
 def law(model):
-    """With little film to spare, so that its limit binds."""
+    """Little film is to spare, so that its limit binds."""
     return mpc.design(model, mpc.Spec(film=15.0, average=0.0))
 
 

@@ -114,8 +114,7 @@ def test_its_age_is_shown():
 
 
 @pytest.mark.parametrize(
-    ("stated", "taken"),
-    [("2026-11-20T23:59:58+00:00", "2026-11-20"), ("2026-11-20", "2026-11-20"), ("20.11.2026", "")],
+    ("stated", "taken"), [("2026-11-20T23:59:58+00:00", "2026-11-20"), ("2026-11-20", "2026-11-20"), ("20.11.2026", "")]
 )
 def test_its_date_is_that_of_the_record_where_that_can_be_read(stated, taken):
     assert runout_table(slow_roll().assign_attrs(date=stated)).taken == taken

@@ -99,7 +99,7 @@ def test_what_fe_shaft_shakes_the_rotor_with_is_named_and_nothing_else(force, hi
 @pytest.mark.nightly
 @pytest.mark.parametrize("planes", [(), ((3, 20e-6, 1.9),)], ids=["one plane", "two planes"])
 def test_a_rotor_of_fe_shaft_in_which_nothing_is_missing_gets_no_name(planes):
-    """What a second plane of unbalance does at the disc, one at the disc does as well."""
+    """A second plane of unbalance moves the disc as one at the disc does."""
     assert diagnose(machine(), records(nothing, planes)).status in ("no_disagreement", "unknown")
 
 

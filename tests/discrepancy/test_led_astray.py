@@ -62,7 +62,7 @@ def test_what_is_found_from_there_counts_only_where_it_is_better_than_the_calibr
 
 @pytest.mark.parametrize(("excess", "goes_on"), [(0.0, True), (1.0, False)])
 def test_what_the_calibration_has_taken_up_is_fitted_on_where_nothing_is_flagged(excess, goes_on, monkeypatch):
-    """Where nothing is flagged everything is within the form error, which ends a fit elsewhere."""
+    """Nothing is flagged: everything is within the form error, which ends a fit elsewhere."""
     astray, rounds = search(1.0, monkeypatch), []
     astray.before = search(0.0, monkeypatch)
     astray.base_excess = astray.before.base_excess = excess

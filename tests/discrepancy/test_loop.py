@@ -174,7 +174,7 @@ def scripted(machine, folder, out, meanwhile, waiting=lambda stage: None, enough
 
 @pytest.mark.parametrize(("alike", "names"), [(False, ["weighed", "plain"]), (True, ["plain"])])
 def test_records_of_one_mapping_are_not_asked_to_state_a_change_of_their_own(machine, alike, names, tmp_path):
-    """What nobody named stays all that is allowed, so that a plan may take of it what the records leave open."""
+    """A change that nobody named stays allowed, and a plan may ask for it."""
     asked = []
     plan = OnePlan(tuple(SimpleNamespace(option=SimpleNamespace(name=n, stated=n == "weighed"))
                          for n in ("weighed", "plain")))  # fmt: skip

@@ -38,7 +38,7 @@ def test_the_evidence_of_a_linear_model_is_its_marginal_likelihood():
 
 
 def test_a_power_of_the_likelihood_is_that_of_a_wider_floor():
-    """Of T lines one is independent: as T times the variance of floor and form error, but for the floor's own norm."""
+    """One of T lines is independent: T times the variance of floor and form error, but for the floor's own norm."""
     rng = np.random.default_rng(5)
     form, J, sd, T = directions(rng, 60, 7), rng.normal(size=(60, 3)), np.full(3, 2.0), 4.0
     origin = 3 * rng.normal(size=60)

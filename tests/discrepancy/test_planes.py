@@ -51,7 +51,7 @@ def test_a_record_of_two_planes_is_two_trials_along_the_probes(plain, record):
 
 
 def test_the_twin_reads_another_plane_with_the_shape_of_its_shaft(plain, models, record):
-    """With weight on a symmetric rotor the static sag at a quarter of the span follows from Euler's beam.
+    """The static sag of a heavy symmetric rotor at a quarter of the span follows from Euler's beam.
 
     w(x) / w(L/2) = (3 x / L - 4 (x / L)^3) for a central load on simple supports, here with stiff bearings and shear.
     """

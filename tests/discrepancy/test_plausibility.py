@@ -113,7 +113,7 @@ def test_a_shaft_that_is_hit_without_a_recorded_force_is_refused(size, ring, her
 
 
 def test_a_shaft_at_rest_before_a_hit_has_no_ratio():
-    """With zeros before the hit the ratio had 300 digits."""
+    """The ratio of a hit after zeros had 300 digits."""
     t = np.arange(10000) * 2e-4
     mode = np.where(t >= 0.8, np.exp(-20 * (t - 0.8)) * np.sin(2 * np.pi * 70 * (t - 0.8)), 0.0)
     record = make_record(t, {"disc_measured": 2e-5 * mode[:, None] * [1.0, 0.3], "speed_measured": np.zeros(t.size)})

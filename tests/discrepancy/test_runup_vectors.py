@@ -39,7 +39,7 @@ def test_orders_of_a_sweep_come_out_with_its_rate(falling, turns):
 
 
 def test_a_slow_sweep_keeps_its_rows_and_a_rest_before_it_is_left_out():
-    """Of single revolutions each gains 0.03 % at the top; two seconds of rest have no row."""
+    """Each single revolution gains 0.03 % at the top; two seconds of rest have no row."""
     t = np.arange(22 * 2000) / 2000
     speed = np.where(t < 2, 0.0, 60 + 12 * (t - 2))
     angle = np.cumsum(speed) / 2000

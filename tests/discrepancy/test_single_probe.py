@@ -57,7 +57,7 @@ def test_revolutions_of_a_vector_are_from_1_to_999(turns):
 
 
 def test_probes_at_different_angles_share_neither_responses_nor_scatter():
-    """Of two tables of a run-up, a probe each, the second is not a repeat of the first."""
+    """Two tables of a run-up, a probe each, do not repeat each other."""
     x, y = (make_sweeps(single(axis), axis, False)[0] for axis in "xy")
     assert x.inputs != y.inputs and not repeats(x, y) and repeats(x, replace(x, name="again"))
 

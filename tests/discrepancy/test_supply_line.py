@@ -37,7 +37,7 @@ def record(plant):
 
 
 def test_the_supply_is_found_again_behind_its_line(plant):
-    """With the reading at the injectors of the machine at a known supply, that supply comes back."""
+    """The reading at the injectors of the machine gives back the supply at which it was made."""
     flow = plant.equilibrium(SPEED, SUPPLY).mass_flow.sum()
     reading = SUPPLY - DROOP * flow
     assert reading < 0.9 * SUPPLY

@@ -46,7 +46,7 @@ def odds(*given, beyond=0.0, nothing=0.0):
 
 
 def search(status, *hypotheses, rivals=()):
-    """What a search found."""
+    """Result of a search."""
     best = hypotheses[0] if hypotheses else None
     classes = tuple((k,) for k in best.keys) if best else ()
     return SearchVerdict(status, best, tuple(rivals), classes, tuple(hypotheses))
@@ -223,7 +223,7 @@ def test_no_disagreement_follows_from_all_evidence(more, status):
 
 @pytest.mark.parametrize(("nothing", "status"), [(0.4, "unknown"), (0.6, "unknown"), (0.9, "no_disagreement")])
 def test_no_disagreement_needs_more_than_an_even_chance_that_nothing_is_missing(nothing, status):
-    """With 60 % for nothing missing a machine with a missing effect had passed."""
+    """A machine with a missing effect had passed with 60 % for nothing missing."""
     found = judged(AllEvidence(QUIET, odds((COUPLING, 1 - nothing), nothing=nothing)))
     assert found.verdict.status == status and bool(found.notes) == (status == "unknown")
     assert (
@@ -246,7 +246,7 @@ def test_lines_left_where_nothing_was_fitted_change_headline_and_next_step(statu
 
 @pytest.mark.parametrize(("times", "status"), [(0, "named"), (3.0, "named"), (40.0, "partial")])
 def test_a_name_has_to_hold_at_points_that_were_not_fitted(times, status):
-    """With 40 floors left at a held-out point and 55 % of the gap gone something else is missing."""
+    """Something else is missing if 40 floors are left at a held-out point and 55 % of the gap are gone."""
     one, left = fitted(COUPLING), (group(times),) if times else ()
     evidence = AllEvidence(
         search("named", one), odds((COUPLING, 0.99), nothing=0.01), frozenset(KNOWN), left, gone=0.55

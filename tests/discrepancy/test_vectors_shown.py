@@ -1,4 +1,4 @@
-"""What a diagnosis of run-up vectors shows: gap, speed of a flag, equivalent force, Bode plot."""
+"""A diagnosis of run-up vectors shows gap, speed of a flag, equivalent force, Bode plot."""
 
 import numpy as np
 import pytest

@@ -123,10 +123,7 @@ def test_a_record_stands_on_its_machine_and_its_experiment(tmp_path, capsys):
     assert code == 0 and "experiment impact: thesis" in out and "shaft: " in out
 
 
-@pytest.mark.parametrize(
-    ("text", "sentence"),
-    [(None, "neither a shipped machine"), ("{}", "kind"), ("[", "")],
-)
+@pytest.mark.parametrize(("text", "sentence"), [(None, "neither a shipped machine"), ("{}", "kind"), ("[", "")])
 def test_what_stands_on_nothing_is_refused_in_a_sentence(tmp_path, capsys, text, sentence):
     path = tmp_path / ("thing.toml" if text is None else "thing.json")
     if text is not None:

@@ -65,7 +65,7 @@ plant, law = rs.Plant("dtu_gas_bearing", n_theta=16, n_z=8), rs.experiments.Prop
 """,
     "docs/gap.md": "import numpy as np\n",
 }
-"""What a page supposes that its reader has."""
+"""Things that a page supposes its reader has."""
 OTHERS = 'rest = [idn.identify(idn.read(f"run{k}.csv", f"rig{k}.toml"), model=3) for k in (2, 3)]\n'
 RECORD = 'record = idn.read("run1.csv", "rig.toml")\nfound'
 SHORTER = {

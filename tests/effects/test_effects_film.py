@@ -239,7 +239,7 @@ def test_a_line_at_ambient_pressure_rests_whichever_way_its_gas_flows(neutral):
 
 
 def test_an_equilibrium_that_does_not_converge_names_effects_that_the_machine_has(neutral):
-    """Of supply, heat and motion, those that the machine has and that do something."""
+    """The error names those of supply, heat and motion that the machine has and that do something."""
     assert coupled_effects(neutral().assembly) == ()
     droop, rub = {"effects.supply_droop.droop": "1e9 Pa*s/kg"}, {"effects.rub.stiffness": "1 MN/m"}
     assert coupled_effects(neutral(droop).assembly) == ("supply_droop",)
@@ -282,7 +282,7 @@ def pedestal(neutral, ratio, hertz=STIFF):
 
 
 def test_the_pedestal_sinks_under_the_load_of_the_film(neutral):
-    """By F / (m_p omega^2), m_p = m/r, and the disc by 1/.625 of it; the journal keeps its place in the sleeve."""
+    """The pedestal moves by F / (m_p omega^2), m_p = m/r, the disc by 1/.625 of it; the journal keeps its place."""
     rigid, soft = neutral().equilibrium(SPEED, PRESSURE), pedestal(neutral, 0.05).equilibrium(SPEED, PRESSURE)
     stiffness = neutral().machine.mass / 0.05 * (STIFF * HZ) ** 2
     assert soft.journal == pytest.approx(rigid.journal, abs=1e-9)

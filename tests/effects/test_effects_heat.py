@@ -132,9 +132,7 @@ FORMS = {
     "foil with lobes that jump": {"lobes": LOBES, "foil": {"stiffness": "20 GN/m^3", "loss_factor": 0.2}},
     "herringbone": {"grooves": {"on": "sleeve", "depth": "10 um", "share": 0.5, "angle": "28 deg", "land": "9 mm"}},
     "grooved journal": {"grooves": {"on": "journal", "depth": "10 um", "share": 0.5, "angle": "28 deg"}},
-    "spiral": {
-        "grooves": {"on": "sleeve", "pattern": "spiral", "depth": "10 um", "share": 0.5, "angle": "28 deg"},
-    },
+    "spiral": {"grooves": {"on": "sleeve", "pattern": "spiral", "depth": "10 um", "share": 0.5, "angle": "28 deg"}},
 }
 PAIRS = [
     ("plain", "lobes"), ("pockets", "foil with lobes that jump"), ("herringbone", "grooved journal"),

@@ -220,7 +220,7 @@ def test_an_effect_of_the_docs_takes_under_forty_lines(documented):
 
 
 def test_the_seal_of_the_docs_drives_whirl_beyond_twice_the_critical_speed(documented, changed, held):
-    """With half of the shaft's swirl its force is c (Omega/2 - omega) forward, so it drives from 2 omega on.
+    """The force of half the shaft's swirl is c (Omega/2 - omega) forward, so it drives from 2 omega on.
 
     The rotor's own damping, some 5 N s/m next to 50, moves the threshold to 2.2: growth at 2.4, decay without swirl.
     """

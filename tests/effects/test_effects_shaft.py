@@ -328,7 +328,7 @@ def test_a_loose_ball_bearing_lets_the_rigs_overhung_disc_sink_about_the_film(ne
 
 
 def test_a_soft_ball_bearing_is_the_spring_that_is_left_behind_its_clearance():
-    """With the linear bearing's -k x: nothing within the clearance, (1 - sigma) k (e - g) beyond it."""
+    """Next to the linear bearing's -k x it adds nothing within the clearance, (1 - sigma) k (e - g) beyond it."""
     k, p = 5e7, SimpleNamespace(softening=0.6, stiffening=1.0, clearance=2e-6, stiffness=5e7, residual=0.0)
     for x, y in ((1e-6, 1e-6), (3e-6, -4e-6), (-1e-5, 0.0)):
         e = math.hypot(x, y)

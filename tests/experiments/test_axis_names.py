@@ -1,7 +1,5 @@
 """Axis labels as text in every record: `record.disc.sel(axis="x")` in memory and from files."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path

@@ -61,10 +61,7 @@ class Short:
 @pytest.mark.parametrize(
     ("wrong", "sentence"),
     [
-        (
-            lambda measured: measured,
-            r"controller <lambda>: a function must be f\(measured, speed, pressure\)",
-        ),
+        (lambda measured: measured, r"controller <lambda>: a function must be f\(measured, speed, pressure\)"),
         (ProportionalLaw, r"controller = <class .*: is a class; give an object with a method step"),
         (Short(), r"controller Short: its step must be step\(measured, speed, pressure\)"),
     ],

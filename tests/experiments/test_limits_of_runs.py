@@ -90,7 +90,7 @@ def test_a_film_that_warms_up_ends_a_run_at_constant_speed():
 
 
 def test_choked_feed_holes_end_a_run_where_a_machine_limits_them(plant):
-    """With narrow curtains the flow into the film becomes sonic at the pins that a reference opens."""
+    """The flow through narrow curtains becomes sonic at the pins that a reference opens."""
     narrow = plant.machine.replace("injection.curtain_discharge", 0.18)
     free = rs.Plant(narrow.replace("limits.choked_feeds", 1.0))
     bound = rs.Plant(narrow.replace("limits.choked_feeds", 0.0))

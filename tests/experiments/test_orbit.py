@@ -112,11 +112,7 @@ def test_what_makes_no_sense_is_refused_in_a_sentence(plant):
             without_orbit(plant, law, slow, P)
     wrong = [{"harmonics": one} for one in (0, 9, "2", True, 1.5)]
     for more in (*wrong, {"trial": 0.0}, {"trial": np.nan}, {"trial": np.inf}, {"trial": 50.0}):
-        with refused(
-            DataError,
-            "harmonics" if "harmonics" in more else "trial",
-            next(iter(more.values())),
-        ):
+        with refused(DataError, "harmonics" if "harmonics" in more else "trial", next(iter(more.values()))):
             without_orbit(plant, law, SPEED, P, **more)
     for wrong in ([0.1, 0.2], [[np.nan, 0.0]], [[0.1, 0.2, 0.3]], "abc", None):
         with refused(DataError, "amplitudes", wrong):

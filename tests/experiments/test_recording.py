@@ -1,7 +1,5 @@
 """Records streamed to disk: samples kept after full disks, removed folders and kills."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal
@@ -21,7 +19,7 @@ from rotorsim.experiments.recording import CHUNK, Recording, duration, recover
 
 BLOCKS, SAMPLES = 4, 5000
 PATHS = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "support")]
-"""Where a child process finds this module and what it imports."""
+"""Folders in which a child process finds this module and its imports."""
 
 
 def block(number: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:

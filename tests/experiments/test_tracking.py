@@ -1,7 +1,5 @@
 """Order tracking, spectra and summaries against signals with known amplitudes and phases."""
 
-from __future__ import annotations
-
 import json
 import pickle
 from pathlib import Path

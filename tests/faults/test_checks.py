@@ -13,7 +13,7 @@ from fault_injection.running import Ended
 
 
 def ended(code=0, err="", left=()):
-    """How a command ended."""
+    """End of a command."""
     return Ended(code, "", err, 1.0, left)
 
 

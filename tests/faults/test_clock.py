@@ -10,12 +10,12 @@ from fault_injection.trials import CLOCK, dated, seed_of, tally
 
 pytestmark = NIGHTLY
 JUMPS = 6
-"""How often it is set during a command."""
+"""Times that it is set during a command."""
 
 
 @ALL
 def test_a_clock_that_jumps(command, trials, reference):
-    """By an hour, forward and back, at random moments."""
+    """The clock is set by an hour, forward and back, at random moments."""
     rng, known, found = seed_of(command.name, "clock"), reference(command), []
     tries = max(TRIES // 7, 1)
     for k in range(tries):

@@ -21,7 +21,7 @@ STUDIES = (
 
 
 def kept(folder):
-    """What a study has finished: records and results of its stages, with their sizes."""
+    """Finished parts of a study: records and results of its stages, with their sizes."""
     names = (*folder.rglob("cases/*/*.nc"), *folder.glob("stages/*.json"))
     return {path.relative_to(folder): path.stat().st_size for path in names}
 

@@ -228,7 +228,7 @@ def test_analyses_without_a_place_for_turning_damping_refuse_it():
 
 
 def test_damping_in_bearings_pushes_the_onset_up():
-    """With external damping c_e and internal c_i a Jeffcott rotor whirls from w_n (1 + c_e/c_i) on."""
+    """A Jeffcott rotor with external damping c_e and internal c_i whirls from w_n (1 + c_e/c_i) on."""
     eta, m, L, d = 1e-4, 200.0, 0.6, 0.02
     light = Material("light", rho=10.0, E=211e9, Poisson=0.3)
     shaft = [ShaftElement(L / 2, 0.0, d, material=light, shear_effects=False, eta_v=eta) for _ in range(2)]

@@ -25,7 +25,7 @@ EXTREME = (0.0, 1.0, -1.0, 5e-324, 1e-300, 1e-9, 1e9, 1e19, 1e30, 1e154, 1e300, 
 
 
 def some(number):
-    """So many examples, the same every time."""
+    """Settings for so many examples, the same every time."""
     return settings(max_examples=number, **FIXED)
 
 

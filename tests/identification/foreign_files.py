@@ -15,8 +15,6 @@ points; OROS (French); imc FAMOS and Gantner (German); channels of AnalysiereEO_
 GL); Danish, French, Spanish and Swedish terms of ISO 2041.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 RATE, COUNT = 12800, 12800

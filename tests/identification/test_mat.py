@@ -140,8 +140,7 @@ def inner():
 
 
 @pytest.mark.parametrize(
-    ("mclass", "sentence"),
-    [(17, "'angle' is a MATLAB object"), (16, "'angle' is a function handle")],
+    ("mclass", "sentence"), [(17, "'angle' is a MATLAB object"), (16, "'angle' is a function handle")]
 )
 def test_objects_and_function_handles_are_never_opened(written, mclass, sentence):
     with pytest.raises(idn.ReadError, match=sentence):
@@ -183,14 +182,8 @@ def test_a_v73_file_leads_nowhere_outside_itself(tmp_path):
     for add, sentence in (
         (lambda f: f.__setitem__("angle", h5py.ExternalLink(str(secret), "/a")), "'angle' is a link"),
         (lambda f: f.__setitem__("angle", h5py.SoftLink("/time")), "'angle' is a link"),
-        (
-            lambda f: f.create_dataset("angle", (50,), "f8", external=[(str(secret), 0, 400)]),
-            "'angle'",
-        ),
-        (
-            lambda f: f.create_dataset("angle", (10**12,), "f8", chunks=(1000,)),
-            "memory",
-        ),
+        (lambda f: f.create_dataset("angle", (50,), "f8", external=[(str(secret), 0, 400)]), "'angle'"),
+        (lambda f: f.create_dataset("angle", (10**12,), "f8", chunks=(1000,)), "memory"),
     ):
         path = v73(tmp_path / "a.mat", time=T)
         with h5py.File(path, "r+") as file:

@@ -53,14 +53,8 @@ def test_an_unknown_variable_is_answered_with_the_nearest():
     ("time", "sentence"),
     [
         (np.delete(np.arange(100) / 5000, slice(40, 50)), "record.time: 1 .*0.0002 s.* 0.0022 s"),
-        (
-            np.where(np.arange(100) == 40, np.nan, np.arange(100)),
-            "record.time: 1 NaN.* sample 41",
-        ),
-        (
-            np.where(np.arange(100) == 40, 39, np.arange(100)),
-            "record.time: .* 1 places.* sample 40",
-        ),
+        (np.where(np.arange(100) == 40, np.nan, np.arange(100)), "record.time: 1 NaN.* sample 41"),
+        (np.where(np.arange(100) == 40, 39, np.arange(100)), "record.time: .* 1 places.* sample 40"),
         (np.arange(100)[::-1], "record.time: .* 99 places"),
         (np.arange(100) + 0.3 * (np.arange(100) % 2), "record.time: .* 0.7 s to 1.3 s"),
         (np.arange(100) * np.linspace(1, 1.04, 100), "record.time: "),

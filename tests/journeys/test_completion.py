@@ -13,7 +13,7 @@ from rotorsim.machine import shipped_machines
 
 
 def completed(words, folder):
-    """What the shell offers for the last word."""
+    """Words that the shell offers for the last one."""
     setting = {"_ROTORSIM_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(len(words.split()) - 1)}
     program = "from rotorsim.cli import main; import sys; sys.argv = ['rotorsim']; main()"
     ran = subprocess.run(

@@ -64,10 +64,7 @@ def test_a_terminal_shows_the_steps_of_a_long_design_and_a_pipe_none(run, tmp_pa
         (("hinf", MODEL, "--spec", "speed=4000"), "'4000' has no unit; write e.g. '4000 rpm'"),
         (("hinf", BROKEN), "is not a model (it has no 'A')"),
         (("lqr", MODEL, "--spec", "Ts=0 s"), "'0 s' must be above 0; write e.g. '0.2 ms'"),
-        (
-            ("hinf", MODEL, "--spec", "weights.zeta_1=-3"),
-            "W_p and its inverse are stable above 0",
-        ),
+        (("hinf", MODEL, "--spec", "weights.zeta_1=-3"), "W_p and its inverse are stable above 0"),
         (("hinf", MODEL, "--spec", "weights.over_M_b=0"), "some reference costs nothing at high frequency"),
         (("lpv", MODEL, "--spec", "grid=3x3", "--spec", "bound=1e-3"), "no Y(q) keeps its inequality"),
         (("lpv", MODEL, "--spec", "speed_rate=-60 krpm/s"), "must be above 0; write e.g. '60000 rpm/s'"),

@@ -1,7 +1,5 @@
 """Commands on a full disk: one sentence, exit code 2, simulated samples kept as far as they fit."""
 
-from __future__ import annotations
-
 import resource
 import subprocess
 import sys

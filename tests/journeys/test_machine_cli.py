@@ -49,31 +49,19 @@ BAD_FILES = {
     "unknown field": (changed("[gas]", "[gass]"), "gass: unknown field; did you mean 'gas'?"),
     "missing field": (changed('mass = "1.5 kg"', ""), "discs.0.mass: missing (Mass); write e.g. '1.5 kg'"),
     "no unit": (changed('"-121.3 mm"', "0"), "shaft.start: 0 has no unit; write e.g. '0 mm'"),
-    "wrong unit": (
-        changed("\nme = ", '\nme = "20 g" # '),
-        "effects.unbalance.me: '20 g' is not a mass*length",
-    ),
+    "wrong unit": (changed("\nme = ", '\nme = "20 g" # '), "effects.unbalance.me: '20 g' is not a mass*length"),
     "negative clearance": (
         changed('clearance = "25', 'clearance = "-25'),
         "bearings.1.clearance: '-25 um' must be above 0",
     ),
     "disc outside": (changed('"378.7 mm"', '"500 mm"'), "discs.0.position: '500 mm' is outside the shaft"),
-    "bearing twice": (
-        changed('position = "0 mm"', 'position = "236.6875 mm"'),
-        "is where bearings.0 is; move one",
-    ),
-    "odd grid": (
-        changed("n_theta = 32", "n_theta = 31"),
-        "grid.n_theta: 31 is not a multiple of 4; write e.g. 32",
-    ),
+    "bearing twice": (changed('position = "0 mm"', 'position = "236.6875 mm"'), "is where bearings.0 is; move one"),
+    "odd grid": (changed("n_theta = 32", "n_theta = 31"), "grid.n_theta: 31 is not a multiple of 4; write e.g. 32"),
     "unknown effect": (changed("[effects.gravity]", "[effects.levity]"), "effects.levity: unknown effect; "),
     "empty": (b"", "the machine file is empty; 'rotorsim machine new PATH' writes one"),
     "binary": (bytes(range(256)), "is not text; a machine file is TOML in UTF-8"),
     "null bytes": (b"a\0b", "is binary; a machine file is TOML in UTF-8"),
-    "no TOML": (
-        b"hello",
-        "not a TOML file: Expected '=' after a key in a key/value pair (at end of document)",
-    ),
+    "no TOML": (b"hello", "not a TOML file: Expected '=' after a key in a key/value pair (at end of document)"),
 }
 
 

@@ -81,7 +81,7 @@ def test_a_netcdf_file_as_a_machine_is_refused_with_what_is_wanted_and_what_read
 
 
 def test_records_stay_records(run, tmp_path):
-    """Of a run, and of what `data convert` makes of it."""
+    """Records of a run, and those that `data convert` makes of it."""
     record = Plant("plain_rotor").simulate(0.01, 100.0)
     record.to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
     assert run("data", "convert", "run.nc", "again.nc")[0] == 0

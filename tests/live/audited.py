@@ -4,8 +4,6 @@ They are computed by other ways than the page's: from a history of every sample,
 built anew from the machine as it is set.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import threading
@@ -154,12 +152,7 @@ def main(name: str, folder: str, port: str) -> None:
     def give(sample: int, epoch: int, speed: float, pressure: float, shown: bool) -> dict[str, Any]:
         try:
             return audit(runner, sample, epoch, speed, pressure, shown)
-        except (
-            RotorsimError,
-            RuntimeError,
-            ValueError,
-            np.linalg.LinAlgError,
-        ) as error:  # it is counted
+        except (RotorsimError, RuntimeError, ValueError, np.linalg.LinAlgError) as error:  # it is counted
             return {"error": f"{type(error).__name__}: {error}"[:80]}
 
     app.router.routes.insert(0, app.router.routes.pop())

@@ -5,8 +5,6 @@
 prints a line a minute and ends with code 1 if anything was raised, logged, or read wrongly.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import random
@@ -52,7 +50,7 @@ class ClickCounts:
             self.wrong.append(f"{what}: {words}")
 
     def plain(self) -> dict[str, Any]:
-        """For JSON."""
+        """Values ready for JSON."""
         return {
             "actions": sum(self.actions.values()), "by kind": dict(self.actions), "compared": dict(self.compared),
             "skipped": dict(self.skipped), "hits without a reading": dict(self.reasons), "wrong": self.wrong,

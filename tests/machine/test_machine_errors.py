@@ -113,7 +113,7 @@ def test_every_problem_comes_in_one_round():
 
 
 def test_a_fault_does_not_make_others_that_are_none():
-    """What is wrong with one value does not let others look wrong: an unknown kind is no missing film."""
+    """A wrong value does not let others look wrong: an unknown kind is no missing film."""
     for old, new in (('kind = "gas_film"', 'kind = "gas_fim"'), ("[effects.gravity]", "[effects.gravty]")):
         with pytest.raises(MachineFileError) as caught:
             Machine.from_text(RIG.replace(old, new, 1))

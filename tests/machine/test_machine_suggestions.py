@@ -9,16 +9,7 @@ from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import quantity_of
 from rotorsim.base.units import parse
 from rotorsim.effects import REGISTRY
-from rotorsim.machine import (
-    Machine,
-    bearings,
-    gas_film,
-    load_machine,
-    machine_text,
-    numerics,
-    rotor,
-    shipped_machines,
-)
+from rotorsim.machine import Machine, bearings, gas_film, load_machine, machine_text, numerics, rotor, shipped_machines
 from rotorsim.machine.part import Part
 from rotorsim.machine.plausibility import question, range_of, ranges
 

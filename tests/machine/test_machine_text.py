@@ -21,11 +21,7 @@ def table(required, **optional):
 
 
 MATERIAL = table(
-    {
-        "density": si(0, 1e5, "kg/m^3"),
-        "youngs_modulus": si(0, 1e13, "Pa"),
-        "poisson_ratio": st.floats(-0.9, 0.5),
-    }
+    {"density": si(0, 1e5, "kg/m^3"), "youngs_modulus": si(0, 1e13, "Pa"), "poisson_ratio": st.floats(-0.9, 0.5)}
 )
 SECTION = table({"length": si(0.4, 1, "m"), "outer_diameter": si(0.01, 1, "m")}, inner_diameter=si(0, 0.009, "m"))
 SHAFT = table(
@@ -85,9 +81,7 @@ MACHINE = table(
         "bearings": st.tuples(BEARING, FILM).map(list),
         "injection": INJECTION,
         "effects": table(
-            {},
-            unbalance=st.one_of(UNBALANCE, st.lists(UNBALANCE, min_size=1, max_size=3)),
-            gravity=st.just({}),
+            {}, unbalance=st.one_of(UNBALANCE, st.lists(UNBALANCE, min_size=1, max_size=3)), gravity=st.just({})
         ),
     },
     description=st.text(),
@@ -96,9 +90,7 @@ MACHINE = table(
     gas=table({}, temperature=si(200, 400, "K"), viscosity=si(1e-6, 1, "Pa*s"), ambient_pressure=si(1, 1e8, "Pa")),
     grid=table({}, n_theta=st.integers(2, 128).map(lambda n: 4 * n), n_z=st.integers(2, 128).map(lambda n: 2 * n)),
     solver=table(
-        {},
-        time_step=st.sampled_from(["0.2 ms", "0.1 ms", "50 us", "40 us"]),
-        tolerance=st.floats(1e-12, 1e-3),
+        {}, time_step=st.sampled_from(["0.2 ms", "0.1 ms", "50 us", "40 us"]), tolerance=st.floats(1e-12, 1e-3)
     ),
 )
 
@@ -143,11 +135,7 @@ def test_replace_works_on_one_of_several_planes_of_unbalance():
 @pytest.mark.parametrize(
     ("path", "value", "sentence"),
     [
-        (
-            "effects.unbalance.me",
-            "20 g",
-            "effects.unbalance.me: '20 g' is not a mass*length; write e.g. '10 g*mm'",
-        ),
+        ("effects.unbalance.me", "20 g", "effects.unbalance.me: '20 g' is not a mass*length; write e.g. '10 g*mm'"),
         ("effects.unbalanc.me", "2 g*mm", "effects.unbalanc: unknown effect; did you mean 'unbalance'?"),
         ("bearings.7.kxx", "3 MN/m", "bearings: has 2 entries, counted from 0; '7' is none of them"),
         ("bearings.kxx", "3 MN/m", "bearings: has 2 entries, counted from 0; 'kxx' is none of them"),

@@ -93,7 +93,7 @@ def pairs(reference, **changes):
 
 @pytest.mark.parametrize("axis", ["x", "y"])
 def test_pairs_of_pins_have_the_poles_and_the_gain_of_table_c2_as_their_sensors_read_them(axis):
-    """With closed loops. Poles within 10 %, the scatter of Fig. C.8; the gain is up to 1.6 % above."""
+    """The loops are closed. Poles are within 10 %, the scatter of Fig. C.8; the gain is up to 1.6 % above."""
     reference = prbs()
     moved = pairs(reference)[axis]
     gain, *poles = identified(reference[:, "xy".index(axis)], moved - moved[:500].mean())

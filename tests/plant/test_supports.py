@@ -73,7 +73,7 @@ def machine(bearings, more="", modes=6, force=0, shaft=""):
 
 @pytest.mark.parametrize("speed", [0.0, 250.0, 700.0])
 def test_linear_model_has_the_modes_of_the_finite_elements(speed):
-    """With all modes of the shaft kept only the eigenvalue solver is left."""
+    """All modes of the shaft are kept, so that only the eigenvalue solver is left."""
     plant = rs.Plant(machine(TABLE + RIGHT + HOUSING, modes=40))
     expected = np.sort(run_modal(plant.assembly.mesh.rotor, speed).wn)
     assert plant.linearise(speed, 0.0).wn[:8] == pytest.approx(expected[:8], rel=5e-6)

@@ -7,8 +7,6 @@ process with its own sources, so that differences between processors cannot pass
 differs; 1: some do, and the table names which and by how much.
 """
 
-from __future__ import annotations
-
 import argparse
 import difflib
 import os
@@ -44,7 +42,7 @@ def sources(commit: str | None) -> Iterator[Path]:
 
 
 def numbers(tree: Path, parts: list[str], records: Path) -> dict[str, np.ndarray]:
-    """What the sources in `tree` compute; `records` is the folder of those that are diagnosed."""
+    """Results that the sources in `tree` compute; `records` is the folder of those that are diagnosed."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "numbers.npz"
         environment = os.environ | {

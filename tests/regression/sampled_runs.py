@@ -9,8 +9,6 @@ Only names of the public surface are used here, so that one copy of this file ru
     python tests/regression/sampled_runs.py tests/regression/stored_numbers.npz stored
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import json
@@ -269,7 +267,7 @@ def _plain(text: str, folder: str) -> np.ndarray:
 
 
 def stored() -> Numbers:
-    """What the stored file holds: one sample of fifty, of runs without contact (those amplify the last digits)."""
+    """Content of the stored file: one sample of fifty, of runs without contact (those amplify the last digits)."""
     for key, values in runs():
         if "/contact/" not in key:
             yield key, values[::50]
@@ -280,7 +278,7 @@ PARTS: dict[str, Callable[[], Numbers]] = {
     "runs": runs, "linear": linear, "units": units, "identification": identified, "diagnosis": diagnosed,
     "texts": texts,
 }  # fmt: skip
-"""What two commits are compared by; each part alone takes a minute or two, and once more while kernels compile."""
+"""Parts by which two commits are compared; each takes a minute or two, and once more while kernels compile."""
 
 
 def main() -> None:

@@ -90,7 +90,11 @@ def test_a_section_is_registered_where_it_is_drawn():
 def test_results_with_a_page_of_their_own_are_registered():
     with pytest.raises(DataError, match="is not a Diagnosis"):
         report.write(EVIL, "page.html")
-    assert set(RESULT_PAGES) == {"Dataset", "Diagnosis", "Verification"}
+    kinds = {"campbell", "response", "map"}
+    types = {"Dataset", "Diagnosis", "Verification", "SweepResult", "RunComparison", "Assessment", "dict"}
+    assert set(RESULT_PAGES) == kinds | types
+    assert {RESULT_PAGES[name][0].__name__ for name in kinds} == {"Dataset"}
+    assert {name: RESULT_PAGES[name][0].__name__ for name in types} == {name: name for name in types}
 
 
 def test_the_page_of_a_diagnosis_loads_none_of_control_and_of_records():
@@ -100,7 +104,7 @@ print(RESULT_PAGES["Diagnosis"][0].__name__, len(RESULT_PAGES))
 print(*sys.modules)"""
     ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
     shown, loaded = ran.splitlines()
-    assert shown == "Diagnosis 3" and "rotorsim.report.diagnosis" in loaded.split()
+    assert shown == "Diagnosis 10" and "rotorsim.report.diagnosis" in loaded.split()
     assert not any(name in loaded for name in ("rotorsim.verify", "control.law", "report.record", "report.orders"))
 
 

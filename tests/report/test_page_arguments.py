@@ -15,8 +15,7 @@ from rotorsim.base.errors import DataError
 
 ROOT = Path(__file__).parents[2]
 MODEL = ROOT / "tests" / "control" / "rig_model.json"
-WRITERS = ("write", "write_report", "write_design", "write_balance", "write_run_comparison", "save_map_page",
-           "save_study_page")  # fmt: skip
+WRITERS = ("write", "write_report", "write_design", "save_study_page")
 METRIC = re.compile(r"µm|MPa|g mm")
 
 
@@ -29,19 +28,19 @@ def comparison(path, **wanted):
     speed = np.linspace(50, 400, 200)
     size = (1e-6 / (0.01 + np.abs(speed / 200 - 1)))[:, None, None]
     runs = {name: make_vectors(speed, k * size, 0 * size, (1,), axes=("x",)) for name, k in (("a", 1), ("b", 2))}
-    rs.report.write_run_comparison(rs.signals.compare_runs(runs), path, **wanted)
+    rs.report.write(rs.signals.compare_runs(runs), path, **wanted)
 
 
 def balance(path, **wanted):
     kit = ROOT / "docs" / "rk4"
     found = rs.balance.assess("bently_rk4", rs.balance.read_conditions([kit / "open.csv"], kit / "balance.toml"))
-    rs.report.write_balance(found, path, **wanted)
+    rs.report.write(found, path, **wanted)
 
 
 def operating_map(path, **wanted):
     plant = rs.Plant("plain_rotor")
     found = rs.analysis.map_machine(plant, [0.0, 300.0], [0.4e6], workers=1)
-    rs.report.save_map_page(found, path, **wanted)
+    rs.report.write(found, path, **wanted)
 
 
 def study(path, **wanted):
@@ -61,7 +60,7 @@ def test_a_page_in_imperial_units_with_its_figures_as_files(write, tmp_path):
 def test_the_page_of_a_balancing_lists_the_unknown_unbalances(tmp_path):
     kit = ROOT / "docs" / "rk4"
     conditions = rs.balance.read_conditions([kit / "open.csv", kit / "unlabelled.csv"], kit / "balance.toml")
-    page = rs.report.write_balance(rs.balance.assess("bently_rk4", conditions), tmp_path / "b.html").read_text()
+    page = rs.report.write(rs.balance.assess("bently_rk4", conditions), tmp_path / "b.html").read_text()
     assert "<th>disc_1 [g mm]</th><th>disc_1 at [deg]</th><th>disc_1 sd [g mm]</th>" in page
     assert page.count("<tr><td>S") == 56
 

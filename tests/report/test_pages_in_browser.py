@@ -11,9 +11,7 @@ from small_diagnosis import blocked, small_diagnosis
 from waiting import window as window_of
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-pytestmark = [
-    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here; install Debian's package chromium"),
-]
+pytestmark = [pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here; install Debian's package chromium")]
 ABOVE = """() => [...document.querySelectorAll('.plotly-graph-div')].map(plot => {
   const box = one => one.getBoundingClientRect(), bar = box(plot.querySelector('.modebar'));
   const text = box(plot.closest('section').querySelector('p'));
@@ -23,7 +21,7 @@ ABOVE = """() => [...document.querySelectorAll('.plotly-graph-div')].map(plot =>
 COVERED = """() => { const legend = document.querySelector('.legend').getBoundingClientRect();
   return [...document.querySelectorAll('.annotation')].filter(
     one => one.getBoundingClientRect().top < legend.bottom).length; }"""
-"""How many titles of columns the legend covers."""
+"""Number of the columns' titles that the legend covers."""
 
 
 @pytest.fixture(scope="module")

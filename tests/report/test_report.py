@@ -1,7 +1,5 @@
 """HTML report of a run: self-contained, escaped, from any record of the schema."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Reports of every kind of record: figures shown, reasons for missing ones, bounded memory."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys
@@ -245,7 +243,7 @@ def test_missing_is_no_error_of_the_user() -> None:
 
 
 def test_parameters_of_an_experiment_stand_on_its_page_with_their_units():
-    """Of a closed loop those of its law and of its excitations too; numbers of the solver are plain."""
+    """The page of a closed loop has the parameters of its law and excitations too; numbers of the solver are plain."""
     attrs = {
         "experiment": "controlled", "duration": 0.02, "controller": "ProportionalLaw", "gain_x": 0.25e6,
         "centre_x": 1e-6,

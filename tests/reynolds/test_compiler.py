@@ -42,7 +42,7 @@ print(plant.run(np.zeros(2)), sum(plant.run.stats.cache_hits.values()), sum(film
 
 @pytest.fixture
 def run(tmp_path, monkeypatch):
-    """What a process prints: the plant's result, and how much of plant and film it found on disk."""
+    """Lines that a process prints: the plant's result, and how much of plant and film it found on disk."""
     monkeypatch.setenv("ROTORSIM_CACHE_DIR", str(tmp_path))
     return lambda: subprocess.run([sys.executable, "-c", RUN], check=True, capture_output=True, text=True).stdout
 

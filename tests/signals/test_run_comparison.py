@@ -8,7 +8,7 @@ import pytest
 from identification import make_record, make_vectors, save
 from rotorsim.base.errors import DataError
 from rotorsim.cli import main
-from rotorsim.report import overlay, write_run_comparison
+from rotorsim.report import overlay, write
 from rotorsim.signals import compare_runs
 
 CRITICAL = 200.0
@@ -191,4 +191,4 @@ def test_runs_without_names_are_refused(runs):
 
 def test_names_in_the_page_are_text(tmp_path):
     found = compare_runs({"<b>": vectors(1e-6), "b": vectors(1e-6)})
-    assert "<h1><b>" not in write_run_comparison(found, tmp_path / "p.html").read_text()
+    assert "<h1><b>" not in write(found, tmp_path / "p.html").read_text()

@@ -1,7 +1,5 @@
 """Computations behind the figures against closed forms: responses, gains, loops, decays, spectra, runout."""
 
-from __future__ import annotations
-
 import tracemalloc
 
 import numpy as np

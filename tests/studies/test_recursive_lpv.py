@@ -81,7 +81,7 @@ def test_modes_are_tracked_through_a_run_up_to_20_krpm(to_20_krpm):
 
 @pytest.mark.parametrize(("noise", "most"), [(0.0, 0.02), (1e-9, 0.02), (1.5e-6, 0.15)])
 def test_neither_three_times_the_noise_nor_none_at_all_spoils_the_damping(noise, most):
-    """With measured displacements as instruments the highest noise costs 42 % of a damping ratio, 15 % in the mean."""
+    """The highest noise costs 42 % of a damping ratio, 15 % in the mean, if measured displacements are instruments."""
     t, frequency, damping = errors(runup(noise=noise), online())
     assert frequency[t > 4].max() < 0.01 and damping[t > 4].max() < most
 

@@ -1,7 +1,5 @@
 """Code blocks of README, CONTRIBUTING and the pages of the site."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass

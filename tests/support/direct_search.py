@@ -1,7 +1,5 @@
 """Critical speeds by a direct search: all eigenvalues at each speed, without following any mode."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from itertools import pairwise

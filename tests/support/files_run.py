@@ -5,8 +5,6 @@ default it is the walk of a PRBS record from the command line to the piezo. A mo
 functions, bodies of classes and expressions over a loop do, also those that run when a module is imported.
 """
 
-from __future__ import annotations
-
 import sys
 import threading
 from collections import Counter

@@ -3,8 +3,6 @@
 Cites: ausman_1961, dubois_1953, hamrock_2004, shapiro_1953, sommerfeld_1904.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 

@@ -30,10 +30,7 @@ def lines(low, high, count, edges, periodic=False):
 
 def quadratic(x):
     """Three shape functions and their derivatives at x in -1..1."""
-    return (
-        np.array([0.5 * x * (x - 1), 1 - x * x, 0.5 * x * (x + 1)]),
-        np.array([x - 0.5, -2 * x, x + 0.5]),
-    )
+    return (np.array([0.5 * x * (x - 1), 1 - x * x, 0.5 * x * (x + 1)]), np.array([x - 0.5, -2 * x, x + 0.5]))
 
 
 @dataclass

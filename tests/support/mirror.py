@@ -1,7 +1,5 @@
 """Mirror image x to -x of a machine: angles a become pi - a, and a shaft that turned from x to y turns from y to x."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import fields
 from math import pi

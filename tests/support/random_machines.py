@@ -1,7 +1,5 @@
 """Seeded machines with modes that are hard to follow: self-acting films of several forms, tables over the speed."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

@@ -15,8 +15,6 @@ Source: Friswell et al. (2010), chapters 3 and 5; Timoshenko, Vibration Problems
 Cites: friswell_2010, timoshenko_1937.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Diagnosis made by hand, without records or a plant: for tests of its page and its files."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

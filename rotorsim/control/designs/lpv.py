@@ -99,11 +99,7 @@ class Designed(NamedTuple):
     optimal: float
 
 
-PRESETS = {
-    "thesis": LpvSpec(),
-    "rig": LpvSpec(weights=RIG, delay=None, backoff=1.02),
-    "mild": LpvSpec(weights=MILD),
-}
+PRESETS = {"thesis": LpvSpec(), "rig": LpvSpec(weights=RIG, delay=None, backoff=1.02), "mild": LpvSpec(weights=MILD)}
 """'rig' and 'mild' are for the virtual rig and Model 2; see `rotorsim.control.designs.hinf_synthesis`."""
 
 

@@ -23,10 +23,7 @@ import numpy as np
 
 from rotorsim.base.errors import DesignError, OtherMachine
 from rotorsim.control.designs.lqr import Gains, LqrSpec, gains
-from rotorsim.control.designs.specification import (
-    count,
-    number,
-)
+from rotorsim.control.designs.specification import count, number
 from rotorsim.control.guard import FARTHEST, OK, SENSOR, SIZE, Guarded, guard
 from rotorsim.control.law import LIMIT, other_machine
 from rotorsim.control.plants import Model

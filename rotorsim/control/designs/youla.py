@@ -21,13 +21,7 @@ from rotorsim.base.errors import DesignError
 from rotorsim.base.units import KRPM, MPA
 from rotorsim.control.designs import h2_scheduled
 from rotorsim.control.designs.h2_scheduled import with_integrator
-from rotorsim.control.designs.specification import (
-    Specification,
-    register,
-    sampling_time,
-    shaft_speed,
-    supply_pressure,
-)
+from rotorsim.control.designs.specification import Specification, register, sampling_time, shaft_speed, supply_pressure
 from rotorsim.control.law import Law
 from rotorsim.control.law_from_system import discrete, no_antiwindup, proved_law, table_axes
 from rotorsim.control.plants import Model, sampled_plant

@@ -21,7 +21,7 @@ SHARES = (0.0, 0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99)[:: 1 if TRIES >= 20 else 2]
 
 
 def name(command):
-    """What a test is called after."""
+    """Name after which a test is called."""
     return command.name.replace(" ", "-")
 
 

@@ -1,7 +1,5 @@
 """Checks after a fault: exit code, messages and files."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re

@@ -1,7 +1,5 @@
 """Short invocations of all commands that write files, and a list of those that write none."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -155,7 +153,7 @@ COMMANDS = (
             label="law"),
     Command(("fmu", "system"), ("{inputs}/law.json", RIG, "--out", f"{OUT}/loop.ssp"), ("loop.ssp",)),
 )  # fmt: skip
-"""Of a command with several formats, a line each."""
+"""A line for each format of a command."""
 ELSEWHERE = {
     ("study", "identification-vs-physics"): "test_studies.py: a study takes minutes to hours",
     ("live",): "test_recorder.py; it writes on a click in its page (tests/live)",

@@ -1,7 +1,5 @@
 """Input files of the commands, made once."""
 
-from __future__ import annotations
-
 import importlib.util
 import shutil
 import sqlite3

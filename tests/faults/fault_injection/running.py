@@ -1,7 +1,5 @@
 """Runs a command in its own process and disturbs it by signals or disk limits."""
 
-from __future__ import annotations
-
 import os
 import resource
 import signal
@@ -26,7 +24,7 @@ Disturb = Callable[["Running"], None]
 
 @dataclass(frozen=True)
 class Ended:
-    """How a command ended: exit code (negative: the signal), what it printed, seconds, processes that it left."""
+    """End of a command: exit code (negative: the signal), its output, seconds, processes that it left."""
 
     code: int
     stdout: str

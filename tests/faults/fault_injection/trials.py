@@ -32,7 +32,7 @@ TABLE = "ROTORSIM_FAULT_TABLE"
 
 @dataclass(frozen=True)
 class Undisturbed:
-    """What a command leaves undisturbed, and its time [s]."""
+    """Files that an undisturbed command leaves, and its time [s]."""
 
     folder: Path
     seconds: float
@@ -61,7 +61,7 @@ class CommandTrial:
 
     @property
     def out(self) -> Path:
-        """Where the results are."""
+        """Folder of the results."""
         return self.work / OUT
 
     def begin(self) -> CommandTrial:

@@ -1,7 +1,5 @@
 """Simulated full disk without root: a limit on the file size (POSIX)."""
 
-from __future__ import annotations
-
 import resource
 import signal
 from collections.abc import Iterator
