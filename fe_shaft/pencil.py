@@ -54,7 +54,10 @@ class Pencil(Protocol):
 
     @property
     def log_det(self) -> Callable[[complex], complex]:
-        """Logarithm of det(J - s S) at s up to a constant, the imaginary part modulo 2 pi; each s is computed once."""
+        """Logarithm of det(J - s S) at s up to a constant, the imaginary part modulo 2 pi; each s is computed once.
+
+        A factor whose roots are real and negative may be divided out: no sector of damping ratios below 1 holds one.
+        """
 
 
 @dataclass(frozen=True)

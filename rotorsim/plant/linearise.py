@@ -73,22 +73,93 @@ def region_up_to(hints: np.ndarray, highest: float) -> Region:
     return Region(reach, BELOW * reach, DAMPED)
 
 
-ORDERING = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
-"""The pattern is symmetric and the diagonal large: half the fill of the default ordering."""
+SYMMETRIC = {"diag_pivot_thresh": 0.0, "relax": 1, "panel_size": 1, "options": {"SymmetricMode": True}}
+"""The pattern is symmetric and the diagonal large: half the fill of the default, and no column is padded with zeros."""
+
+
+@dataclass(frozen=True, eq=False)
+class FilmStates:
+    """States of a linear film, `kept` in the order of least fill; `put_in` follow one of these alone.
+
+    Such a state (a foil's deflection) has d w + R y = 0 in A, with d = J_ww + s S_ww, and Q is its column: the rest is
+    J + s S - Q R / d, whose real and imaginary parts `both` holds as J - i Q R, one pattern by columns for the two.
+    """
+
+    kept: np.ndarray
+    put_in: np.ndarray
+    Q: Any
+    R: Any
+    both: Any
+
+    @cached_property
+    def columns(self) -> np.ndarray:
+        """Column of each term of `both`."""
+        return np.repeat(np.arange(len(self.kept)), np.diff(self.both.indptr))
+
+    @cached_property
+    def diagonal(self) -> np.ndarray:
+        """Places of the diagonal among the terms of `both`."""
+        places = np.flatnonzero(self.both.indices == self.columns)
+        assert len(places) == len(self.kept)
+        return places
+
+
+def film_states(film: LinearFilm) -> FilmStates:
+    """The states of a film, in parts and in order."""
+    J = sparse.csr_matrix(film.J)
+    J.sum_duplicates()
+    lone = np.flatnonzero(np.diff(J.indptr) == 2)
+    pair = J.indices[J.indptr[lone][:, None] + [0, 1]]
+    other = pair.sum(axis=1) - lone
+    fit = (pair == lone[:, None]).any(axis=1) & (J.diagonal()[lone] > 0) & ~np.isin(other, lone)
+    put_in = lone[fit][np.unique(other[fit], return_index=True)[1]]
+    kept = np.setdiff1d(np.arange(len(film.S)), put_in)
+    both = (J[kept][:, kept] - 1j * (J[kept][:, put_in] @ J[put_in][:, kept])).tocsc()
+    dominant = abs(both) + sparse.diags(abs(both).sum(axis=0).A1)
+    order = np.argsort(splu(dominant.tocsc(), permc_spec="MMD_AT_PLUS_A", **SYMMETRIC).perm_c)
+    kept, both = kept[order], both[order][:, order].tocsc()
+    both.sort_indices()
+    return FilmStates(kept, put_in, J[kept][:, put_in], J[put_in][:, kept], both)
+
+
+@dataclass(frozen=True, eq=False)
+class FilmFactor:
+    """Factors of A: `lu` of the states that are kept, `d` of those that are put in, the `positive` terms of J + s S."""
+
+    states: FilmStates
+    lu: Any
+    d: np.ndarray
+    positive: np.ndarray
+
+    def solve(self, b: np.ndarray, trans: str = "N") -> np.ndarray:
+        """A^-1 b for b (n, k) or (n,), with the transposed A for "T", its conjugate for "H"."""
+        if trans == "H":
+            return self.solve(b.conj(), "T").conj()
+        kept, put_in, Q, R = self.states.kept, self.states.put_in, self.states.Q, self.states.R
+        if trans == "T":
+            Q, R = R.T, Q.T
+        d = self.d if b.ndim == 1 else self.d[:, None]
+        x = np.empty_like(b, self.d.dtype)
+        x[kept] = self.lu.solve((b[kept] - Q @ (b[put_in] / d)).astype(x.dtype, order="C"), trans)
+        x[put_in] = (b[put_in] - R @ x[kept]) / d
+        return x
+
+    @property
+    def log_det(self) -> complex:
+        """Logarithm of det A over d and the positive terms, up to a multiple of i pi that is the same at every s.
+
+        Their roots -J_kk / S_kk are real and negative, near those of a film that relaxes: what is left hardly turns.
+        """
+        return complex(np.log(self.lu.U.diagonal() + 0j).sum() - np.log(self.positive).sum())
 
 
 @dataclass(frozen=True, eq=False)
 class FilmAnswer:
     """The film at one complex frequency: `factor` of A, adjoint L (n, 2), dynamic stiffness Z (2, 2) [N/m]."""
 
-    factor: Any
+    factor: FilmFactor
     L: np.ndarray
     Z: np.ndarray
-
-    @property
-    def log_det(self) -> complex:
-        """Logarithm of det A up to a multiple of i pi that is the same at every frequency."""
-        return complex(np.log(self.factor.U.diagonal() + 0j).sum())
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,33 +169,32 @@ class FilmResponse:
     film: LinearFilm
 
     @cached_property
-    def _pattern(self) -> tuple[Any, np.ndarray, dict[complex, FilmAnswer]]:
-        """J by columns, the places of its diagonal in the data, and what is known already."""
-        J = csc_matrix(self.film.J)
-        J.sum_duplicates()
-        columns = np.repeat(np.arange(J.shape[1]), np.diff(J.indptr))
-        places = np.flatnonzero(J.indices == columns)
-        assert len(places) == len(self.film.S)
-        return J, places, {}
+    def _known(self) -> tuple[FilmStates, dict[complex, FilmAnswer]]:
+        return film_states(self.film), {}
 
     def at(self, s: complex) -> FilmAnswer:
         """The film's answer at s [rad/s], kept; real arithmetic at s = 0."""
-        known = self._pattern[2]
+        known = self._known[1]
         if s not in known:
             known[s] = self.answer(s)
         return known[s]
 
     def answer(self, s: complex) -> FilmAnswer:
         """The film's answer at s [rad/s], not kept."""
-        film, (J, places, _) = self.film, self._pattern
-        real = s == 0
-        data = J.data.copy() if real else J.data.astype(complex)
-        if not real:
-            data[places] += s * film.S
-        factor = splu(csc_matrix((data, J.indices, J.indptr), J.shape), **ORDERING)
-        L = factor.solve(np.ascontiguousarray(film.F_y.T, data.dtype), "T")
-        moved = film.J_X if real else film.J_X + s * film.S_X
-        return FilmAnswer(factor, L, L.T @ moved)
+        film, states = self.film, self._known[0]
+        s = 0.0 if s == 0 else complex(s)
+        d = film.J.diagonal()[states.put_in] + s * film.S[states.put_in]
+        by = np.zeros(len(states.kept), d.dtype)
+        by[states.R.indices] = 1 / d
+        both = states.both.data
+        data = both.real + both.imag * by[states.columns]
+        positive = both.real[states.diagonal] + s * film.S[states.kept]
+        data[states.diagonal] += s * film.S[states.kept]
+        A = csc_matrix((data, states.both.indices, states.both.indptr), states.both.shape)
+        lu = splu(A, permc_spec="NATURAL", **SYMMETRIC)
+        factor = FilmFactor(states, lu, d, positive[both.real[states.diagonal] > 0])
+        L = factor.solve(film.F_y.T, "T")
+        return FilmAnswer(factor, L, L.T @ (film.J_X + s * film.S_X))
 
     def coefficients(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
         """K [N/m] and C [N s/m] (2, 2) at the whirl frequency omega [rad/s]; C at 0 is the limit."""
@@ -380,7 +450,7 @@ class LinearPlant(Shown):
 
     @cached_property
     def log_det(self) -> Callable[[complex], complex]:
-        """Logarithm of det(J - s S) at s up to a constant, the imaginary part modulo 2 pi."""
+        """Logarithm at s of det(J - s S) over terms with roots that are real and negative, up to a constant."""
         return cache(lambda s: ShiftedPlant(self, s).log_det)
 
 
@@ -419,9 +489,9 @@ class ShiftedPlant:
 
     @property
     def log_det(self) -> complex:
-        """Logarithm of the determinant up to a constant, the imaginary part modulo 2 pi."""
+        """Logarithm of the determinant over terms with roots that are real and negative, up to a constant."""
         sign, size = np.linalg.slogdet(self.stiffness.astype(complex))
-        return complex(size + 1j * np.angle(sign) + (0.0 if self.film is None else self.film.log_det))
+        return complex(size + 1j * np.angle(sign) + (0.0 if self.film is None else self.film.factor.log_det))
 
     def solve(self, b: np.ndarray) -> np.ndarray:
         """(J - s S)^-1 b for b (n,)."""

@@ -13,7 +13,7 @@ from rotorsim.analysis.calibrate import figures
 from rotorsim.analysis.campbell import highest_speed, modes_line, searched_line
 from rotorsim.analysis.modes_over_speed import modes_over_speed
 from rotorsim.plant import Plant
-from rotorsim.plant.linearise import LinearPlant, region_up_to
+from rotorsim.plant.linearise import FilmResponse, LinearPlant, film_states, region_up_to
 
 RPM = np.pi / 30
 QUICK = (33, 45, 53, 7, 141)
@@ -270,3 +270,27 @@ def test_fewer_modes_than_asked_for_and_no_critical_speed_are_stated():
     assert found.sizes["critical"] == 0 and "no critical speed" in searched_line(found)
     damped = int(np.nanmax(found["damped"].values))
     assert (f"at least {damped}" in modes_line(found)) == (damped > 0)
+
+
+@pytest.mark.parametrize("number", [0, 8], ids=["plain", "foil"])
+def test_the_factors_of_a_film_are_those_of_its_whole_matrix(number):
+    """Solutions to round-off; the determinant over the rates of the diagonal and of what follows one state alone."""
+    machine, top = random_machine(number)
+    film = Plant(machine).linearise(0.5 * top, 0.0).film
+    response, rng, whole = FilmResponse(film), np.random.default_rng(0), film.J.toarray()
+    logs = []
+    for s in (0.0, 0.3j * top, (0.4j - 0.2) * top):
+        A = whole + s * np.diag(film.S)
+        factor, b = response.answer(s).factor, rng.standard_normal((len(A), 2)).astype(A.dtype)
+        for trans, matrix in (("N", A), ("T", A.T), ("H", A.conj().T)):
+            x = factor.solve(b, trans)
+            np.testing.assert_allclose(matrix @ x, b, atol=1e-9 * np.abs(matrix).max() * np.abs(x).max())
+            np.testing.assert_allclose(factor.solve(b[:, 0], trans), x[:, 0], atol=1e-12 * np.abs(x).max())
+        rates = np.diag(whole) > 0
+        phase, size = np.linalg.slogdet(A)
+        known = np.log(np.diag(A)[rates] + 0j).sum()
+        logs.append(factor.log_det - (size + 1j * np.angle(phase) - known))
+    assert (len(film_states(film).put_in) > 0) == (number == 8)
+    apart = np.array(logs) - logs[0]
+    assert np.abs(apart.real).max() < 1e-6
+    assert np.abs(np.exp(2 * apart) - 1).max() < 1e-6
