@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -45,6 +46,8 @@ DESIGNS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "youla": ("youla", "", _at("cell")),
 }
 """Name in the study: design, preset and changes; what takes longest comes first."""
+EIGHT_BAR = {"placement": ("placement", "", _at("placement_design_8"))}
+"""Designs that are made at the thesis' own pressure on a model that holds there."""
 RINGING = {"placement": "placement", "hinf reduced": "reduced_hits", "p": "decentralised", "softening": "decentralised",
            "hardening": "decentralised"}  # fmt: skip
 """Points of the rules that the damping under a law is measured at."""
@@ -162,18 +165,24 @@ def control_study(
 
 
 def ringing_study(
-    plant: Plant, model: LpvModel, folder: Path, progress: Progress = _no_progress, workers: int = 1
+    plant: Plant,
+    model: LpvModel,
+    folder: Path,
+    names: Collection[str] = tuple(RINGING),
+    progress: Progress = _no_progress,
+    workers: int = 1,
 ) -> ControlStudy:
-    """Make the designs alone whose damping in hits is measured, and their hits: claims C1 to C4, N3 and N5.
+    """Make those of the named designs whose damping in hits is measured, and their hits: claims C1 to C4, N3 and N5.
 
-    Parameters as of `control_study`.
+    Other parameters as of `control_study`.
     """
+    names = [name for name in RINGING if name in names]
     found = ControlStudy()
     folder.mkdir(parents=True, exist_ok=True)
     files = _KeptFiles(plant, model, folder)
     still = files.alone("static_map", points("static_map")[0])
-    first = run_cases(folder, [*map(files.design, RINGING), still, *_hit_runs(files, {OPEN: ""})], workers, progress)
-    for name in RINGING:
+    first = run_cases(folder, [*map(files.design, names), still, *_hit_runs(files, {OPEN: ""})], workers, progress)
+    for name in names:
         _take_design(found, files, name, first[f"design {name}"])
     _take_printed(found, files)
     second = run_cases(folder, _hit_runs(files, {name: str(files.law(name)) for name in found.laws}), workers, progress)
@@ -187,6 +196,7 @@ class _KeptFiles:
     def __init__(self, plant: Plant, model: LpvModel, folder: Path) -> None:
         self.folder, self.machine = folder, plant.machine.text
         self.physics = f"{plant.machine.hash} {plant.assembly.module.__name__}"
+        self.designs = DESIGNS if model.outside(*points("placement_design_8")[0]) else DESIGNS | EIGHT_BAR
         self.text = json.dumps(model.to_dict(), sort_keys=True)
         self.model = folder / f"model-{key_of(self.text, kind='control')}.json"
         if not self.model.exists():
@@ -197,11 +207,11 @@ class _KeptFiles:
         return self.folder / f"law-{name.replace(' ', '_')}-{self._key(name)}.json"
 
     def _key(self, name: str) -> str:
-        return key_of(self.text, repr(DESIGNS.get(name, ())), kind="control")
+        return key_of(self.text, repr(self.designs.get(name, ())), kind="control")
 
     def design(self, name: str) -> CachedCase:
         """The case that designs."""
-        design, preset, changes = DESIGNS[name]
+        design, preset, changes = self.designs[name]
         arguments = (str(self.model), design, preset, list(changes), str(self.law(name)))
         return CachedCase(
             f"design-{name.replace(' ', '_')}", f"design {name}", self._key(name), f"{HOME}:design", arguments

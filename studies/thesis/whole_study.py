@@ -21,7 +21,7 @@ from rotorsim.study.identification_vs_physics import study
 from rotorsim.study.identify_records import COUNTED, QUICK, StudyGrid, run, sources_of
 from rotorsim.study.pages import identification_blocks
 from studies.thesis.cached_cases import CachedCase, Progress, run_cases
-from studies.thesis.claims.control_numbers import control_left_out, control_numbers, numbers_of
+from studies.thesis.claims.control_numbers import control_left_out, control_numbers, laws_of, numbers_of
 from studies.thesis.claims.edited import edited, edited_block, edited_markdown
 from studies.thesis.claims.hysteresis import hysteresis_numbers
 from studies.thesis.claims.identification_numbers import identification_left_out, identification_numbers
@@ -79,9 +79,10 @@ def whole_study(
     found.control = control_study(plant, model, stages, progress, workers, quick)
     clock.lap("designs and verification")
     elsewhere = {
-        name: _on_machine(_other(name, as_shipped), out / name, progress, workers, quick) for name in machines()
+        name: _on_machine(_other(name, as_shipped), grid_of(grid), out / name, progress, workers, quick)
+        for name, grid in machines().items()
     }
-    clock.lap("the other assembly")
+    clock.lap("the other assemblies")
     numbers = kept["numbers"] | _hysteresis(plant, stages, progress) | control_numbers(found.control, model)
     left_out = {*kept.get("left_out", ()), *control_left_out(found.control)}
     found.claims = verdicts(numbers, left_out=left_out, elsewhere=elsewhere)
@@ -114,20 +115,20 @@ def _other(name: str, as_shipped: bool) -> Plant:
 
 
 def _on_machine(
-    plant: Plant, folder: Path, progress: Progress, workers: int, quick: bool
+    plant: Plant, grid: StudyGrid, folder: Path, progress: Progress, workers: int, quick: bool
 ) -> dict[str, dict[str, float]]:
     """Numbers of the claims measured on another machine, whose study is in a folder of its own."""
-    usual = QUICK if quick else paper_c_grid()
+    usual = QUICK if quick else grid
     folders = run(plant.machine, replace(usual, more=points("orders")), folder, workers)
     kept, model = _identification(plant, folders, folder, workers, progress)
-    laws = ringing_study(plant, model, folder / "stages", progress, workers)
     moved = [claim.number for claim in claims() if claim.machine == plant.machine.name]
+    laws = ringing_study(plant, model, folder / "stages", laws_of(moved), progress, workers)
     return {number: kept["numbers"].get(number) or numbers_of(number, laws, model) for number in moved}
 
 
-def paper_c_grid() -> StudyGrid:
-    """Grid of Paper C's operating points."""
-    speeds, pressures = (tuple(sorted(set(column))) for column in zip(*points("paper_c"), strict=True))
+def grid_of(name: str) -> StudyGrid:
+    """Grid of named operating points."""
+    speeds, pressures = (tuple(sorted(set(column))) for column in zip(*points(name), strict=True))
     return StudyGrid(speeds, pressures)
 
 

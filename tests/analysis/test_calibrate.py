@@ -90,7 +90,7 @@ def test_a_range_is_met_at_both_ends_and_inside_is_not_met():
 
 def test_shipped_targets_hold_the_ranges_of_the_thesis():
     """Table E.2: w_x 657-775, w_y 736-832 rad/s; cross gains and delays are predicted, not fitted."""
-    assert set(shipped()) == {"dtu_first_assembly", "dtu_loss_factor", "dtu_orifice", "dtu_pins"}
+    assert set(shipped()) == {"dtu_first_assembly", "dtu_loss_factor", "dtu_orifice", "dtu_paper_a", "dtu_pins"}
     for name in ("dtu_loss_factor", "dtu_orifice"):
         targets = {t.name: t for t in read_targets(name).targets}
         assert (targets["w_x"].low, targets["w_y"].high) == (657.0, 832.0)
@@ -115,7 +115,10 @@ def test_targets_of_pins_are_those_of_table_c2_and_no_closed_loop_is_in_a_fit():
                     "pole_slow_y": 2452, "pole_fast_y": 6494, "pin_gain_y": 1.865, "pin_fit_y": 0.9942}  # fmt: skip
     first = read_targets("dtu_first_assembly").targets
     assert {t.source for t in first if t.role == "fit"} == {"section D.3.2", "section D.4.1"}
-    assert {t.at for t in first if t.role == "fit"} == {(0.0, 0.6e6)}  # Papers C and D
+    assert {t.at for t in first} == {(0.0, 0.6e6)}  # Papers C and D
+    eight_bar = read_targets("dtu_paper_a").targets
+    assert {(t.role, t.at[1]) for t in eight_bar} == {("fit", 0.8e6)}
+    assert {t.source for t in eight_bar} == {"Table A.3", "section A.4.2"}
 
 
 def simulated(**changes):

@@ -114,7 +114,7 @@ def test_rows_and_columns_of_a_varied_machine_are_named_with_their_units(run):
         (["modes", "plain_rotor", "--set", "bearings.0.kxx=nan N/m"], "'nan N/m' is not a stiffness"),
         (
             ["machine", "calibrate", "dtu_gas_bearing", "--targets", "none.toml"],
-            "neither a shipped file of targets (dtu_first_assembly, dtu_loss_factor, dtu_orifice, dtu_pins) nor a file",
+            "neither a shipped file of targets (dtu_first_assembly, dtu_loss_factor, dtu_orifice, dtu_paper_a,",
         ),
     ],
 )

@@ -11,10 +11,10 @@ from rotorsim.machine import GasFilm, load_machine, machine_text, shipped_machin
 from rotorsim.machine.schema import Machine
 
 CALIBRATIONS = ("dtu_gas_bearing", "dtu_gas_bearing_b", "dtu_gas_bearing_c", "dtu_gas_bearing_d")
-RIGS = ("dtu_first_assembly", *CALIBRATIONS)
+RIGS = ("dtu_first_assembly", *CALIBRATIONS, "dtu_paper_a")
 
 
-def test_the_shipped_machines_are_a_rotor_kit_two_assemblies_of_the_rig_designs_and_a_plain_rotor():
+def test_the_shipped_machines_are_a_rotor_kit_three_assemblies_of_the_rig_designs_and_a_plain_rotor():
     others = ("foil_turbo_rotor", "grooved_turbo_rotor", "plain_rotor", "pump_on_tables", "rigid_rotor_self_acting")
     assert shipped_machines() == ("aerostatic_spindle", "bently_rk4", *RIGS, *others)
 

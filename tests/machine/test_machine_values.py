@@ -8,11 +8,12 @@ from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
 
 HASHES = {
-    "dtu_first_assembly": "26c7d478af53fcfe",
+    "dtu_first_assembly": "1cba6f069ffe1fe3",
     "dtu_gas_bearing": "bf1d56fde8b33469",
     "dtu_gas_bearing_b": "c1c9d47854884c4b",
     "dtu_gas_bearing_c": "e5ffa3696a02f674",
     "dtu_gas_bearing_d": "a5d95fb9aa81cde1",
+    "dtu_paper_a": "23c9b8533ff48f63",
     "plain_rotor": "1eb224d7ad7cd992",
 }
 

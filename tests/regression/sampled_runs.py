@@ -31,7 +31,7 @@ import rotorsim as rs
 from rotorsim.machine import shipped_machines
 
 GRID = {"n_theta": 32, "n_z": 8, "dt": 2e-4}
-FILM_MACHINES = ("dtu_first_assembly", "dtu_gas_bearing", "dtu_gas_bearing_b", "dtu_gas_bearing_c", "dtu_gas_bearing_d")
+FILM_MACHINES = ("dtu_first_assembly", *(f"dtu_gas_bearing{end}" for end in ("", "_b", "_c", "_d")), "dtu_paper_a")
 OWN = (*FILM_MACHINES, "plain_rotor", "bently_rk4")
 DESIGNS = ("aerostatic_spindle", "foil_turbo_rotor", "grooved_turbo_rotor", "pump_on_tables", "rigid_rotor_self_acting")
 """Shipped machines on other bearings, whose numbers are held by tests of their physics."""

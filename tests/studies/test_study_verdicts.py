@@ -16,7 +16,7 @@ from rotorsim.verify.transients import ring_down
 from studies.thesis.claims import control_numbers, verdicts
 from studies.thesis.claims.hysteresis import drift
 from studies.thesis.claims.judge import VERDICTS
-from studies.thesis.claims.rules import ClaimFigure, claims, first_claims
+from studies.thesis.claims.rules import ClaimFigure, claims, first_claims, machines
 from studies.thesis.control_cases import decrement, onset, peaks, two_modes
 from studies.thesis.control_study import DESIGNS, ControlStudy
 from studies.thesis.whole_study import layout
@@ -69,7 +69,7 @@ def test_a_figure_shows_the_first_rule_and_what_the_thesis_own_model_gives():
 
 def test_claims_of_another_assembly_are_judged_by_its_numbers_and_by_the_study_s_own_by_the_first_rules():
     poor = {number: dict.fromkeys(figures, 1e9) for number, figures in THESIS.items()}
-    found = verdicts.verdicts(poor, elsewhere={"dtu_first_assembly": THESIS})
+    found = verdicts.verdicts(poor, elsewhere=dict.fromkeys(machines(), THESIS))
     met = {one.claim.number for one in found if one.verdict == "met"}
     assert met == {"I9", "I10", "C1", "C3", "C4", "N3", "N5"}
     assert {one.old_verdict for one in found if one.claim.number in met} == {"not met", None}
@@ -77,6 +77,7 @@ def test_claims_of_another_assembly_are_judged_by_its_numbers_and_by_the_study_s
     row = next(row for row in rows if row.startswith("| slow pole, x | 3078 rad/s (fitted)"))
     assert "| 3078 | " in row and row.endswith("not met |")
     assert verdicts.plain(found)["I10"]["machine"] == "dtu_first_assembly"
+    assert verdicts.plain(found)["C1"]["machine"] == "dtu_paper_a"
     assert verdicts.plain(found)["I8"]["machine"] is None
     alone = verdicts.verdicts(THESIS)
     assert {one.verdict for one in alone if one.claim.machine} == {"met", "not comparable"}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any
 
 import numpy as np
@@ -49,6 +49,11 @@ def control_left_out(found: ControlStudy) -> set[str]:
         for number, names in needed.items()
         if not names.isdisjoint(found.left_out) and names.isdisjoint(found.refused)
     }
+
+
+def laws_of(claims: Collection[str]) -> set[str]:
+    """Names of the laws that the figures of these claims need."""
+    return {name for number, needed, _ in _PARTS if number in claims for name in needed}
 
 
 def numbers_of(claim: str, found: ControlStudy, model: Any) -> Figures:

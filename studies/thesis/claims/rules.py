@@ -91,9 +91,9 @@ def first_claims() -> tuple[Claim, ...]:
     return tuple(_claim(number, dict(table)) for number, table in _file(FIRST)["claims"].items())
 
 
-def machines() -> tuple[str, ...]:
-    """Names of the shipped machines that claims are measured on besides the study's own."""
-    return tuple(_file(AMENDED)["machines"])
+def machines() -> dict[str, str]:
+    """Shipped machines that claims are measured on besides the study's own, each with the points of its campaign."""
+    return {name: one["grid"] for name, one in _file(AMENDED)["machines"].items()}
 
 
 def as_run(machine: Machine) -> Machine:
