@@ -26,8 +26,7 @@ from identification.lpv_model import LpvModel, load_model
 from rotorsim.base.errors import DataError, ModelError
 from rotorsim.base.units import MPA, TO_RPM
 from rotorsim.control import Law, load_law
-from rotorsim.machine.limits import speed_limit
-from rotorsim.machine.numerics import check_speed
+from rotorsim.machine.limits import check_speed, speed_limit
 from rotorsim.plant import Plant
 
 AnyUnit = TypeVar("AnyUnit", bound=PlantUnit | LinearUnit | LawUnit)

@@ -21,6 +21,7 @@ from .operating_map import (
 )
 from .shaft_motion import (
     mode_shapes as mode_shapes,
+    passed_too_fast as passed_too_fast,
     shaft_motion as shaft_motion,
     unbalance_response as unbalance_response,
 )

@@ -63,7 +63,7 @@ def campbell(plant: Plant, speeds: Sequence[float] | np.ndarray, pressure: float
         Over branch and speed wn [rad/s], zeta, log_dec, whirl_ratio and whirl (forward as the shaft turns), NaN where
         the branch is outside the region or the film does not carry; `begins` and `ends` say why. Over speed the
         numbers of modes in the region, of those `missing` among them (0: proven, NaN: not carried or not proven) and of
-        others met beyond its limit of damping (`damped`).
+        others met beyond its limit of damping (`damped`), and `zeta_least` of all.
         Over critical, of all branches by order and speed: critical_speed [rad/s], critical_order, critical_direction
         (-1 where the natural frequency falls below the line, 1 where it rises above), critical_zeta,
         critical_amplification 1 / (2 zeta), critical_whirl and critical_branch. The attributes hold the region and the
@@ -89,6 +89,7 @@ def campbell(plant: Plant, speeds: Sequence[float] | np.ndarray, pressure: float
     over = ("branch", "speed")
     counts = np.array([_counts(found, float(v)) for v in speeds])
     branches = [found.followed.branches[b] for b in shown]
+    least = [found.least(v) for v in speeds.tolist()]
     return xr.Dataset(
         {
             "wn": (over, wn, {"units": "rad/s", "long_name": "natural frequency"}),
@@ -101,13 +102,14 @@ def campbell(plant: Plant, speeds: Sequence[float] | np.ndarray, pressure: float
             "modes": ("speed", counts[:, 0], {"units": "1", "long_name": "modes in the region"}),
             "missing": ("speed", counts[:, 1], {"units": "1", "long_name": "modes in the region that are not found"}),
             "damped": ("speed", counts[:, 2], {"units": "1", "long_name": "modes met beyond the limit of damping"}),
+            "zeta_least": ("speed", least, {"units": "1", "long_name": "least damping ratio of all modes"}),
         }
         | criticals(found, shown),
         {
             "speed": ("speed", speeds, {"units": "rad/s", "long_name": "speed of the shaft"}),
             "branch": np.arange(1, len(shown) + 1),
         },
-        plant.provenance() | linear_warnings(plant, speeds, [found.least(v) for v in speeds.tolist()], pressure)
+        plant.provenance() | linear_warnings(plant, speeds, least, pressure)
         | {"kind": "campbell", "pressure": pressure, "asked": modes} | about(found),
     )  # fmt: skip
 
@@ -414,6 +416,8 @@ def _looked(found: ModesOverSpeed, speed: float) -> bool:
 def safe_region(found: xr.Dataset, margin: float = MARGIN) -> xr.Dataset:
     """`safe` (..., speed) added to a map: 1 safe, 0 not safe, NaN not known.
 
+    Where it is known, the reasons with it: `grows` where a mode grows, `near_critical` within the margin.
+
     Parameters
     ----------
     found : Dataset
@@ -442,6 +446,11 @@ def safe_region(found: xr.Dataset, margin: float = MARGIN) -> xr.Dataset:
         grows = found["zeta_least"].transpose(*order, "speed").values <= DAMPED
     looked = found["looked"].transpose(*order, "speed").values == 1
     safe = np.where((lifted == 0) | grows | near, 0.0, np.where(looked & (lifted == 1), 1.0, np.nan))
-    return found.assign(safe=((*order, "speed"), safe, label)).assign_attrs(
+    over = (*order, "speed")
+    reasons = {
+        "grows": (over, grows.astype(float), {"units": "1", "long_name": "1: a mode grows"}),
+        "near_critical": (over, near.astype(float), {"units": "1", "long_name": f"1: {100 * margin:g} % or nearer"}),
+    }
+    return found.assign(reasons | {"safe": (over, safe, label)}).assign_attrs(
         safe_margin=margin, least_amplification=AMPLIFIED
     )

@@ -16,17 +16,19 @@ import numpy as np
 
 from rotorsim.analysis.axes import MOST, Field, checked, labelled, over_fields, with_fields
 from rotorsim.analysis.campbell import critical_speeds, safe_region, surroundings
+from rotorsim.analysis.modes_over_speed import MARGIN
 from rotorsim.analysis.supply import felt, lift_off
 from rotorsim.analysis.whirl_onset import whirl_onset
 from rotorsim.base.display import Card, Shown, several
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.interrupt import finishing
 from rotorsim.base.processes import cores, spread
-from rotorsim.base.units import TO_UM
+from rotorsim.base.units import TO_UM, show
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 from rotorsim.plant.linearise import LinearPlant, linearise
 from rotorsim.plant.simulation import Equilibrium, describe, settle
+from rotorsim.plant.validity import growth
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -387,6 +389,31 @@ def map_machine(
     if found.attrs["ended"] == "complete":
         found = _more(plant, fields, found, least_film, onset, critical)
     return found
+
+
+def unsafe_lines(found: xr.Dataset) -> list[str]:
+    """Sentences on the points of a map that are not safe: how many for each reason, and where a mode grows."""
+    near = f"within {100 * found.attrs.get('safe_margin', MARGIN):g} % of a critical speed"
+    flags = {"not carried": found["lifted"] == 0}
+    flags |= {
+        what: found[key] == 1 for key, what in (("grows", "a mode grows"), ("near_critical", near)) if key in found
+    }
+    counts = [f"{int(there.sum())} {what}" for what, there in flags.items() if there.any()]
+    lines = [", ".join(counts)] if counts else []
+    if "grows" in found:
+        zeta, speeds = found["zeta_least"], found["speed"].values
+        axes = [str(d) for d in zeta.dims if d != "speed"]
+        for at in product(*(range(zeta.sizes[d]) for d in axes)):
+            where = growth(speeds, zeta.isel(dict(zip(axes, at, strict=True))).values)
+            stated = [_stated(found, d, found[d].values[k]) for d, k in zip(axes, at, strict=True) if zeta.sizes[d] > 1]
+            lines += [f"a mode grows {where}{', at ' if stated else ''}{', '.join(stated)}"] if where else []
+    return lines
+
+
+def _stated(found: xr.Dataset, dimension: str, value: float) -> str:
+    """A value of an axis with its unit, after its name if it is no pressure."""
+    text = show(float(f"{value:.9g}"), str(found[dimension].attrs.get("units", "1")))
+    return text if dimension == "pressure" else f"{found[dimension].attrs.get('long_name', dimension)} {text}"
 
 
 def machines_at_ends(plant: Plant, fields: Sequence[Field]) -> list[Machine]:

@@ -340,8 +340,10 @@ def _end(speeds: np.ndarray, sizes: np.ndarray, grows: np.ndarray, k: int) -> st
     return "start" if k == 0 else "end" if k == len(speeds) - 1 else ""
 
 
-def passed_too_fast(plant: Plant, record: xr.Dataset, pressure: float) -> str:
+def passed_too_fast(plant: Plant, record: xr.Dataset, pressure: float = 0.0) -> str:
     """Sentence on the critical speed that a run passes most too fast for its steady response; empty without one.
+
+    Commands keep it as the record's attribute `passed_too_fast`, which pages and summaries state.
 
     Parameters
     ----------
@@ -350,6 +352,14 @@ def passed_too_fast(plant: Plant, record: xr.Dataset, pressure: float) -> str:
         With `speed` [rad/s] over `time` [s].
     pressure : float
         Gauge supply pressure [Pa].
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rotor = rs.Plant("plain_rotor")
+    >>> run = rs.experiments.runup(rotor, start=260.0, stop=290.0, rate=3000.0)
+    >>> rs.analysis.passed_too_fast(rotor, run).split(",")[0]
+    '2647 rpm'
     """
     speed, time = (np.asarray(record[name].values, float) for name in ("speed", "time"))
     low, high = float(np.abs(speed).min()), float(np.abs(speed).max())

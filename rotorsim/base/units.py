@@ -127,7 +127,7 @@ TABLE: dict[str, Dimension] = {
         {"N/m": "1", "kN/m": "1e3", "MN/m": "1e6", "N/mm": "1e3", "N/um": "1e6"},
     ),
     "N/m^3": Dimension(
-        "stiffness per area",
+        "stiffness per area or cubic stiffness",
         "4.7 GN/m^3",
         ("GN/m^3",),
         {"N/m^3": "1", "MN/m^3": "1e6", "GN/m^3": "1e9", "N/mm^3": "1e9"},

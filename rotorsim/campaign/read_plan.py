@@ -39,7 +39,7 @@ from rotorsim.campaign.axes import (
 from rotorsim.campaign.plan import Plan, PlannedExperiment, changed_paths, changes_text, with_changes
 from rotorsim.experiments.experiment import ask_speeds, fastest
 from rotorsim.machine import Machine, machine_text, shipped_machines
-from rotorsim.machine.numerics import check_speed
+from rotorsim.machine.limits import check_speed
 from rotorsim.machine.plausibility import ask_machine
 
 

@@ -271,20 +271,25 @@ def read_seed(text: str) -> int:
 def _report(path: Path, folder: ResultFolder, plant: Plant, experiment: Experiment, outcome: Outcome) -> None:
     """Write the page of a record and print its results as a table or as JSON."""
     from rotorsim.analysis.shaft_motion import passed_too_fast
+    from rotorsim.experiments.recording import add_attribute
+    from rotorsim.experiments.running import FAST
     from rotorsim.experiments.summary import summarise_experiment
     from rotorsim.report.page import write_page
     from rotorsim.report.record import results as swept_rows, run_page
-    from rotorsim.report.run import FAST, analyse
+    from rotorsim.report.run import analyse
     from rotorsim.report.units import unit_system
     from rotorsim.signals.record_blocks import open_record
 
+    if experiment.swept and outcome.error is None:
+        with open_record(path) as data:
+            text = passed_too_fast(plant, data, experiment.initial()[1])
+        if text:
+            add_attribute(path, FAST, text)
     with open_record(path) as data:
         summary = summarise_experiment(data)
         rows = result_rows(summary) + experiment.table(summary)
         rows += [("Beyond the checked range", text) for text in summary.get("beyond_checked_range", ())]
-        if experiment.swept and (text := passed_too_fast(plant, data, experiment.initial()[1])):
-            data = data.assign_attrs({FAST: text})
-            summary, rows = summary | {FAST: text}, [*rows, ("Passed too fast", text)]
+        rows += [("Passed too fast", summary[FAST])] if FAST in summary else []
         run = analyse(data) if experiment.swept or folder.options.report else None
         if run is not None and experiment.swept:
             summary |= run.summary

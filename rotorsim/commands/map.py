@@ -124,7 +124,7 @@ def map_command(
     plant = settings.plant(machine)
     grid = wanted.read(plant)
     fed = _check(plant, grid, wanted)
-    from rotorsim.analysis.operating_map import map_machine
+    from rotorsim.analysis.operating_map import map_machine, unsafe_lines
     from rotorsim.analysis.whirl_onset import onset_beyond
 
     with result.folder("map", "map.nc") as folder:
@@ -145,10 +145,12 @@ def map_command(
             options.Console().print(table)
     numbers, listed = summary(found), {key for key, *_ in LISTED.values()} | {key for _, key in LOOKED.values()}
     rows = [(key.replace("_", " "), _short(value)) for key, value in numbers.items() if key not in listed]
+    reasons = unsafe_lines(found)
+    rows += [("why not safe", line) for line in reasons]
     looked = wanted.with_onset or grid.fields or found.attrs["ended"] != "complete"
     above = "" if looked else onset_beyond(plant, max(grid.speeds, key=abs), found["pressure"].values[[0, -1]])
     rows += [(options.ABOVE, above)] if above else []
-    result.show(numbers | {"above_asked": above}, rows, folder.files)
+    result.show(numbers | {"why_not_safe": reasons, "above_asked": above}, rows, folder.files)
     _leave_if_incomplete(found, folder.files["map"], fed)
 
 

@@ -310,6 +310,15 @@ def recover(folder: Path) -> list[tuple[Path, int]]:
     return found
 
 
+def add_attribute(path: Path, name: str, text: str) -> None:
+    """Add an attribute to a finished record; raises OSError, before anything is changed, where the disk is full."""
+    with DiskFile(path, "r+") as disk:
+        disk.reserve(STRUCTURE)
+        with h5py.File(disk, "r+", track_order=True) as file:
+            file.attrs[name] = text
+        disk.finish()
+
+
 def duration(path: Path) -> float:
     """Length [s] of a record that a run wrote."""
     with h5py.File(path, "r") as file:

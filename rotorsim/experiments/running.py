@@ -24,8 +24,7 @@ from rotorsim.base.units import RIG_SAMPLE, TO_RPM
 from rotorsim.experiments.experiment import Experiment, ask_speeds, check_seed, fastest, reference_range
 from rotorsim.experiments.recording import FEWEST, Recording
 from rotorsim.machine.checks import SAME_PLACE
-from rotorsim.machine.limits import at_speed, first_passed, limits_of
-from rotorsim.machine.numerics import check_speed
+from rotorsim.machine.limits import at_speed, check_speed, first_passed, limits_of
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.controller import alarms_of, as_controller, ask, call
 from rotorsim.plant.kernels.layout import COLUMNS, HEAT_COLUMNS
@@ -42,6 +41,8 @@ if TYPE_CHECKING:
 
 BEYOND = "beyond_checked_range"
 """Attribute of a record whose run exceeds the range in which the model was checked."""
+FAST = "passed_too_fast"
+"""Attribute of a record whose run passes a critical speed too fast for the steady response."""
 SPEED = COLUMNS.index("speed")
 
 
@@ -124,10 +125,10 @@ def sentences(attrs: Mapping[str, Any]) -> list[str]:
     return str(attrs.get(BEYOND, "")).splitlines()
 
 
-def beyond_of(record: xr.Dataset) -> dict[str, list[str]]:
-    """Part of a summary: the sentences, if there are any."""
-    found = sentences(record.attrs)
-    return {BEYOND: found} if found else {}
+def warnings_of(record: xr.Dataset) -> dict[str, Any]:
+    """Part of a summary: the sentences on the checked range, and that on a critical speed passed too fast, if any."""
+    found: dict[str, Any] = {BEYOND: sentences(record.attrs), FAST: str(record.attrs.get(FAST, ""))}
+    return {name: value for name, value in found.items() if value}
 
 
 SNAPSHOTS = 6

@@ -14,7 +14,7 @@ from identification.records.sampling import nominal_rate
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.experiments.experiment import EXPERIMENTS
-from rotorsim.experiments.running import beyond_of
+from rotorsim.experiments.running import warnings_of
 from rotorsim.machine import Gas, Machine
 from rotorsim.signals.orders import after_start, find_resonances, start_settled, start_transient
 from rotorsim.signals.record_blocks import blocks, displacement_name, probe_numbers
@@ -43,7 +43,7 @@ def summarise_experiment(record: xr.Dataset) -> dict[str, Any]:
     if numbers := probe_numbers(record):
         seen["probes"] = numbers
     findings = EXPERIMENTS[name].findings(record) if name in EXPERIMENTS else {}
-    return {"experiment": name, **seen, **findings, **beyond_of(record)}
+    return {"experiment": name, **seen, **findings, **warnings_of(record)}
 
 
 def scan(record: xr.Dataset) -> dict[str, Any]:
@@ -122,7 +122,7 @@ def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | Non
                                 "first_rpm": contact["first_speed"]},
         "mass_flow": flow and _flow(flow, normal_density(record)),
         "sub_synchronous": largest_sub_synchronous(spectra),
-    } | ({"probes": numbers} if (numbers := probe_numbers(record)) else {}) | beyond_of(record)  # fmt: skip
+    } | ({"probes": numbers} if (numbers := probe_numbers(record)) else {}) | warnings_of(record)  # fmt: skip
 
 
 def _of_films(record: xr.Dataset) -> dict[str, Any]:

@@ -17,10 +17,10 @@ from math import pi, sqrt
 
 import numpy as np
 
-from rotorsim.base.errors import Unusual
+from rotorsim.base.errors import DataError, Unusual
 from rotorsim.base.units import MPA, TO_RPM, show
 from rotorsim.effects.film.gas_heating import NOMINAL
-from rotorsim.machine.numerics import FEWEST, HOT, Limits, highest_sampled
+from rotorsim.machine.numerics import FEWEST, HOT, PER_TURN, Limits, highest_sampled, rate_for
 from rotorsim.machine.rotor import ShaftMaterial
 from rotorsim.machine.schema import Machine
 
@@ -117,15 +117,40 @@ def largest_radius(machine: Machine) -> tuple[str, float]:
     return max(radii.items(), key=lambda item: item[1])
 
 
-def ask_rim_speed(machine: Machine, speed: float, path: str = "speed") -> None:
-    """Warn of a rotational speed [rad/s] at which the rim is faster than `FASTEST`; `path` names the speed."""
+def at_the_rim(machine: Machine, speed: float) -> str:
+    """Words on a rotational speed [rad/s] at which the rim is faster than `FASTEST`; empty for a slower one."""
     place, radius = largest_radius(machine)
     rim = abs(speed) * radius
-    if rim > FASTEST:
+    if rim <= FASTEST:
+        return ""
+    what = f"moves the rim of {place}, radius {1e3 * radius:.3g} mm, at {rim:.4g} m/s"
+    return f"{what} (rotors of steel burst at 500 to 700 m/s)"
+
+
+def ask_rim_speed(machine: Machine, speed: float, path: str = "speed") -> None:
+    """Warn of a rotational speed [rad/s] at which the rim is faster than `FASTEST`; `path` names the speed."""
+    if fast := at_the_rim(machine, speed):
         warnings.warn(
-            f"{path}: '{show(speed, 'rad/s')}' ({speed / (2 * pi):.4g} Hz) moves the rim of {place}, radius "
-            f"{1e3 * radius:.3g} mm, at {rim:.4g} m/s (rotors of steel burst at 500 to 700 m/s); check whether rpm or "
-            "Hz are meant",
+            f"{path}: '{show(speed, 'rad/s')}' ({speed / (2 * pi):.4g} Hz) {fast}; check whether rpm or Hz are meant",
             Unusual,
             stacklevel=3,
         )
+
+
+def check_speed(machine: Machine, speed: float) -> None:
+    """Raise DataError for a speed [rad/s] at which a turn has too few samples, with the rate that it needs.
+
+    No rate is advised for a speed at which the rim would burst.
+    """
+    if abs(speed) <= highest_sampled(machine) * (1 + 1e-9):
+        return
+    needed = rate_for(PER_TURN * abs(speed) / (2 * pi))
+    own = 2 * pi / (abs(speed) * machine.sampling_time)
+    fast = at_the_rim(machine, speed)
+    way = f"lower it: it {fast}" if fast else f"give the machine solver.sampling_rate = '{show(needed, 'Hz')}'"
+    raise DataError(
+        f"speed = {abs(speed) * TO_RPM:.6g} rpm: a turn has {own:.2g} samples at "
+        f"{show(float(f'{1 / machine.sampling_time:.9g}'), 'Hz')} and needs {FEWEST}; {way}",
+        argument="speed",
+        value=speed,
+    )

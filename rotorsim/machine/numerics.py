@@ -13,8 +13,7 @@ from typing import Literal, Protocol
 
 from pydantic import Field
 
-from rotorsim.base.errors import DataError
-from rotorsim.base.units import MPA, RIG_SAMPLE, TO_RPM, show
+from rotorsim.base.units import MPA, RIG_SAMPLE, show
 from rotorsim.machine.gas_film import GasFilm
 from rotorsim.machine.part import Part, count, quantity
 from rotorsim.machine.rotor import Drive
@@ -208,18 +207,3 @@ def check_step(machine: Sampled) -> Iterator[tuple[str, str]]:
 def highest_sampled(machine: Sampled) -> float:
     """Highest speed [rad/s] at which a turn has enough samples."""
     return 2 * pi / (machine.sampling_time * FEWEST)
-
-
-def check_speed(machine: Sampled, speed: float) -> None:
-    """Raise DataError for a speed [rad/s] at which a turn has too few samples, with the rate that it needs."""
-    if abs(speed) <= highest_sampled(machine) * (1 + 1e-9):
-        return
-    needed = rate_for(PER_TURN * abs(speed) / (2 * pi))
-    own = 2 * pi / (abs(speed) * machine.sampling_time)
-    raise DataError(
-        f"speed = {abs(speed) * TO_RPM:.6g} rpm: a turn has {own:.2g} samples at "
-        f"{show(float(f'{1 / machine.sampling_time:.9g}'), 'Hz')} and needs {FEWEST}; give the machine "
-        f"solver.sampling_rate = '{show(needed, 'Hz')}'",
-        argument="speed",
-        value=speed,
-    )

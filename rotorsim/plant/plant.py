@@ -19,7 +19,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import whole_samples
 from rotorsim.base.units import parse
 from rotorsim.machine import load_machine
-from rotorsim.machine.numerics import check_speed
+from rotorsim.machine.limits import check_speed
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly, assemble
 from rotorsim.plant.controller import (

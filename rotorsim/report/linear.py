@@ -22,6 +22,7 @@ from rotorsim.report.page import (
     page_of,
     phase_axes,
     phase_lag,
+    shade_growth,
     style,
 )
 from rotorsim.report.units import quantity
@@ -61,6 +62,8 @@ def shaft_campbell(found: xr.Dataset) -> go.Figure:
                                    legendgroup=str(k), showlegend=row == 1,
                                    marker={"symbol": marks, "size": 6}), row, 1)  # fmt: skip
     figure.add_trace(curve(speed, np.abs(speed) / 60, INK, "1X", 1, "dash", hoverinfo="skip"), 1, 1)
+    if "zeta_least" in found:
+        shade_growth(figure, speed, found["zeta_least"].values, rows=2)
     _add_criticals(figure, found)
     top = float(np.nanmax(found["wn"].values)) * TO_HZ
     figure.update_yaxes(title_text="natural frequency [Hz]", range=[0, 1.05 * top], row=1, col=1)
@@ -110,7 +113,7 @@ def campbell_page(found: xr.Dataset) -> Page:
     """Page of a Campbell diagram with critical speeds, and the undamped ones over the bearings' stiffness if known."""
     text = (
         "Triangles up whirl forward at the measuring plane, down backward. Rings mark critical speeds. Lines end where "
-        "a mode leaves the region that is searched or the film does not carry."
+        "a mode leaves the region that is searched or the film does not carry. Shaded: a mode grows."
     )
     orders = ("order", "speed [rpm]", "natural frequency", "damping ratio", "amplification", "whirl", "mode")
     sure = f"Modes: {modes_line(found)}. Critical speeds are searched from {searched_line(found)}."
@@ -194,6 +197,7 @@ def response_figure(found: xr.Dataset, places: tuple[str, ...] | None = None) ->
         look: dict[str, Any] = {"colour": PIN_COLOURS[k % len(PIN_COLOURS)], "name": place, "width": 2, "digits": 6}
         figure.add_trace(curve(speed, one["major"].values * TO_UM, legendgroup=place, **look), 1, 1)
         figure.add_trace(curve(speed, lag, legendgroup=place, showlegend=False, **look), 2, 1)
+    shade_growth(figure, speed, found["zeta_least"].values, rows=2)
     figure.update_yaxes(title_text="major half axis [µm 0-pk]", rangemode="tozero", row=1, col=1)
     figure.update_yaxes(title_text="phase lag of x [deg]", dtick=90, autorange="reversed", row=2, col=1)
     figure.update_xaxes(title_text="speed [rpm]", row=2, col=1)
@@ -221,7 +225,7 @@ def response_page(found: xr.Dataset) -> Page:
          float(one["zeta_least"]))
         for one in (found.isel(speed=k) for k in range(0, found.sizes["speed"], step))
     ]  # fmt: skip
-    text = "Amplitudes are 0-pk; the phase of x lags the unbalance."
+    text = "Amplitudes are 0-pk; the phase of x lags the unbalance. Shaded: a mode grows, and no response is steady."
     blocks = [
         Block("Response over speed", text, figure=response_figure(found)),
         Block("Peaks", "Where no mode grows.", ("place", "speed [rpm]", "size [µm 0-pk]", "may be larger beyond"),

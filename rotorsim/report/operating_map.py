@@ -5,12 +5,26 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
+from rotorsim.analysis.operating_map import unsafe_lines
 from rotorsim.base.rounding import whirl_sense
 from rotorsim.base.units import TO_HZ, TO_MPA, TO_RPM, TO_UM
-from rotorsim.report.page import INK, PIN_COLOURS, Block, Page, compact, curve, faint, machine_entry, page_of, style
+from rotorsim.report.page import (
+    INK,
+    PIN_COLOURS,
+    UNSAFE,
+    Block,
+    Page,
+    compact,
+    curve,
+    faint,
+    machine_entry,
+    page_of,
+    shade_growth,
+    style,
+)
 from rotorsim.report.units import quantity
 
-UNSAFE, UNKNOWN = "#7a3b3b", "#5f6b73"
+UNKNOWN = "#5f6b73"
 MAP_SCALE = [[0, "#ffffff"], [0.5, "#cfe2f1"], [1, "#6fa9d6"]]
 """Light enough for numbers on the lines and for the shade above."""
 DASHES = ("solid", "dash", "dot", "dashdot")
@@ -54,10 +68,11 @@ def _about(found: xr.Dataset) -> str:
         first = ", ".join(f"{found[d].attrs.get('long_name', d)} = {found[d].values[0]:g} "
                           f"{found[d].attrs.get('units', '')}" for d in extra)  # fmt: skip
         more = f" Drawn at {first}; the file holds all values."
+    reasons = "".join(f" Not safe: {line}." for line in unsafe_lines(found))
     cut = "" if found.attrs.get("ended") == "complete" else " The map was interrupted and is not complete."
     return (
         f"Linear analysis of film, injectors and rotor together at {points} operating points, {lifted} of them lifted."
-        f"{more}{cut} This is a simulation; numbers of a machine file marked calibrated were fitted."
+        f"{more}{cut}{reasons} This is a simulation; numbers of a machine file marked calibrated were fitted."
     )
 
 
@@ -79,7 +94,7 @@ def blocks(one: xr.Dataset) -> list[Block]:
     if one.sizes["speed"] > 1 and np.isfinite(one["branch_wn"]).any():
         text = (
             "The lowest modes, followed over the speed. Triangles up whirl forward at the disc, down backward. "
-            "Crosses: orders of the speed meet a mode."
+            "Crosses: orders of the speed meet a mode. Shaded: a mode grows at one of the pressures."
         )
         out.append(Block("Campbell diagram", text, figure=campbell_figure(one)))
     if critical := _critical_rows(one):
@@ -245,6 +260,7 @@ def campbell_figure(found: xr.Dataset, pressures: int = 3) -> go.Figure:
     for order in (1, 2, 3):
         figure.add_trace(curve(speed, order * np.abs(speed) / 60, INK, f"{order}X", 1, DASHES[order],
                                hoverinfo="skip"), 1, 1)  # fmt: skip
+    shade_growth(figure, speed, found["zeta_least"].isel(pressure=chosen).min("pressure").values, rows=2)
     _add_crossings(figure, found)
     first = np.where(np.isnan(wn), np.inf, wn).min(axis=2)[:, :2]
     top = 1.15 * max(first[np.isfinite(first)].max(), np.abs(speed).max() / 60)

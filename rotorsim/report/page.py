@@ -27,11 +27,13 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_text
 from rotorsim.base.input_files import parse_toml
 from rotorsim.base.public import Registry
+from rotorsim.base.rounding import DAMPED
 from rotorsim.report.figure_files import BEGIN, END, check_kind, imperial_figure, write_figures
 from rotorsim.report.units import check_units, in_shown_units, is_imperial, label, micrometres, page_system, unit_in
 
 AXIS_COLOURS = {"x": "#0072B2", "y": "#D55E00"}
 NEUTRAL, INK, GRID = "#009E73", "#24303c", "#e4e8ec"
+UNSAFE = "#7a3b3b"
 PIN_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 FONT = "Inter, 'Segoe UI', 'Helvetica Neue', Arial, 'DejaVu Sans', sans-serif"
 SPECTRUM_SCALE = [[0, "#ffffff"], [0.2, "#dbe9f4"], [0.45, "#8fbfdf"], [0.7, "#2f79b5"], [1, "#08264d"]]
@@ -50,6 +52,24 @@ def faint(colour: str, opacity: float = 0.25) -> str:
     """A '#rrggbb' colour as rgba with an opacity."""
     red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
     return f"rgba({red},{green},{blue},{opacity})"
+
+
+def shade_growth(figure: go.Figure, speed: np.ndarray, zeta: np.ndarray, rows: int) -> None:
+    """Shade where a mode grows in panels one above another, over speeds (n,) with the least damping ratio at each.
+
+    An edge lies where the damping ratio passes 0 on a straight line between two speeds.
+    """
+    known = np.flatnonzero(np.isfinite(zeta))
+    x, y = speed[known], zeta[known]
+    places = np.flatnonzero(y < -DAMPED)
+    for run in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1) if places.size else ():
+        ends = [
+            np.interp(0.0, *zip(*sorted([(y[i], x[i]), (y[j], x[j])]), strict=True)) if 0 <= j < len(y) else x[i]
+            for i, j in ((run[0], run[0] - 1), (run[-1], run[-1] + 1))
+        ]
+        for row in range(1, rows + 1):
+            figure.add_vrect(*map(float, ends), row=row, col=1, fillcolor=UNSAFE, opacity=0.14, line={"width": 0},
+                             layer="below")  # fmt: skip
 
 
 def style(figure: go.Figure, height: int, **layout: object) -> go.Figure:

@@ -15,11 +15,11 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import TO_MPA, TO_RPM, TO_UM, show, split
 from rotorsim.experiments.experiment import EXPERIMENTS, parameters
-from rotorsim.experiments.running import BEYOND, sentences
+from rotorsim.experiments.running import BEYOND, FAST, sentences
 from rotorsim.report import film, orbit, orders, responses, time_history
 from rotorsim.report.film import feed_word
 from rotorsim.report.page import Block, Page, check_wanted, machine_entry, page_of, write_page
-from rotorsim.report.run import FAST, RUNS, SECTIONS, AnalysedRun, RecordSection, VectorRun, analyse, end_of_run
+from rotorsim.report.run import RUNS, SECTIONS, AnalysedRun, RecordSection, VectorRun, analyse, end_of_run
 from rotorsim.report.units import number, quantity
 from rotorsim.signals.orders import mean_order
 from rotorsim.signals.record_blocks import SHOWN, MissingError, open_record

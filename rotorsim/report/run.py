@@ -32,8 +32,6 @@ from rotorsim.signals.static_gain import Holds, rest
 
 RUNS = ("runup", "coastdown")
 """Experiments in which the speed is swept."""
-FAST = "passed_too_fast"
-"""Attribute of a record whose run passes a critical speed too fast for the steady response."""
 STEADILY = 0.02
 """Permitted deviation of a speed from its trend, or in all if it counts as constant, over the highest."""
 

@@ -18,6 +18,7 @@ from rotorsim.cli import main
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 from rotorsim.plant.validity import linear_warnings
+from rotorsim.signals.record_blocks import open_record
 
 RPM = np.pi / 30
 
@@ -246,3 +247,15 @@ def test_a_ramp_is_too_fast_where_the_closed_form_falls_five_per_cent_short():
         assert bool(stated) == fast and (not fast or f"{limits.min() / RPM:.3g} rpm/s" in stated)
         below = xr.Dataset({"speed": ("time", 0.3 * (50.0 + rate * time))}, {"time": time})
         assert passed_too_fast(plant, below, 0.0) == ""
+
+
+def test_a_ramp_that_is_too_fast_is_said_in_the_record_and_by_python(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    given = ["--start", "2500 rpm", "--stop", "2800 rpm", "--rate", "30 krpm/s", "--out", "out", "--json"]
+    with pytest.raises(SystemExit) as ended:
+        main(["runup", "plain_rotor", *given, "--no-report"])
+    assert not ended.value.code
+    stated = json.loads(capsys.readouterr().out)["passed_too_fast"]
+    with open_record(tmp_path / "out" / "runup.nc") as record:
+        assert record.attrs["passed_too_fast"] == stated
+        assert stated.startswith("2647 rpm") and passed_too_fast(Plant("plain_rotor"), record) == stated

@@ -17,7 +17,7 @@ from rotorsim.analysis import (
     whirl_onset,
 )
 from rotorsim.analysis.axes import Field, checked, read_axis, read_field
-from rotorsim.analysis.operating_map import useful
+from rotorsim.analysis.operating_map import unsafe_lines, useful
 from rotorsim.base.errors import DataError, MachineFileError, NoLiftOffError
 from rotorsim.plant import Plant
 
@@ -58,6 +58,38 @@ def test_safe_is_lifted_stable_and_clear_of_the_critical_speeds(small):
     assert small["safe"].sel(pressure=0.7e6).values.tolist() == [1, 1, 1, 1]
     assert small["safe"].sel(pressure=0.4e6).values.tolist() == [1, 1, 0, 1]
     assert small["critical_speed"].sel(pressure=0.7e6).values / RPM == pytest.approx([7229, 7801], rel=0.01)
+
+
+def test_each_point_that_is_not_safe_has_its_reason(small):
+    lost, near, grows = small["lifted"] == 0, small["near_critical"] == 1, small["grows"] == 1
+    assert ((small["safe"] == 0) == (lost | near | grows)).all() and not (lost & (near | grows)).any()
+    assert unsafe_lines(small) == [f"{int(lost.sum())} not carried, 1 within 15 % of a critical speed"]
+    zeta = small["zeta_least"].copy()
+    zeta[{"pressure": 1, "speed": slice(2, None)}] = -0.1
+    whirls = safe_region(small.assign(zeta_least=zeta))
+    first, onset = unsafe_lines(whirls)
+    assert "2 a mode grows" in first
+    assert onset == "a mode grows from between 3000 and 6000 rpm on, at 0.4 MPa"
+
+
+def test_growth_is_shaded_from_where_the_damping_passes_zero():
+    import plotly.graph_objects as go
+    from plotly.subplots import make_subplots
+
+    from rotorsim.report.page import shade_growth
+
+    speed = np.arange(0.0, 7000.0, 1000.0)
+    zeta = np.where(speed < 6000, (speed - 1250) * (speed - 4600) / 1e8, np.nan)
+    figure = make_subplots(2, 1)
+    for row in (1, 2):
+        figure.add_trace(go.Scatter(x=speed, y=speed), row, 1)
+    shade_growth(figure, speed, zeta, rows=2)
+    between = [
+        np.interp(0, *zip(*sorted(zip(zeta[k : k + 2], speed[k : k + 2], strict=True)), strict=True)) for k in (1, 4)
+    ]
+    assert [(one.x0, one.x1) for one in figure.layout.shapes] == [pytest.approx(between)] * 2
+    shade_growth(figure, speed, np.abs(zeta), rows=2)
+    assert len(figure.layout.shapes) == 2
 
 
 def test_what_is_not_safe_is_shaded_above_the_contours(small):

@@ -10,8 +10,7 @@ from fmu.export import law_unit, named, plant_unit
 from fmu.model import identifier
 from rotorsim.base.errors import DataError
 from rotorsim.machine import Limits
-from rotorsim.machine.limits import first_passed, speed_limit
-from rotorsim.machine.numerics import check_speed
+from rotorsim.machine.limits import check_speed, first_passed, speed_limit
 from rotorsim.plant import Plant
 
 SAMPLE = 2e-4

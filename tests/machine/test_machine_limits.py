@@ -3,9 +3,17 @@
 import numpy as np
 import pytest
 
-from rotorsim.base.errors import MachineFileError
+from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.machine import Checked, Limits, Machine, ShaftMaterial, load_machine
-from rotorsim.machine.limits import first_passed, hottest, limits_of, spin_stress
+from rotorsim.machine.limits import (
+    FASTEST,
+    check_speed,
+    first_passed,
+    hottest,
+    largest_radius,
+    limits_of,
+    spin_stress,
+)
 from rotorsim.machine.numerics import HOT
 
 STEEL = ShaftMaterial(density="7850 kg/m^3", youngs_modulus="210 GPa", poisson_ratio=0.3)
@@ -106,3 +114,13 @@ def test_faults_are_one_sentence(rig, path, value, words):
     with pytest.raises(MachineFileError) as caught:
         rig.replace(path, value)
     assert str(caught.value).startswith(words) and len(str(caught.value).splitlines()) == 1
+
+
+def test_no_sampling_rate_is_advised_for_a_speed_that_bursts_the_rotor(rig):
+    bursts = FASTEST / largest_radius(rig)[1]
+    for speed in (0.99 * bursts, 1.01 * bursts):
+        with pytest.raises(DataError) as refused:
+            check_speed(rig, speed)
+        assert (refused.value.argument, refused.value.value) == ("speed", speed)
+        assert ("sampling_rate" in str(refused.value)) == (speed < bursts)
+        assert (" m/s " in str(refused.value)) == (speed > bursts)

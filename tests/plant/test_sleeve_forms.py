@@ -103,7 +103,7 @@ def test_effects_on_the_gap_add_to_the_form_of_the_sleeve():
         'steps = [{ count = 8, depth = "9 um", arc = "60 deg" }]': "leaves no land between 8 pockets",
         'grooves = { on = "sleeve", pattern = "spiral", depth = "9 um", share = 0.5, angle = "28 deg", land = "5 mm" }':
             "goes with a herringbone; remove it",
-        'foil = { stiffness = "5 MN/m" }': "is not a stiffness per area; write e.g. '4.7 GN/m^3'",
+        'foil = { stiffness = "5 MN/m" }': "is not a stiffness per area or cubic stiffness; write e.g. '4.7 GN/m^3'",
         "lobes = { count = 3, preload = 1.5 }": "preload: 1.5",
     }.items(),
 )  # fmt: skip
