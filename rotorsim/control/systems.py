@@ -18,6 +18,8 @@ The plant's input register (its sample of delay) is part of x, so u_k acts on ti
 Cites: astrom_1997, bruinsma_1990, zhou_1996.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
