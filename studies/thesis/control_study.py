@@ -46,7 +46,7 @@ DESIGNS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "youla": ("youla", "", _at("cell")),
 }
 """Name in the study: design, preset and changes; what takes longest comes first."""
-EIGHT_BAR = {"placement": ("placement", "", _at("placement_design_8"))}
+EIGHT_BAR: dict[str, tuple[str, str, tuple[str, ...]]] = {"placement": ("placement", "", _at("placement_design_8"))}
 """Designs that are made at the thesis' own pressure on a model that holds there."""
 RINGING = {"placement": "placement", "hinf reduced": "reduced_hits", "p": "decentralised", "softening": "decentralised",
            "hardening": "decentralised"}  # fmt: skip
