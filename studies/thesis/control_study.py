@@ -46,7 +46,7 @@ DESIGNS: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "youla": ("youla", "", _at("cell")),
 }
 """Name in the study: design, preset and changes; what takes longest comes first."""
-EIGHT_BAR = {"placement": ("placement", "", _at("placement_design_8"))}
+EIGHT_BAR: dict[str, tuple[str, str, tuple[str, ...]]] = {"placement": ("placement", "", _at("placement_design_8"))}
 """Designs that are made at the thesis' own pressure on a model that holds there."""
 RINGING = {"placement": "placement", "hinf reduced": "reduced_hits", "p": "decentralised", "softening": "decentralised",
            "hardening": "decentralised"}  # fmt: skip
@@ -190,13 +190,18 @@ def ringing_study(
     return found
 
 
+def designs_on(model: LpvModel) -> dict[str, tuple[str, str, tuple[str, ...]]]:
+    """Designs on a model; that of Paper A at its own pressure, 8 bar, where the model holds there."""
+    return DESIGNS if model.outside(*points("placement_design_8")[0]) else DESIGNS | EIGHT_BAR
+
+
 class _KeptFiles:
     """Names and keys of what is kept."""
 
     def __init__(self, plant: Plant, model: LpvModel, folder: Path) -> None:
         self.folder, self.machine = folder, plant.machine.text
         self.physics = f"{plant.machine.hash} {plant.assembly.module.__name__}"
-        self.designs = DESIGNS if model.outside(*points("placement_design_8")[0]) else DESIGNS | EIGHT_BAR
+        self.designs = designs_on(model)
         self.text = json.dumps(model.to_dict(), sort_keys=True)
         self.model = folder / f"model-{key_of(self.text, kind='control')}.json"
         if not self.model.exists():

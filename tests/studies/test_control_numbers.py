@@ -1,6 +1,6 @@
 """Numbers of the claims on control: designs on the identified model, synthetic run results, completeness."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from rotorsim.verify.transients import ImpactResponse
 from studies.thesis import control_cases, control_study as control
 from studies.thesis.cached_cases import CachedCase
 from studies.thesis.claims import control_numbers as control_numbers_file
-from studies.thesis.claims.control_numbers import control_numbers, interpolated
+from studies.thesis.claims.control_numbers import control_numbers, interpolated, laws_of
 from studies.thesis.claims.judge import MET, NOT_MET, judge_figure
 from studies.thesis.claims.rules import claims, first_claims, points
 from studies.thesis.control_study import FITTED, OPEN, RINGING, ControlStudy, _ringing
@@ -104,6 +104,19 @@ def test_each_run_of_the_plant_is_a_function_of_the_cases_and_comes_to_its_own_p
     assert study.impacts["hinf"] == "hits hinf" and study.runup[OPEN] == f"run up {OPEN}"
     assert (study.coast, study.static_map, study.whirl) == ("coast", "static_map", "whirl")
     assert "printed" not in study.impacts
+
+
+def test_paper_a_s_law_is_made_at_its_own_pressure_where_the_model_holds_there(model):
+    assert control.designs_on(model) == control.DESIGNS
+    reaching = replace(model, points=model.points * (1.0, 0.8 / 0.7))
+    changed = {name for name, design in control.designs_on(reaching).items() if design != control.DESIGNS[name]}
+    assert changed == {"placement"}
+    assert control.designs_on(reaching)["placement"][2] == ("speed=6000 rpm", "pressure=0.8 MPa")
+
+
+def test_claims_of_a_machine_need_the_laws_of_their_figures_alone():
+    assert laws_of(["C1", "N5"]) == {"placement", "printed"}
+    assert laws_of(["N3"]) == set()
 
 
 def test_the_law_of_paper_b_has_four_states(found):
