@@ -224,6 +224,23 @@ def _passes(name: str, *made: Any) -> PassManager:
     return passes
 
 
+class KernelLibrary(JITCodeLibrary):
+    """Machine code of an entry point, optimised once with all that it calls.
+
+    Numba optimises each function alone before, and the whole a first time: to find counts of references side by side,
+    of which kernels have none. Without either the code is as fast and has the same bits.
+    """
+
+    LEVEL, LOOPS = 2, True
+
+    def _optimize_functions(self, module: Any) -> None:
+        module.data_layout = self._codegen._data_layout
+
+    def _optimize_final_module(self) -> None:
+        passes = self._codegen._pass_builder(opt=self.LEVEL, loop_vectorize=self.LOOPS, slp_vectorize=False)
+        passes.getModulePassManager().run(self._final_module, passes)
+
+
 class KernelCompiler(Compiler):
     """Compiler of allocation-free functions of numbers, arrays, records and tuples."""
 
@@ -231,6 +248,13 @@ class KernelCompiler(Compiler):
         super().__init__(*arguments)
         if _linked_only:
             self.link_only()
+        else:
+            self.write_to(KernelLibrary, "kernel")
+
+    def write_to(self, kind: type[KernelLibrary], name: str) -> None:
+        """Put the function's code into a library of its own."""
+        self.state.library = kind(self.state.targetctx.codegen(), name)
+        self.state.library.enable_object_caching()  # as numba does with one of its own
 
     def link_only(self) -> None:
         """Make no machine code of this function."""
@@ -247,12 +271,10 @@ class KernelCompiler(Compiler):
         return [_passes("plain", PlainLowering), _passes("kernel", *PASSES, KernelLowering, typed.NoPythonBackend)]
 
 
-class SeldomLibrary(JITCodeLibrary):
+class SeldomLibrary(KernelLibrary):
     """Machine code that is short rather than fast."""
 
-    def _optimize_final_module(self) -> None:
-        passes = self._codegen._pass_builder(opt=1, loop_vectorize=False, slp_vectorize=False)
-        passes.getModulePassManager().run(self._final_module, passes)
+    LEVEL, LOOPS = 1, False
 
 
 class SeldomCompiler(KernelCompiler):
@@ -261,11 +283,10 @@ class SeldomCompiler(KernelCompiler):
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         if not _linked_only:
-            self.state.library = SeldomLibrary(self.state.targetctx.codegen(), "seldom")
-            self.state.library.enable_object_caching()
+            self.write_to(SeldomLibrary, "seldom")
 
 
-class LinkedLibrary(JITCodeLibrary):
+class LinkedLibrary(KernelLibrary):
     """Code without an address: what numba does with one finds none.
 
     It is kept as bitcode, a tenth of the memory of modules that are ready to be linked.
@@ -333,8 +354,7 @@ class SharedCompiler(KernelCompiler):
         super().__init__(*arguments)
         if _linked_only:
             return
-        self.state.library = self.state.targetctx.codegen().create_library(SHARED)
-        self.state.library.enable_object_caching()  # as numba does with one of its own
+        self.write_to(KernelLibrary, SHARED)
         self.state.targetctx.mangler = _lasting_name
 
 
