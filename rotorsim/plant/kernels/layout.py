@@ -59,7 +59,7 @@ VECTORS = ("q", "v", "q_old", "v_old", "a_old", "q_mid", "v_mid", "q_rhs", "v_rh
 MATRICES = ("K", "C", "G", "T", "TK", "KT", "KS", "N")
 ROTOR_SCALARS = (
     "time", "angle", "turns", "speed", "acceleration", "order", "matrix_speed", "matrix_step",
-    "disc_fx", "disc_fy", "touched", "substeps",
+    "disc_fx", "disc_fy", "touched", "substeps", "largest", "error",
 )  # fmt: skip
 PAIRS = ("journal_start", "journal_free", "journal_before", "journal_force", "contact_push")
 """x, y of every journal: what the stage starts from, where it goes without a force, where it was before a correction,
@@ -73,6 +73,7 @@ class RotorLayout(NamedTuple):
     """Sizes and offsets (in doubles) of the rotor's part of a workspace.
 
     `struck`: the (2, n) rows of the place where the external force acts, that of the disc unless a run moves it.
+    largest: the largest part of a step that contact leaves, 0 before the first; error: the largest of a step's parts.
     """
 
     n: int
@@ -117,6 +118,8 @@ class RotorLayout(NamedTuple):
     disc_fy: int
     touched: int
     substeps: int
+    largest: int
+    error: int
     contact: int
     contact_k: int
     journal_start: int

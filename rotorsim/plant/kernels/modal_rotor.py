@@ -13,6 +13,12 @@ Damping that turns with the shaft, a time beta times its stiffness K_s, acts on 
 -beta K_s (v - Omega e_z x q): it adds beta K_s to C and the circulatory Omega beta N to K. A bearing that is a table
 over the speed adds B' K(Omega) B to K and B' C(Omega) B to C, with the rows B of its displacement.
 
+The stages of a step give a method of third order too (Hosea & Shampine 1996), from which the step differs by
+
+.. math:: e = \frac{\Delta t}{3}\left((1-\gamma)\,y'_n - y'_\gamma + \gamma\,y'_{n+1}\right),
+
+filtered by the stage matrix, (I - a dt J)^-1 e, in which modes faster than the step do not count.
+
 LU factorisation with row exchanges of small dense matrices in a flat workspace.
 
 Implicit treatment of forces that depend on the shaft's local motion.
@@ -25,14 +31,14 @@ guess is corrected by Newton's method with the node's own compliance W = (a dt)^
 
 A slot of 16 doubles holds for each force: guess (2), x_r (2), force (2), W (4).
 
-Cites: benfield_1971, friswell_2010, golub_2013.
+Cites: benfield_1971, friswell_2010, golub_2013, hosea_1996.
 """
 
 from __future__ import annotations
 
 from reynolds.jit import inlined
 from reynolds.ring import invert_block
-from reynolds.transient import MID, OLD, TO_MID
+from reynolds.transient import GAMMA, MID, OLD, TO_MID
 
 SPEED_STEP = 0.1
 """Change of speed [rad/s] after which the stage matrix is formed again."""
@@ -182,6 +188,24 @@ def end_rotor_stage(w, R, stage, adt):
             w[R.a_old + m] = (w[R.v + m] - w[R.v_rhs + m]) / adt
             w[R.q_old + m] = w[R.q + m]
             w[R.v_old + m] = w[R.v + m]
+
+
+@inlined
+def embedded_error(w, R, dt, adt):
+    """Error of a solved step before it is kept: of the displacement into `f`, of the velocity into `free`."""
+    n = R.n
+    for r in range(n):
+        w[R.free + r] = 0.0
+    for c in range(n):
+        mid = (w[R.v_mid + c] - w[R.v_old + c]) / adt - w[R.a_old + c]
+        end = (w[R.v + c] - w[R.v_rhs + c]) / adt
+        a = dt / 3.0 * ((1.0 - GAMMA) * w[R.a_old + c] - mid + GAMMA * end)
+        b = dt / 3.0 * ((1.0 - GAMMA) * w[R.v_old + c] - w[R.v_mid + c] + GAMMA * w[R.v + c])
+        w[R.f + c] = b
+        for r in range(n):
+            w[R.free + r] += w[R.T + c * n + r] * a - w[R.TK + c * n + r] * b
+    for r in range(n):
+        w[R.f + r] += adt * w[R.free + r]
 
 
 @inlined

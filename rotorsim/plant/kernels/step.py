@@ -3,6 +3,10 @@
 This file is a template from which `rotorsim.plant.compose` writes a machine's own module, in which the names imported
 from `effect_calls` are numbers and static calls of the machine's effects; as it stands it is a module without effects.
 A step that does not converge is taken back and repeated as two of half the size.
+
+Where a journal is in contact or moves towards it, a step whose error, by the third-order method in its stages
+(`modal_rotor.embedded_error`), is too large is repeated as four, and the steps that follow are as small until four of
+them would have been within the limit as one. Elsewhere no bit depends on this.
 """
 
 from __future__ import annotations
@@ -31,11 +35,12 @@ from rotorsim.plant.kernels.effect_calls import (
     motion_torque,
     rotating_damping,
 )
-from rotorsim.plant.kernels.films import film_indices, film_part, find_places, iterate_films, shape_gap
+from rotorsim.plant.kernels.films import film_indices, film_part, find_places, iterate_films, least_gap, shape_gap
 from rotorsim.plant.kernels.injectors import feed_stage
 from rotorsim.plant.kernels.modal_rotor import (
     SPEED_STEP,
     add_force,
+    embedded_error,
     end_rotor_stage,
     form_matrix,
     free_velocity,
@@ -46,6 +51,18 @@ from rotorsim.plant.kernels.modal_rotor import (
 
 PARTS = 1024
 """The smallest part of a step that is tried."""
+FEWER = 4
+"""Parts that take the place of a step with too large an error."""
+FINEST = 64
+"""Most parts of a step that its error asks for."""
+ALLOWED = 5e-4
+"""Error of a step that is allowed to all its parts together, in clearances."""
+PACE = 4.0
+"""Steps within which a journal at its pace comes to its sleeve that are near contact."""
+THIN, HELD = 0.1, 0.2
+"""Gap in clearances below which the film holds the journal, and the share of the error there that lasts."""
+INEXACT = -3
+"""Status of a step whose error near contact is too large."""
 SETTLINGS = 4
 """Corrections of journals in contact, each as cheap as a reading of the gap, before the films are solved."""
 
@@ -110,8 +127,6 @@ def journal_equation(w, P, speed, adt):
         k = ROTOR.contact_k + 4 * f
         w[k], w[k + 1], w[k + 2], w[k + 3] = kxx, kxy, kyx, kyy
         w[ROTOR.contact + f] = 1.0 if fx != 0.0 or fy != 0.0 else 0.0
-        if w[ROTOR.contact + f] != 0.0:
-            w[ROTOR.touched] = 1.0
     n = 2 * ROTOR.n_films
     for row in range(n):
         push = 0.0
@@ -325,9 +340,42 @@ def take_films_back(w):
         w[ROTOR.contact + f] = 0.0
 
 
+@inlined
+def nearing(w, P, f, gap, parts):
+    """Whether journal f comes to its sleeve, `gap` [m] away, within `PACE` steps, of which it did one of `parts`."""
+    v = film_part(w, f)
+    x, y = project(w, ROTOR, ROTOR.journal + 2 * ROTOR.n * f, ROTOR.q_old)
+    moved = abs(v[FILM.journal] - x) + abs(v[FILM.journal + 1] - y)
+    if gap > PACE * parts * moved:
+        return False
+    c = film_constants(P, f).clearance
+    fx, _, _, _, _, _ = contact_forces(f, 0.0, c, 1.0, 0.0, c, 0.0, 0.0, 0.0, P)
+    return fx != 0.0
+
+
+@inlined
+def contact_error(w, P, dt, adt):
+    """Error of a solved step at journals near contact, as its parts together would have it, in clearances."""
+    worst = 0.0
+    formed = False
+    for f in range(ROTOR.n_films):
+        v, c = film_part(w, f), film_constants(P, f).clearance
+        gap = least_gap(w, P, f, v[FILM.journal], v[FILM.journal + 1])
+        if nearing(w, P, f, gap, P.dt / dt):
+            if not formed:
+                embedded_error(w, ROTOR, dt, adt)
+                formed = True
+            rows = ROTOR.journal + 2 * ROTOR.n * f
+            x, y = project(w, ROTOR, rows, ROTOR.f)
+            vx, vy = project(w, ROTOR, rows, ROTOR.free)
+            error = (abs(x) + abs(y) + P.dt * (abs(vx) + abs(vy))) * P.dt / (dt * c)
+            worst = max(worst, HELD * error if gap < THIN * c else error)
+    return worst
+
+
 @kernel
 def try_step(w, ix, P, dt):
-    """One TR-BDF2 step; returns 1, or NOT_CONVERGED with the film taken back (the rotor's start is untouched)."""
+    """One TR-BDF2 step; returns 1, or NOT_CONVERGED or INEXACT with the film taken back (the rotor's start stays)."""
     wide_vectors()
     adt = STAGE * dt
     order = int(w[ROTOR.order])
@@ -349,8 +397,17 @@ def try_step(w, ix, P, dt):
             take_films_back(w)
             w[ROTOR.matrix_step] = 0.0
             return NOT_CONVERGED
+        if RIG.n_contact > 0 and stage == TO_END:
+            error = contact_error(w, P, dt, adt)
+            if error > ALLOWED and FINEST * dt > P.dt:
+                take_films_back(w)
+                w[ROTOR.matrix_step] = 0.0
+                return INEXACT
+            w[ROTOR.error] = max(w[ROTOR.error], error)
         for f in range(ROTOR.n_films):
             end_stage(film_part(w, f), FILM, stage, adt)
+            if w[ROTOR.contact + f] != 0.0:
+                w[ROTOR.touched] = 1.0
         end_rotor_stage(w, ROTOR, stage, adt)
         if RIG.n_braking > 0:
             book_torque(w, P, stage, t, angle, speed, adt, dt)
@@ -370,24 +427,46 @@ def advance_clock(w, dt):
     w[ROTOR.time] += dt
 
 
+@inlined
+def largest_part(w, P):
+    """Part of a step, of `PARTS`, that is tried first: all of it unless the error of the last one asked for less."""
+    return int(w[ROTOR.largest]) if RIG.n_contact > 0 and w[ROTOR.largest] > 0.0 else PARTS
+
+
+@inlined
+def relax(w, largest):
+    """Allow the next step `FEWER` times the part where this one's error leaves room for it."""
+    w[ROTOR.largest] = largest
+    if largest < PARTS and w[ROTOR.error] * (FEWER * FEWER) < ALLOWED:
+        w[ROTOR.largest] = min(FEWER * largest, PARTS)
+        w[ROTOR.order] = 0.0
+
+
 @kernel
 def step(w, ix, P):
     """Advance by the plant's time step, in smaller ones where needed; returns 1 or NOT_CONVERGED."""
     left = PARTS
-    part = PARTS
+    largest = largest_part(w, P)
+    part = largest
+    w[ROTOR.error] = 0.0
     while left > 0:
-        if try_step(w, ix, P, P.dt * part / PARTS) > 0:
+        status = try_step(w, ix, P, P.dt * part / PARTS)
+        if status > 0:
             left -= part
             if part < PARTS:
                 w[ROTOR.substeps] += 1.0
-            if part < PARTS and left % (2 * part) == 0 and left > 0:
+            if part < largest and left % (2 * part) == 0 and left > 0:
                 part *= 2
                 w[ROTOR.order] = 0.0
         else:
-            part //= 2
+            part //= FEWER if status == INEXACT else 2
+            if status == INEXACT:
+                largest = part
             w[ROTOR.order] = 0.0
             if part == 0:
                 return NOT_CONVERGED
-    if part < PARTS:
+    if part < largest:
         w[ROTOR.order] = 0.0
+    if RIG.n_contact > 0:
+        relax(w, largest)
     return 1
