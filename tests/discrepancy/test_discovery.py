@@ -23,6 +23,7 @@ from rotorsim.discrepancy.discovery import (
     load,
     named,
     propose,
+    spread_of,
     with_rival,
     written,
 )
@@ -100,6 +101,20 @@ def cubic(size: float, place: str = "disc 1") -> ProposedLaw:
     """A cubic law at a place."""
     sizes = np.array([size, size])
     return ProposedLaw(place, (LawTerm(TERMS["cubic"]),), sizes, 0, 0, 0, np.zeros(0), sizes)
+
+
+def test_the_spread_of_a_force_is_that_of_its_coefficient_times_its_term():
+    u = 1e-5 * np.random.default_rng(3).normal(size=(2, 64))
+    found = spread_of(cubic(1e12), motion(u), {"cubic_x": 1e11})
+    assert found == pytest.approx(np.array([1e11 * np.abs(u[0]) ** 3, np.zeros(64)]), rel=1e-9)
+
+
+def test_the_spread_of_a_dead_band_is_its_stiffness_times_that_of_the_gap_where_it_is_passed():
+    u = np.array([[0.0, 5e-6, -5e-6], [2e-6, 0.0, 1e-5]])
+    term = LawTerm(TERMS["dead band"], (("gap", 3e-6),), one=True)
+    law = ProposedLaw("disc 1", (term,), np.array([2e6]), 0, 0, 0, np.zeros(0), np.zeros(1))
+    found = spread_of(law, motion(u), {"gap": 1e-7})
+    assert found == pytest.approx(np.array([[0.0, 0.2, 0.2], [0.0, 0.0, 0.2]]))
 
 
 def test_a_law_is_known_only_as_long_as_it_is_a_candidate():

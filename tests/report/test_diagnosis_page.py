@@ -3,9 +3,11 @@
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from rotorsim.discrepancy.decision import DecisionSteps
+from rotorsim.discrepancy.discovery import DiscoveredLaw
 from rotorsim.discrepancy.files import StoredPlan
 from rotorsim.discrepancy.judge import NO_ACCURACY
 from rotorsim.discrepancy.machine_file import IdentifiedEffect
@@ -13,7 +15,7 @@ from rotorsim.discrepancy.result import PLAN_NEXT, located
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import load_machine
 from rotorsim.plant.locations import acting_places, nozzles
-from rotorsim.report.diagnosis import diagnosis_page, gap_bars
+from rotorsim.report.diagnosis import diagnosis_page, force_of_law, gap_bars
 from rotorsim.report.machine_sketch import MARKS, machine_sketch
 from rotorsim.report.page import html
 from small_diagnosis import blocked, runout, small_diagnosis
@@ -194,3 +196,17 @@ def test_a_tie_of_a_class_names_its_members_in_the_verdict():
 def test_several_effects_are_all_marked():
     found = small_diagnosis("dtu_gas_bearing", effects=[blocked(), runout()])
     assert [one.places[0].part for one in located(found)] == ["injector", "probes"]
+
+
+def test_the_band_of_a_law_is_two_standard_deviations_about_it_along_each_axis():
+    u = np.array([[2e-6, 1e-6], [-1e-6, 0.0], [0.0, 3e-6]])
+    curve = {"displacement": u, "velocity": u, "measured": 2e6 * u, "law": 1e6 * u, "spread": 1e5 * np.abs(u)}
+    law = DiscoveredLaw("law", "disc 1", 0.3, "", {}, {}, ("cubic",), "", "", 0.99, curve=curve)
+    bands = [trace for trace in force_of_law(law).data if trace.name == "band"]
+    for i, band in enumerate(bands):
+        there = np.sort(u[:, i])
+        upper, lower = np.split(np.array(band.y), [3])
+        assert np.array(band.x) == pytest.approx(1e6 * np.concatenate([there, there[::-1]]))
+        assert upper - 1e6 * there == pytest.approx(2e5 * np.abs(there))
+        assert lower[::-1] - 1e6 * there == pytest.approx(-2e5 * np.abs(there))
+    assert len(bands) == 2
