@@ -412,18 +412,20 @@ def _with_far(comparison: TwinComparison, base: ParameterFit, far: str, progress
     """Fit with one bearing, by its number as text, far from the file and the others near it, the better of two.
 
     One starts at the calibration, which may have moved what is sound; the other begins with shaft and bearings of
-    the file, the far one at the multiple of its stiffness that leaves least.
+    the file, the far one at the multiple of its stiffness that leaves least, with its damping: without any a resonance
+    among the records is many times too high, and no fit comes back from there.
     """
 
     parameters = _with_prior(base.parameters, far)
     point = replace(base.point, values=dict(zip(parameters, map(float, base.vector), strict=True)))
     first = fit_parameters(comparison, point, parameters, base.J, base.residual, progress=progress)
     from_calibration = relinearised(comparison, first, progress)
-    stiffness = {k for k in parameters if k.key.startswith(f"bearing.{far}.k")} if far else set()
+    own = [k for k in parameters if far and k.key.startswith(f"bearing.{far}.")]
     kept = {k: v for k, v in point.values.items() if not (k.key.startswith("bearing.") or k.key == KEY)}
     starts = [
-        replace(base.point, values=kept | dict.fromkeys(stiffness, 1 - 1 / times))
-        for times in (TIMES if stiffness else (1.0,))
+        # k / (1 - s) is so many times that of the file, and c (1 + l) / (1 - s)^2 is that of the file
+        replace(base.point, values=kept | {k: 1 - 1 / n if ".k" in k.key else 1 / n**2 - 1 for k in own})
+        for n in (TIMES if own else (1.0,))
     ]
     residuals = [comparison.residual(start) for start in starts]
     begin, residual = min(zip(starts, residuals, strict=True), key=lambda one: float(one[1] @ one[1]))
