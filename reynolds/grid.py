@@ -63,7 +63,6 @@ class Layout(NamedTuple):
     n_rows: int
     stride: int
     half: int
-    law: int
     rarefied: int
     foil: int
     textured: int
@@ -209,6 +208,7 @@ class Layout(NamedTuple):
     convergence: int
     mu: int
     slip: int
+    law: int
     outline: int
     places: int
     stretches: int
@@ -287,13 +287,13 @@ class FilmGrid:
 
 
 def make_layout(
-    grid: FilmGrid, law: int, source_sizes: list[int], reader_sizes: list[int], rarefied: bool = False,
+    grid: FilmGrid, source_sizes: list[int], reader_sizes: list[int], rarefied: bool = False,
     foil: bool = False, texture: Texture | None = None, edges: int = 0,
 ) -> Layout:  # fmt: skip
     """Lay the film's arrays out; sizes are the footprint cells of each injector, `edges` those of lobes and pockets.
 
     A film whose gap is not smooth has a `texture`. A `rarefied` film slips at the walls by w[slip]; mu and slip stand
-    in the workspace because effects change them.
+    in the workspace because effects change them, and the injectors' law so that both share their machine code.
     """
     rows, stride, n_inj = grid.n_rows, grid.n_rows + (1 if grid.half else 2), len(source_sizes)
     first = _round(8 + stride)
@@ -321,7 +321,7 @@ def make_layout(
         "inverse": blocks, "spike": 2 * rows * length, "border": borders * length, "closure": 4 * rows * rows,
         "border_force": 2 * borders, "border_reader": max(n_inj, 1) * borders, "small": 2 * borders,
         "small_matrix": borders * borders, "lanes": lanes, "convergence": 8,
-        "mu": 1, "slip": 1,
+        "mu": 1, "slip": 1, "law": 1,
         "outline": grid.n_theta + 3, "places": PLACE * grid.n_theta,
         "stretches": STRETCH * (grid.n_theta + edges), "added": foil * textured * (grid.n_theta + edges),
     } | further  # fmt: skip
@@ -335,7 +335,7 @@ def make_layout(
         "n_integers": 2 * starts + sum(source_sizes) + sum(reader_sizes) + 1,
     }  # fmt: skip
     return Layout(
-        n_theta=grid.n_theta, n_rows=rows, stride=stride, half=int(grid.half), law=law, rarefied=int(rarefied),
+        n_theta=grid.n_theta, n_rows=rows, stride=stride, half=int(grid.half), rarefied=int(rarefied),
         foil=int(foil), textured=int(textured), grooved=int(form.grooved), n_steps=form.steps,
         pieces=form.pieces, n_inj=n_inj, n_border=borders, length=length, span=span,
         first=first, size=at, **offsets, **integers,

@@ -168,8 +168,20 @@ def nozzle(up, down, table):
 @inlined
 def pin_flow(pressure, supply, conductance, law, table):
     """Mass flow through the pin seat [kg/s] and its derivative after the plenum pressure."""
-    if law == 1:
-        return conductance * (supply * supply - pressure * pressure), -2.0 * conductance * pressure
+    if law == 1.0:
+        return laminar_flow(pressure, supply, conductance)
+    return orifice_flow(pressure, supply, conductance, table)
+
+
+@inlined
+def laminar_flow(pressure, supply, conductance):
+    """Mass flow through the pin seat by the loss-factor form [kg/s], and its derivative."""
+    return conductance * (supply * supply - pressure * pressure), -2.0 * conductance * pressure
+
+
+@inlined
+def orifice_flow(pressure, supply, conductance, table):
+    """Mass flow through the pin seat by the orifice's law [kg/s], and its derivative."""
     flow, _, d_down = nozzle(supply, pressure, table)
     return conductance * flow, conductance * d_down
 

@@ -226,5 +226,5 @@ def _inputs(layout: Layout, w: np.ndarray, n: int) -> np.ndarray:
         J_u[n + k, k] = -flow / conductance
         # Euler's theorem: the flow is homogeneous in both pressures, of degree 1 (orifice) or 2 (laminar)
         plenum, supply = w[layout.plenum + k], w[layout.supply + k]
-        J_u[n + k, ni] = -((1 + layout.law) * flow - plenum * w[layout.pin_p + k]) / supply
+        J_u[n + k, ni] = -((1 + w[layout.law]) * flow - plenum * w[layout.pin_p + k]) / supply
     return J_u

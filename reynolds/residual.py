@@ -24,7 +24,7 @@ from __future__ import annotations
 import math
 
 from reynolds.film import bend_foil, mean_gap, slip_flow, slip_jacobian, stored, thickness
-from reynolds.injector import nozzle, nozzle_table, pin_flow
+from reynolds.injector import laminar_flow, nozzle, nozzle_table, orifice_flow
 from reynolds.jit import inlined
 from reynolds.texture import jump_fluxes, textured_fluxes
 
@@ -86,6 +86,21 @@ def read_footprints(w, ix, F, L):
 
 
 @inlined
+def pin_flows(w, L, table):
+    """Flow of every pin and its derivative after the plenum's pressure; each law has a loop, so lanes, of its own."""
+    if w[L.law] == 1.0:
+        for k in range(L.n_inj):
+            flow, slope = laminar_flow(w[L.plenum + k], w[L.supply + k], w[L.pin_conductance + k])
+            w[L.pin_flow + k] = flow
+            w[L.pin_p + k] = slope
+    else:
+        for k in range(L.n_inj):
+            flow, slope = orifice_flow(w[L.plenum + k], w[L.supply + k], w[L.pin_conductance + k], table)
+            w[L.pin_flow + k] = flow
+            w[L.pin_p + k] = slope
+
+
+@inlined
 def injection(w, ix, F, L, iadt):
     """Pin and film flow of every injector, the plenum's residual and what Newton needs of both.
 
@@ -96,9 +111,10 @@ def injection(w, ix, F, L, iadt):
     read_footprints(w, ix, F, L)
     careful = w[L.convergence + CAREFUL] > 0.0
     table = nozzle_table(w, L.nozzle)
+    pin_flows(w, L, table)
     for k in range(L.n_inj):
         plenum, p_loc = w[L.plenum + k], w[L.local_p + k]
-        pin, pin_slope = pin_flow(plenum, w[L.supply + k], w[L.pin_conductance + k], L.law, table)
+        pin, pin_slope = w[L.pin_flow + k], w[L.pin_p + k]
         flux, d_up, d_down = nozzle(plenum, p_loc, table)
         # the tangent of a root function overshoots through zero and back for ever; the chord lands there
         chord = flux / (plenum - p_loc)
@@ -112,9 +128,7 @@ def injection(w, ix, F, L, iadt):
         through = 1.0 - area * d_up * inverse
         film_q = area * d_down * 0.5 / p_loc
         film_h = w[L.curtain + k] * flux
-        w[L.pin_flow + k] = pin
         w[L.film_flow + k] = film
-        w[L.pin_p + k] = pin_slope
         w[L.film_p + k] = area * d_up
         w[L.film_q + k] = film_q
         w[L.film_h + k] = film_h

@@ -200,7 +200,7 @@ def build_films(films: Sequence[FilmModel]) -> tuple[Layout, np.ndarray, np.ndar
     readers = _largest([[len(one.reader) for one in p] for p in prints], count)
     rarefied = any(f.rarefied or f.gas.mean_free_path > 0 for f in films)
     layout = make_layout(
-        first.grid, max(laws, default=0), sources, readers, rarefied,
+        first.grid, sources, readers, rarefied,
         foil=any(f.sleeve.foil is not None for f in films), texture=_texture([f.sleeve for f in films]),
         edges=max(len(f.stretches) for f in films) - first.grid.n_theta,
     )  # fmt: skip
@@ -209,6 +209,7 @@ def build_films(films: Sequence[FilmModel]) -> tuple[Layout, np.ndarray, np.ndar
     for k, (film, own) in enumerate(zip(films, prints, strict=True)):
         part = slice(k * layout.size, (k + 1) * layout.size)
         film.fill(w[part], ix[k * layout.n_integers : (k + 1) * layout.n_integers], layout, own)
+        w[part][layout.law] = max(laws, default=0)
     return layout, w, ix
 
 

@@ -16,6 +16,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+import scipy  # loads its packages where they are first used
 
 from rotorsim.analysis.axes import checked
 from rotorsim.base.errors import ConvergenceError, DataError, NoLiftOffError
@@ -47,10 +48,8 @@ def regulator_pressure(a: Assembly, speed: float, pressure: float) -> float:
     def missing(regulator: float) -> float:
         return pressure + ambient - float(left(a.w.copy(), a.parameters, AT_REST, regulator + ambient, flow)[1])
 
-    from scipy.optimize import newton  # slow to import
-
     loss = missing(pressure)
-    return pressure if loss == 0 else float(newton(missing, pressure, x1=pressure + loss, tol=1e-3))
+    return pressure if loss == 0 else float(scipy.optimize.newton(missing, pressure, x1=pressure + loss, tol=1e-3))
 
 
 def felt(machines: Sequence[Machine], pressures: Sequence[float] | np.ndarray) -> np.ndarray:
@@ -176,8 +175,6 @@ def load_capacity(plant: Plant, speed: float = 0.0, pressure: float = 0.0, ratio
     def excess(acceleration: float) -> float:
         return _eccentricity(plant.assembly, speed, pressure, acceleration) - ratio
 
-    from scipy.optimize import brentq  # slow to import
-
     low, high = 0.01 * EARTH, EARTH
     if excess(low) >= 0:
         raise NoLiftOffError("load capacity: the films carry less than a hundredth of the weight at this ratio")
@@ -191,7 +188,7 @@ def load_capacity(plant: Plant, speed: float = 0.0, pressure: float = 0.0, ratio
                 f"load capacity: {HEAVIEST / EARTH:.3g} times the weight does not move a journal to {ratio:g} of its "
                 f"clearance{others}; ask for a smaller ratio"
             )
-    return plant.machine.mass * float(brentq(excess, low, high, rtol=1e-4))
+    return plant.machine.mass * float(scipy.optimize.brentq(excess, low, high, rtol=1e-4))
 
 
 def _eccentricity(a: Assembly, speed: float, pressure: float, acceleration: float) -> float:

@@ -227,7 +227,7 @@ def _build(films: tuple[FilmModel, ...]) -> tuple[Layout, np.ndarray, np.ndarray
 
 
 def _no_film() -> tuple[Layout, np.ndarray, np.ndarray]:
-    layout = make_layout(FilmGrid(0.02, 0.04, 8, 4), 0, [], [])
+    layout = make_layout(FilmGrid(0.02, 0.04, 8, 4), [], [])
     return layout, np.zeros(layout.size), np.zeros(8, np.int64)
 
 

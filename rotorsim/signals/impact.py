@@ -22,6 +22,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy  # loads its packages where they are first used: `scipy.signal` takes half a second
 import xarray as xr
 
 from identification.records.frequency_response import CrossSpectra
@@ -170,13 +171,11 @@ def decay_of(time: np.ndarray, signal: np.ndarray) -> Decay:
     >>> float(round(rs.signals.decay_of(t, np.exp(-10 * t) * np.cos(700 * t)).zeta, 3))
     0.014
     """
-    from scipy.signal import find_peaks  # slow to import
-
     need(len(time) >= 32, "The ring-down is too short.")
     dt = (time[-1] - time[0]) / (len(time) - 1)
     main = dominant_frequency(signal, dt)
     smooth = _smooth(signal, main, dt)
-    i = find_peaks(np.abs(smooth), distance=max(1, round(0.35 / main / dt)))[0]
+    i = scipy.signal.find_peaks(np.abs(smooth), distance=max(1, round(0.35 / main / dt)))[0]
     i = i[time[i] - time[0] > 0.4 / main]
     tail = float(np.sqrt(np.mean(smooth[-max(8, len(smooth) // 10) :] ** 2)))
     least = max(SMALLEST * float(np.abs(smooth[i]).max(initial=0.0)), NOISE * tail)
@@ -212,9 +211,7 @@ def _smooth(signal: np.ndarray, main: float, dt: float) -> np.ndarray:
     """The signal without frequencies above twice the main one, not shifted in time."""
     if 2 * main >= 0.45 / dt:
         return signal
-    from scipy.signal import butter, sosfiltfilt  # slow to import
-
-    return np.asarray(sosfiltfilt(butter(3, 2 * main, fs=1 / dt, output="sos"), signal))
+    return np.asarray(scipy.signal.sosfiltfilt(scipy.signal.butter(3, 2 * main, fs=1 / dt, output="sos"), signal))
 
 
 MOST_DAMPED = 0.98

@@ -51,6 +51,12 @@ def test_the_film_is_compiled_once_for_all_effects(rig, tmp_path, monkeypatch):
     assert " (rotor, " in b.compile_note("run")
 
 
+def test_the_law_of_the_injectors_is_a_number_and_no_other_machine_code(rig):
+    a, b = rig().assembly, rig({"injection.law": "loss_factor", "injection.loss_factor": 4e-16}).assembly
+    assert a.machine.injection.law != b.machine.injection.law
+    assert (a.module.newton, a.module.run) == (b.module.newton, b.module.run)
+
+
 @pytest.mark.usefixtures("empty")
 @pytest.mark.parametrize("words", COMMANDS, ids=lambda words: words[0])
 def test_every_command_notes_it_in_a_pipe_and_its_json_stays_whole(run, tmp_path, words):

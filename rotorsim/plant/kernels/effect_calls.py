@@ -31,7 +31,7 @@ from reynolds.jit import inlined
 from rotorsim.effects import PORTS, Effect
 from rotorsim.plant.kernels.layout import make_rig_layout, make_rotor_layout
 
-FILM = make_layout(FilmGrid(0.02, 0.04, 8, 4), 0, [], [])
+FILM = make_layout(FilmGrid(0.02, 0.04, 8, 4), [], [])
 ROTOR = make_rotor_layout(4, FILM, 1)
 RIG = make_rig_layout(ROTOR.size, 1, 0, 0, 0, 1, dict.fromkeys(PORTS, 0), 0, 0)
 

@@ -234,10 +234,10 @@ def throttle(v, j, conductance, supply):
     """Give an injector a new conductance and supply pressure at once, and its plenum the rate that goes with them."""
     plenum = v[FILM.plenum_old + j]
     table = nozzle_table(v, FILM.nozzle)
-    before, _ = pin_flow(plenum, v[FILM.supply + j], v[FILM.pin_conductance + j], FILM.law, table)
+    before, _ = pin_flow(plenum, v[FILM.supply + j], v[FILM.pin_conductance + j], v[FILM.law], table)
     v[FILM.pin_conductance + j] = conductance
     v[FILM.supply + j] = supply
-    after, _ = pin_flow(plenum, supply, conductance, FILM.law, table)
+    after, _ = pin_flow(plenum, supply, conductance, v[FILM.law], table)
     v[FILM.plenum_rate + j] += (after - before) / v[FILM.capacity + j]
 
 
@@ -249,7 +249,7 @@ def open_injector(w, P, f, j, t, supply, at_once):
     if P.pinned[k] > 0.0:
         opening = max(P.seat_gap[k] - w[RIG.pin + k], P.minimum_gap[k]) / P.seat_gap[k]
     opening, behind = inject(f, t, j, opening, supply, P)
-    if FILM.law == 1 and P.loss_exponent[k] != 1.0:
+    if v[FILM.law] == 1.0 and P.loss_exponent[k] != 1.0:
         opening = opening ** P.loss_exponent[k]
     conductance = P.open_conductance[k] * opening
     if at_once:
