@@ -70,7 +70,8 @@ def shade_growth(figure: go.Figure, speed: np.ndarray, zeta: np.ndarray, rows: i
 def _zero(x: np.ndarray, y: np.ndarray, i: int, j: int) -> float:
     """Place between i and its neighbour j at which y passes 0 on a straight line; that of i where y is unknown at j."""
     known = 0 <= j < len(y) and np.isfinite(y[j])
-    return float(x[i] - y[i] * (x[j] - x[i]) / (y[j] - y[i]) if known else x[i])
+    share = min(y[i] / (y[i] - y[j]), 1.0) if known and y[i] != y[j] else 0.0
+    return float(x[i] + share * (x[j] - x[i]) if share else x[i])
 
 
 def style(figure: go.Figure, height: int, **layout: object) -> go.Figure:

@@ -11,6 +11,7 @@ the angle, without gaps and of zero mean, from samples in memory.
 Cites: thesis.
 """
 
+import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -85,7 +86,7 @@ class StoredArray(BackendArray):
 
 def _read_directly(record: xr.Dataset, path: str | Path) -> xr.Dataset:
     """An open record whose numbers over time are read without h5netcdf, where they need no decoding."""
-    manager, found = CachingFileManager(h5py.File, path, mode="r"), {}
+    manager, found = CachingFileManager(h5py.File, os.path.abspath(path), mode="r"), {}
     with manager.acquire_context() as file:
         for name, variable in record.variables.items():
             stored = file.get(str(name)) if "time" in variable.dims else None

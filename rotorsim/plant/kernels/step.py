@@ -59,8 +59,10 @@ ALLOWED = 5e-4
 """Error of a step that is allowed to all its parts together, in clearances."""
 PACE = 4.0
 """Steps within which a journal at its pace comes to its sleeve that are near contact."""
-THIN, HELD = 0.1, 0.2
-"""Gap in clearances below which the film holds the journal, and the share of the error there that lasts."""
+THIN = 0.1
+"""Gap below which the film holds the journal, in clearances."""
+HELD = 0.2
+"""Share of an error that lasts where the film holds the journal; as the others, chosen by hits against steps of 2 us."""
 INEXACT = -3
 """Status of a step whose error near contact is too large."""
 SETTLINGS = 4
