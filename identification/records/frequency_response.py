@@ -116,7 +116,8 @@ def frequency_response(
     Raises
     ------
     UnfitError
-        If u and y are no tables of as many rows, or no stretch of FEWEST finite samples is left.
+        If u and y are no tables of as many rows, no stretch of FEWEST finite samples is left, or `resolution` is not
+        above zero and at most a quarter of the sampling rate.
 
     Examples
     --------
@@ -124,7 +125,13 @@ def frequency_response(
     >>> u, y = record["reference"].values, record["disc"].values
     >>> found = rs.identification.frequency_response(u, y, 2e-4)
     """
-    parts = _finite_parts(u, y, parts or [slice(0, len(u))])
+    parts, coarsest = _finite_parts(u, y, parts or [slice(0, len(u))]), 1 / (FEWEST / 4 * Ts)
+    if not 0 < resolution <= coarsest:
+        raise UnfitError(
+            f"frequency_response: lines {resolution:g} Hz apart; give more than 0 and at most {coarsest:g} Hz",
+            argument="resolution",
+            value=resolution,
+        )
     length = int(min(1 / (resolution * Ts), max(at.stop - at.start for at in parts) // 4))
     window = segments_of(length, Ts)
     long = [at for at in parts if at.stop - at.start >= length]
