@@ -14,8 +14,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
+import scipy  # loads its packages where they are first used: `scipy.signal` takes half a second
 
 from rotorsim.base.errors import UnfitError
 
@@ -89,23 +91,18 @@ class CrossSpectra:
         return np.asarray(np.einsum("fpm,fpm->fp", self.yu, H.conj()).real)
 
 
-def hann(length: int) -> np.ndarray:
-    """Hann window of `length` samples, one period of it."""
-    return 0.5 + 0.5 * np.cos(np.linspace(-np.pi, np.pi, length + 1)[:-1])
+def segments_of(length: int, Ts: float) -> scipy.signal.ShortTimeFFT:
+    """Hann segments of `length` samples every `Ts` [s] that overlap by half."""
+    window = scipy.signal.windows.hann(length, sym=False)
+    return scipy.signal.ShortTimeFFT(window, max(length // 2, 1), 1 / Ts)
 
 
-def transforms(values: np.ndarray, length: int, centred: bool = False) -> np.ndarray:
-    """Transforms (channels, f, segments) of values (n, channels) in Hann segments that overlap by half.
-
-    `centred` takes its mean from each segment. Phases are about the middle of a segment. `scipy.signal.ShortTimeFFT`
-    gives the same bits (a test), but takes as long to import as a minute of a record to transform.
-    """
-    window, found = hann(length), []
-    for first in range(0, len(values) - length + 1, length // 2):
-        piece = values[first : first + length].T
-        piece = piece - piece.mean(axis=-1, keepdims=True) if centred else piece
-        found.append(np.fft.rfft(np.roll(piece * window, -(length // 2), axis=-1)))
-    return np.stack(found, axis=-1)
+def transforms(
+    window: scipy.signal.ShortTimeFFT, values: np.ndarray, detrend: Literal["constant"] | None = None
+) -> np.ndarray:
+    """Transforms (channels, f, segments) of the whole segments of values (n, channels), each less its mean if asked."""
+    first, last = window.lower_border_end[1], window.upper_border_begin(len(values))[1]
+    return np.asarray(window.stft_detrend(values.T, detrend, p0=first, p1=last))
 
 
 def frequency_response(
@@ -119,7 +116,8 @@ def frequency_response(
     Raises
     ------
     UnfitError
-        If u and y are no tables of as many rows, or no stretch of FEWEST finite samples is left.
+        If u and y are no tables of as many rows, no stretch of FEWEST finite samples is left, or `resolution` is not
+        above zero and at most a quarter of the sampling rate.
 
     Examples
     --------
@@ -127,11 +125,18 @@ def frequency_response(
     >>> u, y = record["reference"].values, record["disc"].values
     >>> found = rs.identification.frequency_response(u, y, 2e-4)
     """
-    parts = _finite_parts(u, y, parts or [slice(0, len(u))])
+    parts, coarsest = _finite_parts(u, y, parts or [slice(0, len(u))]), 1 / (FEWEST / 4 * Ts)
+    if not 0 < resolution <= coarsest:
+        raise UnfitError(
+            f"frequency_response: lines {resolution:g} Hz apart; give more than 0 and at most {coarsest:g} Hz",
+            argument="resolution",
+            value=resolution,
+        )
     length = int(min(1 / (resolution * Ts), max(at.stop - at.start for at in parts) // 4))
+    window = segments_of(length, Ts)
     long = [at for at in parts if at.stop - at.start >= length]
     inputs, outputs = (
-        np.concatenate([transforms(values[at] - values[at].mean(axis=0), length) for at in long], axis=-1)
+        np.concatenate([transforms(window, values[at] - values[at].mean(axis=0)) for at in long], axis=-1)
         for values in (u, y)
     )
     sums = CrossSpectra.of(inputs, outputs)
@@ -141,7 +146,7 @@ def frequency_response(
     free = max(sums.count * OVERLAPPED - u.shape[1], 0.5)
     variance = ((1 - coherence) * sums.yy / free)[:, :, None] * np.einsum("fmm->fm", inverse).real[:, None, :]
     return FrequencyResponse(
-        2 * np.pi * np.fft.rfftfreq(length, Ts)[1:], G[1:], coherence[1:], explained[1:], sums.count, variance[1:], Ts
+        2 * np.pi * window.f[1:], G[1:], coherence[1:], explained[1:], sums.count, variance[1:], Ts
     )
 
 

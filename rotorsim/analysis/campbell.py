@@ -416,7 +416,8 @@ def _looked(found: ModesOverSpeed, speed: float) -> bool:
 def safe_region(found: xr.Dataset, margin: float = MARGIN) -> xr.Dataset:
     """`safe` (..., speed) added to a map: 1 safe, 0 not safe, NaN not known.
 
-    Where it is known, the reasons with it: `grows` where a mode grows, `near_critical` within the margin.
+    Where it is known, the reasons with it: `grows` where a mode grows, `undamped` where one neither grows nor decays,
+    `near_critical` within the margin.
 
     Parameters
     ----------
@@ -443,12 +444,14 @@ def safe_region(found: xr.Dataset, margin: float = MARGIN) -> xr.Dataset:
     speeds = found["speed"].values[:, None]
     with np.errstate(invalid="ignore"):
         near = ((np.abs(speeds / critical - 1) < margin) & counts).any(axis=-1)
-        grows = found["zeta_least"].transpose(*order, "speed").values <= DAMPED
+        zeta = found["zeta_least"].transpose(*order, "speed").values
+        grows, undamped = zeta < -DAMPED, np.abs(zeta) <= DAMPED
     looked = found["looked"].transpose(*order, "speed").values == 1
-    safe = np.where((lifted == 0) | grows | near, 0.0, np.where(looked & (lifted == 1), 1.0, np.nan))
+    safe = np.where((lifted == 0) | grows | undamped | near, 0.0, np.where(looked & (lifted == 1), 1.0, np.nan))
     over = (*order, "speed")
     reasons = {
         "grows": (over, grows.astype(float), {"units": "1", "long_name": "1: a mode grows"}),
+        "undamped": (over, undamped.astype(float), {"units": "1", "long_name": "1: a mode has no damping"}),
         "near_critical": (over, near.astype(float), {"units": "1", "long_name": f"1: {100 * margin:g} % or nearer"}),
     }
     return found.assign(reasons | {"safe": (over, safe, label)}).assign_attrs(

@@ -395,16 +395,17 @@ def unsafe_lines(found: xr.Dataset) -> list[str]:
     """Sentences on the points of a map that are not safe: how many for each reason, and where a mode grows."""
     near = f"within {100 * found.attrs.get('safe_margin', MARGIN):g} % of a critical speed"
     flags = {"not carried": found["lifted"] == 0}
-    flags |= {
-        what: found[key] == 1 for key, what in (("grows", "a mode grows"), ("near_critical", near)) if key in found
-    }
+    reasons = ("grows", "a mode grows"), ("undamped", "a mode has no damping"), ("near_critical", near)
+    flags |= {what: found[key] == 1 for key, what in reasons if key in found}
     counts = [f"{int(there.sum())} {what}" for what, there in flags.items() if there.any()]
     lines = [", ".join(counts)] if counts else []
     if "grows" in found:
         zeta, speeds = found["zeta_least"], found["speed"].values
         axes = [str(d) for d in zeta.dims if d != "speed"]
+        onsets = found.get("onset_speed", zeta.isel(speed=0, drop=True) * np.nan)
         for at in product(*(range(zeta.sizes[d]) for d in axes)):
-            where = growth(speeds, zeta.isel(dict(zip(axes, at, strict=True))).values)
+            one = dict(zip(axes, at, strict=True))
+            where = growth(speeds, zeta.isel(one).values, float(onsets.isel(one)))
             stated = [_stated(found, d, found[d].values[k]) for d, k in zip(axes, at, strict=True) if zeta.sizes[d] > 1]
             lines += [f"a mode grows {where}{', at ' if stated else ''}{', '.join(stated)}"] if where else []
     return lines

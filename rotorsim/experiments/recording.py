@@ -311,12 +311,16 @@ def recover(folder: Path) -> list[tuple[Path, int]]:
 
 
 def add_attribute(path: Path, name: str, text: str) -> None:
-    """Add an attribute to a finished record; raises OSError, before anything is changed, where the disk is full."""
-    with DiskFile(path, "r+") as disk:
-        disk.reserve(STRUCTURE)
-        with h5py.File(disk, "r+", track_order=True) as file:
-            file.attrs[name] = text
-        disk.finish()
+    """Add an attribute to a finished record, by a new file in its place; raises WriteError and leaves the old one."""
+    with files.replacing(path) as part:
+        with DiskFile(path, "r+") as disk:
+            disk.copy_to(part)
+        with DiskFile(part, "r+") as disk:
+            disk.reserve(STRUCTURE)
+            with h5py.File(disk, "r+", track_order=True) as file:
+                file.attrs[name] = text
+            disk.finish()
+    trust_hdf5(path)
 
 
 def duration(path: Path) -> float:

@@ -250,22 +250,26 @@ def linear_warnings(
     return {"warnings": "\n".join(sentences)} if sentences else {}
 
 
-def growth(speeds: np.ndarray, zeta: np.ndarray) -> str:
+def growth(speeds: np.ndarray, zeta: np.ndarray, onset: float = np.nan) -> str:
     """Ranges of speeds at which a mode grows, as words, each sense of rotation from rest on.
 
     Parameters
     ----------
     speeds, zeta : arrays (n,)
         Speeds [rad/s] and the least damping ratio at each; NaN where there is none.
+    onset : float
+        Speed [rad/s], not negative, from which on a mode grows, where it was searched.
     """
     parts = []
-    for sense in (speeds >= 0, speeds < 0):
+    for turns, sense in ((1, speeds >= 0), (-1, speeds < 0)):
         at = np.flatnonzero(sense & ~np.isnan(zeta))
         at = at[np.argsort(np.abs(speeds[at]))]
         w, grows = speeds[at] * TO_RPM, zeta[at] < -DAMPED
         for run in _runs(grows):
             i, k = int(run[0]), int(run[-1])
             begins = f"from between {w[i - 1]:.0f} and {w[i]:.0f} rpm on" if i else f"at {w[i]:.0f} rpm already"
+            if turns > 0 and (w[i - 1] if i else 0.0) < onset * TO_RPM <= w[i]:
+                begins = f"from {onset * TO_RPM:.0f} rpm on"
             ends = f" up to between {w[k]:.0f} and {w[k + 1]:.0f} rpm" if k + 1 < w.size else ""
             parts.append(begins + ends)
     return " and ".join(parts)

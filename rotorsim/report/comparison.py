@@ -18,6 +18,7 @@ from rotorsim.balance.unbalance import estimate_table, result_rows as balance_ro
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.report import page
+from rotorsim.report.operating_map import check_modes
 from rotorsim.report.units import quantity
 from rotorsim.signals.orders import RunComparison
 
@@ -53,11 +54,22 @@ def compare_results(results: Results) -> go.Figure:
 
 
 def common_kind(results: Results) -> str:
-    """The kind of all results; raises DataError if they have none or several."""
-    kinds = {name: str(found.attrs.get("kind", "record")) for name, found in results.items()}
+    """The kind of all results; raises DataError if they have none or several, and if there are none."""
+    if not results:
+        raise DataError(f"results: there are none; give some of one kind: {', '.join(FIGURES)}", argument="results")
+    kinds = {
+        name: str(found.attrs.get("kind", "record")) if isinstance(found, xr.Dataset) else repr(type(found))
+        for name, found in results.items()
+    }
     for name, kind in kinds.items():
         if kind not in FIGURES:
-            raise DataError(f"{name}: is a {kind}; give results of one kind: {', '.join(FIGURES)}, or records only")
+            raise DataError(
+                f"{name}: is a {kind}; give results of one kind: {', '.join(FIGURES)}, or records only",
+                argument="results",
+                value=name,
+            )
+        if kind == "map":
+            check_modes(name, results[name])
     (first, kind), *others = kinds.items()
     for name, other in others:
         if other != kind:

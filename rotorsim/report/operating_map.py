@@ -6,6 +6,7 @@ import xarray as xr
 from plotly.subplots import make_subplots
 
 from rotorsim.analysis.operating_map import unsafe_lines
+from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import whirl_sense
 from rotorsim.base.units import TO_HZ, TO_MPA, TO_RPM, TO_UM
 from rotorsim.report.page import (
@@ -57,7 +58,15 @@ CONTOURS: tuple[Panel, ...] = (
 @page_of(xr.Dataset, "map")
 def map_page(found: xr.Dataset) -> Page:
     """Page of an operating map; of further axes the first value is drawn."""
+    check_modes("map", found)
     return Page(f"{machine_entry(found.attrs)}: operating map", _about(found), blocks(plane(found)))
+
+
+def check_modes(name: str, found: xr.Dataset) -> None:
+    """Raise DataError for a map none of whose points has modes."""
+    if not {"wn", "zeta_least"} <= set(found):
+        raise DataError(f"{name}: no point of the map has modes, so none can be drawn; give a higher supply pressure",
+                        argument="result", value=name)  # fmt: skip
 
 
 def _about(found: xr.Dataset) -> str:
@@ -68,11 +77,12 @@ def _about(found: xr.Dataset) -> str:
         first = ", ".join(f"{found[d].attrs.get('long_name', d)} = {found[d].values[0]:g} "
                           f"{found[d].attrs.get('units', '')}" for d in extra)  # fmt: skip
         more = f" Drawn at {first}; the file holds all values."
-    reasons = "".join(f" Not safe: {line}." for line in unsafe_lines(found))
+    reasons = "; ".join(unsafe_lines(found))
+    unsafe = f" Not safe: {reasons}." if reasons else ""
     cut = "" if found.attrs.get("ended") == "complete" else " The map was interrupted and is not complete."
     return (
         f"Linear analysis of film, injectors and rotor together at {points} operating points, {lifted} of them lifted."
-        f"{more}{cut}{reasons} This is a simulation; numbers of a machine file marked calibrated were fitted."
+        f"{more}{cut}{unsafe} This is a simulation; numbers of a machine file marked calibrated were fitted."
     )
 
 
@@ -83,9 +93,9 @@ def blocks(one: xr.Dataset) -> list[Block]:
     out = []
     if one.sizes["speed"] > 1 and one.sizes["pressure"] > 1 and varying(one):
         shaded = (
-            f"Shaded red: not carried by the film, a mode grows, or within {margin:g} % of a critical speed, where the "
-            f"speed equals the natural frequency of a mode that amplifies {least:.3g} times or more (searched beyond "
-            "the ends of the map as far as it matters). "
+            f"Shaded red: not carried by the film, a mode grows or has no damping, or within {margin:g} % of a "
+            f"critical speed, where the speed equals the natural frequency of a mode that amplifies {least:.3g} times "
+            "or more (searched beyond the ends of the map as far as it matters). "
             + ("Shaded grey: not known, because not every mode could be searched. " if unknown else "")
             + "Whirl ratio: 1 a forward circle, 0 a line, -1 a backward circle. "
             + "".join(f"All over the map: {title} {value:.4g}. " for title, value in constants(one))
@@ -103,8 +113,7 @@ def blocks(one: xr.Dataset) -> list[Block]:
             text = "Where the speed meets a mode near enough to decide what is safe; other modes and orders on request."
         out.append(Block("Critical speeds", text, CRITICAL_HEADS, critical[:MOST_ROWS]))
     if has_onset(one):
-        text = "Whirl onset: right of it a mode grows. Lift-off: below it the film does not carry the rotor."
-        out.append(Block("Whirl onset and lift-off", text, figure=onset_figure(one)))
+        out.append(_onset_block(one))
     if one.sizes["pressure"] > 1 and "film_stiffness" in one and np.isfinite(one["film_stiffness"].values).any():
         rpm = float(one["speed"].values[one.sizes["speed"] // 2]) * TO_RPM
         text = f"At {rpm:.0f} rpm, at whirl frequency 0 and those of the two lowest modes unless given otherwise."
@@ -337,15 +346,42 @@ def has_onset(found: xr.Dataset) -> bool:
     return any(name in found and np.isfinite(found[name]).any() for name in ("onset_speed", "lift_off_pressure"))
 
 
+def _onset_block(one: xr.Dataset) -> Block:
+    """Whirl onset and lift-off: a figure where one of them is a curve, in words where each is one point."""
+    title, points = "Whirl onset and lift-off", _onset_points(one)
+    if any(np.isfinite(speed * pressure).sum() > 1 for *_, speed, pressure in points):
+        text = "Whirl onset: right of it a mode grows. Lift-off: below it the film does not carry the rotor."
+        return Block(title, text, figure=onset_figure(one))
+    stated = [
+        f"{name[0].upper()}{name[1:]}: {rpm:.0f} rpm at {quantity(pressure, 'MPa')}."
+        for name, _, speeds, pressures in points
+        for rpm, pressure in zip(speeds, pressures, strict=True)
+        if np.isfinite(rpm * pressure)
+    ]
+    return Block(title, " ".join(stated))
+
+
+def _onset_points(found: xr.Dataset) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
+    """Name and colour of whirl onset and of lift-off, as far as they were searched, with speeds [rpm], pressures [MPa].
+
+    The onset is known over the pressures, lift-off over the speeds.
+    """
+    known = (
+        ("whirl onset", UNSAFE, "onset_speed", "pressure"),
+        ("lift-off", PIN_COLOURS[0], "speed", "lift_off_pressure"),
+    )
+    return [
+        (name, colour, found[speed].values * TO_RPM, found[pressure].values * TO_MPA)
+        for name, colour, speed, pressure in known
+        if speed in found and pressure in found
+    ]
+
+
 def onset_figure(found: xr.Dataset) -> go.Figure:
     """Whirl onset over pressure and lift-off pressure over speed, as far as they were found."""
     figure = go.Figure()
-    if "onset_speed" in found:
-        x, y = found["onset_speed"].values * TO_RPM, found["pressure"].values * TO_MPA
-        figure.add_trace(curve(x, y, UNSAFE, "whirl onset", mode="lines+markers"))
-    if "lift_off_pressure" in found:
-        x, y = found["speed"].values * TO_RPM, found["lift_off_pressure"].values * TO_MPA
-        figure.add_trace(curve(x, y, PIN_COLOURS[0], "lift-off", mode="lines+markers"))
+    for name, colour, speeds, pressures in _onset_points(found):
+        figure.add_trace(curve(speeds, pressures, colour, name, mode="lines+markers"))
     figure.update_xaxes(title_text="speed [rpm]")
     figure.update_yaxes(title_text="pressure [MPa]", rangemode="tozero")
     return style(figure, 420)

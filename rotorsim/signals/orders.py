@@ -30,6 +30,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy  # loads its packages where they are first used
 import xarray as xr
 
 from rotorsim.base.errors import DataError
@@ -240,22 +241,6 @@ def _start(record: xr.Dataset) -> tuple[float, bool]:
     return (begins[calm[0]] if calm else 0.0), True
 
 
-def local_maxima(values: np.ndarray) -> np.ndarray:
-    """Indices of values above both neighbours, of a plateau its middle; as `scipy.signal.find_peaks` has them."""
-    steps = np.flatnonzero(np.diff(values))
-    first, last = np.append(0, steps + 1), np.append(steps, len(values) - 1)
-    top = values[first]
-    return np.asarray(((first + last) // 2)[1:-1][(top[1:-1] > top[:-2]) & (top[1:-1] > top[2:])])
-
-
-def prominence(values: np.ndarray, peak: int) -> float:
-    """Height of a peak above the higher of the lowest values on both sides of it, each up to where it is surpassed."""
-    higher = values > values[peak]
-    left = peak - int(np.argmax(np.append(higher[peak::-1], True))) + 1
-    right = peak + int(np.argmax(np.append(higher[peak:], True)))
-    return float(values[peak] - max(values[left : peak + 1].min(), values[peak:right].min()))
-
-
 def find_resonances(tracked: xr.Dataset, order: int, axis: str) -> list[dict[str, Any]]:
     """Peaks of one order and axis where it is resolved, the largest first; before them a larger value that is none.
 
@@ -275,8 +260,7 @@ def find_resonances(tracked: xr.Dataset, order: int, axis: str) -> list[dict[str
         return []
     seen = np.flatnonzero(size)
     swept = np.ptp(np.abs(speed)) > 0.02 * np.abs(speed).max()
-    tops = [i for i in local_maxima(size[seen]) if prominence(size[seen], i) >= PROMINENCE * size.max()]
-    found = seen[tops] if swept else seen[:0]
+    found = seen[scipy.signal.find_peaks(size[seen], prominence=PROMINENCE * size.max())[0]] if swept else seen[:0]
     top: list[int] = []
     for i in sorted(found, key=lambda i: -size[i]):
         apart = all(abs(speed[i] - speed[j]) > APART * np.abs(speed).max() for j in top)

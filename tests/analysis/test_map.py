@@ -19,6 +19,7 @@ from rotorsim.analysis import (
 from rotorsim.analysis.axes import Field, checked, read_axis, read_field
 from rotorsim.analysis.operating_map import unsafe_lines, useful
 from rotorsim.base.errors import DataError, MachineFileError, NoLiftOffError
+from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 
 pytestmark = pytest.mark.numerical
@@ -70,6 +71,30 @@ def test_each_point_that_is_not_safe_has_its_reason(small):
     first, onset = unsafe_lines(whirls)
     assert "2 a mode grows" in first
     assert onset == "a mode grows from between 3000 and 6000 rpm on, at 0.4 MPa"
+
+
+def test_a_mode_without_damping_is_not_safe_and_does_not_grow():
+    """Rounding gives its damping ratio either sign."""
+    bare = load_machine("plain_rotor").with_({"shaft.damping_ratio": 0.0, "bearings.0.cxx": 0.0, "bearings.1.cxx": 0.0})
+    found = safe_region(operating_map(Plant(bare), [0.0, 100.0], [0.0]))
+    assert np.abs(found["zeta_least"].values).max() < 1e-12
+    assert not found["grows"].any() and found["undamped"].all() and not found["safe"].any()
+    assert unsafe_lines(found) == ["2 a mode has no damping"]
+
+
+@pytest.mark.parametrize(
+    ("onset", "where"),
+    [
+        (4321.4, "from 4321 rpm on"),
+        (np.nan, "from between 3000 and 6000 rpm on"),
+        (9000.0, "from between 3000 and 6000 rpm on"),
+    ],
+)
+def test_growth_begins_at_the_onset_where_that_was_searched_between_both_speeds(small, onset, where):
+    zeta = small["zeta_least"].copy()
+    zeta[{"pressure": 1, "speed": slice(2, None)}] = -0.1
+    searched = small.assign(zeta_least=zeta, onset_speed=("pressure", np.array([np.nan, onset * RPM, np.nan])))
+    assert unsafe_lines(searched)[1] == f"a mode grows {where}, at 0.4 MPa"
 
 
 def test_growth_is_shaded_from_where_the_damping_passes_zero():

@@ -15,7 +15,7 @@ from fuzzing.disk import largest_file
 from rotorsim.base.files import WriteError
 from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.experiments import recording
-from rotorsim.experiments.recording import CHUNK, Recording, duration, recover
+from rotorsim.experiments.recording import CHUNK, Recording, add_attribute, duration, recover
 
 BLOCKS, SAMPLES = 4, 5000
 PATHS = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "support")]
@@ -92,6 +92,21 @@ def test_small_blocks_on_a_disk_that_ends_are_kept_too(tmp_path: Path, whole: xr
     record = xr.load_dataset(path, engine="h5netcdf")
     assert record.sizes["time"] >= 0.4 * BLOCKS * SAMPLES
     assert_begins_as(record, whole)
+
+
+def test_an_attribute_that_does_not_fit_leaves_the_record_as_it_was(tmp_path: Path) -> None:
+    path = tmp_path / "run.nc"
+    recorded(path)
+    before = path.read_bytes()
+    for size in (len(before) // 2, len(before) + 100):
+        with largest_file(size), pytest.raises(WriteError) as caught:
+            add_attribute(path, "said", "a sentence")
+        assert Path(caught.value.filename) == path
+        assert path.read_bytes() == before and list(tmp_path.iterdir()) == [path]
+    add_attribute(path, "said", "a sentence")
+    with xr.open_dataset(path, engine="h5netcdf") as record:
+        assert record.attrs == {"ended": "complete", "said": "a sentence"}
+        assert record.sizes["time"] == BLOCKS * SAMPLES
 
 
 def test_a_disk_that_ends_leaves_the_process_alive_and_silent(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import rotorsim as rs
 from identification.local.greybox import STRUCTURES, modes
 from identification.local.response_fit import response_problem
 from model3 import TRUTH, TS, model, record
+from refusals import refused
 from rotorsim.base.errors import UnfitError
 
 pytestmark = pytest.mark.numerical
@@ -198,6 +199,14 @@ G0 = np.ones((5, 2, 2), complex)
 def test_unfit_input_is_refused_in_a_sentence(call, sentence):
     with pytest.raises(UnfitError, match=sentence):
         call()
+
+
+@pytest.mark.parametrize("resolution", [3000.0, 0.26 / TS, 0.0, -1.0, np.nan])
+def test_lines_that_leave_a_segment_fewer_than_four_samples_are_refused(resolution):
+    u, y = np.random.default_rng(0).normal(size=(2, 200, 2))
+    with refused(UnfitError, "resolution", resolution):
+        idn.frequency_response(u, y, TS, resolution)
+    assert len(idn.frequency_response(u, y, TS, 0.25 / TS).omega) == 2
 
 
 @pytest.mark.parametrize("length", [400, 401])

@@ -8,6 +8,7 @@ from fe_shaft.modal import run_modal
 from fe_shaft.response import run_unbalance_response
 from refusals import refused
 from rotorsim.base.errors import MachineFileError
+from rotorsim.plant.mesh import Mesh
 
 ROTOR = """
 name = "rotor"
@@ -226,3 +227,23 @@ def test_a_rotor_without_films_lists_every_oscillation_that_it_keeps(name, speed
     size = np.abs(all_of_them)
     kept = np.sort(size[(all_of_them.imag > 1e-6 * size) & (-all_of_them.real < 0.5 * size)])
     assert found.proven and found.wn == pytest.approx(kept, rel=1e-9)
+
+
+@pytest.mark.parametrize(("length", "stiffness"), [(150, "1 kN/m"), (300, "0.3 kN/m")])
+def test_a_stiff_shaft_on_soft_bearings_is_held_whatever_deflections_are_added(length, stiffness):
+    """Its lowest mode is that of a rigid body on two springs: sqrt(2 k / m)."""
+    stiff = rs.load_machine("plain_rotor").with_(
+        {"shaft.sections.0.length": f"{length} mm", "shaft.sections.0.outer_diameter": "40 mm",
+         "discs.0.position": f"{length / 2} mm", "bearings.1.position": f"{length} mm",
+         "bearings.0.kxx": stiffness, "bearings.1.kxx": stiffness}
+    )  # fmt: skip
+    rigid = np.sqrt(2e3 * float(stiffness.split()[0]) / stiff.mass)
+    for other_bearings in (False, True):
+        found = Mesh(stiff, other_bearings).reduced.frequencies
+        assert found.min() == pytest.approx(rigid, rel=1e-3)
+
+
+@pytest.mark.parametrize("other_bearings", [False, True])
+def test_a_shaft_on_one_bearing_tilts_and_is_refused(other_bearings):
+    with refused(MachineFileError, ""):
+        _ = Mesh(machine(LEFT), other_bearings).reduced

@@ -13,6 +13,7 @@ from rotorsim.report.operating_map import (
     campbell_figure,
     constants,
     contour_figure,
+    map_page,
     onset_figure,
     varying,
 )
@@ -79,6 +80,22 @@ def test_an_onset_that_was_not_found_is_stated_and_not_drawn(found):
     assert titles["Not shown"].rows[0][0] == "whirl onset"
     one = found.assign(onset_speed=("pressure", np.array([1500.0, np.nan, np.nan])))
     assert "Not shown" not in {block.title for block in blocks(one)} and len(onset_figure(one).data) == 1
+
+
+def test_one_onset_is_a_sentence_and_lift_off_over_speeds_a_curve(found):
+    one = found.isel(pressure=[1]).assign(onset_speed=("pressure", np.array([959.3])))
+    block = next(block for block in blocks(one) if block.title == "Whirl onset and lift-off")
+    assert block.figure is None and block.text == "Whirl onset: 9161 rpm at 0.5 MPa."
+    lifted = one.assign(lift_off_pressure=("speed", np.array([2e5, 3e5, 4e5])))
+    block = next(block for block in blocks(lifted) if block.title == "Whirl onset and lift-off")
+    assert [len(trace.x) for trace in block.figure.data] == [1, 3]
+
+
+def test_the_head_of_the_page_says_once_why_points_are_not_safe(found):
+    zeta = found["zeta_least"].copy()
+    zeta[{"pressure": 1, "speed": 2}] = -0.1
+    introduction = map_page(rs.analysis.safe_region(found.assign(zeta_least=zeta))).introduction
+    assert introduction.count("Not safe") == 1 and "; a mode grows from between" in introduction
 
 
 def test_the_legend_of_the_campbell_diagram_lists_only_what_is_drawn(found):

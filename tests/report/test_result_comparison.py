@@ -7,12 +7,12 @@ import pytest
 
 from refusals import refused
 from rotorsim.__main__ import main
-from rotorsim.analysis import campbell, unbalance_response
+from rotorsim.analysis import campbell, map_machine, unbalance_response
 from rotorsim.base.errors import DataError
 from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
-from rotorsim.report import compare_results, result_rows
+from rotorsim.report import compare_results, result_rows, write
 
 SPEEDS = np.linspace(50.0, 800.0, 16)
 
@@ -43,6 +43,20 @@ def test_the_command_takes_results_and_writes_page_and_figures(responses, tmp_pa
     printed = json.loads(capsys.readouterr().out)
     assert [row["result"] for row in printed["results"]] == ["plain", "softer"]
     assert "<h2>Key figures</h2>" in (tmp_path / "both" / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(("results", "value"), [({}, None), ({"a": 1}, "a"), ({"a": map(str, ())}, "a")])
+def test_a_dictionary_that_holds_no_results_is_refused(results, value, tmp_path):
+    with refused(DataError, "results", value):
+        write(results, tmp_path / "page.html")
+
+
+def test_a_map_whose_points_the_film_does_not_carry_is_refused_alone_and_in_a_comparison(rig, tmp_path):
+    low = map_machine(rig(), [0.0], [0.1e6], workers=1)
+    assert not low["lifted"].any()
+    for results, value in ((low, "map"), ({"low": low}, "low")):
+        with refused(DataError, "result", value):
+            write(results, tmp_path / "page.html")
 
 
 def test_results_of_several_kinds_are_refused_and_nothing_is_written(responses, tmp_path, capsys, monkeypatch):

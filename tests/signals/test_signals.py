@@ -5,17 +5,13 @@ import tracemalloc
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given, strategies as st
-from hypothesis.extra.numpy import arrays
-from scipy.signal import ShortTimeFFT, detrend, find_peaks, lfilter
-from scipy.signal.windows import hann
+from scipy.signal import lfilter
 
 from identification import make_record
-from identification.records.frequency_response import transforms
 from rotorsim.signals.impact import decay_of, find_pulses, impact_transfer, mode_pair, ring_downs, steady_motion
-from rotorsim.signals.orders import deceleration_of, local_maxima, prominence
+from rotorsim.signals.orders import deceleration_of
 from rotorsim.signals.record_blocks import MissingError, blocks, eventful_stretch, prepared, runout_of
-from rotorsim.signals.spectra import difference_of, spectrum_of, waterfall, welch_transfer
+from rotorsim.signals.spectra import difference_of, spectrum_of, welch_transfer
 from rotorsim.signals.static_gain import branch_distance, directions, find_holds, loops, rest, static_gain
 
 FS = 1000.0
@@ -33,31 +29,6 @@ def first_order(u: np.ndarray, gain: float, pole: float) -> np.ndarray:
 
 def response(f: np.ndarray, gain: float, pole: float) -> np.ndarray:
     return gain * (1 - pole) / (1 - pole * np.exp(-2j * np.pi * f / FS))
-
-
-@pytest.mark.parametrize(("n", "length"), [(5000, 500), (4999, 501), (700, 700), (37, 7), (9, 4)])
-@pytest.mark.parametrize("centred", [True, False])
-def test_transforms_of_segments_are_those_of_scipy_bit_by_bit(n: int, length: int, centred: bool) -> None:
-    values = np.random.default_rng(n).normal(size=(n, 2)) + 3.0
-    window = ShortTimeFFT(hann(length, sym=False), length // 2, FS)
-    first, last = window.lower_border_end[1], window.upper_border_begin(n)[1]
-    known = window.stft_detrend(values.T, "constant" if centred else None, p0=first, p1=last)
-    assert np.array_equal(transforms(values, length, centred), known)
-
-
-def test_lines_of_a_waterfall_are_spectra_without_the_trend_that_scipy_takes_away() -> None:
-    d = np.random.default_rng(5).normal(size=(2000, 2)).cumsum(axis=0)
-    found = waterfall(record_of(disc=d, speed=np.full(2000, 300.0), angle=0.3 * np.arange(2000)), 1, FS / 2)
-    taper = hann(1000, sym=False)[:, None]
-    pieces = np.abs(np.fft.rfft(detrend(d.reshape(2, 1000, 2), axis=1) * taper / taper.sum(), 2000, axis=1)) * 2
-    assert np.allclose(found["amplitude"][0], np.sqrt(np.mean(pieces**2, axis=0)), rtol=1e-12, atol=0)
-
-
-@given(arrays(float, st.integers(1, 40), elements=st.integers(-4, 4).map(float)))
-def test_peaks_and_their_prominences_are_those_of_scipy(values: np.ndarray) -> None:
-    known, seen = find_peaks(values, prominence=0.0)
-    assert local_maxima(values).tolist() == known.tolist()
-    assert [prominence(values, i) for i in known] == seen["prominences"].tolist()
 
 
 GAINS = np.array([[3e-6, 0.4e-6], [-0.2e-6, 2e-6]])

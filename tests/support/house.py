@@ -9,11 +9,13 @@ import ast
 import resource
 import subprocess
 import sys
-import tempfile
 import threading
 from collections import Counter
+from contextlib import redirect_stdout, suppress
+from io import StringIO
 from pathlib import Path
 from statistics import median
+from tempfile import TemporaryDirectory
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("reynolds", "fe_shaft", "identification", "rotorsim", "fmu")
@@ -88,9 +90,8 @@ def passed(words):
     threading.setprofile(calls)
     sys.setprofile(calls)
     try:
-        main([*words, "--out", tempfile.mkdtemp()])
-    except SystemExit:
-        pass
+        with TemporaryDirectory() as folder, redirect_stdout(StringIO()), suppress(SystemExit):
+            main([*words, "--out", folder])
     finally:
         sys.setprofile(None)
         threading.setprofile(None)
@@ -130,7 +131,9 @@ def rows(walked):
 def main():
     """Print the counts, and with --walk the files of the PRBS record by room."""
     sys.path.insert(0, str(ROOT))
-    subprocess.run([sys.executable, "-m", "rotorsim", *PRBS, "--out", tempfile.mkdtemp()], cwd=ROOT, check=True)
+    with TemporaryDirectory() as folder:  # compiles what the walk runs
+        made = [sys.executable, "-m", "rotorsim", *PRBS, "--out", folder]
+        subprocess.run(made, cwd=ROOT, capture_output=True, check=True)
     walked = passed(PRBS)
     for name, count in rows(walked):
         print(f"{count:>10}  {name}")
