@@ -21,7 +21,7 @@ def hardening(t, angle, speed, x, y, vx, vy, p):
 
 @register
 class Hardening(Effect):
-    """What the machine has and its file has not."""
+    """Part that the machine has and its file has not."""
 
     port, kernel, steady = "motion", hardening, True
     size: float = param("N/m^3", doc="Force over the cube of the displacement.")

@@ -140,7 +140,7 @@ class FilmFactor:
             Q, R = R.T, Q.T
         d = self.d if b.ndim == 1 else self.d[:, None]
         x = np.empty_like(b, self.d.dtype)
-        x[kept] = self.lu.solve((b[kept] - Q @ (b[put_in] / d)).astype(x.dtype, order="C"), trans)
+        x[kept] = self.lu.solve((b[kept] - Q @ (b[put_in] / d)).astype(x.dtype, order="C", casting="same_kind"), trans)
         x[put_in] = (b[put_in] - R @ x[kept]) / d
         return x
 

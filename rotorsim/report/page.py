@@ -57,19 +57,20 @@ def faint(colour: str, opacity: float = 0.25) -> str:
 def shade_growth(figure: go.Figure, speed: np.ndarray, zeta: np.ndarray, rows: int) -> None:
     """Shade where a mode grows in panels one above another, over speeds (n,) with the least damping ratio at each.
 
-    An edge lies where the damping ratio passes 0 on a straight line between two speeds.
+    An edge lies where the damping ratio passes 0 on a straight line between two speeds, or beside one without a film.
     """
-    known = np.flatnonzero(np.isfinite(zeta))
-    x, y = speed[known], zeta[known]
-    places = np.flatnonzero(y < -DAMPED)
+    places = np.flatnonzero(zeta < -DAMPED)
     for run in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1) if places.size else ():
-        ends = [
-            np.interp(0.0, *zip(*sorted([(y[i], x[i]), (y[j], x[j])]), strict=True)) if 0 <= j < len(y) else x[i]
-            for i, j in ((run[0], run[0] - 1), (run[-1], run[-1] + 1))
-        ]
+        ends = [_zero(speed, zeta, i, j) for i, j in ((run[0], run[0] - 1), (run[-1], run[-1] + 1))]
         for row in range(1, rows + 1):
-            figure.add_vrect(*map(float, ends), row=row, col=1, fillcolor=UNSAFE, opacity=0.14, line={"width": 0},
+            figure.add_vrect(*ends, row=row, col=1, fillcolor=UNSAFE, opacity=0.14, line={"width": 0},
                              layer="below")  # fmt: skip
+
+
+def _zero(x: np.ndarray, y: np.ndarray, i: int, j: int) -> float:
+    """Place between i and its neighbour j at which y passes 0 on a straight line; that of i where y is unknown at j."""
+    known = 0 <= j < len(y) and np.isfinite(y[j])
+    return float(x[i] - y[i] * (x[j] - x[i]) / (y[j] - y[i]) if known else x[i])
 
 
 def style(figure: go.Figure, height: int, **layout: object) -> go.Figure:

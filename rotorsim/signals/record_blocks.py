@@ -89,8 +89,9 @@ def _read_directly(record: xr.Dataset, path: str | Path) -> xr.Dataset:
     with manager.acquire_context() as file:
         for name, variable in record.variables.items():
             stored = file.get(str(name)) if "time" in variable.dims else None
-            plain = isinstance(stored, h5py.Dataset) and stored.dtype == variable.dtype == float
-            if plain and stored.shape == variable.shape and not DECODED & variable.encoding.keys():
+            if not isinstance(stored, h5py.Dataset) or DECODED & variable.encoding.keys():
+                continue
+            if stored.dtype == variable.dtype == float and stored.shape == variable.shape:
                 data = indexing.LazilyIndexedArray(StoredArray(manager, str(name), variable.shape))
                 found[name] = xr.Variable(variable.dims, data, variable.attrs, variable.encoding)
     coords = {name: found.pop(name) for name in list(found) if name in record.coords}

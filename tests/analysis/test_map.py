@@ -90,6 +90,11 @@ def test_growth_is_shaded_from_where_the_damping_passes_zero():
     assert [(one.x0, one.x1) for one in figure.layout.shapes] == [pytest.approx(between)] * 2
     shade_growth(figure, speed, np.abs(zeta), rows=2)
     assert len(figure.layout.shapes) == 2
+    zeta[3] = np.nan  # no film carries there
+    shade_growth(figure, speed, zeta, rows=1)
+    assert [(one.x0, one.x1) for one in figure.layout.shapes[2:]] == [
+        pytest.approx((between[0], 2000.0)), pytest.approx((4000.0, between[1]))
+    ]  # fmt: skip
 
 
 def test_what_is_not_safe_is_shaded_above_the_contours(small):

@@ -44,7 +44,7 @@ def test_a_machine_that_is_shaken_at_random_has_no_period_and_the_twin_of_a_diag
 
 @pytest.mark.parametrize("times", [0.25, 0.5, 3.0])
 def test_a_bearing_that_is_calibrated_sags_by_its_load_over_its_stiffness(times):
-    """By the rule of the lever; in six modes on the bearings of the file alone it is up to 3 % off."""
+    """The sag is that of the rule of the lever; in six modes on the bearings of the file alone it is up to 3 % off."""
     machine = Machine.from_text(machine_text())
     load = sum(mass * node / ELEMENTS for node, mass, *_ in DISCS) + RHO * np.pi * DIAMETER**2 / 4 * LENGTH / 2
     setting = {"plane": LENGTH, "bearing.1.ky": 1 - 1 / times}

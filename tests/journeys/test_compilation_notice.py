@@ -52,7 +52,8 @@ def test_the_film_is_compiled_once_for_all_effects(rig, tmp_path, monkeypatch):
 
 
 def test_the_law_of_the_injectors_is_a_number_and_no_other_machine_code(rig):
-    a, b = rig().assembly, rig({"injection.law": "loss_factor", "injection.loss_factor": 4e-16}).assembly
+    other = {"injection.law": "loss_factor", "injection.loss_factor": "4e-16 kg/(s*Pa^2)"}
+    a, b = rig().assembly, rig(other).assembly
     assert a.machine.injection.law != b.machine.injection.law
     assert (a.module.newton, a.module.run) == (b.module.newton, b.module.run)
 
