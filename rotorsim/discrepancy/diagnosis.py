@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -73,9 +74,10 @@ from rotorsim.discrepancy.judge import (
     seen_together,
     untouched_gone,
     with_vibration,
+    withdrawn,
     worse_than,
 )
-from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places
+from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places, probe_answers
 from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect, far_off
 from rotorsim.discrepancy.mistakes import (
     SAMPLED,
@@ -169,6 +171,8 @@ EXACT = (
 """Note on a law that leaves less than the declared tolerance."""
 NO_LAW = "a law was looked for at all places; the best one, {}, is not borne out by the plant and by other records"
 """Note on records that show no law either."""
+WITHDRAWN = "{} would explain the records too, and no group of lines shows it: a law explains them clearly better"
+"""Note on a name or a tie that is not given."""
 NOT_REPEATED = "the records also have what does not repeat, which would be: {}"
 """Note on what does not repeat where the gap that repeats is not explained, or where nothing disagrees."""
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
@@ -366,16 +370,8 @@ class DiagnosisRun:
         models = self.models
         base = recalibrate(self.fitted, models.fine, self.tolerance, lambda: self.progress("calibrate"), models.law)
         sweeps = any(t.orders for t in self.fitted.trials)
-        notes = limits(self.fitted.trials, self.machine.film is not None)
-        if not self.fitted.scatter_known:
-            source = " and ".join(unknown_sources(self.fitted.trials))
-            notes.append(f"no repeats and no periods: the floor comes from {source}")
-        named = {t.names for t in self.fitted.trials if len(t.names) == 2 and not t.other_plane}
-        notes += [NAMED_PROBES.format(*names) for names in sorted(named)]
-        notes += notes_on_changes({t.name: t.stated_changes for t in self.trials})
-        notes += [COMMON_DELAY] if any(t.clock for t in self.trials) else []
         fitted = self.fitted.measured - base.residual * self.fitted.sigma
-        notes += check_after(self.fitted, fitted)
+        notes = [*self._notes_on_records(), *check_after(self.fitted, fitted)]
         # resonances that a run-up passes are strongly nonlinear in what is calibrated
         repeats, enough = (SWEEP_REPEATS, 0.99) if sweeps else (MOST_REPEATS, 0.95)
         for _ in range(repeats):
@@ -397,9 +393,7 @@ class DiagnosisRun:
             self.late = check_alternatives(self.fitted, base, nominal)
         assert self.fitted.scatter is not None
         blocks, groups = self.fitted.apart(base.point), table(self.fitted, base.residual)
-        # a gas film may remember; its candidates do so too
-        if self.machine.film is None:
-            self.growing = growing(self.fitted.trials, blocks) or with_vibration(self.fitted.trials, blocks)
+        self.growing = self._changing(base, blocks)
         apart = unsteady(self.fitted.trials, blocks, self.fitted.scatter[0])
         flags = flagged(groups) + apart
         for role in ("held_out", "untouched"):
@@ -423,6 +417,25 @@ class DiagnosisRun:
             notes.append(FAINT.format(base.cost - judgement.verdict.best.fit.cost))
         other = None if self.laws is not None else self._beyond_catalogue(base, flags, apart, judgement, notes)
         return self._result(base, flags, judgement, search, notes) if other is None else other
+
+    def _notes_on_records(self) -> list[str]:
+        """Notes on what the records are, before anything is found in them."""
+        notes = limits(self.fitted.trials, self.machine.film is not None)
+        if not self.fitted.scatter_known:
+            source = " and ".join(unknown_sources(self.fitted.trials))
+            notes.append(f"no repeats and no periods: the floor comes from {source}")
+        named = {t.names for t in self.fitted.trials if len(t.names) == 2 and not t.other_plane}
+        notes += [NAMED_PROBES.format(*names) for names in sorted(named)]
+        notes += notes_on_changes({t.name: t.stated_changes for t in self.trials})
+        notes += [COMMON_DELAY] if any(t.clock for t in self.trials) else []
+        return notes
+
+    def _changing(self, base: ParameterFit, blocks: list[np.ndarray]) -> str:
+        """Sentence on a motion that is not steady, or not linear; none with a gas film, which may remember."""
+        if self.machine.film is not None:
+            return ""
+        answers, trials = partial(probe_answers, self.fitted.twin, base.point), self.fitted.trials
+        return growing(trials, blocks) or with_vibration(trials, blocks, answers)
 
     def _with_held_force(self) -> Diagnosis:
         """Diagnosis of the same records with forces that are held from sample to sample; it is turned to once."""
@@ -457,11 +470,12 @@ class DiagnosisRun:
             seen = {role: self._seen(part, base) for role, part in self.parts.items() if role != "untouched"}
             base = replace(base, J=seen["fit"].J)
             if unanswered or flags or faint:
-                known, found = len(notes), self._discovered(base, flags, apart, seen, notes, rival)
-                if found is None and faint and len(notes) > known:
-                    found = self._result(base, flags, Judgement(SearchVerdict("unknown"), ()), None, notes)
-                if found is not None or faint:
+                found = self._discovered(base, flags, apart, seen, notes, rival)
+                if not isinstance(found, str):
                     return found
+                notes += [found] if found else []
+                if faint:
+                    return self._without_name(base, judgement, notes) if found else None
             force = drift(self.fitted, base) or random_force(seen["fit"])
         except NoAnswerError:
             return None
@@ -473,6 +487,13 @@ class DiagnosisRun:
         nothing = Judgement(SearchVerdict("unknown"), judgement.odds, judgement.notes, judgement.left, judgement.worse)
         return replace(self._result(base, flags, nothing, None, notes), status="stochastic", stochastic=force)
 
+    def _without_name(self, base: ParameterFit, judgement: Judgement, notes: list[str]) -> Diagnosis:
+        """Diagnosis that gives no name: a law is clearly better than the one that no group shows, but not borne out."""
+        best, rivals = judgement.verdict.best, judgement.verdict.rivals
+        names = [" with ".join(h.keys) for h in (best, *rivals) if h is not None]
+        notes.append(WITHDRAWN.format(" or ".join(names)))
+        return self._result(base, [], withdrawn(judgement), None, notes)
+
     def _seen(self, part: TwinComparison, base: ParameterFit) -> ObservedPlaces:
         """Observed places of the records of a role, about the calibration."""
         return ObservedPlaces.of(part, base, part.residual(base.point), part.jacobian(base.point, base.parameters))
@@ -480,23 +501,21 @@ class DiagnosisRun:
     def _discovered(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], seen: dict[str, ObservedPlaces],
         notes: list[str], rival: Hypothesis | None,
-    ) -> Diagnosis | None:  # fmt: skip
-        """Diagnosis with a law that is fitted and judged as any candidate; None where it is not borne out.
+    ) -> Diagnosis | str:  # fmt: skip
+        """Diagnosis with a law that is fitted and judged as any candidate; a sentence on one that is not borne out.
 
         Its sum of squares, with the price of its coefficients, has to be clearly below that of the calibration and that
-        of the best effects of the catalogue, its `rival`.
+        of the best effects of the catalogue, its `rival`; the sentence is empty where no law's is.
         """
         known = base.cost if rival is None else min(base.cost, priced(rival))
         laws, clear = laws_of(seen["fit"], seen.get("held_out"), base), CLEAR if flags else FAINT_LAW
         if known - laws[0].cost - PRICE * len(laws[0].coefficients) < clear or (laws[0].remembers and not flags):
-            return None
-        notes_of_none = [*notes, NO_LAW.format(laws[0].names)]
+            return ""
         if laws[0].remembers:
             parts = {role: seen.get(role) or self._seen(part, base) for role, part in self.parts.items()}
             left = remembered(parts, base, laws, known)
             if left is None:
-                notes[:] = notes_of_none
-                return None
+                return NO_LAW.format(laws[0].names)
             found = self._result(base, flags, Judgement(SearchVerdict("unknown"), ()), None, notes)
             gap = found.gap.copy(deep=True)
             gap["gap"].values[:, :, 2] = np.concatenate(
@@ -522,8 +541,7 @@ class DiagnosisRun:
             sure = p + sum(probability_of((name,), odds) for name in rivals if name in keys) >= SURE
             borne_out = best is not None and judgement.verdict.status != "partial" and len(best.forms) == 1
             if best is None or not (borne_out and sure and known - priced(best) > clear):
-                notes[:] = notes_of_none
-                return None
+                return NO_LAW.format(laws[0].names)
             best, exact = own._as_exact_as_shown(best)
             verdict = replace(judgement.verdict, best=best)
             notes += [*judgement.notes, *exact]

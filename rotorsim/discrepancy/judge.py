@@ -22,7 +22,7 @@ something beyond the catalogue.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from math import inf, sqrt
 
@@ -31,6 +31,7 @@ from scipy.special import chdtrc
 
 from rotorsim.base.units import TO_UM
 from rotorsim.discrepancy.candidates import class_of
+from rotorsim.discrepancy.changes import MAIN, PLANE
 from rotorsim.discrepancy.comparison import UNSTEADY, Misfit, TwinComparison, flagged, table
 from rotorsim.discrepancy.data_vector import own_scatter
 from rotorsim.discrepancy.hypotheses import Hypothesis
@@ -179,13 +180,16 @@ GROWS, LEAST_GROWTH, MOST_ALIKE, FEWEST_GROWING = 5.0, 0.02, 0.8, 4
 channels, from which on the machine was not steady."""
 WITH_VIBRATION = (
     "{order}X comes with the vibration: {size:.2g} um at {point}, where 1X is {large:.3g} um, and {less:.2g} um at "
-    "{small:.3g} um of 1X. That is more than the stated accuracy, and {times:.0f} times the scatter of the records: a "
-    "stop, a rub or a loose part that touches by that little, or a probe that is not linear; record that speed again "
+    "{small:.3g} um of 1X. That is {times:.2g} times the stated accuracy, far beyond the scatter of the records, and "
+    "more than a force of one size makes near a natural frequency: a stop, a rub or a loose part that touches by that "
+    "little, a probe that is not linear, or a force at {order}X that grows so with the speed; record that speed again "
     "with more and with less vibration"
 )
 """Note on a harmonic of the shaft that small vibration does not have."""
 HARMONICS, CLEARLY, STEEPER = (2, 3), 10.0, 2.0
 """Orders that are looked at, times their own scatter from which on they are seen, and times the growth of 1X."""
+COPIES = 0.01
+"""Share of the stated accuracy that counts as scatter where blocks are alike, as those of a simulation."""
 CONTRADICTED, BELOW = 8.0, 2.0
 """Factors between a stated accuracy and what the records show from which the two contradict each other: of the misfit,
 and of a scatter above it, which the blocks of all records measure well."""
@@ -277,7 +281,8 @@ class Judgement:
     """Verdict of a diagnosis, the odds as they follow from it, and notes that give the reasons.
 
     `left` counts the groups of lines beyond the floor at points that were not fitted; `worse` names the untouched
-    records that the calibration makes worse, so that it is not written.
+    records that the calibration makes worse, so that it is not written, and `worse_alone` those that it makes worse
+    without an effect.
     """
 
     verdict: SearchVerdict
@@ -285,6 +290,7 @@ class Judgement:
     notes: tuple[str, ...] = ()
     left: int = 0
     worse: tuple[str, ...] = ()
+    worse_alone: tuple[str, ...] = ()
 
 
 def judged(evidence: AllEvidence) -> Judgement:
@@ -307,7 +313,15 @@ def judged(evidence: AllEvidence) -> Judgement:
     refuted = evidence.refuted or foreign or bool(evidence.worse)
     refuted |= any(one in against for one in (evidence.together, evidence.growing))
     odds = consistent(verdict.status, evidence.odds, refuted)
-    return Judgement(verdict, odds, tuple(dict.fromkeys(note for note in notes if note)), len(evidence.left), worse)
+    notes = list(dict.fromkeys(note for note in notes if note))
+    return Judgement(verdict, odds, tuple(notes), len(evidence.left), worse, evidence.worse_alone)
+
+
+def withdrawn(judgement: Judgement) -> Judgement:
+    """The judgement without its name or tie, which something else is clearly better than."""
+    verdict = replace(judgement.verdict, status="unknown", best=None, rivals=())
+    odds = consistent("unknown", judgement.odds)
+    return replace(judgement, verdict=verdict, odds=odds, worse=judgement.worse_alone)
 
 
 def objections(evidence: AllEvidence, verdict: SearchVerdict) -> list[str]:
@@ -408,11 +422,15 @@ def growing(trials: Sequence[Trial], residuals: Sequence[np.ndarray]) -> str:
     return GROWING.format(grows="grows" if mean > 0 else "falls", share=100 * abs(mean))
 
 
-def with_vibration(trials: Sequence[Trial], residuals: Sequence[np.ndarray]) -> str:
+def with_vibration(
+    trials: Sequence[Trial], residuals: Sequence[np.ndarray], answers: Callable[[Trial, int], np.ndarray]
+) -> str:
     """Sentence on a harmonic that comes with the vibration and is within what floors of a stated accuracy hide.
 
-    `residuals` are as in `growing`. In the record with the largest one, all probes show it, beyond that accuracy and
-    clearly beyond the scatter; from the half of the records that vibrate least to there it grows by twice what 1X does.
+    `residuals` are as in `growing`; `answers` are vibrations (places,) [m/N] of a trial's probes by a force at an
+    order. All probes of a record show such a harmonic, beyond that accuracy and clearly beyond the scatter. The force
+    that makes it grows, from the half of the records that vibrate least to there, by twice what 1X does, wherever it
+    acts; and records of that plane with as much 1X or more have as much of it.
     """
     able = [i for i, t in enumerate(trials) if t.accuracy and not (t.orders or t.clock) and abs(t.speed) > TURNING]
     able = [i for i in able if trials[i].blocks > 1 and not trials[i].excited.any()]
@@ -420,26 +438,36 @@ def with_vibration(trials: Sequence[Trial], residuals: Sequence[np.ndarray]) -> 
         return ""
     scatter = own_scatter([trials[i] for i in able], [residuals[i] for i in able])
 
-    def size(lines: np.ndarray, i: int, order: int) -> np.ndarray:
+    def size(lines: np.ndarray, i: int, order: int) -> float:
         at = np.argmin(np.abs(trials[i].frequencies - order * abs(trials[i].speed) / (2 * np.pi)))
-        return np.asarray(np.abs(lines.mean(axis=0)[: len(trials[i].channels), at]))
+        return float(np.abs(lines.mean(axis=0)[: len(trials[i].channels), at]).min())
 
-    turning = {i: float(size(trials[i].spectra, i, 1).min()) for i in able}
+    turning = {i: size(trials[i].spectra, i, 1) for i in able}
     quiet = sorted(able, key=turning.__getitem__)[: len(able) // 2]
     for order in HARMONICS:
         seen = [i for i in able if trials[i].frequencies[-1] > order * abs(trials[i].speed) / (2 * np.pi)]
-        shown = {i: float(size(residuals[i], i, order).min()) for i in seen if not trials[i].hum}
-        most = max(shown, key=shown.__getitem__, default=None)
+        shown = {i: size(residuals[i], i, order) for i in seen if not trials[i].hum}
+        least = {i: max(scatter, COPIES * trials[i].accuracy) for i in shown}
         still = [i for i in quiet if i in shown]
-        if most is None or not still or shown[most] < max(sqrt(2) * trials[most].accuracy, CLEARLY * scatter):
+        clear = [i for i in shown if shown[i] > max(sqrt(2) * trials[i].accuracy, CLEARLY * least[i])]
+        if not clear or not still:
             continue
-        less, small = (float(np.median([own[i] for i in still])) for own in (shown, turning))
-        if shown[most] * small > STEEPER * turning[most] * max(less, scatter):
-            return WITH_VIBRATION.format(
-                order=order, size=shown[most] * TO_UM, point=trials[most].point.partition(",")[0], less=less * TO_UM,
-                large=turning[most] * TO_UM, small=small * TO_UM, times=shown[most] / scatter,
-            )  # fmt: skip
+        force = {i: max(shown[i], least[i]) / answers(trials[i], order) for i in shown}
+        less, small = np.median([force[i] for i in still], axis=0), float(np.median([turning[i] for i in still]))
+        for i in sorted(clear, key=shown.__getitem__, reverse=True):
+            more = [j for j in shown if turning[j] >= turning[i] and _plane(trials[j]) == _plane(trials[i])]
+            as_large = np.min([force[j] for j in more], axis=0) > force[i] / STEEPER
+            if np.all(force[i] * small > STEEPER * turning[i] * less) and np.any(as_large):
+                return WITH_VIBRATION.format(
+                    order=order, size=shown[i] * TO_UM, point=trials[i].point.partition(",")[0],
+                    less=float(np.median([shown[j] for j in still])) * TO_UM, large=turning[i] * TO_UM,
+                    small=small * TO_UM, times=shown[i] / trials[i].accuracy,
+                )  # fmt: skip
     return ""
+
+
+def _plane(trial: Trial) -> float:
+    return trial.changes.get(PLANE, MAIN)
 
 
 def worse_than(comparison: TwinComparison, before: np.ndarray, after: np.ndarray) -> tuple[str, ...]:

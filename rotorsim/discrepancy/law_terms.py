@@ -32,8 +32,9 @@ from rotorsim.discrepancy.changes import PLANE, RING, RING_KEY, ring_axes
 from rotorsim.discrepancy.comparison import TwinComparison, simulate
 from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.trial import Trial
+from rotorsim.discrepancy.twin import Twin
 from rotorsim.machine import Machine
-from rotorsim.plant.linearise import linearise
+from rotorsim.plant.linearise import LinearPlant, linearise
 from rotorsim.plant.mesh import Mesh
 from rotorsim.plant.simulation import settle
 
@@ -220,28 +221,40 @@ def complex_lines(comparison: TwinComparison, i: int, vector: np.ndarray) -> np.
     return np.column_stack([means, lines])
 
 
+def probe_answers(twin: Twin, point: ParameterPoint, trial: Trial, order: int) -> np.ndarray:
+    """Largest vibration of a trial's probes (places,) [m/N] by a force at an order, at each of `law_places`."""
+    plant, mesh, seen = _linear_model(twin, point, trial)
+    moved = seen @ answer(np.linalg.inv, plant.dynamic_stiffness(1j * order * abs(trial.speed)))
+    shapes = [mesh.shape_between(z) for z in law_places(twin.machine).values()]
+    return np.array([np.linalg.norm(moved @ shape.T, 2) for shape in shapes])
+
+
+def _linear_model(twin: Twin, point: ParameterPoint, trial: Trial) -> tuple[LinearPlant, Mesh, np.ndarray]:
+    """Plant about its equilibrium in a trial, its mesh, and what the channels see of its coordinates (2, m)."""
+    values = point.setting(twin, trial.speed, trial.pressure, trial.changes)
+    a = twin.set(values)
+    plant = linearise(a, settle(a, trial.speed, twin.regulator(values, trial.speed, trial.pressure)), trial.speed)
+    ring = ring_axes(values.get(RING_KEY, getattr(twin.effect(RING, 0), "angle", 0.0)))
+    seen = np.zeros((2, len(plant.rotor.stiffness)))
+    seen[: len(trial.channels)] = trial.directions @ ring @ a.mesh.shape_between(trial.changes.get(PLANE, a.mesh.probe))
+    return plant, a.mesh, seen
+
+
 def _motions(
     comparison: TwinComparison, point: ParameterPoint, trial: Trial, r: np.ndarray, places: dict[str, float]
 ) -> dict[str, PlaceMotion]:
     """Motions at places in a trial whose clear residual lines (2, lines) [m] come from a force there."""
     twin = comparison.twin
-    values = point.setting(twin, trial.speed, trial.pressure, trial.changes)
-    a = twin.set(values)
-    plant = linearise(a, settle(a, trial.speed, twin.regulator(values, trial.speed, trial.pressure)), trial.speed)
-    m = len(plant.rotor.stiffness)
+    plant, mesh, seen = _linear_model(twin, point, trial)
     omega = 2 * np.pi * trial.frequencies
     Z = [answer(np.linalg.inv, plant.dynamic_stiffness(1j * w)) for w in omega]
-    probe = trial.changes.get(PLANE, a.mesh.probe)
-    ring = ring_axes(values.get(RING_KEY, getattr(twin.effect(RING, 0), "angle", 0.0)))
-    seen = np.zeros((2, m))
-    seen[: len(trial.channels)] = trial.directions @ ring @ a.mesh.shape_between(probe)
     n = 2 ** math.ceil(math.log2(2 * OVER * len(omega)))
     t = np.arange(n) / n * trial.length * RIG_SAMPLE
     found = {}
     for name, z in places.items():
         own = replace(trial, changes={**trial.changes, PLANE: z}, probe_angle=None, names=())
         q = simulate(twin, own, point).mean(axis=0)
-        shape = a.mesh.shape_between(z)
+        shape = mesh.shape_between(z)
         H, here = (np.array([rows @ inverse @ shape.T for inverse in Z]) for rows in (seen, shape))
         force = np.array([answer(np.linalg.pinv, h, rcond=0.05) @ line for h, line in zip(H, r.T, strict=True)])
         q = q + np.einsum("lij,lj->il", here, force)

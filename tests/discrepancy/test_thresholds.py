@@ -154,26 +154,64 @@ def test_a_machine_that_warms_up_is_not_steady(growth, scatter, word):
     assert judged(AllEvidence(QUIET, GOOD, growing=found)).verdict.status == ("unknown" if word else "no_disagreement")
 
 
+SIZES = {8.0: 0.4, 11.0: 0.8, 14.0: 1.6, 17.0: 3.0, 20.0: 6.0}
+"""1X [um] of records by speed [Hz]."""
+
+
+def vibrating(first, second, noise=3e-9):
+    """Records of five speeds [Hz] with 1X and 2X [um] over the speed; what is left of them is 2X and noise."""
+    rng, trials, blocks = np.random.default_rng(4), [], []
+    for hertz in SIZES:
+        left = 1e-6 * second(hertz) * np.exp(0.3j) * (np.arange(60) == 2 * hertz)
+        left = left + noise * rng.standard_normal((2, 2, 60))
+        own = {"orders": (), "clock": 0.0, "blocks": 2, "speed": 2 * np.pi * hertz, "channels": ("x", "y"), "hum": (),
+               "accuracy": 5e-8, "excited": np.zeros(60, bool), "point": f"{60 * hertz:.0f} rpm, 0 V", "changes": {},
+               "frequencies": np.arange(60.0)}  # fmt: skip
+        trials.append(SimpleNamespace(**own, spectra=left + 1e-6 * first(hertz) * (np.arange(60) == hertz)))
+        blocks.append(left)
+    return trials, blocks
+
+
+@pytest.mark.parametrize("noise", [3e-9, 0.0])
 @pytest.mark.parametrize(
     ("second", "shown"),
     [(lambda y: 0.02 * y**2, True), (lambda y: 0.03 * y**2 * (y > 1.7), True), (lambda y: 0.1 + 0 * y, False),
      (lambda y: 0.05 * y, False), (lambda y: 0.001 * y**2, False)],
 )  # fmt: skip
-def test_a_harmonic_that_comes_with_the_vibration_is_no_peace(second, shown):
+def test_a_harmonic_that_comes_with_the_vibration_is_no_peace(second, shown, noise):
     """2X [um] over 1X [um]: square, of a stop that is reached, constant, a share, and below the accuracy of 0.05 um."""
-    rng, trials, blocks, sizes = np.random.default_rng(4), [], [], (0.4, 0.8, 1.6, 3.0, 6.0)
-    for hertz, size in zip((8.0, 11.0, 14.0, 17.0, 20.0), sizes, strict=True):
-        left = 1e-6 * second(size) * np.exp(0.3j) * (np.arange(60) == 2 * hertz)
-        left = left + 3e-9 * rng.standard_normal((2, 2, 60))
-        own = {"orders": (), "clock": 0.0, "blocks": 2, "speed": 2 * np.pi * hertz, "channels": ("x", "y"), "hum": (),
-               "accuracy": 5e-8, "excited": np.zeros(60, bool), "point": f"{60 * hertz:.0f} rpm, 0 V",
-               "frequencies": np.arange(60.0), "spectra": left + 1e-6 * size * (np.arange(60) == hertz)}  # fmt: skip
-        trials.append(SimpleNamespace(**own))
-        blocks.append(left)
-    found = with_vibration(trials, blocks)
+    trials, blocks = vibrating(SIZES.__getitem__, lambda hertz: second(SIZES[hertz]), noise)
+    found = with_vibration(trials, blocks, lambda trial, order: np.ones(1))
     assert bool(found) == shown and ("1200 rpm" in found) == shown
     verdict = judged(AllEvidence(QUIET, GOOD, growing=found)).verdict
     assert verdict.status == ("unknown" if shown else "no_disagreement")
+
+
+def rising(hertz, natural=34.5, zeta=0.01):
+    """Response of a mode over its static one."""
+    share = hertz / natural
+    return 1 / np.hypot(1 - share**2, 2 * zeta * share)
+
+
+@pytest.mark.parametrize(
+    ("natural", "force", "told", "shown"),
+    [(34.5, lambda y: 0.004, False, False), (34.5, lambda y: 0.004, True, False), (40.5, lambda y: 0.004, False, True),
+     (40.5, lambda y: 0.004, True, False), (34.5, lambda y: 0.004 * y**2, True, True)],
+)  # fmt: skip
+def test_a_force_at_2x_near_a_natural_frequency_is_no_stop(natural, force, told, shown):
+    """1X of an unbalance and 2X of a force [um] that is constant, or grows with the square of 1X, through one mode.
+
+    With the mode at 34.5 Hz, 17 Hz has more 2X than 20 Hz, and less 1X; at 40.5 Hz the model alone excludes a stop.
+    """
+
+    def first(hertz):
+        return 2 * (hertz / 8) ** 2 * rising(hertz, natural) / rising(8.0, natural)
+
+    def answers(trial, order):
+        return np.array([rising(order * trial.speed / (2 * np.pi), natural) if told else 1.0])
+
+    trials, blocks = vibrating(first, lambda hertz: force(first(hertz) / 2) * rising(2 * hertz, natural))
+    assert bool(with_vibration(trials, blocks, answers)) == shown
 
 
 @pytest.mark.parametrize(
