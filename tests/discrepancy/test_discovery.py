@@ -363,7 +363,7 @@ def test_what_does_not_repeat_is_a_verdict_only_where_nothing_else_is_open(
 def test_a_name_that_no_group_shows_goes_where_a_law_is_clearly_better_and_not_borne_out(
     status, flags, verdict, monkeypatch
 ):
-    """What it was, what else may be, and what the judge found about other records stay with the verdict."""
+    """Its name, the other ones that may be, and the judgement about other records stay with the verdict."""
     given, notes = beyond_the_catalogue(status, flags, [1], lambda notes: "a law is not borne out", monkeypatch)
     assert "a law is not borne out" in notes and any(BOW[0] in note for note in notes) == bool(verdict)
     assert (given and given.status) == verdict

@@ -62,7 +62,7 @@ PACE = 4.0
 THIN = 0.1
 """Gap below which the film holds the journal, in clearances."""
 HELD = 0.2
-"""Share of an error that lasts where the film holds the journal; as the others, chosen by hits against steps of 2 us."""
+"""Share of an error that lasts where the film holds the journal; chosen by hits against steps of 2 us."""
 INEXACT = -3
 """Status of a step whose error near contact is too large."""
 SETTLINGS = 4
@@ -357,13 +357,16 @@ def nearing(w, P, f, gap, parts):
 
 @inlined
 def contact_error(w, P, dt, adt):
-    """Error of a solved step at journals near contact, as its parts together would have it, in clearances."""
+    """Error of a solved step at journals near contact, as its parts together would have it, in clearances.
+
+    A journal deeper in its sleeve than the clearance is beyond what a contact is: no smaller parts are asked for.
+    """
     worst = 0.0
     formed = False
     for f in range(ROTOR.n_films):
         v, c = film_part(w, f), film_constants(P, f).clearance
         gap = least_gap(w, P, f, v[FILM.journal], v[FILM.journal + 1])
-        if nearing(w, P, f, gap, P.dt / dt):
+        if gap > -c and nearing(w, P, f, gap, P.dt / dt):
             if not formed:
                 embedded_error(w, ROTOR, dt, adt)
                 formed = True
