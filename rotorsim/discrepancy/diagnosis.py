@@ -451,15 +451,16 @@ class DiagnosisRun:
         """Diagnosis with a law that no effect of the catalogue is, or with what does not repeat; None for neither.
 
         A law has to explain the records clearly better than the best effects of the catalogue, and is not looked for
-        where a name, a tie or a calibration does, but where no group shows the name: with a law clearly better than it
-        that is not borne out, neither is given. What does not repeat is the verdict only where nothing else is open,
-        and else a note.
+        where a name, a tie or a calibration does, but where the tie leaves open what is not in the catalogue, or no
+        group shows the name: with a law clearly better than that one that is not borne out, neither is given. What does
+        not repeat is the verdict only where nothing else is open, and else a note.
         """
         if self.machine.film is not None:
             return None
         lacking, status = cannot_tell(self.fitted.trials), judgement.verdict.status
         unanswered, faint = status in ("unknown", "partial"), status in ("named", "tie") and not flags
-        if not (unanswered or faint or status == "no_disagreement"):
+        left_open = status == "tie" and any(e.beyond and e.probability > EXCLUDED for e in judgement.odds)
+        if not (unanswered or faint or left_open or status == "no_disagreement"):
             return None
         if lacking:
             notes += [lacking] if unanswered else []
@@ -476,6 +477,8 @@ class DiagnosisRun:
                 notes += [found] if found else []
                 if faint:
                     return self._without_name(base, judgement, notes) if found else None
+                if left_open:
+                    return None
             force = drift(self.fitted, base) or random_force(seen["fit"])
         except NoAnswerError:
             return None
