@@ -70,12 +70,12 @@ def make_basis(points: np.ndarray, order: int) -> Basis:
         if moves and count <= order:
             raise UnfitError(
                 f"fit_lpv.order: {count} different {name}, order {order} needs {order + 1} or more; "
-                "add points or lower the order"
+                "add points or lower the order (`--surfaces` of a command)"
             )
     if len(points) < len(exponents):
         raise UnfitError(
             f"fit_lpv.order: {len(points)} points, surfaces of order {order} need {len(exponents)} or more; "
-            "add points or lower the order",
+            "add points or lower the order (`--surfaces` of a command)",
             argument="order",
             value=order,
         )
@@ -85,7 +85,7 @@ def make_basis(points: np.ndarray, order: int) -> Basis:
     if singular[-1] < ALIKE * singular[0]:
         raise UnfitError(
             f"fit_lpv.order: the points lie on a curve over speed and pressure, along which surfaces of order {order} "
-            "cannot be distinguished; add points near it or lower the order"
+            "cannot be distinguished; add points near it or lower the order (`--surfaces`)"
         )
     return basis
 

@@ -155,7 +155,7 @@ def sub_synchronous_text(run: AnalysedRun) -> str:
     """A sentence on motion below 1X."""
     found = run.summary["sub_synchronous"]
     if found is None:
-        return "Nothing stands out below 1X: no sub-synchronous whirl."
+        return "Nothing stands out below 1X in this record."
     turn = "forward" if found["frequency_hz"] > 0 else "backward"
     return (
         f"Below 1X the largest component is {quantity(found['um'], 'µm')} at {abs(found['frequency_hz']):.0f} Hz, "

@@ -169,7 +169,7 @@ def _key_numbers(run: AnalysedRun) -> list[tuple[str, str]]:
         cards.append((f"{quantity(s['smallest_film']['um'], 'µm')}", "smallest film thickness"))
     if s["contact"]:
         cards.append((f"{s['contact']['samples']}", "samples with contact"))
-    if s["mass_flow"]:
+    if s["mass_flow"] and s["mass_flow"]["mean_nl_min"] > 0:
         cards.append((f"{quantity(s['mass_flow']['mean_nl_min'], 'Nl/min')}", "mean gas consumption"))
     return cards
 

@@ -181,7 +181,10 @@ def identify_records(
     """
     check_names(model, method)
     if order is not None and str(model) != "blackbox":
-        raise UnfitError(f"identify.order: {order} for model {model}; only model blackbox has an order")
+        raise UnfitError(
+            f"identify.order: {order} for model {model}; only model blackbox has an order, the degree of an LPV model "
+            "is `--surfaces`"
+        )
     order = ORDER if order is None else order
     sources = sources_of(paths, mapping)
     if not sources:
