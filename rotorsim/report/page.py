@@ -57,7 +57,7 @@ def faint(colour: str, opacity: float = 0.25) -> str:
 def shade_growth(figure: go.Figure, speed: np.ndarray, zeta: np.ndarray, rows: int) -> None:
     """Shade where a mode grows in panels one above another, over speeds (n,) with the least damping ratio at each.
 
-    An edge lies where the damping ratio passes 0 on a straight line between two speeds, or beside one without a film.
+    An edge lies where the damping ratio passes 0 on a straight line between two speeds, or where the film is lost.
     """
     places = np.flatnonzero(zeta < -DAMPED)
     for run in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1) if places.size else ():

@@ -194,11 +194,11 @@ def rising(hertz, natural=34.5, zeta=0.01):
 
 
 @pytest.mark.parametrize(
-    ("natural", "force", "told", "shown"),
+    ("natural", "force", "given", "shown"),
     [(34.5, lambda y: 0.004, False, False), (34.5, lambda y: 0.004, True, False), (40.5, lambda y: 0.004, False, True),
      (40.5, lambda y: 0.004, True, False), (34.5, lambda y: 0.004 * y**2, True, True)],
 )  # fmt: skip
-def test_a_force_at_2x_near_a_natural_frequency_is_no_stop(natural, force, told, shown):
+def test_a_force_at_2x_near_a_natural_frequency_is_no_stop(natural, force, given, shown):
     """1X of an unbalance and 2X of a force [um] that is constant, or grows with the square of 1X, through one mode.
 
     With the mode at 34.5 Hz, 17 Hz has more 2X than 20 Hz, and less 1X; at 40.5 Hz the model alone excludes a stop.
@@ -208,7 +208,7 @@ def test_a_force_at_2x_near_a_natural_frequency_is_no_stop(natural, force, told,
         return 2 * (hertz / 8) ** 2 * rising(hertz, natural) / rising(8.0, natural)
 
     def answers(trial, order):
-        return np.array([rising(order * trial.speed / (2 * np.pi), natural) if told else 1.0])
+        return np.array([rising(order * trial.speed / (2 * np.pi), natural) if given else 1.0])
 
     trials, blocks = vibrating(first, lambda hertz: force(first(hertz) / 2) * rising(2 * hertz, natural))
     assert bool(with_vibration(trials, blocks, answers)) == shown

@@ -100,12 +100,12 @@ def test_an_attribute_that_does_not_fit_leaves_the_record_as_it_was(tmp_path: Pa
     before = path.read_bytes()
     for size in (len(before) // 2, len(before) + 100):
         with largest_file(size), pytest.raises(WriteError) as caught:
-            add_attribute(path, "said", "a sentence")
+            add_attribute(path, "stated", "a sentence")
         assert Path(caught.value.filename) == path
         assert path.read_bytes() == before and list(tmp_path.iterdir()) == [path]
-    add_attribute(path, "said", "a sentence")
+    add_attribute(path, "stated", "a sentence")
     with xr.open_dataset(path, engine="h5netcdf") as record:
-        assert record.attrs == {"ended": "complete", "said": "a sentence"}
+        assert record.attrs == {"ended": "complete", "stated": "a sentence"}
         assert record.sizes["time"] == BLOCKS * SAMPLES
 
 
