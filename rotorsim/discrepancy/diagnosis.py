@@ -471,7 +471,8 @@ class DiagnosisRun:
             seen = {role: self._seen(part, base) for role, part in self.parts.items() if role != "untouched"}
             base = replace(base, J=seen["fit"].J)
             if unanswered or flags or faint:
-                found = self._discovered(base, flags, apart, seen, notes, rival)
+                own = [note for note in notes if note not in judgement.notes]  # those are about the catalogue's verdict
+                found = self._discovered(base, flags, apart, seen, own, rival)
                 if not isinstance(found, str):
                     return found
                 notes += [found] if found else []
