@@ -29,7 +29,7 @@ from scipy.optimize import fmin
 
 from rotorsim.base.cache import in_cache
 from rotorsim.base.files import write_text
-from rotorsim.base.rounding import answer
+from rotorsim.base.rounding import ALIKE, answer
 from rotorsim.discrepancy.calibration import FitParameter
 from rotorsim.discrepancy.candidates import Form, screen
 from rotorsim.discrepancy.comparison import excess, table
@@ -441,8 +441,10 @@ def discovered(
     law, kinds = text.split('"""')[1], proposal.forms
     largest = max(seen.motions[proposal.place], key=lambda m: float(np.abs(m.displacement).max()))
     twice = replace(largest, displacement=2 * largest.displacement, velocity=2 * largest.velocity)
-    power = float(np.mean(np.sum(force_of(fitted, largest) * largest.velocity, axis=0)))
-    growth = float(np.linalg.norm(force_of(fitted, twice)) / np.linalg.norm(force_of(fitted, largest)))
+    force = force_of(fitted, largest)
+    work = force * largest.velocity
+    power = 0.0 if abs(work.sum()) < ALIKE * np.abs(work).sum() else float(np.mean(np.sum(work, axis=0)))
+    growth = float(np.linalg.norm(force_of(fitted, twice)) / np.linalg.norm(force))
     return DiscoveredLaw(
         name, proposal.place, z, law, terms, units_of(proposal), kinds, text, str(path), probability, tuple(near),
         growth, power, curve_of(seen, fitted, left, {key: sd for key, (_, sd) in terms.items()}),
