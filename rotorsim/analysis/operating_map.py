@@ -412,7 +412,7 @@ def unsafe_lines(found: xr.Dataset) -> list[str]:
 
 
 def _stated(found: xr.Dataset, dimension: str, value: float) -> str:
-    """A value of an axis with its unit, after its name if it is no pressure."""
+    """A value of an axis with its unit, after its name unless it is a pressure."""
     text = show(float(f"{value:.9g}"), str(found[dimension].attrs.get("units", "1")))
     return text if dimension == "pressure" else f"{found[dimension].attrs.get('long_name', dimension)} {text}"
 

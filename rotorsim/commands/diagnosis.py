@@ -392,11 +392,11 @@ def _plan(plan: ExperimentPlan) -> Iterator[str]:
 
 
 QUIET = 30.0
-"""Time [s] after which a stage that goes on has another line in a pipe."""
+"""Time [s] after which a long stage has another line in a pipe."""
 
 
 class Stages:
-    """Progress by stage on a terminal; in a pipe a line when a stage begins for the first time, or goes on."""
+    """Progress by stage on a terminal; in a pipe a line when a stage begins first, and every `QUIET` seconds."""
 
     def __init__(self) -> None:
         self.stage, self.steps, self.begin = "", 0, time.monotonic()

@@ -308,7 +308,7 @@ def strained(base: ParameterFit, natural: float = NATURAL) -> list[str]:
     """Names of the machine's calibration parameters that a fit has moved to their limits or beyond their priors.
 
     Not those that shift the data alone, nor trends, nor what stands at an end within `natural` deviations of its prior:
-    a bearing that has lost its damping is no such end.
+    a bearing that has lost its damping counts all the same.
     """
     found = []
     for parameter, value in zip(base.parameters, base.vector, strict=True):

@@ -186,8 +186,12 @@ WITH_VIBRATION = (
     "with more and with less vibration"
 )
 """Note on a harmonic of the shaft that small vibration does not have."""
-HARMONICS, CLEARLY, STEEPER = (2, 3), 10.0, 2.0
-"""Orders that are looked at, times their own scatter from which on they are seen, and times the growth of 1X."""
+HARMONICS = (2, 3)
+"""Orders that may come with the vibration."""
+CLEARLY = 10.0
+"""Factor over its own scatter from which on such an order is seen."""
+STEEPER = 2.0
+"""Factor over the growth of 1X from which on its force comes with the vibration; both chosen on a few cases."""
 COPIES = 0.01
 """Share of the stated accuracy that counts as scatter where blocks are alike, as those of a simulation."""
 CONTRADICTED, BELOW = 8.0, 2.0
