@@ -391,13 +391,16 @@ def map_machine(
     return found
 
 
+def unsafe_reasons(found: xr.Dataset) -> dict[str, xr.DataArray]:
+    """Each reason not to be safe that a map knows, with the points (fields..., pressure, speed) where it holds."""
+    near = f"within {100 * found.attrs.get('safe_margin', MARGIN):g} % of a critical speed"
+    reasons = ("grows", "a mode grows"), ("undamped", "a mode has no damping"), ("near_critical", near)
+    return {"not carried": found["lifted"] == 0} | {what: found[key] == 1 for key, what in reasons if key in found}
+
+
 def unsafe_lines(found: xr.Dataset) -> list[str]:
     """Sentences on the points of a map that are not safe: how many for each reason, and where a mode grows."""
-    near = f"within {100 * found.attrs.get('safe_margin', MARGIN):g} % of a critical speed"
-    flags = {"not carried": found["lifted"] == 0}
-    reasons = ("grows", "a mode grows"), ("undamped", "a mode has no damping"), ("near_critical", near)
-    flags |= {what: found[key] == 1 for key, what in reasons if key in found}
-    counts = [f"{int(there.sum())} {what}" for what, there in flags.items() if there.any()]
+    counts = [f"{int(there.sum())} {what}" for what, there in unsafe_reasons(found).items() if there.any()]
     lines = [", ".join(counts)] if counts else []
     if "grows" in found:
         zeta, speeds = found["zeta_least"], found["speed"].values

@@ -318,8 +318,11 @@ def end_attrs(simulation: Simulation, experiment: Experiment, speeds: np.ndarray
 
 
 def _attrs(plant: Plant, experiment: Experiment) -> dict[str, Any]:
-    """Date of a run and attributes of its experiment; a place of the force that is the disc's is none."""
+    """Date of a run and attributes of its experiment; without a place of the force that is the disc's and a pressure
+    that no bearing is fed with."""
     found = dated() | experiment.attrs()
+    if not plant.machine.fed:
+        found.pop("pressure", None)
     if abs(found.get("force_position", np.nan) - plant.assembly.mesh.probe) < SAME_PLACE:
         del found["force_position"]
     return found

@@ -5,7 +5,7 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from rotorsim.analysis.operating_map import unsafe_lines
+from rotorsim.analysis.operating_map import unsafe_lines, unsafe_reasons
 from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import whirl_sense
 from rotorsim.base.units import TO_HZ, TO_MPA, TO_RPM, TO_UM
@@ -35,7 +35,7 @@ EQUAL = 1e-6
 """Relative difference below which values count as one."""
 HEADS = ("speed [rpm]", "pressure [MPa]", "eccentricity ratio", "lower mode [Hz]", "its damping ratio",
          "upper mode [Hz]", "its damping ratio")  # fmt: skip
-CRITICAL_HEADS = ("pressure [MPa]", "order", "speed [rpm]", "damping ratio")
+CRITICAL_HEADS = ("pressure [MPa]", "order", "speed [rpm]", "damping ratio", "counts for safe")
 GAINS = ("gain x by x [µm/V]", "gain y by y [µm/V]")
 MOST_ROWS = 400
 Panel = tuple[str, str, float, dict[str, int | str]]
@@ -109,9 +109,10 @@ def blocks(one: xr.Dataset) -> list[Block]:
         out.append(Block("Campbell diagram", text, figure=campbell_figure(one)))
     if critical := _critical_rows(one):
         text = "Where an order of the speed meets a mode."
+        counted = f" Those of 1X that amplify {least:.3g} times or more, 1/(2 damping ratio), count for what is safe."
         if "crossing_speed" not in one:
             text = "Where the speed meets a mode near enough to decide what is safe; other modes and orders on request."
-        out.append(Block("Critical speeds", text, CRITICAL_HEADS, critical[:MOST_ROWS]))
+        out.append(Block("Critical speeds", text + counted, CRITICAL_HEADS, critical[:MOST_ROWS]))
     if has_onset(one):
         out.append(_onset_block(one))
     if one.sizes["pressure"] > 1 and "film_stiffness" in one and np.isfinite(one["film_stiffness"].values).any():
@@ -133,8 +134,15 @@ def _critical_rows(one: xr.Dataset) -> list[tuple[str, ...]]:
     found = one if every else one.expand_dims(order=[1]).transpose("pressure", "order", ...)
     name = "crossing" if every else "critical"
     numbers = (found[f"{name}_{part}"].transpose("pressure", "order", ...).values for part in ("speed", "zeta"))
+    least = float(one.attrs.get("least_amplification", 2.5))
     return [
-        (f"{pressure * TO_MPA:.3g}", f"{order}X", f"{speed * TO_RPM:.0f}", f"{zeta:.3g}")
+        (
+            f"{pressure * TO_MPA:.3g}",
+            f"{order}X",
+            f"{speed * TO_RPM:.0f}",
+            f"{zeta:.3g}",
+            "yes" if order == 1 and 2 * least * zeta <= 1 else "no",
+        )
         for pressure, by_order in zip(found["pressure"].values, zip(*numbers, strict=True), strict=True)
         for order, row in zip(found["order"].values, zip(*by_order, strict=True), strict=True)
         for speed, zeta in zip(*row, strict=True)
@@ -153,18 +161,20 @@ def _missing(one: xr.Dataset) -> list[tuple[str, str]]:
 
 def _rows(one: xr.Dataset) -> list[tuple[object, ...]]:
     rows: list[tuple[object, ...]] = []
-    gains = has_gains(one)
+    gains, reasons = has_gains(one), unsafe_reasons(one)
     for i, pressure in enumerate(one["pressure"].values):
         for j, speed in enumerate(one["speed"].values):
             p = one.isel(pressure=i, speed=j)
             point = f"{speed * TO_RPM:.0f}", f"{pressure * TO_MPA:.3g}"
             if float(p["lifted"]) != 1:
-                rows.append((*point, "not lifted", *[""] * (6 if gains else 4), "no"))
+                rows.append((*point, "not lifted", *[""] * (6 if gains else 4), "no: not carried"))
                 continue
             wn, zeta, gain = p["wn"].values * TO_HZ, p["zeta"].values, p["static_gain"].values * TO_UM
             numbers = (float(p["eccentricity_ratio"]), *(float(v) for v in (wn[0], zeta[0], wn[1], zeta[1])))
             own = (float(gain[0, 0]), float(gain[1, 1])) if gains else ()
-            rows.append((*point, *numbers, *own, {1.0: "yes", 0.0: "no"}.get(float(p["safe"]), "not known")))
+            why = ", ".join(what for what, there in reasons.items() if bool(there.isel(pressure=i, speed=j)))
+            safe = {1.0: "yes", 0.0: f"no: {why}"}.get(float(p["safe"]), "not known")
+            rows.append((*point, *numbers, *own, safe))
     return rows
 
 

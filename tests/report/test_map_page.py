@@ -66,6 +66,20 @@ def test_the_text_lists_every_critical_speed_of_the_file(found):
     assert len(of_map.rows) == np.isfinite(found["critical_speed"]).sum() and {row[1] for row in of_map.rows} == {"1X"}
 
 
+def test_a_critical_speed_counts_for_what_is_safe_as_the_map_counted_it(found):
+    table = next(block for block in blocks(found) if block.title == "Critical speeds")
+    amplified = [row[1] == "1X" and 0.5 / float(row[3]) >= 2.5 for row in table.rows]
+    assert [row[4] == "yes" for row in table.rows] == amplified and 0 < sum(amplified) < len(amplified)
+
+
+def test_a_point_that_is_not_safe_states_why(found):
+    grows = found["grows"].copy(data=np.eye(3))
+    one = found.assign(grows=grows, safe=found["safe"].where(grows == 0, 0.0))
+    reasons = [str(row[-1]) for row in blocks(one)[-1].rows]
+    assert [reason.startswith("no: a mode grows") for reason in reasons] == (np.eye(3).ravel() == 1).tolist()
+    assert all(reason in ("yes", "not known") or reason.startswith("no: ") for reason in reasons)
+
+
 def test_every_column_has_a_name_and_its_unit(found):
     page, last = html(Page("map", "", blocks(found))), blocks(found)[-1]
     heads = (*HEADS, *GAINS, "safe")
