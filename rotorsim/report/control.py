@@ -186,7 +186,15 @@ def verification_page(result: Verification) -> Page:
     rows = [("order", result.law.order), ("fingerprint", result.law.hash)]
     rows += _about(result.law)
     blocks.append(Block("The law", "", ("quantity", "value"), rows))
-    return Page(f"{result.law.name} on {result.machine}", "A control law on the nonlinear plant.", blocks)
+    head = f"A control law on the nonlinear plant: {verdict}{_failed(result)}."
+    return Page(f"{result.law.name} on {result.machine}", head, blocks)
+
+
+def _failed(result: Verification) -> str:
+    """The criteria that failed, with measured value and bound, for the head of a page; empty where none did."""
+    stated = [f"{r.check} {r.measured:.4g} {r.unit}".strip() + f" (bound {r.bound:.4g})"
+              for r in result.rows if r.passed is False and r.bound is not None]  # fmt: skip
+    return f": {'; '.join(stated)}" if stated else ""
 
 
 def _entry(key: str, value: object) -> tuple[str, str]:

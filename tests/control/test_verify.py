@@ -222,6 +222,8 @@ def test_a_law_that_its_alarms_suspend_fails_and_its_alarms_are_stated_by_run(co
     assert "hits at 0 rpm, 0.3 MPa" in {one.run for one in result.alarms}
     assert all(one.bad > 0.5 * one.samples for one in result.alarms if one.sound)
     text = html(verification_page(result))
+    head = verification_page(result).introduction
+    assert f"{row.check} {row.measured:.4g}" in head and "(bound 2)" in head
     assert "Alarms" in text and f"{result.alarms[0].bad} of 4000" in text and result.alarms[0].sentence[-60:] in text
 
 
