@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.signal import cont2discrete
 
-from rotorsim.base.units import KRPM, TO_HZ
-from studies.thesis import printed as thesis
+from rotorsim.base.units import KRPM, RIG_SAMPLE, TO_HZ
+from studies.thesis import measured_rig, printed as thesis
 from studies.thesis.claims.rules import claims
 from studies.thesis.printed import printed
 
@@ -88,3 +89,34 @@ def test_softening_keeps_paper_d_s_bounds_on_its_own_model_and_hardening_does_no
 
 def test_vertical_energy_over_horizontal_is_that_of_table_e3(numbers):
     assert numbers["N4"]["ratio"] == pytest.approx(1.105, abs=5e-4)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_the_printed_rig_at_rest_has_the_static_gains_of_its_models(axis):
+    """A reference that stays is a pin that stays, Table C.2's gain times as far."""
+    held = np.zeros((8, 2))
+    held[:, axis] = 1.0
+    gain = thesis.model_a(4.2 * KRPM).static_gain[:, axis] * printed()["C2"]["gain"][axis]
+    assert measured_rig.disc(4.2, held) == pytest.approx(np.tile(gain, (8, 1)))
+
+
+def test_a_record_of_the_printed_rig_is_its_models_stepped_through_periods_of_the_reference():
+    """Four periods of 0.5 s, in which the least damped motion fades by exp(-30)."""
+    reference = np.random.default_rng(1).choice([-1.0, 1.0], (measured_rig.PERIOD, 2))
+    A, B, C = measured_rig.matrices(6.0)
+    F, G, *_ = cont2discrete((A, B, C, np.zeros((2, 2))), RIG_SAMPLE)
+    x, y = np.zeros(len(A)), []
+    for r in np.tile(reference, (4, 1)):
+        y.append(C @ x)
+        x = F @ x + G @ r
+    found = measured_rig.disc(6.0, reference)
+    assert found == pytest.approx(np.array(y[-len(found) :]), rel=1e-6, abs=1e-13)
+
+
+def test_records_of_the_printed_rig_have_whole_turns_and_two_amplitudes_at_every_speed():
+    found = measured_rig.records()
+    turns = [abs(float(one["speed"].values[0])) * measured_rig.PERIOD * RIG_SAMPLE / (2 * np.pi) for one in found]
+    assert turns == pytest.approx(np.round(turns))
+    points = [(one.attrs["role"], float(np.abs(one["reference"].values).max())) for one in found]
+    assert {role for role, _ in points} == {"fit", "held_out", "untouched"}
+    assert all(points.count((role, a)) == 2 * len(own) for role, own in measured_rig.SPEEDS.items() for a in (1.0, 0.5))
