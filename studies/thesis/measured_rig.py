@@ -1,4 +1,4 @@
-r"""The thesis' printed rig as if it were on a bench: records of its models, diagnosed with the shipped machine file.
+r"""The thesis' printed rig as if it were on a bench: records of its models, diagnosed with the machine of its campaign.
 
     python studies/thesis/measured_rig.py [--out measured_rig]
 
@@ -8,7 +8,8 @@ project's film, rotor or pins. Held references r of a period make
 
 .. math:: y(\omega) = C\,(e^{i\omega T_s} I - F)^{-1} G\,r(\omega),
 
-to which the noise is added that the thesis prints. The rig turns from y to x in this project's axes.
+to which the noise is added that the thesis prints. The rig turns from y to x in this project's axes. The printed models
+have no orders of the shaft's speed, so the machine file is taken without unbalance, coupling and runout.
 
 Cites: thesis.
 """
@@ -18,6 +19,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,10 +39,16 @@ from studies.thesis.printed import actuator_lags, model_a, printed
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
 
-SPEEDS = {"fit": (3.0, 4.2, 6.0), "held_out": (5.04,), "untouched": (3.6,)}
-"""Shaft speeds [krpm] by role, with whole turns in a period."""
-AMPLITUDES, PERIOD, PERIODS, CLOCK = (1.0, 0.5), 2500, 4, 5
-"""References [V], samples of a period, periods of a record, samples of a step of the binary reference."""
+CAMPAIGN = "dtu_paper_a"
+"""Machine that is calibrated to open-loop figures of the same campaign."""
+POINTS = {
+    "fit": ((3.0, 1.0), (4.2, 0.5), (5.4, 1.0), (6.0, 0.5)),
+    "held_out": ((4.8, 1.0), (3.3, 0.5)),
+    "untouched": ((3.6, 1.0), (5.7, 0.5)),
+}
+"""Shaft speeds [krpm], each with whole turns in a period, and largest references [V] by role."""
+PERIOD, PERIODS, HIGHEST = 2000, 3, 100
+"""Samples of a period, periods of a record, highest line of a reference in lines of a period."""
 NOISE = 3.3e-7
 """Noise of a sample [m], as the thesis prints it."""
 
@@ -64,44 +72,58 @@ def disc(krpm: float, reference: np.ndarray) -> np.ndarray:
     return np.fft.irfft(np.array(y), len(reference), axis=0)
 
 
+def multisine(rng: np.random.Generator) -> np.ndarray:
+    """References (PERIOD, 2) of x and y, each with odd lines of its own, as no order of a shaft's speed is, up to 1."""
+    lines = np.zeros((PERIOD // 2 + 1, 2), complex)
+    for axis in range(2):
+        own = np.arange(1 + 2 * axis, HIGHEST + 1, 4)
+        lines[own, axis] = np.exp(2j * np.pi * rng.random(len(own)))
+    waves = np.fft.irfft(lines, PERIOD, axis=0)
+    return waves / np.abs(waves).max()
+
+
 def records(seed: int = 0) -> list[Any]:
-    """Records at all speeds and amplitudes, each made twice, with their roles."""
-    rng, found = np.random.default_rng(seed), []
-    pattern = rng.choice([-1.0, 1.0], (PERIOD // CLOCK, 2)).repeat(CLOCK, axis=0)
-    pressure = printed()["A3"]["pressure"] * MPA
-    for role, speeds in SPEEDS.items():
-        for krpm in speeds:
-            for amplitude in AMPLITUDES:
-                for repeat in (1, 2):
-                    reference = np.tile(amplitude * pattern, (PERIODS, 1))
-                    y = np.tile(disc(krpm, amplitude * pattern), (PERIODS, 1))
-                    time = np.arange(len(y)) * RIG_SAMPLE
-                    found.append(idn.from_arrays(
-                        time, reference, y + rng.normal(0, NOISE, y.shape), angle=-krpm * KRPM * time,
-                        speed=-krpm * KRPM, pressure=pressure,
-                        attrs={"record": f"{role}_{krpm:g}_krpm_{amplitude:g}_V_{repeat}", "role": role},
-                    ))  # fmt: skip
+    """Records at all points, with their roles."""
+    rng, pressure, found = np.random.default_rng(seed), printed()["A3"]["pressure"] * MPA, []
+    for role, points in POINTS.items():
+        for krpm, amplitude in points:
+            reference = amplitude * multisine(rng)
+            y = np.tile(disc(krpm, reference), (PERIODS, 1))
+            t = np.arange(len(y)) * RIG_SAMPLE
+            found.append(idn.from_arrays(
+                t, np.tile(reference, (PERIODS, 1)), y + rng.normal(0, NOISE, y.shape), angle=-krpm * KRPM * t,
+                speed=-krpm * KRPM, pressure=pressure,
+                attrs={"record": f"{role}_{krpm:g}_krpm_{amplitude:g}_V", "role": role},
+            ))  # fmt: skip
     return found
 
 
+def without_orders(machine: rs.Machine) -> rs.Machine:
+    """The machine without what moves the disc, or its reading, with the orders of the shaft's speed."""
+    zero = {"unbalance.me": "0 g*mm", "coupling.force_2x": "0 N", "coupling.force_3x": "0 N"}
+    zero |= {f"runout.{name}": "0 um" for name in ("amplitude_1x", "amplitude_2x", "amplitude_3x", "roughness")}
+    for name, value in zero.items():
+        machine = machine.replace(f"effects.{name}", value)
+    return machine
+
+
 def story(found: Diagnosis, path: Path) -> None:
-    """Picture: measured and simulated response at the untouched speed, and the gap by role and stage."""
+    """Picture: measured lines and what is left of them at an untouched speed, and the gap by role and stage."""
     import matplotlib.pyplot as plt
 
-    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4))
+    figure, axes = plt.subplots(1, 3, figsize=(13, 4), layout="constrained", width_ratios=(2, 2, 1.3))
     shown = found.spectra["untouched"][0]
-    f = shown["frequency"]
-    left.semilogy(f, TO_UM * shown["measured"].max(axis=0), color="k", lw=1, label="measured")
-    for name, stage in zip(STAGES, shown["stages"], strict=False):
-        left.semilogy(f, TO_UM * stage.max(axis=0), lw=1, label=f"left, {name}")
-    left.set(xlim=(0, 300), xlabel="frequency [Hz]", ylabel="line [um]", title=f"Untouched: {shown['point']}")
-    left.legend()
-    gap, roles = found.gap["gap"].values * TO_UM, found.gap["role"].values
-    for k, name in enumerate(STAGES):
-        right.plot(list(SPEEDS), [np.sqrt(np.mean(gap[roles == role, :, k] ** 2)) for role in SPEEDS], "o-", label=name)
-    right.set(ylabel="gap, rms [um]", yscale="log", title=found.status.replace("_", " "))
-    right.legend()
-    figure.tight_layout()
+    for k, (plot, axis) in enumerate(zip(axes, "xy", strict=False)):
+        plot.semilogy(shown["frequency"], TO_UM * shown["measured"][k], "k", lw=1, label="measured")
+        for name, stage in zip(STAGES, shown["stages"], strict=False):
+            plot.semilogy(shown["frequency"], TO_UM * stage[k], lw=1, label=f"left, {name}")
+        plot.set(xlim=(0, 250), xlabel="frequency [Hz]", ylabel=f"line of {axis} [um]", title=shown["point"])
+    axes[0].legend()
+    for role, stages in gaps(found).items():
+        axes[2].plot(range(len(stages)), list(stages.values()), "o-", label=role.replace("_", " "))
+    axes[2].set_xticks(range(len(STAGES)), [name.replace(" ", "\n") for name in STAGES])
+    axes[2].set(ylabel="gap, rms [um]", ylim=(0, None), title=found.status.replace("_", " "))
+    axes[2].legend()
     figure.savefig(path, dpi=100)
 
 
@@ -109,24 +131,29 @@ def gaps(found: Diagnosis) -> dict[str, dict[str, float]]:
     """Gap [um rms] by role and stage."""
     gap, roles = found.gap["gap"].values * TO_UM, found.gap["role"].values
     return {role: {name: float(np.sqrt(np.mean(gap[roles == role, :, k] ** 2))) for k, name in enumerate(STAGES)}
-            for role in SPEEDS}  # fmt: skip
+            for role in POINTS}  # fmt: skip
 
 
 def main() -> None:
     """Diagnose, write report, numbers and picture, and print what was found."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("measured_rig"))
-    out = parser.parse_args().out
+    out, cpu = parser.parse_args().out, time.process_time()
     out.mkdir(parents=True, exist_ok=True)
-    found = rs.diagnose("dtu_gas_bearing", records(), progress=lambda stage: line(stage, stage == "show"))
+    machine = without_orders(rs.load_machine(CAMPAIGN))
+    found = rs.diagnose(machine, records(), progress=lambda stage: line(stage, stage == "show"))
+    seconds = time.process_time() - cpu
     found.report(out / "report.html")
     numbers = {"status": found.status, "sentence": found.sentence, "gap_um": gaps(found), "gone": reduction(found.gap),
-               "notes": found.notes, "calibration": found.calibration}  # fmt: skip
+               "notes": found.notes, "odds": found.odds, "cpu_s": seconds,
+               "calibration": {one.place: (one.value, one.sd, one.before) for one in found.recalibration},
+               "effects": {one.form: (one.parameters, one.sd) for one in found.effects}}  # fmt: skip
     (out / "measured_rig.json").write_text(json.dumps(numbers, indent=2, default=float))
     story(found, out / "measured_rig.png")
     print(found.sentence)
     for role, stages in gaps(found).items():
         print(role.replace("_", " "), ", ".join(f"{name} {value:.3g} um" for name, value in stages.items()))
+    print(f"{seconds:.0f} s of processor time")
 
 
 if __name__ == "__main__":

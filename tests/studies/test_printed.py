@@ -113,10 +113,14 @@ def test_a_record_of_the_printed_rig_is_its_models_stepped_through_periods_of_th
     assert found == pytest.approx(np.array(y[-len(found) :]), rel=1e-6, abs=1e-13)
 
 
-def test_records_of_the_printed_rig_have_whole_turns_and_two_amplitudes_at_every_speed():
+def test_records_of_the_printed_rig_have_whole_turns_and_no_line_at_an_order():
     found = measured_rig.records()
-    turns = [abs(float(one["speed"].values[0])) * measured_rig.PERIOD * RIG_SAMPLE / (2 * np.pi) for one in found]
-    assert turns == pytest.approx(np.round(turns))
-    points = [(one.attrs["role"], float(np.abs(one["reference"].values).max())) for one in found]
-    assert {role for role, _ in points} == {"fit", "held_out", "untouched"}
-    assert all(points.count((role, a)) == 2 * len(own) for role, own in measured_rig.SPEEDS.items() for a in (1.0, 0.5))
+    for one in found:
+        turns = abs(float(one["speed"].values[0])) * measured_rig.PERIOD * RIG_SAMPLE / (2 * np.pi)
+        assert turns == pytest.approx(round(turns))
+        lines = np.abs(np.fft.rfft(one["reference"].values[: measured_rig.PERIOD], axis=0))
+        orders = round(turns) * np.arange(1, 4)
+        assert lines[orders].max() < 1e-9 * lines.max()
+        assert np.count_nonzero(lines > 1e-9 * lines.max()) == measured_rig.HIGHEST // 2
+    roles = {one.attrs["role"] for one in found}
+    assert roles == set(measured_rig.POINTS) and len(found) == sum(map(len, measured_rig.POINTS.values()))
