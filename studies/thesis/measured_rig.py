@@ -72,12 +72,16 @@ def disc(krpm: float, reference: np.ndarray) -> np.ndarray:
     return np.fft.irfft(np.array(y), len(reference), axis=0)
 
 
+def own_lines(axis: int) -> np.ndarray:
+    """Lines of a period that the reference of an axis has: odd ones, as no order of a shaft with whole turns is."""
+    return np.arange(1 + 2 * axis, HIGHEST + 1, 4)
+
+
 def multisine(rng: np.random.Generator) -> np.ndarray:
-    """References (PERIOD, 2) of x and y, each with odd lines of its own, as no order of a shaft's speed is, up to 1."""
+    """References (PERIOD, 2) of x and y, each with lines of its own, up to 1."""
     lines = np.zeros((PERIOD // 2 + 1, 2), complex)
     for axis in range(2):
-        own = np.arange(1 + 2 * axis, HIGHEST + 1, 4)
-        lines[own, axis] = np.exp(2j * np.pi * rng.random(len(own)))
+        lines[own_lines(axis), axis] = np.exp(2j * np.pi * rng.random(len(own_lines(axis))))
     waves = np.fft.irfft(lines, PERIOD, axis=0)
     return waves / np.abs(waves).max()
 
@@ -111,19 +115,22 @@ def story(found: Diagnosis, path: Path) -> None:
     """Picture: measured lines and what is left of them at an untouched speed, and the gap by role and stage."""
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(1, 3, figsize=(13, 4), layout="constrained", width_ratios=(2, 2, 1.3))
-    shown = found.spectra["untouched"][0]
+    figure, axes = plt.subplots(1, 3, figsize=(12, 3.6), layout="constrained", width_ratios=(2, 2, 1.4))
+    shown = found.spectra["untouched"][-1]
     for k, (plot, axis) in enumerate(zip(axes, "xy", strict=False)):
-        plot.semilogy(shown["frequency"], TO_UM * shown["measured"][k], "k", lw=1, label="measured")
+        own = np.isin(np.round(shown["frequency"] * PERIOD * RIG_SAMPLE).astype(int), own_lines(k))
+        f = shown["frequency"][own]
+        plot.semilogy(f, TO_UM * shown["measured"][k][own], "k.-", label="measured")
         for name, stage in zip(STAGES, shown["stages"], strict=False):
-            plot.semilogy(shown["frequency"], TO_UM * stage[k], lw=1, label=f"left, {name}")
-        plot.set(xlim=(0, 250), xlabel="frequency [Hz]", ylabel=f"line of {axis} [um]", title=shown["point"])
-    axes[0].legend()
+            plot.semilogy(f, TO_UM * stage[k][own], ".-", lw=1, label=f"left, {name}")
+        plot.semilogy(f, TO_UM * shown["floor"][k][own], color="0.6", ls="--", lw=1, label="floor")
+        plot.set(xlabel="frequency [Hz]", ylabel=f"line of {axis} [um]", title=f"{shown['point']}, untouched")
+    axes[0].legend(fontsize="small")
     for role, stages in gaps(found).items():
         axes[2].plot(range(len(stages)), list(stages.values()), "o-", label=role.replace("_", " "))
-    axes[2].set_xticks(range(len(STAGES)), [name.replace(" ", "\n") for name in STAGES])
-    axes[2].set(ylabel="gap, rms [um]", ylim=(0, None), title=found.status.replace("_", " "))
-    axes[2].legend()
+    axes[2].set_xticks(range(len(STAGES)), ["nominal", "re-cali-\nbrated", "with\neffect", "floor"])
+    axes[2].set(ylabel="gap, rms [um]", ylim=(0, None), title=f"verdict: {found.status.replace('_', ' ')}")
+    axes[2].legend(fontsize="small")
     figure.savefig(path, dpi=100)
 
 
