@@ -218,10 +218,11 @@ def _refuse_contradiction(fitted: list[Target]) -> None:
                     weights = one.tolerance**-2, other.tolerance**-2
                     middle = (weights[0] * a + weights[1] * b) / sum(weights)
                     missed = abs(a - middle) / one.tolerance, abs(b - middle) / other.tolerance
+                    asked = f"{b:.5g} and {a:.5g} {UNITS[one.quantity]}".removesuffix(" 1")
                     raise DataError(
                         f"targets '{other.name}' and '{one.name}' contradict each other: they ask {one.quantity} to be "
-                        f"{b:.5g} and {a:.5g} {UNITS[one.quantity]}, and the best compromise, {middle:.5g}, misses "
-                        f"them by {missed[1]:.2g} and {missed[0]:.2g} tolerances; leave one out or predict it"
+                        f"{asked}, and the best compromise, {middle:.5g}, misses them by "
+                        f"{missed[1]:.2g} and {missed[0]:.2g} tolerances; leave one out or predict it"
                     )
 
 

@@ -112,14 +112,20 @@ def model_c(static: Iterable[float] | None = None) -> LinearModel:
     w, zeta = 2 * np.pi * np.array(table["frequency"]), np.array(table["damping"])
     B = w**2 * g / (np.array(pins["gain"]) * VOLT)
     rotor = [*np.diag(-(w**2)).ravel(), *np.diag(-2 * zeta * w).ravel(), *np.diag(B).ravel()]
-    actuators = [v for axis, k in zip("xy", pins["gain"], strict=True) for v in _lag(pins[f"poles_{axis}"], k * VOLT)]
-    theta = np.array([*rotor, *(2e3 / np.array(table["delay"])), *actuators])
+    theta = np.array([*rotor, *(2e3 / np.array(table["delay"])), *actuator_lags(VOLT)])
     return LinearModel(*cascade(theta), speed=table["speed"] * KRPM, pressure=table["pressure"] * MPA)
 
 
-def _lag(poles: Iterable[float], k: float) -> tuple[float, float, float]:
-    first, second = poles
-    return first * second, first + second, k * first * second
+def actuator_lags(unit: float) -> list[float]:
+    """Parameters (6,) of the pins by axis behind their references, as `greybox.actuator` takes them, by Table C.2.
+
+    unit: what a volt of the pins' transducer stands for in the output.
+    """
+    pins, found = printed()["C2"], list[float]()
+    for axis, k in zip("xy", pins["gain"], strict=True):
+        first, second = pins[f"poles_{axis}"]
+        found += [first * second, first + second, unit * k * first * second]
+    return found
 
 
 @lru_cache

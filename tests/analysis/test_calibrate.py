@@ -204,6 +204,7 @@ tolerance = "9 rad/s"
 speed = "0 rpm"
 pressure = "0.5 MPa"
 """
+ZETA = TWICE.replace("wn_x", "zeta_x").replace('"{} rad/s"', "{}").replace('"9 rad/s"', "0.01")
 
 
 @pytest.mark.parametrize(
@@ -220,6 +221,7 @@ pressure = "0.5 MPa"
         (TWICE.format("model", 700) + TWICE.format("hit", 730),
          "targets 'model' and 'hit' contradict each other: they ask wn_x to be 700 and 730 rad/s, and the best "
          "compromise, 715, misses them by 1.7 and 1.7 tolerances"),
+        (ZETA.format("model", 0.02) + ZETA.format("hit", 0.08), "they ask zeta_x to be 0.02 and 0.08, and"),
     ],
 )  # fmt: skip
 def test_pins_and_contradictions_that_make_no_sense_are_refused_with_a_sentence(tmp_path, text, sentence):

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.signal import cont2discrete
 
-from rotorsim.base.units import KRPM, TO_HZ
-from studies.thesis import printed as thesis
+from rotorsim.base.units import KRPM, RIG_SAMPLE, TO_HZ
+from studies.thesis import measured_rig, printed as thesis
 from studies.thesis.claims.rules import claims
 from studies.thesis.printed import printed
 
@@ -88,3 +89,38 @@ def test_softening_keeps_paper_d_s_bounds_on_its_own_model_and_hardening_does_no
 
 def test_vertical_energy_over_horizontal_is_that_of_table_e3(numbers):
     assert numbers["N4"]["ratio"] == pytest.approx(1.105, abs=5e-4)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_the_printed_rig_at_rest_has_the_static_gains_of_its_models(axis):
+    """A reference that stays is a pin that stays, Table C.2's gain times as far."""
+    held = np.zeros((8, 2))
+    held[:, axis] = 1.0
+    gain = thesis.model_a(4.2 * KRPM).static_gain[:, axis] * printed()["C2"]["gain"][axis]
+    assert measured_rig.disc(4.2, held) == pytest.approx(np.tile(gain, (8, 1)))
+
+
+def test_a_record_of_the_printed_rig_is_its_models_stepped_through_periods_of_the_reference():
+    """Four periods of 0.5 s, in which the least damped motion fades by exp(-30)."""
+    reference = np.random.default_rng(1).choice([-1.0, 1.0], (measured_rig.PERIOD, 2))
+    A, B, C = measured_rig.matrices(6.0)
+    F, G, *_ = cont2discrete((A, B, C, np.zeros((2, 2))), RIG_SAMPLE)
+    x, y = np.zeros(len(A)), []
+    for r in np.tile(reference, (4, 1)):
+        y.append(C @ x)
+        x = F @ x + G @ r
+    found = measured_rig.disc(6.0, reference)
+    assert found == pytest.approx(np.array(y[-len(found) :]), rel=1e-6, abs=1e-13)
+
+
+def test_records_of_the_printed_rig_have_whole_turns_and_no_line_at_an_order():
+    found = measured_rig.records()
+    for one in found:
+        turns = abs(float(one["speed"].values[0])) * measured_rig.PERIOD * RIG_SAMPLE / (2 * np.pi)
+        assert turns == pytest.approx(round(turns))
+        lines = np.abs(np.fft.rfft(one["reference"].values[: measured_rig.PERIOD], axis=0))
+        orders = round(turns) * np.arange(1, 4)
+        assert lines[orders].max() < 1e-9 * lines.max()
+        assert np.count_nonzero(lines > 1e-9 * lines.max()) == measured_rig.HIGHEST // 2
+    roles = {one.attrs["role"] for one in found}
+    assert roles == set(measured_rig.POINTS) and len(found) == sum(map(len, measured_rig.POINTS.values()))
