@@ -11,7 +11,7 @@ Cites: bendat_2010.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -20,7 +20,7 @@ import numpy as np
 from rotorsim.base.rounding import answer
 from rotorsim.base.units import RIG_SAMPLE, TO_UM
 from rotorsim.discrepancy.changes import PLANE, RING_KEY
-from rotorsim.discrepancy.trial import TURNING, Trial, block_lines
+from rotorsim.discrepancy.trial import ROUNDING, TURNING, Trial, block_lines
 
 BANDS = ((0.0, 90.0), (90.0, 150.0), (150.0, 1e9))
 """Bands [Hz] of excited lines: below, about and above the first natural frequencies of a rig of this size."""
@@ -37,7 +37,15 @@ FAINTEST = 1e-9
 MAINS, HEARD, MOST_OF_IT, HUM_WIDTH = (50.0, 60.0), 0.5, 0.5, 1.6
 """Frequencies [Hz] of the mains; share of the records that show a hum; share of the power next to it that it has; lines
 to each side within which nothing else may stand."""
-HUM = "hum of the mains at {frequency:g} Hz, {size:.2g} um at every speed, was taken out: it turns with no shaft"
+HARMONICS = (1, 2, 3, 5)
+"""Multiples of the mains' frequency that are looked for."""
+MAINS_OFF = 0.01
+"""Share by which the mains' frequency may be off."""
+LOUD = 6.0
+"""Amplitude of a tone in a sweep, in standard deviations by the scatter of its windows, from which on it is hum."""
+FEWEST_WINDOWS = 12
+"""Fewest windows of a sweep that show such a scatter."""
+HUM = "hum of the mains at {frequency:.6g} Hz, {size}, was taken out: it turns with no shaft"
 """Note on hum."""
 DRIFT, FAR_DRIFT, DRIFT_LINES = 1e-8, 10.0, 3
 """Drift [m] from block to block that counts as none; times that of the other probe from which a drift is along one;
@@ -272,7 +280,7 @@ def without_hum(trials: Sequence[Trial]) -> tuple[list[Trial], list[str]]:
     Where an order lies on it the two are indistinguishable, and its size is kept for the floor.
     """
     left, notes = list(trials), []
-    for frequency in (n * mains for mains in MAINS for n in (1, 2, 3)):
+    for frequency in (n * mains for mains in MAINS for n in HARMONICS):
         clear = [i for i, t in enumerate(left) if not t.orders and _stands_clear(t, frequency)]
         tones = {i: tone for i in clear if (tone := _tone_at(left[i], frequency)) is not None}
         if len({round(left[i].speed, 1) for i in tones}) < 2 or len(tones) < HEARD * len(clear):
@@ -283,8 +291,108 @@ def without_hum(trials: Sequence[Trial]) -> tuple[list[Trial], list[str]]:
                 left[i] = replace(trial, spectra=trial.spectra - tones[i][1])
             elif not trial.orders:
                 left[i] = replace(trial, hum=(*trial.hum, (frequency, size)))
-        notes.append(HUM.format(frequency=frequency, size=size * TO_UM))
+        notes.append(HUM.format(frequency=frequency, size=f"{size * TO_UM:.2g} um at every speed"))
     return left, notes
+
+
+def without_tones(
+    time: np.ndarray, readings: np.ndarray, windows: Sequence[slice], turning: Callable[[slice], np.ndarray]
+) -> tuple[np.ndarray, list[tuple[float, np.ndarray]]]:
+    r"""Readings (n, k) of a sweep without the hum of the mains; frequency [Hz] and amplitudes (k,) of its tones.
+
+    A tone has one frequency and one phase over all `windows`. `turning` gives the columns (m, c) of a window that turn
+    with the shaft. With P_w the projection that takes them out, W_w the tone's waves and d_w the readings,
+
+    .. math:: \hat c = \Big(\sum_w W_w' P_w W_w\Big)^{-1} \sum_w W_w' P_w d_w
+
+    so that a window in which an order lies on the tone says nothing of it (Frisch and Waugh, 1933). The scatter of the
+    windows about the one tone is its uncertainty, whatever else is in them.
+    """
+    t, nominal = time - time[0], np.array([n * mains for mains in MAINS for n in HARMONICS])
+    middle = np.array([t[w].mean() for w in windows])
+    able = nominal * (1 + MAINS_OFF) < 0.5 * (len(t) - 1) / t[-1]
+    if len(windows) < FEWEST_WINDOWS or not able.any():
+        return readings, []
+    step = 0.25 / np.ptp(middle)
+    frequencies, reach = nominal[able], MAINS_OFF * nominal[able]
+    for _ in range(2):  # within a window the first pass takes another frequency for another phase
+        parts = _sums_of_windows(t, readings, windows, turning, frequencies)
+        heard = [_nearest_tone(*parts, i, middle, reach[i], step) for i in range(len(frequencies))]
+        loud = [i for i, (_, size) in enumerate(heard) if size > LOUD]
+        frequencies, reach = np.array([frequencies[i] + heard[i][0] for i in loud]), np.full(len(loud), step)
+        step /= 20
+        if not loud:
+            return readings, []
+    A, b = (part.sum(axis=0) for part in _sums_of_windows(t, readings, windows, turning, frequencies))
+    found = answer(np.linalg.solve, A, b).reshape(-1, 2, readings.shape[1])
+    waves = _tone_waves(t, frequencies)
+    left = readings - waves @ found.reshape(len(A), -1)
+    return left, [(float(f), np.hypot(*c)) for f, c in zip(frequencies, found, strict=True)]
+
+
+def _tone_waves(t: np.ndarray, frequencies: np.ndarray) -> np.ndarray:
+    """Cosine and sine (n, 2 f) of each frequency [Hz] at times (n,) [s]."""
+    phase = 2 * np.pi * np.outer(t, frequencies)
+    return np.stack([np.cos(phase), np.sin(phase)], axis=2).reshape(len(t), -1)
+
+
+def _sums_of_windows(
+    t: np.ndarray, readings: np.ndarray, windows: Sequence[slice], turning: Callable[[slice], np.ndarray],
+    frequencies: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Normal matrices (windows, 2 f, 2 f) of tones and right-hand sides (windows, 2 f, k), without what turns.
+
+    Each window has the weight of what neither turns nor is a tone in it: little at a sharp resonance.
+    """
+    A, b = [], []
+    least = ROUNDING * float(np.mean(readings**2))
+    for own in windows:
+        Q, waves = answer(np.linalg.qr, turning(own))[0], _tone_waves(t[own], frequencies)
+        waves, seen = (part - Q @ (Q.T @ part) for part in (waves, readings[own]))
+        left = seen - waves @ answer(np.linalg.lstsq, waves, seen, rcond=1e-6)[0]
+        weight = 1 / max(float(np.mean(left**2)), least, np.finfo(float).tiny)
+        A.append(weight * waves.T @ waves)
+        b.append(weight * waves.T @ seen)
+    return np.array(A), np.array(b)
+
+
+def _nearest_tone(
+    A: np.ndarray, b: np.ndarray, number: int, middle: np.ndarray, reach: float, step: float
+) -> tuple[float, float]:
+    """Distance [Hz] of a tone from the frequency of a number, and its amplitude in standard deviations.
+
+    The amplitude is 0 where the windows' own tones do not agree with the one tone of all. Within a window, about its
+    `middle` [s], the distance only turns the phase.
+    """
+    own = slice(2 * number, 2 * number + 2)
+    A, b = A[:, own, own], b[:, own]
+
+    def turned(distance: float) -> tuple[np.ndarray, np.ndarray]:
+        c, s = np.cos(2 * np.pi * distance * middle), np.sin(2 * np.pi * distance * middle)
+        R = np.array([[c, s], [-s, c]]).transpose(2, 0, 1)
+        return R.transpose(0, 2, 1) @ A @ R, R.transpose(0, 2, 1) @ b
+
+    def gain(distance: float) -> float:
+        whole, side = (part.sum(axis=0) for part in turned(distance))
+        return float(np.sum(side * answer(np.linalg.solve, whole, side)))
+
+    best = max(np.arange(-reach, reach + step, step), key=gain)
+    low, top, high = gain(best - step), gain(best), gain(best + step)
+    bend = low - 2 * top + high
+    best += float(np.clip(0.5 * step * (low - high) / bend, -step, step)) if bend < 0 else 0.0
+    parts, sides = turned(best)
+    bread = answer(np.linalg.inv, parts.sum(axis=0))
+    found = bread @ sides.sum(axis=0)
+    each = sum(
+        float(np.sum(side * (answer(np.linalg.pinv, part) @ side))) for part, side in zip(parts, sides, strict=True)
+    )
+    # a window's own tone in noise alone has a power of 1 in each of its numbers
+    if np.sum(found * sides.sum(axis=0)) < MOST_OF_IT * (each - found.size * len(parts)):
+        return float(best), 0.0
+    left = (sides - parts @ found).transpose(2, 0, 1)
+    spread = (bread @ (own.T @ own) @ bread for own in left)
+    sizes = [c @ answer(np.linalg.pinv, V) @ c for c, V in zip(found.T, spread, strict=True)]
+    return float(best), float(max(sizes)) ** 0.5
 
 
 def hum_lines(trial: Trial, frequency: float) -> np.ndarray:

@@ -8,8 +8,8 @@ but its own turning. Its vectors are those of window after window of whole revol
 
 .. math:: d(t) = d_0 + d_1 t + \sum_n \Re\{A_n e^{i n \alpha(t)}\}
 
-by least squares over each window, all samples weighing the same. Windows that do not continue the sweep (a speed held
-at the beginning or end, a dip) are left out, which a note states.
+by least squares over each window, all samples weighing the same, after the hum of the mains was taken out. Windows that
+do not continue the sweep (a speed held at the beginning or end, a dip) are left out, which a note states.
 
 Cites: bendat_2010.
 """
@@ -29,8 +29,9 @@ from identification import make_vectors
 from identification.records.schema import measured, notes_of, probe_angle, with_notes
 from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import answer
-from rotorsim.base.units import RIG_SAMPLE, TO_RPM
+from rotorsim.base.units import RIG_SAMPLE, TO_RPM, TO_UM
 from rotorsim.discrepancy.changes import RING
+from rotorsim.discrepancy.data_vector import HUM, without_tones
 from rotorsim.discrepancy.records import make_trial, stated_accuracy
 from rotorsim.discrepancy.trial import TURNING, Trial, displacement_of, only_probe, stated
 
@@ -359,6 +360,7 @@ def runup_vectors(record: xr.Dataset, turns: int = 8, orders: Sequence[int] = OR
     kept = _sweep(means)
     if len(kept) < FEWEST_ROWS:
         raise DataError(f"{name}: the speed does not rise or fall over {FEWEST_ROWS} windows of {turns} revolutions")
+    displacement, hum = _without_hum(time, angle, displacement, orders, probe_angle)
     fitted = np.array([order_vectors(angle[windows[k]], displacement[windows[k]], orders) for k in kept])
     middle = np.array([time[windows[k]].mean() for k in kept])
     if backward:
@@ -379,7 +381,31 @@ def runup_vectors(record: xr.Dataset, turns: int = 8, orders: Sequence[int] = OR
     more = [TURNED_ROUND] if backward else []
     if len(kept) < len(windows):
         more.append(f"{len(windows) - len(kept)} of {len(windows)} windows do not continue the sweep and are left out")
-    return with_notes(table, [*notes_of(record), *more])
+    return with_notes(table, [*notes_of(record), *hum, *more])
+
+
+def _without_hum(
+    time: np.ndarray, angle: np.ndarray, displacement: np.ndarray, orders: Sequence[int], probe_angle: float | None
+) -> tuple[np.ndarray, list[str]]:
+    """Displacements (n, 2) [m] of a sweep without the hum of the mains, and a sentence on each tone of it.
+
+    Within a window the amplitudes of the orders may bend, as they do at a resonance.
+    """
+
+    def turning(own: slice) -> np.ndarray:
+        waves = [np.ones(own.stop - own.start), *(part(n * angle[own]) for n in orders for part in (np.cos, np.sin))]
+        u = np.linspace(-1, 1, own.stop - own.start)
+        return np.column_stack([u**power * wave for power in (0, 1, 2) for wave in waves])
+
+    edges = np.searchsorted(angle, np.arange(angle[0], angle[-1], 2 * np.pi * TURNS))
+    enough = 2 * 3 * (1 + 2 * len(orders))
+    windows = [slice(low, high) for low, high in pairwise(edges) if high - low >= enough]
+    left, tones = without_tones(time, displacement, windows, turning)
+    names = ("x", "y") if probe_angle is None else (f"probe at {np.degrees(probe_angle):.4g} deg",)
+    return left, [
+        HUM.format(frequency=f, size=", ".join(f"{a * TO_UM:.2g} um in {n}" for a, n in zip(size, names, strict=False)))
+        for f, size in tones
+    ]
 
 
 def order_vectors(angle: np.ndarray, displacement: np.ndarray, orders: Sequence[int]) -> np.ndarray:

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from identification import make_record
+from rotorsim.discrepancy import runup_vectors
 from rotorsim.discrepancy.calibration import ParameterPoint
 from rotorsim.discrepancy.comparison import TwinComparison, flagged, table, unsteady
 from rotorsim.discrepancy.data_vector import without_hum
@@ -91,3 +93,42 @@ def test_records_with_hum_are_within_the_floor(rng, models):
     comparison.set_floor(ParameterPoint(), None, 0.004)
     assert not flagged(table(comparison, comparison.residual(ParameterPoint())))
     assert not unsteady(comparison.trials, comparison.apart(ParameterPoint()), comparison.scatter[0])
+
+
+def run_up(hum, frequency, zeta, fs=2000.0, seconds=20.0, low=10.0, high=100.0):
+    """Run-up through a resonance at 48 Hz, 1X of 2 um above it, 2X of 0.3 um, noise of 0.1 um; y has half the hum."""
+    rng, t = np.random.default_rng(3), np.arange(int(seconds * fs)) / fs
+    speed = 2 * np.pi * (low + (high - low) * t / seconds)
+    angle, r = np.cumsum(speed) / fs, speed / (2 * np.pi * 48)
+    one = 2e-6 * r**2 / (1 - r**2 + 2j * zeta * r) * np.exp(1j * angle)
+    disc = (
+        np.column_stack([one.real, one.imag]) + 0.3e-6 * np.cos(2 * angle)[:, None] + rng.normal(0, 1e-7, (t.size, 2))
+    )
+    tone = hum * np.cos(2 * np.pi * frequency * t + 1.0)
+    return make_record(t, {"disc_measured": disc + tone[:, None] * [1.0, 0.5], "angle": angle}, {"record": "up"})
+
+
+@pytest.mark.parametrize("zeta", [0.02, 0.003])
+@pytest.mark.parametrize("frequency", [50.0, 49.93, 60.02, 100.0])
+def test_hum_of_a_run_up_goes_and_its_orders_stay(frequency, zeta):
+    """1X and 2X pass the tone at a sharp resonance: the vectors are those without hum.
+
+    The tone's standard deviation is s sqrt(2 / n) = 0.7 nm; s is 0.1 um.
+    """
+    whole, plain = (runup_vectors(run_up(hum, frequency, zeta)) for hum in (1e-6, 0.0))
+    vectors = [one["amplitude"].values * np.exp(-1j * one["phase"].values) for one in (whole, plain)]
+    assert np.abs(vectors[0] - vectors[1]).max() < 6 * 0.7e-9
+    assert "notes" not in plain.attrs
+    (note,) = whole.attrs["notes"]
+    assert float(note.partition(" at ")[2].partition(" Hz")[0]) == pytest.approx(frequency, abs=0.001)
+    assert "1 um in x, 0.5 um in y" in note
+
+
+def test_a_line_that_is_not_of_the_mains_or_not_coherent_stays_in_a_run_up(rng):
+    """A tone at 54 Hz, and one at 50 Hz whose phase wanders by a radian in each tenth of a second."""
+    record = run_up(0.0, 50.0, 0.02)
+    wander = np.cumsum(rng.normal(0, 1, 200)).repeat(200)
+    tone = 3e-7 * np.cos(2 * np.pi * 50 * record["time"].values + wander[: record.sizes["time"]])
+    record["disc_measured"] = record["disc_measured"] + tone[:, None]
+    for one in (run_up(1e-6, 54.0, 0.02), record):
+        assert "notes" not in runup_vectors(one).attrs
