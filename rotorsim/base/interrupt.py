@@ -32,6 +32,7 @@ TICK = 0.05
 APART = "rotorsim apart"
 """Name of the threads of `apart`."""
 SENTENCE = "interrupted before the end; the same command starts again"
+ALONE = "the system allows no more threads (ulimit -u): one process does all, and Ctrl-C waits for a call to end"
 
 
 class Interrupt:
@@ -161,7 +162,8 @@ def undoing() -> Iterator[None]:
 def watched() -> Iterator[None]:
     """End the process `PATIENCE` after Ctrl-C if it has not ended by itself; for a main program.
 
-    The signal's number goes through a pipe to a thread, which needs no turn of the main thread.
+    The signal's number goes through a pipe to a thread, which needs no turn of the main thread. Where the system allows
+    no more threads, a sentence states that Ctrl-C waits.
     """
     if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:  # during the first imports
         signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -172,7 +174,10 @@ def watched() -> Iterator[None]:
     os.set_blocking(write, False)
     signal.set_wakeup_fd(write, warn_on_full_buffer=False)
     sys.unraisablehook = _unraisable
-    threading.Thread(target=_watch, args=(read,), daemon=True).start()
+    try:
+        threading.Thread(target=_watch, args=(read,), daemon=True).start()
+    except RuntimeError:
+        print(ALONE, file=sys.stderr)
     try:
         yield
     finally:

@@ -11,7 +11,7 @@ import pytest
 from fmu.archive import workspace
 from rotorsim.base import interrupt
 from rotorsim.base.files import replacing, replacing_all
-from rotorsim.base.interrupt import APART, SENTENCE, Interrupt, apart
+from rotorsim.base.interrupt import ALONE, APART, SENTENCE, Interrupt, apart
 from waiting import PATIENCE, until
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
@@ -136,3 +136,16 @@ def test_a_system_that_allows_no_more_threads_is_no_error(monkeypatch):
 
     monkeypatch.setattr(threading.Thread, "start", refuse)
     assert apart(lambda: threading.current_thread()) is threading.main_thread()
+
+
+def test_a_command_runs_where_the_system_allows_no_threads(tmp_path):
+    """One sentence tells it; Ctrl-C still ends the command, once Python has its turn."""
+    refuse = "import threading\ndef refuse(thread): raise RuntimeError\nthreading.Thread.start = refuse\n"
+    script = f"{refuse}from rotorsim.cli import main\nmain()"
+    command = [sys.executable, "-c", script, "warm", "plain_rotor"]
+    done = subprocess.run(command, env=os.environ | {"ROTORSIM_CACHE_DIR": str(tmp_path)},
+                          capture_output=True, text=True)  # fmt: skip
+    assert done.returncode == 0 and done.stderr.splitlines()[0] == ALONE
+    assert any(tmp_path.rglob("*.run-*.nbi")) and "Traceback" not in done.stderr
+    done = subprocess.run([sys.executable, "-c", refuse + PROGRAM.format("ask")], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", f"{ALONE}\n{SENTENCE}\n")

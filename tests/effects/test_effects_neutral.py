@@ -5,7 +5,7 @@ import pytest
 import tomlkit
 
 from rotorsim.effects import REGISTRY
-from rotorsim.machine import machine_text
+from rotorsim.machine import load_machine, machine_text
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
 
@@ -40,6 +40,25 @@ def test_all_effects_at_their_neutral_values_leave_every_bit_as_it_is_without_th
     assert np.ascontiguousarray(tables[1][:, :common]).tobytes() == tables[0].tobytes()
     assert tables[1].shape[1] == common + 4 + 3 and not tables[1][:, common + 4 :].any()
     assert np.array_equal(tables[1][:, common : common + 4], tables[0][:, common - 4 :])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("values, speed, pressure", [
+    ({}, 2200.0, 0.3e6), ({"effects.unbalance.me": "300 g*mm"}, 700.0, 0.1e6),
+])  # fmt: skip
+def test_all_other_effects_at_their_neutral_values_leave_every_bit_of_a_whirl_and_a_rub(values, speed, pressure):
+    """The rig as shipped, with contact: corrections, factors and parts of steps are as many too."""
+    shipped = load_machine("dtu_gas_bearing")
+    for path, value in values.items():
+        shipped = shipped.replace(path, value)
+    full = shipped
+    for name in sorted(set(REGISTRY) - set(shipped.effects)):
+        full = full.replace(f"effects.{name}", {})
+    runs = [Plant(m, n_theta=32, n_z=8, dt=1e-4).start(speed, pressure, seed=3) for m in (shipped, full)]
+    inputs = np.tile([speed, pressure, 0.0, 0.0, 0.0, 0.0], (3000, 1))
+    tables = [run.advance(inputs)[:, :4] for run in runs]
+    assert tables[0].tobytes() == tables[1].tobytes() and runs[0].counters == runs[1].counters
+    assert runs[0].counters["substeps"] > 0 and np.ptp(tables[0][-500:, 0]) > 1e-4
 
 
 def test_neutral_effects_add_no_mode_to_the_linear_plant():

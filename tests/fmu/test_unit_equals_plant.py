@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fmu.check import plant_outputs
+from fmu.check import plant_outputs, plant_rows
 from fmu.importer import reference_inputs
 
 SAMPLE = 2e-4
@@ -62,6 +62,26 @@ def test_a_parameter_set_in_the_unit_acts_as_in_the_machine_file(unit, fresh, mo
     fresh.initialise({"effects.unbalance.me": 12e-6, "effects.creep.gain": 0.05})
     rows = fresh.run(inputs, SAMPLE, ["disc.x", "disc.y"])
     assert rows[:, 0].tobytes() == truth["disc.x"][0].tobytes()
+
+
+def test_hits_on_the_sleeve_have_the_bits_of_the_python_plant(unit, fresh, model):
+    """Near contact a step follows its error: it is repeated as smaller ones in the unit as in the plant."""
+    from fmu.export import plant_unit
+    from rotorsim.plant import Plant
+    from rotorsim.plant.simulation import Simulation
+
+    other = plant_unit(Plant(model.plant.machine.replace("effects.unbalance.me", "60 g*mm")), 0.0, 0.3e6)
+    inputs = busy(model, 300, SAMPLE)
+    inputs["shaft.speed_ref"] += 600.0
+    inputs["disc.force_x"][50:60], inputs["disc.force_y"][150:160] = 250.0, -300.0
+    truth = plant_outputs(other, inputs, SAMPLE)
+    fresh.initialise({"effects.unbalance.me": 60e-6})
+    rows = fresh.run(inputs, SAMPLE, list(truth))
+    run = Simulation.at_equilibrium(other.assembly, other.speed, other.pressure)
+    run.advance(plant_rows(other, inputs, SAMPLE))
+    assert truth["film.touchdown"][0].any() and run.counters["substeps"] > 20
+    for k, (name, (values, good)) in enumerate(truth.items()):
+        assert values[good].tobytes() == rows[good, k].tobytes(), name
 
 
 def test_the_film_pressure_is_an_array_in_fmi_3(units, model):

@@ -1,7 +1,13 @@
 """Time integration against the linear model, its order of convergence, and the cost of a step."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from scipy.linalg import expm
+
+from reynolds.transient import STAGE, TO_MID
+from rotorsim.plant.kernels import modal_rotor
 
 RPM = np.pi / 30
 SAMPLE = 2e-4
@@ -136,3 +142,38 @@ def test_stages_far_from_their_starting_values_take_few_corrections_and_factors(
     run.advance(held(samples, speed, pressure))
     assert run.counters["iterations"] - before["iterations"] <= 4 * 4 * samples
     assert run.counters["factorisations"] - before["factorisations"] <= 1.25 * 4 * samples
+
+
+def one_step(K, C, start, dt):
+    """A step of a free rotor of two modes by the kernel's own parts: the state that it reaches, and its error."""
+    places = ("q_old", "v_old", "a_old", "q_mid", "v_mid", "q_rhs", "v_rhs", "f", "free", "v", "q", "T", "TK")
+    R = SimpleNamespace(n=2, **{name: 2 * k for k, name in enumerate(places[:-1])}, TK=26)
+    w, adt = np.zeros(30), STAGE * dt
+    T = np.linalg.inv(np.eye(2) + adt * C + adt**2 * K)
+    w[R.T : R.TK], w[R.TK :] = T.T.ravel(), adt * (T @ K).T.ravel()
+    w[:6] = *start, *(-K @ start[:2] - C @ start[2:])
+    for stage in range(2):
+        modal_rotor.rotor_rhs.py_func(w, R, stage, adt)
+        modal_rotor.free_velocity.py_func(w, R, adt)
+        w[R.v : R.q] = w[R.free : R.v]
+        w[R.q : R.T] = w[R.q_rhs : R.v_rhs] + adt * w[R.v : R.q]
+        if stage == TO_MID:
+            modal_rotor.end_rotor_stage.py_func(w, R, stage, adt)
+    reached = np.concatenate([w[R.q : R.T], w[R.v : R.q]])
+    modal_rotor.embedded_error.py_func(w, R, dt, adt)
+    return reached, w[R.f : R.v]
+
+
+def test_the_error_that_a_step_finds_is_its_own_to_one_order_more():
+    """Two damped modes against the matrix exponential: the step's error is of order 3, what it finds misses it by 4."""
+    K, C = np.array([[4.0, 1.0], [1.0, 9.0]]), np.array([[0.3, 0.1], [-0.1, 0.2]])
+    A, start = np.block([[np.zeros((2, 2)), np.eye(2)], [-K, -C]]), np.array([1.0, -0.5, 0.3, 0.8])
+    steps, true, missed = [0.1, 0.05, 0.025], [], []
+    for dt in steps:
+        reached, found = one_step(K, C, start, dt)
+        error = reached - expm(A * dt) @ start
+        true.append(np.abs(error).max())
+        missed.append(np.abs(found - error).max())
+    assert np.polyfit(np.log(steps), np.log(true), 1)[0] == pytest.approx(3.0, abs=0.25)
+    assert np.polyfit(np.log(steps), np.log(missed), 1)[0] == pytest.approx(4.0, abs=0.1)
+    assert missed[0] < 0.02 * true[0]
