@@ -115,11 +115,11 @@ def as_ross_rotor(rotor: AssembledRotor, module: Any) -> Any:
 
     shaft = [
         module.ShaftElement(
-            L=e.L, idl=e.idl, odl=e.odl, idr=e.idr, odr=e.odr, material=material(e.material), n=n,
+            L=e.L, idl=e.idl, odl=e.odl, idr=e.idr, odr=e.odr, material=material(e.material), n=e.n,
             axial_force=e.axial_force, torque=e.torque, alpha=e.alpha, beta=e.beta,
             **{name: getattr(e, name) for name in _SWITCHES},
         )
-        for n, e in enumerate(rotor.shaft_elements)
+        for e in rotor.shaft_elements
     ]  # fmt: skip
     discs = [module.DiskElement(n=d.n, m=d.m, Id=d.Id, Ip=d.Ip) for d in rotor.disk_elements]
     bearings = [
