@@ -351,7 +351,10 @@ def critical_speed_map(
     5
     """
     mesh = plant.assembly.mesh
-    held = [BearingElement(mesh.node(b.position), 1.0, 0.0) for b in plant.machine.bearings]
+    held = [
+        BearingElement(mesh.node(b.position), 1.0, 0.0, mxx=b.masses[0], myy=b.masses[1])
+        for b in plant.machine.bearings
+    ]
     masses = [m for m in mesh.constant.point_mass_elements if m.n < mesh.constant.n_nodes]
     rotor = Rotor(mesh.constant.shaft_elements, mesh.constant.disk_elements, held, masses)
     found = rotor.run_ucs(stiffness, points, modes).dataset()

@@ -129,8 +129,8 @@ class Mesh:
                 continue
             if bearing.coefficients is not None and (tables or not bearing.speeds.size):
                 bearings.append(self._bearing(bearing, *bearing.coefficients, link))
-            elif link is not None:
-                bearings.append(BearingElement(self.node(bearing.position), 0.0, 0.0, n_link=link))
+            elif link is not None or any(bearing.masses):
+                bearings.append(self._bearing(bearing, np.zeros((2, 2)), np.zeros((2, 2)), link))
             if link is not None and bearing.support is not None:
                 bearings.append(_ground(link, bearing.support))
                 masses.append(PointMass(link, m=bearing.support.mass))
@@ -177,10 +177,12 @@ class Mesh:
         return ShaftElement(L, idl, odl, idr, odr, material=material, n=n, **more)
 
     def _bearing(self, bearing: BearingPart, K: np.ndarray, C: np.ndarray, link: int | None) -> BearingElement:
+        """A bearing with stiffness and damping (2, 2), or of each of its speeds (points, 2, 2)."""
+        mxx, myy = bearing.masses
         return BearingElement(
             self.node(bearing.position), K[..., 0, 0], C[..., 0, 0], K[..., 1, 1], K[..., 0, 1], K[..., 1, 0],
             C[..., 1, 1], C[..., 0, 1], C[..., 1, 0],
-            frequency=bearing.speeds if bearing.speeds.size else None, n_link=link, extrapolate="hold",
+            frequency=bearing.speeds if K.ndim > 2 else None, n_link=link, extrapolate="hold", mxx=mxx, myy=myy,
         )  # fmt: skip
 
     @cached_property
