@@ -27,6 +27,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import groupby, pairwise
+from math import isclose
 from typing import ClassVar
 
 import numpy as np
@@ -43,8 +45,9 @@ Matrix = NDArray[np.float64]
 class DofLayout:
     """Places of the degrees of freedom.
 
-    `internal` maps an element to the first of its internal ones, `pedestals` a node behind the shaft to its x; `axes`
-    (ndof,) is 0, 1, 2, 3 for x, y, alpha, beta and likewise for internal ones; `free` are those nothing holds.
+    `internal` maps the place of an element to the first of its internal ones, `pedestals` a node behind the shaft to
+    its x; `axes` (ndof,) is 0, 1, 2, 3 for x, y, alpha, beta and likewise for internal ones; `free` are those nothing
+    holds.
     """
 
     n_nodes: int
@@ -62,10 +65,10 @@ class DofLayout:
         """First degree of freedom of a node or pedestal."""
         return self.pedestals[node] if node in self.pedestals else 4 * node
 
-    def element(self, number: int) -> NDArray[np.intp]:
-        """Degrees of freedom (8,) or (12,) of a shaft element."""
-        own = np.arange(4 * number, 4 * number + 8)
-        first = self.internal.get(number)
+    def element(self, place: int, node: int) -> NDArray[np.intp]:
+        """Degrees of freedom (8,) or (12,) of a shaft element by its place in the list and its left node."""
+        own = np.arange(4 * node, 4 * node + 8)
+        first = self.internal.get(place)
         return own if first is None else np.concatenate([own, np.arange(first, first + 4)])
 
     def labels(self) -> list[str]:
@@ -77,7 +80,10 @@ class DofLayout:
 
 @dataclass(frozen=True, eq=False)
 class Parts:
-    """Assembled matrices (ndof, ndof) of shaft and masses, and what the bearings add where they are constant."""
+    """Assembled matrices (ndof, ndof) of shaft and masses, and what the bearings add where they are constant.
+
+    M holds the bearings' masses too, `M_bearings` them alone: they move with the shaft and have no weight.
+    """
 
     M: Matrix
     G: Matrix
@@ -91,6 +97,7 @@ class Parts:
     """Circulatory stiffness of hysteretic material that the shaft overtakes."""
     K_bearings: Matrix
     C_bearings: Matrix
+    M_bearings: Matrix
 
 
 @dataclass(frozen=True)
@@ -117,13 +124,18 @@ class AssembledRotor:
 
     @property
     def n_nodes(self) -> int:
-        """Number of nodes of the shaft: one more than there are elements."""
-        return len(self.shaft_elements) + 1
+        """Number of nodes of the shaft: one more than there are spans."""
+        return len(self.spans) + 1
+
+    @cached_property
+    def spans(self) -> tuple[tuple[ShaftElement, ...], ...]:
+        """Elements of each span from left to right, its layers."""
+        return tuple(tuple(layers) for _, layers in groupby(self.shaft_elements, key=lambda element: element.n))
 
     @property
     def nodes_pos(self) -> NDArray[np.float64]:
         """Positions of the shaft's nodes along z (n_nodes,) [m]; node 0 at 0."""
-        return np.concatenate([[0.0], np.cumsum([element.L for element in self.shaft_elements])])
+        return np.concatenate([[0.0], np.cumsum([layers[0].L for layers in self.spans])])
 
     @property
     def mass(self) -> float:
@@ -202,19 +214,33 @@ def hysteretic_shares(speed: float, whirl: float | None) -> tuple[float, float]:
 
 
 def _numbered(shaft: tuple[ShaftElement, ...]) -> tuple[ShaftElement, ...]:
-    """The elements in order of their numbers; without numbers, in the order given."""
+    """The elements in order of their numbers, layers of a span side by side; without numbers, in the order given."""
     if not shaft:
         raise ShaftError("rotor: the shaft has no elements; give at least one ShaftElement.")
     numbers = [element.n for element in shaft]
     if all(n is None for n in numbers):
         return tuple(replace(element, n=n) for n, element in enumerate(shaft))
-    given = sorted(n for n in numbers if n is not None)
-    if given != list(range(len(shaft))):
+    given = {n for n in numbers if n is not None}
+    if None in numbers or given != set(range(len(given))):
         raise ShaftError(
-            f"rotor: the shaft elements are numbered {numbers}, but {len(shaft)} elements need each of the "
-            f"numbers 0 to {len(shaft) - 1} once; correct them, or leave all of them out to number by order."
+            f"rotor: the shaft elements are numbered {numbers}, but spans are numbered from 0 without a gap; correct "
+            "them, or leave all of them out to number by order."
         )
+    ordered = sorted(shaft, key=lambda element: (element.n or 0, element.idl))
+    for inner, outer in pairwise(ordered):
+        if inner.n == outer.n:
+            _check_layers(inner, outer)
     return tuple(sorted(shaft, key=lambda element: element.n or 0))
+
+
+def _check_layers(inner: ShaftElement, outer: ShaftElement) -> None:
+    """Raise ShaftError unless two layers of a span are as long as each other and one lies around the other."""
+    where = f"rotor: layers of span {inner.n}"
+    if not isclose(inner.L, outer.L, rel_tol=1e-9):
+        raise ShaftError(f"{where} are {inner.L:g} m and {outer.L:g} m long; make them equal.")
+    for inside, outside in ((inner.odl, outer.idl), (inner.odr, outer.idr)):
+        if outside < inside * (1 - 1e-9):
+            raise ShaftError(f"{where} overlap: a bore of {outside:g} m around {inside:g} m; correct one.")
 
 
 def _check(rotor: AssembledRotor) -> None:
@@ -263,7 +289,8 @@ def assemble(rotor: AssembledRotor, layout: DofLayout) -> Parts:
     def shaft(matrix: Callable[[ShaftElement], Matrix], used: bool = True) -> Matrix:
         full = np.zeros((layout.ndof, layout.ndof))
         for number, element in enumerate(rotor.shaft_elements if used else ()):
-            dofs = layout.element(number)
+            assert element.n is not None
+            dofs = layout.element(number, element.n)
             full[np.ix_(dofs, dofs)] += matrix(element)
         return full
 
@@ -276,6 +303,12 @@ def assemble(rotor: AssembledRotor, layout: DofLayout) -> Parts:
         first = layout.place(point.n)
         M[first, first] += point.mx
         M[first + 1, first + 1] += point.my
+    M_b = np.zeros_like(M)
+    for bearing in rotor.bearing_elements:
+        if bearing.mxx or bearing.myy:
+            _add(layout, M_b, bearing, np.diag([bearing.mxx, bearing.myy]))
+    if M_b.any():
+        M += M_b
     damped = _mass_damping(rotor, layout)
     every = rotor.shaft_elements
     N = shaft(lambda e: e.eta_v * elements.circulatory_matrix(e), any(e.eta_v for e in every))
@@ -288,7 +321,7 @@ def assemble(rotor: AssembledRotor, layout: DofLayout) -> Parts:
     for bearing in constant:
         _add(layout, K_b, bearing, bearing.stiffness)
         _add(layout, C_b, bearing, bearing.damping)
-    return Parts(M, G, shaft(_stiffness), C, N, H, N_h, K_b, C_b)
+    return Parts(M, G, shaft(_stiffness), C, N, H, N_h, K_b, C_b, M_b)
 
 
 def _mass_damping(rotor: AssembledRotor, layout: DofLayout) -> Matrix | None:
@@ -450,7 +483,7 @@ def modal_reduction(
         modal_damping = _shaft_damping(rotor, springs, n_modes, damping_ratio, M, Phi)
     shifts = rigid_motions(rotor)[:, :2].T
     C, G = Phi.T @ C @ Phi + modal_damping, Phi.T @ G @ Phi
-    return ReducedRotor(Phi, Phi.T @ K @ Phi, C, G, omega, shifts @ M @ Phi, modal_damping)
+    return ReducedRotor(Phi, Phi.T @ K @ Phi, C, G, omega, shifts @ (M - rotor.parts.M_bearings) @ Phi, modal_damping)
 
 
 def _shaft_damping(

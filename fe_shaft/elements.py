@@ -52,6 +52,7 @@ Cites: cowper_1966, friswell_2010, genta_2004, nelson_1976, nelson_1980, timoshe
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -191,18 +192,20 @@ def elastic_matrix(element: ShaftElement) -> Matrix:
     return _both_planes(_elastic(element))
 
 
-def deflection(element: ShaftElement, z: float) -> Matrix:
+def deflection(layers: Sequence[ShaftElement], z: float) -> Matrix:
     """Rows (2, 8) that give x, y [m] at z [m] from the left end from the ends' x, y [m], alpha, beta [rad].
 
-    By the static shapes, in which the element itself moves: a node put there and condensed out again.
+    By the static shapes, in which the span of one or more layers itself moves: a node put there and condensed out
+    again.
     """
-    outer = element.odl + (element.odr - element.odl) * z / element.L
-    inner = element.idl + (element.idr - element.idl) * z / element.L
-    left = replace(element, L=z, odr=outer, idr=inner, internal=False, axial_force=0.0)
-    right = replace(element, L=element.L - z, odl=outer, idl=inner, internal=False, axial_force=0.0)
     K = np.zeros((12, 12))
-    K[:8, :8] += stiffness_matrix(left)
-    K[4:, 4:] += stiffness_matrix(right)
+    for element in layers:
+        outer = element.odl + (element.odr - element.odl) * z / element.L
+        inner = element.idl + (element.idr - element.idl) * z / element.L
+        left = replace(element, L=z, odr=outer, idr=inner, internal=False, axial_force=0.0)
+        right = replace(element, L=element.L - z, odl=outer, idl=inner, internal=False, axial_force=0.0)
+        K[:8, :8] += stiffness_matrix(left)
+        K[4:, 4:] += stiffness_matrix(right)
     ends = [0, 1, 2, 3, 8, 9, 10, 11]
     return np.asarray(-np.linalg.solve(K[4:8, 4:8], K[4:8][:, ends])[:2])
 
@@ -247,8 +250,14 @@ def circulatory_matrix(element: ShaftElement) -> Matrix:
 
 
 def disk_mass_matrix(disk: DiskElement) -> Matrix:
-    """Mass (4, 4) [kg, kg m2] of a rigid disc."""
-    return np.diag([disk.m, disk.m, disk.Id, disk.Id]).astype(float)
+    """Mass (4, 4) [kg, kg m, kg m2] of a rigid disc, whose centre of gravity moves by x + a beta, y - a alpha."""
+    M = np.diag([disk.m, disk.m, disk.Id, disk.Id]).astype(float)
+    if disk.offset:
+        first = disk.m * disk.offset
+        M[[2, 3], [2, 3]] += first * disk.offset
+        M[0, 3] = M[3, 0] = first
+        M[1, 2] = M[2, 1] = -first
+    return M
 
 
 def disk_gyroscopic_matrix(disk: DiskElement) -> Matrix:
@@ -260,6 +269,8 @@ def disk_gyroscopic_matrix(disk: DiskElement) -> Matrix:
 
 def _elastic(element: ShaftElement) -> Matrix:
     cut, shape = _parts(element)
+    if not element.stiff:
+        return np.zeros((size(element) // 2, size(element) // 2))
     stiff = np.zeros_like(cut.EI)
     np.divide(1.0, cut.shear_flexibility, out=stiff, where=cut.shear_flexibility > 0)
     return element.L * (_gram(shape.curvature, cut.EI) + _gram(shape.shear, stiff))

@@ -96,7 +96,7 @@ def weight(rotor: AssembledRotor, gravity: float = GRAVITY) -> NDArray[np.float6
     """Force (ndof,) [N, N m] of the weight of every mass, `gravity` [m/s2] along -y."""
     down = np.where(rotor.layout.axes == 1, -gravity, 0.0)
     down[4 * rotor.n_nodes : 4 * (rotor.n_nodes + len(rotor.layout.internal))] = 0.0
-    return np.asarray(rotor.parts.M @ down)
+    return np.asarray((rotor.parts.M - rotor.parts.M_bearings) @ down)
 
 
 def _reaction(rotor: AssembledRotor, bearing, q: NDArray[np.float64]) -> NDArray[np.float64]:  # type: ignore[no-untyped-def]

@@ -11,7 +11,7 @@ Source: Friswell et al. (2010), chapter 5.
 Rotors of the open-source code ROSS are converted from and to, without importing it. Both codes have x, y, alpha, beta
 at a node with the same signs. Up to version 2, tables of ROSS stand over `frequency`, the speed of the shaft; from
 version 3 over `speed` and whirl `frequency`. What has a counterpart is carried: damping alpha M + beta K of the whole
-rotor goes to each element, masses of a bearing to point masses. What changes the lateral motion and has none is refused
+rotor goes to each element. What changes the lateral motion and has none is refused
 with its name; everything else that a rotor of ROSS holds is named in a warning.
 
 Cites: friswell_2010.
@@ -69,7 +69,7 @@ def parts_from_ross(rotor: Any) -> Parts:
     ------
     ShaftError
         If the object lacks an attribute that a ROSS rotor has, or holds what changes its lateral motion and has no
-        counterpart: modal damping, masses that a table or a link carries, couplings, motors, several shafts.
+        counterpart: modal damping, masses of bearings that couple x with y or change, couplings, motors, several shafts.
 
     Warns
     -----
@@ -84,8 +84,8 @@ def parts_from_ross(rotor: Any) -> Parts:
         whole.read("default_damping_ratio", 0.0)  # of the modes beyond those of modal_damping_ratio
         shaft = [_shaft(one, left) for one in whole.read("shaft_elements")]
         discs = [_disc(one, left) for one in whole.read("disk_elements")]
-        bearings, carried = _bearings(whole.read("bearing_elements"), left)
-        points = [_point(one, left) for one in whole.read("point_mass_elements")] + carried
+        bearings = _bearings(whole.read("bearing_elements"), left)
+        points = [_point(one, left) for one in whole.read("point_mass_elements")]
         alpha, beta = (float(whole.read(name, 0.0) or 0.0) for name in ("alpha", "beta"))
     except AttributeError as error:
         raise ShaftError(f"from_ross: {error}; give a rotor of ROSS.") from error
@@ -115,11 +115,11 @@ def as_ross_rotor(rotor: AssembledRotor, module: Any) -> Any:
 
     shaft = [
         module.ShaftElement(
-            L=e.L, idl=e.idl, odl=e.odl, idr=e.idr, odr=e.odr, material=material(e.material), n=n,
+            L=e.L, idl=e.idl, odl=e.odl, idr=e.idr, odr=e.odr, material=material(e.material), n=e.n,
             axial_force=e.axial_force, torque=e.torque, alpha=e.alpha, beta=e.beta,
             **{name: getattr(e, name) for name in _SWITCHES},
         )
-        for n, e in enumerate(rotor.shaft_elements)
+        for e in rotor.shaft_elements
     ]  # fmt: skip
     discs = [module.DiskElement(n=d.n, m=d.m, Id=d.Id, Ip=d.Ip) for d in rotor.disk_elements]
     bearings = [
@@ -140,6 +140,7 @@ def _axes(bearing: BearingElement, two: bool) -> dict[str, Any]:
 def _table(bearing: BearingElement) -> dict[str, Any]:
     ones = np.ones([len(axis) for axis in bearing.axes] or 1)
     values = {name: getattr(bearing, name) * ones for name in _COEFFICIENTS}
+    values |= {name: getattr(bearing, name) * ones for name in _MASSES if getattr(bearing, name)}
     return values if not bearing.constant else {name: float(value[0]) for name, value in values.items()}
 
 
@@ -203,19 +204,16 @@ def _point(element: Any, left: Leftovers) -> PointMass:
     return found
 
 
-def _bearings(elements: Sequence[Any], left: Leftovers) -> tuple[list[BearingElement], list[PointMass]]:
-    """Bearings, and the point masses that their masses are."""
-    bearings, points = [], []
+def _bearings(elements: Sequence[Any], left: Leftovers) -> list[BearingElement]:
+    bearings = []
     for element in elements:
         one = Foreign(element, f"bearing at node {getattr(element, 'n', '?')}")
         bearings.append(_bearing(one, left))
-        if (mass := _mass(one)) is not None:
-            points.append(mass)
         for name in _AXIAL:
             if np.any(axial := _values(one.read(name, 0.0))):
                 left.add(one.what, f"{name} = {_short(axial)} acts along the shaft alone and is left out")
         left.unread(one, _DERIVED["bearing"])
-    return bearings, points
+    return bearings
 
 
 def _bearing(one: Foreign, left: Leftovers) -> BearingElement:
@@ -232,7 +230,9 @@ def _bearing(one: Foreign, left: Leftovers) -> BearingElement:
     elif many:
         left.add(one.what, "its table ends with the last entry here, while ROSS extrapolates it")
     link = one.read("n_link", None)
-    return BearingElement(n=int(one.read("n")), n_link=None if link is None else int(link), **shaped, **many)
+    return BearingElement(
+        n=int(one.read("n")), n_link=None if link is None else int(link), **shaped, **many, **_masses(one)
+    )
 
 
 def _ross_axes(one: Foreign) -> dict[str, Any]:
@@ -244,11 +244,8 @@ def _ross_axes(one: Foreign) -> dict[str, Any]:
     return {"frequency": speed, "whirl_frequency": frequency}
 
 
-def _mass(one: Foreign) -> PointMass | None:
-    """Point mass of a bearing's mass terms; None where they are 0.
-
-    Raises ShaftError if they couple x with y, change over the table or act between two nodes.
-    """
+def _masses(one: Foreign) -> dict[str, float]:
+    """Mass terms of a bearing; raises ShaftError if they couple x with y or change over the table."""
     masses = {name: _values(one.read(name, 0.0)) for name in (*_MASSES, *_CROSS_MASSES)}
     there = {name: value for name, value in masses.items() if np.any(value)}
     for name, value in there.items():
@@ -257,15 +254,12 @@ def _mass(one: Foreign) -> PointMass | None:
             fault = "couples x with y"
         elif np.ptp(value):
             fault = "changes over its table"
-        elif one.value.n_link is not None:
-            fault = f"acts relative to node {one.value.n_link}"
         if fault:
             raise ShaftError(
                 f"from_ross: {one.what}: {name} = {_short(value)} kg {fault}, which has no counterpart; remove it or "
                 "give a PointMass."
             )
-    mx, my = (float(masses[name].flat[0]) for name in _MASSES)
-    return PointMass(int(one.value.n), mx=mx, my=my) if there else None
+    return {name: float(masses[name].flat[0]) for name in _MASSES}
 
 
 def _values(value: Any) -> Any:

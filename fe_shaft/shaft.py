@@ -141,7 +141,8 @@ class ShaftElement:
         The same at the right end [m]; default to the left end. Between the ends they are linear.
     material : Material
     n : int, optional
-        Number of the element, which is the number of its left node; by default its place in the rotor's list.
+        Number of the element, which is the number of its left node; by default its place in the rotor's list. Elements
+        of one number are layers of one span and share its nodes.
     shear_effects, rotary_inertia, gyroscopic : bool
         Switches of the three terms that a Timoshenko element has beyond an Euler element.
     axial_force : float
@@ -156,6 +157,8 @@ class ShaftElement:
         Hysteretic material damping in the turning frame, the loss factor of the shaft [1]; for answers in frequency.
     internal : bool
         Two internal coordinates in each plane (elements.py): error of fourth instead of second order.
+    stiff : bool
+        False for a layer that carries mass alone, such as a sleeve with a loose fit.
 
     Raises
     ------
@@ -186,6 +189,7 @@ class ShaftElement:
     eta_v: float = 0.0
     eta_h: float = 0.0
     internal: bool = False
+    stiff: bool = True
 
     def __post_init__(self) -> None:
         """Fill in the right end and refuse impossible shapes."""
@@ -228,6 +232,7 @@ class ShaftElement:
 class DiskElement:
     """Rigid disc on node `n`: mass `m` [kg], diametral and polar moments of inertia `Id`, `Ip` [kg m2].
 
+    Its centre of gravity, to which `Id` belongs, stands at `offset` [m] from the node along z, on a rigid arm.
     `alpha` damps it at rest as that of a shaft element does: C = alpha M [1/s].
 
     Examples
@@ -242,9 +247,11 @@ class DiskElement:
     Id: float
     Ip: float
     alpha: float = 0.0
+    offset: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse negative inertia."""
+        finite(f"disc at node {self.n}", offset=self.offset)
         if not (min(self.m, self.Id, self.Ip) >= 0 and isfinite(self.m + self.Id + self.Ip)):
             raise ShaftError(
                 f"disc at node {self.n}: m = {self.m:g} kg, Id = {self.Id:g}, Ip = {self.Ip:g} kg m2; "
@@ -326,6 +333,8 @@ class BearingElement:
         which moves in x and y and needs a PointMass and a bearing of its own.
     extrapolate : {'error', 'hold'}
         What to do outside a table.
+    mxx, myy : float
+        Mass that moves with the shaft against the ground or `n_link` [kg], as gas or oil in a seal does; no weight.
 
     Raises
     ------
@@ -352,6 +361,8 @@ class BearingElement:
     whirl_frequency: ArrayLike | None = None
     n_link: int | None = None
     extrapolate: str = "error"
+    mxx: float = 0.0
+    myy: float = 0.0
 
     def __post_init__(self) -> None:
         """Make the bearing isotropic where the y direction is not given; check the tables."""
@@ -364,6 +375,8 @@ class BearingElement:
                 object.__setattr__(self, axis, _from_rest(f"{owner}: {axis} [rad/s]", getattr(self, axis)))
         if self.extrapolate not in ("error", HOLD):
             raise ShaftError(f"{owner}: extrapolate = {self.extrapolate!r}; choose 'error' or 'hold'.")
+        finite(owner, mxx=self.mxx, myy=self.myy)
+        not_negative(owner, mxx=self.mxx, myy=self.myy)
         for name in _NAMES:
             object.__setattr__(self, name, self._checked(name, owner))
 

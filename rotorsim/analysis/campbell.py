@@ -351,8 +351,12 @@ def critical_speed_map(
     5
     """
     mesh = plant.assembly.mesh
-    held = [BearingElement(mesh.node(b.position), 1.0, 0.0) for b in plant.machine.bearings]
-    rotor = Rotor(mesh.constant.shaft_elements, mesh.constant.disk_elements, held)
+    held = [
+        BearingElement(mesh.node(b.position), 1.0, 0.0, mxx=b.masses[0], myy=b.masses[1])
+        for b in plant.machine.bearings
+    ]
+    masses = [m for m in mesh.constant.point_mass_elements if m.n < mesh.constant.n_nodes]
+    rotor = Rotor(mesh.constant.shaft_elements, mesh.constant.disk_elements, held, masses)
     found = rotor.run_ucs(stiffness, points, modes).dataset()
     return found.assign_attrs(plant.provenance() | {"kind": "critical_speed_map"})
 

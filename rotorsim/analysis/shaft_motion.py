@@ -104,10 +104,10 @@ def mode_shapes(plant: Plant, speed: float, pressure: float) -> xr.Dataset:
 def outline(plant: Plant) -> dict[str, Any]:
     """Radius [m] of the element to the right of each node, at the last one left; node and radius of the discs."""
     mesh, discs = plant.assembly.mesh, [d for d in plant.machine.discs if d.mass > 0]
-    radii = [0.5 * e.odl for e in mesh.rotor.shaft_elements]
+    radii = [0.5 * layers[-1].odl for layers in mesh.rotor.spans]
     return {
         "radius": ("node", np.array([*radii, radii[-1]]), {"units": "m", "long_name": "radius of the shaft"}),
-        "disc_node": ("disc", [mesh.node(d.position) for d in discs], {"long_name": "node of the disc"}),
+        "disc_node": ("disc", [mesh.node(d.seated) for d in discs], {"long_name": "node of the disc"}),
         "disc_radius": ("disc", [(2 * d.polar_inertia / d.mass) ** 0.5 for d in discs], {"units": "m"}),
     }
 
@@ -310,7 +310,7 @@ def measuring_places(plant: Plant) -> dict[str, float]:
     """Positions [m] at which the response is read, by name."""
     machine = plant.machine
     found = {"measuring plane": plant.assembly.mesh.probe}
-    found |= {f"disc {k}": disc.position for k, disc in enumerate(machine.discs)}
+    found |= {name: disc.position for name, disc in zip(machine.disc_names, machine.discs, strict=True)}
     found |= {f"bearing {b.name or k}": b.position for k, b in enumerate(machine.bearings)}
     return found | {p.name: p.position for p in machine.probes if isinstance(p, ShaftProbe)}
 

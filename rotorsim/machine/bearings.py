@@ -1,6 +1,6 @@
 """Machine-file parts of bearings without a film: springs and dampers, constant or as tables over the speed, housings.
 
-A bearing acts on the shaft by -K x - C v, with x its displacement against the housing where the bearing has a
+A bearing acts on the shaft by -K x - C v - M a, with x its displacement against the housing where the bearing has a
 `support`, else against the ground; a housing is a mass on springs and dampers of its own.
 
 Cites: friswell_2010.
@@ -100,6 +100,11 @@ class BearingPart(Part):
         return None
 
     @property
+    def masses(self) -> tuple[float, float]:
+        """Mass terms in x and y [kg]."""
+        return 0.0, 0.0
+
+    @property
     def spring(self) -> float | None:
         """Isotropic stiffness [N/m] that stands for it where the rotor's modes are chosen; None for constant ones."""
         return None
@@ -110,7 +115,23 @@ class BearingPart(Part):
         return self.position, self.position
 
 
-class LinearBearing(BearingCoefficients, BearingPart):
+class BearingMass(BearingPart):
+    """Mass terms of a bearing or seal, the same at every speed: they have no weight."""
+
+    mxx: float | None = quantity(
+        "kg", "Mass of oil, gas or a ring that moves with the shaft against the housing, in x; it has no weight.", None,
+        low=0, high=1e6, example=2.0,
+    )  # fmt: skip
+    myy: float | None = quantity("kg", "The same in y; as in x when not given.", None, low=0, high=1e6, example=2.0)
+
+    @property
+    def masses(self) -> tuple[float, float]:
+        """Mass terms in x and y [kg]."""
+        mxx = self.mxx or 0.0
+        return mxx, mxx if self.myy is None else self.myy
+
+
+class LinearBearing(BearingCoefficients, BearingMass):
     """A spring and damper on the shaft.
 
     Examples
@@ -142,7 +163,7 @@ class Point(BearingCoefficients):
     speed: float = quantity("rad/s", "Speed of the shaft.", low=0, high=1e6, example=314.0)
 
 
-class TableBearing(BearingPart):
+class TableBearing(BearingMass):
     """A bearing whose stiffness and damping are a table over the speed, linear in between.
 
     Below its first speed and above its last one the values there hold. It is the table of a shaft that turns from x to

@@ -52,6 +52,7 @@ def further(machine: MachineTables) -> Iterator[Problems]:
     yield _on_shaft(machine)
     yield _bearings_apart(machine)
     yield _bearing_names(machine)
+    yield _disc_names(machine)
     for check in (_floor, _thin, _reach, _offsets, _one_law):
         yield check(machine)
     yield _gains(machine)
@@ -65,7 +66,7 @@ def further(machine: MachineTables) -> Iterator[Problems]:
 
 def _positions(machine: MachineTables) -> Iterator[tuple[str, float]]:
     """Paths and coordinates of everything that has a place on the shaft."""
-    named: list[tuple[str, Any]] = [(f"discs.{i}", disc) for i, disc in enumerate(machine.discs)]
+    named: list[tuple[str, Any]] = [(f"point_masses.{i}", mass) for i, mass in enumerate(machine.point_masses)]
     named += [(f"bearings.{i}", bearing) for i, bearing in enumerate(machine.bearings)]
     named += [("probe", machine.probe)] if machine.probe else []
     named += [(f"probes.{i}", probe) for i, probe in enumerate(machine.probes)]
@@ -79,9 +80,24 @@ def _on_shaft(machine: MachineTables) -> Problems:
     start, end = machine.shaft.start, machine.shaft.end
     slack = 1e-9 * machine.shaft.length
     reach = f"{show(start, 'm')} to {show(float(f'{end:.9g}'), 'm')}"
+    arms = [getattr(disc, "position", None) for disc in machine.discs if getattr(disc, "seat", None) is not None]
     for path, z in _positions(machine):
-        if not start - slack <= z <= end + slack:
+        if not start - slack <= z <= end + slack and z not in arms:
             yield path, f"'{show(z, 'm')}' is outside the shaft ({reach}); move it or lengthen the shaft"
+    for i, disc in enumerate(machine.discs):
+        name = "position" if getattr(disc, "seat", None) is None else "seat"
+        z = getattr(disc, name, start)
+        if not start - slack <= z <= end + slack:
+            way = "move it, lengthen the shaft" + (" or give the disc a seat on it" if name == "position" else "")
+            yield f"discs.{i}.{name}", f"'{show(z, 'm')}' is outside the shaft ({reach}); {way}"
+
+
+def _disc_names(machine: MachineTables) -> Problems:
+    """Every disc with a name has its own."""
+    names = [getattr(disc, "name", None) for disc in machine.discs]
+    for i, name in enumerate(names):
+        if name is not None and name in names[:i]:
+            yield f"discs.{i}.name", f"'{name}' is the name of discs.{names.index(name)} too; give each its own"
 
 
 def _bearings_apart(machine: MachineTables) -> Problems:

@@ -112,7 +112,8 @@ FASTEST = 1000.0
 
 def largest_radius(machine: Machine) -> tuple[str, float]:
     """Path and outer radius [m] of the part of the rotor that reaches furthest; a disc counts as uniform: m R^2 / 2."""
-    radii = {f"shaft.sections.{i}": s.outer_diameter / 2 for i, s in enumerate(machine.shaft.sections)}
+    radii = {f"shaft.sections.{i}": max(s.outer) / 2 for i, s in enumerate(machine.shaft.sections)}
+    radii |= {f"shaft.layers.{i}": max(layer.outer) / 2 for i, layer in enumerate(machine.shaft.layers)}
     radii |= {f"discs.{i}": sqrt(2 * disc.polar_inertia / disc.mass) for i, disc in enumerate(machine.discs)}
     return max(radii.items(), key=lambda item: item[1])
 

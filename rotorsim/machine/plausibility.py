@@ -21,6 +21,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.resources import files
+from itertools import pairwise
 from math import log, sqrt
 from typing import TYPE_CHECKING, Any
 
@@ -29,7 +30,7 @@ from rotorsim.base.units import advised, dimension, parse, show, split
 from rotorsim.machine.file_text import entries
 from rotorsim.machine.gas_film import GasFilm
 from rotorsim.machine.part import Part
-from rotorsim.machine.rotor import Section, ShaftProbe
+from rotorsim.machine.rotor import ShaftProbe
 
 if TYPE_CHECKING:
     from rotorsim.machine.tables import MachineTables
@@ -160,6 +161,7 @@ DEEP = 20
 def implausible(machine: MachineTables) -> Questions:
     """Paths of values that do not fit the rest of a machine, and the sentences about them."""
     yield from _inertias(machine)
+    yield from _loose_layers(machine)
     yield from _journals(machine)
     yield from _sleeves(machine)
     yield from _inside(machine)
@@ -182,7 +184,7 @@ def _inertias(machine: MachineTables) -> Questions:
                 f"more than the shaft is long, {show(_short(length), 'm')}; check it and the mass",
             )
         radius = sqrt(2 * disc.polar_inertia / disc.mass)
-        shaft = max((s.outer_diameter / 2 for s in _sections(machine, disc.position, disc.position)), default=0.0)
+        shaft = machine.shaft.outer_diameter(disc.position) / 2
         if 0 < radius < shaft * (1 - ALIKE):
             yield (
                 f"discs.{i}.polar_inertia",
@@ -191,15 +193,39 @@ def _inertias(machine: MachineTables) -> Questions:
             )
 
 
+def _loose_layers(machine: MachineTables) -> Questions:
+    """Layers whose bore is wider than the shaft under it, and arms longer than the shaft."""
+    shaft = machine.shaft
+    for i, layer in enumerate(shaft.layers):
+        others = [*shaft.placed, *((one.position, one) for one in shaft.layers if one is not layer)]
+        z = layer.position + layer.length / 2
+        bore, outer = layer.diameters(layer.length / 2)
+        reach = [piece.diameters(z - at)[1] for at, piece in others if at <= z <= at + piece.length]
+        under = max((one for one in reach if one < outer), default=0.0)
+        if bore > under * (1 + ALIKE):
+            yield (
+                f"shaft.layers.{i}.inner_diameter",
+                f"'{show(_short(bore), 'm')}' leaves a gap to the '{show(_short(under), 'm')}' under it; check both",
+            )
+    for i, disc in enumerate(machine.discs):
+        if abs(disc.arm) > shaft.length:
+            yield f"discs.{i}.seat", f"an arm of '{show(_short(disc.arm), 'm')}' is longer than the shaft; check it"
+
+
 def _journals(machine: MachineTables) -> Questions:
     for path, film in films_of(machine):
-        start, end = film.position - film.length / 2, film.position + film.length / 2
-        for section in _sections(machine, start, end):
-            if abs(section.outer_diameter - film.diameter) > ALIKE * film.diameter:
-                own, under = show(film.diameter, "m"), show(section.outer_diameter, "m")
+        for under in _diameters(machine, film.position - film.length / 2, film.position + film.length / 2):
+            own, found = show(film.diameter, "m"), show(_short(under), "m")
+            if abs(under - film.diameter) > ALIKE * film.diameter:
                 yield (
                     f"{path}.diameter",
-                    f"'{own}' is not the diameter of the shaft in the bearing, '{under}'; check both",
+                    f"'{own}' is not the diameter of the shaft in the bearing, '{found}'; check both",
+                )
+                break
+            if under > film.diameter + 2 * film.clearance:
+                yield (
+                    f"{path}.diameter",
+                    f"'{own}' and the clearance leave no room for the shaft, '{found}'; check both",
                 )
                 break
 
@@ -249,17 +275,18 @@ def films_of(machine: MachineTables) -> Iterator[tuple[str, GasFilm]]:
         yield f"bearings.{i}", film
 
 
-def _sections(machine: MachineTables, start: float, end: float) -> Iterator[Section]:
-    """Sections of the shaft that two coordinates touch with more than rounding."""
-    z, slack = machine.shaft.start, 1e-9 * machine.shaft.length
-    for section in machine.shaft.sections:
-        if (
-            z < end + slack
-            and z + section.length > start - slack
-            and (start == end or min(z + section.length, end) - max(z, start) > 1e-3 * (end - start))
-        ):
-            yield section
-        z += section.length
+def _diameters(machine: MachineTables, start: float, end: float) -> Iterator[float]:
+    """Diameters [m] over the layers in the middle and at the ends of every piece of the shaft between two coordinates.
+
+    A piece that takes a thousandth of the range is left out.
+    """
+    shaft = machine.shaft
+    marks = [z for at, section in shaft.placed for z in (at, at + section.length)]
+    marks += [z for layer in shaft.layers for z in (layer.position, layer.end)]
+    inner = sorted({start, end, *(z for z in marks if start < z < end)})
+    for a, b in pairwise(inner):
+        if b - a > 1e-3 * (end - start):
+            yield from (shaft.outer_diameter(a + share * (b - a)) for share in (1e-6, 0.5, 1 - 1e-6))
 
 
 def _short(value: float) -> float:

@@ -18,6 +18,7 @@ with [effects.base_vibration].
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import accumulate
 from math import pi
 from re import ASCII, fullmatch
 from typing import Annotated, Any, ClassVar, Literal
@@ -46,28 +47,121 @@ class ShaftMaterial(Part):
     poisson_ratio: float = number("1", "Poisson's ratio.", above=-1, high=0.5, example=0.3)
 
 
-class Section(Part):
-    """A cylindrical piece of the shaft; sections follow each other from the left end.
+class ShaftPiece(Part):
+    """A cylinder, tube or cone; from the left end to the right one its diameters are linear."""
+
+    length: float = number("m", "Length of the piece.", above=0, high=100, example=0.6)
+    outer_diameter: float = number(
+        "m", "Outer diameter, at the left end where the right one differs.", above=0, high=10, example=0.02
+    )
+    inner_diameter: float = number(
+        "m", "Diameter of the bore, at the left end where the right one differs; 0 is solid.", 0.0, low=0, high=10,
+        example=0.01,
+    )  # fmt: skip
+    outer_diameter_right: float | None = number(
+        "m", "Outer diameter at the right end; as at the left one when not given.", None, above=0, high=10, example=0.03
+    )
+    inner_diameter_right: float | None = number(
+        "m", "Diameter of the bore at the right end; as at the left one when not given.", None, low=0, high=10,
+        example=0.01,
+    )  # fmt: skip
+    material: ShaftMaterial | None = Field(None, description="Its material; that of the shaft when not given.")
+
+    @property
+    def outer(self) -> tuple[float, float]:
+        """Outer diameters [m] at the left and the right end."""
+        right = self.outer_diameter_right
+        return self.outer_diameter, self.outer_diameter if right is None else right
+
+    @property
+    def inner(self) -> tuple[float, float]:
+        """Diameters of the bore [m] at the left and the right end."""
+        right = self.inner_diameter_right
+        return self.inner_diameter, self.inner_diameter if right is None else right
+
+    def diameters(self, s: float) -> tuple[float, float]:
+        """Inner and outer diameter [m] at s [m] from the left end; those of the end where s lies beyond."""
+        share = min(max(s / self.length, 0.0), 1.0)
+        (inner, inner_right), (outer, outer_right) = self.inner, self.outer
+        return inner + share * (inner_right - inner), outer + share * (outer_right - outer)
+
+    @property
+    def volume(self) -> float:
+        """Volume [m3]."""
+        (inner, inner_right), (outer, outer_right) = self.inner, self.outer
+        if (inner, outer) == (inner_right, outer_right):
+            return pi / 4 * (outer**2 - inner**2) * self.length
+        return pi / 4 * self.length * (_mean_power(outer, outer_right, 2) - _mean_power(inner, inner_right, 2))
+
+    def polar_inertia(self, density: float) -> float:
+        """Moment of inertia about the axis [kg m2] at a density [kg/m3]."""
+        (inner, inner_right), (outer, outer_right) = self.inner, self.outer
+        if (inner, outer) == (inner_right, outer_right):
+            return pi / 32 * density * self.length * (outer**4 - inner**4)
+        return (
+            pi / 32 * density * self.length * (_mean_power(outer, outer_right, 4) - _mean_power(inner, inner_right, 4))
+        )
+
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """The bore is within."""
+        ends = zip(self.inner, self.outer, ("", "_right"), strict=True)
+        for inner, outer, end in ends:
+            if inner >= outer:
+                bore, limit = show(inner, "m"), show(outer, "m")
+                where = end if getattr(self, f"inner_diameter{end}") is not None else ""
+                yield (
+                    f"inner_diameter{where}",
+                    f"'{bore}' is not below outer_diameter{end} '{limit}'; make the bore smaller",
+                )
+                return
+
+
+def _mean_power(left: float, right: float, power: int) -> float:
+    """Mean of a power of a diameter that is linear between its ends."""
+    return sum(left**k * right ** (power - k) for k in range(power + 1)) / (power + 1)
+
+
+class Section(ShaftPiece):
+    """A piece of the shaft; sections follow each other from the left end.
 
     Examples
     --------
     >>> import rotorsim as rs
-    >>> rs.machine.Section(length="200 mm", outer_diameter="20 mm").length
-    0.2
+    >>> rs.machine.Section(length="200 mm", outer_diameter="20 mm", outer_diameter_right="30 mm").outer
+    (0.02, 0.03)
     """
 
-    length: float = number("m", "Length of the piece.", above=0, high=100, example=0.6)
-    outer_diameter: float = number("m", "Outer diameter.", above=0, high=10, example=0.02)
-    inner_diameter: float = number("m", "Diameter of the bore; 0 is solid.", 0.0, low=0, high=10, example=0.01)
     axial_force: float | None = number(
         "N", "Axial force in the piece, as of a thrust bearing; a pull is positive and stiffens it.", None,
         low=-1e9, high=1e9, example=500.0)  # fmt: skip
 
-    def problems(self) -> Iterator[tuple[str, str]]:
-        """The bore is within."""
-        if self.inner_diameter >= self.outer_diameter:
-            bore, outer = show(self.inner_diameter, "m"), show(self.outer_diameter, "m")
-            yield "inner_diameter", f"'{bore}' is not below outer_diameter '{outer}'; make the bore smaller"
+
+class Layer(ShaftPiece):
+    """A ring around the shaft, such as a sleeve or magnets, over any part of its length.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> size = {"length": "40 mm", "inner_diameter": "20 mm", "outer_diameter": "26 mm"}
+    >>> rs.machine.Layer(position="80 mm", **size).end
+    0.12
+    """
+
+    name: str | None = Field(None, description="Name of the layer.")
+    position: float = number("m", "Coordinate z of its left end.", low=-100, high=100, example=0.1)
+    carries: Literal["mass and stiffness", "mass"] = Field(
+        "mass and stiffness", description="'mass' where it does not stiffen the shaft, as magnets and loose sleeves."
+    )
+
+    @property
+    def end(self) -> float:
+        """Coordinate of its right end [m]."""
+        return self.position + self.length
+
+    def overlap(self, start: float, end: float) -> tuple[float, float] | None:
+        """Coordinates [m] between which it covers a span of the shaft; None where it does not."""
+        left, right = max(self.position, start), min(self.end, end)
+        return (left, right) if right - left > 1e-6 * self.length else None
 
 
 class Shaft(Part):
@@ -85,6 +179,7 @@ class Shaft(Part):
     start: float = number("m", "Coordinate z of the left end.", 0.0, low=-100, high=100)
     material: ShaftMaterial = Field(description="What the shaft is made of.")
     sections: tuple[Section, ...] = Field(min_length=1, description="Pieces of the shaft, from left to right.")
+    layers: tuple[Layer, ...] = Field((), description="Rings around it: sleeves, magnets.")
     damping_ratio: float = number(
         "1", "Modal damping ratio of the shaft's own modes.", 0.0, low=0, high=0.5, example=0.01
     )
@@ -102,34 +197,122 @@ class Shaft(Part):
 
     @property
     def mass(self) -> float:
-        """Mass of all sections without discs [kg]."""
-        volume = sum(pi / 4 * (s.outer_diameter**2 - s.inner_diameter**2) * s.length for s in self.sections)
-        return self.material.density * volume
+        """Mass of all sections and layers without discs [kg]."""
+        plain = sum(piece.volume for piece in self.pieces if piece.material is None)
+        others = sum(piece.material.density * piece.volume for piece in self.pieces if piece.material is not None)
+        return self.material.density * plain + others
+
+    @property
+    def polar_inertia(self) -> float:
+        """Moment of inertia of all sections and layers about the axis [kg m2]."""
+        return sum(piece.polar_inertia((piece.material or self.material).density) for piece in self.pieces)
+
+    @property
+    def pieces(self) -> tuple[ShaftPiece, ...]:
+        """Sections and layers."""
+        return (*self.sections, *self.layers)
+
+    @property
+    def placed(self) -> tuple[tuple[float, Section], ...]:
+        """Coordinates [m] of the left ends of the sections, and themselves."""
+        starts = accumulate((s.length for s in self.sections[:-1]), initial=self.start)
+        return tuple(zip(starts, self.sections, strict=True))
+
+    def outer_diameter(self, z: float) -> float:
+        """Diameter [m] over the layers at z [m], the larger one at a step."""
+        slack = 1e-9 * self.length
+        pieces = [*self.placed, *((layer.position, layer) for layer in self.layers)]
+        found = [p.diameters(z - at)[1] for at, p in pieces if at - slack <= z <= at + p.length + slack]
+        return max(found, default=0.0)
 
     def problems(self) -> Iterator[tuple[str, str]]:
-        """The elements are not too many."""
+        """The elements are not too many, layers lie on the shaft and not in each other."""
         if self.length / self.max_element_length > MOST_ELEMENTS:
             longest, few = show(self.max_element_length, "m"), min(float(f"{self.length / 20:.2g}"), 10.0)
             yield "max_element_length", f"'{longest}' needs over 1000 elements; write e.g. '{show(few, 'm')}'"
+        for i, layer in enumerate(self.layers):
+            yield from _layer_problems(self, i, layer)
+
+
+def _layer_problems(shaft: Shaft, i: int, layer: Layer) -> Iterator[tuple[str, str]]:
+    """A layer ends on the shaft, lies around it and overlaps no layer before it."""
+    slack = 1e-9 * shaft.length
+    if not (shaft.start - slack <= layer.position and layer.end <= shaft.end + slack):
+        reach = f"{show(shaft.start, 'm')} to {show(_digits(shaft.end), 'm')}"
+        yield f"layers.{i}.length", f"'{show(layer.length, 'm')}' is beyond the shaft ({reach}); move or shorten it"
+    below: list[tuple[str, float, ShaftPiece]] = [(f"sections.{k}", *one) for k, one in enumerate(shaft.placed)]
+    below += [(f"layers.{k}", other.position, other) for k, other in enumerate(shaft.layers[:i])]
+    for name, at, piece in below:
+        rings = [
+            (piece.diameters(z - at), layer.diameters(z - layer.position))
+            for z in layer.overlap(at, at + piece.length) or ()
+        ]
+        inside = name.startswith("layers") and all(under[0] >= own[1] * (1 - 1e-9) for under, own in rings)
+        bad = [(own[0], under[1]) for under, own in rings if own[0] < under[1] * (1 - 1e-9)]
+        if bad and not inside:
+            bore, reach = (show(_digits(one), "m") for one in bad[0])
+            yield (
+                f"layers.{i}.inner_diameter",
+                f"'{bore}' is below the outer diameter '{reach}' of shaft.{name} there; layers do not overlap",
+            )
+            return
+
+
+def _digits(value: float) -> float:
+    return float(f"{value:.9g}")
 
 
 class Disc(Part):
-    """A rigid disc on the shaft.
+    """A rigid disc on the shaft: an impeller, a wheel, a coupling half.
+
+    Where its centre of gravity lies beside its seat, as that of an impeller beyond the end of the shaft, `position` is
+    that of the centre of gravity, and a rigid arm leads from the `seat` to it. The inertias are about the centre of
+    gravity.
 
     Examples
     --------
     >>> import rotorsim as rs
     >>> disc = {"mass": "1.5 kg", "polar_inertia": "4e-3 kg*m^2", "diametral_inertia": "2e-3 kg*m^2"}
-    >>> rs.machine.Disc(position="120 mm", **disc).position
-    0.12
+    >>> rs.machine.Disc(position="120 mm", seat="100 mm", **disc).arm
+    0.02
     """
 
-    position: float = number("m", "Coordinate z of the disc.", low=-100, high=100, example=0.3)
+    name: str | None = Field(None, description="Name of the disc.")
+    position: float = number("m", "Coordinate z of the disc's centre of gravity.", low=-100, high=100, example=0.3)
+    seat: float | None = number(
+        "m", "Coordinate z where it sits on the shaft; its position when not given.", None, low=-100, high=100,
+        example=0.28,
+    )  # fmt: skip
     mass: float = number("kg", "Mass.", above=0, high=1e6, example=1.5)
     polar_inertia: float = number(
         "kg*m^2", "Moment of inertia about the shaft's axis.", low=0, high=1e6, example=0.0037
     )
     diametral_inertia: float = number("kg*m^2", "Moment of inertia about a diameter.", low=0, high=1e6, example=0.0019)
+
+    @property
+    def seated(self) -> float:
+        """Coordinate z [m] where it sits on the shaft."""
+        return self.position if self.seat is None else self.seat
+
+    @property
+    def arm(self) -> float:
+        """Distance [m] of the centre of gravity from the seat, positive to the right."""
+        return _digits(self.position - self.seated)
+
+
+class PointMass(Part):
+    """A mass on the shaft without moments of inertia.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.PointMass(position="120 mm", mass="50 g").mass
+    0.05
+    """
+
+    name: str | None = Field(None, description="Name of the mass.")
+    position: float = number("m", "Coordinate z of the mass.", low=-100, high=100, example=0.3)
+    mass: float = number("kg", "Mass.", above=0, high=1e6, example=0.05)
 
 
 class Probe(Part):

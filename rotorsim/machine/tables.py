@@ -23,7 +23,7 @@ from rotorsim.machine.bearings import LinearBearing, TableBearing
 from rotorsim.machine.gas_film import Actuators, Gas, GasFilm, Injection, PinnedInjector
 from rotorsim.machine.numerics import Checked, Grid, Limits, Solver
 from rotorsim.machine.part import SI, Part, PartError, sentences, unknown_field
-from rotorsim.machine.rotor import AnyProbe, Disc, Drive, Probe, Shaft
+from rotorsim.machine.rotor import AnyProbe, Disc, Drive, PointMass, Probe, Shaft
 
 
 def _kind(bearing: Any) -> str | None:
@@ -46,6 +46,7 @@ class MachineTables(Part):
     description: str = Field("", description="A sentence about the machine.")
     shaft: Shaft = Field(description="The elastic shaft.")
     discs: tuple[Disc, ...] = Field((), description="Rigid discs on the shaft.")
+    point_masses: tuple[PointMass, ...] = Field((), description="Masses without moments of inertia on the shaft.")
     bearings: tuple[Bearing, ...] = Field(min_length=1, description="Bearings: gas films, linear ones, tables.")
     gas: Gas = Field(Gas(), description="The gas in film and injectors.")
     injection: Injection | None = Field(None, description="What all injectors have in common.")
@@ -75,6 +76,11 @@ class MachineTables(Part):
     def bearing_names(self) -> tuple[str, ...]:
         """Name of every bearing; 'bearing 0' and so on, as the machine file counts them, where it has none."""
         return tuple(b.name or f"bearing {i}" for i, b in enumerate(self.bearings))
+
+    @property
+    def disc_names(self) -> tuple[str, ...]:
+        """Name of every disc; 'disc 0' and so on, as the machine file counts them, where it has none."""
+        return tuple(d.name or f"disc {i}" for i, d in enumerate(self.discs))
 
     @property
     def film_names(self) -> tuple[str, ...]:
@@ -155,8 +161,8 @@ class MachineTables(Part):
 
     @property
     def mass(self) -> float:
-        """Mass of shaft and discs [kg]."""
-        return self.shaft.mass + sum(d.mass for d in self.discs)
+        """Mass of shaft, discs and point masses [kg]."""
+        return self.shaft.mass + sum(d.mass for d in self.discs) + sum(m.mass for m in self.point_masses)
 
     @property
     def sampling_time(self) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from fe_shaft.elements import deflection
 from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import Effect
 from rotorsim.machine.bearings import BearingPart, Support, TableBearing
+from rotorsim.machine.rotor import ShaftPiece
 from rotorsim.machine.schema import Machine
 
 SAME_PLACE = 1e-7
@@ -58,8 +60,11 @@ class Mesh:
     def _marks(self) -> list[float]:
         machine = self.machine
         ends = list(machine.shaft.start + np.cumsum([0.0] + [s.length for s in machine.shaft.sections]))
-        places = [d.position for d in machine.discs] + [b.position for b in machine.bearings]
-        places += [self.probe] + [self.place(e) for es in machine.effects.values() for e in es]
+        places = [d.seated for d in machine.discs] + [b.position for b in machine.bearings]
+        places += [mass.position for mass in machine.point_masses]
+        places += [z for layer in machine.shaft.layers for z in (layer.position, layer.end)]
+        acting = [self.probe] + [self.place(e) for es in machine.effects.values() for e in es]
+        places += [self.seat(z)[0] for z in acting]
         return [*ends, *(min(max(z, ends[0]), ends[-1]) for z in places)]
 
     @property
@@ -91,6 +96,16 @@ class Mesh:
         """Index of the linear bearing in which an effect acts; None for an effect that acts elsewhere."""
         return self.machine.spring_number(effect) if effect.place == "bearing" else None
 
+    def seat(self, z: float) -> tuple[float, float]:
+        """Coordinate on the shaft [m] that moves a place at z, and the rigid arm [m] between them.
+
+        There is an arm to a disc's centre of gravity beside its seat; elsewhere z is on the shaft itself.
+        """
+        for disc in self.machine.discs:
+            if disc.arm and abs(disc.position - z) <= SAME_PLACE:
+                return disc.seated, disc.arm
+        return z, 0.0
+
     def node(self, z: float) -> int:
         """Number of the node at z."""
         return int(np.abs(self.nodes - z).argmin())
@@ -106,15 +121,16 @@ class Mesh:
         return self._rotor(tables=False, films=True)
 
     def _rotor(self, tables: bool, films: bool) -> AssembledRotor:
-        bearings, masses = [], []
+        bearings = []
+        masses = [PointMass(self.node(one.position), m=one.mass) for one in self.machine.point_masses]
         for number, bearing in enumerate(self.machine.bearings):
             link = self._pedestals.get(number)
             if bearing.coefficients is None and not films:
                 continue
             if bearing.coefficients is not None and (tables or not bearing.speeds.size):
                 bearings.append(self._bearing(bearing, *bearing.coefficients, link))
-            elif link is not None:
-                bearings.append(BearingElement(self.node(bearing.position), 0.0, 0.0, n_link=link))
+            elif link is not None or any(bearing.masses):
+                bearings.append(self._bearing(bearing, np.zeros((2, 2)), np.zeros((2, 2)), link))
             if link is not None and bearing.support is not None:
                 bearings.append(_ground(link, bearing.support))
                 masses.append(PointMass(link, m=bearing.support.mass))
@@ -132,30 +148,41 @@ class Mesh:
 
     def _discs(self) -> list[DiskElement]:
         return [
-            DiskElement(self.node(d.position), d.mass, d.diametral_inertia, d.polar_inertia) for d in self.machine.discs
+            DiskElement(self.node(d.seated), d.mass, d.diametral_inertia, d.polar_inertia, offset=d.arm)
+            for d in self.machine.discs
         ]
 
     def _elements(self) -> list[ShaftElement]:
         shaft = self.machine.shaft
-        steel = shaft.material
-        material = Material("shaft", steel.density, steel.youngs_modulus, Poisson=steel.poisson_ratio)
-        ends = shaft.start + np.cumsum([s.length for s in shaft.sections])
+        starts = shaft.start + np.cumsum([0.0, *(s.length for s in shaft.sections)])
         elements = []
-        for a, b in pairwise(self.nodes):
-            section = shaft.sections[min(int(np.searchsorted(ends, 0.5 * (a + b))), len(ends) - 1)]
-            elements.append(
-                ShaftElement(
-                    b - a, section.inner_diameter, section.outer_diameter, material=material,
-                    axial_force=section.axial_force or 0.0,
-                )
-            )  # fmt: skip
+        for n, (a, b) in enumerate(pairwise(self.nodes)):
+            middle = 0.5 * (a + b)
+            k = min(int(np.searchsorted(starts[1:], middle)), len(shaft.sections) - 1)
+            section = shaft.sections[k]
+            force = section.axial_force or 0.0
+            elements.append(self._element(n, section, a - starts[k], b - starts[k], b - a, axial_force=force))
+            for layer in shaft.layers:
+                if layer.position < middle < layer.end:
+                    stiff = layer.carries != "mass"
+                    own = a - layer.position, b - layer.position
+                    elements.append(self._element(n, layer, *own, b - a, stiff=stiff))
         return elements
 
+    def _element(self, n: int, piece: ShaftPiece, a: float, b: float, L: float, **more: Any) -> ShaftElement:
+        """Element n, of length L [m], of a piece between a and b [m] from its left end."""
+        (idl, odl), (idr, odr) = piece.diameters(a), piece.diameters(b)
+        own = piece.material or self.machine.shaft.material
+        material = Material("shaft", own.density, own.youngs_modulus, Poisson=own.poisson_ratio)
+        return ShaftElement(L, idl, odl, idr, odr, material=material, n=n, **more)
+
     def _bearing(self, bearing: BearingPart, K: np.ndarray, C: np.ndarray, link: int | None) -> BearingElement:
+        """A bearing with stiffness and damping (2, 2), or of each of its speeds (points, 2, 2)."""
+        mxx, myy = bearing.masses
         return BearingElement(
             self.node(bearing.position), K[..., 0, 0], C[..., 0, 0], K[..., 1, 1], K[..., 0, 1], K[..., 1, 0],
             C[..., 1, 1], C[..., 0, 1], C[..., 1, 0],
-            frequency=bearing.speeds if bearing.speeds.size else None, n_link=link, extrapolate="hold",
+            frequency=bearing.speeds if K.ndim > 2 else None, n_link=link, extrapolate="hold", mxx=mxx, myy=myy,
         )  # fmt: skip
 
     @cached_property
@@ -211,8 +238,14 @@ class Mesh:
         return loads
 
     def shape(self, z: float) -> np.ndarray:
-        """Modes (2, 2n) at z [m]."""
-        return self.reduced.shape(self.node(z))
+        """Modes (2, 2n) at z [m], at the end of its rigid arm where z is a disc's centre of gravity beside its seat."""
+        seat, arm = self.seat(z)
+        node = self.node(seat)
+        rows = self.reduced.shape(node)
+        if arm:
+            alpha, beta = self.reduced.Phi[4 * node + 2 : 4 * node + 4]
+            rows = rows + arm * np.array([beta, -alpha])
+        return rows
 
     def housing(self, bearing: int) -> np.ndarray:
         """Rows (2, 2n) of the displacement of a bearing's housing; zeros for one that stands still."""
@@ -257,17 +290,19 @@ class Mesh:
     def shape_between(self, z: float) -> np.ndarray:
         """Modes (2, 2n) at any z [m], in the shapes of the element there; the mesh needs no node at z."""
         nodes = self.nodes
-        if np.abs(nodes - z).min() <= SAME_PLACE:
+        if self.seat(z)[1] or np.abs(nodes - z).min() <= SAME_PLACE:
             return self.shape(z)
         k = int(np.searchsorted(nodes, z)) - 1
-        rows = deflection(self.rotor.shaft_elements[k], z - float(nodes[k]))
+        rows = deflection(self.rotor.spans[k], z - float(nodes[k]))
         return np.asarray(rows @ self.reduced.Phi[4 * k : 4 * k + 8])
 
     def residual_compliance(self, z: float) -> float:
         """Static compliance at z [m/N], mean of both planes, that the modes left out would add."""
         stiffness = add_springs(self.constant.K(), self.constant, self.springs)
-        at = 4 * self.node(z) + np.arange(2)
-        whole = np.linalg.inv(stiffness)[at, at]
+        seat, arm = self.seat(z)
+        at = 4 * self.node(seat) + np.arange(4)
+        rows = np.array([[1.0, 0.0, 0.0, arm], [0.0, 1.0, -arm, 0.0]])
+        whole = np.diag(rows @ np.linalg.inv(stiffness)[np.ix_(at, at)] @ rows.T)
         reduced, shape = self.reduced, self.shape(z)
         kept = shape @ np.linalg.solve(reduced.Phi.T @ stiffness @ reduced.Phi, shape.T)
         return float(np.mean(whole - np.diag(kept)))
@@ -314,10 +349,7 @@ class Mesh:
     @property
     def polar_inertia(self) -> float:
         """Moment of inertia of shaft and discs about the axis [kg m2]."""
-        shaft = self.machine.shaft
-        rho = shaft.material.density
-        turned = [np.pi / 32 * rho * s.length * (s.outer_diameter**4 - s.inner_diameter**4) for s in shaft.sections]
-        return float(sum(turned) + sum(d.polar_inertia for d in self.machine.discs))
+        return self.machine.shaft.polar_inertia + sum(d.polar_inertia for d in self.machine.discs)
 
 
 def _ground(node: int, support: Support) -> BearingElement:

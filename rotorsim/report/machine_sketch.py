@@ -17,7 +17,9 @@ from rotorsim.report.page import INK, faint, style
 
 Box = tuple[float, float, float, float]
 """Left, right [mm], lower and upper [share of the drawing's height] edge."""
-SHAFT, DISC, BEARING, NOZZLE, PROBE = "#c3ccd4", "#9fb0bf", "#56B4E9", "#0072B2", "#009E73"
+Polygon = list[tuple[float, float]]
+"""Corners: coordinate [mm] and height [share of the drawing's height]."""
+SHAFT, LAYER, DISC, BEARING, NOZZLE, PROBE = "#c3ccd4", "#dfe4e8", "#9fb0bf", "#56B4E9", "#0072B2", "#009E73"
 MARKS = {
     "found": ("found here", "#D55E00"), "rival": ("or here", "#E69F00"), "force": ("equivalent force", "#CC79A7"),
 }  # fmt: skip
@@ -35,12 +37,16 @@ def machine_sketch(machine: Machine, marked: Sequence[tuple[str, Place]] = ()) -
     """The machine from the side; `marked` are roles (keys of `MARKS`) and places."""
     figure = go.Figure()
     scale = _scale(machine)
-    start, end = machine.shaft.start * 1e3, machine.shaft.end * 1e3
+    places = [machine.shaft.start, machine.shaft.end, *(disc.position for disc in machine.discs)]
+    start, end = min(places) * 1e3, max(places) * 1e3
     least = NARROW * (end - start)
     _bands(figure, machine, scale, marked)
     _boxes(figure, "bearing", list(_films(machine, scale)), BEARING, 0.6)
-    _boxes(figure, "shaft", list(_sections(machine, scale)), SHAFT, 1.0)
+    _polygons(figure, "shaft", list(_sections(machine, scale)), SHAFT, 1.0)
+    _polygons(figure, "layer", list(_layers(machine, scale)), LAYER, 1.0)
+    _boxes(figure, "arm", [_arm(one, least) for one in machine.discs if one.arm], DISC, 1.0)
     _boxes(figure, "disc", [_disc(one, scale, least) for one in machine.discs], DISC, 1.0)
+    _masses(figure, machine)
     _springs(figure, machine, scale)
     _nozzles(figure, machine, scale)
     _marked_nozzles(figure, machine, scale, {p.nozzle: role for role, p in reversed(marked) if p.nozzle})
@@ -67,7 +73,7 @@ def _bands(figure: go.Figure, machine: Machine, scale: float, marked: Sequence[t
 def _scale(machine: Machine) -> float:
     """Drawn height of a metre of radius."""
     largest = max([_radius(one) for one in machine.discs] + [0.0])
-    shaft = max(s.outer_diameter / 2 for s in machine.shaft.sections)
+    shaft = max(max(piece.outer) / 2 for piece in machine.shaft.pieces)
     return float(min(THICK / max(largest, shaft), 0.35 / shaft))
 
 
@@ -86,18 +92,41 @@ def _disc(disc: Disc, scale: float, least: float) -> Box:
     return disc.position * 1e3 - half, disc.position * 1e3 + half, -radius, radius
 
 
-def _sections(machine: Machine, scale: float) -> Iterator[Box]:
-    z = machine.shaft.start
-    for one in machine.shaft.sections:
-        radius = max(one.outer_diameter / 2 * scale, THIN)
-        yield z * 1e3, (z + one.length) * 1e3, -radius, radius
-        z += one.length
+def _arm(disc: Disc, least: float) -> Box:
+    """The rigid arm from the seat of a disc to its centre of gravity."""
+    left, right = sorted((disc.seated * 1e3, disc.position * 1e3))
+    return left - least / 2, right + least / 2, -THIN / 2, THIN / 2
+
+
+def _sections(machine: Machine, scale: float) -> Iterator[Polygon]:
+    for z, one in machine.shaft.placed:
+        left, right = (max(diameter / 2 * scale, THIN) for diameter in one.outer)
+        a, b = z * 1e3, (z + one.length) * 1e3
+        yield [(a, -left), (b, -right), (b, right), (a, left)]
+
+
+def _layers(machine: Machine, scale: float) -> Iterator[Polygon]:
+    """Upper and lower half of every layer."""
+    for one in machine.shaft.layers:
+        heights = [max(diameter / 2 * scale, THIN) for diameter in (*one.inner, *reversed(one.outer))]
+        heights[2:] = [max(outer, inner + THIN / 4) for outer, inner in zip(heights[2:], heights[1::-1], strict=True)]
+        a, b = one.position * 1e3, one.end * 1e3
+        for sign in (-1, 1):
+            yield [(z, sign * height) for z, height in zip((a, b, b, a), heights, strict=True)]
+
+
+def _masses(figure: go.Figure, machine: Machine) -> None:
+    """Point masses as dots on the axis."""
+    if machine.point_masses:
+        figure.add_scatter(
+            x=[one.position * 1e3 for one in machine.point_masses], y=[0.0] * len(machine.point_masses), mode="markers",
+            name="point mass", hoverinfo="name", marker={"size": 9, "color": INK},
+        )  # fmt: skip
 
 
 def _at(machine: Machine, z: float, scale: float) -> float:
     """Drawn radius of the shaft at z [m]."""
-    boxes = list(_sections(machine, scale))
-    return max((top for left, right, _, top in boxes if left - 1e-6 <= z * 1e3 <= right + 1e-6), default=THIN)
+    return max(machine.shaft.outer_diameter(z) / 2 * scale, THIN)
 
 
 def _films(machine: Machine, scale: float) -> Iterator[Box]:
@@ -112,7 +141,7 @@ def _mark(machine: Machine, scale: float, place: Place, least: float) -> Box:
     """A band over the whole height, at least twice `least` [mm] wide; around the shaft where it is a length of it."""
     middle, half = 0.5e3 * (place.begin + place.end), 0.5e3 * (place.end - place.begin)
     if place.part == "shaft" and half > least:
-        height = max(top for _, _, _, top in _sections(machine, scale)) + 0.12
+        height = max(y for piece in _sections(machine, scale) for _, y in piece) + 0.12
         return middle - half, middle + half, -height, height
     half = max(half + least / 3, least)
     return middle - half, middle + half, -0.8, 1.0
@@ -120,12 +149,18 @@ def _mark(machine: Machine, scale: float, place: Place, least: float) -> Box:
 
 def _boxes(figure: go.Figure, name: str, boxes: list[Box], colour: str, opacity: float) -> None:
     """Filled rectangles as one curve."""
+    corners = [[(left, low), (right, low), (right, high), (left, high)] for left, right, low, high in boxes]
+    _polygons(figure, name, corners, colour, opacity)
+
+
+def _polygons(figure: go.Figure, name: str, polygons: list[Polygon], colour: str, opacity: float) -> None:
+    """Filled polygons as one curve."""
     x: list[float | None] = []
     y: list[float | None] = []
-    for left, right, low, high in boxes:
-        x += [left, right, right, left, left, None]
-        y += [low, low, high, high, low, None]
-    if boxes:
+    for corners in polygons:
+        x += [*(z for z, _ in corners), corners[0][0], None]
+        y += [*(height for _, height in corners), corners[0][1], None]
+    if polygons:
         figure.add_scatter(
             x=x, y=y, name=name, mode="lines", fill="toself", fillcolor=faint(colour, opacity),
             line={"color": colour, "width": 1.2}, hoverinfo="name",

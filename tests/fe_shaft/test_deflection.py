@@ -20,7 +20,7 @@ def test_the_deflection_within_an_element_is_that_of_the_timoshenko_shape_functi
     turned_left = L * (s - 2 * s**2 + s**3 + phi * (s - s**2) / 2) / (1 + phi)
     right = (3 * s**2 - 2 * s**3 + phi * s) / (1 + phi)
     turned_right = L * (-(s**2) + s**3 - phi * (s - s**2) / 2) / (1 + phi)
-    rows = deflection(element, share * L)
+    rows = deflection([element], share * L)
     assert rows[0, [0, 3, 4, 7]] == pytest.approx([left, turned_left, right, turned_right], rel=1e-9)
     assert rows[1, [1, 2, 5, 6]] == pytest.approx([left, -turned_left, right, -turned_right], rel=1e-9)
     assert np.count_nonzero(np.abs(rows) > 1e-15) == 8
@@ -35,4 +35,4 @@ def test_a_cone_deflects_at_its_quarter_as_two_elements_do():
     K[:8, :8] += stiffness_matrix(halves[0])
     K[4:, 4:] += stiffness_matrix(halves[1])
     tip = np.linalg.solve(K[4:, 4:], np.eye(8)[:, 4])
-    assert deflection(cone, 0.05)[0, 4:] @ tip[4:] == pytest.approx(tip[0], rel=1e-9)
+    assert deflection([cone], 0.05)[0, 4:] @ tip[4:] == pytest.approx(tip[0], rel=1e-9)

@@ -107,6 +107,48 @@ def test_overhung_disc_on_a_massless_shaft_whirls_at_stodolas_frequencies(rpm):
     assert [f for pair in pairs for f in (pair.backward, pair.forward)] == pytest.approx(STODOLA[rpm], rel=2e-9)
 
 
+def test_a_disc_on_an_arm_whirls_as_the_closed_form_of_its_rigid_arm():
+    """Centre of gravity 40 mm beyond the end of the massless cantilever: M = [m, m a; m a, I_d + m a^2]."""
+    feather = Material("massless", rho=1e-9, E=211e9, Poisson=0.3)
+    shaft = ShaftElement(0.3, 0.0, 0.02, material=feather, shear_effects=False)
+    rotor = Rotor([shaft], [DiskElement(1, 1.5, 0.001858625, 0.003675, offset=0.04)])
+    for speed in (0.0, 300.0, 3000.0):
+        pairs = shaft_closed_forms.overhung_disc_frequencies(
+            0.3, 0.02, 211e9, 1.5, 0.001858625, 0.003675, speed, arm=0.04
+        )
+        exact = sorted(f for pair in pairs for f in (pair.backward, pair.forward))
+        assert np.sort(frequencies(rotor, [0, 1, 2, 3], speed)) == pytest.approx(exact, rel=2e-9)
+
+
+LAYERS = {
+    "steel under titanium": (Material("titanium", 4430.0, 114e9, Poisson=0.34), True),
+    "magnets, mass alone": (Material("magnets", 7500.0, 150e9, Poisson=0.24), False),
+}
+
+
+@pytest.mark.parametrize("name", LAYERS)
+def test_layers_of_a_span_bend_as_the_sum_of_their_sections(name):
+    """Composite Timoshenko shaft, pinned, spin 1000 rad/s: order 2.
+
+    Each layer has its own static shapes, so that its shear stiffness is low by 1 / (1 + h^2 kappa G A / (12 E I)).
+    """
+    material, stiff = LAYERS[name]
+
+    def layers(length, n=None):
+        outer = ShaftElement(length, 0.06, 0.1, material=material, stiff=stiff, n=n)
+        return [ShaftElement(length, 0.0, 0.06, material=steel, n=n), outer]
+
+    exact = [shaft_closed_forms.layered_pinned_frequencies(layers(1.0), mode, 1000.0) for mode in (1, 2)]
+    exact = [f for pair in exact for f in (pair.backward, pair.forward)]
+    sizes, errors = [20, 40, 80], []
+    for number in sizes:
+        rotor = Rotor([one for n in range(number) for one in layers(1 / number, n)])
+        assert rotor.n_nodes == number + 1
+        errors.append(frequencies(rotor, [0, 1, rotor.ndof - 4, rotor.ndof - 3], 1000.0)[:4] / exact - 1)
+    assert np.abs(errors[-1]).max() < 2.1e-4
+    assert [order(sizes, column) for column in np.array(errors).T] == pytest.approx([2.0] * 4, abs=0.12)
+
+
 def jeffcott() -> Rotor:
     """Massless simply supported shaft with a point mass and a damper in the middle.
 

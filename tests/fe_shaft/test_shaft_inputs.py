@@ -109,7 +109,11 @@ def test_two_discs_on_one_node_add_up():
         ),
         (lambda: Rotor(shaft(), [], [BearingElement(-1, 1e6, 0.0)]), "bearing at node -1"),
         (lambda: Rotor(shaft(), [], [BearingElement(1, 1e6, 0.0)] * 2), "2 bearings at node 1"),
-        (lambda: Rotor([ShaftElement(0.1, 0.0, 0.02, n=0)] * 2), "numbered \\[0, 0\\]"),
+        (lambda: Rotor([ShaftElement(0.1, 0.0, 0.02, n=0)] * 2), "span 0 overlap"),
+        (lambda: Rotor([ShaftElement(L, i, o, n=0) for L, i, o in ((0.1, 0.0, 0.02), (0.2, 0.02, 0.03))]), "long"),
+        (lambda: Rotor([ShaftElement(0.1, 0.0, 0.02, n=n) for n in (0, 2)]), "numbered \\[0, 2\\]"),
+        (lambda: DiskElement(0, 1.0, 0.1, 0.1, offset=np.inf), "offset = inf"),
+        (lambda: BearingElement(0, 1e6, 0.0, mxx=-1.0), "mxx = -1 must not be negative"),
         (lambda: Rotor([*shaft(1), ShaftElement(0.1, 0.0, 0.02, n=1)]), "leave all of them out"),
         (
             lambda: Rotor(shaft(), [], [BearingElement(1, 1e6, 0.0)]).run_static(),

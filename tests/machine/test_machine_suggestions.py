@@ -18,8 +18,10 @@ PARTS = [
     if isinstance(kind, type) and issubclass(kind, Part) and kind is not Part
 ]  # fmt: skip
 HOMES = {
-    "ShaftMaterial": "shaft.material", "Section": "shaft.sections.0", "Shaft": "shaft", "Disc": "discs.0",
+    "ShaftMaterial": "shaft.material", "Section": "shaft.sections.0", "ShaftPiece": "shaft.sections.0",
+    "Layer": "shaft.layers.0", "Shaft": "shaft", "Disc": "discs.0", "PointMass": "point_masses.0",
     "LinearBearing": "bearings.0", "BearingCoefficients": "bearings.0", "BearingPart": "bearings.0",
+    "BearingMass": "bearings.0",
     "Support": "bearings.0.support",
     "TableBearing": "bearings.2", "Point": "bearings.2.points.0", "Probe": "probe", "GasFilm": "bearings.1",
     "Gas": "gas", "Injection": "injection",
@@ -33,6 +35,9 @@ HOMES = {
 FIELDS = {
     f"{HOMES[kind.__name__]}.{name}": quantity
     for kind in PARTS for name, info in kind.model_fields.items() if (quantity := quantity_of(info)) is not None
+} | {
+    f"shaft.{pieces}.0.material.{name}": quantity_of(info)
+    for pieces in ("sections", "layers") for name, info in rotor.ShaftMaterial.model_fields.items()
 } | {
     f"effects.{effect}.{f.name}": quantity
     for effect, kind in REGISTRY.items() for f in fields(kind) if (quantity := quantity_of(f)) is not None

@@ -247,3 +247,69 @@ def test_a_stiff_shaft_on_soft_bearings_is_held_whatever_deflections_are_added(l
 def test_a_shaft_on_one_bearing_tilts_and_is_refused(other_bearings):
     with refused(MachineFileError, ""):
         _ = Mesh(machine(LEFT), other_bearings).reduced
+
+
+RIGID = """
+name = "rigid"
+[shaft.material]
+density = "1000 kg/m^3"
+youngs_modulus = "9999 GPa"
+poisson_ratio = 0.3
+[[shaft.sections]]
+length = "400 mm"
+outer_diameter = "80 mm"
+"""
+SPRING = """
+[[bearings]]
+kind = "linear"
+position = "{z} mm"
+kxx = "1 MN/m"
+mxx = "2 kg"
+myy = "3 kg"
+"""
+
+
+def bouncing(text, count):
+    """Lowest frequencies [rad/s] in x of the symmetric rotor whose mass moves straight up and down."""
+    model = rs.Plant(rs.Machine.from_text(text)).assembly.mesh
+    found = run_modal(model.rotor, 0.0)
+    straight = [w for w, shape in zip(found.wn, found.shapes.T, strict=True) if even(shape, model)]
+    return straight[:count]
+
+
+def even(shape, mesh):
+    """Whether a mode moves both ends alike, in x."""
+    a, b = shape[0].real, shape[4 * (len(mesh.nodes) - 1)].real
+    return abs(a) > 1e-3 and abs(a - b) < 1e-3 * abs(a)
+
+
+def test_mass_terms_of_bearings_lower_the_bounce_of_a_rigid_rotor():
+    """w^2 = 2 k / (m + 2 m_b): the shaft bends by 1e-4 of the springs' travel."""
+    text = RIGID + SPRING.format(z=0) + SPRING.format(z=400)
+    mass = rs.Machine.from_text(text).mass
+    assert bouncing(text, 1) == pytest.approx([np.sqrt(2e6 / (mass + 4.0))], rel=1e-4)
+    assert bouncing(text.replace("mxx", "#"), 1) == pytest.approx([np.sqrt(2e6 / mass)], rel=1e-4)
+
+
+def test_mass_terms_act_between_shaft_and_housing():
+    """Two masses: M = [m/2 + b, -b; -b, h + b], K = [k, -k; -k, k + k_h] of one half of the rotor."""
+    support = '[bearings.support]\nmass = "1.5 kg"\nkxx = "3 MN/m"\n'
+    text = RIGID + SPRING.format(z=0) + support + SPRING.format(z=400) + support
+    half = 0.5 * rs.Machine.from_text(text).mass
+    M = np.array([[half + 2.0, -2.0], [-2.0, 3.5]])
+    exact = np.sqrt(np.linalg.eigvals(np.linalg.solve(M, np.array([[1e6, -1e6], [-1e6, 4e6]]))))
+    assert bouncing(text, 2) == pytest.approx(np.sort(exact), rel=2e-4)
+
+
+@pytest.mark.parametrize("kind", ["linear", "table"])
+def test_mass_terms_reach_the_plant_and_weigh_nothing(kind):
+    left = LEFT if kind == "linear" else TABLE
+    gravity = '\n[effects.gravity]\nacceleration = "9.81 m/s^2"\n'
+    heavy, light = (
+        rs.Plant(machine(more + RIGHT, gravity, modes=40))
+        for more in (left.replace('name = "left"', 'name = "left"\nmxx = "4 kg"'), left)
+    )
+    expected = np.sort(run_modal(heavy.assembly.mesh.rotor, 250.0).wn)
+    assert heavy.linearise(250.0, 0.0).wn[:6] == pytest.approx(expected[:6], rel=5e-6)
+    assert heavy.linearise(250.0, 0.0).wn[0] < light.linearise(250.0, 0.0).wn[0]
+    assert heavy.equilibrium(250.0, 0.0).disc == pytest.approx(light.equilibrium(250.0, 0.0).disc, rel=1e-9)

@@ -15,6 +15,7 @@ Source: Friswell et al. (2010), chapters 3 and 5; Timoshenko, Vibration Problems
 Cites: friswell_2010, timoshenko_1937.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,24 +45,36 @@ def timoshenko_pinned_frequencies(
     L: float, diameter: float, material: Material, mode: int, speed: float = 0.0
 ) -> WhirlPair:
     """Frequencies of bending mode 1, 2, .. of a solid pinned-pinned Timoshenko shaft at `speed` [rad/s]."""
-    section = ShaftElement(L, 0.0, diameter, material=material)
-    k = mode * np.pi / L
-    shear = shear_coefficient(material.Poisson) * material.G_s * section.area
-    inertia = material.rho * section.second_moment
-    deflection = Polynomial([shear * k**2, 0, -material.rho * section.area])
-    bending = material.E * section.second_moment * k**2
+    return layered_pinned_frequencies([ShaftElement(L, 0.0, diameter, material=material)], mode, speed)
+
+
+def layered_pinned_frequencies(layers: Sequence[ShaftElement], mode: int, speed: float = 0.0) -> WhirlPair:
+    """Frequencies of bending mode 1, 2, .. of a pinned-pinned shaft of bonded cylinders at `speed` [rad/s].
+
+    Bending and shear stiffness, mass and rotary inertia of the section are sums over the layers.
+    """
+    k = mode * np.pi / layers[0].L
+    stiff = [one for one in layers if one.stiff]
+    shear = sum(shear_coefficient(e.material.Poisson, e.idl / e.odl) * e.material.G_s * e.area for e in stiff)
+    inertia = sum(e.material.rho * e.second_moment for e in layers)
+    deflection = Polynomial([shear * k**2, 0, -sum(e.material.rho * e.area for e in layers)])
+    bending = sum(e.material.E * e.second_moment for e in stiff) * k**2
     rotation = Polynomial([bending + shear, 2 * inertia * speed, -inertia])
     return _lowest(deflection * rotation - (shear * k) ** 2)[0]
 
 
 def overhung_disc_frequencies(
-    L: float, diameter: float, E: float, m: float, Id: float, Ip: float, speed: float = 0.0
+    L: float, diameter: float, E: float, m: float, Id: float, Ip: float, speed: float = 0.0, arm: float = 0.0
 ) -> tuple[WhirlPair, WhirlPair]:
-    """Both modes of a disc (m [kg], Id, Ip [kg m2]) on a massless solid cantilever at `speed` [rad/s]."""
+    """Both modes of a disc (m [kg], Id, Ip [kg m2]) on a massless solid cantilever at `speed` [rad/s].
+
+    Its centre of gravity stands on a rigid arm [m] beyond the end.
+    """
     EI = E * np.pi * diameter**4 / 64
     deflection = Polynomial([12 * EI / L**3, 0, -m])
-    rotation = Polynomial([4 * EI / L, Ip * speed, -Id])
-    first, second = _lowest(deflection * rotation - (6 * EI / L**2) ** 2)
+    rotation = Polynomial([4 * EI / L, Ip * speed, -(Id + m * arm**2)])
+    both = Polynomial([-6 * EI / L**2, 0, -m * arm])
+    first, second = _lowest(deflection * rotation - both**2)
     return first, second
 
 

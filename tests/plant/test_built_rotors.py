@@ -1,0 +1,298 @@
+"""Rotors as they are built: cones, materials and layers along the shaft, discs on arms, point masses."""
+
+import numpy as np
+import pytest
+
+import rotorsim as rs
+from fe_shaft.elements import deflection
+from fe_shaft.modal import run_modal
+from fe_shaft.response import run_static
+from mirror import mirrored
+from rotorsim.base.errors import MachineFileError
+from rotorsim.machine.file_text import with_value
+from rotorsim.machine.limits import largest_radius
+from rotorsim.machine.plausibility import questions
+from rotorsim.plant.mesh import Mesh
+from rotorsim.report.machine_sketch import machine_sketch
+
+STEEL = """
+density = "7850 kg/m^3"
+youngs_modulus = "210 GPa"
+poisson_ratio = 0.3
+"""
+TITANIUM = """
+density = "4430 kg/m^3"
+youngs_modulus = "114 GPa"
+poisson_ratio = 0.34
+"""
+ENDS = """
+[[bearings]]
+kind = "linear"
+position = "40 mm"
+kxx = "10 MN/m"
+kyy = "14 MN/m"
+cxx = "300 N*s/m"
+[[bearings]]
+kind = "linear"
+position = "400 mm"
+kxx = "12 MN/m"
+cxx = "200 N*s/m"
+"""
+TURBO = f"""
+name = "turbo rotor"
+[shaft]
+max_element_length = "20 mm"
+[shaft.material]{STEEL}
+[[shaft.sections]]
+length = "200 mm"
+outer_diameter = "20 mm"
+outer_diameter_right = "30 mm"
+[[shaft.sections]]
+length = "200 mm"
+outer_diameter = "30 mm"
+inner_diameter = "6 mm"
+[shaft.sections.material]{TITANIUM}
+[[shaft.sections]]
+length = "100 mm"
+outer_diameter = "30 mm"
+outer_diameter_right = "15 mm"
+[[shaft.layers]]
+name = "magnets"
+position = "230 mm"
+length = "100 mm"
+inner_diameter = "30 mm"
+outer_diameter = "40 mm"
+carries = "mass"
+[[shaft.layers]]
+name = "sleeve"
+position = "230 mm"
+length = "100 mm"
+inner_diameter = "40 mm"
+outer_diameter = "44 mm"
+[shaft.layers.material]{TITANIUM}
+[[discs]]
+name = "impeller"
+position = "530 mm"
+seat = "490 mm"
+mass = "0.8 kg"
+polar_inertia = "8e-4 kg*m^2"
+diametral_inertia = "5e-4 kg*m^2"
+[[discs]]
+name = "coupling half"
+position = "0 mm"
+mass = "0.3 kg"
+polar_inertia = "1e-4 kg*m^2"
+diametral_inertia = "6e-5 kg*m^2"
+[[point_masses]]
+position = "150 mm"
+mass = "50 g"
+{ENDS}
+[effects.gravity]
+acceleration = "9.81 m/s^2"
+[effects.unbalance]
+me = "5 g*mm"
+"""
+
+
+@pytest.fixture(scope="module")
+def turbo():
+    return rs.machine.Machine.from_text(TURBO)
+
+
+def test_a_cone_of_equal_diameters_has_the_bits_of_the_cylinder():
+    plain = rs.load_machine("plain_rotor")
+    cone = plain.replace("shaft.sections.0.outer_diameter_right", "20 mm")
+    cone = cone.replace("shaft.sections.0.inner_diameter_right", "0 mm")
+    one, other = Mesh(plain), Mesh(cone)
+    for matrix in ("K", "C", "G", "Phi", "participation"):
+        assert np.array_equal(getattr(one.reduced, matrix), getattr(other.reduced, matrix))
+    assert (one.polar_inertia, plain.mass) == (other.polar_inertia, cone.mass)
+
+
+def test_frequencies_of_a_cone_converge_with_the_square_of_the_element():
+    """A cone of 20 to 60 mm on two springs, against 128 elements; the diameters are exact at every point."""
+    text = f"""name = "cone"
+    [shaft]
+    max_element_length = "1 m"
+    [shaft.material]{STEEL}
+    [[shaft.sections]]
+    length = "320 mm"
+    outer_diameter = "20 mm"
+    outer_diameter_right = "60 mm"
+    [[bearings]]
+    kind = "linear"
+    position = "0 mm"
+    kxx = "20 MN/m"
+    [[bearings]]
+    kind = "linear"
+    position = "320 mm"
+    kxx = "20 MN/m"
+    """
+    cone = rs.machine.Machine.from_text(text)
+
+    def wn(elements):
+        return run_modal(Mesh(cone.with_({"shaft.max_element_length": 0.32 / elements})).rotor, 0.0).wn[[0, 2, 4]]
+
+    fine = wn(256)
+    sizes = np.array([8, 16, 32])
+    errors = np.array([wn(n) / fine - 1 for n in sizes])
+    orders = -np.polyfit(np.log(sizes), np.log(np.abs(errors)), 1)[0]
+    assert orders == pytest.approx([2.0] * 3, abs=0.15)
+
+
+def test_mass_inertia_and_weight_are_those_of_frustum_ring_and_disc(turbo):
+    """Frustum: pi L (a^2 + a b + b^2) / 12, and rho pi L (a^5 - b^5) / (160 (a - b)) about the axis."""
+
+    def frustum(a, b, L):
+        return np.pi * L * (a**2 + a * b + b**2) / 12, np.pi * L * (a**5 - b**5) / (160 * (a - b))
+
+    def ring(inner, outer, L):
+        return np.pi * L * (outer**2 - inner**2) / 4, np.pi * L * (outer**4 - inner**4) / 32
+
+    pieces = [
+        (7850.0, frustum(0.02, 0.03, 0.2)), (4430.0, ring(0.006, 0.03, 0.2)), (7850.0, frustum(0.03, 0.015, 0.1)),
+        (7850.0, ring(0.03, 0.04, 0.1)), (4430.0, ring(0.04, 0.044, 0.1)),
+    ]  # fmt: skip
+    mass, polar = (sum(rho * values[k] for rho, values in pieces) for k in range(2))
+    mesh = Mesh(turbo)
+    assert turbo.shaft.mass == pytest.approx(mass, rel=1e-12)
+    assert turbo.mass == pytest.approx(mass + 1.15, rel=1e-12)
+    assert mesh.polar_inertia == pytest.approx(polar + 9e-4, rel=1e-12)
+    assert mesh.rotor.mass == pytest.approx(turbo.mass, rel=1e-9)
+    carried = run_static(mesh.rotor, 9.81).bearing_forces
+    assert carried[:, 1].sum() == pytest.approx(9.81 * turbo.mass, rel=1e-7)
+
+
+def test_an_unbalance_at_the_impeller_acts_at_the_end_of_its_arm(turbo):
+    """x at the centre of gravity is x + a beta of the seat, y is y - a alpha: force and moment on the shaft."""
+    mesh = Mesh(turbo)
+    effect = turbo.effects["unbalance"][0]
+    assert mesh.place(effect) == pytest.approx(0.53)
+    node = mesh.node(0.49)
+    x, y, alpha, beta = mesh.reduced.Phi[4 * node : 4 * node + 4]
+    assert mesh.influence(effect) == pytest.approx(np.array([x + 0.04 * beta, y - 0.04 * alpha]), rel=1e-12)
+    named = rs.analysis.unbalance_response(rs.Plant(turbo), np.linspace(100.0, 800.0, 3))
+    assert list(named["place"].values[1:3]) == ["impeller", "coupling half"]
+
+
+def test_an_arm_is_as_a_rigid_piece_of_shaft(turbo):
+    """A light piece of 750 times the stiffness between seat and disc: the limit, within its own mass and compliance."""
+    seat_at_end = TURBO.replace('seat = "490 mm"', 'seat = "500 mm"')
+    piece = """[[shaft.sections]]
+length = "30 mm"
+outer_diameter = "60 mm"
+[shaft.sections.material]
+density = "1 kg/m^3"
+youngs_modulus = "9999 GPa"
+poisson_ratio = 0.3
+[[shaft.layers]]
+name = "magnets"
+"""
+    solid = TURBO.replace('seat = "490 mm"\n', "").replace('[[shaft.layers]]\nname = "magnets"\n', piece)
+    armed, built = (Mesh(rs.machine.Machine.from_text(text)).rotor for text in (seat_at_end, solid))
+    for speed in (0.0, 2000.0):
+        assert run_modal(armed, speed).wn[:6] == pytest.approx(run_modal(built, speed).wn[:6], rel=2e-4)
+
+
+def test_a_layer_that_carries_mass_alone_adds_no_stiffness(turbo):
+    stiff = turbo.with_({"shaft.layers.0.carries": "mass and stiffness"})
+    bare = turbo.with_({"shaft.layers": ()})
+    held = turbo.with_({"shaft.layers": turbo.shaft.layers[:1]})
+    K = [Mesh(one).free_stiffness for one in (held, turbo, stiff)]
+    sizes = [np.trace(matrix) for matrix in K]
+    assert sizes[0] < sizes[1] < sizes[2]
+    fine = Mesh(bare.with_({"effects": turbo.effects}))
+    assert fine.free_stiffness.shape != K[0].shape  # a layer's ends are nodes
+    assert Mesh(held).rotor.mass - fine.rotor.mass == pytest.approx(7850 * np.pi / 4 * (0.04**2 - 0.03**2) * 0.1)
+
+
+def test_between_nodes_a_layered_shaft_deflects_as_a_node_there_would(turbo):
+    coarse, fine = (Mesh(turbo.with_({"shaft.max_element_length": size})) for size in (0.05, 0.025))
+    load = np.zeros(fine.rotor.ndof)
+    load[0] = 1.0
+    deflected = np.linalg.solve(fine.rotor.K(), load)
+    k = int(np.searchsorted(coarse.nodes, 0.245)) - 1
+    rows = deflection(coarse.rotor.spans[k], 0.5 * (coarse.nodes[k + 1] - coarse.nodes[k]))
+    ends = [4 * fine.node(coarse.nodes[i]) for i in (k, k + 1)]
+    q = np.concatenate([deflected[at : at + 4] for at in ends])
+    middle = 4 * fine.node(0.5 * (coarse.nodes[k] + coarse.nodes[k + 1]))
+    assert len(coarse.rotor.spans[k]) == 3
+    assert rows @ q == pytest.approx(deflected[middle : middle + 2], rel=1e-9, abs=1e-18)
+
+
+def test_a_built_rotor_that_turns_the_other_way_is_the_mirror_image(turbo):
+    one = rs.Plant(turbo).simulate(0.02, speed=500.0, pressure=0.0)
+    other = rs.Plant(mirrored(turbo)).simulate(0.02, speed=-500.0, pressure=0.0)
+    seen, back = (run["disc"].values for run in (one, other))
+    assert np.ptp(seen, axis=0).min() > 1e-7
+    assert back == pytest.approx(seen * [-1.0, 1.0], abs=1e-9 * np.abs(seen).max())
+
+
+def test_the_text_of_a_built_rotor_gives_it_back(turbo):
+    assert rs.machine.Machine.from_text(turbo.text) == turbo
+    shown = {path for path, _, _ in rs.machine.rows(turbo)}
+    assert {"shaft.layers.1.carries", "discs.0.seat", "shaft.sections.0.outer_diameter_right", "point_masses.0.mass",
+            "shaft.layers.1.material.density"} <= shown  # fmt: skip
+
+
+def test_the_sketch_draws_cone_layers_arm_and_mass(turbo):
+    figure = machine_sketch(turbo)
+    curves = {trace.name: trace for trace in figure.data}
+    assert {"shaft", "layer", "arm", "disc", "point mass"} <= set(curves)
+    left, right = np.array(curves["shaft"].y[:5], float), np.array(curves["shaft"].x[:5], float)
+    assert left[3] < left[2] and right[:2] == pytest.approx([0.0, 200.0])
+    assert max(z for z in curves["disc"].x if z is not None) > 530
+
+
+FAULTS = {
+    "shaft.sections.0.length": ("-200 mm", "shaft.sections.0.length"),
+    "shaft.sections.1.inner_diameter": ("31 mm", "shaft.sections.1.inner_diameter"),
+    "shaft.layers.0.length": ("400 mm", "shaft.layers.0.length"),
+    "shaft.layers.0.inner_diameter": ("29 mm", "shaft.layers.0.inner_diameter"),
+    "shaft.layers.1.inner_diameter": ("39 mm", "shaft.layers.1.inner_diameter"),
+    "shaft.layers.1.carries": ("weight", "shaft.layers.1.carries"),
+    "discs.0.seat": ("501 mm", "discs.0.seat"),
+    "discs.1.position": ("-1 mm", "discs.1.position"),
+    "discs.1.name": ("impeller", "discs.1.name"),
+    "point_masses.0.position": ("510 mm", "point_masses.0.position"),
+    "bearings.1.position": ("600 mm", "bearings.1.position"),
+}
+
+
+@pytest.mark.parametrize("path", FAULTS)
+def test_a_part_that_cannot_be_built_is_refused_at_its_field(turbo, path):
+    value, field = FAULTS[path]
+    with pytest.raises(MachineFileError) as caught:
+        turbo.replace(path, value)
+    assert field in {line.partition(": ")[0] for line in caught.value.problems}
+
+
+def test_all_faults_of_a_built_rotor_are_listed_at_once():
+    text, expected = TURBO, set()
+    for path, (value, field) in FAULTS.items():
+        if path != "shaft.sections.0.length":  # without it nobody can tell where the shaft ends
+            text = with_value(text, path, value)
+            expected.add(field)
+    with pytest.raises(MachineFileError) as caught:
+        rs.machine.Machine.from_text(text)
+    assert {line.partition(": ")[0] for line in caught.value.problems} == expected
+
+
+QUESTIONS = {
+    "shaft.layers.0.inner_diameter": "34 mm",
+    "discs.0.polar_inertia": "2e-3 kg*m^2",
+    "shaft.sections.1.material.density": "7.85 kg/m^3",
+    "shaft.layers.1.material.youngs_modulus": "114 kPa",
+}
+
+
+@pytest.mark.parametrize("path", QUESTIONS)
+def test_a_part_that_hardly_can_be_meant_is_questioned_at_its_field(turbo, path):
+    assert not questions(turbo)
+    asked = questions(turbo.replace(path, QUESTIONS[path]))
+    assert [one.partition(":")[0] for one in asked] == [path]
+
+
+def test_the_rim_of_a_layer_limits_the_speed(turbo):
+    plain = turbo.with_({"discs": ()} | {"effects": {}})
+    assert largest_radius(plain) == ("shaft.layers.1", pytest.approx(0.022))
