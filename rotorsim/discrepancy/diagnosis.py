@@ -42,6 +42,7 @@ from rotorsim.discrepancy.discovery import (
 )
 from rotorsim.discrepancy.fit import (
     MOST_REPEATS,
+    NEAR,
     ParameterFit,
     covariance,
     far_off_file,
@@ -156,6 +157,11 @@ STRAINED = (
     "re-calibration ends where it is not believed ({}): what is missing leads it astray, or the machine is another one"
 )
 """Note on a calibration beyond its limits or priors."""
+UNCLEAR = (
+    "the records ask for numbers which are not believed, and none of these is far from the file beyond its own "
+    "uncertainty: {}. That is no finding, and no agreement either"
+)
+"""Note on a calibration that is far from the machine file without a number that is so."""
 ONE_OF = "one of these places, which the records do not distinguish: {}"
 """Finding of a calibration that has several places."""
 NAMED_PROBES = "x and y of the sensors are the probes {0} and {1}, in their own directions"
@@ -346,8 +352,12 @@ class DiagnosisRun:
     """Numbers of the bearings that those sentences are about."""
     place: str | None = field(default=None, init=False)
     """Number of the far bearing as text, empty for none; None where the records leave open which it is."""
+    unclear: str = field(default="", init=False)
+    """Sentence on a calibration far from the machine file without a number that clearly is."""
     late: LateProbes | None = field(default=None, init=False)
     """Late probes with which the records fit better."""
+    tried: tuple[Hypothesis, ...] = field(default=(), init=False, repr=False)
+    """Hypotheses that were fitted."""
     growing: str = field(default="", init=False)
     """Sentence on 1X that changes within the records, or on a harmonic that comes with the vibration."""
     seen_from: dict[str, str] = field(default_factory=dict, init=False)
@@ -386,9 +396,16 @@ class DiagnosisRun:
         base = far[0][1]
         self.large, self.far_bearings = self._large(far)
         self.place = far[0][0] if len(far) == 1 else None
+        if self.large and not any(self._clearly_off(*one) for one in far):
+            self.unclear, self.large, self.far_bearings, self.place = (
+                UNCLEAR.format("; ".join(self.large)),
+                (),
+                (),
+                None,
+            )
         beyond = strained(base)
         notes += [STRAINED.format(", ".join(beyond))] if beyond else []
-        if flagged(table(self.fitted, base.residual)) or self.large:
+        if flagged(table(self.fitted, base.residual)) or self.large or self.unclear:
             nominal = self.fitted.stored.columns(ParameterPoint(), base.parameters)
             self.late = check_alternatives(self.fitted, base, nominal)
         assert self.fitted.scatter is not None
@@ -406,7 +423,7 @@ class DiagnosisRun:
             verdict, search = SearchVerdict("unknown"), None
             notes.append(NO_ANSWER)
         judgement = self._judged(base, flags, verdict, search, unexplained(self.fitted, fitted))
-        if self.late is not None and judgement.verdict.status in ("unknown", "partial"):
+        if self.late is not None and judgement.verdict.status in ("unknown", "partial") and not self._acts_late():
             check_late(self.parts.values(), self.late)
         accuracy, scatter = max(t.accuracy for t in self.fitted.trials), own_scatter(self.fitted.trials, blocks)
         answered = judgement.verdict.status not in ("unknown", "partial")
@@ -623,6 +640,7 @@ class DiagnosisRun:
                 seen_together(groups),
                 astray,
                 self.growing,
+                self.unclear,
             )
         )
 
@@ -648,6 +666,19 @@ class DiagnosisRun:
             return tuple(found[0].values()), tuple(sorted(bearings))
         return (ONE_OF.format(" or ".join(", ".join(own.values()) for own in found)),), tuple(sorted(bearings))
 
+    def _clearly_off(self, number: str, fit: ParameterFit) -> bool:
+        """Whether a number of a fit with a far bearing is off the file by two standard deviations more than is near."""
+        own = calibration_of(fit, covariance(fit, self.fitted.layout.record), fit.parameters)
+        names = {*strained(fit), *far_off_file(fit, number)}
+        near = {name: NEAR if name.startswith("bearing.") and ".k" in name else 0.0 for name in names}
+        return not names or any(abs(own[name][0]) > near[name] + 2 * own[name][1] for name in names)
+
+    def _acts_late(self) -> bool:
+        """Whether an effect of the machine that was searched explains the records better than late probes do."""
+        assert self.late is not None
+        machine = [h.fit.cost for h in self.tried if not h.failed and REGISTRY[h.forms[0].effect].port != "sensor"]
+        return min(machine, default=np.inf) < self.late.fit.cost
+
     def _name(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit]
     ) -> tuple[SearchVerdict, EffectSearch | None]:
@@ -657,6 +688,7 @@ class DiagnosisRun:
         if len(flags) == len(apart) and (apart or (search.promise() < CLEAR and not strained(base))):
             return quiet, search
         verdict = judge(search)
+        self.tried = verdict.fitted
         return (verdict if flags or verdict.status in ("named", "tie") else quiet), search
 
     def _search(self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit]) -> EffectSearch:

@@ -244,6 +244,7 @@ class AllEvidence:
     together : sentence on what all records show together and none alone, after calibration alone; as where groups are
         flagged, nothing missing needs `SURE` then
     growing : sentence on 1X that changes within the records, or on a harmonic that comes with the vibration
+    unclear : sentence on a calibration far from the machine file without a number that clearly is
     astray : calibration parameters that stand where they are not believed with the effects of the search's best too
     """
 
@@ -262,6 +263,7 @@ class AllEvidence:
     together: str = ""
     astray: tuple[str, ...] = ()
     growing: str = ""
+    unclear: str = ""
 
     @property
     def refuted(self) -> bool:
@@ -315,7 +317,7 @@ def judged(evidence: AllEvidence) -> Judgement:
     if worse and not any(WORSE.format(records=", ".join(names)) in notes for names in (evidence.worse, worse)):
         notes.append(WORSE.format(records=", ".join(worse)))
     refuted = evidence.refuted or foreign or bool(evidence.worse)
-    refuted |= any(one in against for one in (evidence.together, evidence.growing))
+    refuted |= any(one in against for one in (evidence.together, evidence.growing, evidence.unclear))
     odds = consistent(verdict.status, evidence.odds, refuted)
     notes = list(dict.fromkeys(note for note in notes if note))
     return Judgement(verdict, odds, tuple(notes), len(evidence.left), worse, evidence.worse_alone)
@@ -344,7 +346,7 @@ def objections(evidence: AllEvidence, verdict: SearchVerdict) -> list[str]:
         if evidence.odds and nothing < LEAST_NOTHING:
             found.append(NOT_LIKELY.format(share=f"{100 * nothing:.0f} %", least=f"{100 * LEAST_NOTHING:.0f} %"))
         found += [] if evidence.scatter_known else [NO_ACCURACY]
-        found += [evidence.late, evidence.growing, evidence.together if nothing < SURE else ""]
+        found += [evidence.late, evidence.growing, evidence.unclear, evidence.together if nothing < SURE else ""]
     return [one for one in found if one]
 
 
