@@ -82,7 +82,9 @@ def read_footprints(w, ix, F, L):
         for n in range(ix[L.source_start + k], ix[L.source_start + k + 1]):
             h_loc += w[L.source_weight + n] * mean_gap(w, L, ix[L.source_cell + n])
         w[L.local_h + k] = h_loc * (1.0 + L.half)
-        w[L.local_p + k] = math.sqrt(max(q_loc, 1e-4 * F.pa * F.pa))
+        w[L.local_p + k] = max(q_loc, 1e-4 * F.pa * F.pa)
+    for k in range(L.n_inj):  # side by side: none waits for another's root
+        w[L.local_p + k] = math.sqrt(w[L.local_p + k])
 
 
 @inlined

@@ -136,18 +136,26 @@ def end_foil(w, L, stage, adt):
 
 
 @inlined
+def keep_mass(w, L, adt, keep):
+    """Write the mass that the fluxes account for into the array at offset `keep`."""
+    for k in range(L.first, L.first + L.n_theta * L.stride):
+        w[keep + k] = stored(w, L, k) - adt * w[L.per_weight + k] * w[L.r + k]
+
+
+@inlined
 def end_stage(w, L, stage, adt):
     """Keep what the stage found: mass and plena at gamma dt, or at the step's end together with the rates.
 
     The mass kept is the one the fluxes of the answer account for, p h minus the residual that Newton's tolerance has
     left (in r after `newton`): so mass is conserved to round-off and the tolerance leaves no drift.
     """
-    keep = L.m_mid if stage == TO_MID else L.m_old
-    inverse = 1.0 / adt
-    for k in range(L.first, L.first + L.n_theta * L.stride):
-        m = stored(w, L, k) - adt * w[L.per_weight + k] * w[L.r + k]
-        w[L.rate + k] = (m - w[L.m_rhs + k]) * inverse if stage == TO_END else w[L.rate + k]
-        w[keep + k] = m
+    if stage == TO_MID:
+        keep_mass(w, L, adt, L.m_mid)
+    else:
+        keep_mass(w, L, adt, L.m_old)
+        inverse = 1.0 / adt
+        for k in range(L.first, L.first + L.n_theta * L.stride):
+            w[L.rate + k] = (w[L.m_old + k] - w[L.m_rhs + k]) * inverse
     if L.foil == 1:
         end_foil(w, L, stage, adt)
     for i in range(L.n_inj):

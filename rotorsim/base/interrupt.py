@@ -178,6 +178,7 @@ def watched() -> Iterator[None]:
         threading.Thread(target=_watch, args=(read,), daemon=True).start()
     except RuntimeError:
         print(ALONE, file=sys.stderr)
+        os.environ["OPENBLAS_NUM_THREADS"] = "1"  # it sends SIGINT where it gets fewer threads than it asks for
     try:
         yield
     finally:

@@ -29,6 +29,8 @@ from queue import SimpleQueue
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
+from rotorsim.base.errors import RotorsimError
+
 if TYPE_CHECKING:
     from threadpoolctl import ThreadpoolController
 
@@ -51,16 +53,22 @@ class ProcessDiedError(BrokenExecutor):
 
 
 class Child:
-    """Child process that calls functions one after the other, for one thread of this process at a time."""
+    """Child process that calls functions one after the other, for one thread of this process at a time.
+
+    Raises RotorsimError where the system allows no more processes.
+    """
 
     def __init__(self) -> None:
         paths = filter(None, (ROOT, os.environ.get("PYTHONPATH")))
         environment = os.environ | dict.fromkeys(THREADS, "1") | {"PYTHONPATH": os.pathsep.join(paths)}
         self._stderr = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
-        self.process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "rotorsim.base.processes"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            stderr=self._stderr, env=environment, start_new_session=True,
-        )  # fmt: skip
+        try:
+            self.process = subprocess.Popen(
+                [sys.executable, "-P", "-m", "rotorsim.base.processes"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                stderr=self._stderr, env=environment, start_new_session=True,
+            )  # fmt: skip
+        except BlockingIOError as error:
+            raise RotorsimError("processes: the system allows no more of them; raise the limit (ulimit -u)") from error
 
     @property
     def alive(self) -> bool:

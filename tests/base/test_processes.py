@@ -1,5 +1,6 @@
 """Child processes: ended by an exception, a time limit or the end of their parent; silent and out of reach."""
 
+import errno
 import os
 import signal
 import subprocess
@@ -12,10 +13,12 @@ import psutil
 import pytest
 import typer
 
-from rotorsim.base.errors import MachineFileError
+from rotorsim.base import hdf5
+from rotorsim.base.errors import MachineFileError, RotorsimError
 from rotorsim.base.processes import Child, ProcessDiedError, Processes, processes, spread
 from rotorsim.commands.options import resumable
 from rotorsim.machine import Machine
+from rotorsim.signals import open_record
 from waiting import PATIENCE
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
@@ -125,3 +128,15 @@ def test_calls_are_made_here_where_the_system_allows_no_more(monkeypatch):
     assert list(spread(abs, [(-1,), (2,)], 2)) == [(0, 1), (1, 2)]
     with processes(2) as each:
         assert list(each(abs, [-1])) == [1]
+
+
+def test_a_file_is_not_called_damaged_where_no_process_can_read_it(monkeypatch, tmp_path):
+    def refuse(*_, **__):
+        raise BlockingIOError(errno.EAGAIN, "Resource temporarily unavailable")
+
+    path = tmp_path / "record.nc"
+    path.write_bytes(b"")
+    monkeypatch.setattr(subprocess, "Popen", refuse)
+    monkeypatch.setattr(hdf5, "_child", None)
+    with pytest.raises(RotorsimError, match="allows no more"):
+        open_record(path)

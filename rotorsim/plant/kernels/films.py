@@ -73,7 +73,7 @@ def gather_borders(w, f):
 
 @kernel
 def correct_films(w, ix, P):
-    """One correction of all films and journals from the residuals; returns its size, all films together."""
+    """One correction of all films and journals from the residuals; returns its size in the film where it is largest."""
     nb, ni = FILM.n_border, FILM.n_inj
     n = ROTOR.n_films * nb
     for e in range(n * n):
@@ -89,7 +89,7 @@ def correct_films(w, ix, P):
         v = film_part(w, f)
         for a in range(nb):
             v[FILM.small + a] = w[ROTOR.small + f * nb + a]
-        size += finish_correction(v, film_indices(ix, f), film_constants(P, f), FILM)
+        size = max(size, finish_correction(v, film_indices(ix, f), film_constants(P, f), FILM))
     return size
 
 
