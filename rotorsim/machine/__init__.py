@@ -38,6 +38,7 @@ from rotorsim.machine.rotor import (
     ShaftMaterial,
     ShaftProbe,
 )
+from rotorsim.machine.rotor_import import bearing_points, from_ross
 from rotorsim.machine.schema import Machine, rows, si_numbers, summary
 
 __all__ = [
@@ -69,8 +70,10 @@ __all__ = [
     "Steps",
     "Support",
     "TableBearing",
+    "bearing_points",
     "catalogue",
     "describe",
+    "from_ross",
     "load_machine",
     "machine_text",
     "rows",
