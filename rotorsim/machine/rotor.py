@@ -265,7 +265,7 @@ def _digits(value: float) -> float:
 class Disc(Part):
     """A rigid disc on the shaft: an impeller, a wheel, a coupling half.
 
-    Where its centre of gravity lies beside its seat, as that of an impeller beyond the end of the shaft, `position` is
+    Where its centre of gravity lies off its seat, as that of an impeller beyond the end of the shaft, `position` is
     that of the centre of gravity, and a rigid arm leads from the `seat` to it. The inertias are about the centre of
     gravity.
 

@@ -120,7 +120,12 @@ def bearing_points(path: str | Path) -> tuple[Point, ...]:
     Raises
     ------
     MachineFileError
-        With one line per problem: heading, line and column, value.
+        With one line per problem: heading, row and column, value.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> points = rs.machine.bearing_points("bearing.csv")  # doctest: +SKIP
     """
     path = Path(path)
     lines = [line for line in read_text(path).splitlines() if line.strip() and not line.lstrip().startswith("#")]
@@ -244,7 +249,7 @@ def _piece(element: ShaftElement, common: Constants) -> dict[str, Any]:
 
 
 def _layer(element: ShaftElement, inner: ShaftElement, common: Constants) -> dict[str, Any]:
-    """Fields of a layer but its place; one with next to no stiffness beside the section it is on carries mass alone."""
+    """Fields of a layer but its place; one with next to no stiffness against the section it is on carries mass alone."""
     E = inner.material.E
     if element.stiff and element.material.E > SOFT * E:
         return _piece(element, common)

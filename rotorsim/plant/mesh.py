@@ -102,7 +102,7 @@ class Mesh:
     def seat(self, z: float) -> tuple[float, float]:
         """Coordinate on the shaft [m] that moves a place at z, and the rigid arm [m] between them.
 
-        There is an arm to a disc's centre of gravity beside its seat; elsewhere z is on the shaft itself.
+        There is an arm to a disc's centre of gravity off its seat; elsewhere z is on the shaft itself.
         """
         for disc in self.machine.discs:
             if disc.arm and abs(disc.position - z) <= SAME_PLACE:
@@ -241,7 +241,7 @@ class Mesh:
         return loads
 
     def shape(self, z: float) -> np.ndarray:
-        """Modes (2, 2n) at z [m], at the end of its rigid arm where z is a disc's centre of gravity beside its seat."""
+        """Modes (2, 2n) at z [m], at the end of its rigid arm where z is a disc's centre of gravity off its seat."""
         seat, arm = self.seat(z)
         node = self.node(seat)
         rows = self.reduced.shape(node)
