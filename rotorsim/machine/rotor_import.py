@@ -249,7 +249,7 @@ def _piece(element: ShaftElement, common: Constants) -> dict[str, Any]:
 
 
 def _layer(element: ShaftElement, inner: ShaftElement, common: Constants) -> dict[str, Any]:
-    """Fields of a layer but its place; one with next to no stiffness against the section it is on carries mass alone."""
+    """Fields of a layer but its place; one with next to no stiffness against its section carries mass alone."""
     E = inner.material.E
     if element.stiff and element.material.E > SOFT * E:
         return _piece(element, common)
