@@ -39,7 +39,7 @@ from rotorsim.machine.rotor import (
     ShaftProbe,
 )
 from rotorsim.machine.rotor_import import bearing_points, from_ross
-from rotorsim.machine.schema import Machine, rows, si_numbers, summary
+from rotorsim.machine.schema import Machine, differences, rows, si_numbers, summary
 
 __all__ = [
     "Checked",
@@ -73,6 +73,7 @@ __all__ = [
     "bearing_points",
     "catalogue",
     "describe",
+    "differences",
     "from_ross",
     "load_machine",
     "machine_text",
