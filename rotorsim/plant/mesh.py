@@ -363,7 +363,7 @@ def shaft_rotor(machine: Machine) -> Rotor:
     >>> import rotorsim as rs
     >>> rotor = rs.plant.shaft_rotor(rs.load_machine("plain_rotor"))
     >>> int(rotor.run_modal(0.0).wn[0])
-    132
+    277
     """
     from fe_shaft.rotor import Rotor
 

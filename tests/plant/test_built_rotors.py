@@ -10,9 +10,10 @@ from fe_shaft.elements import deflection
 from fe_shaft.modal import oscillations, run_modal
 from fe_shaft.response import run_static
 from mirror import mirrored
+from rotorsim.__main__ import main
 from rotorsim.base.errors import MachineFileError
 from rotorsim.machine.file_text import with_value
-from rotorsim.machine.limits import largest_radius
+from rotorsim.machine.limits import first_passed, largest_radius
 from rotorsim.machine.plausibility import questions
 from rotorsim.plant.mesh import Mesh
 from rotorsim.report.machine_sketch import machine_sketch
@@ -280,6 +281,63 @@ def test_all_faults_of_a_built_rotor_are_listed_at_once():
     assert {line.partition(": ")[0] for line in caught.value.problems} == expected
 
 
+BAD = """name = "mistyped"
+[shaft]
+[shaft.material]
+density = "7850 kg/m^3"
+youngs_modulus = "210 GPa"
+[[shaft.sections]]
+length = "300 mm"
+outer_diameter = "40 mm"
+[[shaft.sections]]
+length = "LENGTH"
+outer_diameter = "40 mm"
+[[shaft.layers]]
+position = "50 mm"
+length = "50 mm"
+inner_diameter = "40 mm"
+outer_diameter = "50 mm"
+[[shaft.layers]]
+position = "70 mm"
+length = "50 mm"
+inner_diameter = "45 mm"
+outer_diameter = "52 mm"
+[[bearings]]
+kind = "table"
+position = "20 mm"
+points = [{speed = "3000 rpm", kxx = "1 MN/m"}, {speed = "1000 rpm", kxx = "2 MN/m"}]
+[[bearings]]
+kind = "gas_film"
+position = "900 mm"
+diameter = "40 mm"
+length = "40 mm"
+clearance = "20 um"
+[[bearings.orifices]]
+count = 8
+"""
+ALWAYS = {
+    "shaft.material.poisson_ratio", "shaft.layers.1.inner_diameter", "bearings.0.points.1.speed",
+    "bearings.1.orifices.0.diameter",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("length", "more"),
+    [("-100 mm", {"shaft.sections.1.length"}), ("100 mm", {"bearings.1.position", "bearings.1.length"})],
+)
+def test_a_designers_slips_are_listed_at_once_with_exit_code_2(length, more, tmp_path, capsys):
+    """Negative length, no shear modulus, overlapping layers, table out of order, half an orifice row, bearing beyond
+    the end (which a negative length leaves open)."""
+    path = tmp_path / "bad.toml"
+    path.write_text(BAD.replace("LENGTH", length))
+    with pytest.raises(SystemExit) as ended:
+        main(["machine", "check", str(path)])
+    assert ended.value.code == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert [line.split(": ")[0] for line in lines] == [str(path)] * len(lines)
+    assert {line.split(": ")[1] for line in lines} == ALWAYS | more
+
+
 QUESTIONS = {
     "shaft.layers.0.inner_diameter": "34 mm",
     "discs.0.polar_inertia": "2e-3 kg*m^2",
@@ -295,9 +353,12 @@ def test_a_part_that_hardly_can_be_meant_is_questioned_at_its_field(turbo, path)
     assert [one.partition(":")[0] for one in asked] == [path]
 
 
-def test_the_rim_of_a_layer_limits_the_speed(turbo):
-    plain = turbo.with_({"discs": ()} | {"effects": {}})
+def test_the_rim_of_a_layer_limits_the_speed_with_its_own_material(turbo):
+    """(3 + nu) / 8 rho v^2 of titanium."""
+    plain = turbo.with_({"discs": (), "effects": {}})
     assert largest_radius(plain) == ("shaft.layers.1", pytest.approx(0.022))
+    _, sentence = first_passed(plain, np.array([0.0, 600.0 / 0.022]))
+    assert "shaft.layers.1" in sentence and f"{(3 + 0.34) / 8 * 4430 * 600**2 / 1e6:.3g} MPa" in sentence
 
 
 CANTILEVER = f"""name = "double taper"
