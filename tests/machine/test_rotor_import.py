@@ -10,10 +10,13 @@ import pytest
 import rotorsim as rs
 from fe_shaft import BearingElement, DiskElement, PointMass, Rotor, ShaftElement
 from fe_shaft.modal import run_modal
+from mirror import mirrored
 from refusals import refused
 from rotorsim.base.errors import MachineFileError, NotCarried
 from rotorsim.machine import bearing_points, from_ross
 from rotorsim.machine.rotor_import import machine_of, with_points
+from tests.fe_shaft.test_shaft_lalanne import PUBLISHED, three_discs
+from tests.fe_shaft.test_shaft_rotorinsa import DRIVEN, OVER_SPEED, driven, over_speed
 
 COMPRESSOR = Path(__file__).parents[1] / "fe_shaft" / "ross_compressor.json"
 """The example `ross.compressor_example()` of ROSS 2.3.0 (Apache licence 2.0): a compressor of Timbo & Ritto, J. Braz.
@@ -78,6 +81,37 @@ def test_a_model_with_every_part_comes_back_with_its_matrices():
     for name in ("K", "C"):
         theirs = getattr(model, name)(250.0)
         assert getattr(back, name)(250.0) == pytest.approx(theirs, rel=1e-9, abs=1e-9 * np.abs(theirs).max())
+
+
+@pytest.mark.parametrize(("rpm", "sense"), [(0, 1), (60000, 1), (60000, -1)])
+def test_rotorinsas_overhung_discs_as_a_machine_have_the_published_modes_in_either_sense(rpm, sense):
+    """Code_Aster V2.02.125, its models A and B (negative speed and cross terms of the opposite sign have the same
+    numbers): frequencies within .12 %, damping within .001. All modes of the shaft are kept."""
+    machine = machine_of(driven(), "driven").with_({"solver.modes_per_plane": 26})
+    frequency, damping = DRIVEN[rpm]
+    plant = rs.Plant(machine if sense > 0 else mirrored(machine))
+    found = plant.linearise(sense * rpm * np.pi / 30, 0.0)
+    wd = found.wn * np.sqrt(1 - found.zeta**2)
+    order = np.argsort(wd)[:4]
+    assert wd[order] / (2 * np.pi) == pytest.approx(frequency, rel=1.2e-3)
+    assert found.zeta[order] == pytest.approx(damping, abs=1e-3)
+
+
+@pytest.mark.parametrize("rpm", OVER_SPEED)
+def test_rotorinsas_hollow_rotor_as_a_machine_has_the_published_modes_on_its_tables(rpm):
+    """Code_Aster V2.02.129, its direct elements: within .15 % and .001; the tables are held beyond 14000 rpm."""
+    modes = run_modal(rs.plant.shaft_rotor(machine_of(over_speed(), "over speed")), rpm * np.pi / 30)
+    frequency, damping = OVER_SPEED[rpm][1]
+    order = np.argsort(modes.wd)[: len(frequency)]
+    assert modes.wd[order] / (2 * np.pi) == pytest.approx(frequency, rel=1.5e-3)
+    assert modes.damping_ratio[order] == pytest.approx(damping, abs=1e-3)
+
+
+def test_lalanne_and_ferraris_rotor_as_a_machine_has_the_published_frequencies():
+    """Rotordynamics Prediction in Engineering (1998), at 25000 rpm: within .1 %."""
+    machine = machine_of(three_discs(), "three discs").with_({"solver.modes_per_plane": 28})
+    found = rs.Plant(machine).linearise(25000 * np.pi / 30, 0.0)
+    assert np.sort(found.wn)[:7] / (2 * np.pi) == pytest.approx(PUBLISHED, rel=1e-3)
 
 
 SUPPORT = {"bearing_elements": [BearingElement(0, 1e6, 0.0)]}

@@ -1,5 +1,7 @@
 """Rotors as they are built: cones, materials and layers along the shaft, discs on arms, point masses."""
 
+import json
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -15,6 +17,7 @@ from rotorsim.base.errors import MachineFileError
 from rotorsim.machine.file_text import with_value
 from rotorsim.machine.limits import first_passed, largest_radius
 from rotorsim.machine.plausibility import questions
+from rotorsim.plant.locations import place_at
 from rotorsim.plant.mesh import Mesh
 from rotorsim.report.machine_sketch import machine_sketch
 
@@ -432,3 +435,20 @@ def test_the_tapered_shaft_of_friswell_has_the_frequencies_of_ross():
     rotor = Mesh(rs.machine.Machine.from_text(TAPERED + ends)).rotor
     theirs = [87.4524366, 87.6753572, 579.0990082, 703.6676703, 1165.4712107, 1170.5690950]
     assert run_modal(rotor, 100 * np.pi).wd[:6] == pytest.approx(theirs, rel=1e-4)
+
+
+def test_a_disc_is_named_where_results_name_it(turbo, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "turbo.toml").write_text(TURBO)
+    assert place_at(turbo, 0.53).name == "impeller at 530 mm"
+    line = ["response", "turbo.toml", "--speeds", "500 rpm:4000 rpm:3", "--unbalance", "10 g*mm", "--json", "--disc"]
+    peaks = []
+    for disc in ("coupling half", "1", "impeller"):
+        with pytest.raises(SystemExit) as ended:
+            main([*line, disc, "--out", f"of {disc}"])
+        assert not ended.value.code
+        peaks.append(json.loads(capsys.readouterr().out)["peaks"]["impeller"]["um"])
+    assert peaks[0] == peaks[1] != peaks[2]
+    with pytest.raises(SystemExit) as ended:
+        main([*line, "propeller"])
+    assert ended.value.code == 2
