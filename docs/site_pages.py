@@ -9,11 +9,12 @@ from __future__ import annotations
 import ast
 import re
 import sys
+from collections.abc import Iterator
 from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, get_args, get_origin
 
 from rotorsim.base.references import entries, shown
 
@@ -60,7 +61,70 @@ def stored_pages() -> dict[str, str]:
     """Text of every generated page that the repository holds, by its path in docs/."""
     examples = sorted((DOCS / "examples").glob("*.py"))
     pages = {f"examples/{path.stem}.md": example_page(path) for path in examples}
-    return pages | {"gallery.md": gallery(examples), "api.md": _api_index(), "bibliography.md": bibliography()}
+    return pages | {"gallery.md": gallery(examples), "api.md": _api_index(), "bibliography.md": bibliography(),
+                    "machine_fields.md": machine_fields()}  # fmt: skip
+
+
+FIELDS = """# Every field of a machine file
+
+Made from the schema that reads the files. A field may be left out unless its default is `required`; a table in double
+brackets may stand several times. What the tables are for: [machine files](machine_files.md); `[effects.NAME]`:
+[effects](effects.md).
+"""
+
+
+def machine_fields() -> str:
+    """Page of all fields of a machine file, by table: unit, default, limits, sentence."""
+    from rotorsim.machine import Machine
+
+    return "\n\n".join([FIELDS.strip(), *_tables_below(Machine, "", False)]) + "\n"
+
+
+def _tables_below(part: Any, path: str, several: bool) -> Iterator[str]:
+    """The table of a part and those of the parts in it."""
+    from rotorsim.machine.part import choices
+
+    rows, below = [], []
+    for name, info in part.model_fields.items():
+        if name == "effects":
+            continue
+        kinds = choices(info.annotation)
+        many = get_origin(kinds[0]) is tuple
+        kinds = choices(get_args(kinds[0])[0]) if many else kinds
+        if parts := [kind for kind in kinds if hasattr(kind, "model_fields")]:
+            below += [(kind, f"{path}.{name}".lstrip("."), many) for kind in parts]
+        else:
+            rows.append(_field_row(name, info, many))
+    title = "Top of the file" if not path else f"`[[{path}]]`" if several else f"`[{path}]`"
+    words = {one for tag in ("kind", "quantity") if tag in part.model_fields
+             for one in get_args(part.model_fields[tag].annotation)}  # fmt: skip
+    title += f", {next(iter(words))}" if len(words) == 1 else ""
+    head = ["| field | unit | default | limits | |", "|---|---|---|---|---|"]
+    yield f"## {title}"
+    yield "\n".join([*head, *rows])
+    for kind, under, many in below:
+        yield from _tables_below(kind, under, many)
+
+
+def _field_row(name: str, info: Any, many: bool) -> str:
+    """Row of a field that is a value."""
+    from rotorsim.base.quantity import quantity_of
+    from rotorsim.base.units import advised, show
+
+    known = quantity_of(info)
+    default = "" if info.is_required() or info.default in (None, "", ()) else str(info.default)
+    if info.is_required():
+        default = "required"
+    elif known is not None and info.default is not None:
+        default = show(info.default, known.unit)
+    unit = "" if known is None or known.unit == "1" else advised(known.unit)[0]
+    limits = []
+    if known is not None:
+        ends = (("above", known.above), ("from", known.low), ("to", known.high))
+        limits = [f"{word} {show(value, known.unit)}" for word, value in ends if value is not None]
+    words = [repr(one) for one in get_args(info.annotation) if isinstance(one, str)]
+    text = " ".join([info.description or "", f"One of {', '.join(words)}." * (len(words) > 1)]).strip()
+    return f"| `{name}`{' (list)' * many} | {unit} | {default} | {' '.join(limits)} | {text} |"
 
 
 def _put(path: Path, text: str) -> None:

@@ -20,8 +20,11 @@ Cites: friswell_2010.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from inspect import signature
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -30,6 +33,7 @@ from fe_shaft import campbell, critical, modal, response, transient
 from fe_shaft.assembly import AssembledRotor
 from fe_shaft.shaft import BearingElement, DiskElement, Material, PointMass, ShaftElement, ShaftError
 from rotorsim.base.foreign_systems import Foreign, Leftovers
+from rotorsim.base.input_files import parse_json, parse_toml
 
 _COEFFICIENTS = ("kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy")
 _MASSES, _CROSS_MASSES = ("mxx", "myy"), ("mxy", "myx")
@@ -50,6 +54,8 @@ _DERIVED = {
     },
 }  # fmt: skip
 """Attributes of ROSS that follow from those that are read, or have no part in vibration, by kind of object."""
+_SOFT = 1e-9
+"""Share of its stiffness that a layer of mass alone has in ROSS."""
 _REFUSED = {
     "modal_damping_ratio": "give alpha and beta, or the elements' own damping",
     "motor_element": "remove the motor",
@@ -69,7 +75,7 @@ def parts_from_ross(rotor: Any) -> Parts:
     ------
     ShaftError
         If the object lacks an attribute that a ROSS rotor has, or holds what changes its lateral motion and has no
-        counterpart: modal damping, masses of bearings that couple x with y or change, couplings, motors, several shafts.
+        counterpart: modal damping, bearing masses that couple x with y or change, couplings, motors, several shafts.
 
     Warns
     -----
@@ -100,22 +106,80 @@ def parts_from_ross(rotor: Any) -> Parts:
     return shaft, discs, bearings, points
 
 
+_SAVED = {
+    "shaft_elements": ("ShaftElement",), "disk_elements": ("DiskElement",), "point_mass_elements": ("PointMass",),
+    "bearing_elements": ("BearingElement", "SealElement"),
+}  # fmt: skip
+"""Beginnings of a table's name in a file of ROSS, by the list of a rotor that holds such elements."""
+
+
+def is_saved_rotor(path: Path) -> bool:
+    """Whether a file is one that ROSS saved."""
+    with suppress(OSError, UnicodeDecodeError, ValueError):
+        return any("ShaftElement" in name for name in _tables(path))
+    return False
+
+
+def saved_rotor(path: str | Path) -> Any:
+    """A rotor with the attributes that a file of ROSS holds; raises ShaftError for another file."""
+    try:
+        tables = dict(_tables(Path(path)))
+    except OSError as error:
+        raise ShaftError(f"from_ross: {path}: cannot be read ({error.strerror}); check the path.") from error
+    except ValueError as error:
+        raise ShaftError(
+            f"from_ross: {path}: not a file of ROSS ({error}); give a .toml or .json that it saved."
+        ) from error
+    version = int(str(tables.pop("ross_version", "2")).split(".")[0])
+    found: dict[str, list[Any]] = {name: [] for name in _SAVED}
+    own = tables.pop("parameters", {})
+    for title, table in tables.items():
+        if title.startswith("_"):  # a remark
+            continue
+        kind = next((name for name, starts in _SAVED.items() if title.split("_")[0].endswith(starts)), None)
+        if kind is None:
+            raise ShaftError(f"from_ross: {path}: '{title}' has no counterpart; remove it from the rotor.")
+        found[kind].append(_saved_element(kind, table, version))
+    return SimpleNamespace(**own, **found)
+
+
+def _tables(path: Path) -> dict[str, Any]:
+    """Tables of a file; raises ValueError for one that is neither TOML nor JSON, or holds no tables."""
+    text = path.read_text(encoding="utf-8-sig")
+    tables = parse_json(text) if path.suffix.lower() == ".json" else parse_toml(text)
+    if not isinstance(tables, dict) or not any("ShaftElement" in name for name in tables):
+        raise ValueError("it holds no ShaftElement")
+    return tables
+
+
+def _saved_element(kind: str, table: Any, version: int) -> Any:
+    if not isinstance(table, dict):
+        raise ShaftError(f"from_ross: {kind}: {table!r} is not an element; save the rotor again.")
+    values = dict(table)
+    if "material" in values:
+        values["material"] = SimpleNamespace(**values["material"])
+    if kind == "bearing_elements" and version > 2:
+        values = {"speed": None, "frequency": None} | values
+    return SimpleNamespace(**values)
+
+
 def as_ross_rotor(rotor: AssembledRotor, module: Any) -> Any:
     """A rotor of ROSS like `rotor`; `module` is `import ross`.
 
     Raises ShaftError if the rotor has what ROSS cannot represent: held nodes, internal coordinates, turning damping,
-    damped masses, and before version 3 tables over the whirl frequency.
+    discs on arms, damped masses, and before version 3 tables over the whirl frequency.
     """
     two_axes = "speed" in signature(module.BearingElement).parameters
     _check_representable(rotor, two_axes)
 
-    def material(one: Material) -> Any:
+    def material(one: Material, stiff: bool) -> Any:
         plain = "".join(c if c.isalnum() else "_" for c in one.name)
-        return module.Material(name=plain, rho=one.rho, E=one.E, G_s=one.G_s)
+        soft = 1.0 if stiff else _SOFT
+        return module.Material(name=plain + ("" if stiff else "_mass"), rho=one.rho, E=soft * one.E, G_s=soft * one.G_s)
 
     shaft = [
         module.ShaftElement(
-            L=e.L, idl=e.idl, odl=e.odl, idr=e.idr, odr=e.odr, material=material(e.material), n=e.n,
+            L=e.L, idl=e.idl, odl=e.odl, idr=e.idr, odr=e.odr, material=material(e.material, e.stiff), n=e.n,
             axial_force=e.axial_force, torque=e.torque, alpha=e.alpha, beta=e.beta,
             **{name: getattr(e, name) for name in _SWITCHES},
         )
@@ -149,6 +213,7 @@ def _check_representable(rotor: Any, two_axes: bool) -> None:
         "held nodes": bool(rotor.clamped or rotor.pinned),
         "internal coordinates": any(e.internal for e in rotor.shaft_elements),
         "damping in the turning frame": any(e.eta_v or e.eta_h for e in rotor.shaft_elements),
+        "discs on arms": any(d.offset for d in rotor.disk_elements),
         "damped masses": any(m.alpha for m in (*rotor.disk_elements, *rotor.point_mass_elements)),
         "tables over whirl frequency": not two_axes and any(
             b.whirl_frequency is not None for b in rotor.bearing_elements
@@ -244,7 +309,7 @@ def _ross_axes(one: Foreign) -> dict[str, Any]:
     return {"frequency": speed, "whirl_frequency": frequency}
 
 
-def _masses(one: Foreign) -> dict[str, float]:
+def _masses(one: Foreign) -> dict[str, Any]:
     """Mass terms of a bearing; raises ShaftError if they couple x with y or change over the table."""
     masses = {name: _values(one.read(name, 0.0)) for name in (*_MASSES, *_CROSS_MASSES)}
     there = {name: value for name, value in masses.items() if np.any(value)}
@@ -317,5 +382,8 @@ class Rotor(AssembledRotor):
 
     @classmethod
     def from_ross(cls, rotor: Any) -> Rotor:
-        """The same rotor from an object of the open code ROSS, by reading its attributes; see `parts_from_ross`."""
-        return cls(*parts_from_ross(rotor))
+        """The same rotor from an object of the open code ROSS, by reading its attributes; see `parts_from_ross`.
+
+        A path is that of a file that ROSS saved (.toml or .json); it is read without ROSS.
+        """
+        return cls(*parts_from_ross(saved_rotor(rotor) if isinstance(rotor, (str, Path)) else rotor))

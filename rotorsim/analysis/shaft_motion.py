@@ -106,7 +106,11 @@ def outline(plant: Plant) -> dict[str, Any]:
     mesh, discs = plant.assembly.mesh, [d for d in plant.machine.discs if d.mass > 0]
     radii = [0.5 * layers[-1].odl for layers in mesh.rotor.spans]
     return {
-        "radius": ("node", np.array([*radii, radii[-1]]), {"units": "m", "long_name": "radius of the shaft"}),
+        "radius": (
+            "node",
+            np.array([*radii, 0.5 * mesh.rotor.spans[-1][-1].odr]),
+            {"units": "m", "long_name": "radius of the shaft"},
+        ),
         "disc_node": ("disc", [mesh.node(d.seated) for d in discs], {"long_name": "node of the disc"}),
         "disc_radius": ("disc", [(2 * d.polar_inertia / d.mass) ** 0.5 for d in discs], {"units": "m"}),
     }

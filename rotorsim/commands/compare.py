@@ -32,7 +32,7 @@ def compare(
         typer.Argument(
             metavar="RUN",
             help="Records, run-up vectors or the folders of runs, the first is the reference; or results of response, "
-            "campbell or map.",
+            "campbell, map or sweep; or machines.",
         ),
     ],
     mapping: Annotated[
@@ -45,11 +45,15 @@ def compare(
 ) -> None:
     """Overlay several runs and list how their peaks differ.
 
-    Results of response, campbell or map, of several machines, are laid over each other too.
+    Results of response, campbell, map or sweep, of several machines, are laid over each other too. Of machines the
+    fields in which they differ are listed.
     """
     result.check()
     if len(runs) < 2:
         raise DataError(f"compare: {len(runs)} run; give at least two, e.g. rotorsim compare before.nc after.nc")
+    if all(map(_is_machine, runs)):
+        _compare_machines(_named(runs), result)
+        return
     from identification import load_mapping, read
     from identification.readers import in_folder
 
@@ -84,6 +88,30 @@ def compare(
         end = "" if peak["local_maximum"] else " at an end of the tracked speeds"
         more = "" if change is None else f", {100 * change:+.1f} % against the first"
         typer.echo(f"{peak['run']}, {peak['axis']}: {peak['um']:.3g} um 0-pk at {peak['rpm']:.0f} rpm{end}{more}")
+    print_files(folder.files)
+
+
+def _is_machine(path: Path) -> bool:
+    """True if a path is that of a machine file, or the name of a shipped machine."""
+    from rotorsim.machine import shipped_machines
+
+    return path.suffix == ".toml" or str(path) in shipped_machines()
+
+
+def _compare_machines(named: dict[str, Path], result: ResultOptions) -> None:
+    """List the fields in which machines differ."""
+    from rotorsim.machine import differences, load_machine
+
+    rows = differences({name: load_machine(path) for name, path in named.items()})
+    with result.folder("compare", "compare.json") as folder:
+        write_json(folder.add("differences", "compare.json"), {"differences": rows})
+    if result.as_json:
+        print_json({"differences": rows, "files": folder.files})
+        return
+    for row in rows:
+        typer.echo(f"{row['field']}: {', '.join(f'{name} {row[name]}' for name in named)}")
+    if not rows:
+        typer.echo("the machines are the same")
     print_files(folder.files)
 
 

@@ -50,7 +50,9 @@ def response(
     unbalance: Annotated[
         str | None, typer.Option(help="Mass times eccentricity, e.g. '10 g*mm'; default that of the machine.")
     ] = None,
-    disc: Annotated[int | None, typer.Option(help="Disc that carries it, counted from 0; default the first.")] = None,
+    disc: Annotated[
+        str | None, typer.Option(help="Disc that carries it, by name or counted from 0; default the first.")
+    ] = None,
     *,
     settings: options.GridOptions,
     result: options.ResultOptions,
@@ -171,7 +173,7 @@ def _finite(values: np.ndarray) -> list[int | None]:
     return [None if v != v else int(v) for v in values]
 
 
-def _unbalance(machine: Machine, me: str | None, disc: int | None) -> tuple[RotorUnbalance, ...] | None:
+def _unbalance(machine: Machine, me: str | None, disc: str | None) -> tuple[RotorUnbalance, ...] | None:
     if me is None:
         if disc is not None:
             raise DataError("--disc: places the unbalance of --unbalance; give both, e.g. --unbalance '10 g*mm'")
@@ -183,10 +185,13 @@ def _unbalance(machine: Machine, me: str | None, disc: int | None) -> tuple[Roto
         raise DataError(f"--unbalance: '{me}' is not above 0 and at most 10 kg*mm; write e.g. '10 g*mm'")
     if disc is None:
         return (RotorUnbalance(me=size),)
-    if not 0 <= disc < len(machine.discs):
-        known = f"0 to {len(machine.discs) - 1}" if machine.discs else "none"
+    found = {str(i): one for i, one in enumerate(machine.discs)} | dict(
+        zip(machine.disc_names, machine.discs, strict=True)
+    )
+    if disc not in found:
+        known = ", ".join(found) or "none"
         raise DataError(f"--disc: there is no disc {disc} in {machine.name}; its discs are {known}")
-    return (RotorUnbalance(me=size, position=machine.discs[disc].position),)
+    return (RotorUnbalance(me=size, position=found[disc].position),)
 
 
 def _write(found: xr.Dataset, folder: options.ResultFolder, name: str, rows: list[tuple[object, ...]]) -> None:

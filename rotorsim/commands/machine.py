@@ -36,16 +36,42 @@ def new(
     path: Annotated[Path, typer.Argument(help="File to write.")],
     source: Annotated[
         str,
-        typer.Option("--from", help="Shipped machine or machine file to start from.", autocompletion=options.machines),
+        typer.Option(
+            "--from",
+            help="Shipped machine, machine file or file of ROSS to start from.",
+            autocompletion=options.machines,
+        ),
     ] = "dtu_gas_bearing",
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file if it is there.")] = False,
 ) -> None:
-    """Write a commented machine file to start from."""
-    from rotorsim.machine import machine_text
+    """Write a commented machine file to start from; from a rotor that ROSS saved, the machine of its model."""
+    from fe_shaft.rotor import is_saved_rotor
+    from rotorsim.machine import from_ross, machine_text
 
     with files(path, force=force, another="name"):
-        write_text(path, machine_text(source))
+        write_text(path, from_ross(source).text if is_saved_rotor(Path(source)) else machine_text(source))
     typer.echo(f"{path}: written; edit it, then try 'rotorsim machine check {path}'")
+
+
+@command(
+    "machine table",
+    "rotorsim machine table bearing.csv --into my.toml --bearing 1",
+    "rs.machine.bearing_points('bearing.csv')",
+)
+def bearing_table(
+    path: Annotated[Path, typer.Argument(help="CSV file with headings such as 'speed [rpm]' and 'kxx [MN/m]'.")],
+    into: Annotated[Path, typer.Option(help="Machine file whose bearing gets the table.")],
+    bearing: Annotated[int, typer.Option(help="Index of that bearing, from 0; of kind 'table' or 'linear'.")] = 0,
+) -> None:
+    """Put a table of stiffness and damping over the speed into a bearing of a machine file."""
+    from rotorsim.machine import bearing_points, load_machine
+    from rotorsim.machine.rotor_import import with_points
+
+    points = bearing_points(path)
+    machine = with_points(load_machine(into), bearing, points)
+    with files(into, force=True, another="name"):
+        machine.save(into)
+    typer.echo(f"{into}: bearings.{bearing} has the {len(points)} speeds of {path}")
 
 
 @command("machine check", "rotorsim machine check my_rotor.toml", "rs.load_machine('my_rotor.toml')")

@@ -1,4 +1,4 @@
-"""`rotorsim report diagnosis | record`: pages of stored results and of measured records."""
+"""`rotorsim report diagnosis | record | tables`: pages and tables of stored results and of measured records."""
 
 from __future__ import annotations
 
@@ -101,6 +101,35 @@ def record(
     for title, why in left_out.items():
         typer.echo(f"not shown: {title}: {why}")
     print_files(written)
+
+
+@command(
+    "report tables",
+    "rotorsim report tables response --out response.xlsx",
+    "rs.report.write_workbook(rs.open_record('response/response.nc'), 'response.xlsx')",
+)
+def report_tables(
+    result: Annotated[
+        Path, typer.Argument(metavar="RESULT", help="Result or record .nc, or the folder that holds it.")
+    ],
+    out: Annotated[Path | None, typer.Option(help="Workbook to write; by default RESULT.xlsx in this folder.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace the workbook if it is there.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Write the tables of a result or record as a workbook (.xlsx), a sheet for each set of axes."""
+    from identification.readers import in_folder
+    from rotorsim.report import write_workbook
+    from rotorsim.signals import open_record
+
+    target = out or Path(f"{result.stem}.xlsx")
+    with files(target, force=force):
+        sheets = write_workbook(open_record(in_folder(result)).load(), target)
+    if as_json:
+        print_json({"rows": sheets, "files": {"tables": str(target)}})
+        return
+    for name, size in sheets.items():
+        typer.echo(f"{name}: {size} rows")
+    print_files({"tables": str(target)})
 
 
 def _is_file(text: str) -> bool:

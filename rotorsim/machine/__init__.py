@@ -38,7 +38,8 @@ from rotorsim.machine.rotor import (
     ShaftMaterial,
     ShaftProbe,
 )
-from rotorsim.machine.schema import Machine, rows, si_numbers, summary
+from rotorsim.machine.rotor_import import bearing_points, from_ross
+from rotorsim.machine.schema import Machine, differences, rows, si_numbers, summary
 
 __all__ = [
     "Checked",
@@ -69,8 +70,11 @@ __all__ = [
     "Steps",
     "Support",
     "TableBearing",
+    "bearing_points",
     "catalogue",
     "describe",
+    "differences",
+    "from_ross",
     "load_machine",
     "machine_text",
     "rows",

@@ -61,10 +61,10 @@ def first_passed(machine: Machine, speed: np.ndarray, rises: np.ndarray | None =
     if warm[first] > highest:
         what = f"{warm[first] - 273.15:.4g} degC in a film, above limits.temperature {highest - 273.15:.4g} degC"
     else:
-        stress = spin_stress(machine.shaft.material, float(rims[first]))
+        stress = spin_stress(_material(machine, at), float(rims[first]))
         what = (
             f"the rim of {at}, radius {1e3 * radius:.3g} mm, moves at {rims[first]:.5g} m/s, above limits.tip_speed "
-            f"{limit:g} m/s (a solid disc of the shaft's material bears {stress / MPA:.3g} MPa there)"
+            f"{limit:g} m/s (a solid disc of its material bears {stress / MPA:.3g} MPa there)"
         )
     return first, at_speed(float(speed[first]), what)
 
@@ -116,6 +116,13 @@ def largest_radius(machine: Machine) -> tuple[str, float]:
     radii |= {f"shaft.layers.{i}": max(layer.outer) / 2 for i, layer in enumerate(machine.shaft.layers)}
     radii |= {f"discs.{i}": sqrt(2 * disc.polar_inertia / disc.mass) for i, disc in enumerate(machine.discs)}
     return max(radii.items(), key=lambda item: item[1])
+
+
+def _material(machine: Machine, path: str) -> ShaftMaterial:
+    """Material of the part of the rotor at a path; discs are taken to be made of the shaft's."""
+    _, kind, number = ("." + path).rsplit(".", 2)
+    own = None if kind == "discs" else getattr(machine.shaft, kind)[int(number)].material
+    return own or machine.shaft.material
 
 
 def at_the_rim(machine: Machine, speed: float) -> str:

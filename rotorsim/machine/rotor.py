@@ -17,7 +17,7 @@ with [effects.base_vibration].
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import accumulate
 from math import pi
 from re import ASCII, fullmatch
@@ -226,23 +226,27 @@ class Shaft(Part):
         return max(found, default=0.0)
 
     def problems(self) -> Iterator[tuple[str, str]]:
-        """The elements are not too many, layers lie on the shaft and not in each other."""
+        """Layers lie around the shaft and not in each other, the elements are not too many."""
+        for i, layer in enumerate(self.layers):
+            before = [(f"layers.{k}", other.position, other) for k, other in enumerate(self.layers[:i])]
+            yield from _overlap(i, layer, before)
+        for i, layer in enumerate(self.layers):
+            yield from _overlap(i, layer, [(f"sections.{k}", *one) for k, one in enumerate(self.placed)])
+            slack = 1e-9 * self.length
+            if not (self.start - slack <= layer.position and layer.end <= self.end + slack):
+                reach = f"{show(self.start, 'm')} to {show(_digits(self.end), 'm')}"
+                yield (
+                    f"layers.{i}.length",
+                    f"'{show(layer.length, 'm')}' is beyond the shaft ({reach}); move or shorten it",
+                )
         if self.length / self.max_element_length > MOST_ELEMENTS:
             longest, few = show(self.max_element_length, "m"), min(float(f"{self.length / 20:.2g}"), 10.0)
             yield "max_element_length", f"'{longest}' needs over 1000 elements; write e.g. '{show(few, 'm')}'"
-        for i, layer in enumerate(self.layers):
-            yield from _layer_problems(self, i, layer)
 
 
-def _layer_problems(shaft: Shaft, i: int, layer: Layer) -> Iterator[tuple[str, str]]:
-    """A layer ends on the shaft, lies around it and overlaps no layer before it."""
-    slack = 1e-9 * shaft.length
-    if not (shaft.start - slack <= layer.position and layer.end <= shaft.end + slack):
-        reach = f"{show(shaft.start, 'm')} to {show(_digits(shaft.end), 'm')}"
-        yield f"layers.{i}.length", f"'{show(layer.length, 'm')}' is beyond the shaft ({reach}); move or shorten it"
-    below: list[tuple[str, float, ShaftPiece]] = [(f"sections.{k}", *one) for k, one in enumerate(shaft.placed)]
-    below += [(f"layers.{k}", other.position, other) for k, other in enumerate(shaft.layers[:i])]
-    for name, at, piece in below:
+def _overlap(i: int, layer: Layer, others: Iterable[tuple[str, float, ShaftPiece]]) -> Iterator[tuple[str, str]]:
+    """The first of other pieces, by name and coordinate [m] of its left end, that a layer is not around, if any."""
+    for name, at, piece in others:
         rings = [
             (piece.diameters(z - at), layer.diameters(z - layer.position))
             for z in layer.overlap(at, at + piece.length) or ()
@@ -265,7 +269,7 @@ def _digits(value: float) -> float:
 class Disc(Part):
     """A rigid disc on the shaft: an impeller, a wheel, a coupling half.
 
-    Where its centre of gravity lies beside its seat, as that of an impeller beyond the end of the shaft, `position` is
+    Where its centre of gravity lies off its seat, as that of an impeller beyond the end of the shaft, `position` is
     that of the centre of gravity, and a rigid arm leads from the `seat` to it. The inertias are about the centre of
     gravity.
 

@@ -195,6 +195,22 @@ def rows(part: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
             yield here, show(value, spec.unit) if spec else str(value), doc
 
 
+def differences(machines: Mapping[str, Machine]) -> list[dict[str, str]]:
+    """Fields in which machines differ: path, and its text in each by name, '-' where it is not there.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> softer = machine.replace("bearings.0.kxx", "5 MN/m")
+    >>> rs.machine.differences({"a": machine, "b": softer})[0]["field"]
+    'bearings.0.kxx'
+    """
+    tables = {name: {path: value for path, value, _ in rows(one)} for name, one in machines.items()}
+    paths = dict.fromkeys(path for table in tables.values() for path in table)
+    found = [{"field": path, **{name: table.get(path, "-") for name, table in tables.items()}} for path in paths]
+    return [row for row in found if len({row[name] for name in machines}) > 1]
+
+
 def _list_rows(parts: tuple[Any, ...], path: str) -> Iterator[tuple[str, str, str]]:
     single = len(parts) == 1 and path.startswith("effects.")
     for i, part in enumerate(parts):

@@ -312,10 +312,10 @@ def _changed_part(old: Part, change: ChangeTree, path: str) -> Part:
         if isinstance(value, ChangeTree) and new[key] is None and quantity_of(known[key]) is None:
             raise MachineFileError(f"{_join(path, key)}: is not in this machine; give the whole part")
         new[key] = None if optional and value is None else changed(new[key], value, _join(path, key))
-    return _checked_part(type(old), new, path)
+    return checked_part(type(old), new, path)
 
 
-def _checked_part(kind: type[Part], values: Mapping[str, Any], path: str) -> Part:
+def checked_part(kind: type[Part], values: Mapping[str, Any], path: str) -> Part:
     try:
         return kind.model_validate(values, context=SI)
     except ValidationError as error:

@@ -92,7 +92,8 @@ def place_at(machine: Machine, z: float) -> Place:
     several = len(machine.discs) > 1
     for number, disc in enumerate(machine.discs):
         if abs(disc.position - z) < SAME_PLACE:
-            return Place("disc", f"disc {number} at {_mm(z)}" if several else f"the disc at {_mm(z)}", z, z)
+            name = machine.disc_names[number] if several or disc.name else "the disc"
+            return Place("disc", f"{name} at {_mm(z)}", z, z)
     return Place("shaft", f"the shaft at {_mm(z)}", z, z)
 
 

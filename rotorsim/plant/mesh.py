@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,6 +25,9 @@ from rotorsim.effects import Effect
 from rotorsim.machine.bearings import BearingPart, Support, TableBearing
 from rotorsim.machine.rotor import ShaftPiece
 from rotorsim.machine.schema import Machine
+
+if TYPE_CHECKING:
+    from fe_shaft.rotor import Rotor
 
 SAME_PLACE = 1e-7
 
@@ -99,7 +102,7 @@ class Mesh:
     def seat(self, z: float) -> tuple[float, float]:
         """Coordinate on the shaft [m] that moves a place at z, and the rigid arm [m] between them.
 
-        There is an arm to a disc's centre of gravity beside its seat; elsewhere z is on the shaft itself.
+        There is an arm to a disc's centre of gravity off its seat; elsewhere z is on the shaft itself.
         """
         for disc in self.machine.discs:
             if disc.arm and abs(disc.position - z) <= SAME_PLACE:
@@ -238,7 +241,7 @@ class Mesh:
         return loads
 
     def shape(self, z: float) -> np.ndarray:
-        """Modes (2, 2n) at z [m], at the end of its rigid arm where z is a disc's centre of gravity beside its seat."""
+        """Modes (2, 2n) at z [m], at the end of its rigid arm where z is a disc's centre of gravity off its seat."""
         seat, arm = self.seat(z)
         node = self.node(seat)
         rows = self.reduced.shape(node)
@@ -350,6 +353,22 @@ class Mesh:
     def polar_inertia(self) -> float:
         """Moment of inertia of shaft and discs about the axis [kg m2]."""
         return self.machine.shaft.polar_inertia + sum(d.polar_inertia for d in self.machine.discs)
+
+
+def shaft_rotor(machine: Machine) -> Rotor:
+    """The rotor of a machine on its bearings without a film, with the analyses of `fe_shaft`, also for ROSS.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rotor = rs.plant.shaft_rotor(rs.load_machine("plain_rotor"))
+    >>> int(rotor.run_modal(0.0).wn[0])
+    277
+    """
+    from fe_shaft.rotor import Rotor
+
+    found = Mesh(machine).rotor
+    return Rotor(found.shaft_elements, found.disk_elements, found.bearing_elements, found.point_mass_elements)
 
 
 def _ground(node: int, support: Support) -> BearingElement:

@@ -51,3 +51,4 @@ from .time_history import (
     excitation as excitation,
     probe_readings as probe_readings,
 )
+from .workbook import write_workbook as write_workbook

@@ -13,6 +13,8 @@ from plotly.subplots import make_subplots
 
 from rotorsim.analysis.campbell import critical_rows
 from rotorsim.analysis.shaft_motion import peak_of
+from rotorsim.analysis.sweep import SweepResult, heading
+from rotorsim.analysis.sweep_definition import QUANTITIES
 from rotorsim.balance import Assessment, Conditions, Correction, LeftOut
 from rotorsim.balance.unbalance import estimate_table, result_rows as balance_rows
 from rotorsim.base.errors import DataError
@@ -29,15 +31,17 @@ ABOUT = {
     "response": "Unbalance responses at the measuring plane",
     "campbell": "Natural frequencies over the speed",
     "map": "Least damping ratios over the speed",
+    "sweep": "Quantities over an axis of the sweeps",
 }
 HEADS = ("run", "axis", "speed [rpm]", "amplitude [µm 0-pk]", "phase lag [deg]", "speed against the first",
          "amplitude against the first")  # fmt: skip
 
 
 def compare_results(results: Results) -> go.Figure:
-    """Results of one kind by name in one figure: of `unbalance_response`, of `campbell` or of `map_machine`.
+    """Results of one kind by name in one figure: of `unbalance_response`, `campbell`, `map_machine` or `sweep`.
 
-    Responses are those of the measuring plane, of maps the least damping ratio over the speed at each pressure.
+    Responses are those of the measuring plane, of maps the least damping ratio over the speed at each pressure, of
+    sweeps every quantity that all have over their longest common axis, at the first values of other axes.
 
     Raises
     ------
@@ -140,12 +144,36 @@ def _maps(results: Results) -> go.Figure:
     return page.style(figure, 480)
 
 
-FIGURES: dict[str, Callable[[Results], go.Figure]] = {"response": _responses, "campbell": _campbells, "map": _maps}
+def _sweeps(results: Results) -> go.Figure:
+    sizes = [found.sizes for found in results.values()]
+    common = [name for name in sizes[0] if all(name in one for one in sizes)]
+    shared = [name for name in QUANTITIES if all(name in found for found in results.values())]
+    if not common or not shared:
+        raise DataError(
+            "results: the sweeps have no axis and quantity in common; compare sweeps of the same plan",
+            argument="results",
+        )
+    axis = max(common, key=lambda name: min(one[name] for one in sizes))
+    figure = make_subplots(len(shared), 1, shared_xaxes=True, vertical_spacing=0.06)
+    for row, name in enumerate(shared, 1):
+        for number, (label, found) in enumerate(results.items()):
+            one = found[name].isel({dim: 0 for dim in found[name].dims if dim != axis})
+            values = np.broadcast_to(one.values, found.sizes[axis]) * QUANTITIES[name].factor
+            look = line_look(number, label) | {"showlegend": row == 1}
+            figure.add_trace(page.curve(found[axis].values, values, **look), row, 1)
+        figure.update_yaxes(title_text=QUANTITIES[name].heading, row=row, col=1)
+    figure.update_xaxes(title_text=heading(next(iter(results.values())), str(axis)), row=len(shared), col=1)
+    return page.style(figure, 160 + 220 * len(shared))
+
+
+FIGURES: dict[str, Callable[[Results], go.Figure]] = {
+    "response": _responses, "campbell": _campbells, "map": _maps, "sweep": _sweeps,
+}  # fmt: skip
 """Figure of the results of each kind."""
 
 
 def result_rows(results: Results) -> list[Row]:
-    """The key figures of each result: peaks, critical speeds at 1X, or onset and lift-off by pressure.
+    """The key figures of each result: peaks, critical speeds at 1X, onset by pressure, or the best points of a sweep.
 
     Raises
     ------
@@ -191,7 +219,15 @@ def _number(value: Any, scale: float) -> float | None:
     return None if np.isnan(value) else float(value) * scale
 
 
-ROWS: dict[str, Callable[[xr.Dataset], Iterator[Row]]] = {"response": _peak, "campbell": _critical, "map": _onset}
+def _best(found: xr.Dataset) -> Iterator[Row]:
+    for name, best in SweepResult(found).best.items():
+        at = ", ".join(f"{path} = {value}" for path, value in best["at"].items())
+        yield {"quantity": name, "best is the": best["best"], "value": best["value"], "unit": best["unit"], "at": at}
+
+
+ROWS: dict[str, Callable[[xr.Dataset], Iterator[Row]]] = {
+    "response": _peak, "campbell": _critical, "map": _onset, "sweep": _best,
+}  # fmt: skip
 """Key figures of a result of each kind."""
 
 

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from refusals import refused
 from rotorsim.__main__ import main
@@ -70,3 +71,44 @@ def test_results_of_several_kinds_are_refused_and_nothing_is_written(responses, 
         main(["compare", "a.nc", "b.nc"])
     assert ended.value.code == 2 and "give results of one kind" in capsys.readouterr().err
     assert not (tmp_path / "compare").exists()
+
+
+def sweep_over(*frequencies):
+    """A sweep of one axis, as `rs.analysis.sweep` writes it."""
+    from rotorsim.analysis.sweep_definition import QUANTITIES
+
+    k = QUANTITIES["frequency"].factor
+    return xr.Dataset(
+        {
+            "frequency": ("stiffness", np.array(frequencies) / k, {"units": "rad/s"}),
+            "frequency_reason": ("stiffness", [""] * len(frequencies)),
+        },
+        {"stiffness": ("stiffness", [1.0, 2.0, 3.0], {"units": "MN/m", "long_name": "bearings.0.kxx"})},
+        {"kind": "sweep"},
+    )
+
+
+def test_sweeps_lie_over_each_other_with_their_best_points():
+    sweeps = {"before": sweep_over(10.0, 20.0, 15.0), "after": sweep_over(12.0, 14.0, 30.0)}
+    figure = compare_results(sweeps)
+    assert [t.name for t in figure.data] == ["before", "after"]
+    assert [float(y) for y in figure.data[1].y] == pytest.approx([12.0, 14.0, 30.0])
+    rows = result_rows(sweeps)
+    assert [row["result"] for row in rows] == ["before", "after"]
+    assert {row["quantity"] for row in rows} == {"frequency"}
+    with refused(DataError, "results", None):
+        compare_results({"before": sweeps["before"], "after": sweeps["after"].rename(stiffness="other")})
+
+
+def test_of_machines_the_fields_that_differ_are_listed(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    plain = load_machine("plain_rotor")
+    plain.replace("bearings.0.kxx", "5 MN/m").replace("shaft.sections.0.outer_diameter_right", "25 mm").save(
+        "soft.toml"
+    )
+    with pytest.raises(SystemExit) as ended:
+        main(["compare", "plain_rotor", "soft.toml", "--json"])
+    assert not ended.value.code
+    rows = json.loads(capsys.readouterr().out)["differences"]
+    assert rows[0] == {"field": "shaft.sections.0.outer_diameter_right", "plain_rotor": "not set [mm]", "soft": "25 mm"}
+    assert {row["field"] for row in rows[1:]} == {"bearings.0.kxx", "bearings.0.kyy"}
