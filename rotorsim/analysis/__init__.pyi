@@ -13,6 +13,7 @@ from .campbell import (
     safe_region as safe_region,
 )
 from .citations import cite as cite
+from .design_review import DesignReview as DesignReview, design_review as design_review
 from .operating_map import (
     OperatingPoint as OperatingPoint,
     map_machine as map_machine,

@@ -330,6 +330,8 @@ def quantity(option: str, text: str, unit: str, suggest: Suggest | None = None) 
     return value
 
 
+SUPPLY = "0.5 MPa"
+"""Default of a supply pressure."""
 FED = "none without feed"
 """Default of a supply pressure of a machine without feed, as the help states it."""
 TOP = (
