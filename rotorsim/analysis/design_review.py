@@ -55,6 +55,8 @@ FIRST = 4
 """Modes of the rotor over which the region reaches, however low the speeds are."""
 OPPOSED = 0.25
 """Least antinode on the other side, over the largest one, for which a mode has two unbalances."""
+LINE = 81
+"""Points of a deflected line besides the nodes."""
 SAME_PLANE = 0.08
 """Distance of two planes, over the shaft's length, up to which unbalances in them are one case."""
 NEAR = 0.08
@@ -67,7 +69,7 @@ MET, MISSED, OPEN = "met", "not met", "not looked at"
 
 @dataclass(frozen=True, eq=False)
 class CriticalSpeed:
-    """A crossing of 1X: speed [rad/s], damping ratio, whirl, deflected line (nodes,) and where it is zero [m].
+    """A crossing of 1X: speed [rad/s], damping ratio, whirl, deflected line (`drawn_places`,) and its zeros [m].
 
     `case` is the unbalance that drives the mode; `peak` the highest peak of the response of all probes and cases that
     lies next to it, seen by `probe` under the unbalance `driven_by`; None where unbalance drives none.
@@ -231,7 +233,8 @@ def design_review(
     if not 0 < low <= high:
         raise DataError(f"design review: speeds from {low * TO_RPM:g} to {high * TO_RPM:g} rpm; give ascending ones")
     pressure = float(felt([plant.machine], [pressure])[0])
-    found = modes_over_speed(plant, np.linspace(0.0, BEYOND * high, STEPS + 1), pressure, FIRST, (1,))
+    at = np.unique([*np.linspace(0.0, BEYOND * high, STEPS + 1), low, high])
+    found = modes_over_speed(plant, at, pressure, FIRST, (1,))
     loads = static_loads(plant)
     modes = [_critical(plant, *one) for one in _crossed(found)]
     cases = _cases(plant, modes, loads, high)
@@ -279,13 +282,19 @@ def _crossed(found: ModesOverSpeed) -> Iterator[tuple[float, float, str, np.ndar
 
 def _critical(plant: Plant, speed: float, zeta: float, whirl: str, q: np.ndarray) -> CriticalSpeed:
     """A crossing of 1X with its deflected line, from modal displacements q."""
-    reduced, nodes = plant.assembly.mesh.reduced, plant.assembly.mesh.nodes
-    shape = reduced.Phi[: 4 * len(nodes)] @ q[: reduced.Phi.shape[1]]
-    line = deflected_line(shape[0::4], shape[1::4])
+    nodes = drawn_places(plant)
+    rows = np.stack([plant.assembly.mesh.shape_between(z) for z in nodes])
+    line = deflected_line(*(rows @ q[: rows.shape[2]]).T)
     flips = np.flatnonzero(line[:-1] * line[1:] < 0)
     zeros = nodes[flips] + (nodes[flips + 1] - nodes[flips]) * line[flips] / (line[flips] - line[flips + 1])
     opposed = min(line.max(), -line.min()) > OPPOSED * np.abs(line).max()
     return CriticalSpeed(speed, zeta, whirl, line, tuple(zeros.tolist()), "couple" if opposed else "static")
+
+
+def drawn_places(plant: Plant) -> np.ndarray:
+    """Positions (n,) [m] along the shaft at which deflected lines are known."""
+    nodes = plant.assembly.mesh.nodes
+    return np.unique(np.round([*nodes, *np.linspace(nodes[0], nodes[-1], LINE)], 9))
 
 
 def deflected_line(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -308,24 +317,29 @@ def deflected_line(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def _cases(plant: Plant, modes: Sequence[CriticalSpeed], loads: np.ndarray, speed: float) -> tuple[UnbalanceCase, ...]:
-    """Unbalances at the antinodes of every mode, those of a rigid rotor where no mode has them, the file's last."""
-    nodes, bearings = plant.assembly.mesh.nodes, [b.position for b in plant.machine.bearings]
-    rigid = np.array(nodes) - 0.5 * (min(bearings) + max(bearings))
-    lines = [m.line for m in modes]
-    wanted = {m.case for m in modes}
-    lines += [np.ones(len(nodes))] * ("static" not in wanted) + [rigid / np.abs(rigid).max()] * ("couple" not in wanted)
-    found: dict[tuple[int, ...], UnbalanceCase] = {}
+    """Unbalances of a rigid rotor, one in the middle and a couple, those at the antinodes of modes, the file's last."""
+    nodes, bearings = drawn_places(plant), [b.position for b in plant.machine.bearings]
+    rigid = nodes - 0.5 * (min(bearings) + max(bearings))
+    lines = [np.ones(len(nodes)), rigid / np.abs(rigid).max(), *(mode.line for mode in modes)]
+    found: dict[tuple[float, ...], UnbalanceCase] = {}
     for line in lines:
         planes, masses = _planes(plant, line, loads)
-        key = tuple(round(z / (SAME_PLANE * plant.machine.shaft.length)) for z in planes)
+        pairs = sorted(zip(planes, masses, strict=True))
+        key = tuple(z for z, _ in pairs)
+        near = SAME_PLANE * plant.machine.shaft.length
+        if any(len(one) == len(key) and np.abs(np.subtract(one, key)).max() < near for one in found):
+            continue
         word = "couple" if len(planes) > 1 else "static"
-        at = " and ".join(f"{1e3 * z:.4g} mm" for z in planes)
-        size = [standards.ANALYSED * standards.residual_unbalance(abs(w), speed) for w in masses]
         parts = tuple(
-            RotorUnbalance(me=me, phase=0.0 if w > 0 else np.pi, position=z)
-            for me, w, z in zip(size, masses, planes, strict=True)
+            RotorUnbalance(
+                me=standards.ANALYSED * standards.residual_unbalance(abs(w), speed),
+                phase=0.0 if w > 0 else np.pi,
+                position=z,
+            )
+            for z, w in pairs
         )
-        found.setdefault(key, UnbalanceCase(f"{word} at {at}", parts, tuple(abs(w) for w in masses)))
+        at = " and ".join(f"{1e3 * z:.4g} mm" for z, _ in pairs)
+        found[key] = UnbalanceCase(f"{word} at {at}", parts, tuple(abs(w) for _, w in pairs))
     own = tuple(e for e in plant.machine.effects.get("unbalance", ()) if getattr(e, "me", 0) > 0)
     name = "machine file" if own else "grade G 2.5"
     return (*found.values(), UnbalanceCase(name, unbalances_of(plant.machine, speed)))
@@ -333,7 +347,7 @@ def _cases(plant: Plant, modes: Sequence[CriticalSpeed], loads: np.ndarray, spee
 
 def _planes(plant: Plant, line: np.ndarray, loads: np.ndarray) -> tuple[list[float], list[float]]:
     """Planes [m] of the unbalances of a deflected line and the masses [kg] that they follow from, < 0 if opposed."""
-    nodes, machine = plant.assembly.mesh.nodes, plant.machine
+    nodes, machine = drawn_places(plant), plant.machine
     places = np.array([b.position for b in machine.bearings])
     if np.ptp(line) < 1e-9:
         return [0.5 * float(places.min() + places.max())], [machine.mass]

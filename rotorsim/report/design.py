@@ -21,6 +21,7 @@ from rotorsim.analysis.design_review import (
     OPEN,
     CriticalSpeed,
     DesignReview,
+    drawn_places,
     first_forward,
     margin_of,
     operating,
@@ -158,7 +159,7 @@ def _criticals(review: DesignReview) -> Table:
         ))  # fmt: skip
     text = (
         "Crossings of 1X with every mode, ascending. The peak is that of the unbalance response at the probes; its "
-        "factor is by half power, '-' where the flanks are not deep enough, and 1/(2 zeta) counts instead. Below: "
+        "factor is by half power, '-' where the flanks are not deep enough, and 1/(2 zeta) counts instead. Drawn: "
         "deflected lines with bearings (triangles), probes (diamonds) and nodes (rings)."
     )
     heads = ("mode", "speed [rpm]", "whirl", "log. decrement", "1/(2 zeta)", "peak [rpm]", "AF, half power",
@@ -260,7 +261,7 @@ def _rules(review: DesignReview) -> Table:
 
 def mode_figure(review: DesignReview) -> go.Figure:
     """Deflected line of every critical speed with bearings, probes and nodes."""
-    modes, mesh = review.criticals, review.plant.assembly.mesh
+    modes, along = review.criticals, drawn_places(review.plant) * 1e3
     rows = -(-len(modes) // COLUMNS)
     titles = [f"{k}: {m.speed * TO_RPM:.0f} rpm, {m.whirl}" for k, m in enumerate(modes, 1)]
     figure = make_subplots(rows, COLUMNS, shared_xaxes=True, shared_yaxes=True, subplot_titles=titles,
@@ -268,8 +269,8 @@ def mode_figure(review: DesignReview) -> go.Figure:
     bearings = [b.position * 1e3 for b in review.plant.machine.bearings]
     for k, mode in enumerate(modes):
         place = {"row": k // COLUMNS + 1, "col": k % COLUMNS + 1}
-        figure.add_trace(curve(mesh.nodes * 1e3, 0 * mesh.nodes, INK, width=0.8, dash="dot", hoverinfo="skip"), **place)
-        figure.add_trace(curve(mesh.nodes * 1e3, mode.line, PIN_COLOURS[k % 6], width=2.4), **place)
+        figure.add_trace(curve(along, 0 * along, INK, width=0.8, dash="dot", hoverinfo="skip"), **place)
+        figure.add_trace(curve(along, mode.line, PIN_COLOURS[k % 6], width=2.4), **place)
         for x, symbol, size, colour in (
             (bearings, "triangle-up", 11, "#56B4E9"),
             ([z * 1e3 for z in review.probes.values()], "diamond-tall", 11, NEUTRAL),

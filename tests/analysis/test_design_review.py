@@ -126,3 +126,11 @@ def test_what_was_not_looked_at_is_never_met(review):
 def test_operating_speeds_that_do_not_ascend_are_refused(speeds):
     with pytest.raises(rs.errors.DataError):
         design_review(rs.Plant("plain_rotor"), speeds)
+
+
+def test_the_least_decrement_is_looked_at_at_both_ends_of_the_operating_speeds(review):
+    at = review.decrements["speed"].values
+    assert {review.low, review.high} <= set(at.tolist())
+    zeta = min(rs.Plant("plain_rotor").linearise(review.high, 0.0).zeta)
+    here = float(review.decrements.sel(speed=review.high))
+    assert here == pytest.approx(2 * pi * zeta / sqrt(1 - zeta**2), rel=1e-6)
