@@ -29,4 +29,5 @@ from .shaft_motion import (
 from .supply import lift_off as lift_off, load_capacity as load_capacity
 from .sweep import SweepResult as SweepResult, sweep as sweep
 from .targets import read_targets as read_targets
+from .tolerances import RandomResult as RandomResult, random_machines as random_machines
 from .whirl_onset import whirl_onset as whirl_onset

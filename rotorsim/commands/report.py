@@ -34,9 +34,7 @@ def design(
     speed: Annotated[
         str | None, typer.Option(help="Operating speed, or LOWEST:HIGHEST; default drive.highest_speed.")
     ] = None,
-    pressure: Annotated[
-        str | None, typer.Option(help="Gauge supply pressure.", show_default=f"{options.SUPPLY}, {options.FED}")
-    ] = None,
+    pressure: options.Pressure = None,
     law: Annotated[Path | None, typer.Option(help="Control law, for the sensitivity of its loop.")] = None,
     author: Annotated[str, typer.Option(help="Name on the page.")] = "not stated",
     *,
